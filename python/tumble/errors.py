@@ -1,0 +1,26 @@
+"""Errors a user can mend. Anything else that is raised is a bug of ours."""
+
+from __future__ import annotations
+
+
+class TumbleError(Exception):
+    """What is wrong, where, why, and what to do, in one line.
+
+    The command line prints the line and exits with code 2; a bug keeps its traceback and exits 1.
+    """
+
+
+class LogError(TumbleError):
+    """A log cannot be read, or holds what no IMU says."""
+
+
+class CalibrationFileError(TumbleError):
+    """A calibration, pose list or limits file does not hold what its schema asks for."""
+
+
+class ProcedureError(TumbleError):
+    """The recordings do not show what the procedure needs."""
+
+
+class OutputError(TumbleError):
+    """A result cannot be written; what was there before is untouched."""

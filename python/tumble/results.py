@@ -1,0 +1,274 @@
+"""What the turntable procedure finds, as plain data: what reports show and calibration files keep."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+
+from tumble.recording import FloatArray
+
+TriadName = Literal["accelerometer", "gyroscope"]
+Truth = Literal["reference", "rotate-truth", "rotate-measurement", "ideal"]
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One estimated number with its uncertainty, in the unit people read it in."""
+
+    name: str
+    """Field term with axis: `bias x`, `scale y`, `non-orthogonality xy`, `mounting z`."""
+    unit: str
+    """`m/s^2`, `rad/s`, `1`, `deg`."""
+    value: float
+    sigma: float
+    """1-sigma; infinite where the data do not show the parameter."""
+    low: float
+    high: float
+    """Ends of the 95 % interval."""
+    observable: bool = True
+    reason: str = ""
+    """Why it could not be observed."""
+
+
+@dataclass(frozen=True, slots=True)
+class TriadResult:
+    """Calibration of three accelerometers or three gyroscopes: `y = M u + b`, `M = K L Q`."""
+
+    triad: TriadName
+    unit: str
+    """`m/s^2` or `rad/s`: unit of b and of the residuals."""
+    M: FloatArray
+    """(3, 3) sensor from case."""
+    b: FloatArray
+    """(3,) in `unit`."""
+    K: FloatArray
+    """(3, 3) diagonal scale."""
+    L: FloatArray
+    """(3, 3) lower triangular with unit rows: non-orthogonality."""
+    Q: FloatArray
+    """(3, 3) rotation, sensor_from_case: mounting."""
+    covariance: FloatArray
+    """(12, 12) of [M row by row, b]; NaN in rows and columns of what was not observable."""
+    parameters: tuple[Parameter, ...]
+    """bias, scale, non-orthogonality and mounting, three each."""
+    estimated: tuple[str, ...]
+    """Groups that the data showed: subset of `bias`, `matrix`, `g-sensitivity`."""
+    unobservable: tuple[str, ...]
+    """Directions of [M, b] the data did not show, in words; empty if all were seen."""
+    rank: int
+    chi_square: float
+    degrees_of_freedom: int
+    residuals: FloatArray
+    """(k, 3) measured minus modelled for each rest (accelerometer), rest and turn (gyroscope), in `unit`."""
+    residual_sigma: FloatArray
+    """(k, 3) 1-sigma of the measured means."""
+    residual_labels: tuple[str, ...]
+    """(k,) `rest 3: Y up`, `turn 3-4`."""
+    noise_density: FloatArray
+    """(3,) white noise N, unit / sqrt(Hz)."""
+    bias_instability: FloatArray
+    """(3,) flicker noise B, unit; zero where the record does not show any."""
+    g_sensitivity: FloatArray | None = None
+    """(3, 3) rad/s per m/s^2, gyroscope only, on request."""
+    g_sensitivity_sigma: FloatArray | None = None
+
+    @property
+    def p_value(self) -> float:
+        """Chance of a larger chi-square, were the model and the noise right."""
+        from scipy.special import chdtrc
+
+        return float(chdtrc(self.degrees_of_freedom, self.chi_square)) if self.degrees_of_freedom else float("nan")
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """A stretch in which the unit stood still."""
+
+    start: float
+    end: float
+    """Seconds of the recording's own clock."""
+    samples: int
+    specific_force: FloatArray
+    """(3,) mean, m/s^2, as measured."""
+    angular_rate: FloatArray
+    """(3,) mean, rad/s, as measured."""
+    specific_force_sigma: FloatArray
+    """(3,) 1-sigma of the mean."""
+    angular_rate_sigma: FloatArray
+    pose: str = ""
+    """Name of the matched pose, empty if none."""
+    used: bool = True
+    remark: str = ""
+    """Why it was not used, or what is odd about it."""
+
+
+@dataclass(frozen=True, slots=True)
+class PoseResult:
+    """A pose of the list, as the reference saw it."""
+
+    name: str
+    up_table: FloatArray
+    """(3,) unit vector of `up` in the table frame."""
+    rests: tuple[int, ...]
+    """Indices of the reference rests at this pose; several if the pose was repeated."""
+    table_error: FloatArray
+    """(3,) residual of the mounting fit, m/s^2, reference case frame."""
+    table_error_angle: float
+    """deg: angle between where the table should have pointed and where the reference says it did."""
+    table_error_sigma: float
+    """deg."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mounting:
+    """Mounting-angle error of the reference: `m = R_e m_ref + b_a`."""
+
+    rotation_vector: FloatArray
+    """(3,) deg, case_from_table."""
+    sigma: FloatArray
+    """(3,) deg, 1-sigma."""
+    R_e: FloatArray
+    """(3, 3) rotation, case_from_table."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """A recording at a glance: means over equal stretches, few enough to draw."""
+
+    time: FloatArray
+    """(n,) s."""
+    accelerometer: FloatArray
+    """(n, 3) m/s^2."""
+    gyroscope: FloatArray
+    """(n, 3) rad/s."""
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """The target's clock against the reference's: t_target = t_reference + offset + skew (t_reference - start)."""
+
+    shared: bool
+    """True if both recordings are stamped by one clock, which fixes offset and skew at zero."""
+    offset: float
+    """s."""
+    offset_sigma: float
+    skew: float
+    """parts per million."""
+    skew_sigma: float
+    turns: int
+    """Turns that the estimate rests on."""
+
+
+@dataclass(frozen=True, slots=True)
+class LimitCheck:
+    """One line of a limits file held against one target."""
+
+    parameter: str
+    """`accelerometer bias x`."""
+    value: float
+    limit: float
+    """Largest magnitude allowed."""
+    unit: str
+    passed: bool
+
+
+@dataclass(frozen=True, slots=True)
+class AxisReading:
+    """The source's figure for one axis: its readings at the poses, with and without mounting compensation."""
+
+    axis: Literal["X", "Y"]
+    labels: tuple[str, ...]
+    """(k,) pose of each rest."""
+    ideal: FloatArray
+    """(k,) m/s^2, what a perfect, squarely mounted accelerometer reads."""
+    uncompensated: FloatArray
+    """(k,) m/s^2, what this one read."""
+    compensated: FloatArray
+    """(k,) m/s^2, the reading after R_e^-1."""
+    sigma: FloatArray
+    """(k,) 1-sigma of the reading."""
+
+
+@dataclass(frozen=True, slots=True)
+class TargetResult:
+    """One target: its calibration, or why it has none."""
+
+    name: str
+    source: str
+    serial: str
+    accelerometer: TriadResult | None
+    gyroscope: TriadResult | None
+    rests: tuple[Rest, ...]
+    trace: Trace
+    clock: Clock | None
+    axis_readings: tuple[AxisReading, ...]
+    """X and Y; empty where the mounting angle was not estimated."""
+    temperature: tuple[float, float, float] | None
+    """Lowest, mean and highest at rest, degC."""
+    checks: tuple[LimitCheck, ...] = ()
+    warnings: tuple[str, ...] = ()
+    failure: str = ""
+    """Why the target could not be calibrated; empty if it could."""
+
+    @property
+    def verdict(self) -> Literal["pass", "fail", "calibrated", "not calibrated"]:
+        """Pass or fail against the limits, `calibrated` where there are none."""
+        if self.failure:
+            return "not calibrated"
+        if not self.checks:
+            return "calibrated"
+        return "pass" if all(check.passed for check in self.checks) else "fail"
+
+
+@dataclass(frozen=True, slots=True)
+class ReferenceResult:
+    """What the reference showed."""
+
+    name: str
+    source: str
+    serial: str
+    calibration_hash: str
+    """sha256 of the calibration applied to the reference; empty if it brought none."""
+    bias: FloatArray
+    """(3,) m/s^2, from |r - b| = g."""
+    bias_sigma: FloatArray
+    norm_residual: float
+    """m/s^2 rms of |r_k - b| - g over the rests."""
+    gyroscope_bias: FloatArray
+    """(3,) rad/s."""
+    gyroscope_bias_sigma: FloatArray
+    rests: tuple[Rest, ...]
+    trace: Trace
+    mounting: Mounting | None
+    mounting_reason: str
+    """Why the mounting angle was not estimated; empty if it was."""
+    temperature: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class TurntableResult:
+    """A batch: one reference, the poses, and any number of targets."""
+
+    reference: ReferenceResult
+    poses: tuple[PoseResult, ...]
+    targets: tuple[TargetResult, ...]
+    truth: Truth
+    gravity: float
+    """m/s^2."""
+    gravity_source: str
+    """`standard`, `given`, `WGS 84 at 48.1 deg, 520 m`."""
+    options: dict[str, object] = field(default_factory=dict)
+    """Method options as the calibration file keeps them."""
+    warnings: tuple[str, ...] = ()
+    software: str = ""
+    """`tumble 0.1.0`."""
+
+    def __getitem__(self, name: str) -> TargetResult:
+        """The target of that name."""
+        for target in self.targets:
+            if target.name == name:
+                return target
+        raise KeyError(name)
+
+
