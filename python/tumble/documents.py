@@ -1,0 +1,300 @@
+"""YAML files that people read and edit: one clear line for a mistake in them, floats exact both ways."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, TypeAlias, TypeVar
+
+import numpy as np
+import yaml
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    SerializerFunctionWrapHandler,
+    ValidationError,
+    model_serializer,
+)
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, core_schema
+
+from tumble.errors import CalibrationFileError
+from tumble.files import write_text
+from tumble.recording import FloatArray
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+class Document(BaseModel):
+    """A part of a file: every key is known, and nothing is converted behind the user's back."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+        strict=True,
+        frozen=True,
+        arbitrary_types_allowed=True,
+        allow_inf_nan=False,
+        use_attribute_docstrings=True,
+        validate_by_name=True,
+        validate_by_alias=True,
+    )
+
+    def content(self) -> dict[str, Any]:
+        """Plain mappings, lists, numbers and text as they stand in the file; absent parts are left out."""
+        return self.model_dump(mode="json", by_alias=True)
+
+    @model_serializer(mode="wrap")
+    def _leave_out_absent(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        fields = type(self).model_fields.items()
+        absent = {
+            key
+            for name, field in fields
+            if not field.is_required() and getattr(self, name) is None
+            for key in (name, field.alias)
+        }
+        return {key: value for key, value in handler(self).items() if key not in absent}
+
+
+@dataclass(frozen=True, slots=True)
+class ArrayField:
+    """Marks a model field as a read-only float array of that shape, a nested list in the file.
+
+    With `gaps`, a number that the data could not show is NaN in memory and `null` in the file.
+    """
+
+    shape: tuple[int, ...]
+    gaps: bool = False
+
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(
+            self._read, serialization=core_schema.plain_serializer_function_ser_schema(_plain_numbers)
+        )
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        items: JsonSchemaValue = {"type": ["number", "null"] if self.gaps else "number"}
+        for length in reversed(self.shape):
+            items = {"type": "array", "items": items, "minItems": length, "maxItems": length}
+        return items
+
+    def _read(self, value: object) -> FloatArray:
+        wanted = f"needs {'x'.join(map(str, self.shape))} numbers"
+        if self.gaps:
+            wanted += " or null"
+        numbers = value.tolist() if isinstance(value, np.ndarray) else value
+        if not _has_shape(numbers, self.shape):
+            raise ValueError(f"{wanted}, found {_short(numbers)}")
+        strays = [number for number in _flatten(numbers) if not self._is_number(number)]
+        if strays:
+            raise ValueError(f"{wanted}, found {_short(strays[0])}")
+        array = np.array(numbers, dtype=np.float64)
+        array.flags.writeable = False
+        return array
+
+    def _is_number(self, value: object) -> bool:
+        if value is None:
+            return self.gaps
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            return False
+        return math.isfinite(value) or (self.gaps and math.isnan(value))
+
+
+Vector: TypeAlias = Annotated[FloatArray, ArrayField((3,))]
+Matrix: TypeAlias = Annotated[FloatArray, ArrayField((3, 3))]
+VectorWithGaps: TypeAlias = Annotated[FloatArray, ArrayField((3,), gaps=True)]
+
+
+def read_document(path: Path | str, model: type[Model], what: str, schema: str) -> Model:
+    """Read a YAML file into a model; `what` is its name in messages, `schema` the file under docs/schema.
+
+    Raises `CalibrationFileError`: one line naming the file, the line, the key and the remedy.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError as error:
+        raise CalibrationFileError(f"{path}: no such {what}; check the path") from error
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "it is not text"
+        raise CalibrationFileError(f"{path}: cannot be read as a {what}: {reason}") from error
+    try:
+        node, data = _parse(text)
+    except yaml.YAMLError as error:
+        raise CalibrationFileError(f"{path}: {_yaml_problem(error)}; correct the YAML there") from error
+    if not isinstance(data, Mapping):
+        found = "an empty file" if data is None else _short(data)
+        raise CalibrationFileError(
+            f"{path}: not a {what}: {found} where keys are needed; see docs/schema/{schema}"
+        )
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        raise CalibrationFileError(
+            f"{path}: {_problem(error, node, model)}; see docs/schema/{schema}"
+        ) from error
+
+
+def write_document(path: Path | str, header: str, content: Mapping[str, Any]) -> None:
+    """Write YAML with rows of numbers on one line each, under a comment; floats read back bit by bit."""
+    comment = "".join(f"# {line}\n" for line in header.splitlines())
+    body = yaml.dump(content, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=10**6)
+    write_text(path, comment + body)
+
+
+def plain(value: object) -> object:
+    """Turn numpy values, tuples and paths, as options of a method hold them, into what YAML and JSON know."""
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, tuple | list | set | frozenset):
+        return [plain(item) for item in value]
+    return str(value) if isinstance(value, Path) else value
+
+
+def _has_shape(value: object, shape: tuple[int, ...]) -> bool:
+    if not shape:
+        return not isinstance(value, Sequence) or isinstance(value, str)
+    if isinstance(value, str) or not isinstance(value, Sequence) or len(value) != shape[0]:
+        return False
+    return all(_has_shape(item, shape[1:]) for item in value)
+
+
+def _flatten(value: object) -> list[object]:
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [number for item in value for number in _flatten(item)]
+    return [value]
+
+
+def _plain_numbers(array: FloatArray) -> list[object]:
+    numbers = array.astype(object)
+    numbers[np.isnan(array)] = None
+    plain_numbers: list[object] = numbers.tolist()
+    return plain_numbers
+
+
+def _short(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+class _Loader(yaml.SafeLoader):
+    """Safe YAML that reads `1e-3` as a number and refuses a key given twice."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        seen: set[Any] = set()
+        for key_node, _ in node.value:
+            key = key_node.value
+            if key in seen:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"key {key!r} is given twice", key_node.start_mark
+                )
+            seen.add(key)
+        return super().construct_mapping(node, deep)
+
+
+# YAML 1.1, which PyYAML follows, asks for a dot in every float and would take `1e-3` for text.
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"^[-+]?[0-9][0-9_]*[eE][-+]?[0-9]+$"), list("-+0123456789")
+)
+
+
+class _Dumper(yaml.SafeDumper):
+    """Rows of numbers and small records on one line, no anchors."""
+
+    def ignore_aliases(self, data: object) -> bool:
+        return True
+
+
+def _represent_list(dumper: yaml.SafeDumper, data: list[Any]) -> yaml.Node:
+    row = not any(isinstance(item, list | dict) for item in data)
+    node = dumper.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=row)
+    for item in node.value:
+        if isinstance(item, yaml.MappingNode):
+            item.flow_style = True
+    return node
+
+
+def _represent_mapping(dumper: yaml.SafeDumper, data: dict[str, Any]) -> yaml.Node:
+    row = bool(data) and all(item is None or isinstance(item, float) for item in data.values())
+    return dumper.represent_mapping("tag:yaml.org,2002:map", data, flow_style=row)
+
+
+_Dumper.add_representer(list, _represent_list)
+_Dumper.add_representer(dict, _represent_mapping)
+
+
+def _parse(text: str) -> tuple[yaml.Node | None, Any]:
+    loader = _Loader(text)
+    try:
+        node = loader.get_single_node()
+        return node, None if node is None else loader.construct_document(node)
+    finally:
+        loader.dispose()
+
+
+def _yaml_problem(error: yaml.YAMLError) -> str:
+    if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
+        return f"line {error.problem_mark.line + 1}: {error.problem}"
+    return f"not YAML: {str(error).splitlines()[0]}"
+
+
+def _problem(error: ValidationError, node: yaml.Node | None, model: type[BaseModel]) -> str:
+    """First mistake in words, with its line and key path, and how many more there are."""
+    details = error.errors(include_url=False)
+    # A misspelt key shows up twice, as unknown and as missing; the unknown one says more.
+    first = next((detail for detail in details if detail["type"] == "extra_forbidden"), details[0])
+    location = first["loc"]
+    key = ".".join(map(str, location))
+    where = f"line {_line(node, location)}: " + (f"{key} " if key else "")
+    rest = f" (and {len(details) - 1} more)" if len(details) > 1 else ""
+    return where + _in_words(dict(first), _known_keys(model)) + rest
+
+
+def _known_keys(model: type[BaseModel]) -> list[str]:
+    schema = model.model_json_schema()
+    parts = [schema, *schema.get("$defs", {}).values()]
+    return sorted({key for part in parts for key in part.get("properties", {})})
+
+
+def _in_words(detail: dict[str, Any], known_keys: list[str]) -> str:
+    match detail["type"]:
+        case "missing":
+            return "is missing"
+        case "extra_forbidden":
+            near = difflib.get_close_matches(str(detail["loc"][-1]), known_keys, n=1)
+            return "is not a known key" + (f", did you mean {near[0]!r}?" if near else "")
+        case "value_error":
+            return str(detail["ctx"]["error"])
+        case "literal_error":
+            return f"needs to be {detail['ctx']['expected']}, found {_short(detail['input'])}"
+        case _:
+            wish = str(detail["msg"]).replace("Input should be", "needs to be")
+            return f"{wish}, found {_short(detail['input'])}"
+
+
+def _line(node: yaml.Node | None, location: Sequence[int | str]) -> int:
+    """Line of the deepest part of `location` that stands in the file."""
+    if node is None:
+        return 1
+    line: int = node.start_mark.line + 1
+    for part in location:
+        child: yaml.Node | None = None
+        if isinstance(node, yaml.MappingNode):
+            for key_node, value_node in node.value:
+                if key_node.value == part:
+                    child, line = value_node, key_node.start_mark.line + 1
+        elif isinstance(node, yaml.SequenceNode) and isinstance(part, int) and part < len(node.value):
+            child = node.value[part]
+            line = child.start_mark.line + 1
+        if child is None:
+            break
+        node = child
+    return line
