@@ -171,6 +171,8 @@ class LimitCheck:
     """Largest magnitude allowed."""
     unit: str
     passed: bool
+    remark: str = ""
+    """Why it could not be shown to be within its limit."""
 
 
 @dataclass(frozen=True, slots=True)
