@@ -82,13 +82,13 @@ class PoseList:
     @classmethod
     def load(cls, path: Path | str) -> PoseList:
         """Read a pose list; raises `CalibrationFileError` in one line: file, line, key and remedy."""
-        document = read_document(path, _PoseFile, "pose list", SCHEMA_FILE)
+        document = read_document(path, PoseFile, "pose list", SCHEMA_FILE)
         return cls(tuple(entry.pose() for entry in document.poses), str(path))
 
     def save(self, path: Path | str) -> None:
         """Write the list in full or not at all; raises `OutputError` where it cannot be written."""
         entries = [{"name": pose.name, "up": pose.up, "file": pose.file} for pose in self.poses]
-        content = _PoseFile.model_validate({"poses": entries}).content()
+        content = PoseFile.model_validate({"poses": entries}).content()
         write_document(path, _HEADER, content)
 
     def directions(self) -> FloatArray:
@@ -105,7 +105,7 @@ class PoseList:
         return self.poses[index]
 
 
-class _PoseEntry(Document):
+class PoseEntry(Document):
     """One pose."""
 
     name: Annotated[str, Field(min_length=1)]
@@ -116,7 +116,7 @@ class _PoseEntry(Document):
     """Name of its recording within the folder of each IMU."""
 
     @model_validator(mode="after")
-    def _is_a_pose(self) -> _PoseEntry:
+    def _is_a_pose(self) -> PoseEntry:
         self.pose()
         return self
 
@@ -124,11 +124,11 @@ class _PoseEntry(Document):
         return Pose(self.name, self.up, self.file)
 
 
-class _PoseFile(Document):
+class PoseFile(Document):
     """Poses of a turntable session."""
 
     schema_: Literal["tumble-poses/1"] = Field(default=SCHEMA, alias="schema")
-    poses: tuple[_PoseEntry, ...] = Field(strict=False, min_length=FEWEST_POSES)
+    poses: tuple[PoseEntry, ...] = Field(strict=False, json_schema_extra={"minItems": FEWEST_POSES})
 
 
 def _stays_inside(file: str) -> bool:

@@ -82,7 +82,8 @@ class TriadLimits(Document):
         """Limits by field term, then by axis."""
         fields = type(self).model_fields.items()
         found = {field.alias or name: getattr(self, name) for name, field in fields}
-        return {group: limit.limits() for group, limit in found.items() if limit is not None}
+        groups = {group: limit.limits() for group, limit in found.items() if limit is not None}
+        return {group: limits for group, limits in groups.items() if limits}
 
 
 class Limits(Document):
