@@ -121,6 +121,7 @@ class PoseEntry(Document):
         return self
 
     def pose(self) -> Pose:
+        """Make it the pose that procedures know."""
         return Pose(self.name, self.up, self.file)
 
 

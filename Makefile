@@ -1,0 +1,64 @@
+# Everything there is to do here. `make help` lists it.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help build demo test lint format requirements clean
+
+help:  ## Say what can be made
+	@sed -n 's/^\([a-z]*\): .*## \(.*\)/\1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
+
+build: $(VENV)/.native  ## Build the native module and install the package into .venv
+
+demo: $(VENV)/.native  ## Simulate a turntable session, calibrate five targets, write out/demo/report.html
+	@$(BIN)/python examples/01_turntable.py out/demo
+
+test: $(VENV)/.native $(VENV)/.requirements-test  ## Run the Rust, Python and documentation tests
+	cargo test --workspace --locked
+	scripts/build_for_cortex_m.sh
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types, layers and README
+	cargo fmt --all --check
+	cargo clippy --workspace --all-targets --locked -- -D warnings
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/python scripts/check_layers.py
+	$(BIN)/python scripts/check_readme.py
+	$(BIN)/python scripts/write_schemas.py --check
+
+format: $(VENV)/.requirements-test  ## Put every source file into the agreed format
+	cargo fmt --all
+	$(BIN)/ruff check --fix-only
+	$(BIN)/ruff format
+
+requirements: $(VENV)/.made  ## Pin the newest versions that pyproject.toml allows
+	scripts/pin_requirements.sh $(BIN)
+
+clean:  ## Remove everything that was built; sources and recordings stay
+	rm -rf $(VENV) target out
+	rm -f python/tumble/_core*.so
+
+# The stamps below carry the date of the last success, so that a second run has next to nothing to do.
+
+$(VENV)/.made: scripts/make_venv.sh
+	scripts/make_venv.sh $(PYTHON) $(VENV)
+	@touch $@
+
+$(VENV)/.requirements: $(VENV)/.made requirements.txt
+	$(PIP) install --quiet --require-hashes --requirement requirements.txt
+	@touch $@
+
+$(VENV)/.requirements-test: $(VENV)/.requirements requirements-test.txt
+	$(PIP) install --quiet --require-hashes --requirement requirements-test.txt
+	@touch $@
+
+$(VENV)/.native: $(VENV)/.requirements $(RUST_SOURCES) pyproject.toml
+	$(PIP) install --no-index --no-deps --no-build-isolation --editable .
+	@touch $@

@@ -1,0 +1,22 @@
+#!/bin/sh
+# Writes requirements.txt (to build and run) and requirements-test.txt (to test and lint as well), every file by its
+# hash, for every Python from 3.10 on and every platform: pin_requirements.sh BIN
+set -eu
+
+bin=$1
+"$bin/python" -m pip --disable-pip-version-check install --quiet uv
+
+build=$(sed -n 's/^requires = \["\(.*\)"\]$/\1/p' pyproject.toml)
+
+pin() {
+    output=$1
+    shift
+    # Only what pyproject.toml and the public index say may go in, whatever this machine is set to.
+    echo "$build" | env -u UV_INDEX_URL -u UV_EXTRA_INDEX_URL -u UV_FIND_LINKS \
+        "$bin/uv" pip compile pyproject.toml - "$@" --quiet --upgrade --universal --python-version 3.10 \
+        --generate-hashes --no-emit-index-url --no-emit-find-links --no-annotate \
+        --custom-compile-command "make requirements" --output-file "$output"
+}
+
+pin requirements.txt
+pin requirements-test.txt --extra test --extra lint --constraint requirements.txt
