@@ -1,1 +1,28 @@
-//! To be written.
+//! The numeric core of Tumble: calibration of inertial measurement units, without heap or operating system.
+//!
+//! One model for accelerometers and gyroscopes alike: `y = M u + b`, where `y` is what the sensor says and `u`
+//! the truth in the case frame, in SI units. Read in this order:
+//!
+//! 1. [`model`]: the error model, its inverse, and `M = K L Q`, scale, non-orthogonality and mounting.
+//! 2. [`sample`] and [`moments`]: one sample, and what is kept of many.
+//! 3. [`stillness`] and [`segmenter`]: a recording becomes rests, and turns between them.
+//! 4. [`noise`]: white noise and bias instability, and what they do to a mean.
+//! 5. [`regression`] and [`rotation`]: the two solvers.
+//! 6. [`gravity`]: what the Earth adds.
+//! 7. [`turntable`]: targets against a co-mounted reference.
+//!
+//! Everything is generic over `f32` and `f64`, owns no memory it was not given, and never panics on data:
+//! state is a plain struct with `new`, `push` and `solve`, and time comes with the samples.
+#![no_std]
+
+pub mod gravity;
+pub mod model;
+pub mod moments;
+pub mod noise;
+pub mod real;
+pub mod regression;
+pub mod rotation;
+pub mod sample;
+pub mod segmenter;
+pub mod stillness;
+pub mod turntable;

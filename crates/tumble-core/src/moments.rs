@@ -1,0 +1,188 @@
+//! Streaming mean and scatter of N channels: centred sums, mergeable, so that chunks can be reduced in parallel.
+
+use crate::real::{Real, count};
+
+/// Mean and centred sum of squares of N channels.
+///
+/// Welford (1962); merged by Chan, Golub and LeVeque (1979), eq. 2.1. Centred sums hold in `f32` over hours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moments<T: Real, const N: usize> {
+    samples: u32,
+    mean: [T; N],
+    squares: [T; N],
+}
+
+impl<T: Real, const N: usize> Default for Moments<T, N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real, const N: usize> Moments<T, N> {
+    /// No samples yet.
+    pub fn new() -> Self {
+        Self {
+            samples: 0,
+            mean: [T::zero(); N],
+            squares: [T::zero(); N],
+        }
+    }
+
+    /// Takes in one sample.
+    pub fn push(&mut self, sample: &[T; N]) {
+        self.samples = self.samples.saturating_add(1);
+        let share = T::one() / count(self.samples);
+        for ((mean, squares), &x) in self.mean.iter_mut().zip(&mut self.squares).zip(sample) {
+            let before = x - *mean;
+            *mean += before * share;
+            *squares += before * (x - *mean);
+        }
+    }
+
+    /// Takes in all that another has seen.
+    pub fn merge(&mut self, other: &Self) {
+        if other.samples == 0 {
+            return;
+        }
+        let total = self.samples.saturating_add(other.samples);
+        let share = count::<T>(other.samples) / count(total);
+        let pull = count::<T>(self.samples) * share;
+        for i in 0..N {
+            let apart = other.mean[i] - self.mean[i];
+            self.mean[i] += apart * share;
+            self.squares[i] += other.squares[i] + apart * apart * pull;
+        }
+        self.samples = total;
+    }
+
+    /// How many samples were taken in.
+    pub fn samples(&self) -> u32 {
+        self.samples
+    }
+
+    /// Mean of each channel; zero before the first sample.
+    pub fn mean(&self) -> &[T; N] {
+        &self.mean
+    }
+
+    /// Variance of the samples of each channel (divisor n - 1); zero for fewer than two samples.
+    pub fn variance(&self) -> [T; N] {
+        let freedom = count::<T>(self.samples.saturating_sub(1).max(1));
+        self.squares.map(|squares| squares / freedom)
+    }
+}
+
+/// Sums over a short run of samples about its first, so that they cost no division and lose no digits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RunningSums<T: Real, const N: usize> {
+    origin: [T; N],
+    samples: u32,
+    sum: [T; N],
+    squares: [T; N],
+    levers: [T; N],
+    lever: T,
+}
+
+impl<T: Real, const N: usize> RunningSums<T, N> {
+    /// Starts at its first sample.
+    pub fn start(first: &[T; N]) -> Self {
+        let zero = [T::zero(); N];
+        Self {
+            origin: *first,
+            samples: 1,
+            sum: zero,
+            squares: zero,
+            levers: zero,
+            lever: T::zero(),
+        }
+    }
+
+    /// Takes in one sample, `age` seconds after the first.
+    #[inline]
+    pub fn push(&mut self, sample: &[T; N], age: T) {
+        self.samples += 1;
+        self.lever += age;
+        for i in 0..N {
+            let x = sample[i] - self.origin[i];
+            self.sum[i] += x;
+            self.squares[i] += x * x;
+            self.levers[i] += x * age;
+        }
+    }
+
+    /// How many samples were taken in.
+    pub fn samples(&self) -> u32 {
+        self.samples
+    }
+
+    /// Mean and scatter.
+    pub fn moments(&self) -> Moments<T, N> {
+        let n = count::<T>(self.samples);
+        let mut moments = Moments::new();
+        moments.samples = self.samples;
+        for i in 0..N {
+            let shift = self.sum[i] / n;
+            moments.mean[i] = self.origin[i] + shift;
+            moments.squares[i] = (self.squares[i] - self.sum[i] * shift).max(T::zero());
+        }
+        moments
+    }
+
+    /// Mean of `age * sample` of each channel: the first moment in time, about the first sample.
+    pub fn mean_lever(&self) -> [T; N] {
+        let n = count::<T>(self.samples);
+        core::array::from_fn(|i| (self.levers[i] + self.origin[i] * self.lever) / n)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn of(samples: &[[f64; 2]]) -> Moments<f64, 2> {
+        let mut moments = Moments::new();
+        samples.iter().for_each(|sample| moments.push(sample));
+        moments
+    }
+
+    fn close(a: &Moments<f64, 2>, b: &Moments<f64, 2>) -> bool {
+        let near = |x: &[f64; 2], y: &[f64; 2]| {
+            x.iter()
+                .zip(y)
+                .all(|(x, y)| (x - y).abs() <= 1e-9 * (1.0 + x.abs()))
+        };
+        a.samples() == b.samples() && near(a.mean(), b.mean()) && near(&a.variance(), &b.variance())
+    }
+
+    proptest! {
+        #[test]
+        fn merging_parts_in_any_split_is_the_same_as_one_pass(
+            samples in prop::collection::vec([-50.0..50.0_f64, -1.0..1.0_f64], 0..200), cut in 0.0..1.0_f64
+        ) {
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss)]
+            let cut = (cut * samples.len() as f64) as usize;
+            let mut merged = of(&samples[..cut]);
+            merged.merge(&of(&samples[cut..]));
+            prop_assert!(close(&merged, &of(&samples)));
+        }
+
+        #[test]
+        fn running_sums_agree_with_welford(samples in prop::collection::vec([-50.0..50.0_f64, -1.0..1.0_f64], 1..200)) {
+            let mut sums = RunningSums::start(&samples[0]);
+            samples[1..].iter().for_each(|sample| sums.push(sample, 0.0));
+            prop_assert!(close(&sums.moments(), &of(&samples)));
+        }
+    }
+
+    #[test]
+    fn single_precision_survives_an_hour_at_a_kilohertz() {
+        let mut moments = Moments::<f32, 1>::new();
+        for i in 0..3_600_000_u32 {
+            let wiggle = if i % 2 == 0 { 0.01 } else { -0.01 };
+            moments.push(&[9.806_65 + wiggle]);
+        }
+        assert!((moments.mean()[0] - 9.806_65).abs() < 1e-4, "{:?}", moments.mean());
+        assert!((moments.variance()[0].sqrt() - 0.01).abs() < 1e-4);
+    }
+}

@@ -1,0 +1,189 @@
+//! White noise and bias instability, and what they do to the mean over an interval.
+//!
+//! White noise of density N (unit / sqrt(Hz)) leaves a mean over T seconds with variance `N^2 / T`. Bias instability
+//! B (unit) is flicker noise, `S(f) = B^2 / (2 pi f)` two-sided over positive f (IEEE Std 952-1997, annex C.1.3),
+//! whose Allan deviation levels off at `sqrt(2 ln 2 / pi) B = 0.664 B`. It has no finite variance, but the bias is
+//! defined here as the mean over a session, and deviations from that have: with the generalised covariance
+//! `k(t) = -(B^2 / pi) ln |t|` (docs/theory/noise.md).
+
+use crate::real::{Real, count, real};
+use crate::sample::CHANNELS;
+
+/// `2 ln 2 / pi`: Allan variance of flicker noise of B = 1.
+const FLICKER_FLOOR: f64 = 2.0 * core::f64::consts::LN_2 / core::f64::consts::PI;
+
+/// Noise of one channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise<T: Real> {
+    /// N^2, unit^2 / Hz.
+    pub white: T,
+    /// B^2, unit^2.
+    pub flicker: T,
+    /// 1-sigma of `flicker`, unit^2; infinite where the record is too short to tell.
+    pub flicker_sigma: T,
+}
+
+/// A span of time, s, counted from any one origin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval<T: Real> {
+    /// First instant.
+    pub start: T,
+    /// Last instant.
+    pub end: T,
+}
+
+impl<T: Real> Interval<T> {
+    /// Length, s.
+    pub fn duration(&self) -> T {
+        self.end - self.start
+    }
+}
+
+impl<T: Real> Noise<T> {
+    /// No noise at all.
+    pub fn none() -> Self {
+        Self { white: T::zero(), flicker: T::zero(), flicker_sigma: T::zero() }
+    }
+
+    /// Covariance of the means over two intervals that are the same or do not overlap, each taken against the
+    /// mean bias of the session (docs/theory/noise.md, eq. 4).
+    pub fn covariance(&self, a: &Interval<T>, b: &Interval<T>, session: &Interval<T>) -> T {
+        let white = if a == b { self.white / a.duration() } else { T::zero() };
+        let k = |a: &Interval<T>, b: &Interval<T>| mean_log(a, b);
+        let centred = k(a, b) - k(a, session) - k(b, session) + k(session, session);
+        white - centred * self.flicker * real(core::f64::consts::FRAC_1_PI)
+    }
+}
+
+/// Mean of `ln |s - t|` for s in a and t in b: the second difference of `F(x) = x^2/2 ln|x| - 3/4 x^2`.
+fn mean_log<T: Real>(a: &Interval<T>, b: &Interval<T>) -> T {
+    let f = |x: T| {
+        let x = x.abs();
+        if x > T::zero() { x * x * (x.ln() * real(0.5) - real(0.75)) } else { T::zero() }
+    };
+    let sum = f(b.end - a.start) - f(b.end - a.end) - f(b.start - a.start) + f(b.start - a.end);
+    sum / (a.duration() * b.duration())
+}
+
+/// Octaves of the ladder: from a block of 0.1 s to an hour and more.
+const RUNGS: usize = 16;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Rung<T: Real> {
+    pending: Option<[T; CHANNELS]>,
+    differences: [T; CHANNELS],
+    pairs: u32,
+}
+
+/// Allan variance of the six channels at averaging times of one block, two, four ..., in constant memory.
+///
+/// Each rung pairs successive means: half the mean squared difference is the Allan variance (IEEE Std 952-1997,
+/// annex C), the mean of the two goes one rung up. Rests are pooled by merging their ladders.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AllanLadder<T: Real> {
+    rungs: [Rung<T>; RUNGS],
+    blocks: u32,
+    time: T,
+}
+
+impl<T: Real> Default for AllanLadder<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real> AllanLadder<T> {
+    /// No blocks yet.
+    pub fn new() -> Self {
+        let empty = Rung { pending: None, differences: [T::zero(); CHANNELS], pairs: 0 };
+        Self { rungs: [empty; RUNGS], blocks: 0, time: T::zero() }
+    }
+
+    /// Takes in the mean over the next block, and the length of the block, s.
+    pub fn push(&mut self, mean: &[T; CHANNELS], duration: T) {
+        self.blocks += 1;
+        self.time += duration;
+        let mut rising = *mean;
+        for rung in &mut self.rungs {
+            let Some(before) = rung.pending.take() else {
+                rung.pending = Some(rising);
+                return;
+            };
+            rung.pairs += 1;
+            for i in 0..CHANNELS {
+                let apart = rising[i] - before[i];
+                rung.differences[i] += apart * apart * real(0.5);
+                rising[i] = (rising[i] + before[i]) * real(0.5);
+            }
+        }
+    }
+
+    /// Adds what another record of the same unit showed.
+    pub fn merge(&mut self, other: &Self) {
+        self.blocks += other.blocks;
+        self.time += other.time;
+        for (rung, more) in self.rungs.iter_mut().zip(&other.rungs) {
+            rung.pairs += more.pairs;
+            for i in 0..CHANNELS {
+                rung.differences[i] += more.differences[i];
+            }
+        }
+    }
+
+    /// Averaging time, Allan variance and number of pairs of each rung that has any.
+    pub fn variances(&self, channel: usize) -> impl Iterator<Item = (T, T, u32)> + '_ {
+        let block = if self.blocks > 0 { self.time / count(self.blocks) } else { T::zero() };
+        let mut averaging = block * real(0.5);
+        self.rungs.iter().filter_map(move |rung| {
+            averaging *= real(2.0);
+            let sum = rung.differences.get(channel)?;
+            (rung.pairs > 0).then(|| (averaging, *sum / count(rung.pairs), rung.pairs))
+        })
+    }
+
+    /// White noise and flicker of a channel: weighted least squares of `N^2 / tau + 0.441 B^2` on the ladder, neither
+    /// below zero. An Allan variance from n pairs errs by `sqrt(2 / n)` of what it ought to be.
+    pub fn fit(&self, channel: usize) -> Noise<T> {
+        let mut noise = self.variances(channel).next().map_or(Noise::none(), |(averaging, variance, _)| Noise {
+            white: variance * averaging,
+            flicker: T::zero(),
+            flicker_sigma: T::zero(),
+        });
+        for _ in 0..8 {
+            noise = self.refit(channel, &noise);
+        }
+        noise
+    }
+
+    fn refit(&self, channel: usize, before: &Noise<T>) -> Noise<T> {
+        let floor = real::<T>(FLICKER_FLOOR);
+        let (mut aa, mut ab, mut bb, mut ay, mut by) = (T::zero(), T::zero(), T::zero(), T::zero(), T::zero());
+        for (averaging, variance, pairs) in self.variances(channel) {
+            let expected = before.white / averaging + floor * before.flicker;
+            if expected <= T::zero() {
+                return *before;
+            }
+            let weight = count::<T>(pairs) / (expected * expected * real(2.0));
+            let a = T::one() / averaging;
+            aa += weight * a * a;
+            ab += weight * a * floor;
+            bb += weight * floor * floor;
+            ay += weight * a * variance;
+            by += weight * floor * variance;
+        }
+        let determinant = aa * bb - ab * ab;
+        if aa <= T::zero() {
+            return *before;
+        }
+        if determinant <= aa * bb * real(1e-6) {
+            return Noise { white: ay / aa, flicker: T::zero(), flicker_sigma: T::max_value().unwrap_or(T::zero()) };
+        }
+        let flicker = (aa * by - ab * ay) / determinant;
+        let flicker_sigma = (aa / determinant).sqrt();
+        if flicker <= T::zero() {
+            return Noise { white: ay / aa, flicker: T::zero(), flicker_sigma };
+        }
+        let white = ((bb * ay - ab * by) / determinant).max(T::zero());
+        Noise { white, flicker, flicker_sigma }
+    }
+}

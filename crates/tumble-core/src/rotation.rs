@@ -1,0 +1,103 @@
+//! Closed-form rotation between two sets of vectors, and the calculus of small rotations.
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+
+use crate::real::{Real, real};
+
+/// The matrix of the cross product, `[v]x w = v x w`.
+pub fn cross_matrix<T: Real>(v: &Vector3<T>) -> Matrix3<T> {
+    v.cross_matrix()
+}
+
+/// Inverse of the left Jacobian of SO(3): `d(log R) = J^-1(phi) d`, where `R' = exp([d]x) R`.
+///
+/// Sola, Deray, Atchuthan, "A micro Lie theory for state estimation in robotics" (2018), eq. 146.
+pub fn inverse_left_jacobian<T: Real>(phi: &Vector3<T>) -> Matrix3<T> {
+    let hat = cross_matrix(phi);
+    let angle_squared = phi.norm_squared();
+    // Below this the series is exact to rounding in f64 as in f32.
+    let quadratic = if angle_squared < real(1e-4) {
+        real::<T>(1.0 / 12.0) + angle_squared * real(1.0 / 720.0)
+    } else {
+        let half = angle_squared.sqrt() * real(0.5);
+        (T::one() - half * half.cos() / half.sin()) / angle_squared
+    };
+    Matrix3::identity() - hat * real::<T>(0.5) + hat * hat * quadratic
+}
+
+/// Weighted sums over pairs `(to, from)` of vectors, of which a rotation and an offset remain to be solved:
+/// `to = R from + offset`. Centred (Welford), so the offset costs no digits.
+#[derive(Clone, Copy, Debug)]
+pub struct Procrustes<T: Real> {
+    weight: T,
+    mean_to: Vector3<T>,
+    mean_from: Vector3<T>,
+    cross: Matrix3<T>,
+    spread: Matrix3<T>,
+}
+
+/// A rotation with the offset that was solved beside it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RotationFit<T: Real> {
+    /// `to_from`.
+    pub rotation: Rotation3<T>,
+    /// Offset in the frame `to`.
+    pub offset: Vector3<T>,
+    /// Information on the rotation vector for unit weight: `sum w (|a|^2 I - a a^T)`, `a` the centred `from`, turned.
+    pub information: Matrix3<T>,
+    /// Sum of the weights.
+    pub weight: T,
+    /// Weighted mean of `from`, on which the offset leans: `offset = mean_to - R mean_from`.
+    pub mean_from: Vector3<T>,
+}
+
+impl<T: Real> Default for Procrustes<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real> Procrustes<T> {
+    /// No pairs yet.
+    pub fn new() -> Self {
+        Self {
+            weight: T::zero(),
+            mean_to: Vector3::zeros(),
+            mean_from: Vector3::zeros(),
+            cross: Matrix3::zeros(),
+            spread: Matrix3::zeros(),
+        }
+    }
+
+    /// Takes in one pair.
+    pub fn push(&mut self, to: &Vector3<T>, from: &Vector3<T>, weight: T) {
+        self.weight += weight;
+        let share = weight / self.weight;
+        let (to_before, from_before) = (to - self.mean_to, from - self.mean_from);
+        self.mean_to += to_before * share;
+        self.mean_from += from_before * share;
+        self.cross += to_before * (from - self.mean_from).transpose() * weight;
+        self.spread += from_before * (from - self.mean_from).transpose() * weight;
+    }
+
+    /// Solves `to = R from + offset` (Kabsch 1976; Umeyama 1991, eq. 40, against reflections).
+    /// `None` where the pairs do not span a plane, so that the rotation is not determined.
+    pub fn solve(&self) -> Option<RotationFit<T>> {
+        let svd = self.cross.try_svd(true, true, T::default_epsilon(), 200)?;
+        let (u, v_t) = (svd.u?, svd.v_t?);
+        if svd.singular_values[1] <= svd.singular_values[0] * real(1e-5) {
+            return None;
+        }
+        let sign = (u * v_t).determinant().signum();
+        let flip = Matrix3::from_diagonal(&Vector3::new(T::one(), T::one(), sign));
+        let rotation = Rotation3::from_matrix_unchecked(u * flip * v_t);
+        let turned = rotation.matrix() * self.spread * rotation.matrix().transpose();
+        Some(RotationFit {
+            rotation,
+            offset: self.mean_to - rotation * self.mean_from,
+            information: Matrix3::identity() * turned.trace() - turned,
+            weight: self.weight,
+            mean_from: self.mean_from,
+        })
+    }
+}

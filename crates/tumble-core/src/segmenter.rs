@@ -1,0 +1,347 @@
+//! A recording becomes rests and turns, one pass, constant memory.
+//!
+//! Samples are gathered into short blocks, blocks into stretches. The first and the last block of a rest are
+//! given to the turns beside it, where a table still settling does no harm. A stretch keeps sums only, and sums
+//! over neighbours add up: [`Stretch::append`].
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::moments::RunningSums;
+use crate::noise::AllanLadder;
+use crate::real::{Real, real, seconds};
+use crate::sample::{CHANNELS, Sample};
+use crate::stillness::{Scatter, Stillness, StillnessSettings, UnitMoments};
+
+/// How a recording is cut.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SegmenterSettings<T: Real> {
+    /// Length of a block, microseconds.
+    pub block: u64,
+    /// Fewest samples in a block.
+    pub block_samples: u32,
+    /// Shortest rest, microseconds.
+    pub shortest_rest: u64,
+    /// A pause in the samples longer than this many sample intervals is a gap.
+    pub gap_intervals: u64,
+    /// What counts as being at rest.
+    pub stillness: StillnessSettings<T>,
+}
+
+impl<T: Real> Default for SegmenterSettings<T> {
+    fn default() -> Self {
+        Self {
+            block: 100_000,
+            block_samples: 8,
+            shortest_rest: 1_000_000,
+            gap_intervals: 10,
+            stillness: StillnessSettings::default(),
+        }
+    }
+}
+
+/// What is kept of successive samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch<T: Real> {
+    /// Time of its first sample, microseconds.
+    pub start: u64,
+    /// Time of the first sample after it, microseconds.
+    pub end: u64,
+    /// Mean and scatter of the six channels.
+    pub moments: UnitMoments<T>,
+    /// Time integral of the six channels, m/s and rad.
+    pub integral: [T; CHANNELS],
+    /// Integral of `(t - start) y dt` of the six channels, m and rad s.
+    pub lever: [T; CHANNELS],
+    /// Attitude at the start from attitude at the end, from the angular rate less the bias of the rest before.
+    pub start_from_end: UnitQuaternion<T>,
+    /// False where samples are missing inside.
+    pub complete: bool,
+}
+
+impl<T: Real> Stretch<T> {
+    fn of_block(sums: &RunningSums<T, CHANNELS>, start: u64, end: u64, bias: &Vector3<T>) -> Self {
+        let moments = sums.moments();
+        let duration = seconds::<T>(end.saturating_sub(start));
+        let integral = moments.mean().map(|mean| mean * duration);
+        let rate = Vector3::new(moments.mean()[3], moments.mean()[4], moments.mean()[5]) - bias;
+        Self {
+            start,
+            end,
+            moments,
+            integral,
+            lever: sums.mean_lever().map(|lever| lever * duration),
+            start_from_end: UnitQuaternion::from_scaled_axis(rate * duration),
+            complete: true,
+        }
+    }
+
+    /// Length, s.
+    pub fn duration(&self) -> T {
+        seconds(self.end.saturating_sub(self.start))
+    }
+
+    /// Mean specific force, m/s^2.
+    pub fn specific_force(&self) -> Vector3<T> {
+        let mean = self.moments.mean();
+        Vector3::new(mean[0], mean[1], mean[2])
+    }
+
+    /// Mean angular rate, rad/s.
+    pub fn angular_rate(&self) -> Vector3<T> {
+        let mean = self.moments.mean();
+        Vector3::new(mean[3], mean[4], mean[5])
+    }
+
+    /// Integral of the specific force, m/s.
+    pub fn velocity(&self) -> Vector3<T> {
+        Vector3::new(self.integral[0], self.integral[1], self.integral[2])
+    }
+
+    /// Integral of the angular rate, rad.
+    pub fn angle(&self) -> Vector3<T> {
+        Vector3::new(self.integral[3], self.integral[4], self.integral[5])
+    }
+
+    /// Adds the stretch that follows.
+    pub fn append(&mut self, next: &Self) {
+        let offset = seconds::<T>(next.start.saturating_sub(self.start));
+        for i in 0..CHANNELS {
+            self.lever[i] += next.lever[i] + offset * next.integral[i];
+            self.integral[i] += next.integral[i];
+        }
+        self.moments.merge(&next.moments);
+        self.start_from_end *= next.start_from_end;
+        self.complete &= next.complete;
+        self.end = next.end;
+    }
+
+    /// Time at which the turning was centred, s after the start, given the bias of the angular rate, rad/s:
+    /// `int t (w - b) . n dt / int (w - b) . n dt` with `n` along the whole turn. It does not mind how the unit is
+    /// mounted. `None` if the unit hardly turned.
+    pub fn centre_of_turn(&self, bias: &Vector3<T>) -> Option<T> {
+        let duration = self.duration();
+        let angle = self.angle() - bias * duration;
+        let lever = Vector3::new(self.lever[3], self.lever[4], self.lever[5])
+            - bias * (duration * duration * real(0.5));
+        (angle.norm() > real(0.1)).then(|| lever.dot(&angle) / angle.norm_squared())
+    }
+
+    /// Rate at which the specific force drifted, m/s^3, by least squares over the stretch.
+    pub fn specific_force_slope(&self) -> Vector3<T> {
+        let duration = self.duration();
+        let about_centre = Vector3::new(self.lever[0], self.lever[1], self.lever[2])
+            - self.velocity() * (duration * real(0.5));
+        about_centre * real::<T>(12.0) / (duration * duration * duration)
+    }
+}
+
+/// A finished part of the recording.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Segment<T: Real> {
+    /// The unit moved, or nobody can say that it did not.
+    Turn(Stretch<T>),
+    /// The unit stood still.
+    Rest(Stretch<T>),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum State<T: Real> {
+    /// Not at rest.
+    Moving,
+    /// One quiet block was seen; its moments.
+    Settling(UnitMoments<T>),
+    /// At rest. The newest block is held back: it may turn out to be the first of a turn.
+    Resting(Resting<T>),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Resting<T: Real> {
+    rest: Option<Stretch<T>>,
+    held: Stretch<T>,
+    announced: bool,
+}
+
+/// Cuts a stream of samples into rests and turns.
+#[derive(Clone, Debug)]
+pub struct Segmenter<T: Real> {
+    settings: SegmenterSettings<T>,
+    stillness: Stillness<T>,
+    state: State<T>,
+    turn: Option<Stretch<T>>,
+    sums: Option<RunningSums<T, CHANNELS>>,
+    first: u64,
+    last: u64,
+    interval: u64,
+    bias: Vector3<T>,
+    allan: AllanLadder<T>,
+    allan_of_rest: AllanLadder<T>,
+    block: Option<Stretch<T>>,
+}
+
+impl<T: Real> Segmenter<T> {
+    /// Nothing seen yet.
+    pub fn new(settings: SegmenterSettings<T>) -> Self {
+        Self {
+            settings,
+            stillness: Stillness::new(settings.stillness),
+            state: State::Moving,
+            turn: None,
+            sums: None,
+            first: 0,
+            last: 0,
+            interval: 0,
+            bias: Vector3::zeros(),
+            allan: AllanLadder::new(),
+            allan_of_rest: AllanLadder::new(),
+            block: None,
+        }
+    }
+
+    /// Takes in a sample; one that is not finite, or not later than the last, is passed over.
+    pub fn push(&mut self, sample: &Sample<T>) -> Option<Segment<T>> {
+        if sample.is_finite() {
+            self.push_channels(sample.time, &sample.channels())
+        } else {
+            None
+        }
+    }
+
+    /// Takes in a sample known to be finite, given by its channels.
+    #[inline]
+    pub fn push_channels(&mut self, time: u64, y: &[T; CHANNELS]) -> Option<Segment<T>> {
+        let gap = self.is_gap(time.saturating_sub(self.last));
+        let Some(sums) = self.sums.as_mut() else {
+            self.begin(time, y);
+            return None;
+        };
+        if time <= self.last {
+            return None;
+        }
+        let age = time - self.first;
+        let full = age >= self.settings.block && sums.samples() >= self.settings.block_samples;
+        if full || gap {
+            let segment = self.close(time);
+            self.begin(time, y);
+            return segment;
+        }
+        sums.push(y, seconds(age));
+        self.last = time;
+        None
+    }
+
+    /// What was going on when the recording ended: call until there is nothing more.
+    pub fn finish(&mut self) -> Option<Segment<T>> {
+        if let Some(segment) = self.close(self.last.saturating_add(self.interval)) {
+            return Some(segment);
+        }
+        match core::mem::replace(&mut self.state, State::Moving) {
+            State::Resting(Resting { rest: Some(mut rest), held, announced: true }) => {
+                rest.append(&held);
+                self.allan.merge(&self.allan_of_rest);
+                Some(Segment::Rest(rest))
+            }
+            _ => None,
+        }
+    }
+
+    /// The noise of the six channels at rest, over averaging times from a block up.
+    pub fn allan(&self) -> &AllanLadder<T> {
+        &self.allan
+    }
+
+    /// The quietest the unit has been.
+    pub fn floor(&self) -> Option<Scatter<T>> {
+        self.stillness.floor()
+    }
+
+    /// The block closed last, for those who draw the recording.
+    pub fn take_block(&mut self) -> Option<Stretch<T>> {
+        self.block.take()
+    }
+
+    fn is_gap(&self, pause: u64) -> bool {
+        self.interval > 0 && pause > self.interval.saturating_mul(self.settings.gap_intervals)
+    }
+
+    fn begin(&mut self, time: u64, y: &[T; CHANNELS]) {
+        self.sums = Some(RunningSums::start(y));
+        self.first = time;
+        self.last = time;
+    }
+
+    /// Ends the block at hand; `next` is the time of the sample after it.
+    fn close(&mut self, next: u64) -> Option<Segment<T>> {
+        let sums = self.sums.take()?;
+        let gap = self.is_gap(next.saturating_sub(self.last));
+        let steps = u64::from(sums.samples().saturating_sub(1));
+        if let Some(interval) = (self.last - self.first).checked_div(steps) {
+            self.interval = interval;
+        }
+        let mut block = Stretch::of_block(&sums, self.first, next, &self.bias);
+        block.complete = !gap;
+        self.block = Some(block);
+        let enough = sums.samples() >= self.settings.block_samples;
+        let quiet = enough && !gap && self.stillness.push(&block.moments);
+        self.advance(block, quiet)
+    }
+
+    /// One step of the machine: moving, settling, resting.
+    fn advance(&mut self, block: Stretch<T>, quiet: bool) -> Option<Segment<T>> {
+        match self.state {
+            State::Settling(before) if quiet && self.stillness.is_level(&before, &block.moments) => {
+                self.allan_of_rest = AllanLadder::new();
+                self.state = State::Resting(Resting { rest: None, held: block, announced: false });
+                None
+            }
+            State::Moving | State::Settling(_) => {
+                extend(&mut self.turn, &block);
+                self.move_on(&block, quiet);
+                None
+            }
+            State::Resting(resting) => {
+                let level = resting.rest.unwrap_or(resting.held);
+                if quiet && self.stillness.is_level(&level.moments, &block.moments) {
+                    self.rest_on(resting, block)
+                } else {
+                    self.end_rest(resting, block, quiet)
+                }
+            }
+        }
+    }
+
+    fn rest_on(&mut self, mut resting: Resting<T>, block: Stretch<T>) -> Option<Segment<T>> {
+        self.allan_of_rest.push(resting.held.moments.mean(), resting.held.duration());
+        extend(&mut resting.rest, &resting.held);
+        resting.held = block;
+        let long_enough = resting.rest.is_some_and(|rest| rest.end - rest.start >= self.settings.shortest_rest);
+        let announce = long_enough && !resting.announced;
+        resting.announced |= announce;
+        self.state = State::Resting(resting);
+        if announce { self.turn.take().map(Segment::Turn) } else { None }
+    }
+
+    fn end_rest(&mut self, resting: Resting<T>, block: Stretch<T>, quiet: bool) -> Option<Segment<T>> {
+        self.move_on(&block, quiet);
+        let finished = resting.rest.filter(|_| resting.announced);
+        if let Some(rest) = finished {
+            self.allan.merge(&self.allan_of_rest);
+            self.bias = rest.angular_rate();
+        } else if let Some(rest) = resting.rest {
+            extend(&mut self.turn, &rest);
+        }
+        extend(&mut self.turn, &resting.held);
+        extend(&mut self.turn, &block);
+        finished.map(Segment::Rest)
+    }
+
+    fn move_on(&mut self, block: &Stretch<T>, quiet: bool) {
+        self.state = if quiet { State::Settling(block.moments) } else { State::Moving };
+    }
+}
+
+fn extend<T: Real>(stretch: &mut Option<Stretch<T>>, next: &Stretch<T>) {
+    match stretch {
+        Some(stretch) => stretch.append(next),
+        None => *stretch = Some(*next),
+    }
+}

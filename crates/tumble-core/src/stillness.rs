@@ -1,0 +1,158 @@
+//! Is it at rest? Judged block by block, against the quietest the sensor has been.
+//!
+//! A block is quiet if the scatter of its samples is that of the sensor's own noise, whatever the level: a bias
+//! may be as large as it likes. A rest goes on while the level of the blocks stays where it was, which a slow
+//! turn does not, even one whose rate is constant: gravity turns with it. Vibration shows in the scatter.
+
+use crate::moments::Moments;
+use crate::real::{Real, count, real};
+use crate::sample::CHANNELS;
+
+/// Mean and scatter of the six channels.
+pub type UnitMoments<T> = Moments<T, CHANNELS>;
+
+/// When a unit counts as being at rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StillnessSettings<T: Real> {
+    /// How much larger than the noise floor the variance of a quiet block may be, ratio.
+    pub variance_ratio: T,
+    /// Scatter of specific force below which a block is quiet whatever the floor, m/s^2.
+    pub smallest_specific_force_scatter: T,
+    /// Scatter of angular rate below which a block is quiet whatever the floor, rad/s.
+    pub smallest_angular_rate_scatter: T,
+    /// How far the mean specific force of a block may stray from its rest besides noise, m/s^2.
+    pub specific_force_drift: T,
+    /// How far the mean angular rate of a block may stray from its rest besides noise, rad/s.
+    pub angular_rate_drift: T,
+    /// How many sigma of the mean a block may stray besides the drift.
+    pub sigmas: T,
+}
+
+impl<T: Real> Default for StillnessSettings<T> {
+    fn default() -> Self {
+        Self {
+            variance_ratio: real(3.0),
+            smallest_specific_force_scatter: real(0.005),
+            smallest_angular_rate_scatter: real(0.0003),
+            specific_force_drift: real(0.02),
+            angular_rate_drift: real(0.003),
+            sigmas: real(6.0),
+        }
+    }
+}
+
+/// Blocks over which the noise floor is averaged.
+const FLOOR_BLOCKS: u32 = 8;
+
+/// Variance of one sample, mean over the three axes, of the two triads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scatter<T: Real> {
+    /// (m/s^2)^2.
+    pub specific_force: T,
+    /// (rad/s)^2.
+    pub angular_rate: T,
+}
+
+impl<T: Real> Scatter<T> {
+    /// Of a run of samples.
+    pub fn of(moments: &UnitMoments<T>) -> Self {
+        let [fx, fy, fz, wx, wy, wz] = moments.variance();
+        let third = real::<T>(1.0 / 3.0);
+        Self {
+            specific_force: (fx + fy + fz) * third,
+            angular_rate: (wx + wy + wz) * third,
+        }
+    }
+}
+
+/// Tells quiet blocks from others; learns the noise floor of the sensor from the quietest stretch so far.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stillness<T: Real> {
+    settings: StillnessSettings<T>,
+    floor: Option<Scatter<T>>,
+    gathered: Scatter<T>,
+    blocks: u32,
+}
+
+impl<T: Real> Stillness<T> {
+    /// Knows nothing of the sensor yet: the first blocks set the floor until quieter ones come.
+    pub fn new(settings: StillnessSettings<T>) -> Self {
+        Self {
+            settings,
+            floor: None,
+            gathered: Scatter {
+                specific_force: T::zero(),
+                angular_rate: T::zero(),
+            },
+            blocks: 0,
+        }
+    }
+
+    /// Variance of a sample at the quietest so far; `None` before the first block.
+    pub fn floor(&self) -> Option<Scatter<T>> {
+        self.floor
+    }
+
+    /// Takes in the scatter of a block and says whether the block is quiet.
+    pub fn push(&mut self, block: &UnitMoments<T>) -> bool {
+        let scatter = Scatter::of(block);
+        self.learn(&scatter);
+        self.is_quiet(&scatter)
+    }
+
+    /// Whether a scatter is that of the sensor's own noise.
+    pub fn is_quiet(&self, scatter: &Scatter<T>) -> bool {
+        let Some(floor) = self.floor else {
+            return false;
+        };
+        let limits = &self.settings;
+        let gate = |floor: T, smallest: T| floor * limits.variance_ratio + smallest * smallest;
+        scatter.specific_force <= gate(floor.specific_force, limits.smallest_specific_force_scatter)
+            && scatter.angular_rate <= gate(floor.angular_rate, limits.smallest_angular_rate_scatter)
+    }
+
+    /// Whether a block is at the level of the rest it would join.
+    pub fn is_level(&self, rest: &UnitMoments<T>, block: &UnitMoments<T>) -> bool {
+        let Some(floor) = self.floor else {
+            return false;
+        };
+        let limits = &self.settings;
+        let shorter = T::one() / count(block.samples().max(1)) + T::one() / count(rest.samples().max(1));
+        let within = |first: usize, variance: T, drift: T| {
+            let apart = (first..first + 3).fold(T::zero(), |sum, i| {
+                let d = block.mean()[i] - rest.mean()[i];
+                sum + d * d
+            });
+            apart.sqrt() <= drift + limits.sigmas * (variance * shorter).sqrt()
+        };
+        within(0, floor.specific_force, limits.specific_force_drift)
+            && within(3, floor.angular_rate, limits.angular_rate_drift)
+    }
+
+    /// The floor is the mean over the quietest group of blocks: a minimum of single blocks would sit below the noise.
+    fn learn(&mut self, scatter: &Scatter<T>) {
+        self.gathered.specific_force += scatter.specific_force;
+        self.gathered.angular_rate += scatter.angular_rate;
+        self.blocks += 1;
+        let blocks = count::<T>(self.blocks);
+        let mean = Scatter {
+            specific_force: self.gathered.specific_force / blocks,
+            angular_rate: self.gathered.angular_rate / blocks,
+        };
+        let full = self.blocks == FLOOR_BLOCKS;
+        self.floor = Some(match self.floor {
+            Some(floor) if full => Scatter {
+                specific_force: floor.specific_force.min(mean.specific_force),
+                angular_rate: floor.angular_rate.min(mean.angular_rate),
+            },
+            Some(floor) => floor,
+            None => mean,
+        });
+        if full {
+            *self = Self {
+                floor: self.floor,
+                ..Self::new(self.settings)
+            };
+        }
+    }
+}

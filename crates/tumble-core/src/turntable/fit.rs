@@ -1,0 +1,245 @@
+//! Step 4: `y = M u + b` over intervals of which truth and reading are known.
+//!
+//! Accelerometer and gyroscope are the same problem. An interval is a rest or a turn, `u` the mean truth over it, `y`
+//! the mean reading. The truth has errors of its own: some belong to one interval (noise of the reference), some
+//! are shared by all (bias of the reference, its mounting angle). The first widen the variance, the second are
+//! unknowns beside M and b, with the covariance their own estimate gave them.
+
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+
+use crate::model::{Covariance, ErrorModel, PARAMETERS};
+use crate::noise::{Interval, Noise};
+use crate::real::{Real, real};
+use crate::regression::{LeastSquares, Prior, Solution, Unsolvable};
+
+/// An interval with its truth and its reading. P regressors an axis, Q shared errors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Observation<T: Real, const P: usize, const Q: usize> {
+    /// When, s.
+    pub interval: Interval<T>,
+    /// Mean truth and what goes with it: `[u, 1]`, or `[u, 1, f]` where g-sensitivity is asked for.
+    pub regressor: SVector<T, P>,
+    /// Mean reading, sensor frame.
+    pub reading: Vector3<T>,
+    /// Covariance of the truth u that belongs to this interval alone.
+    pub truth_covariance: Matrix3<T>,
+    /// Derivative of the truth u by the shared errors.
+    pub sensitivity: SMatrix<T, 3, Q>,
+}
+
+/// What is known beforehand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Knowledge<T: Real, const Q: usize> {
+    /// Noise of the three axes of the target.
+    pub noise: [Noise<T>; 3],
+    /// From the first interval to the last: b is the mean bias over it.
+    pub session: Interval<T>,
+    /// M as it would be without any error: the rotation sensor_from_case.
+    pub nominal: Matrix3<T>,
+    /// Largest plausible bias, unit of the sensor.
+    pub largest_bias: T,
+    /// Covariance of the shared errors.
+    pub shared: SMatrix<T, Q, Q>,
+}
+
+/// Largest plausible deviation of an element of M from its nominal value.
+const LARGEST_MATRIX_ERROR: f64 = 0.3;
+
+/// Largest plausible g-sensitivity of a gyroscope, rad/s per m/s^2.
+const LARGEST_G_SENSITIVITY: f64 = 0.01;
+
+/// Calibration of one triad.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TriadFit<T: Real, const Q: usize> {
+    /// M and b.
+    pub model: ErrorModel<T>,
+    /// Covariance of `[M row by row, b]`.
+    pub covariance: Covariance<T>,
+    /// Whether the data showed each of `[M row by row, b]`.
+    pub observed: [bool; PARAMETERS],
+    /// g-sensitivity, rad/s per m/s^2, and its 1-sigma, where asked for.
+    pub g_sensitivity: Option<(Matrix3<T>, Matrix3<T>)>,
+    /// Correction found for the shared errors.
+    pub shared: SVector<T, Q>,
+    /// Directions of M, b and the shared errors that the data decided.
+    pub rank: usize,
+    /// Sum of squared normalised residuals.
+    pub chi_square: T,
+    /// Rows less observed unknowns.
+    pub degrees_of_freedom: u32,
+}
+
+impl<T: Real, const Q: usize> TriadFit<T, Q> {
+    /// Reading minus model.
+    pub fn residual<const P: usize>(&self, observation: &Observation<T, P, Q>) -> Vector3<T> {
+        let u = truth(observation) + observation.sensitivity * self.shared;
+        let coupled = match &self.g_sensitivity {
+            Some((g, _)) if P >= 7 => g * Vector3::from_fn(|j, _| observation.regressor[4 + j]),
+            _ => Vector3::zeros(),
+        };
+        observation.reading - self.model.measure(&u) - coupled
+    }
+}
+
+/// The truth u of an observation.
+fn truth<T: Real, const P: usize, const Q: usize>(observation: &Observation<T, P, Q>) -> Vector3<T> {
+    observation.regressor.fixed_rows::<3>(0).into_owned()
+}
+
+/// Weighted least squares over all intervals; N must be `3 P + Q`.
+///
+/// M appears in the weights (noise of the truth passes through it), so the solution is repeated with the M of the
+/// round before; the second round is exact to the order of the noise (docs/theory/turntable.md, eq. 12).
+///
+/// # Errors
+/// [`Unsolvable`] if an observation is not finite or the noise is zero.
+pub fn fit<T: Real, const P: usize, const Q: usize, const N: usize>(
+    observations: &[Observation<T, P, Q>],
+    knowledge: &Knowledge<T, Q>,
+) -> Result<TriadFit<T, Q>, Unsolvable> {
+    const ROUNDS: u32 = 3;
+    const { assert!(N == 3 * P + Q) };
+    let prior = prior::<T, P, Q, N>(knowledge);
+    let mut matrix = knowledge.nominal;
+    let mut solution = None;
+    for _ in 0..ROUNDS {
+        let mut equations = LeastSquares::<T, N>::new(&prior);
+        for axis in 0..3 {
+            push_axis(&mut equations, observations, knowledge, &matrix, axis);
+        }
+        let round = equations.solve()?;
+        matrix = Matrix3::from_fn(|i, j| round.x[i * P + j]);
+        solution = Some(round);
+    }
+    Ok(unpack::<T, P, Q, N>(&solution.ok_or(Unsolvable)?))
+}
+
+fn prior<T: Real, const P: usize, const Q: usize, const N: usize>(knowledge: &Knowledge<T, Q>) -> Prior<T, N> {
+    let mut prior = Prior { mean: SVector::zeros(), covariance: SMatrix::zeros() };
+    for axis in 0..3 {
+        for column in 0..P {
+            let i = axis * P + column;
+            let largest: T = match column {
+                0..3 => real(LARGEST_MATRIX_ERROR),
+                3 => knowledge.largest_bias,
+                _ => real(LARGEST_G_SENSITIVITY),
+            };
+            prior.covariance[(i, i)] = largest * largest;
+            if column < 3 {
+                prior.mean[i] = knowledge.nominal[(axis, column)];
+            }
+        }
+    }
+    for i in 0..Q {
+        for j in 0..Q {
+            prior.covariance[(3 * P + i, 3 * P + j)] = knowledge.shared[(i, j)];
+        }
+    }
+    prior
+}
+
+/// How many intervals before are used to predict the noise of the next (Vecchia 1988): flicker noise is remembered
+/// about as far as the session is long, but what the nearest few do not tell, the others hardly add.
+const MEMORY: usize = 6;
+
+/// Rows of one axis, made independent of each other: from each is taken what the intervals before predict of it.
+fn push_axis<T: Real, const P: usize, const Q: usize, const N: usize>(
+    equations: &mut LeastSquares<T, N>,
+    observations: &[Observation<T, P, Q>],
+    knowledge: &Knowledge<T, Q>,
+    matrix: &Matrix3<T>,
+    axis: usize,
+) {
+    for (k, now) in observations.iter().enumerate() {
+        let before = &observations[k.saturating_sub(MEMORY)..k];
+        let (weights, variance) = predict(now, before, knowledge, matrix, axis);
+        let mut row = row::<T, P, Q, N>(now, matrix, axis);
+        let mut reading = now.reading[axis];
+        for (weight, earlier) in weights.iter().zip(before) {
+            row -= self::row::<T, P, Q, N>(earlier, matrix, axis) * *weight;
+            reading -= earlier.reading[axis] * *weight;
+        }
+        equations.push(&row, reading, variance);
+    }
+}
+
+/// Weights of the intervals before in the prediction of the error of this one, and the variance that remains.
+fn predict<T: Real, const P: usize, const Q: usize>(
+    now: &Observation<T, P, Q>,
+    before: &[Observation<T, P, Q>],
+    knowledge: &Knowledge<T, Q>,
+    matrix: &Matrix3<T>,
+    axis: usize,
+) -> (SVector<T, MEMORY>, T) {
+    let noise = &knowledge.noise[axis];
+    let covariance = |a: &Observation<T, P, Q>, b: &Observation<T, P, Q>| {
+        noise.covariance(&a.interval, &b.interval, &knowledge.session)
+    };
+    let variance = |o: &Observation<T, P, Q>| covariance(o, o) + through(matrix, &o.truth_covariance, axis);
+    let alone = variance(now);
+    if noise.flicker <= T::zero() {
+        return (SVector::zeros(), alone);
+    }
+    let mut among = SMatrix::<T, MEMORY, MEMORY>::identity();
+    let mut with = SVector::<T, MEMORY>::zeros();
+    for (i, a) in before.iter().enumerate() {
+        with[i] = covariance(a, now);
+        for (j, b) in before.iter().enumerate() {
+            among[(i, j)] = if i == j { variance(a) } else { covariance(a, b) };
+        }
+    }
+    match among.cholesky() {
+        Some(root) => {
+            let weights = root.solve(&with);
+            (weights, alone - weights.dot(&with))
+        }
+        None => (SVector::zeros(), alone),
+    }
+}
+
+/// Variance that the truth's own error leaves on one axis of the reading: `(M S M^T)_ii`.
+fn through<T: Real>(matrix: &Matrix3<T>, covariance: &Matrix3<T>, axis: usize) -> T {
+    let row = matrix.row(axis).transpose();
+    row.dot(&(covariance * row))
+}
+
+/// Coefficients of one axis of the reading: `[.. u, 1 .., M D]`.
+fn row<T: Real, const P: usize, const Q: usize, const N: usize>(
+    observation: &Observation<T, P, Q>,
+    matrix: &Matrix3<T>,
+    axis: usize,
+) -> SVector<T, N> {
+    let mut row = SVector::<T, N>::zeros();
+    row.rows_mut(axis * P, P).copy_from(&observation.regressor);
+    let by_shared = matrix.row(axis) * observation.sensitivity;
+    row.rows_mut(3 * P, Q).copy_from(&by_shared.transpose());
+    row
+}
+
+fn unpack<T: Real, const P: usize, const Q: usize, const N: usize>(solution: &Solution<T, N>) -> TriadFit<T, Q> {
+    let place = |parameter: usize| match parameter {
+        0..9 => (parameter / 3) * P + parameter % 3,
+        _ => (parameter - 9) * P + 3,
+    };
+    let x = |parameter: usize| solution.x[place(parameter)];
+    let unknowns = (0..3 * P).filter(|i| solution.observed(*i)).count();
+    let g_at = |i: usize, j: usize| i * P + 4 + j;
+    TriadFit {
+        model: ErrorModel {
+            matrix: Matrix3::from_fn(|i, j| x(3 * i + j)),
+            bias: Vector3::from_fn(|i, _| x(9 + i)),
+        },
+        covariance: Covariance::from_fn(|i, j| solution.covariance[(place(i), place(j))]),
+        observed: core::array::from_fn(|i| solution.observed(place(i))),
+        g_sensitivity: (P >= 7).then(|| {
+            (
+                Matrix3::from_fn(|i, j| solution.x[g_at(i, j)]),
+                Matrix3::from_fn(|i, j| solution.covariance[(g_at(i, j), g_at(i, j))].sqrt()),
+            )
+        }),
+        shared: solution.x.fixed_rows::<Q>(3 * P).into_owned(),
+        rank: solution.rank,
+        chi_square: solution.chi_square,
+        degrees_of_freedom: crate::regression::degrees_of_freedom(solution.rows, unknowns),
+    }
+}

@@ -1,0 +1,174 @@
+//! Step 3, and the better ways: what the target ought to have read.
+//!
+//! | truth | u at pose k | holds |
+//! |---|---|---|
+//! | `Ideal` | `g up_k`: poses as commanded, mounting ignored | M absorbs the mounting |
+//! | `RotateMeasurement` | `g up_k`, with `R_e^-1 y` for the reading: the published compensation | to first order |
+//! | `RotateTruth` | `R_e g up_k` | exactly, for a perfect table |
+//! | `Reference` | `r_k - b_r`, on the sphere of radius g: what the reference saw at that very pose | exactly |
+
+use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3, Vector4};
+
+use crate::noise::{Interval, Noise};
+use crate::real::Real;
+use crate::rotation::cross_matrix;
+use crate::turntable::fit::Observation;
+use crate::turntable::mounting::MountingFit;
+use crate::turntable::reference::{EarthFit, SphereFit, earth_variance};
+
+/// Where the truth comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Truth {
+    /// Poses as commanded; the mounting angle is ignored.
+    Ideal,
+    /// The published compensation: readings turned back by the mounting angle.
+    RotateMeasurement,
+    /// Poses as commanded, turned by the mounting angle.
+    RotateTruth,
+    /// What the reference saw.
+    Reference,
+}
+
+/// One rest as reference and target saw it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RestPair<T: Real> {
+    /// When the target stood still, s on the reference's clock.
+    pub interval: Interval<T>,
+    /// Mean of the reference, m/s^2.
+    pub reference: Vector3<T>,
+    /// Covariance of that mean.
+    pub reference_covariance: Matrix3<T>,
+    /// Mean of the target, m/s^2.
+    pub target: Vector3<T>,
+    /// Unit vector up in the table frame, where the pose is known.
+    pub up: Option<Vector3<T>>,
+}
+
+/// Specific force observed at a rest, with the errors shared by all rests: bias of the reference, or its mounting.
+pub type ForceObservation<T> = Observation<T, 4, 3>;
+
+/// Angular rate over a rest or a turn, with the errors shared by all: bias of the reference, rotation of the Earth.
+pub type RateObservation<T> = Observation<T, 4, 6>;
+
+fn regressor<T: Real>(u: &Vector3<T>) -> SVector<T, 4> {
+    Vector4::new(u.x, u.y, u.z, T::one())
+}
+
+/// Truth from what the reference saw, put on the sphere of radius g along its own uncertainty
+/// (docs/theory/turntable.md, eq. 8 to 10).
+pub fn from_reference<T: Real>(pair: &RestPair<T>, sphere: &SphereFit<T>, gravity: T) -> ForceObservation<T> {
+    let covariance = pair.reference_covariance * sphere.excess();
+    let seen = pair.reference - sphere.bias;
+    let length = seen.norm();
+    let direction = seen / length;
+    let spread = covariance * direction;
+    let gain = spread / direction.dot(&spread);
+    let u = seen - gain * (length - gravity);
+    Observation {
+        interval: pair.interval,
+        regressor: regressor(&u),
+        reading: pair.target,
+        truth_covariance: covariance - gain * spread.transpose(),
+        sensitivity: gain * direction.transpose() - Matrix3::identity(),
+    }
+}
+
+/// Truth from the list of poses; `None` where the pose is not known.
+pub fn from_poses<T: Real>(
+    truth: Truth,
+    pair: &RestPair<T>,
+    mounting: &MountingFit<T>,
+    gravity: T,
+) -> Option<ForceObservation<T>> {
+    let up = pair.up?;
+    let turned = mounting.rotation * up;
+    let (u, reading, sensitivity) = match truth {
+        Truth::RotateMeasurement => {
+            let reading = mounting.rotation.inverse() * pair.target;
+            (up * gravity, reading, -cross_matrix(&up) * gravity)
+        }
+        Truth::RotateTruth => (turned * gravity, pair.target, -cross_matrix(&turned) * gravity),
+        Truth::Ideal | Truth::Reference => (up * gravity, pair.target, Matrix3::zeros()),
+    };
+    let direction = u / gravity;
+    let across = Matrix3::identity() - direction * direction.transpose();
+    Some(Observation {
+        interval: pair.interval,
+        regressor: regressor(&u),
+        reading,
+        truth_covariance: across * mounting.pose_variance,
+        sensitivity,
+    })
+}
+
+/// Attitude of the case at a rest against the first rest; `None` if the turns between were not seen whole.
+pub type Attitude<T> = Option<UnitQuaternion<T>>;
+
+/// At a rest the true angular rate is the Earth's.
+pub fn at_rest<T: Real>(
+    interval: Interval<T>,
+    reading: Vector3<T>,
+    attitude: &Attitude<T>,
+    earth: &EarthFit<T>,
+) -> RateObservation<T> {
+    let mut sensitivity = SMatrix::<T, 3, 6>::zeros();
+    let (u, truth_covariance) = match attitude {
+        Some(start_from_here) => {
+            let here_from_start = start_from_here.inverse();
+            sensitivity
+                .fixed_columns_mut::<3>(3)
+                .copy_from(here_from_start.to_rotation_matrix().matrix());
+            (here_from_start * earth.earth_rate, Matrix3::zeros())
+        }
+        None => (Vector3::zeros(), Matrix3::identity() * earth_variance::<T>()),
+    };
+    Observation { interval, regressor: regressor(&u), reading, truth_covariance, sensitivity }
+}
+
+/// A turn as the reference saw it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReferenceTurn<T: Real> {
+    /// Integral of the angular rate, rad.
+    pub angle: Vector3<T>,
+    /// Over this interval, s.
+    pub interval: Interval<T>,
+    /// Noise of the three axes of the reference.
+    pub noise: [Noise<T>; 3],
+    /// From the first interval to the last.
+    pub session: Interval<T>,
+}
+
+/// Between two rests both units turned by the same angle, whatever their clocks and bandwidths:
+/// `int y dt = M int (r - b_r) dt + b T` (docs/theory/turntable.md, eq. 14), here divided by the target's T.
+pub fn turning<T: Real>(
+    interval: Interval<T>,
+    reading: Vector3<T>,
+    turn: &ReferenceTurn<T>,
+    earth: &EarthFit<T>,
+) -> RateObservation<T> {
+    let stretch = turn.interval.duration() / interval.duration();
+    let u = turn.angle / interval.duration() - earth.bias * stretch;
+    let variance = Vector3::from_fn(|i, _| {
+        turn.noise[i].covariance(&turn.interval, &turn.interval, &turn.session) * stretch * stretch
+    });
+    let mut sensitivity = SMatrix::<T, 3, 6>::zeros();
+    sensitivity.fixed_columns_mut::<3>(0).copy_from(&(-Matrix3::identity() * stretch));
+    Observation {
+        interval,
+        regressor: regressor(&u),
+        reading,
+        truth_covariance: Matrix3::from_diagonal(&variance),
+        sensitivity,
+    }
+}
+
+/// Adds the specific force, m/s^2, to the regressors, for gyroscopes that feel it.
+pub fn with_specific_force<T: Real>(rate: &RateObservation<T>, force: &Vector3<T>) -> Observation<T, 7, 6> {
+    Observation {
+        interval: rate.interval,
+        regressor: SVector::from_fn(|i, _| if i < 4 { rate.regressor[i] } else { force[i - 4] }),
+        reading: rate.reading,
+        truth_covariance: rate.truth_covariance,
+        sensitivity: rate.sensitivity,
+    }
+}
