@@ -1,0 +1,80 @@
+"""Bags as a stream of raw messages: what ROS 1 bags, ROS 2 bags and MCAP files have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple, Protocol
+
+from tumble.errors import LogError
+from tumble.logs.rosmsg import Encoding
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """A topic that holds messages of a kind we read."""
+
+    name: str
+    kind: str
+    """`imu` or `temperature`."""
+    encoding: Encoding
+
+
+class Message(NamedTuple):
+    """One message as it stands in the file."""
+
+    topic: str
+    log_time: int
+    """Nanoseconds at which it was recorded."""
+    data: bytes
+
+
+class Bag(Protocol):
+    """A file, or folder of files, with messages."""
+
+    path: Path
+    format: str
+
+    def topics(self) -> list[Topic]:
+        """Topics of the kinds we read."""
+        ...
+
+    def all_topics(self) -> dict[str, str]:
+        """Type of every topic, by name."""
+        ...
+
+    def facts(self) -> dict[str, str]:
+        """Give what Tumble wrote beside the messages: `serial`, `corrected`."""
+        ...
+
+    def messages(self, names: Collection[str]) -> Iterator[Message]:
+        """Messages of those topics, in the order of the file."""
+        ...
+
+
+def kind_of(message_type: str) -> str | None:
+    """`imu`, `temperature`, or None for another type; ROS 1 and ROS 2 spell types differently."""
+    kinds = {"sensor_msgs/Imu": "imu", "sensor_msgs/Temperature": "temperature"}
+    return kinds.get(message_type.replace("/msg/", "/"))
+
+
+@contextmanager
+def damage_reported(path: Path) -> Iterator[None]:
+    """Turn whatever a library makes of damaged bytes into one line."""
+    try:
+        yield
+    except LogError:
+        raise
+    except Exception as error:
+        words = str(error).splitlines()
+        reason = words[0] if words else type(error).__name__
+        raise LogError(
+            f"{path}: the file is damaged or cut short ({reason}); copy it again, or repair it with "
+            f"{_repair(path)}"
+        ) from error
+
+
+def _repair(path: Path) -> str:
+    return {".bag": "rosbag reindex", ".mcap": "mcap recover"}.get(path.suffix, "ros2 bag reindex")

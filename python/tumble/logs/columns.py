@@ -1,0 +1,260 @@
+"""Which column of a table is which channel of which IMU."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from tumble.errors import LogError
+from tumble.logs.track import StatedUnit
+from tumble.logs.units import SPELLINGS, Quantity, find_unit
+
+CHANNEL_NAMES = ("time", "ax", "ay", "az", "gx", "gy", "gz", "temperature")
+
+_ACCELEROMETER = (
+    "linear_acceleration",
+    "linearacceleration",
+    "specific_force",
+    "acceleration",
+    "accelerometer",
+    "accel",
+    "accl",
+    "acc",
+    "a",
+    "f",
+)
+_GYROSCOPE = (
+    "angular_velocity",
+    "angularvelocity",
+    "angular_rate",
+    "rotation_rate",
+    "rotationrate",
+    "gyroscope",
+    "omega",
+    "gyro",
+    "gyr",
+    "g",
+    "w",
+)
+_TIME = (
+    "time_since_start",
+    "seconds_elapsed",
+    "elapsed_time",
+    "time_stamp",
+    "timestamp",
+    "datetime",
+    "elapsed",
+    "stamp",
+    "time",
+    "ts",
+    "t",
+)
+_TEMPERATURE = (
+    "imu_temperature",
+    "die_temperature",
+    "chip_temperature",
+    "sensor_temperature",
+    "temperature",
+    "imu_temp",
+    "die_temp",
+    "chip_temp",
+    "sensor_temp",
+    "temp",
+)
+_AXIS = {"x": 0, "y": 1, "z": 2, "0": 0, "1": 1, "2": 2}
+_SEPARATOR = r"[\s_./:\-\[\]]*"
+_PREFIX = r"(?:(?P<imu>.*?)[\s_./:\-]+)?"
+
+
+def _any(words: Sequence[str]) -> str:
+    return "|".join(re.escape(word) for word in sorted(words, key=len, reverse=True))
+
+
+def _long(words: Sequence[str]) -> list[str]:
+    return [word for word in words if len(word) > 1]
+
+
+def _patterns(words: Sequence[str], quantity: Quantity) -> tuple[re.Pattern[str], ...]:
+    """Ways in which names spell a channel of a triad, the surest first."""
+    word, unit = _any(words), _any(list(SPELLINGS[quantity]))
+    return (
+        re.compile(f"{_PREFIX}(?:{_any(_long(words))})_(?P<unit>{unit}){_SEPARATOR}(?P<axis>[xyz012])\\]?"),
+        re.compile(f"{_PREFIX}(?:{word}){_SEPARATOR}(?P<axis>[xyz012])\\]?(?:_(?P<unit>{unit}))?"),
+        re.compile(f"{_PREFIX}(?P<axis>[xyz])_?(?:{_any(_long(words))})(?:_(?P<unit>{unit}))?"),
+    )
+
+
+def _scalar_patterns(words: Sequence[str], quantity: Quantity) -> tuple[re.Pattern[str], ...]:
+    """Ways in which names spell time or temperature: without a prefix, then with one."""
+    tail = f"(?:{_any(words)})(?:_?(?P<unit>{_any(list(SPELLINGS[quantity]))}))?"
+    return re.compile(f"(?P<imu>){tail}"), re.compile(f"{_PREFIX}{tail}")
+
+
+_TRIADS: Mapping[Quantity, tuple[re.Pattern[str], ...]] = {
+    "accelerometer": _patterns(_ACCELEROMETER, "accelerometer"),
+    "gyroscope": _patterns(_GYROSCOPE, "gyroscope"),
+}
+_SCALARS: Mapping[Quantity, tuple[re.Pattern[str], ...]] = {
+    "time": (
+        *_scalar_patterns(_TIME, "time"),
+        re.compile(f"(?P<imu>)(?P<unit>{_any(_long(list(SPELLINGS['time'])))})"),
+    ),
+    "temperature": _scalar_patterns(_TEMPERATURE, "temperature"),
+}
+_BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*[^\])0-9][^\])]*)[\])]\s*$")
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """What the name of a column says."""
+
+    quantity: Quantity
+    axis: int
+    """0, 1, 2 for x, y, z; 0 for time and temperature."""
+    imu: str
+    """Prefix that tells IMUs of one table apart, as written; empty if there is none."""
+    unit: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class ImuColumns:
+    """Columns of one IMU, by name."""
+
+    accelerometer: tuple[str, str, str]
+    gyroscope: tuple[str, str, str]
+    time: str | None = None
+    temperature: str | None = None
+    accelerometer_unit: StatedUnit | None = None
+    gyroscope_unit: StatedUnit | None = None
+    time_unit: StatedUnit | None = None
+    temperature_unit: StatedUnit | None = None
+
+    @property
+    def names(self) -> list[str]:
+        """All columns to read, each once."""
+        optional = [name for name in (self.time, self.temperature) if name is not None]
+        return list(dict.fromkeys([*optional, *self.accelerometer, *self.gyroscope]))
+
+
+def recognise(name: str) -> Column | None:
+    """Read the name of a column; None if it is none of ours."""
+    bracketed = _BRACKETS.match(name)
+    stem, bracket = (bracketed["name"], bracketed["unit"]) if bracketed else (name.strip(), None)
+    for quantity, patterns in _TRIADS.items():
+        for pattern in patterns:
+            if match := pattern.fullmatch(stem.lower()):
+                unit = find_unit(bracket or match["unit"] or "", quantity)
+                return Column(quantity, _AXIS[match["axis"]], _prefix(stem, match), unit)
+    for quantity, patterns in _SCALARS.items():
+        for pattern in patterns:
+            if match := pattern.fullmatch(stem.lower()):
+                unit = find_unit(bracket or match["unit"] or "", quantity)
+                return Column(quantity, 0, _prefix(stem, match), unit)
+    return None
+
+
+def _prefix(stem: str, match: re.Match[str]) -> str:
+    return stem[match.start("imu") : match.end("imu")] if match["imu"] else ""
+
+
+def find_imus(names: Sequence[str], path: Path, columns: Mapping[str, str]) -> dict[str, ImuColumns]:
+    """Give the columns of every IMU of a table, by prefix; `columns` is what the user states of them.
+
+    Raises `LogError` that lists the columns found where no IMU is complete.
+    """
+    stated = _stated(names, path, columns)
+    recognised = {name: recognise(name) for name in names}
+    prefixes = dict.fromkeys(
+        column.imu for column in recognised.values() if column and column.quantity in _TRIADS
+    )
+    if any(key in stated for key in CHANNEL_NAMES[1:7]):
+        prefixes = {"": None}
+    found = {prefix: _imu_columns(prefix, recognised, stated) for prefix in prefixes}
+    imus = {prefix: imu for prefix, imu in found.items() if imu is not None}
+    if not imus:
+        raise LogError(_incomplete(names, path, recognised, stated))
+    return imus
+
+
+def _stated(names: Sequence[str], path: Path, columns: Mapping[str, str]) -> dict[str, str]:
+    stated = {}
+    for key, wanted in columns.items():
+        if key not in CHANNEL_NAMES:
+            raise LogError(f"--columns {key}={wanted}: {key} is none of {', '.join(CHANNEL_NAMES)}")
+        if wanted in names:
+            stated[key] = wanted
+        elif wanted.isdigit() and 1 <= int(wanted) <= len(names):
+            stated[key] = names[int(wanted) - 1]
+        else:
+            raise LogError(f"{path}: no column {wanted!r} for {key}; columns found: {_listed(names)}")
+    return stated
+
+
+def _imu_columns(
+    prefix: str, recognised: Mapping[str, Column | None], stated: Mapping[str, str]
+) -> ImuColumns | None:
+    def pick(key: str, quantity: Quantity, axis: int = 0, shared: bool = False) -> str | None:
+        if key in stated:
+            return stated[key]
+        imus = (prefix, "") if shared else (prefix,)
+        for imu in imus:
+            for name, column in recognised.items():
+                if column and (column.quantity, column.axis, column.imu) == (quantity, axis, imu):
+                    return name
+        return None
+
+    acceleration = [pick(key, "accelerometer", axis) for axis, key in enumerate(("ax", "ay", "az"))]
+    rate = [pick(key, "gyroscope", axis) for axis, key in enumerate(("gx", "gy", "gz"))]
+    ax, ay, az = acceleration
+    gx, gy, gz = rate
+    if ax is None or ay is None or az is None or gx is None or gy is None or gz is None:
+        return None
+    time = pick("time", "time", shared=True) or _only(recognised, "time")
+    temperature = pick("temperature", "temperature", shared=True)
+
+    def unit(name: str | None, quantity: Quantity) -> StatedUnit | None:
+        column = recognised.get(name) if name else None
+        if column is None or column.unit is None or column.quantity != quantity:
+            return None
+        return StatedUnit(column.unit, "column name")
+
+    return ImuColumns(
+        (ax, ay, az),
+        (gx, gy, gz),
+        time,
+        temperature,
+        unit(ax, "accelerometer"),
+        unit(gx, "gyroscope"),
+        unit(time, "time"),
+        unit(temperature, "temperature"),
+    )
+
+
+def _only(recognised: Mapping[str, Column | None], quantity: Quantity) -> str | None:
+    """Give the one column of that quantity, whatever its prefix; None if there is none or a choice."""
+    names = [name for name, column in recognised.items() if column and column.quantity == quantity]
+    return names[0] if len(names) == 1 else None
+
+
+def _incomplete(
+    names: Sequence[str], path: Path, recognised: Mapping[str, Column | None], stated: Mapping[str, str]
+) -> str:
+    """Name what is missing for the prefix that comes nearest to an IMU."""
+    have: dict[str, set[str]] = {"": set(stated)}
+    for column in recognised.values():
+        if column and column.quantity in _TRIADS:
+            channel = ("a" if column.quantity == "accelerometer" else "g") + "xyz"[column.axis]
+            have.setdefault(column.imu, set()).add(channel)
+    best = max(have.values(), key=len)
+    missing = [key for key in CHANNEL_NAMES[1:7] if key not in best | set(stated)]
+    return (
+        f"{path}: no column for {', '.join(missing)}; columns found: {_listed(names)}; "
+        "name them with --columns, as --columns ax=NAME"
+    )
+
+
+def _listed(names: Sequence[str]) -> str:
+    shown = ", ".join(names[:24])
+    return f"{shown}, and {len(names) - 24} more" if len(names) > 24 else shown

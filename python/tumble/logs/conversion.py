@@ -1,0 +1,248 @@
+"""From the numbers of a log to SI units and the case frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tumble.errors import LogError
+from tumble.logs.options import PerAxis, ReadOptions
+from tumble.logs.track import Samples, StatedUnit, Track
+from tumble.logs.units import (
+    STANDARD_GRAVITY,
+    TEMPERATURE_ZERO,
+    UNITS,
+    Quantity,
+    find_unit,
+    guess_accelerometer_unit,
+    guess_gyroscope_unit,
+    guess_time_unit,
+    rest_norm,
+)
+from tumble.recording import FloatArray, Unit
+
+_AXES = {"x": 0, "y": 1, "z": 2}
+
+
+@dataclass(frozen=True, slots=True)
+class TriadConversion:
+    """`case[i] = factor[i] (log[source[i]] - zero[source[i]])`."""
+
+    source: tuple[int, int, int]
+    zero: FloatArray
+    """(3,) of the log's axes, in its unit."""
+    factor: FloatArray
+    """(3,) of the case axes, SI for one unit of the log; negative where an axis is turned round."""
+
+    def __call__(self, values: FloatArray) -> FloatArray:
+        """Convert (n, 3) in place where no axis changes places."""
+        if self.source != (0, 1, 2):
+            values = np.ascontiguousarray(values[:, self.source])
+        zero = self.zero[list(self.source)]
+        if zero.any():
+            values -= zero
+        if (self.factor != 1.0).any():
+            values *= self.factor
+        return values
+
+
+@dataclass(frozen=True, slots=True)
+class Conversion:
+    """Everything between the numbers of one track and SI; a `Transform`."""
+
+    accelerometer: TriadConversion
+    gyroscope: TriadConversion
+    time_scale: float
+    temperature_zero: float
+    temperature_scale: float
+    accelerometer_unit: Unit
+    gyroscope_unit: Unit
+    time_unit: Unit
+
+    def __call__(self, samples: Samples) -> Samples:
+        """Convert samples that nobody else holds: arrays are changed in place."""
+        time = samples.time
+        if time is not None and self.time_scale != 1.0:
+            # Division by 1e9 rounds once where multiplication by 1e-9 would round twice.
+            time = time / round(1.0 / self.time_scale)
+        temperature = samples.temperature
+        if temperature is not None and (self.temperature_zero, self.temperature_scale) != (0.0, 1.0):
+            temperature = (temperature - self.temperature_zero) * self.temperature_scale
+        return Samples(
+            time, self.accelerometer(samples.accelerometer), self.gyroscope(samples.gyroscope), temperature
+        )
+
+
+def conversion_for(track: Track, options: ReadOptions, head: Samples) -> Conversion:
+    """Decide the units of a track: what options state, else what the log states, else what its head shows.
+
+    Raises `LogError` where options make no sense, no unit fits the values, or a stated unit contradicts them.
+    """
+    rotation = _rotation(options.axes)
+    if options.accelerometer_sign not in (1, -1):
+        raise LogError(f"--accelerometer-sign {options.accelerometer_sign}: give 1 or -1")
+    accelerometer_zero = _per_axis(options.accelerometer_zero, "--accelerometer-zero")
+    gyroscope_zero = _per_axis(options.gyroscope_zero, "--gyroscope-zero")
+    accelerometer_unit, accelerometer_scale = _accelerometer(track, options, head, accelerometer_zero)
+    gyroscope_unit, gyroscope_scale = _gyroscope(track, options, head, gyroscope_zero)
+    temperature = _stated("temperature", track.temperature_unit, options.temperature_unit)
+    temperature_name = temperature.name if temperature else "degC"
+    time_unit = _time(track, options, head)
+    return Conversion(
+        _triad(rotation, accelerometer_zero, options.accelerometer_sign * accelerometer_scale),
+        _triad(rotation, gyroscope_zero, gyroscope_scale),
+        time_unit.scale,
+        TEMPERATURE_ZERO[temperature_name],
+        UNITS["temperature"][temperature_name],
+        accelerometer_unit,
+        gyroscope_unit,
+        time_unit,
+    )
+
+
+def _triad(rotation: FloatArray, zero: FloatArray, scale: FloatArray) -> TriadConversion:
+    x, y, z = (int(index) for index in np.abs(rotation).argmax(axis=1))
+    return TriadConversion((x, y, z), zero, rotation @ scale)
+
+
+def _rotation(axes: str) -> FloatArray:
+    """Read `y,-x,z` as a (3, 3) rotation from the log's axes to those of the case."""
+    matrix = np.zeros((3, 3))
+    words = [word.strip().lower() for word in axes.split(",")]
+    for row, word in enumerate(words[:3]):
+        letter = word.lstrip("+-")
+        if letter in _AXES:
+            matrix[row, _AXES[letter]] = -1.0 if word.startswith("-") else 1.0
+    if len(words) != 3 or abs(float(np.linalg.det(matrix))) != 1.0:
+        raise LogError(f"--axes {axes}: needs each of x, y and z once, with or without a sign, as y,-x,z")
+    if float(np.linalg.det(matrix)) < 0.0:
+        raise LogError(
+            f"--axes {axes}: mirrors the axes instead of turning them; "
+            "if the log is left-handed, put its columns right with --columns"
+        )
+    return matrix
+
+
+def _per_axis(value: PerAxis, name: str) -> FloatArray:
+    numbers = list(value) if isinstance(value, Sequence) else [value] * 3
+    if len(numbers) != 3 or not all(np.isfinite(numbers)):
+        raise LogError(f"{name} {value}: give one number, or three for x, y and z")
+    return np.array(numbers, dtype=np.float64)
+
+
+def _counts_per_unit(value: PerAxis, name: str) -> FloatArray:
+    scale = _per_axis(value, name)
+    if (scale == 0.0).any():
+        raise LogError(f"{name} {value}: counts per unit cannot be zero")
+    return scale
+
+
+def _stated(quantity: Quantity, found: StatedUnit | None, option: str | None) -> StatedUnit | None:
+    """Take what the user says, else what the log says."""
+    if option is None:
+        return found
+    name = find_unit(option, quantity)
+    if name is None:
+        known = ", ".join(UNITS[quantity])
+        raise LogError(f"--{quantity}-unit {option}: not a unit of {quantity}; known: {known}")
+    contradicted = found is not None and found.name != name
+    return StatedUnit(name, f"option, log says {found.name}" if found and contradicted else "option")
+
+
+def _unit(quantity: Quantity, stated: StatedUnit) -> tuple[Unit, FloatArray]:
+    """Give the unit and its SI value for each of (3,) axes."""
+    value = UNITS[quantity][stated.name]
+    return Unit(stated.name, value, stated.reason), np.full(3, value)
+
+
+def _with_counts(quantity: Quantity, stated: StatedUnit | None, counts: PerAxis) -> tuple[Unit, FloatArray]:
+    """Give the unit and the (3,) SI value of one count."""
+    unit_name = stated.name if stated else next(iter(UNITS[quantity]))
+    scale = UNITS[quantity][unit_name] / _counts_per_unit(counts, f"--{quantity}-scale")
+    return Unit("counts", float(scale.mean()), f"option: counts per {unit_name}"), scale
+
+
+def _accelerometer(
+    track: Track, options: ReadOptions, head: Samples, zero: FloatArray
+) -> tuple[Unit, FloatArray]:
+    stated = _stated("accelerometer", track.accelerometer_unit, options.accelerometer_unit)
+    readings = head.accelerometer - zero
+    if options.accelerometer_scale is not None:
+        unit, scale = _with_counts("accelerometer", stated, options.accelerometer_scale)
+        _check_counts(track, rest_norm(readings * scale))
+        return unit, scale
+    norm = rest_norm(readings)
+    likely = guess_accelerometer_unit(norm)
+    if stated is None:
+        if likely is None:
+            raise LogError(_no_accelerometer_unit(track, head, norm))
+        stated = StatedUnit(likely, f"norm at rest is {norm:.4g}")
+    elif likely not in (None, stated.name):
+        raise LogError(
+            f"{track.source}: accelerometer is stated in {stated.name} ({stated.reason}) but reads "
+            f"{norm:.4g} at rest, as it would in {likely}; read it with --accelerometer-unit {likely}"
+        )
+    return _unit("accelerometer", stated)
+
+
+def _check_counts(track: Track, norm: float) -> None:
+    """Half or twice gravity is no scale error that a sensor has, but one that a user makes."""
+    if not 0.5 < norm / STANDARD_GRAVITY < 2.0:
+        raise LogError(
+            f"{track.source}: accelerometer reads {norm:.4g} m/s^2 at rest with the scale given, "
+            "not about 9.8; check --accelerometer-scale (counts per unit), --accelerometer-unit and --accelerometer-zero"
+        )
+
+
+def _no_accelerometer_unit(track: Track, head: Samples, norm: float) -> str:
+    if not np.isfinite(head.accelerometer).any():
+        return (
+            f"{track.source}: accelerometer holds no number in its first {len(head)} samples; check columns"
+        )
+    if not np.nan_to_num(head.accelerometer).any():
+        return f"{track.source}: accelerometer reads 0 in its first {len(head)} samples: it is dead"
+    return (
+        f"{track.source}: accelerometer reads {norm:.6g} at rest, which is neither m/s^2, g nor mg; for raw "
+        "counts give --accelerometer-scale (counts per unit) and --accelerometer-unit, else the unit"
+    )
+
+
+def _gyroscope(
+    track: Track, options: ReadOptions, head: Samples, zero: FloatArray
+) -> tuple[Unit, FloatArray]:
+    stated = _stated("gyroscope", track.gyroscope_unit, options.gyroscope_unit)
+    if options.gyroscope_scale is not None:
+        return _with_counts("gyroscope", stated, options.gyroscope_scale)
+    readings = head.gyroscope - zero
+    finite = readings[np.isfinite(readings)]
+    if finite.size == 0:
+        raise LogError(
+            f"{track.source}: gyroscope holds no number in the first {len(head)} samples; check its columns"
+        )
+    peak = float(np.abs(finite).max())
+    if stated is None:
+        likely, reason = guess_gyroscope_unit(rest_norm(readings), peak)
+        if likely is None:
+            raise LogError(
+                f"{track.source}: gyroscope reads {rest_norm(readings):.6g} at rest and up to {peak:.6g}, "
+                "which is neither rad/s nor deg/s; for raw counts give --gyroscope-scale (counts per unit) "
+                "and --gyroscope-unit, else the unit"
+            )
+        stated = StatedUnit(likely, reason)
+    return _unit("gyroscope", stated)
+
+
+def _time(track: Track, options: ReadOptions, head: Samples) -> Unit:
+    stated = _stated("time", track.time_unit, options.time_unit)
+    if options.rate is not None or head.time is None:
+        return Unit("s", 1.0, f"sample number over {options.rate or track.rate:g} Hz")
+    if stated is None:
+        stated = StatedUnit(*guess_time_unit(head.time))
+    return Unit(stated.name, UNITS["time"][stated.name], stated.reason)
+
+
+def without_time(samples: Samples) -> Samples:
+    """Drop the time of a log whose time is not to be used."""
+    return replace(samples, time=None)

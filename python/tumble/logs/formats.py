@@ -1,0 +1,79 @@
+"""Which reader a file needs: by its first bytes, and by its name where bytes do not tell."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tumble.errors import LogError
+from tumble.logs import csv, imu_tk, parquet, ros
+from tumble.logs.options import ReadOptions
+from tumble.logs.track import Track
+
+LOG_SUFFIXES = frozenset((".csv", ".tsv", ".txt", ".log", ".dat", ".parquet", ".pq", ".bag", ".db3", ".mcap"))
+
+_MAGIC = {
+    b"PAR1": "parquet",
+    b"#ROSBAG V2": "ros1",
+    b"\x89MCAP0\r\n": "mcap",
+    b"SQLite format 3\x00": "ros2",
+}
+_NO_LOGS = {
+    b"\x89PNG": "a PNG picture",
+    b"\xff\xd8\xff": "a JPEG picture",
+    b"%PDF": "a PDF document",
+    b"\x1f\x8b": "a gzip archive; unpack it first",
+    b"PK\x03\x04": "a ZIP archive; unpack it first",
+    b"\x28\xb5\x2f\xfd": "a zstd archive; unpack it first",
+    b"ULog\x01\x12\x35": "a PX4 ULog, which is not read yet; convert it to CSV with ulog2csv",
+}
+
+
+def find_format(path: Path) -> str:
+    """Give `csv`, `parquet`, `imu_tk`, `ros1`, `ros2`, `mcap` or `folder`.
+
+    Raises `LogError` where the file is empty, cannot be opened, or is known not to be a log.
+    """
+    if path.is_dir():
+        if (path / "metadata.yaml").is_file():
+            return "ros2"
+        return "imu_tk" if imu_tk.find_pair(path) else "folder"
+    try:
+        with path.open("rb") as file:
+            head = file.read(16)
+    except OSError as error:
+        raise LogError(f"{path}: cannot be opened: {error.strerror}") from error
+    if not head:
+        raise LogError(f"{path}: is empty; record or copy it again")
+    for magic, name in _MAGIC.items():
+        if head.startswith(magic):
+            return name
+    for magic, what in _NO_LOGS.items():
+        if head.startswith(magic):
+            raise LogError(f"{path}: not a log but {what}")
+    if path.suffix in (".parquet", ".pq", ".bag", ".db3", ".mcap"):
+        raise LogError(f"{path}: does not begin as a {path.suffix} file does; copy it again, or rename it")
+    return "imu_tk" if imu_tk.find_pair(path) else "csv"
+
+
+def open_track(path: Path, imu: str | None, options: ReadOptions) -> Track:
+    """Open a file, or a bag folder, with the reader it needs."""
+    kind = find_format(path)
+    if kind in ros.OPENERS:
+        return ros.open_track(path, kind, imu)
+    if kind == "parquet":
+        return parquet.open_track(path, imu, options)
+    if kind == "imu_tk":
+        pair = imu_tk.find_pair(path)
+        assert pair is not None
+        return imu_tk.open_track(pair, path, options)
+    return csv.open_track(path, imu, options)
+
+
+def list_imus(path: Path) -> tuple[str, ...]:
+    """Give the names of the IMUs in a file or bag folder; an IMU that needs no name has an empty one."""
+    kind = find_format(path)
+    if kind in ros.OPENERS:
+        return ros.list_imus(path, kind)
+    if kind == "parquet":
+        return parquet.list_imus(path)
+    return ("",) if kind == "imu_tk" else csv.list_imus(path)

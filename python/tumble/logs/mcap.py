@@ -1,0 +1,127 @@
+"""MCAP files with ROS 2 (CDR) or ROS 1 messages."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Collection, Iterator, Mapping
+from pathlib import Path
+from typing import IO
+
+from mcap.reader import make_reader
+from mcap.records import Channel, Chunk, McapRecord, Schema
+from mcap.records import Message as McapMessage
+from mcap.stream_reader import StreamReader, get_chunk_data_stream
+from mcap.summary import Summary
+
+from tumble.logs.bags import Message, Topic, damage_reported, kind_of
+from tumble.logs.rosmsg import CDR, ROS1, Encoding
+
+FACTS = "tumble"
+"""Name of the metadata record in which Tumble keeps what it knows of a recording."""
+
+_ENCODINGS: dict[str, Encoding] = {"cdr": CDR, "ros1": ROS1}
+_RECORD = struct.Struct("<BQ")
+_MESSAGE = struct.Struct("<HIQQ")
+_OP_MESSAGE = 5
+
+
+class McapFile:
+    """An `.mcap` file."""
+
+    format = "mcap"
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        with damage_reported(path), path.open("rb") as file:
+            reader = make_reader(file)
+            summary = reader.get_summary()
+            if summary is None or not summary.channels:
+                summary = _summary_by_scan(file)
+            self._summary = summary
+            self._facts = {
+                key: value
+                for record in reader.iter_metadata()
+                if record.name == FACTS
+                for key, value in record.metadata.items()
+            }
+
+    def all_topics(self) -> dict[str, str]:
+        """Type of every topic, by name."""
+        schemas = self._summary.schemas
+        return {
+            channel.topic: schemas[channel.schema_id].name if channel.schema_id in schemas else "no schema"
+            for channel in self._summary.channels.values()
+        }
+
+    def topics(self) -> list[Topic]:
+        """Topics of the kinds we read."""
+        found = []
+        for channel in self._summary.channels.values():
+            schema = self._summary.schemas.get(channel.schema_id)
+            kind = kind_of(schema.name) if schema else None
+            if kind is not None and channel.message_encoding in _ENCODINGS:
+                found.append(Topic(channel.topic, kind, _ENCODINGS[channel.message_encoding]))
+        return found
+
+    def facts(self) -> dict[str, str]:
+        """Give what Tumble wrote beside the messages."""
+        return self._facts
+
+    def messages(self, names: Collection[str]) -> Iterator[Message]:
+        """Messages of those topics, in the order of the file."""
+        wanted = {
+            channel.id: channel.topic for channel in self._summary.channels.values() if channel.topic in names
+        }
+        with damage_reported(self.path), self.path.open("rb") as file:
+            if self._summary.chunk_indexes:
+                yield from self._indexed(file, wanted)
+            else:
+                yield from _by_scan(file, wanted)
+
+    def _indexed(self, file: IO[bytes], wanted: Mapping[int, str]) -> Iterator[Message]:
+        """Read only chunks that hold a wanted topic; a chunk without an index may hold any."""
+        for index in sorted(self._summary.chunk_indexes, key=lambda index: index.chunk_start_offset):
+            offsets = index.message_index_offsets
+            if offsets and wanted.keys().isdisjoint(offsets):
+                continue
+            file.seek(index.chunk_start_offset)
+            chunk = next(StreamReader(file, skip_magic=True, emit_chunks=True).records)
+            assert isinstance(chunk, Chunk)
+            yield from _messages(chunk, wanted)
+
+
+def _summary_by_scan(file: IO[bytes]) -> Summary:
+    """Gather channels from the whole of a file that was written without a summary."""
+    summary = Summary()
+    for record in _records(file):
+        if isinstance(record, Schema):
+            summary.schemas[record.id] = record
+        elif isinstance(record, Channel):
+            summary.channels[record.id] = record
+    return summary
+
+
+def _by_scan(file: IO[bytes], wanted: Mapping[int, str]) -> Iterator[Message]:
+    for record in _records(file):
+        if isinstance(record, McapMessage) and record.channel_id in wanted:
+            yield Message(wanted[record.channel_id], record.log_time, record.data)
+
+
+def _records(file: IO[bytes]) -> Iterator[McapRecord]:
+    file.seek(0)
+    return StreamReader(file, validate_crcs=True).records
+
+
+def _messages(chunk: Chunk, wanted: Mapping[int, str]) -> Iterator[Message]:
+    """Walk the records of a chunk (mcap.dev/spec): an opcode, a length, the content."""
+    stream, length = get_chunk_data_stream(chunk, validate_crc=True)
+    data = stream.read(length)
+    position = 0
+    while position < length:
+        opcode, size = _RECORD.unpack_from(data, position)
+        start = position + _RECORD.size
+        position = start + size
+        if opcode == _OP_MESSAGE:
+            channel, _, log_time, _ = _MESSAGE.unpack_from(data, start)
+            if channel in wanted:
+                yield Message(wanted[channel], log_time, data[start + _MESSAGE.size : position])

@@ -1,0 +1,49 @@
+"""What a user can state about a log that the log itself does not say."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+PerAxis: TypeAlias = float | Sequence[float]
+"""One number for all three axes, or one for each."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReadOptions:
+    """How to read a log. Every field may stay as it is where the log speaks for itself.
+
+    What is stated here goes before what column names say, and that before what the values suggest.
+    """
+
+    columns: Mapping[str, str] = field(default_factory=dict)
+    """Column for each of `time ax ay az gx gy gz temperature`: its name, or its position from 1."""
+    accelerometer_unit: str | None = None
+    """Unit of the accelerometer: `m/s^2`, `g`, `mg`."""
+    gyroscope_unit: str | None = None
+    """Unit of the gyroscope: `rad/s`, `deg/s`, `mrad/s`, `mdeg/s`."""
+    time_unit: str | None = None
+    """Unit of time: `s`, `ms`, `us`, `ns`."""
+    temperature_unit: str | None = None
+    """Unit of temperature: `degC`, `K`, `degF`."""
+    accelerometer_scale: PerAxis | None = None
+    """Counts per unit of the accelerometer: 16384 with `g`; m/s^2 where no unit is stated."""
+    accelerometer_zero: PerAxis = 0.0
+    """Reading of the accelerometer at zero, in the counts or unit of the log."""
+    gyroscope_scale: PerAxis | None = None
+    """Counts per unit of the gyroscope: 131 with `deg/s`; rad/s where no unit is stated."""
+    gyroscope_zero: PerAxis = 0.0
+    """Reading of the gyroscope at zero, in the counts or unit of the log."""
+    accelerometer_sign: int = 1
+    """-1 for a sensor that reads -g where it should read +g."""
+    axes: str = "x,y,z"
+    """Case axes in terms of the log's, a rotation: `y,-x,z` puts the log's y on x and its -x on y."""
+    rate: float | None = None
+    """Samples per second, Hz: for a log without time, or to be used in place of its time."""
+    topic: str | None = None
+    """Which IMU of the file: a topic of a bag, a column prefix of a table. The same as `LOG:NAME`."""
+    skip_lines: int = 0
+    """Lines to skip before the column names, or before the numbers where there are no names."""
+    serial: str = ""
+    """Serial number of the unit."""

@@ -1,0 +1,111 @@
+"""Parquet tables, batch after batch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import pyarrow as pa  # type: ignore[import-untyped]
+import pyarrow.parquet as pq  # type: ignore[import-untyped]
+
+from tumble.errors import LogError
+from tumble.logs.columns import ImuColumns, find_imus
+from tumble.logs.csv import as_floats, samples_of
+from tumble.logs.options import ReadOptions
+from tumble.logs.track import CHUNK_SAMPLES, Samples, StatedUnit, Track, Transform, choose
+from tumble.recording import FloatArray
+
+FACTS = (b"tumble.serial", b"tumble.corrected")
+"""Keys of the file's metadata under which Tumble keeps what it knows of a recording."""
+
+
+def list_imus(path: Path) -> tuple[str, ...]:
+    """Give the column prefixes of a Parquet table."""
+    with _open(path) as file:
+        return tuple(find_imus(_leaf_names(file.schema_arrow), path, {}))
+
+
+def open_track(path: Path, imu: str | None, options: ReadOptions) -> Track:
+    """Find the columns of one IMU in a Parquet table.
+
+    Raises `LogError` where the table has no such IMU, or a column of it holds no numbers.
+    """
+    with _open(path) as file:
+        schema, rows = file.schema_arrow, file.metadata.num_rows
+    if rows == 0:
+        raise LogError(f"{path}: names columns, but holds no samples")
+    imus = find_imus(_leaf_names(schema), path, options.columns)
+    name = choose(path, tuple(imus), imu, "column prefix")
+    columns = imus[name]
+    facts = {key.decode(): value.decode() for key, value in (schema.metadata or {}).items() if key in FACTS}
+    return Track(
+        path=path,
+        imu=name,
+        format="parquet",
+        read=lambda transform: _read(path, columns, transform),
+        head=lambda: next(_read(path, columns, lambda samples: samples)),
+        locate=lambda sample: f"row {sample + 1}",
+        accelerometer_unit=columns.accelerometer_unit,
+        gyroscope_unit=columns.gyroscope_unit,
+        time_unit=_time_unit(schema, columns),
+        temperature_unit=columns.temperature_unit,
+        clock=f"{path.resolve()}#{columns.time or 'row'}",
+        serial=facts.get("tumble.serial", ""),
+        already_corrected=True if "tumble.corrected" in facts else None,
+    )
+
+
+@contextmanager
+def _open(path: Path) -> Iterator[pq.ParquetFile]:
+    """Open for reading page by page: without a buffer size, whole column chunks would be held in memory."""
+    try:
+        with pq.ParquetFile(path, buffer_size=1 << 20, pre_buffer=False) as file:
+            yield file
+    except (pa.ArrowInvalid, pa.ArrowException, OSError) as error:
+        raise LogError(f"{path}: {_problem(path)} ({str(error).splitlines()[0]})") from error
+
+
+def _problem(path: Path) -> str:
+    with path.open("rb") as file:
+        file.seek(-4, 2)
+        complete = file.read() == b"PAR1"
+    if complete:
+        return "damaged Parquet file; copy or write it again"
+    return "Parquet file is cut short, its index at the end is missing; copy or write it again"
+
+
+def _read(path: Path, columns: ImuColumns, transform: Transform) -> Iterator[Samples]:
+    roots = list(dict.fromkeys(columns.names))
+    with _open(path) as file:
+        for batch in file.iter_batches(batch_size=CHUNK_SAMPLES, columns=roots):
+            yield transform(samples_of(_leaves(path, batch, columns.names), columns))
+
+
+def _leaves(path: Path, batch: pa.RecordBatch, names: Sequence[str]) -> Mapping[str, FloatArray]:
+    table = pa.Table.from_batches([batch])
+    while any(pa.types.is_struct(field.type) for field in table.schema):
+        table = table.flatten()
+    return {name: _numbers(path, name, table.column(name)) for name in names}
+
+
+def _numbers(path: Path, name: str, column: pa.ChunkedArray) -> FloatArray:
+    try:
+        return as_floats(column)
+    except (pa.ArrowInvalid, pa.ArrowNotImplementedError) as error:
+        raise LogError(f"{path}: column {name} holds {column.type}, not numbers") from error
+
+
+def _leaf_names(schema: pa.Schema) -> list[str]:
+    """Names of all columns; fields of a structure as `linear_acceleration.x`."""
+    table = schema.empty_table()
+    while any(pa.types.is_struct(field.type) for field in table.schema):
+        table = table.flatten()
+    names: list[str] = table.column_names
+    return names
+
+
+def _time_unit(schema: pa.Schema, columns: ImuColumns) -> StatedUnit | None:
+    if columns.time in schema.names and pa.types.is_timestamp(schema.field(columns.time).type):
+        return StatedUnit("ns", "column type")
+    return columns.time_unit

@@ -1,0 +1,103 @@
+"""ROS 1 bags, chunk after chunk."""
+
+from __future__ import annotations
+
+import os
+import struct
+from collections.abc import Collection, Iterator
+from pathlib import Path
+
+from rosbags.rosbag1 import Reader
+from rosbags.rosbag1.reader import IndexData
+
+from tumble.logs.bags import Message, Topic, damage_reported, kind_of
+from tumble.logs.rosmsg import ROS1
+
+_UINT32 = struct.Struct("<I")
+_TIME = struct.Struct("<II")
+_MESSAGE_DATA = b"\x02"
+
+
+class _ReaderWithoutIndex(Reader):
+    """Skips the index of single messages, which grows with the length of the recording."""
+
+    def read_index_data(self, pos: int, indexes: dict[int, list[IndexData]]) -> None:
+        """Step over one index record: a header and data, each after its length."""
+        assert self.bio is not None
+        for _ in range(2):
+            (length,) = _UINT32.unpack(self.bio.read(4))
+            self.bio.seek(length, os.SEEK_CUR)
+
+
+class RosBag1:
+    """A `.bag` file."""
+
+    format = "ros1"
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        with damage_reported(path), _ReaderWithoutIndex(path) as reader:
+            self._types = {connection.topic: connection.msgtype for connection in reader.connections}
+
+    def all_topics(self) -> dict[str, str]:
+        """Type of every topic, by name."""
+        return self._types
+
+    def topics(self) -> list[Topic]:
+        """Topics of the kinds we read."""
+        kinds = {name: kind_of(message_type) for name, message_type in self._types.items()}
+        return [Topic(name, kind, ROS1) for name, kind in kinds.items() if kind is not None]
+
+    def facts(self) -> dict[str, str]:
+        """Tumble writes no ROS 1 bags."""
+        return {}
+
+    def messages(self, names: Collection[str]) -> Iterator[Message]:
+        """Messages of those topics: chunks in the order of their begin, messages as they stand in them."""
+        with damage_reported(self.path), _ReaderWithoutIndex(self.path) as reader:
+            assert reader.bio is not None
+            wanted = {
+                connection.id: connection.topic
+                for connection in reader.connections
+                if connection.topic in names
+            }
+            for info in sorted(reader.chunk_infos, key=lambda info: (info.start_time, info.pos)):
+                if wanted.keys().isdisjoint(info.connection_counts):
+                    continue
+                chunk = reader.chunks[info.pos]
+                reader.bio.seek(chunk.datapos)
+                raw = reader.bio.read(chunk.datasize)
+                if len(raw) != chunk.datasize:
+                    raise EOFError(f"{len(raw)} of {chunk.datasize} bytes of a chunk are there")
+                yield from _messages(chunk.decompressor(raw), wanted)
+
+
+def _messages(chunk: bytes, wanted: dict[int, str]) -> Iterator[Message]:
+    """Walk the records of a chunk (wiki.ros.org/Bags/Format/2.0): header and data, each after its length."""
+    position = 0
+    while position < len(chunk):
+        header, position = _sized(chunk, position)
+        data, position = _sized(chunk, position)
+        fields = dict(_fields(header))
+        if fields[b"op"] != _MESSAGE_DATA:
+            continue
+        topic = wanted.get(_UINT32.unpack(fields[b"conn"])[0])
+        if topic is not None:
+            seconds, nanoseconds = _TIME.unpack(fields[b"time"])
+            yield Message(topic, seconds * 1_000_000_000 + nanoseconds, data)
+
+
+def _sized(source: bytes, position: int) -> tuple[bytes, int]:
+    start = position + 4
+    end = start + _UINT32.unpack_from(source, position)[0]
+    if end > len(source):
+        raise EOFError("a record is longer than its chunk")
+    return source[start:end], end
+
+
+def _fields(header: bytes) -> Iterator[tuple[bytes, bytes]]:
+    position = 0
+    while position < len(header):
+        field, position = _sized(header, position)
+        name, _, value = field.partition(b"=")
+        yield name, value

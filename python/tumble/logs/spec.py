@@ -1,0 +1,34 @@
+"""`LOG:NAME`: a file, and which of its IMUs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from tumble.errors import LogError
+
+
+@dataclass(frozen=True, slots=True)
+class LogSpec:
+    """A path that exists, and the name of an IMU in it where one was given."""
+
+    path: Path
+    imu: str | None = None
+
+
+def parse_spec(source: str | Path) -> LogSpec:
+    """Split `LOG:NAME` at the last colon that leaves an existing path; a path that exists is taken whole.
+
+    Raises `LogError` where no reading of the text names something that exists.
+    """
+    text = str(source)
+    if Path(text).exists():
+        return LogSpec(Path(text))
+    position = len(text)
+    while (position := text.rfind(":", 0, position)) > 0:
+        path = Path(text[:position])
+        if path.exists():
+            return LogSpec(path, text[position + 1 :] or None)
+    parent = Path(text).parent
+    hint = "check the path" if parent.is_dir() else f"folder {parent} does not exist either"
+    raise LogError(f"{text}: no such file or folder; {hint}")

@@ -1,0 +1,238 @@
+"""How a text log is laid out: delimiter, names, where the numbers begin."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
+
+from tumble.errors import LogError
+from tumble.logs.columns import recognise
+from tumble.logs.options import ReadOptions
+
+BLANKS = " "
+"""Stands for a delimiter of any run of spaces and tabs."""
+
+_HEAD_BYTES = 1 << 18
+_LINES_SEARCHED = 200
+_ROWS_SEARCHED = 1000
+_DELIMITERS = (",", ";", "\t", "|", BLANKS)
+_PLAIN_NAMES = {
+    6: ("ax", "ay", "az", "gx", "gy", "gz"),
+    7: ("time", "ax", "ay", "az", "gx", "gy", "gz"),
+}
+_TIME_STAMP = re.compile(r"\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}")
+
+
+@dataclass(frozen=True, slots=True)
+class TextLayout:
+    """What a reader has to know to read a text log block by block."""
+
+    delimiter: str
+    names: tuple[str, ...]
+    data_offset: int
+    """Bytes before the first row of numbers."""
+    lines_before: int
+    """Lines before the first row of numbers."""
+    first_row: tuple[str, ...]
+    row_bytes: float
+    """Typical length of a row."""
+    decimal_point: str = "."
+    preamble: dict[str, str] = field(default_factory=dict)
+    """What lines of the form `key, value` before the columns say, keys in lower case."""
+    remarks: tuple[str, ...] = ()
+
+
+def split_line(line: str, delimiter: str) -> list[str]:
+    """Fields of a line, without the blanks and quotes around them."""
+    parts = line.split() if delimiter == BLANKS else line.split(delimiter)
+    return [part.strip().strip('"') for part in parts]
+
+
+def find_layout(path: Path, options: ReadOptions) -> TextLayout:
+    """Find delimiter, column names and first row of numbers.
+
+    Raises `LogError` where the file is not text, or holds neither names nor rows of numbers.
+    """
+    lines = _head_lines(path)
+    preamble: dict[str, str] = {}
+    offset = sum(len(line) for line in lines[: options.skip_lines])
+    for number, raw in enumerate(lines[options.skip_lines :][:_LINES_SEARCHED], start=options.skip_lines + 1):
+        offset += len(raw)
+        text = _decode(raw).strip()
+        body = text.lstrip("#%").strip()
+        delimiter = _names_delimiter(body, options)
+        if delimiter is not None:
+            return _named(path, lines, number, offset, split_line(body, delimiter), preamble)
+        if not text.startswith(("#", "%")) and _numbers_delimiter(text) is not None:
+            return _unnamed(path, lines, number, offset - len(raw), options, preamble)
+        preamble |= _key_value(body)
+    raise LogError(
+        f"{path}: not a log: found neither column names such as ax, ay, az, gx, gy, gz nor rows of numbers"
+    )
+
+
+def _head_lines(path: Path) -> list[bytes]:
+    with path.open("rb") as file:
+        head = file.read(_HEAD_BYTES)
+        whole = not file.read(1)
+    if not _is_text(head):
+        raise LogError(f"{path}: not a log: neither text nor Parquet, ROS bag or MCAP")
+    if head.lstrip()[:1] in (b"{", b"[", b"<"):
+        raise LogError(f"{path}: not a log but JSON or XML; expected a table with a sample a line")
+    lines = head.splitlines(keepends=True)
+    return lines if whole or len(lines) < 2 else lines[:-1]
+
+
+def _is_text(head: bytes) -> bool:
+    if b"\x00" in head:
+        return False
+    odd = sum(byte < 32 and byte not in b"\t\n\r\f" for byte in head[:4096])
+    return odd <= len(head[:4096]) // 100
+
+
+def _decode(line: bytes) -> str:
+    return line.decode("utf-8-sig", errors="replace")
+
+
+def _names_delimiter(text: str, options: ReadOptions) -> str | None:
+    """Delimiter with which most fields of a line are names of columns we look for; None if none is."""
+    wanted = {name for name in options.columns.values() if not name.isdigit()}
+
+    def known(delimiter: str) -> int:
+        columns = [(name, recognise(name)) for name in split_line(text, delimiter)]
+        return sum(
+            name in wanted or (column is not None and column.quantity in ("accelerometer", "gyroscope"))
+            for name, column in columns
+        )
+
+    best = max(_DELIMITERS, key=known)
+    fields = len(split_line(text, best))
+    # Prose may hold a word or two that look like names; a row of names holds little else.
+    needed = (fields + 1) // 2 if best == BLANKS else 1
+    return best if fields > 1 and known(best) >= needed else None
+
+
+def _numbers_delimiter(text: str) -> str | None:
+    """Delimiter that splits a line into most numbers, at least two; None if it does not."""
+    counts = {delimiter: len(split_line(text, delimiter)) for delimiter in _DELIMITERS}
+    numeric = [
+        delimiter
+        for delimiter in _DELIMITERS
+        if counts[delimiter] > 1
+        and all(_is_number(part, _decimal_point(text, delimiter)) for part in split_line(text, delimiter))
+    ]
+    return max(numeric, key=lambda delimiter: counts[delimiter]) if numeric else None
+
+
+def _decimal_point(text: str, delimiter: str) -> str:
+    return "," if delimiter != "," and "," in text and "." not in text else "."
+
+
+def _is_number(text: str, decimal_point: str = ".") -> bool:
+    try:
+        float(text.replace(decimal_point, ".") or "nan")
+    except ValueError:
+        return False
+    return True
+
+
+def _key_value(text: str) -> dict[str, str]:
+    match = re.fullmatch(r"\s*([^,;:=\t]+?)\s*[,;:=\t]\s*([^,;=\t]+?)\s*[,;]*", text)
+    return {match[1].lower(): match[2]} if match else {}
+
+
+def _named(
+    path: Path, lines: Sequence[bytes], number: int, offset: int, names: list[str], preamble: dict[str, str]
+) -> TextLayout:
+    rows = [_decode(line).strip() for line in lines[number : number + _ROWS_SEARCHED] if line.strip()]
+    if not rows:
+        raise LogError(f"{path}: line {number} names columns, but no samples follow")
+    delimiter = _row_delimiter(rows[0], len(names))
+    skipped = sum(not line.startswith((b"#", b"%")) for line in lines[: number - 1])
+    _refuse_repeated(path, number, names)
+    return TextLayout(
+        delimiter,
+        tuple(names),
+        offset,
+        number,
+        tuple(split_line(rows[0], delimiter)),
+        _row_bytes(lines[number:]),
+        _decimal_point(rows[0], delimiter),
+        preamble,
+        (f"skipped {skipped} lines before the column names",) if skipped else (),
+    )
+
+
+def _row_delimiter(row: str, columns: int) -> str:
+    """Rows may be split otherwise than names; blanks come last, a time stamp may hold one."""
+    fitting = [delimiter for delimiter in _DELIMITERS if len(split_line(row, delimiter)) == columns]
+    return fitting[0] if fitting else max(_DELIMITERS, key=lambda delimiter: len(split_line(row, delimiter)))
+
+
+def _refuse_repeated(path: Path, number: int, names: list[str]) -> None:
+    for position, name in enumerate(names):
+        if name in names[:position]:
+            if recognise(name) is not None:
+                raise LogError(f"{path}: line {number} names column {name!r} twice; rename one of them")
+            names[position] = f"{name}#{position + 1}"
+
+
+def _unnamed(
+    path: Path,
+    lines: Sequence[bytes],
+    number: int,
+    offset: int,
+    options: ReadOptions,
+    preamble: dict[str, str],
+) -> TextLayout:
+    rows = [_decode(line).strip() for line in lines[number - 1 :][:_ROWS_SEARCHED] if line.strip()]
+    delimiter = _numbers_delimiter(rows[0]) or ","
+    fields = split_line(rows[0], delimiter)
+    names, remarks = _names_for(path, rows, delimiter, len(fields), options)
+    before = _decode(lines[number - 2]).strip().lstrip("#%") if number > 1 else ""
+    header = split_line(before, delimiter)
+    if len(header) == len(fields) and not options.columns and number - 1 > options.skip_lines:
+        names, remarks = tuple(header), ()
+    return TextLayout(
+        delimiter,
+        names,
+        offset,
+        number - 1,
+        tuple(fields),
+        _row_bytes(lines[number - 1 :]),
+        _decimal_point(rows[0], delimiter),
+        preamble,
+        remarks,
+    )
+
+
+def _names_for(
+    path: Path, rows: Sequence[str], delimiter: str, count: int, options: ReadOptions
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names for columns that have none: by position if the user maps them, else by the usual order."""
+    if options.columns or count not in _PLAIN_NAMES:
+        return tuple(str(position + 1) for position in range(count)), ()
+    if count == 7 and not _increases([split_line(row, delimiter)[0] for row in rows]):
+        raise LogError(
+            f"{path}: seven columns without names, and the first is not time; "
+            "say which is which, as --columns ax=1,ay=2,az=3,gx=4,gy=5,gz=6"
+        )
+    names = _PLAIN_NAMES[count]
+    return names, (f"no column names: taken to be {', '.join(names)}",)
+
+
+def _increases(texts: Sequence[str]) -> bool:
+    numbers = [float(text.replace(",", ".")) for text in texts if _is_number(text, ",")]
+    return all(earlier <= later for earlier, later in pairwise(numbers))
+
+
+def _row_bytes(lines: Sequence[bytes]) -> float:
+    return sum(map(len, lines)) / max(1, len(lines))
+
+
+def is_time_stamp(text: str) -> bool:
+    """Tell whether a field is a date and time such as `2024-05-01T12:00:00.25`."""
+    return _TIME_STAMP.match(text) is not None

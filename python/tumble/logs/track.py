@@ -1,0 +1,95 @@
+"""What a reader finds in a file before any unit is decided: the common ground of all formats."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from tumble.errors import LogError
+from tumble.recording import FloatArray
+
+CHUNK_SAMPLES = 1 << 16
+"""Samples in a chunk: large enough for numpy to be quick, small enough for memory not to matter."""
+
+
+@dataclass(slots=True)
+class Samples:
+    """Successive samples, in the units of the log until `Conversion` has made them SI."""
+
+    time: FloatArray | None
+    """(n,), None where the log holds no time."""
+    accelerometer: FloatArray
+    """(n, 3)."""
+    gyroscope: FloatArray
+    """(n, 3)."""
+    temperature: FloatArray | None = None
+    """(n,)."""
+
+    def __len__(self) -> int:
+        return len(self.accelerometer)
+
+
+@dataclass(frozen=True, slots=True)
+class StatedUnit:
+    """A unit the log itself states, and where."""
+
+    name: str
+    reason: str
+    """`column name`, `message definition`, `column type`."""
+
+
+Transform = Callable[[Samples], Samples]
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """One IMU of a file, as its reader found it."""
+
+    path: Path
+    imu: str
+    """Name that tells it from other IMUs of the file: a topic, a column prefix; empty where it needs none."""
+    format: str
+    """As in `tumble.recording.Metadata.format`."""
+    read: Callable[[Transform], Iterator[Samples]]
+    """A fresh pass over all samples, each piece put through the transform, in the order of the file."""
+    head: Callable[[], Samples]
+    """The first samples, quickly, in the units of the log."""
+    locate: Callable[[int], str]
+    """Where in the file a sample (counted from 0) stands, in words: `line 812`, `message 40 of /imu`."""
+    accelerometer_unit: StatedUnit | None = None
+    gyroscope_unit: StatedUnit | None = None
+    time_unit: StatedUnit | None = None
+    temperature_unit: StatedUnit | None = None
+    frame: str = "case"
+    clock: str = ""
+    rate: float | None = None
+    serial: str = ""
+    already_corrected: bool | None = None
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def source(self) -> str:
+        """What a user types to name this IMU."""
+        return f"{self.path}:{self.imu}" if self.imu else str(self.path)
+
+
+def choose(path: Path, names: tuple[str, ...], wanted: str | None, what: str) -> str:
+    """Pick the wanted one of several IMUs; `what` is what names one here: `topic`, `column prefix`.
+
+    Raises `LogError` where there is no such name, or where there are several and none is wanted.
+    """
+    if wanted is None:
+        if len(names) == 1:
+            return names[0]
+        if "" in names:
+            return ""
+        raise LogError(
+            f"{path}: holds {len(names)} IMUs: name one, as {path.name}:{names[0]} "
+            f"(found: {', '.join(names)})"
+        )
+    matches = [name for name in names if name.strip("/") == wanted.strip("/")]
+    if matches:
+        return matches[0]
+    found = ", ".join(name for name in names if name) or "only one IMU, without a name"
+    raise LogError(f"{path}: no {what} {wanted!r}; found: {found}")

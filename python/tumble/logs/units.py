@@ -1,0 +1,180 @@
+"""Units as people write them, and what the values themselves say about their unit."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from tumble.recording import FloatArray
+
+Quantity: TypeAlias = Literal["accelerometer", "gyroscope", "time", "temperature"]
+
+STANDARD_GRAVITY = 9.80665
+"""m/s^2, what one `g` of a data sheet means (CGPM 1901)."""
+
+UNITS: Mapping[Quantity, Mapping[str, float]] = {
+    "accelerometer": {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "mg": 1e-3 * STANDARD_GRAVITY},
+    "gyroscope": {
+        "rad/s": 1.0,
+        "deg/s": math.pi / 180.0,
+        "mrad/s": 1e-3,
+        "mdeg/s": 1e-3 * math.pi / 180.0,
+    },
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
+    "temperature": {"degC": 1.0, "K": 1.0, "degF": 1.0 / 1.8},
+}
+"""SI value of one unit (of a difference, for temperature)."""
+
+TEMPERATURE_ZERO: Mapping[str, float] = {"degC": 0.0, "K": 273.15, "degF": 32.0}
+"""Reading of each unit at 0 degC."""
+
+SPELLINGS: Mapping[Quantity, Mapping[str, str]] = {
+    "accelerometer": {
+        "m/s^2": "m/s^2",
+        "m/s2": "m/s^2",
+        "m/s/s": "m/s^2",
+        "m_s2": "m/s^2",
+        "m_s_2": "m/s^2",
+        "m_s^2": "m/s^2",
+        "m_per_s2": "m/s^2",
+        "ms2": "m/s^2",
+        "ms-2": "m/s^2",
+        "m*s^-2": "m/s^2",
+        "m.s-2": "m/s^2",
+        "mps2": "m/s^2",
+        "mpss": "m/s^2",
+        "mss": "m/s^2",
+        "g": "g",
+        "gs": "g",
+        "g0": "g",
+        "gee": "g",
+        "mg": "mg",
+        "milli_g": "mg",
+    },
+    "gyroscope": {
+        "rad/s": "rad/s",
+        "rad": "rad/s",
+        "rad/sec": "rad/s",
+        "rad_s": "rad/s",
+        "rad_per_s": "rad/s",
+        "rads": "rad/s",
+        "radps": "rad/s",
+        "rad*s^-1": "rad/s",
+        "rps": "rad/s",
+        "deg/s": "deg/s",
+        "deg/sec": "deg/s",
+        "deg_s": "deg/s",
+        "deg_per_s": "deg/s",
+        "degs": "deg/s",
+        "degps": "deg/s",
+        "dps": "deg/s",
+        "°/s": "deg/s",
+        "mrad/s": "mrad/s",
+        "mrad_s": "mrad/s",
+        "mdeg/s": "mdeg/s",
+        "mdeg_s": "mdeg/s",
+        "mdps": "mdeg/s",
+    },
+    "time": {
+        "s": "s",
+        "sec": "s",
+        "secs": "s",
+        "second": "s",
+        "seconds": "s",
+        "ms": "ms",
+        "msec": "ms",
+        "millis": "ms",
+        "milliseconds": "ms",
+        "us": "us",
+        "usec": "us",
+        "micros": "us",
+        "microseconds": "us",
+        "ns": "ns",
+        "nsec": "ns",
+        "nanos": "ns",
+        "nanosec": "ns",
+        "nanoseconds": "ns",
+    },
+    "temperature": {
+        "degc": "degC",
+        "deg_c": "degC",
+        "c": "degC",
+        "°c": "degC",
+        "celsius": "degC",
+        "k": "K",
+        "kelvin": "K",
+        "degf": "degF",
+        "deg_f": "degF",
+        "f": "degF",
+        "°f": "degF",
+        "fahrenheit": "degF",
+    },
+}
+
+_REST_WINDOW = 32
+_IMPOSSIBLE_RAD_PER_S = 40.0
+_IMPOSSIBLE_DEG_PER_S = 4500.0
+_LARGEST_REST_RAD_PER_S = 0.35
+_LARGEST_REST_DEG_PER_S = 30.0
+
+
+def find_unit(text: str, quantity: Quantity) -> str | None:
+    """Give the unit a piece of text names, in our spelling, or None if it names none of that quantity."""
+    plain = text.strip().lower().replace("²", "^2").replace("**", "^").replace("µ", "u").replace("μ", "u")
+    return SPELLINGS[quantity].get(re.sub(r"\s+", "", plain))
+
+
+def rest_norm(vectors: FloatArray) -> float:
+    """Give the typical length of (n, 3) vectors while they change least, NaN where there are none."""
+    finite = vectors[np.isfinite(vectors).all(axis=1)]
+    window = max(1, min(_REST_WINDOW, len(finite) // 4))
+    count = len(finite) // window
+    if count == 0:
+        return math.nan
+    pieces = finite[: count * window].reshape(count, window, 3)
+    scatter = pieces.var(axis=1).sum(axis=1)
+    quiet = scatter <= np.quantile(scatter, 0.3)
+    return float(np.median(np.linalg.norm(pieces[quiet].mean(axis=1), axis=1)))
+
+
+def guess_accelerometer_unit(norm_at_rest: float) -> str | None:
+    """Give the unit in which a resting accelerometer reads that length, None if no unit fits."""
+    for name, scale in UNITS["accelerometer"].items():
+        if 0.75 <= norm_at_rest * scale / STANDARD_GRAVITY <= 1.3:
+            return name
+    return None
+
+
+def guess_gyroscope_unit(norm_at_rest: float, peak: float) -> tuple[str | None, str]:
+    """Give the unit of a gyroscope from its resting and its largest reading, and why; None if none fits."""
+    if peak > _IMPOSSIBLE_DEG_PER_S or norm_at_rest > _LARGEST_REST_DEG_PER_S:
+        return None, ""
+    if peak > _IMPOSSIBLE_RAD_PER_S:
+        return "deg/s", f"peak of {peak:.4g} is too fast for rad/s"
+    if norm_at_rest > _LARGEST_REST_RAD_PER_S:
+        return "deg/s", f"{norm_at_rest:.3g} at rest is too large for rad/s"
+    return "rad/s", "assumed"
+
+
+def guess_time_unit(time: FloatArray) -> tuple[str, str]:
+    """Give the unit of time stamps and why: from their size if they count from 1970, else from their step.
+
+    IMUs sample at 10 Hz to 10 kHz, so steps of 0.1 ms to 100 ms are taken for granted.
+    """
+    finite = time[np.isfinite(time)]
+    if len(finite) < 2:
+        return "s", "assumed"
+    latest = float(finite.max())
+    for name, scale in UNITS["time"].items():
+        if 1e9 <= latest * scale <= 4e9:
+            return name, "size of the stamps, counted from 1970"
+    steps = np.diff(finite)
+    step = float(np.median(steps[steps > 0])) if bool((steps > 0).any()) else 0.0
+    if step < 1.0:
+        return "s", "assumed"
+    name = "ms" if step < 100.0 else "us" if step < 1e5 else "ns"
+    return name, f"step of {step:.6g} between samples"

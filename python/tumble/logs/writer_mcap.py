@@ -1,0 +1,115 @@
+"""MCAP out: sensor_msgs/Imu and sensor_msgs/Temperature in ROS 2 CDR."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from mcap.writer import Writer
+from numpy.typing import NDArray
+from rosbags.typesys import Stores, get_typestore
+
+from tumble.errors import OutputError
+from tumble.logs.mcap import FACTS
+from tumble.recording import Chunk, FloatArray
+
+if TYPE_CHECKING:
+    from tumble.logs.writers import Facts
+
+IMU_TOPIC = "/imu/data"
+TEMPERATURE_TOPIC = "/imu/temperature"
+
+_CDR_LITTLE_ENDIAN = np.frombuffer(b"\x00\x01\x00\x00", np.uint8)
+_ORIENTATION_COVARIANCE, _RATE, _FORCE = 4, slice(13, 16), slice(25, 28)
+_IMU_NUMBERS = 37
+_STAMPS = (0.0, 2.0**31)
+"""Seconds that a ROS 2 stamp and an MCAP time can both hold."""
+
+
+class McapWriter:
+    """MCAP that ROS 2 tools and Foxglove open."""
+
+    def __init__(self, path: Path, facts: Facts) -> None:
+        self._path = path
+        self._facts = facts
+        self._file = path.open("wb")
+        self._writer = Writer(self._file)
+        self._writer.start(profile="ros2", library="tumble")
+        self._imu = self._channel(IMU_TOPIC, "sensor_msgs/msg/Imu")
+        self._temperature: int | None = None
+        self._sequence = 0
+
+    def write(self, chunk: Chunk) -> None:
+        """Append a message a sample, and its temperature just before it."""
+        stamps = self._nanoseconds(chunk.time)
+        messages = _bytes(stamps, self._facts.frame, _imu_numbers(chunk))
+        temperatures: list[bytes] = []
+        if chunk.temperature is not None:
+            if self._temperature is None:
+                self._temperature = self._channel(TEMPERATURE_TOPIC, "sensor_msgs/msg/Temperature")
+            numbers = np.column_stack([chunk.temperature, np.zeros(len(chunk))])
+            temperatures = _bytes(stamps, self._facts.frame, numbers)
+        for index, stamp in enumerate(stamps.tolist()):
+            if temperatures and self._temperature is not None:
+                self._add(self._temperature, stamp, temperatures[index])
+            self._add(self._imu, stamp, messages[index])
+            self._sequence = (self._sequence + 1) & 0xFFFFFFFF
+
+    def close(self) -> None:
+        """Write what is known beside the samples, and the index."""
+        facts = {"serial": self._facts.serial, "corrected": self._facts.corrected}
+        self._writer.add_metadata(FACTS, {key: value for key, value in facts.items() if value})
+        self._writer.finish()  # type: ignore[no-untyped-call]
+        self._file.close()
+
+    def _channel(self, topic: str, message_type: str) -> int:
+        definition, _ = get_typestore(Stores.ROS2_HUMBLE).generate_msgdef(message_type, ros_version=2)
+        schema = self._writer.register_schema(message_type, "ros2msg", definition.encode())
+        return self._writer.register_channel(topic, "cdr", schema)
+
+    def _add(self, channel: int, stamp: int, data: bytes) -> None:
+        self._writer.add_message(channel, stamp, data, stamp, self._sequence)
+
+    def _nanoseconds(self, time: FloatArray) -> NDArray[np.int64]:
+        """Whole seconds apart from the rest, so that times from 1970 on keep all their digits."""
+        if not (_STAMPS[0] <= float(time[0]) and float(time[-1]) < _STAMPS[1]):
+            raise OutputError(
+                f"{self._path}: MCAP stamps hold 0 s to 2^31 s, not {time[0]:.9g} s to {time[-1]:.9g} s; "
+                "write CSV or Parquet instead"
+            )
+        whole = np.floor(time)
+        return whole.astype(np.int64) * 1_000_000_000 + np.rint((time - whole) * 1e9).astype(np.int64)
+
+
+def _imu_numbers(chunk: Chunk) -> FloatArray:
+    """(n, 37) numbers of sensor_msgs/Imu; covariance unknown is 0, no orientation is -1 (Imu.msg)."""
+    numbers = np.zeros((len(chunk), _IMU_NUMBERS))
+    numbers[:, _ORIENTATION_COVARIANCE] = -1.0
+    numbers[:, _RATE] = chunk.gyroscope
+    numbers[:, _FORCE] = chunk.accelerometer
+    return numbers
+
+
+def _bytes(stamps: NDArray[np.int64], frame: str, numbers: FloatArray) -> list[bytes]:
+    """CDR of messages that are a header and numbers: see `rosmsg`."""
+    name = frame.encode() + b"\x00"
+    padding = -(12 + len(name)) % 8
+    layout = np.dtype(
+        [
+            ("head", np.uint8, (4,)),
+            ("seconds", "<i4"),
+            ("nanoseconds", "<u4"),
+            ("length", "<u4"),
+            ("name", np.uint8, (len(name) + padding,)),
+            ("numbers", "<f8", (numbers.shape[1],)),
+        ]
+    )
+    messages = np.zeros(len(stamps), layout)
+    messages["head"] = _CDR_LITTLE_ENDIAN
+    messages["seconds"], messages["nanoseconds"] = np.divmod(stamps, 1_000_000_000)
+    messages["length"] = len(name)
+    messages["name"][:, : len(name)] = np.frombuffer(name, np.uint8)
+    messages["numbers"] = numbers
+    data = messages.tobytes()
+    return [data[start : start + layout.itemsize] for start in range(0, len(data), layout.itemsize)]

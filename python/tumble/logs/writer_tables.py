@@ -1,0 +1,85 @@
+"""CSV and Parquet out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pyarrow as pa  # type: ignore[import-untyped]
+import pyarrow.csv  # type: ignore[import-untyped]
+import pyarrow.parquet as pq  # type: ignore[import-untyped]
+
+from tumble.recording import Chunk
+
+if TYPE_CHECKING:
+    from tumble.logs.writers import Facts
+
+_COLUMNS = ("time", "ax", "ay", "az", "gx", "gy", "gz")
+
+
+def _schema(chunk: Chunk) -> pa.Schema:
+    names = _COLUMNS if chunk.temperature is None else (*_COLUMNS, "temperature")
+    return pa.schema([(name, pa.float64()) for name in names])
+
+
+def _batch(chunk: Chunk, schema: pa.Schema) -> pa.RecordBatch:
+    columns = [chunk.time, *chunk.accelerometer.T, *chunk.gyroscope.T]
+    if "temperature" in schema.names:
+        unknown = np.full(len(chunk), np.nan)
+        columns.append(unknown if chunk.temperature is None else chunk.temperature)
+    return pa.record_batch([pa.array(np.ascontiguousarray(column)) for column in columns], schema=schema)
+
+
+class CsvWriter:
+    """Text with a row of names; every float in as many digits as it takes to read it back exactly."""
+
+    def __init__(self, path: Path, facts: Facts) -> None:
+        self._file = path.open("wb")
+        self._facts = facts
+        self._writer: pa.csv.CSVWriter | None = None
+        self._schema: pa.Schema | None = None
+
+    def write(self, chunk: Chunk) -> None:
+        """Append rows; the first chunk decides whether there is a temperature column."""
+        if self._writer is None:
+            self._schema = _schema(chunk)
+            self._file.write(self._head(self._schema).encode())
+            options = pa.csv.WriteOptions(include_header=False, quoting_style="none")
+            self._writer = pa.csv.CSVWriter(self._file, self._schema, write_options=options)
+        self._writer.write_batch(_batch(chunk, self._schema))
+
+    def close(self) -> None:
+        """Finish the file."""
+        if self._writer is not None:
+            self._writer.close()
+        self._file.close()
+
+    def _head(self, schema: pa.Schema) -> str:
+        facts = {"serial": self._facts.serial, "corrected": self._facts.corrected}
+        comments = "".join(f"# {key}: {value}\n" for key, value in facts.items() if value)
+        return comments + ",".join(schema.names) + "\n"
+
+
+class ParquetWriter:
+    """Parquet, one row group a chunk."""
+
+    def __init__(self, path: Path, facts: Facts) -> None:
+        self._path = path
+        self._facts = facts
+        self._writer: pq.ParquetWriter | None = None
+        self._schema: pa.Schema | None = None
+
+    def write(self, chunk: Chunk) -> None:
+        """Append rows; the first chunk decides whether there is a temperature column."""
+        if self._writer is None:
+            facts = {"tumble.serial": self._facts.serial, "tumble.corrected": self._facts.corrected}
+            kept = {key: value for key, value in facts.items() if value}
+            self._schema = _schema(chunk).with_metadata(kept)
+            self._writer = pq.ParquetWriter(self._path, self._schema, compression="zstd")
+        self._writer.write_batch(_batch(chunk, self._schema))
+
+    def close(self) -> None:
+        """Finish the file."""
+        if self._writer is not None:
+            self._writer.close()

@@ -1,0 +1,84 @@
+"""Recordings out: CSV, Parquet or MCAP, chunk after chunk, in SI units and under plain names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from tumble.errors import OutputError
+from tumble.files import replacing
+from tumble.logs.writer_mcap import McapWriter
+from tumble.logs.writer_tables import CsvWriter, ParquetWriter
+from tumble.recording import Chunk
+
+
+@dataclass(frozen=True, slots=True)
+class Facts:
+    """What a written log keeps beside its samples, so that the next reader knows it."""
+
+    frame: str = "case"
+    """Frame of the samples; MCAP only."""
+    serial: str = ""
+    """Serial number of the unit."""
+    corrected: str = ""
+    """What the samples were corrected with, as the hash of a calibration; empty if they are as measured."""
+
+
+class Writer(Protocol):
+    """Takes the chunks of one recording, in order."""
+
+    def write(self, chunk: Chunk) -> None:
+        """Append samples."""
+        ...
+
+    def close(self) -> None:
+        """Finish the file."""
+        ...
+
+
+WRITERS: dict[str, Callable[[Path, Facts], Writer]] = {
+    "csv": CsvWriter,
+    "parquet": ParquetWriter,
+    "mcap": McapWriter,
+}
+"""By the name of a format, which is also the usual extension."""
+
+
+def format_for(path: Path, name: str | None = None) -> str:
+    """Give the format to write: the one named, else that of the extension.
+
+    Raises `OutputError` where neither is one that can be written.
+    """
+    wanted = (name or path.suffix.removeprefix(".")).lower()
+    if wanted not in WRITERS:
+        raise OutputError(
+            f"{path}: cannot write {wanted or 'a file without an extension'}; "
+            f"give one of {', '.join(WRITERS)} as extension or with --format"
+        )
+    return wanted
+
+
+@contextmanager
+def open_writer(
+    path: str | Path, format_name: str | None = None, facts: Facts | None = None
+) -> Iterator[Writer]:
+    """Open a file to write one recording to; it takes its place only when the block ends without an error.
+
+    Columns are `time` s, `ax ay az` m/s^2, `gx gy gz` rad/s and, if the first chunk has it, `temperature`
+    degC.
+    MCAP holds sensor_msgs/Imu on `/imu/data` and sensor_msgs/Temperature on `/imu/temperature`,
+    stamped to the nanosecond.
+
+    Raises `OutputError` where the format is unknown or the file cannot be written.
+    """
+    path = Path(path)
+    make = WRITERS[format_for(path, format_name)]
+    with replacing(path) as temporary:
+        writer = make(temporary, facts or Facts())
+        try:
+            yield writer
+        finally:
+            writer.close()
