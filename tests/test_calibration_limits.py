@@ -87,6 +87,7 @@ def test_a_parameter_that_was_not_shown_fails_and_says_why():
     bias, scale = checks[:3], checks[3:]
     assert all(check.passed for check in bias)
     assert not any(check.passed for check in scale)
+    assert all(np.isnan(check.value) for check in scale), "a number was given for what is not known"
     assert {check.remark for check in scale} == {"not shown to be within its limit: no rotation was recorded"}
 
 

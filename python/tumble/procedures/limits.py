@@ -17,6 +17,8 @@ from tumble.results import LimitCheck, TargetResult, TriadName, TriadResult
 SCHEMA: Literal["tumble-limits/1"] = "tumble-limits/1"
 SCHEMA_FILE = "limits.schema.json"
 
+UNKNOWN = "the data do not show it"
+
 
 class _PerAxis(Document):
     """One limit for every axis, written as a number, or one for each axis named."""
@@ -123,7 +125,7 @@ class Limits(Document):
 def _check_triad(name: TriadName, section: TriadLimits, triad: TriadResult | None) -> list[LimitCheck]:
     unit = "m/s^2" if name == "accelerometer" else "rad/s"
     figures = {} if triad is None else _figures(triad)
-    missing = f"the {name} was not calibrated" if triad is None else "the data do not show it"
+    missing = f"the {name} was not calibrated" if triad is None else UNKNOWN
     checks = []
     for group, limits in section.groups().items():
         for axis, limit in limits.items():
@@ -145,9 +147,11 @@ def _figures(triad: TriadResult) -> dict[str, tuple[float, str]]:
     """Collect what can be limited, by field term and axis, with why it is not known (empty where it is)."""
     figures: dict[str, tuple[float, str]] = {}
     for parameter in triad.parameters:
-        value = parameter.value - 1.0 if parameter.name.startswith("scale ") else parameter.value
-        unknown = "" if parameter.observable else (parameter.reason or "the data do not show it")
-        figures[parameter.name] = (value, unknown)
+        if not parameter.observable:
+            figures[parameter.name] = (float("nan"), parameter.reason or UNKNOWN)
+            continue
+        ideal = 1.0 if parameter.name.startswith("scale ") else 0.0
+        figures[parameter.name] = (parameter.value - ideal, "")
     by_axis = {
         "residual": np.sqrt(np.mean(triad.residuals**2, axis=0))
         if len(triad.residuals)

@@ -1,0 +1,101 @@
+"""The command `tumble`: finds the command asked for; a mistake of the user is one line and exit code 2."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.metadata import version
+from typing import Annotated, Any
+
+import typer
+
+from tumble.errors import TumbleError
+
+USER_MISTAKE = 2
+INTERRUPTED = 130
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """Where a command lives; its module is imported only when the command is asked for."""
+
+    module: str
+    attribute: str
+    """A function to be made a command, or a `typer.Typer` with commands of its own."""
+    summary: str
+    """First line of its help, for the list of commands."""
+
+    def load(self) -> Callable[..., Any] | typer.Typer:
+        """Import the command."""
+        found: Callable[..., Any] | typer.Typer = getattr(import_module(self.module), self.attribute)
+        return found
+
+
+COMMANDS = {
+    "turntable": Entry(
+        "tumble.cli.turntable",
+        "turntable_command",
+        "Calibrate targets on a turntable against a co-mounted reference.",
+    ),
+    "apply": Entry("tumble.cli.apply", "apply_command", "Correct a log with a calibration."),
+    "inspect": Entry("tumble.cli.inspect", "inspect_command", "Say what a log holds and what it can serve."),
+    "simulate": Entry("tumble.cli.simulate", "simulate_app", "Make recordings whose truth is known."),
+}
+
+
+def command_line(words: Sequence[str]) -> typer.Typer:
+    """Build the command line. Commands named in `words` are imported, the others only listed."""
+    app = typer.Typer(
+        name="tumble",
+        help="Calibrate inertial measurement units over their whole life.",
+        epilog="Start with: tumble simulate turntable --help",
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.callback()(_root)
+    for name, entry in COMMANDS.items():
+        found = entry.load() if name in words else _listed_only
+        if isinstance(found, typer.Typer):
+            app.add_typer(found, name=name, help=entry.summary)
+        else:
+            app.command(name, help=entry.summary if found is _listed_only else None)(found)
+    return app
+
+
+def main() -> None:
+    """Run `tumble` with the arguments of this process."""
+    try:
+        command_line([*sys.argv[1:], *_words_to_complete()])()
+    except TumbleError as error:
+        print(f"tumble: error: {error}", file=sys.stderr)
+        sys.exit(USER_MISTAKE)
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)
+
+
+def _listed_only() -> None:
+    raise AssertionError("a command that is called is named in the arguments, and so was imported")
+
+
+def _words_to_complete() -> list[str]:
+    """Split what stands on the line that a shell wants completed."""
+    return f"{os.environ.get('COMP_WORDS', '')} {os.environ.get('_TYPER_COMPLETE_ARGS', '')}".split()
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        print(f"tumble {version('tumble-imu')}")
+        raise typer.Exit
+
+
+def _root(
+    _version: Annotated[
+        bool,
+        typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit."),
+    ] = False,
+) -> None:
+    """Calibrate inertial measurement units over their whole life."""

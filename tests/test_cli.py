@@ -1,0 +1,315 @@
+"""The command line: help, exit codes, and one line for every mistake."""
+
+from __future__ import annotations
+
+import csv
+import json
+import subprocess
+import sys
+import time
+import types
+
+import numpy as np
+import pytest
+import yaml
+
+import made_up_batch as made_up
+from tumble.calibration import Calibration
+from tumble.cli import main as command_line
+from tumble.cli.turntable import turntable_command
+from tumble.errors import ProcedureError
+
+FAULTY = {"accelerometer": {"bias": 1e-9}}
+
+
+def tumble(*arguments, **options):
+    """Run the command as a user does."""
+    command = [sys.executable, "-c", "from tumble.cli.main import main; main()", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, **options)
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    """Run the command in this process, so that a procedure can be put in its place."""
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["tumble", *map(str, arguments)])
+        with pytest.raises(SystemExit) as caught:
+            command_line.main()
+        captured = capsys.readouterr()
+        return types.SimpleNamespace(code=caught.value.code or 0, out=captured.out, err=captured.err)
+
+    return run
+
+
+@pytest.fixture
+def recordings(tmp_path):
+    """Three short logs; what is in them does not matter to the tests here."""
+    paths = []
+    for name in ("reference", "target_1", "target_2"):
+        path = tmp_path / f"{name}.csv"
+        rows = [f"{0.01 * i},0.1,-0.2,9.8{i % 10},0.00{i % 7},0.0{i % 3},0.001" for i in range(400)]
+        path.write_text("time,ax,ay,az,gx,gy,gz\n" + "\n".join(rows) + "\n")
+        paths.append(path)
+    return paths
+
+
+@pytest.fixture
+def procedure(monkeypatch):
+    """A procedure that finds what the test made up, and keeps what it was asked for."""
+    asked = {}
+
+    def put(result):
+        def turntable(reference, targets, **options):
+            asked.update(options, reference=reference, targets=targets)
+            if isinstance(result, BaseException):
+                raise result
+            return result
+
+        fake = types.ModuleType("tumble.procedures.turntable")
+        fake.turntable = turntable
+        monkeypatch.setitem(sys.modules, "tumble.procedures.turntable", fake)
+        return asked
+
+    return put
+
+
+def test_help_lists_every_command():
+    done = tumble("--help")
+    assert done.returncode == 0
+    for name in command_line.COMMANDS:
+        assert name in done.stdout
+
+
+@pytest.mark.parametrize("name", sorted(command_line.COMMANDS))
+def test_the_help_of_every_command_has_an_example(name):
+    done = tumble(name, "--help")
+    assert done.returncode == 0, done.stderr
+    commands = [name] if name != "simulate" else ["simulate turntable"]
+    if name == "simulate":
+        done = tumble("simulate", "turntable", "--help")
+    assert f"tumble {commands[0]} " in " ".join(done.stdout.replace("Usage: ", "").split())
+    assert "Example" in done.stdout
+
+
+@pytest.mark.parametrize("name", sorted(command_line.COMMANDS))
+def test_the_list_of_commands_says_what_the_command_itself_says(name):
+    entry = command_line.COMMANDS[name]
+    found = entry.load()
+    text = found.__doc__ if callable(found) and found.__doc__ and name != "simulate" else None
+    if text is not None:
+        assert text.splitlines()[0] == entry.summary
+
+
+def test_help_is_quick_because_nothing_is_computed():
+    fastest = min(_seconds("--help") - _seconds_of_python() for _ in range(3))
+    assert fastest < 0.5, f"{fastest:.2f} s more than Python itself"
+
+
+def _seconds(*arguments):
+    start = time.perf_counter()
+    tumble(*arguments)
+    return time.perf_counter() - start
+
+
+def _seconds_of_python():
+    start = time.perf_counter()
+    subprocess.run([sys.executable, "-c", "pass"], check=True)
+    return time.perf_counter() - start
+
+
+def test_the_version_is_that_of_the_package():
+    done = tumble("--version")
+    assert done.returncode == 0
+    assert done.stdout.startswith("tumble 0.")
+
+
+def test_an_unknown_command_is_a_mistake_of_the_user():
+    done = tumble("turntabel")
+    assert done.returncode == 2
+    assert "turntable" in done.stderr
+
+
+def test_a_shell_can_complete_the_options_of_a_command():
+    import os
+
+    environment = {**os.environ, "_TUMBLE_COMPLETE": "complete_bash", "COMP_CWORD": "2"}
+    environment["COMP_WORDS"] = "tumble turntable --tr"
+    command = [
+        sys.executable,
+        "-c",
+        "import sys; sys.argv = ['tumble']; from tumble.cli.main import main; main()",
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+    assert "--truth" in done.stdout, done.stderr
+
+
+def test_a_missing_log_is_one_line_and_leaves_no_folder(run, tmp_path, recordings, procedure):
+    procedure(made_up.batch())
+    done = run("turntable", recordings[0], tmp_path / "gone.csv", "-o", tmp_path / "out")
+    assert done.code == 2
+    assert done.err.startswith("tumble: error: ")
+    assert "gone.csv" in done.err
+    assert done.err.count("\n") == 1
+    assert done.out == ""
+    assert not (tmp_path / "out").exists()
+
+
+def test_every_result_is_written_and_named(run, tmp_path, recordings, procedure):
+    procedure(made_up.batch(made_up.target("target_1", seed=1), made_up.target("target_2", seed=2)))
+    out = tmp_path / "results" / "today"
+    done = run("turntable", *recordings, "-o", out)
+    assert done.code == 0, done.err
+    written = sorted(path.name for path in out.iterdir())
+    assert written == [
+        "report.html",
+        "summary.csv",
+        "target_1.html",
+        "target_1.yaml",
+        "target_2.html",
+        "target_2.yaml",
+    ]
+    assert Calibration.load(out / "target_2.yaml").serial == "SN-2"
+    assert f"Report: {out / 'report.html'}" in done.out
+    assert "target_1" in done.out
+    assert "Calibrated" in done.out
+
+
+def test_options_reach_the_procedure(run, tmp_path, recordings, procedure):
+    asked = procedure(made_up.batch())
+    limits = tmp_path / "limits.yaml"
+    limits.write_text(yaml.safe_dump(FAULTY))
+    done = run(
+        *("turntable", *recordings, "-o", tmp_path / "out", "--poses", "none", "--truth", "rotate-truth"),
+        *("--latitude", 48.1, "--height", 520, "--limits", limits, "--clock", "apart", "--g-sensitivity"),
+        *("--jobs", 2),
+    )
+    assert done.code == 0, done.err
+    assert asked["poses"] is None
+    assert asked["truth"] == "rotate-truth"
+    assert (asked["latitude"], asked["height"], asked["gravity"]) == (48.1, 520.0, None)
+    assert asked["limits"].accelerometer.bias.x == 1e-9
+    assert (asked["clock"], asked["g_sensitivity"], asked["jobs"]) == ("apart", True, 2)
+    assert asked["reference"].name == "reference"
+    assert [target.name for target in asked["targets"]] == ["target_1", "target_2"]
+
+
+def test_six_faces_are_the_poses_where_none_are_given(run, tmp_path, recordings, procedure):
+    asked = procedure(made_up.batch())
+    run("turntable", *recordings, "-o", tmp_path / "out")
+    assert [pose.name for pose in asked["poses"]][:2] == ["X up", "X down"]
+
+
+def test_a_target_outside_its_limits_is_exit_code_3_and_named_with_the_reason(
+    run, tmp_path, recordings, procedure
+):
+    from tumble.procedures.limits import Limits
+
+    bad = made_up.target("target_2", seed=2)
+    bad = made_up.target("target_2", seed=2, checks=Limits.model_validate(FAULTY).check(bad))
+    procedure(made_up.batch(made_up.target("target_1"), bad))
+    done = run("turntable", *recordings, "-o", tmp_path / "out")
+    assert done.code == 3
+    assert "target_2: fail: accelerometer bias" in " ".join(done.out.split())
+    assert (tmp_path / "out/target_2.yaml").exists()
+
+
+def test_a_target_that_cannot_be_calibrated_does_not_stop_the_others(run, tmp_path, recordings, procedure):
+    moved = made_up.target(
+        "target_2", failure="it moved during every rest", accelerometer=None, gyroscope=None
+    )
+    procedure(made_up.batch(made_up.target("target_1"), moved))
+    done = run("turntable", *recordings, "-o", tmp_path / "out")
+    assert done.code == 3
+    assert "target_2: not calibrated: it moved during every rest" in " ".join(done.out.split())
+    assert (tmp_path / "out/target_1.yaml").exists()
+    assert not (tmp_path / "out/target_2.yaml").exists()
+
+
+def test_the_summary_has_one_row_a_target_and_every_digit(run, tmp_path, recordings, procedure):
+    first = made_up.target("target_1", gyroscope=made_up.triad("gyroscope", bias_only=True))
+    moved = made_up.target("target_2", failure="it moved", accelerometer=None, gyroscope=None)
+    procedure(made_up.batch(first, moved))
+    run("turntable", *recordings, "-o", tmp_path / "out")
+    with (tmp_path / "out/summary.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["target"] for row in rows] == ["target_1", "target_2"]
+    assert [row["verdict"] for row in rows] == ["calibrated", "not calibrated"]
+    assert rows[1]["reason"] == "it moved"
+    bias = float(rows[0]["accelerometer bias x (m/s^2)"])
+    assert bias == first.accelerometer.b[0]
+    assert float(rows[0]["sigma accelerometer bias x (m/s^2)"]) == 1e-3
+    assert float(rows[0]["gyroscope bias z (rad/s)"]) == first.gyroscope.b[2]
+    assert rows[0]["gyroscope scale x"] == "", "a number was given for what the data did not show"
+    assert rows[1]["accelerometer bias x (m/s^2)"] == ""
+
+
+def test_json_is_all_that_is_printed_and_knows_no_nan(run, tmp_path, recordings, procedure):
+    target = made_up.target(gyroscope=made_up.triad("gyroscope", bias_only=True))
+    procedure(made_up.batch(target))
+    done = run("turntable", *recordings, "-o", tmp_path / "out", "--json")
+    content = json.loads(done.out, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
+    found = content["targets"][0]
+    assert found["verdict"] == "calibrated"
+    np.testing.assert_array_equal(found["calibration"]["accelerometer"]["M"], target.accelerometer.M)
+    assert content["files"]["report"] == str(tmp_path / "out/report.html")
+
+
+@pytest.mark.parametrize(
+    ("options", "part"),
+    [
+        (["--gravity", "9.8", "--latitude", "48"], "--gravity and --latitude"),
+        (["--height", "500"], "--height needs --latitude"),
+        (["--poses", "gone.yaml"], "gone.yaml: no such pose list"),
+        (["--limits", "gone.yaml"], "gone.yaml: no such limits file"),
+        (["--reference-calibration", "gone.yaml"], "gone.yaml: no such calibration file"),
+    ],
+)
+def test_a_wrong_option_is_one_line_before_any_work(run, tmp_path, recordings, procedure, options, part):
+    procedure(AssertionError("the procedure was started"))
+    done = run("turntable", *recordings, "-o", tmp_path / "out", *options)
+    assert done.code == 2
+    assert part in done.err
+    assert done.err.count("\n") == 1
+
+
+def test_a_wrong_choice_is_refused_with_the_right_ones(run, tmp_path, recordings):
+    done = run("turntable", *recordings, "-o", tmp_path / "out", "--truth", "guess")
+    assert done.code == 2
+    assert "rotate-measurement" in done.err
+
+
+def test_an_output_folder_that_cannot_be_written_stops_before_the_work(run, tmp_path, recordings, procedure):
+    procedure(AssertionError("the procedure was started"))
+    (tmp_path / "out").write_text("a file of mine")
+    done = run("turntable", *recordings, "-o", tmp_path / "out")
+    assert done.code == 2
+    assert "cannot write in this output folder" in done.err
+    assert (tmp_path / "out").read_text() == "a file of mine"
+
+
+def test_a_failed_run_leaves_the_results_of_the_last_one(run, tmp_path, recordings, procedure):
+    procedure(made_up.batch())
+    out = tmp_path / "out"
+    assert run("turntable", *recordings, "-o", out).code == 0
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    procedure(ProcedureError("reference: only 2 rests found, 4 needed; record each pose for 10 s"))
+    done = run("turntable", *recordings, "-o", out)
+    assert done.code == 2
+    assert done.err == "tumble: error: reference: only 2 rests found, 4 needed; record each pose for 10 s\n"
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
+
+
+def test_a_bug_keeps_its_traceback(run, tmp_path, recordings, procedure):
+    procedure(ZeroDivisionError("a bug of ours"))
+    with pytest.raises(ZeroDivisionError):
+        run("turntable", *recordings, "-o", tmp_path / "out")
+
+
+def test_an_interrupted_run_exits_with_130(run, tmp_path, recordings, procedure):
+    procedure(KeyboardInterrupt())
+    assert run("turntable", *recordings, "-o", tmp_path / "out").code == 130
+
+
+def test_the_command_is_documented_where_it_is_defined():
+    assert "Example: tumble turntable" in turntable_command.__doc__
