@@ -1,0 +1,191 @@
+"""The figures of one recording: axis readings, residuals, rests found. Drawn inside `svg.house_style`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from markupsafe import Markup
+from matplotlib.axes import Axes
+
+from tumble.recording import FloatArray
+from tumble.report.numbers import Scale, readable_scale
+from tumble.report.panel import (
+    Box,
+    bare_axes,
+    category_axis,
+    error_bars,
+    horizontal_axis,
+    markers,
+    shifted,
+    span,
+    value_axis,
+)
+from tumble.report.svg import (
+    ALARM,
+    AXIS_COLOURS,
+    AXIS_MARKERS,
+    INK,
+    PANEL,
+    REST,
+    SOFT,
+    UNUSED,
+    X_AXIS,
+    inline_svg,
+    new_figure,
+)
+from tumble.results import AxisReading, Rest, Trace, TriadResult
+
+HALF_WIDTH, FULL_WIDTH = 5.6, 11.2
+LEFT, RIGHT = 0.55, 0.08
+LABEL_ROOM = 0.62
+"""Inches below a panel for slanted names of rests."""
+ROOM_FOR_LAST_NAME = 0.35
+"""Inches that a slanted name over the last rest reaches beyond it."""
+
+UNCOMPENSATED, COMPENSATED = ALARM, X_AXIS
+
+_SIDE_BY_SIDE = (-0.2, 0.0, 0.2)
+_MOST_REST_LABELS = 40
+
+
+def axis_reading_figure(reading: AxisReading, prefix: str) -> Markup:
+    """Draw the readings of one axis over the poses, and below them how far each is from its ideal."""
+    figure = new_figure(HALF_WIDTH, 3.65)
+    upper = bare_axes(figure, _box(HALF_WIDTH, bottom=2.35, height=1.05))
+    lower = bare_axes(figure, _box(HALF_WIDTH, bottom=LABEL_ROOM + 0.06, height=1.3))
+    place = np.arange(len(reading.labels), dtype=float)
+
+    low, high = span(reading.ideal, reading.uncompensated, reading.compensated, at_least=(0.0,), margin=0.12)
+    value_axis(upper, low, high, "reading, m/s²", most=4)
+    upper.set_xlim(-0.6, len(place) - 0.4)
+    upper.hlines(reading.ideal, place - 0.32, place + 0.32, color=SOFT, linewidth=1.2)
+    _draw_readings(upper, place, reading.uncompensated, reading.compensated, np.zeros_like(place))
+
+    before, after = deviations(reading)
+    scale = readable_scale("m/s^2", _largest(before, after))
+    _value_axis_in(lower, scale, "deviation from the ideal", before, after)
+    category_axis(lower, reading.labels)
+    _draw_readings(lower, place, scale.factor * before, scale.factor * after, scale.factor * reading.sigma)
+    label = (
+        f"Readings of the {reading.axis} axis at {len(place)} rests, with and without mounting compensation, "
+        f"and their deviation from the ideal in {scale.unit}"
+    )
+    return inline_svg(figure, prefix, label)
+
+
+def deviations(reading: AxisReading) -> tuple[FloatArray, FloatArray]:
+    """Return reading minus ideal, without and with compensation: (k,) m/s^2 each."""
+    return reading.uncompensated - reading.ideal, reading.compensated - reading.ideal
+
+
+def residual_figure(triad: TriadResult, prefix: str) -> Markup:
+    """Draw the residual of each axis at each rest and turn with its error bar, and below it in sigmas."""
+    figure = new_figure(HALF_WIDTH, 3.95)
+    upper = bare_axes(figure, _box(HALF_WIDTH, bottom=2.32, height=1.38))
+    lower = bare_axes(figure, _box(HALF_WIDTH, bottom=LABEL_ROOM + 0.14, height=1.2))
+    scale = readable_scale(triad.unit, _largest(triad.residuals))
+    known = np.where(triad.residual_sigma > 0, triad.residual_sigma, np.nan)
+    normalised = triad.residuals / known
+    place = np.arange(len(triad.residual_labels), dtype=float)
+
+    bars = triad.residual_sigma
+    _value_axis_in(upper, scale, "residual", triad.residuals - bars, triad.residuals + bars)
+    upper.set_xlim(-0.6, len(place) - 0.4)
+    low, high = span(normalised, at_least=(-3.2, 3.2))
+    lower.axhspan(-2.0, 2.0, color=PANEL, linewidth=0, zorder=-1)
+    value_axis(lower, low, high, "residual / sigma (shaded: where 95 of 100 belong)")
+    category_axis(lower, triad.residual_labels, most=16)
+    for axis, (colour, marker, aside) in enumerate(
+        zip(AXIS_COLOURS, AXIS_MARKERS, _SIDE_BY_SIDE, strict=True)
+    ):
+        shown = scale.factor * triad.residuals[:, axis]
+        error_bars(upper, place + aside, shown, scale.factor * bars[:, axis], colour)
+        markers(upper, place + aside, shown, colour, marker)
+        markers(lower, place + aside, normalised[:, axis], colour, marker)
+    where = f"at {len(place)} rests and turns"
+    label = f"Residuals of the {triad.triad}, three axes, {where}, in {scale.unit} and in sigmas"
+    return inline_svg(figure, prefix, label)
+
+
+def recording_figure(trace: Trace, rests: Sequence[Rest], prefix: str) -> Markup:
+    """Draw specific force and angular rate over the recording, rests shaded and named, unused hatched."""
+    figure = new_figure(FULL_WIDTH, 4.3)
+    width = FULL_WIDTH - ROOM_FOR_LAST_NAME
+    upper = bare_axes(figure, _box(width, bottom=2.1, height=1.4))
+    lower = bare_axes(figure, _box(width, bottom=0.42, height=1.25))
+    start, end = span(trace.time, np.array([[rest.start, rest.end] for rest in rests]), margin=0.0)
+    for axes, values, title, unit in (
+        (upper, trace.accelerometer, "specific force", "m/s^2"),
+        (lower, trace.gyroscope, "angular rate", "rad/s"),
+    ):
+        scale = readable_scale(unit, _largest(values))
+        _value_axis_in(axes, scale, title, values)
+        axes.set_xlim(start, end)
+        _shade(axes, [rest for rest in rests if rest.used], REST, "")
+        _shade(axes, [rest for rest in rests if not rest.used], UNUSED, "////")
+        for axis, colour in enumerate(AXIS_COLOURS):
+            axes.plot(trace.time, scale.factor * values[:, axis], color=colour, linewidth=0.8)
+    horizontal_axis(lower, start, end, "time, s", most=12)
+    _name_rests(upper, rests)
+    unused = sum(not rest.used for rest in rests)
+    return inline_svg(
+        figure, prefix, f"The recording over time with {len(rests)} rests, {unused} of them not used"
+    )
+
+
+def _box(width: float, *, bottom: float, height: float) -> Box:
+    return LEFT, bottom, width - LEFT - RIGHT, height
+
+
+def _largest(*arrays: FloatArray) -> float:
+    numbers = np.abs(np.concatenate([np.ravel(array) for array in arrays]))
+    numbers = numbers[np.isfinite(numbers)]
+    return float(numbers.max()) if numbers.size else 0.0
+
+
+def _value_axis_in(axes: Axes, scale: Scale, title: str, *values: FloatArray) -> None:
+    low, high = span(*(scale.factor * array for array in values), at_least=(0.0,))
+    value_axis(axes, low, high, f"{title}, {scale.unit}")
+
+
+def _draw_readings(
+    axes: Axes, place: FloatArray, before: FloatArray, after: FloatArray, sigma: FloatArray
+) -> None:
+    error_bars(axes, place - 0.12, before, sigma, UNCOMPENSATED)
+    error_bars(axes, place + 0.12, after, sigma, COMPENSATED)
+    markers(axes, place - 0.12, before, UNCOMPENSATED, "o", hollow=True)
+    markers(axes, place + 0.12, after, COMPENSATED, "D")
+
+
+def _shade(axes: Axes, rests: Sequence[Rest], colour: str, hatch: str) -> None:
+    if not rests:
+        return
+    low, high = axes.get_ylim()
+    axes.broken_barh(
+        [(rest.start, rest.end - rest.start) for rest in rests],
+        (low, high - low),
+        facecolor=colour,
+        edgecolor=SOFT if hatch else "none",
+        linewidth=0,
+        hatch=hatch,
+        zorder=-1,
+    )
+
+
+def _name_rests(axes: Axes, rests: Sequence[Rest]) -> None:
+    above = shifted(axes, axes.get_xaxis_transform(), 0, 16)
+    stride = max(1, -(-len(rests) // _MOST_REST_LABELS))
+    for number, rest in list(enumerate(rests, start=1))[::stride]:
+        axes.text(
+            (rest.start + rest.end) / 2,
+            1,
+            f"{number} {rest.pose}" if rest.used else f"{number} not used",
+            transform=above,
+            rotation=35,
+            rotation_mode="anchor",
+            ha="left",
+            va="baseline",
+            size=7.5,
+            color=INK if rest.used else SOFT,
+        )

@@ -1,0 +1,30 @@
+"""Kinds of parameters: which belong together, and how a kind is shown."""
+
+from __future__ import annotations
+
+from tumble.results import Parameter, TriadResult
+
+_TITLES = {"scale": "scale error"}
+
+
+def group_name(parameter: Parameter) -> str:
+    """Return `non-orthogonality` of `non-orthogonality xy`."""
+    return parameter.name.rpartition(" ")[0] or parameter.name
+
+
+def group_title(name: str) -> str:
+    """Return what a group is headed: a scale is shown as its deviation from one."""
+    return _TITLES.get(name, name)
+
+
+def shown_value(parameter: Parameter, number: float) -> float:
+    """Return a value or an end of the interval as shown: of a scale, what it differs from one by."""
+    return number - 1.0 if group_name(parameter) == "scale" else number
+
+
+def groups_of(triad: TriadResult) -> dict[str, list[Parameter]]:
+    """Return the parameters by group, in the order they come."""
+    groups: dict[str, list[Parameter]] = {}
+    for parameter in triad.parameters:
+        groups.setdefault(group_name(parameter), []).append(parameter)
+    return groups

@@ -1,0 +1,149 @@
+"""Numbers as people read them: rounded to their uncertainty, in a unit of a sensible size.
+
+Laws, held by tests: sigma keeps two significant digits, the value keeps as many decimals as its sigma,
+rounding moves neither by more than half of the last digit shown, and what is not finite is said in words.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from decimal import ROUND_HALF_EVEN, Decimal, localcontext
+
+NOT_OBSERVABLE = "not observable"
+MINUS = "\N{MINUS SIGN}"
+THIN_SPACE = "\N{THIN SPACE}"
+
+_DIGITS_OF_ANY_FLOAT = 800
+"""Decimal places between the largest and the smallest double, and some."""
+
+_SIGNS = {
+    "m/s^2": "m/s²",
+    "m/s^2/sqrt(Hz)": "m/s²/√Hz",
+    "rad/s/sqrt(Hz)": "rad/s/√Hz",
+    "rad/s per m/s^2": "(rad/s)/(m/s²)",
+    "degC": "°C",
+    "1": "",
+}
+
+_PREFIXES = ((1.0, ""), (1e3, "m"), (1e6, "µ"), (1e9, "n"))
+
+_SMALLEST_READABLE = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """A unit to show numbers in: `shown = factor * value`."""
+
+    unit: str
+    factor: float
+
+    def quantity(self, text: str) -> str:
+        """Return `text` with the unit behind it, where there is one and `text` is a number."""
+        if text == NOT_OBSERVABLE:
+            return text
+        return f"{text} {self.unit}" if self.unit else text
+
+
+def readable_unit(unit: str) -> str:
+    """Return a unit as printed: `m/s^2` becomes `m/s²`; the unit of a ratio is empty."""
+    return _SIGNS.get(unit, unit)
+
+
+def readable_scale(unit: str, magnitude: float) -> Scale:
+    """Choose the largest of unit, milli, micro and nano in which `magnitude` is not below 0.1.
+
+    A ratio (`1`) is shown in % or ppm, an angle in `deg` stays in degrees. A magnitude that is zero or not
+    finite keeps the unit.
+    """
+    size = abs(magnitude) if math.isfinite(magnitude) else 0.0
+    if unit == "1":
+        return Scale("ppm", 1e6) if 0 < size < 1e-4 else Scale("%", 1e2)
+    if unit.startswith("deg") or size == 0:
+        return Scale(readable_unit(unit), 1.0)
+    for factor, prefix in _PREFIXES:
+        if size * factor >= _SMALLEST_READABLE:
+            return Scale(prefix + readable_unit(unit), factor)
+    factor, prefix = _PREFIXES[-1]
+    return Scale(prefix + readable_unit(unit), factor)
+
+
+def round_pair(value: float, sigma: float) -> tuple[str, str]:
+    """Round value and sigma to plain decimals, sigma to two significant digits, value to the same place.
+
+    Errors: ValueError if either is not finite or sigma is not positive.
+    """
+    if not (math.isfinite(value) and math.isfinite(sigma) and sigma > 0):
+        raise ValueError(f"no rounding of {value} to an uncertainty of {sigma}")
+    with localcontext() as context:
+        context.prec = _DIGITS_OF_ANY_FLOAT
+        context.rounding = ROUND_HALF_EVEN
+        rounded_sigma = _two_digits(Decimal(repr(float(sigma))))
+        rounded_value = Decimal(repr(float(value))).quantize(rounded_sigma)
+        return _plain(rounded_value), _plain(rounded_sigma)
+
+
+def round_like(value: float, sigma: float) -> str:
+    """Round the value alone, to the place of its sigma; three significant digits where sigma is zero."""
+    if not math.isfinite(value) or math.isnan(sigma) or math.isinf(sigma):
+        return NOT_OBSERVABLE
+    if sigma <= 0:
+        return significant(value)
+    return round_pair(value, sigma)[0]
+
+
+def measurement(value: float, sigma: float, unit: str = "") -> str:
+    """Print `0.4123 ± 0.0012 m/s²`; an exact value stands alone, no finite sigma means not observable."""
+    if not math.isfinite(value) or not math.isfinite(sigma):
+        return NOT_OBSERVABLE
+    scale = Scale(readable_unit(unit), 1.0)
+    if sigma <= 0:
+        return scale.quantity(significant(value))
+    shown_value, shown_sigma = round_pair(value, sigma)
+    return scale.quantity(f"{shown_value} ± {shown_sigma}")
+
+
+def significant(value: float, digits: int = 3) -> str:
+    """Print a number without an uncertainty, in plain decimals with that many significant digits."""
+    if not math.isfinite(value):
+        return NOT_OBSERVABLE
+    if value == 0:
+        return "0"
+    with localcontext() as context:
+        context.prec = _DIGITS_OF_ANY_FLOAT
+        number = Decimal(repr(float(value)))
+        return _plain(_to_digits(number, digits))
+
+
+def exact(value: float) -> str:
+    """Print a number someone chose, such as a limit: up to six significant digits, no trailing zeros."""
+    text = significant(value, 6)
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def fixed(value: float, decimals: int) -> str:
+    """Print a number with that many decimals and a true minus sign, never a negative zero."""
+    if not math.isfinite(value):
+        return NOT_OBSERVABLE
+    text = f"{value:.{decimals}f}"
+    if not text.strip("-0."):
+        text = text.lstrip("-")
+    return text.replace("-", MINUS)
+
+
+def _two_digits(sigma: Decimal) -> Decimal:
+    return _to_digits(sigma, 2)
+
+
+def _to_digits(number: Decimal, digits: int) -> Decimal:
+    last = number.adjusted() - digits + 1
+    rounded = number.quantize(Decimal(1).scaleb(last))
+    # 0.0996 rounds up to 0.100, which has a digit too many.
+    return (
+        rounded if rounded.adjusted() == number.adjusted() else number.quantize(Decimal(1).scaleb(last + 1))
+    )
+
+
+def _plain(number: Decimal) -> str:
+    text = format(number, "f")
+    return text.lstrip("-") if number.is_zero() else text.replace("-", MINUS)

@@ -1,0 +1,235 @@
+"""The tables of a triad: parameters with intervals and limits, matrices, noise. All as text to print."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from markupsafe import Markup
+
+from tumble.recording import FloatArray
+from tumble.report.groups import group_title, groups_of, shown_value
+from tumble.report.numbers import (
+    NOT_OBSERVABLE,
+    Scale,
+    exact,
+    fixed,
+    measurement,
+    readable_scale,
+    readable_unit,
+    round_like,
+    round_pair,
+    significant,
+)
+from tumble.report.whisker import Ruler, whisker
+from tumble.results import LimitCheck, Parameter, TriadResult
+
+NO_PICTURE = Markup()
+
+STANDARD_GRAVITY = 9.80665
+"""m/s^2 in one g, by definition: data sheets state noise in it."""
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterRow:
+    """One parameter as printed. `reason` is set, and all figures are empty, where it was not observable."""
+
+    name: str
+    value: str = ""
+    sigma: str = ""
+    interval: str = ""
+    limit: str = ""
+    kept: bool | None = None
+    picture: Markup = NO_PICTURE
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterGroup:
+    """Three parameters of one kind, in one unit and on one ruler."""
+
+    title: str
+    unit: str
+    low: str
+    high: str
+    rows: tuple[ParameterRow, ...]
+
+    @property
+    def observable(self) -> bool:
+        """Whether any of them was."""
+        return any(not row.reason for row in self.rows)
+
+    @property
+    def common_reason(self) -> str:
+        """Why none of them was observable, where that is one reason."""
+        reasons = {row.reason for row in self.rows}
+        return reasons.pop() if len(reasons) == 1 else ""
+
+
+@dataclass(frozen=True, slots=True)
+class Matrix:
+    """A matrix or vector as printed; `rows` is empty and `reason` set where it was not observable."""
+
+    name: str
+    meaning: str
+    rows: tuple[tuple[str, ...], ...] = ()
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class NoiseRow:
+    """Noise of three axes in one unit, in SI and as data sheets state it."""
+
+    name: str
+    unit: str
+    values: tuple[str, ...]
+    sheet_unit: str
+    sheet_values: tuple[str, ...]
+
+
+def parameter_groups(triad: TriadResult, checks: Sequence[LimitCheck]) -> tuple[ParameterGroup, ...]:
+    """Print the parameter table of a triad, held against the limits that name its parameters."""
+    by_name = {check.parameter: check for check in checks}
+    return tuple(
+        _group(name, members, [by_name.get(f"{triad.triad} {member.name}") for member in members])
+        for name, members in groups_of(triad).items()
+    )
+
+
+def matrices(triad: TriadResult) -> tuple[Matrix, ...]:
+    """Print M, b and the factors K, L, Q; M and b to the digits their sigma carries."""
+    sigma = np.sqrt(np.diag(triad.covariance))
+    sigma_M, sigma_b = sigma[:9].reshape(3, 3), sigma[9:].reshape(3, 1)
+    unit = readable_unit(triad.unit)
+    bias = Matrix("b", f"bias, {unit}", _rounded(triad.b.reshape(3, 1), sigma_b))
+    if "matrix" not in triad.estimated or not np.all(np.isfinite(sigma_M)):
+        return (Matrix("M", "sensor from case", reason=_why_no_matrix(triad)), bias)
+    return (
+        Matrix("M", "sensor from case", _rounded(triad.M, sigma_M)),
+        bias,
+        Matrix("K", "scale", _six_decimals(triad.K)),
+        Matrix("L", "non-orthogonality", _six_decimals(triad.L)),
+        Matrix("Q", "mounting, a rotation", _six_decimals(triad.Q)),
+    )
+
+
+def g_sensitivity(triad: TriadResult) -> Matrix | None:
+    """Print the sensitivity of the gyroscope to specific force; None where it was not asked for."""
+    if triad.g_sensitivity is None:
+        return None
+    sigma = triad.g_sensitivity_sigma
+    sigma = np.full((3, 3), np.nan) if sigma is None else sigma
+    scale = readable_scale("rad/s per m/s^2", _largest(triad.g_sensitivity))
+    rows = _with_sigma(scale.factor * triad.g_sensitivity, scale.factor * sigma)
+    return Matrix("G", f"sensitivity to specific force, {scale.unit}", rows)
+
+
+def noise_rows(triad: TriadResult) -> tuple[NoiseRow, ...]:
+    """Print noise density and bias instability of the three axes."""
+    if triad.triad == "accelerometer":
+        sheet_density, sheet_bias = (
+            Scale("µg/√Hz", 1e6 / STANDARD_GRAVITY),
+            Scale("µg", 1e6 / STANDARD_GRAVITY),
+        )
+    else:
+        sheet_density, sheet_bias = Scale("deg/s/√Hz", math.degrees(1)), Scale("deg/h", math.degrees(3600))
+    density = readable_scale(f"{triad.unit}/sqrt(Hz)", _largest(triad.noise_density))
+    bias = readable_scale(triad.unit, _largest(triad.bias_instability))
+    return (
+        _noise_row("noise density", triad.noise_density, density, sheet_density),
+        _noise_row("bias instability", triad.bias_instability, bias, sheet_bias),
+    )
+
+
+def _group(name: str, members: Sequence[Parameter], checks: Sequence[LimitCheck | None]) -> ParameterGroup:
+    seen = [member for member in members if member.observable]
+    values = [abs(shown_value(member, member.value)) for member in seen]
+    ends = [shown_value(member, end) for member in seen for end in (member.low, member.high)]
+    limits = [check.limit for check in checks if check is not None]
+    scale = readable_scale(members[0].unit, max(limits or values, default=0.0))
+    ruler = Ruler.about_zero(scale.factor * number for number in (*ends, *limits))
+    return ParameterGroup(
+        title=group_title(name),
+        unit=scale.unit,
+        low=_tick(ruler.low),
+        high=_tick(ruler.high),
+        rows=tuple(_row(member, check, scale, ruler) for member, check in zip(members, checks, strict=True)),
+    )
+
+
+def _row(parameter: Parameter, check: LimitCheck | None, scale: Scale, ruler: Ruler) -> ParameterRow:
+    limit = None if check is None else scale.factor * check.limit
+    limit_text = "" if limit is None else f"± {exact(limit)}"
+    kept = None if check is None else check.passed
+    if not parameter.observable:
+        reason = parameter.reason or "the data do not show it"
+        return ParameterRow(parameter.name, limit=limit_text, kept=kept, reason=reason)
+    value, low, high = (
+        scale.factor * shown_value(parameter, number)
+        for number in (parameter.value, parameter.low, parameter.high)
+    )
+    sigma = scale.factor * parameter.sigma
+    shown = round_pair(value, sigma) if _has_sigma(value, sigma) else (round_like(value, sigma), "none")
+    return ParameterRow(
+        name=parameter.name,
+        value=shown[0],
+        sigma=shown[1],
+        interval=f"{round_like(low, sigma)} to {round_like(high, sigma)}",
+        limit=limit_text,
+        kept=kept,
+        picture=whisker(ruler, value, low, high, limit, alarm=kept is False),
+    )
+
+
+def _has_sigma(value: float, sigma: float) -> bool:
+    return math.isfinite(value) and math.isfinite(sigma) and sigma > 0
+
+
+def _tick(number: float) -> str:
+    return exact(number) if number <= 0 else f"+{exact(number)}"
+
+
+def _rounded(values: FloatArray, sigma: FloatArray) -> tuple[tuple[str, ...], ...]:
+    return tuple(
+        tuple(round_like(float(v), float(s)) for v, s in zip(row, row_sigma, strict=True))
+        for row, row_sigma in zip(values, sigma, strict=True)
+    )
+
+
+def _with_sigma(values: FloatArray, sigma: FloatArray) -> tuple[tuple[str, ...], ...]:
+    return tuple(
+        tuple(measurement(float(v), float(s)) for v, s in zip(row, row_sigma, strict=True))
+        for row, row_sigma in zip(values, sigma, strict=True)
+    )
+
+
+def _six_decimals(values: FloatArray) -> tuple[tuple[str, ...], ...]:
+    return tuple(tuple(fixed(float(value), 6) for value in row) for row in values)
+
+
+def _why_no_matrix(triad: TriadResult) -> str:
+    reasons = dict.fromkeys(p.reason for p in triad.parameters if not p.observable and p.reason)
+    return "; ".join(reasons) or "the data do not show all of it"
+
+
+def _largest(values: FloatArray) -> float:
+    finite = np.abs(values[np.isfinite(values)])
+    return float(finite.max()) if finite.size else 0.0
+
+
+def _noise_row(name: str, values: FloatArray, scale: Scale, sheet: Scale) -> NoiseRow:
+    return NoiseRow(
+        name=name,
+        unit=scale.unit,
+        values=tuple(_noise_text(scale.factor * float(value)) for value in values),
+        sheet_unit=sheet.unit,
+        sheet_values=tuple(_noise_text(sheet.factor * float(value)) for value in values),
+    )
+
+
+def _noise_text(value: float) -> str:
+    if not math.isfinite(value):
+        return NOT_OBSERVABLE
+    return "none seen" if value == 0 else significant(value)
