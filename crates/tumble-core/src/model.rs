@@ -163,7 +163,9 @@ impl<T: Real> Decomposition<T> {
             bias: *bias,
             scale: self.scale,
             non_orthogonality: Vector3::from_iterator(
-                PAIRS.iter().map(|&(i, j)| gram[(i, j)].clamp(-T::one(), T::one()).asin()),
+                PAIRS
+                    .iter()
+                    .map(|&(i, j)| gram[(i, j)].clamp(-T::one(), T::one()).asin()),
             ),
             mounting: UnitQuaternion::from_rotation_matrix(&self.mounting).scaled_axis(),
         }

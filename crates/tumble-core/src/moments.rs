@@ -182,7 +182,11 @@ mod tests {
             let wiggle = if i % 2 == 0 { 0.01 } else { -0.01 };
             moments.push(&[9.806_65 + wiggle]);
         }
-        assert!((moments.mean()[0] - 9.806_65).abs() < 1e-4, "{:?}", moments.mean());
+        assert!(
+            (moments.mean()[0] - 9.806_65).abs() < 1e-4,
+            "{:?}",
+            moments.mean()
+        );
         assert!((moments.variance()[0].sqrt() - 0.01).abs() < 1e-4);
     }
 }

@@ -42,13 +42,21 @@ impl<T: Real> Interval<T> {
 impl<T: Real> Noise<T> {
     /// No noise at all.
     pub fn none() -> Self {
-        Self { white: T::zero(), flicker: T::zero(), flicker_sigma: T::zero() }
+        Self {
+            white: T::zero(),
+            flicker: T::zero(),
+            flicker_sigma: T::zero(),
+        }
     }
 
     /// Covariance of the means over two intervals that are the same or do not overlap, each taken against the
     /// mean bias of the session (docs/theory/noise.md, eq. 4).
     pub fn covariance(&self, a: &Interval<T>, b: &Interval<T>, session: &Interval<T>) -> T {
-        let white = if a == b { self.white / a.duration() } else { T::zero() };
+        let white = if a == b {
+            self.white / a.duration()
+        } else {
+            T::zero()
+        };
         let k = |a: &Interval<T>, b: &Interval<T>| mean_log(a, b);
         let centred = k(a, b) - k(a, session) - k(b, session) + k(session, session);
         white - centred * self.flicker * real(core::f64::consts::FRAC_1_PI)
@@ -59,7 +67,11 @@ impl<T: Real> Noise<T> {
 fn mean_log<T: Real>(a: &Interval<T>, b: &Interval<T>) -> T {
     let f = |x: T| {
         let x = x.abs();
-        if x > T::zero() { x * x * (x.ln() * real(0.5) - real(0.75)) } else { T::zero() }
+        if x > T::zero() {
+            x * x * (x.ln() * real(0.5) - real(0.75))
+        } else {
+            T::zero()
+        }
     };
     let sum = f(b.end - a.start) - f(b.end - a.end) - f(b.start - a.start) + f(b.start - a.end);
     sum / (a.duration() * b.duration())
@@ -95,8 +107,16 @@ impl<T: Real> Default for AllanLadder<T> {
 impl<T: Real> AllanLadder<T> {
     /// No blocks yet.
     pub fn new() -> Self {
-        let empty = Rung { pending: None, differences: [T::zero(); CHANNELS], pairs: 0 };
-        Self { rungs: [empty; RUNGS], blocks: 0, time: T::zero() }
+        let empty = Rung {
+            pending: None,
+            differences: [T::zero(); CHANNELS],
+            pairs: 0,
+        };
+        Self {
+            rungs: [empty; RUNGS],
+            blocks: 0,
+            time: T::zero(),
+        }
     }
 
     /// Takes in the mean over the next block, and the length of the block, s.
@@ -132,7 +152,11 @@ impl<T: Real> AllanLadder<T> {
 
     /// Averaging time, Allan variance and number of pairs of each rung that has any.
     pub fn variances(&self, channel: usize) -> impl Iterator<Item = (T, T, u32)> + '_ {
-        let block = if self.blocks > 0 { self.time / count(self.blocks) } else { T::zero() };
+        let block = if self.blocks > 0 {
+            self.time / count(self.blocks)
+        } else {
+            T::zero()
+        };
         let mut averaging = block * real(0.5);
         self.rungs.iter().filter_map(move |rung| {
             averaging *= real(2.0);
@@ -144,11 +168,14 @@ impl<T: Real> AllanLadder<T> {
     /// White noise and flicker of a channel: weighted least squares of `N^2 / tau + 0.441 B^2` on the ladder, neither
     /// below zero. An Allan variance from n pairs errs by `sqrt(2 / n)` of what it ought to be.
     pub fn fit(&self, channel: usize) -> Noise<T> {
-        let mut noise = self.variances(channel).next().map_or(Noise::none(), |(averaging, variance, _)| Noise {
-            white: variance * averaging,
-            flicker: T::zero(),
-            flicker_sigma: T::zero(),
-        });
+        let mut noise = self
+            .variances(channel)
+            .next()
+            .map_or(Noise::none(), |(averaging, variance, _)| Noise {
+                white: variance * averaging,
+                flicker: T::zero(),
+                flicker_sigma: T::zero(),
+            });
         for _ in 0..8 {
             noise = self.refit(channel, &noise);
         }
@@ -157,7 +184,8 @@ impl<T: Real> AllanLadder<T> {
 
     fn refit(&self, channel: usize, before: &Noise<T>) -> Noise<T> {
         let floor = real::<T>(FLICKER_FLOOR);
-        let (mut aa, mut ab, mut bb, mut ay, mut by) = (T::zero(), T::zero(), T::zero(), T::zero(), T::zero());
+        let (mut aa, mut ab, mut bb, mut ay, mut by) =
+            (T::zero(), T::zero(), T::zero(), T::zero(), T::zero());
         for (averaging, variance, pairs) in self.variances(channel) {
             let expected = before.white / averaging + floor * before.flicker;
             if expected <= T::zero() {
@@ -176,14 +204,26 @@ impl<T: Real> AllanLadder<T> {
             return *before;
         }
         if determinant <= aa * bb * real(1e-6) {
-            return Noise { white: ay / aa, flicker: T::zero(), flicker_sigma: T::max_value().unwrap_or(T::zero()) };
+            return Noise {
+                white: ay / aa,
+                flicker: T::zero(),
+                flicker_sigma: T::max_value().unwrap_or(T::zero()),
+            };
         }
         let flicker = (aa * by - ab * ay) / determinant;
         let flicker_sigma = (aa / determinant).sqrt();
         if flicker <= T::zero() {
-            return Noise { white: ay / aa, flicker: T::zero(), flicker_sigma };
+            return Noise {
+                white: ay / aa,
+                flicker: T::zero(),
+                flicker_sigma,
+            };
         }
         let white = ((bb * ay - ab * by) / determinant).max(T::zero());
-        Noise { white, flicker, flicker_sigma }
+        Noise {
+            white,
+            flicker,
+            flicker_sigma,
+        }
     }
 }

@@ -97,7 +97,8 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
         let covariance = root * z_covariance * root.transpose();
         let step = root * z;
         let ignorance = SVector::from_fn(|i, _| covariance[(i, i)] / self.prior_covariance[(i, i)]);
-        let chi_square = self.squares - self.vector.dot(&step) * real(2.0) + step.dot(&(self.information * step));
+        let chi_square =
+            self.squares - self.vector.dot(&step) * real(2.0) + step.dot(&(self.information * step));
         if !step.iter().all(|value| value.is_finite()) {
             return Err(Unsolvable);
         }
@@ -105,7 +106,10 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
             x: self.mean + step,
             covariance,
             ignorance,
-            rank: eigenvalues(data).iter().filter(|value| **value > T::one()).count(),
+            rank: eigenvalues(data)
+                .iter()
+                .filter(|value| **value > T::one())
+                .count(),
             chi_square: chi_square.max(T::zero()),
             rows: self.rows,
         })
@@ -156,5 +160,9 @@ pub fn degrees_of_freedom(rows: u32, unknowns: usize) -> u32 {
 
 /// Chi-square per degree of freedom; one where there is no freedom left.
 pub fn reduced<T: Real>(chi_square: T, freedom: u32) -> T {
-    if freedom == 0 { T::one() } else { chi_square / count(freedom) }
+    if freedom == 0 {
+        T::one()
+    } else {
+        chi_square / count(freedom)
+    }
 }

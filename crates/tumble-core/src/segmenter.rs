@@ -235,7 +235,11 @@ impl<T: Real> Segmenter<T> {
             return Some(segment);
         }
         match core::mem::replace(&mut self.state, State::Moving) {
-            State::Resting(Resting { rest: Some(mut rest), held, announced: true }) => {
+            State::Resting(Resting {
+                rest: Some(mut rest),
+                held,
+                announced: true,
+            }) => {
                 rest.append(&held);
                 self.allan.merge(&self.allan_of_rest);
                 Some(Segment::Rest(rest))
@@ -290,7 +294,11 @@ impl<T: Real> Segmenter<T> {
         match self.state {
             State::Settling(before) if quiet && self.stillness.is_level(&before, &block.moments) => {
                 self.allan_of_rest = AllanLadder::new();
-                self.state = State::Resting(Resting { rest: None, held: block, announced: false });
+                self.state = State::Resting(Resting {
+                    rest: None,
+                    held: block,
+                    announced: false,
+                });
                 None
             }
             State::Moving | State::Settling(_) => {
@@ -310,14 +318,21 @@ impl<T: Real> Segmenter<T> {
     }
 
     fn rest_on(&mut self, mut resting: Resting<T>, block: Stretch<T>) -> Option<Segment<T>> {
-        self.allan_of_rest.push(resting.held.moments.mean(), resting.held.duration());
+        self.allan_of_rest
+            .push(resting.held.moments.mean(), resting.held.duration());
         extend(&mut resting.rest, &resting.held);
         resting.held = block;
-        let long_enough = resting.rest.is_some_and(|rest| rest.end - rest.start >= self.settings.shortest_rest);
+        let long_enough = resting
+            .rest
+            .is_some_and(|rest| rest.end - rest.start >= self.settings.shortest_rest);
         let announce = long_enough && !resting.announced;
         resting.announced |= announce;
         self.state = State::Resting(resting);
-        if announce { self.turn.take().map(Segment::Turn) } else { None }
+        if announce {
+            self.turn.take().map(Segment::Turn)
+        } else {
+            None
+        }
     }
 
     fn end_rest(&mut self, resting: Resting<T>, block: Stretch<T>, quiet: bool) -> Option<Segment<T>> {
@@ -335,7 +350,11 @@ impl<T: Real> Segmenter<T> {
     }
 
     fn move_on(&mut self, block: &Stretch<T>, quiet: bool) {
-        self.state = if quiet { State::Settling(block.moments) } else { State::Moving };
+        self.state = if quiet {
+            State::Settling(block.moments)
+        } else {
+            State::Moving
+        };
     }
 }
 

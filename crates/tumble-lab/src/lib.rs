@@ -1,1 +1,15 @@
-//! To be written.
+//! What only a workstation does: whole recordings, matching of clocks, simulation.
+//!
+//! [`acquisition`] turns a recording of any length into rests and turns, [`health`] watches its channels, [`trace`]
+//! keeps a picture of it. [`pairing`] lays targets beside their reference, [`turntable`] calibrates them.
+//! [`mod@correct`] applies the result to arrays.
+//! [`simulate`] makes recordings whose truth is known.
+
+pub mod acquisition;
+pub mod consistency;
+pub mod correct;
+pub mod health;
+pub mod pairing;
+pub mod simulate;
+pub mod trace;
+pub mod turntable;

@@ -44,7 +44,13 @@ pub struct ClockFit<T: Real> {
 impl<T: Real> ClockFit<T> {
     /// One clock for both, ahead by a known offset, s.
     pub fn known(offset: T) -> Self {
-        Self { offset, skew: T::zero(), epoch: T::zero(), covariance: Matrix2::zeros(), turns: 0 }
+        Self {
+            offset,
+            skew: T::zero(),
+            epoch: T::zero(),
+            covariance: Matrix2::zeros(),
+            turns: 0,
+        }
     }
 
     /// Time of the reference at which the target's clock says `t`.
@@ -107,7 +113,8 @@ pub fn search_offset<T: Real>(reference: &[TurnMark<T>], target: &[TurnMark<T>])
         }
     }
     let fewest = u32::try_from(reference.len().min(target.len()).min(2)).unwrap_or(2);
-    best.filter(|(turns, _, _)| *turns >= fewest.max(1)).map(|(_, _, offset)| offset)
+    best.filter(|(turns, _, _)| *turns >= fewest.max(1))
+        .map(|(_, _, offset)| offset)
 }
 
 /// Offset and skew by weighted least squares over the turns that meet under a first offset.
@@ -126,9 +133,12 @@ pub fn fit_clock<T: Real>(
             (mark.centre, found.centre - mark.centre - first_offset, variance)
         })
     };
-    let (weight, moment) = reference.iter().filter_map(meet).fold((T::zero(), T::zero()), |(w, m), (t, _, variance)| {
-        (w + T::one() / variance, m + t / variance)
-    });
+    let (weight, moment) = reference
+        .iter()
+        .filter_map(meet)
+        .fold((T::zero(), T::zero()), |(w, m), (t, _, variance)| {
+            (w + T::one() / variance, m + t / variance)
+        });
     if weight <= T::zero() {
         return Err(Unsolvable);
     }

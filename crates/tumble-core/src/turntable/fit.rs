@@ -114,8 +114,13 @@ pub fn fit<T: Real, const P: usize, const Q: usize, const N: usize>(
     Ok(unpack::<T, P, Q, N>(&solution.ok_or(Unsolvable)?))
 }
 
-fn prior<T: Real, const P: usize, const Q: usize, const N: usize>(knowledge: &Knowledge<T, Q>) -> Prior<T, N> {
-    let mut prior = Prior { mean: SVector::zeros(), covariance: SMatrix::zeros() };
+fn prior<T: Real, const P: usize, const Q: usize, const N: usize>(
+    knowledge: &Knowledge<T, Q>,
+) -> Prior<T, N> {
+    let mut prior = Prior {
+        mean: SVector::zeros(),
+        covariance: SMatrix::zeros(),
+    };
     for axis in 0..3 {
         for column in 0..P {
             let i = axis * P + column;
@@ -216,7 +221,9 @@ fn row<T: Real, const P: usize, const Q: usize, const N: usize>(
     row
 }
 
-fn unpack<T: Real, const P: usize, const Q: usize, const N: usize>(solution: &Solution<T, N>) -> TriadFit<T, Q> {
+fn unpack<T: Real, const P: usize, const Q: usize, const N: usize>(
+    solution: &Solution<T, N>,
+) -> TriadFit<T, Q> {
     let place = |parameter: usize| match parameter {
         0..9 => (parameter / 3) * P + parameter % 3,
         _ => (parameter - 9) * P + 3,

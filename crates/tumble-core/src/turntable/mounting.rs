@@ -57,14 +57,21 @@ pub fn fit_mounting<T: Real>(poses: &[PoseMean<T>], gravity: T) -> Option<Mounti
         covariance: Matrix3::zeros(),
         pose_variance: T::zero(),
     };
-    let squares = poses.iter().fold(T::zero(), |sum, pose| sum + mounting.residual(pose, gravity).norm_squared());
-    let noise = poses.iter().fold(T::zero(), |sum, pose| sum + pose.sigma * pose.sigma);
+    let squares = poses.iter().fold(T::zero(), |sum, pose| {
+        sum + mounting.residual(pose, gravity).norm_squared()
+    });
+    let noise = poses
+        .iter()
+        .fold(T::zero(), |sum, pose| sum + pose.sigma * pose.sigma);
     let n = u32::try_from(poses.len()).unwrap_or(u32::MAX);
     // Three numbers a pose, less rotation and bias; never less than the noise of the means explains.
     let freedom = (3 * n).saturating_sub(6);
-    let scatter = if freedom > 0 { squares / count(freedom) } else { T::zero() };
+    let scatter = if freedom > 0 {
+        squares / count(freedom)
+    } else {
+        T::zero()
+    };
     mounting.pose_variance = scatter.max(noise / count(n.max(1)));
     mounting.covariance = fit.information.try_inverse()? * mounting.pose_variance;
     Some(mounting)
 }
-

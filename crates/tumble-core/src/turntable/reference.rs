@@ -43,10 +43,16 @@ const LARGEST_REFERENCE_BIAS: f64 = 2.0;
 ///
 /// # Errors
 /// [`Unsolvable`] if a rest is not finite.
-pub fn fit_sphere<T: Real>(rests: &[(Vector3<T>, Matrix3<T>)], gravity: T) -> Result<SphereFit<T>, Unsolvable> {
+pub fn fit_sphere<T: Real>(
+    rests: &[(Vector3<T>, Matrix3<T>)],
+    gravity: T,
+) -> Result<SphereFit<T>, Unsolvable> {
     const STEPS: u32 = 6;
     let largest = real::<T>(LARGEST_REFERENCE_BIAS);
-    let prior = Prior { mean: Vector3::zeros(), covariance: Matrix3::identity() * (largest * largest) };
+    let prior = Prior {
+        mean: Vector3::zeros(),
+        covariance: Matrix3::identity() * (largest * largest),
+    };
     let mut bias = Vector3::zeros();
     let mut solution = LeastSquares::<T, 3>::new(&prior).solve()?;
     for _ in 0..STEPS {
@@ -121,13 +127,17 @@ pub fn fit_earth<T: Real>(
     };
     let mut equations = LeastSquares::<T, 6>::new(&prior);
     for rest in rests {
-        let here = rest.start_from_here.map(|q| q.inverse().to_rotation_matrix().into_inner());
+        let here = rest
+            .start_from_here
+            .map(|q| q.inverse().to_rotation_matrix().into_inner());
         for axis in 0..3 {
             let mut row = Vector6::zeros();
             row[axis] = T::one();
             let mut variance = rest.covariance[(axis, axis)];
             match &here {
-                Some(rotation) => row.fixed_rows_mut::<3>(3).copy_from(&rotation.row(axis).transpose()),
+                Some(rotation) => row
+                    .fixed_rows_mut::<3>(3)
+                    .copy_from(&rotation.row(axis).transpose()),
                 None => variance += component,
             }
             equations.push(&row, rest.mean[axis], variance);

@@ -122,7 +122,13 @@ pub fn at_rest<T: Real>(
         }
         None => (Vector3::zeros(), Matrix3::identity() * earth_variance::<T>()),
     };
-    Observation { interval, regressor: regressor(&u), reading, truth_covariance, sensitivity }
+    Observation {
+        interval,
+        regressor: regressor(&u),
+        reading,
+        truth_covariance,
+        sensitivity,
+    }
 }
 
 /// A turn as the reference saw it.
@@ -152,7 +158,9 @@ pub fn turning<T: Real>(
         turn.noise[i].covariance(&turn.interval, &turn.interval, &turn.session) * stretch * stretch
     });
     let mut sensitivity = SMatrix::<T, 3, 6>::zeros();
-    sensitivity.fixed_columns_mut::<3>(0).copy_from(&(-Matrix3::identity() * stretch));
+    sensitivity
+        .fixed_columns_mut::<3>(0)
+        .copy_from(&(-Matrix3::identity() * stretch));
     Observation {
         interval,
         regressor: regressor(&u),

@@ -1,0 +1,115 @@
+//! Do accelerometer and gyroscope of one unit tell of the same turns? Wrong units and swapped axes show here.
+
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+
+use crate::acquisition::Acquired;
+
+/// What the gyroscope seems to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RateVerdict {
+    /// It turns gravity as the accelerometer sees it turned.
+    Consistent,
+    /// Too few turns to judge.
+    Unknown,
+    /// Its readings are this many times too large: 57.3 if degrees were taken for radians.
+    Scaled(f64),
+    /// Its axes are exchanged: `case axis = sign * sensor axis`, as (index, sign) for x, y, z.
+    Permuted([(usize, f64); 3]),
+    /// It does not fit, whatever is tried; median misfit in deg.
+    Inconsistent(f64),
+}
+
+/// Misfit of gravity after a turn that scale errors and bias of a poor sensor explain, rad.
+const TOLERABLE: f64 = 0.26;
+
+/// A turn: gravity before and after, and the integral of the angular rate.
+struct Turned {
+    before: Vector3<f64>,
+    after: Vector3<f64>,
+    angle: Vector3<f64>,
+}
+
+/// Judges the gyroscope of a unit by its accelerometer.
+pub fn judge_rate(unit: &Acquired) -> RateVerdict {
+    let turns = turned(unit);
+    if turns.len() < 3 {
+        return RateVerdict::Unknown;
+    }
+    let as_integrated = median(
+        unit.turns
+            .iter()
+            .zip(unit.rests.windows(2))
+            .filter(|(turn, _)| turn.complete)
+            .map(|(turn, rests)| {
+                let predicted = turn.start_from_end.inverse() * rests[0].specific_force();
+                predicted.angle(&rests[1].specific_force())
+            })
+            .collect(),
+    );
+    if as_integrated < TOLERABLE {
+        return RateVerdict::Consistent;
+    }
+    let misfit = |m: &Matrix3<f64>| {
+        median(
+            turns
+                .iter()
+                .map(|turn| predict(turn, m).angle(&turn.after))
+                .collect(),
+        )
+    };
+    let best = hypotheses()
+        .map(|(matrix, verdict)| (misfit(&matrix), verdict))
+        .min_by(|a, b| a.0.total_cmp(&b.0));
+    match best {
+        Some((angle, verdict)) if angle < TOLERABLE => verdict,
+        _ => RateVerdict::Inconsistent(as_integrated.to_degrees()),
+    }
+}
+
+fn turned(unit: &Acquired) -> Vec<Turned> {
+    unit.turns
+        .iter()
+        .zip(unit.rests.windows(2))
+        .filter(|(turn, _)| turn.complete)
+        .map(|(turn, rests)| {
+            let bias = (rests[0].angular_rate() + rests[1].angular_rate()) * 0.5;
+            Turned {
+                before: rests[0].specific_force(),
+                after: rests[1].specific_force(),
+                angle: turn.angle() - bias * turn.duration(),
+            }
+        })
+        .filter(|turn| turn.before.angle(&turn.after) > 0.3)
+        .collect()
+}
+
+/// Gravity after a turn about one axis, had the gyroscope said `m angle`.
+fn predict(turn: &Turned, m: &Matrix3<f64>) -> Vector3<f64> {
+    UnitQuaternion::from_scaled_axis(m * turn.angle).inverse() * turn.before
+}
+
+/// Wrong units first, then all ways to exchange and turn axes.
+fn hypotheses() -> impl Iterator<Item = (Matrix3<f64>, RateVerdict)> {
+    let degrees = 180.0 / core::f64::consts::PI;
+    let scales = [degrees, 1.0 / degrees]
+        .into_iter()
+        .map(|scale| (Matrix3::identity() / scale, RateVerdict::Scaled(scale)));
+    const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+    let permutations = ORDERS.into_iter().flat_map(|order| {
+        (0..8_u8).map(move |signs| {
+            let sign = |i: u8| if signs & (1 << i) == 0 { 1.0 } else { -1.0 };
+            let axes = [(order[0], sign(0)), (order[1], sign(1)), (order[2], sign(2))];
+            let mut matrix = Matrix3::zeros();
+            for (row, (column, sign)) in axes.iter().enumerate() {
+                matrix[(row, *column)] = *sign;
+            }
+            (matrix, RateVerdict::Permuted(axes))
+        })
+    });
+    scales.chain(permutations)
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}

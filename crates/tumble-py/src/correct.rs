@@ -1,0 +1,50 @@
+//! Correction of arrays.
+
+use nalgebra::Vector3;
+use numpy::{
+    PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2, PyUntypedArrayMethods,
+};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use tumble_core::model::ErrorModel;
+
+use crate::convert::{matrix, rows};
+
+/// `M^-1 (y - b)` for y of shape (n, 3), into `out` where given.
+#[pyfunction]
+#[pyo3(signature = (y, matrix_m, bias, out=None))]
+fn correct<'py>(
+    py: Python<'py>,
+    y: PyReadonlyArray2<'py, f64>,
+    matrix_m: PyReadonlyArray2<'py, f64>,
+    bias: PyReadonlyArray1<'py, f64>,
+    out: Option<Bound<'py, PyArray2<f64>>>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let n = rows(&y, "y")?.len();
+    let &[x, y_axis, z] = bias.as_slice()? else {
+        return Err(PyValueError::new_err("bias must have shape (3,)"));
+    };
+    let model = ErrorModel {
+        matrix: matrix(&matrix_m, "matrix")?,
+        bias: Vector3::new(x, y_axis, z),
+    };
+    // Zeroed pages are mapped lazily, so a fresh array costs no more than the writing does.
+    let out = out.unwrap_or_else(|| PyArray2::zeros(py, [n, 3], false));
+    if out.shape() != [n, 3] {
+        return Err(PyValueError::new_err("out must have the shape of y"));
+    }
+    {
+        let mut target: PyReadwriteArray2<'_, f64> = out
+            .try_readwrite()
+            .map_err(|_| PyValueError::new_err("out is in use or read-only; it must not be y"))?;
+        let (y, u) = (y.as_slice()?, target.as_slice_mut()?);
+        py.detach(|| tumble_lab::correct::correct(&model, y, u))
+            .map_err(|_| PyValueError::new_err("matrix M has no inverse"))?;
+    }
+    Ok(out)
+}
+
+/// Adds to the module.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(correct, module)?)
+}

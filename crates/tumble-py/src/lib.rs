@@ -1,0 +1,17 @@
+//! The native module `tumble._core`: converts arrays, releases the GIL, holds no mathematics.
+
+use pyo3::prelude::*;
+
+mod acquisition;
+mod convert;
+mod correct;
+mod turntable;
+
+/// Module entry point.
+#[pymodule]
+fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    acquisition::register(module)?;
+    correct::register(module)?;
+    turntable::register(module)?;
+    module.add("__version__", env!("CARGO_PKG_VERSION"))
+}

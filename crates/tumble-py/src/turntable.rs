@@ -1,0 +1,305 @@
+//! The turntable procedure: reference, then targets.
+
+use nalgebra::Vector3;
+use numpy::PyReadonlyArray2;
+use pyo3::create_exception;
+use pyo3::exceptions::{PyException, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use tumble_core::model::ModelError;
+use tumble_core::turntable::truth::Truth;
+use tumble_lab::consistency::{RateVerdict, judge_rate};
+use tumble_lab::pairing::{Clocks, PairingError};
+use tumble_lab::turntable::{
+    Label, Reference, Settings, Target, Triad, TurntableError, calibrate, own_sphere, poses, understand,
+};
+
+use crate::acquisition::PyAcquired;
+use crate::convert::{array1, array2, rows, stacked};
+
+create_exception!(
+    _core,
+    CoreError,
+    PyException,
+    "What the core objects to: (kind, figures)."
+);
+
+/// How to calibrate.
+#[pyclass(module = "tumble._core", frozen, name = "TurntableSettings")]
+pub struct PySettings {
+    inner: Settings,
+}
+
+#[pymethods]
+impl PySettings {
+    /// Gravity in m/s^2, latitude in rad, truth and clocks by name.
+    #[new]
+    #[pyo3(signature = (gravity, truth="reference", clocks="auto", latitude=None, g_sensitivity=false))]
+    fn new(
+        gravity: f64,
+        truth: &str,
+        clocks: &str,
+        latitude: Option<f64>,
+        g_sensitivity: bool,
+    ) -> PyResult<Self> {
+        let truth = match truth {
+            "reference" => Truth::Reference,
+            "rotate-truth" => Truth::RotateTruth,
+            "rotate-measurement" => Truth::RotateMeasurement,
+            "ideal" => Truth::Ideal,
+            _ => return Err(PyValueError::new_err(format!("unknown truth {truth:?}"))),
+        };
+        let clocks = match clocks {
+            "auto" => Clocks::Unknown,
+            "shared" => Clocks::Shared,
+            "apart" => Clocks::Apart,
+            _ => return Err(PyValueError::new_err(format!("unknown clocks {clocks:?}"))),
+        };
+        Ok(Self {
+            inner: Settings {
+                gravity,
+                latitude,
+                truth,
+                clocks,
+                g_sensitivity,
+            },
+        })
+    }
+}
+
+/// The reference, understood.
+#[pyclass(module = "tumble._core", frozen, name = "Reference")]
+pub struct PyReference {
+    inner: Reference,
+    #[pyo3(get)]
+    figures: Py<PyDict>,
+}
+
+fn ups_of(ups: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Option<Vector3<f64>>>> {
+    let known = |row: &[f64; 3]| {
+        let up = Vector3::from(*row);
+        up.iter().all(|value| value.is_finite()).then_some(up)
+    };
+    Ok(rows(ups, "ups")?.iter().map(known).collect())
+}
+
+/// Understands the reference. `ups` (k, 3): up of each rest in the table frame, NaN where the pose is not known.
+#[pyfunction]
+fn understand_reference(
+    py: Python<'_>,
+    unit: &PyAcquired,
+    ups: PyReadonlyArray2<'_, f64>,
+    settings: &PySettings,
+) -> PyResult<PyReference> {
+    let ups = ups_of(&ups)?;
+    let (unit, settings) = (&unit.inner, &settings.inner);
+    let inner = py
+        .detach(|| understand(unit, &ups, settings))
+        .map_err(|error| core_error(py, &error))?;
+    let figures = PyDict::new(py);
+    let sphere = &inner.sphere;
+    let sigma = (sphere.covariance * sphere.excess()).diagonal().map(f64::sqrt);
+    figures.set_item("bias", array1(py, &sphere.bias))?;
+    figures.set_item("bias_sigma", array1(py, &sigma))?;
+    figures.set_item("norm_residual", sphere.norm_residual)?;
+    figures.set_item("excess", sphere.excess())?;
+    figures.set_item("gyroscope_bias", array1(py, &inner.earth.bias))?;
+    let rate_sigma = inner.earth.covariance.diagonal().map(f64::sqrt);
+    figures.set_item(
+        "gyroscope_bias_sigma",
+        array1(py, &rate_sigma.fixed_rows::<3>(0).into_owned()),
+    )?;
+    figures.set_item("earth_rate", array1(py, &inner.earth.earth_rate))?;
+    figures.set_item(
+        "earth_rate_sigma",
+        array1(py, &rate_sigma.fixed_rows::<3>(3).into_owned()),
+    )?;
+    if let Some(mounting) = &inner.mounting {
+        let known = poses(unit, &ups);
+        figures.set_item("R_e", array2(py, mounting.rotation.matrix()))?;
+        figures.set_item("rotation_vector", array1(py, &mounting.rotation.scaled_axis()))?;
+        figures.set_item(
+            "rotation_sigma",
+            array1(py, &mounting.covariance.diagonal().map(f64::sqrt)),
+        )?;
+        figures.set_item(
+            "table_errors",
+            stacked(
+                py,
+                known.iter().map(|pose| mounting.residual(pose, settings.gravity)),
+            ),
+        )?;
+        let angles: Vec<f64> = known
+            .iter()
+            .map(|pose| mounting.table_error(pose, settings.gravity))
+            .collect();
+        figures.set_item("table_error_angles", angles)?;
+        let sigmas: Vec<f64> = known.iter().map(|pose| pose.sigma / settings.gravity).collect();
+        figures.set_item("table_error_sigmas", sigmas)?;
+    }
+    Ok(PyReference {
+        inner,
+        figures: figures.unbind(),
+    })
+}
+
+/// Calibrates one target.
+#[pyfunction]
+fn calibrate_target(
+    py: Python<'_>,
+    reference_unit: &PyAcquired,
+    reference: &PyReference,
+    unit: &PyAcquired,
+    ups: PyReadonlyArray2<'_, f64>,
+    settings: &PySettings,
+) -> PyResult<Py<PyDict>> {
+    let ups = ups_of(&ups)?;
+    let (seen, felt, settings) = (&reference_unit.inner, &unit.inner, &settings.inner);
+    let target = py
+        .detach(|| calibrate(seen, &reference.inner, felt, &ups, settings))
+        .map_err(|error| core_error(py, &error))?;
+    let result = PyDict::new(py);
+    result.set_item("clock", clock(py, &target, seen.origin, felt.origin)?)?;
+    let pairs: Vec<(usize, usize, usize)> = target
+        .pairing
+        .pairs
+        .iter()
+        .map(|pair| (pair.reference, pair.target.0, pair.target.1))
+        .collect();
+    result.set_item("pairs", pairs)?;
+    result.set_item("accelerometer", triad(py, &target.accelerometer)?)?;
+    result.set_item("gyroscope", triad(py, &target.gyroscope)?)?;
+    Ok(result.unbind())
+}
+
+fn clock<'py>(
+    py: Python<'py>,
+    target: &Target,
+    reference_origin: f64,
+    own_origin: f64,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (pairing, clock) = (&target.pairing, &target.pairing.clock);
+    let figures = PyDict::new(py);
+    let sigma = |i: usize| clock.covariance[(i, i)].sqrt();
+    figures.set_item("shared", pairing.shared)?;
+    let offset = if pairing.shared {
+        0.0
+    } else {
+        clock.offset + own_origin - reference_origin
+    };
+    figures.set_item("offset", offset)?;
+    figures.set_item("offset_sigma", sigma(0))?;
+    figures.set_item("skew", clock.skew)?;
+    figures.set_item("skew_sigma", sigma(1))?;
+    figures.set_item("turns", clock.turns)?;
+    figures.set_item("contradiction", pairing.contradiction)?;
+    Ok(figures)
+}
+
+fn triad<'py>(py: Python<'py>, triad: &Triad) -> PyResult<Bound<'py, PyDict>> {
+    let figures = PyDict::new(py);
+    let angles = triad.parts.angles(&triad.model.bias);
+    let values: Vec<f64> = [
+        angles.bias,
+        angles.scale,
+        angles.non_orthogonality,
+        angles.mounting,
+    ]
+    .iter()
+    .flat_map(|v| [v.x, v.y, v.z])
+    .collect();
+    let sigmas: Vec<f64> = triad
+        .parts_covariance
+        .diagonal()
+        .iter()
+        .map(|variance| variance.sqrt())
+        .collect();
+    let label = |label: &Label| match *label {
+        Label::Rest(k) => ("rest", k, k),
+        Label::Turn(i, j) => ("turn", i, j),
+    };
+    figures.set_item("M", array2(py, &triad.model.matrix))?;
+    figures.set_item("b", array1(py, &triad.model.bias))?;
+    figures.set_item("covariance", array2(py, &triad.covariance))?;
+    figures.set_item("observed", triad.observed.to_vec())?;
+    figures.set_item("scale", array1(py, &triad.parts.scale))?;
+    figures.set_item("L", array2(py, &triad.parts.non_orthogonality))?;
+    figures.set_item("Q", array2(py, triad.parts.mounting.matrix()))?;
+    figures.set_item("values", values)?;
+    figures.set_item("sigmas", sigmas)?;
+    figures.set_item("rank", triad.rank)?;
+    figures.set_item("chi_square", triad.chi_square)?;
+    figures.set_item("degrees_of_freedom", triad.degrees_of_freedom)?;
+    figures.set_item(
+        "residuals",
+        stacked(py, triad.residuals.iter().map(|(residual, _)| *residual)),
+    )?;
+    figures.set_item(
+        "residual_sigmas",
+        stacked(py, triad.residuals.iter().map(|(_, sigma)| *sigma)),
+    )?;
+    figures.set_item("labels", triad.labels.iter().map(label).collect::<Vec<_>>())?;
+    if let Some((g, sigma)) = &triad.g_sensitivity {
+        figures.set_item("g_sensitivity", array2(py, g))?;
+        figures.set_item("g_sensitivity_sigma", array2(py, sigma))?;
+    }
+    Ok(figures)
+}
+
+/// How well a unit's own rests lie on a sphere: (norm residual m/s^2, median length m/s^2), or None.
+#[pyfunction]
+fn sphere_residual(unit: &PyAcquired, gravity: f64) -> Option<f64> {
+    own_sphere(&unit.inner, gravity).map(|sphere| sphere.norm_residual)
+}
+
+/// Whether gyroscope and accelerometer tell of the same turns: (verdict, figure or axes).
+#[pyfunction]
+fn judge_gyroscope(unit: &PyAcquired) -> (&'static str, f64, Vec<(usize, f64)>) {
+    match judge_rate(&unit.inner) {
+        RateVerdict::Consistent => ("consistent", 0.0, Vec::new()),
+        RateVerdict::Unknown => ("unknown", 0.0, Vec::new()),
+        RateVerdict::Scaled(scale) => ("scaled", scale, Vec::new()),
+        RateVerdict::Permuted(axes) => ("permuted", 0.0, axes.to_vec()),
+        RateVerdict::Inconsistent(angle) => ("inconsistent", angle, Vec::new()),
+    }
+}
+
+fn core_error(py: Python<'_>, error: &TurntableError) -> PyErr {
+    let figures = PyDict::new(py);
+    let set = |key: &str, value: f64| figures.set_item(key, value);
+    let (kind, filled) = match *error {
+        #[allow(clippy::cast_precision_loss)]
+        TurntableError::TooFewRests { found, needed } => (
+            "too few rests",
+            set("found", found as f64).and_then(|()| set("needed", needed as f64)),
+        ),
+        TurntableError::DirectionsTooAlike => ("directions too alike", Ok(())),
+        TurntableError::Pairing(PairingError::NoCommonTime) => ("no common time", Ok(())),
+        #[allow(clippy::cast_precision_loss)]
+        TurntableError::Pairing(PairingError::MovedDuringRest { rest, time, angle }) => (
+            "moved during rest",
+            set("rest", rest as f64)
+                .and_then(|()| set("time", time))
+                .and_then(|()| set("angle", angle)),
+        ),
+        TurntableError::NeedsPoses => ("needs poses", Ok(())),
+        TurntableError::Axes(ModelError::LeftHanded) => ("left-handed", Ok(())),
+        TurntableError::Axes(ModelError::Singular) => ("axes coincide", Ok(())),
+        TurntableError::Unsolvable => ("unsolvable", Ok(())),
+    };
+    match filled {
+        Ok(()) => CoreError::new_err((kind, figures.unbind())),
+        Err(error) => error,
+    }
+}
+
+/// Adds to the module.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("CoreError", module.py().get_type::<CoreError>())?;
+    module.add_class::<PySettings>()?;
+    module.add_class::<PyReference>()?;
+    module.add_function(wrap_pyfunction!(understand_reference, module)?)?;
+    module.add_function(wrap_pyfunction!(calibrate_target, module)?)?;
+    module.add_function(wrap_pyfunction!(sphere_residual, module)?)?;
+    module.add_function(wrap_pyfunction!(judge_gyroscope, module)?)
+}
