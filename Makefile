@@ -22,6 +22,7 @@ test: $(VENV)/.native $(VENV)/.requirements-test  ## Run the Rust, Python and do
 	cargo test --workspace --locked
 	scripts/build_for_cortex_m.sh
 	$(BIN)/python -m pytest
+	$(BIN)/python scripts/check_readme.py --run
 
 lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types, layers and README
 	cargo fmt --all --check

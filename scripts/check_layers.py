@@ -1,0 +1,152 @@
+"""Prove the layer rules of CONTRIBUTING.md: who may import whom, in Rust and in Python.
+
+Prints one line for every breach and exits 1 if there was any.
+"""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "python" / "tumble"
+
+CRATES = {
+    "tumble-core": set(),
+    "tumble-store": {"tumble-core"},
+    "tumble-capi": {"tumble-core", "tumble-store"},
+    "tumble-lab": {"tumble-core"},
+    "tumble-py": {"tumble-core", "tumble-lab"},
+}
+"""Which crates of ours each crate may depend on."""
+
+DEVICE_CRATES = {"tumble-core", "tumble-store"}
+"""No operating system, no heap, no unsafe code."""
+
+LEAVES = {"errors", "files", "recording", "documents", "results"}
+"""Shared data types and file access, which know nothing of ours above them."""
+
+MODULES: dict[str, set[str]] = {
+    "errors": set(),
+    "files": {"errors"},
+    "recording": {"errors"},
+    "documents": {"errors", "files", "recording"},
+    "results": {"errors", "recording"},
+    "calibration": LEAVES | {"_core"},
+    "poses": LEAVES,
+    "logs": {"errors", "files", "recording"},
+    "report": LEAVES,
+    "exports": LEAVES | {"calibration"},
+    "procedures": LEAVES | {"calibration", "poses", "logs", "_core"},
+    "cli": LEAVES | {"calibration", "poses", "logs", "report", "exports", "procedures"},
+}
+"""Which parts of the package each part may import, besides itself. `tumble` itself may import all of them."""
+
+NO_MATHEMATICS = {"numpy", "scipy"}
+"""What the command line does not need, since it only passes things on."""
+
+
+def rust_breaches() -> Iterator[str]:
+    """Find dependencies that point down the page, and what a device crate takes beyond `core`."""
+    command = ["cargo", "metadata", "--format-version", "1", "--no-deps", "--offline"]
+    answer = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    for package in json.loads(answer)["packages"]:
+        name, folder = package["name"], Path(package["manifest_path"]).parent
+        if name not in CRATES:
+            yield f"{name}: has no place in the layers; give it one in this script"
+            continue
+        for dependency in package["dependencies"]:
+            used = dependency["name"]
+            if used in CRATES and used not in CRATES[name] and dependency["kind"] != "dev":
+                yield f"{name}: may not depend on {used}"
+            if name in DEVICE_CRATES and _may_need_a_heap(dependency):
+                yield f"{name}: takes {used} with its default features, which may need a heap"
+        if name in DEVICE_CRATES:
+            yield from device_breaches(folder)
+
+
+def _may_need_a_heap(dependency: dict[str, Any]) -> bool:
+    own = dependency["name"] in CRATES
+    return not own and dependency["kind"] is None and dependency["uses_default_features"]
+
+
+def device_breaches(folder: Path) -> Iterator[str]:
+    """Find in the crate at `folder` what a device does not have."""
+    entrance = folder / "src" / "lib.rs"
+    if not re.search(r"^#!\[no_std\]", entrance.read_text(), re.MULTILINE):
+        yield f"{entrance.relative_to(ROOT)}: #![no_std] is missing"
+    lints = re.search(r"^\[lints\]\nworkspace = true", (folder / "Cargo.toml").read_text(), re.MULTILINE)
+    forbidden = re.search(r'^unsafe_code = "forbid"', (ROOT / "Cargo.toml").read_text(), re.MULTILINE)
+    if not (lints and forbidden):
+        yield f"{folder.name}: unsafe code is not forbidden"
+    for path in sorted((folder / "src").rglob("*.rs")):
+        for number, line in enumerate(_without_tests(path.read_text()).splitlines(), start=1):
+            code = line.split("//")[0]
+            if re.search(r"\b(std|alloc)::|extern crate (std|alloc)|\bunsafe\b", code):
+                yield f"{path.relative_to(ROOT)}:{number}: {line.strip()}"
+
+
+def _without_tests(source: str) -> str:
+    """Cut off the test module, which may use what the machine that runs it has."""
+    return re.split(r"^#\[cfg\(test\)\]", source, maxsplit=1, flags=re.MULTILINE)[0]
+
+
+def python_breaches() -> Iterator[str]:
+    """Find imports within the package that its layers do not allow."""
+    for path in sorted(PACKAGE.rglob("*.py")):
+        relative = path.relative_to(PACKAGE)
+        part = relative.with_suffix("").parts[0]
+        if part == "__init__":
+            continue
+        if part not in MODULES:
+            yield f"{path.relative_to(ROOT)}: has no place in the layers; give it one in this script"
+            continue
+        for line, module in _imports(path):
+            top, *rest = module.split(".")
+            used = rest[0] if top == "tumble" and rest else None
+            where = f"{path.relative_to(ROOT)}:{line}"
+            if top == "tumble" and used is None:
+                yield f"{where}: imports the whole of tumble; name the part"
+            elif used is not None and used != part and used not in MODULES[part]:
+                yield f"{where}: {part} may not import tumble.{used}"
+            if part == "cli" and top in NO_MATHEMATICS:
+                yield f"{where}: the command line holds no mathematics, so has no use for {top}"
+
+
+def _imports(path: Path) -> Iterator[tuple[int, str]]:
+    """Give line and full name of every module imported; `from tumble import x` is `tumble.x`."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            for name in node.names:
+                yield node.lineno, name.name
+        elif isinstance(node, ast.ImportFrom):
+            base = _absolute(path, node)
+            for name in node.names:
+                yield node.lineno, f"{base}.{name.name}" if base == "tumble" else base
+
+
+def _absolute(path: Path, node: ast.ImportFrom) -> str:
+    if not node.level:
+        return node.module or ""
+    package = ("tumble", *path.relative_to(PACKAGE).parts[:-1])
+    above = package[: len(package) - node.level + 1]
+    return ".".join((*above, node.module) if node.module else above)
+
+
+def main() -> int:
+    """Print every breach; 1 if there was any."""
+    breaches = [*rust_breaches(), *python_breaches()]
+    for breach in breaches:
+        print(breach, file=sys.stderr)
+    print(f"layers: {len(breaches)} breaches" if breaches else "layers: every import points up the page")
+    return bool(breaches)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

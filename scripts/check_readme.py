@@ -1,0 +1,120 @@
+"""Prove that what the README tells people to type is what CI runs.
+
+Its shell blocks may hold `git clone`, `cd`, `make TARGET` with a target that `make help` lists, and
+`tumble ...`. With --run, the `tumble` commands and the Python blocks are run in the order they stand, in one
+empty folder, as a reader would.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+README = ROOT / "README.md"
+
+FAILED_LIMITS = 3
+"""Exit code of `tumble` where a target is out of its limits, as one of the simulated ones is meant to be."""
+
+
+EXPECTED = ("make demo", "make test")
+"""The two commands a newcomer needs."""
+
+
+@dataclass(frozen=True, slots=True)
+class Snippet:
+    """Something the README shows to be typed."""
+
+    line: int
+    language: str
+    """`sh`, one command each, or `python`, a whole block."""
+    text: str
+
+
+def snippets(text: str) -> Iterator[Snippet]:
+    """Give shell commands (continued lines joined, comments and prompts left out) and Python blocks."""
+    for block in re.finditer(
+        r"^```(sh|shell|bash|console|python)\n(.*?)^```", text, re.MULTILINE | re.DOTALL
+    ):
+        first = text[: block.start(2)].count("\n") + 1
+        if block[1] == "python":
+            yield Snippet(first, "python", block[2])
+            continue
+        start, command = first, ""
+        for number, line in enumerate(block[2].splitlines(), start=first):
+            start = start if command else number
+            command += re.sub(r"(^|\s)#.*", "", line).removeprefix("$ ").removesuffix("\\")
+            if command and not line.endswith("\\"):
+                yield Snippet(start, "sh", " ".join(command.split()))
+                command = ""
+
+
+def problem(snippet: Snippet) -> str:
+    """Why CI does not prove this snippet, empty if it does."""
+    if snippet.language == "python":
+        return ""
+    program, *arguments = snippet.text.split()
+    if program in ("git", "cd", "tumble"):
+        return ""
+    if program != "make":
+        return f"`{snippet.text}` is run by nothing in CI"
+    unknown = [target for target in arguments if target not in make_targets()]
+    return f"make {unknown[0]} does not exist" if unknown else ""
+
+
+def make_targets() -> set[str]:
+    """Names of what `make help` lists."""
+    return set(re.findall(r"^([a-z]+):.*##", (ROOT / "Makefile").read_text(), re.MULTILINE))
+
+
+def run(snippet: Snippet, folder: Path) -> str:
+    """Run a `tumble` command or a Python block in `folder`; what went wrong, empty if nothing did."""
+    if snippet.language == "python":
+        command: list[str] = [sys.executable, "-c", snippet.text]
+    elif snippet.text.startswith("tumble "):
+        command = ["sh", "-c", snippet.text]
+    else:
+        return ""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(
+        command, cwd=folder, capture_output=True, text=True, check=False, env={**os.environ, "PATH": path}
+    )
+    if done.returncode in (0, FAILED_LIMITS):
+        return ""
+    said = (done.stderr or done.stdout).strip().splitlines()[-1:]
+    return f"exit code {done.returncode}: {' '.join(said)}"
+
+
+def main() -> int:
+    """Check, and with --run run; 1 if anything is wrong."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument(
+        "--run", action="store_true", help="run the tumble commands and the Python blocks too"
+    )
+    wanted = parser.parse_args().run
+    if not README.is_file():
+        print("README.md is missing", file=sys.stderr)
+        return 1
+    found = list(snippets(README.read_text(encoding="utf-8")))
+    problems = [(snippet, problem(snippet)) for snippet in found]
+    if wanted:
+        with tempfile.TemporaryDirectory() as folder:
+            problems += [(snippet, run(snippet, Path(folder))) for snippet in found]
+    wrong = [f"README.md:{snippet.line}: {text}" for snippet, text in problems if text]
+    shown = {snippet.text for snippet in found}
+    wrong += [f"README.md: does not show `{command}`" for command in EXPECTED if command not in shown]
+    for line in wrong:
+        print(line, file=sys.stderr)
+    print(f"README.md: {len(found)} snippets, {len(wrong)} problems")
+    return bool(wrong)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
