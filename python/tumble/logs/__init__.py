@@ -13,7 +13,7 @@ from tumble.errors import LogError
 from tumble.logs import formats
 from tumble.logs.checks import ChunkStream, Counts
 from tumble.logs.conversion import Conversion, conversion_for, without_time
-from tumble.logs.folder import log_files, open_folder
+from tumble.logs.folder import FolderStream, log_files, open_folder
 from tumble.logs.options import ReadOptions
 from tumble.logs.spec import LogSpec, parse_spec
 from tumble.logs.track import Samples, Track
@@ -24,6 +24,7 @@ __all__ = [
     "ChunkStream",
     "Counts",
     "Facts",
+    "FolderStream",
     "LogSpec",
     "ReadOptions",
     "Writer",
@@ -119,7 +120,7 @@ def _metadata(track: Track, conversion: Conversion, options: ReadOptions, rate: 
 def _name(track: Track) -> str:
     """Short name: the file's, and the IMU's where the file needs one."""
     stem = track.path.stem if track.path.is_file() else track.path.name
-    imu = track.imu.strip("/").replace("/", "_")
+    imu = "" if track.alone else track.imu.strip("/").replace("/", "_")
     return f"{stem}-{imu}" if imu else stem
 
 

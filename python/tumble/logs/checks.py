@@ -36,6 +36,15 @@ class Counts:
     channels: dict[str, int] = field(default_factory=dict)
     """Of those, how many each channel accounts for."""
 
+    def add(self, other: Counts) -> None:
+        """Count what another pass has met as well."""
+        self.read += other.read
+        self.duplicates += other.duplicates
+        self.clashes += other.clashes
+        self.without_number += other.without_number
+        for name, count in other.channels.items():
+            self.channels[name] = self.channels.get(name, 0) + count
+
     def remarks(self) -> tuple[str, ...]:
         """Say what was left out; empty if nothing was."""
         remarks = []
@@ -50,6 +59,8 @@ class Counts:
 class ChunkStream(Iterator[Chunk]):
     """One pass over a track: chunks that are fit to use, and `counts` of what was left out on the way.
 
+    `expected` is the number of samples to come where that is known beforehand, for those who show progress.
+
     Raises `LogError` at the sample where time runs backwards, and at the end of a pass in which too many
     samples had to be left out.
     """
@@ -58,6 +69,7 @@ class ChunkStream(Iterator[Chunk]):
         self, track: Track, pieces: Iterator[Samples], rate: float | None, gyroscope_unit_is_assumed: bool
     ) -> None:
         self.counts = Counts()
+        self.expected = track.expected
         self._track = track
         self._rate = rate
         self._gyroscope_unit_is_assumed = gyroscope_unit_is_assumed
@@ -102,7 +114,7 @@ class ChunkStream(Iterator[Chunk]):
             place = self._track.locate(first + int(np.flatnonzero(finite)[at]))
             raise LogError(
                 f"{self._track.source}: {place}: time runs backwards by "
-                f" {-float(steps[at]):.6g} s to {float(kept.time[at]):.9g} s; "
+                f"{-float(steps[at]):.6g} s to {float(kept.time[at]):.9g} s; "
                 "sort the log by time, or read it with --rate if its samples are in order"
             )
         return kept
@@ -171,7 +183,7 @@ class ChunkStream(Iterator[Chunk]):
             name, found = max(counts.channels.items(), key=lambda item: item[1])
             raise LogError(
                 f"{self._track.source}: {name} is no number in {found} of {counts.read} samples; "
-                "up to 1 % are left out in silence, this is a fault: repair or cut the log"
+                "up to 1 % would be left out, but this is a fault: repair or cut the log"
             )
         if counts.clashes > _LARGEST_SHARE_OF_CLASHES * counts.read:
             raise LogError(

@@ -65,7 +65,7 @@ _TEMPERATURE = (
 )
 _AXIS = {"x": 0, "y": 1, "z": 2, "0": 0, "1": 1, "2": 2}
 _SEPARATOR = r"[\s_./:\-\[\]]*"
-_PREFIX = r"(?:(?P<imu>.*?)[\s_./:\-]+)?"
+_PREFIX = r"(?:(?P<imu>.*?)[\s_./:\-]+)??"
 
 
 def _any(words: Sequence[str]) -> str:

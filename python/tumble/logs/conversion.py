@@ -20,6 +20,7 @@ from tumble.logs.units import (
     guess_gyroscope_unit,
     guess_time_unit,
     rest_norm,
+    smallest_norm,
 )
 from tumble.recording import FloatArray, Unit
 
@@ -83,6 +84,8 @@ def conversion_for(track: Track, options: ReadOptions, head: Samples) -> Convers
     rotation = _rotation(options.axes)
     if options.accelerometer_sign not in (1, -1):
         raise LogError(f"--accelerometer-sign {options.accelerometer_sign}: give 1 or -1")
+    _need_numbers(track, "accelerometer", head.accelerometer)
+    _need_numbers(track, "gyroscope", head.gyroscope)
     accelerometer_zero = _per_axis(options.accelerometer_zero, "--accelerometer-zero")
     gyroscope_zero = _per_axis(options.gyroscope_zero, "--gyroscope-zero")
     accelerometer_unit, accelerometer_scale = _accelerometer(track, options, head, accelerometer_zero)
@@ -100,6 +103,13 @@ def conversion_for(track: Track, options: ReadOptions, head: Samples) -> Convers
         gyroscope_unit,
         time_unit,
     )
+
+
+def _need_numbers(track: Track, triad: str, readings: FloatArray) -> None:
+    if not np.isfinite(readings).all(axis=1).any():
+        raise LogError(
+            f"{track.source}: {triad} holds no number in its first {len(readings)} samples; check its columns"
+        )
 
 
 def _triad(rotation: FloatArray, zero: FloatArray, scale: FloatArray) -> TriadConversion:
@@ -191,8 +201,9 @@ def _check_counts(track: Track, norm: float) -> None:
     """Half or twice gravity is no scale error that a sensor has, but one that a user makes."""
     if not 0.5 < norm / STANDARD_GRAVITY < 2.0:
         raise LogError(
-            f"{track.source}: accelerometer reads {norm:.4g} m/s^2 at rest with the scale given, "
-            "not about 9.8; check --accelerometer-scale (counts per unit), --accelerometer-unit and --accelerometer-zero"
+            f"{track.source}: accelerometer reads {norm:.4g} m/s^2 at rest with the scale "
+            "given, not about 9.8; check --accelerometer-scale (counts per unit), --accelerometer-unit "
+            "and --accelerometer-zero"
         )
 
 
@@ -216,17 +227,13 @@ def _gyroscope(
     if options.gyroscope_scale is not None:
         return _with_counts("gyroscope", stated, options.gyroscope_scale)
     readings = head.gyroscope - zero
-    finite = readings[np.isfinite(readings)]
-    if finite.size == 0:
-        raise LogError(
-            f"{track.source}: gyroscope holds no number in the first {len(head)} samples; check its columns"
-        )
-    peak = float(np.abs(finite).max())
+    peak = float(np.nanmax(np.abs(readings), initial=0.0, where=np.isfinite(readings)))
     if stated is None:
-        likely, reason = guess_gyroscope_unit(rest_norm(readings), peak)
+        smallest = smallest_norm(readings)
+        likely, reason = guess_gyroscope_unit(smallest, peak)
         if likely is None:
             raise LogError(
-                f"{track.source}: gyroscope reads {rest_norm(readings):.6g} at rest and up to {peak:.6g}, "
+                f"{track.source}: gyroscope reads {smallest:.6g} to {peak:.6g}, "
                 "which is neither rad/s nor deg/s; for raw counts give --gyroscope-scale (counts per unit) "
                 "and --gyroscope-unit, else the unit"
             )

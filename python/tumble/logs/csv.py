@@ -56,6 +56,8 @@ def open_track(path: Path, imu: str | None, options: ReadOptions) -> Track:
         clock=f"{path.resolve()}#{columns.time or 'row'}",
         rate=rate,
         serial=layout.preamble.get("serial", ""),
+        alone=len(imus) == 1,
+        expected=int((path.stat().st_size - layout.data_offset) / layout.row_bytes),
         already_corrected=True if "corrected" in layout.preamble else None,
         remarks=layout.remarks + remarks,
     )
@@ -187,7 +189,8 @@ class TextTable:
         return {name: as_floats(table.column(name)) for name in self._names}
 
     def _type(self, name: str) -> pa.DataType:
-        field = self._layout.first_row[self._layout.names.index(name)]
+        position = self._layout.names.index(name)
+        field = self._layout.first_row[position] if position < len(self._layout.first_row) else ""
         if not is_time_stamp(field):
             return pa.float64()
         return pa.timestamp("ns", tz="UTC" if re.search(r"(Z|[+-]\d\d:?\d\d)$", field) else None)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from tumble.errors import LogError
+from tumble.logs.checks import ChunkStream, Counts
 from tumble.logs.formats import LOG_SUFFIXES
 from tumble.recording import Chunk, Recording
 
@@ -37,31 +38,44 @@ def open_folder(folder: Path, open_part: Callable[[Path], Recording]) -> Recordi
     """
     files = log_files(folder)
     parts = tuple(open_part(path) for path in files)
-    first = parts[0].metadata
     ignored = sorted(path.name for path in folder.iterdir() if path.is_file() and path not in files)
     remarks = [f"{len(parts)} files, read one after another"]
     if ignored:
         remarks.append(f"passed over {', '.join(ignored)}")
     metadata = replace(
-        first,
+        parts[0].metadata,
         name=folder.name,
         source=str(folder),
         format="folder",
         clock="",
         remarks=(*remarks, *dict.fromkeys(remark for part in parts for remark in part.metadata.remarks)),
     )
-    return Recording(metadata, lambda: _one_after_another(parts), parts)
+    return Recording(metadata, lambda: FolderStream(parts), parts)
 
 
-def _one_after_another(parts: tuple[Recording, ...]) -> Iterator[Chunk]:
-    """Shift a part only as far as time would otherwise run backwards."""
-    end: float | None = None
-    for part in parts:
-        shift: float | None = None
-        for chunk in part.chunks():
-            if shift is None:
-                start = float(chunk.time[0])
-                shift = 0.0 if end is None or start > end else end + _PAUSE - start
-            chunk = replace(chunk, time=chunk.time + shift) if shift else chunk
-            end = float(chunk.time[-1])
-            yield chunk
+class FolderStream(Iterator[Chunk]):
+    """One pass over all parts, each shifted in time only as far as time would otherwise run backwards."""
+
+    expected: int | None = None
+
+    def __init__(self, parts: tuple[Recording, ...]) -> None:
+        self.counts = Counts()
+        self._chunks = self._one_after_another(parts)
+
+    def __next__(self) -> Chunk:
+        return next(self._chunks)
+
+    def _one_after_another(self, parts: tuple[Recording, ...]) -> Iterator[Chunk]:
+        end: float | None = None
+        for part in parts:
+            shift: float | None = None
+            stream = part.chunks()
+            for chunk in stream:
+                if shift is None:
+                    start = float(chunk.time[0])
+                    shift = 0.0 if end is None or start > end else end + _PAUSE - start
+                shifted = replace(chunk, time=chunk.time + shift) if shift else chunk
+                end = float(shifted.time[-1])
+                yield shifted
+            if isinstance(stream, ChunkStream):
+                self.counts.add(stream.counts)

@@ -52,6 +52,8 @@ def open_track(path: Path, imu: str | None, options: ReadOptions) -> Track:
         temperature_unit=columns.temperature_unit,
         clock=f"{path.resolve()}#{columns.time or 'row'}",
         serial=facts.get("tumble.serial", ""),
+        alone=len(imus) == 1,
+        expected=rows,
         already_corrected=True if "tumble.corrected" in facts else None,
     )
 
@@ -60,7 +62,7 @@ def open_track(path: Path, imu: str | None, options: ReadOptions) -> Track:
 def _open(path: Path) -> Iterator[pq.ParquetFile]:
     """Open for reading page by page: without a buffer size, whole column chunks would be held in memory."""
     try:
-        with pq.ParquetFile(path, buffer_size=1 << 20, pre_buffer=False) as file:
+        with pq.ParquetFile(path, buffer_size=1 << 20, page_checksum_verification=True) as file:
             yield file
     except (pa.ArrowInvalid, pa.ArrowException, OSError) as error:
         raise LogError(f"{path}: {_problem(path)} ({str(error).splitlines()[0]})") from error

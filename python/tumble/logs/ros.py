@@ -60,6 +60,7 @@ def open_track(path: Path, kind: str, imu: str | None) -> Track:
         clock="" if stamped else f"{path.resolve()}#log time",
         serial=facts.get("serial", ""),
         already_corrected=True if "corrected" in facts else None,
+        alone=len(topics) == 1,
         remarks=() if stamped else ("headers carry no stamp: time is that of recording",),
     )
 

@@ -67,6 +67,10 @@ class Track:
     serial: str = ""
     already_corrected: bool | None = None
     remarks: tuple[str, ...] = ()
+    alone: bool = True
+    """True where the file holds no other IMU."""
+    expected: int | None = None
+    """Number of samples, where it is known before reading; for a text table a fair guess."""
 
     @property
     def source(self) -> str:

@@ -115,11 +115,10 @@ SPELLINGS: Mapping[Quantity, Mapping[str, str]] = {
     },
 }
 
-_REST_WINDOW = 32
+_WINDOW = 32
 _IMPOSSIBLE_RAD_PER_S = 40.0
 _IMPOSSIBLE_DEG_PER_S = 4500.0
-_LARGEST_REST_RAD_PER_S = 0.35
-_LARGEST_REST_DEG_PER_S = 30.0
+_LARGEST_BIAS_DEG_PER_S = 100.0
 
 
 def find_unit(text: str, quantity: Quantity) -> str | None:
@@ -130,15 +129,26 @@ def find_unit(text: str, quantity: Quantity) -> str | None:
 
 def rest_norm(vectors: FloatArray) -> float:
     """Give the typical length of (n, 3) vectors while they change least, NaN where there are none."""
-    finite = vectors[np.isfinite(vectors).all(axis=1)]
-    window = max(1, min(_REST_WINDOW, len(finite) // 4))
-    count = len(finite) // window
-    if count == 0:
+    pieces = _pieces(vectors)
+    if len(pieces) == 0:
         return math.nan
-    pieces = finite[: count * window].reshape(count, window, 3)
     scatter = pieces.var(axis=1).sum(axis=1)
     quiet = scatter <= np.quantile(scatter, 0.3)
     return float(np.median(np.linalg.norm(pieces[quiet].mean(axis=1), axis=1)))
+
+
+def smallest_norm(vectors: FloatArray) -> float:
+    """Give the smallest length that short means of (n, 3) vectors have, NaN where there are none."""
+    pieces = _pieces(vectors)
+    return float(np.linalg.norm(pieces.mean(axis=1), axis=1).min()) if len(pieces) else math.nan
+
+
+def _pieces(vectors: FloatArray) -> FloatArray:
+    """Finite vectors in short stretches, (count, window, 3)."""
+    finite = vectors[np.isfinite(vectors).all(axis=1)]
+    window = max(1, min(_WINDOW, len(finite) // 4))
+    count = len(finite) // window
+    return finite[: count * window].reshape(count, window, 3)
 
 
 def guess_accelerometer_unit(norm_at_rest: float) -> str | None:
@@ -149,14 +159,16 @@ def guess_accelerometer_unit(norm_at_rest: float) -> str | None:
     return None
 
 
-def guess_gyroscope_unit(norm_at_rest: float, peak: float) -> tuple[str | None, str]:
-    """Give the unit of a gyroscope from its resting and its largest reading, and why; None if none fits."""
-    if peak > _IMPOSSIBLE_DEG_PER_S or norm_at_rest > _LARGEST_REST_DEG_PER_S:
+def guess_gyroscope_unit(smallest: float, peak: float) -> tuple[str | None, str]:
+    """Give the unit of a gyroscope from the length of its smallest and its largest reading, and why.
+
+    None if no unit fits. Only the fastest motion tells rad/s from deg/s: a slow table looks alike in both,
+    and a steady turn is as quiet as a rest.
+    """
+    if peak > _IMPOSSIBLE_DEG_PER_S or smallest > _LARGEST_BIAS_DEG_PER_S:
         return None, ""
     if peak > _IMPOSSIBLE_RAD_PER_S:
         return "deg/s", f"peak of {peak:.4g} is too fast for rad/s"
-    if norm_at_rest > _LARGEST_REST_RAD_PER_S:
-        return "deg/s", f"{norm_at_rest:.3g} at rest is too large for rad/s"
     return "rad/s", "assumed"
 
 

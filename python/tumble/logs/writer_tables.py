@@ -76,7 +76,9 @@ class ParquetWriter:
             facts = {"tumble.serial": self._facts.serial, "tumble.corrected": self._facts.corrected}
             kept = {key: value for key, value in facts.items() if value}
             self._schema = _schema(chunk).with_metadata(kept)
-            self._writer = pq.ParquetWriter(self._path, self._schema, compression="zstd")
+            self._writer = pq.ParquetWriter(
+                self._path, self._schema, compression="zstd", write_page_checksum=True
+            )
         self._writer.write_batch(_batch(chunk, self._schema))
 
     def close(self) -> None:

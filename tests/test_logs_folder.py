@@ -1,0 +1,103 @@
+"""A folder with one log a pose, and the two files of imu_tk."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from log_fixtures import join, made_up, read, refusal, same, write, write_text
+from tumble.logs import ReadOptions, list_imus, open_recording
+from tumble.recording import Chunk
+
+POSES = ["1_x_up", "2_x_down", "3_y_up"]
+
+
+@pytest.fixture
+def folder(tmp_path):
+    for number, name in enumerate(POSES):
+        write(tmp_path / f"{name}.csv", made_up(500, seed=number))
+    return tmp_path
+
+
+def test_each_file_of_a_folder_is_a_part_in_the_order_of_names(folder):
+    recording = open_recording(folder)
+    assert [part.name for part in recording.parts] == POSES
+    for number, part in enumerate(recording.parts):
+        assert same(join(list(part.chunks())), made_up(500, seed=number))
+
+
+def test_the_whole_of_a_folder_is_its_parts_one_after_another(folder):
+    whole = read(folder)
+    assert bool((np.diff(whole.time) > 0.0).all())
+    assert np.array_equal(
+        whole.accelerometer, np.vstack([made_up(500, seed=number).accelerometer for number in range(3)])
+    )
+
+
+def test_parts_of_one_long_clock_keep_their_times(tmp_path):
+    for number, name in enumerate(POSES):
+        write(tmp_path / f"{name}.parquet", made_up(100, start=50.0 * number))
+    starts = [50.0 * number for number in range(3)]
+    assert np.array_equal(read(tmp_path).time[::100], starts)
+
+
+def test_a_folder_says_what_it_passed_over(folder):
+    (folder / "README.md").write_text("poses")
+    remarks = open_recording(folder).metadata.remarks
+    assert remarks == ("3 files, read one after another", "passed over README.md")
+
+
+def test_one_bad_part_is_named(folder):
+    (folder / "2_x_down.csv").write_text("")
+    assert str(folder / "2_x_down.csv") in refusal(folder)
+
+
+def test_an_imu_of_every_part_can_be_named(tmp_path):
+    for name in POSES:
+        rows = "\n".join(f"{0.01 * i},0,0,9.8,0,0,0,0,9.8,0,0,0,0" for i in range(100))
+        names = [f"imu{i}_{c}" for i in (1, 2) for c in ("ax", "ay", "az", "gx", "gy", "gz")]
+        (tmp_path / f"{name}.csv").write_text(",".join(["time", *names]) + f"\n{rows}\n")
+    assert list_imus(tmp_path) == ("imu1", "imu2")
+    assert np.array_equal(read(f"{tmp_path}:imu2").accelerometer[0], [0.0, 9.8, 0.0])
+
+
+def test_what_one_part_shows_of_the_gyroscope_s_unit_holds_for_all(tmp_path):
+    slow, fast = made_up(500, temperature=False), made_up(500, temperature=False)
+    slow.gyroscope[250:, 2] -= 1.0
+    for name, chunk in (("1", slow), ("2", fast)):
+        in_degrees = Chunk(chunk.time, chunk.accelerometer, np.rad2deg(chunk.gyroscope))
+        write_text(tmp_path / f"{name}.csv", in_degrees)
+    assert [part.metadata.gyroscope_unit.name for part in open_recording(tmp_path).parts] == ["deg/s"] * 2
+
+
+def write_pair(folder, chunk, gyroscope_rows=None, shift=0.0):
+    for name, triad, offset in (("acc", chunk.accelerometer, 0.0), ("gyro", chunk.gyroscope, shift)):
+        rows = np.column_stack([chunk.time + offset, triad])
+        text = ["   ".join(f"{value!r}" for value in map(float, row)) for row in rows]
+        kept = text if name == "acc" else text[:gyroscope_rows]
+        (folder / f"unit_{name}.mat").write_text("   " + "\n   ".join(kept) + "\n")
+    return folder
+
+
+@pytest.mark.parametrize("named", ["", "unit_acc.mat", "unit_gyro.mat"])
+def test_the_two_files_of_imu_tk_are_one_recording(tmp_path, named):
+    chunk = made_up(150_000, temperature=False)
+    path = write_pair(tmp_path, chunk) / named
+    assert open_recording(path).metadata.format == "imu_tk"
+    assert same(read(path), chunk)
+
+
+def test_the_two_files_of_imu_tk_need_the_same_rows(tmp_path):
+    line = refusal(write_pair(tmp_path, made_up(300, temperature=False), gyroscope_rows=290))
+    assert "unit_gyro.mat: ends 10 rows before unit_acc.mat" in line
+
+
+def test_the_two_files_of_imu_tk_need_the_same_times(tmp_path):
+    line = refusal(write_pair(tmp_path, made_up(300, temperature=False), shift=0.001))
+    assert "line 1" in line
+    assert "both files need the same times" in line
+
+
+def test_a_rate_can_replace_the_times_of_imu_tk(tmp_path):
+    write_pair(tmp_path, made_up(300, temperature=False))
+    assert np.array_equal(read(tmp_path, ReadOptions(rate=100.0)).time, np.arange(300) / 100.0)

@@ -1,0 +1,128 @@
+"""What is written is what is read, float by float."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from log_fixtures import join, made_up, read, same, write
+from tumble.errors import OutputError
+from tumble.logs import Facts, ReadOptions, open_recording, open_writer
+from tumble.recording import Chunk
+
+FORMATS = ["csv", "parquet", "mcap"]
+SI = ReadOptions(accelerometer_unit="m/s^2", gyroscope_unit="rad/s", time_unit="s")
+
+
+@st.composite
+def chunks(draw):
+    """Finite floats, accelerations that no resting sensor reads in g or mg, times on whole nanoseconds."""
+    count = draw(st.integers(1, 30))
+    finite = st.floats(-1e6, 1e6, allow_subnormal=True)
+    step = draw(st.lists(st.integers(1, 10**12), min_size=count, max_size=count))
+    time = np.cumsum(step) / 1e9
+    rest = draw(st.lists(finite, min_size=4 * count, max_size=4 * count))
+    size = draw(st.lists(st.floats(20.0, 400.0), min_size=3 * count, max_size=3 * count))
+    sign = draw(st.sampled_from([-1.0, 1.0]))
+    table = np.array(rest).reshape(count, 4)
+    return Chunk(time, sign * np.array(size).reshape(count, 3), table[:, :3].copy(), table[:, 3].copy())
+
+
+@pytest.mark.parametrize("name", FORMATS)
+@settings(max_examples=40, deadline=None)
+@given(chunk=chunks())
+def test_every_float_comes_back_as_it_was_written(tmp_path_factory, name, chunk):
+    path = write(tmp_path_factory.mktemp("round") / f"log.{name}", chunk)
+    assert same(read(path, SI), chunk)
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_times_from_1970_keep_all_their_digits(tmp_path, name):
+    random = np.random.default_rng(5)
+    time = np.sort(1.7e9 + random.uniform(0.0, 1000.0, 5000))
+    chunk = made_up(5000)
+    chunk = Chunk(
+        np.unique(time), *[part[: len(np.unique(time))] for part in (chunk.accelerometer, chunk.gyroscope)]
+    )
+    assert same(read(write(tmp_path / f"log.{name}", chunk)), chunk)
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_many_chunks_read_as_one_recording(tmp_path, name):
+    whole = made_up(150_000)
+    pieces = np.array_split(np.arange(150_000), 7)
+    path = tmp_path / f"log.{name}"
+    with open_writer(path) as writer:
+        for piece in pieces:
+            writer.write(
+                Chunk(
+                    whole.time[piece],
+                    whole.accelerometer[piece],
+                    whole.gyroscope[piece],
+                    whole.temperature[piece],
+                )
+            )
+    recording = open_recording(path)
+    found = list(recording.chunks())
+    assert len(found) > 1
+    if name == "mcap":  # its stamps are whole nanoseconds
+        np.testing.assert_allclose(join(found).time, whole.time, rtol=0.0, atol=0.51e-9)
+        whole = replace(whole, time=join(found).time)
+    assert same(join(found), whole)
+    assert same(join(list(recording.chunks())), join(found))
+    assert all(
+        chunk.accelerometer.flags.c_contiguous and chunk.gyroscope.flags.c_contiguous for chunk in found
+    )
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_serial_and_correction_are_known_to_the_next_reader(tmp_path, name):
+    chunk = made_up(300)
+    plain = open_recording(write(tmp_path / f"plain.{name}", chunk)).metadata
+    marked = open_recording(
+        write(tmp_path / f"marked.{name}", chunk, serial="SN 7", corrected="sha256:ab")
+    ).metadata
+    assert (plain.serial, plain.already_corrected) == ("", None)
+    assert (marked.serial, marked.already_corrected) == ("SN 7", True)
+
+
+def test_an_mcap_keeps_the_frame(tmp_path):
+    path = write(tmp_path / "log.mcap", made_up(10), frame="imu_link")
+    assert open_recording(path).metadata.frame == "imu_link"
+
+
+def test_an_mcap_refuses_times_its_stamps_cannot_hold(tmp_path):
+    with pytest.raises(OutputError, match="write CSV or Parquet instead"):
+        write(tmp_path / "log.mcap", made_up(10, start=-5.0))
+
+
+def test_a_failed_write_leaves_what_was_there(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("what was there")
+
+    def write_and_fail():
+        with open_writer(path, facts=Facts()) as writer:
+            writer.write(made_up(10))
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        write_and_fail()
+    assert path.read_text() == "what was there"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_folder_that_is_missing_is_said(tmp_path):
+    with pytest.raises(OutputError, match="does not exist"):
+        write(tmp_path / "nowhere" / "log.csv", made_up(10))
+
+
+def test_an_unknown_extension_is_refused_unless_a_format_is_named(tmp_path):
+    with pytest.raises(OutputError, match="--format"):
+        write(tmp_path / "log.xyz", made_up(10))
+    with open_writer(tmp_path / "log.xyz", "csv") as writer:
+        writer.write(made_up(10, temperature=False))
+    assert same(read(tmp_path / "log.xyz", SI), made_up(10, temperature=False))
