@@ -7,7 +7,8 @@
 //! 3. [`noise`]: white noise and bias instability;
 //! 4. [`sensor`]: what a triad of sensors says about that truth, `y = M u + b`;
 //! 5. [`fault`]: what can be wrong with a recording;
-//! 6. [`turntable`]: a whole session, one reference and its targets.
+//! 6. [`unit`]: one unit, its clock and its recording;
+//! 7. [`turntable`]: a whole session, one reference and its targets.
 //!
 //! Everything is drawn from one seed. Each unit and each purpose has a random stream of its own ([`stream`]), so that
 //! adding a target, or switching bias instability on, leaves every other draw as it was.
@@ -24,3 +25,4 @@ pub mod sensor;
 pub mod stream;
 pub mod turn;
 pub mod turntable;
+pub mod unit;
