@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from tumble.report.overview import figure_overview
-
     from tumble.report.pages import write_reports
 
 __all__ = ["figure_overview", "write_reports"]

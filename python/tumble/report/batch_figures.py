@@ -10,7 +10,7 @@ from markupsafe import Markup
 from matplotlib.axes import Axes
 
 from tumble.recording import FloatArray
-from tumble.report.figures import COMPENSATED, FULL_WIDTH, HALF_WIDTH, UNCOMPENSATED
+from tumble.report.figures import CALIBRATED, FULL_WIDTH, HALF_WIDTH, UNCOMPENSATED
 from tumble.report.groups import group_title, groups_of, shown_value
 from tumble.report.improvement import Improvement, improvement
 from tumble.report.numbers import MINUS, readable_scale
@@ -20,7 +20,7 @@ from tumble.results import LimitCheck, TargetResult, TriadName, TurntableResult
 
 _FEW = 30
 """Up to so many targets each is a dot; beyond, a thin line."""
-_MOST_NAMES = 60
+_MOST_NAMES = 30
 """Up to so many targets have their names beside the error figure."""
 _MOST_LABELLED = 3
 
@@ -111,7 +111,7 @@ def draw_improvement(axes: Axes, pairs: Sequence[tuple[str, Improvement]], *, na
     segments(axes, np.log10(after), rows, np.log10(before), rows, SOFT, 0.9 if named else 0.3)
     size = 5.0 if named else 2.0
     axes.plot(np.log10(before), rows, "o", ms=size, mfc="none", mec=UNCOMPENSATED, mew=1.1)
-    axes.plot(np.log10(after), rows, "D", ms=size, color=COMPENSATED)
+    axes.plot(np.log10(after), rows, "o", ms=size, color=CALIBRATED)
     if named:
         row_labels(axes, [name for name, _ in pairs])
 

@@ -40,8 +40,7 @@ class TargetRow:
     worst: str
     error: str
     fits: tuple[str, str]
-    unobserved: int
-    warnings: int
+    remarks: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,8 +108,7 @@ def _target_row(result: TurntableResult, target: TargetResult, page: str) -> Tar
         worst=_closest(target),
         error=gain.text() if gain else "not known",
         fits=(_fit(target.accelerometer), _fit(target.gyroscope)),
-        unobserved=len(words.unobserved_sentences(target)),
-        warnings=len(target.warnings),
+        remarks=_remarks(target),
     )
 
 
@@ -119,6 +117,12 @@ def _closest(target: TargetResult) -> str:
     if check is None:
         return "not calibrated" if target.failure else "no limits given"
     return f"{check.parameter}, {words.used_share(check)} of its limit"
+
+
+def _remarks(target: TargetResult) -> str:
+    hidden = "not all observable" if words.unobserved_sentences(target) else ""
+    warned = words.count_of("warning", len(target.warnings)) if target.warnings else ""
+    return ", ".join(filter(None, (hidden, warned)))
 
 
 def _urgency(target: TargetResult) -> tuple[int, float]:

@@ -31,6 +31,7 @@ from tumble.report.svg import (
     SOFT,
     UNUSED,
     X_AXIS,
+    Z_AXIS,
     inline_svg,
     new_figure,
 )
@@ -43,7 +44,7 @@ LABEL_ROOM = 0.62
 ROOM_FOR_LAST_NAME = 0.35
 """Inches that a slanted name over the last rest reaches beyond it."""
 
-UNCOMPENSATED, COMPENSATED = ALARM, X_AXIS
+UNCOMPENSATED, COMPENSATED, CALIBRATED = ALARM, X_AXIS, Z_AXIS
 
 _SIDE_BY_SIDE = (-0.2, 0.0, 0.2)
 _MOST_REST_LABELS = 40

@@ -10,17 +10,17 @@ from matplotlib.patches import FancyBboxPatch
 from tumble.errors import ProcedureError
 from tumble.recording import FloatArray
 from tumble.report.batch_figures import draw_improvement, improvements
-from tumble.report.figures import COMPENSATED, UNCOMPENSATED, deviations
+from tumble.report.figures import CALIBRATED, COMPENSATED, UNCOMPENSATED, deviations
 from tumble.report.numbers import readable_scale, significant
 from tumble.report.panel import bare_axes, category_axis, markers, span, value_axis
-from tumble.report.svg import GRID, INK, SOFT, Z_AXIS, house_style, new_figure, standalone_svg
+from tumble.report.svg import GRID, INK, SOFT, house_style, new_figure, standalone_svg
 from tumble.results import AxisReading, Mounting, TargetResult, TurntableResult
 
-WIDTH, HEIGHT = 10.4, 4.1
-CALIBRATED = Z_AXIS
+WIDTH, HEIGHT = 10.4, 4.2
 PAPER = "#ffffff"
 
 _MOST_TARGETS = 12
+_KEY_PLACES = (0.0, 0.27, 0.72)
 
 
 def figure_overview(result: TurntableResult) -> str:
@@ -38,8 +38,8 @@ def figure_overview(result: TurntableResult) -> str:
     with house_style():
         figure = new_figure(WIDTH, HEIGHT)
         _card(figure)
-        _draw_axis(bare_axes(figure, (0.85, 0.95, 4.5, 2.1)), shown, mounting)
-        _draw_targets(bare_axes(figure, (6.75, 0.95, 3.3, 2.1)), result)
+        _draw_axis(bare_axes(figure, (0.85, 1.1, 4.5, 2.1)), shown, mounting)
+        _draw_targets(bare_axes(figure, (6.75, 1.1, 3.3, 2.1)), result)
         return standalone_svg(figure, f"Tumble: {shown.name} and {len(result.targets)} targets calibrated")
 
 
@@ -69,6 +69,7 @@ def _card(figure: Figure) -> None:
             facecolor=PAPER,
             edgecolor=GRID,
             linewidth=1.0,
+            zorder=-1,
         )
     )
 
@@ -95,6 +96,8 @@ def _draw_axis(axes: Axes, target: TargetResult, mounting: Mounting) -> None:
         _key(
             axes, row, colour, marker, hollow, f"{name}: {significant(scale.factor * _rms(deviation), 2)} rms"
         )
+    if calibrated is not None:
+        _note(axes, "What is left is the error of the table, which the reference saw too.")
     _title(
         axes,
         f"{reading.axis} axis of {target.name} at {len(place)} rests: deviation from ideal, {scale.unit}",
@@ -105,12 +108,12 @@ def _draw_targets(axes: Axes, result: TurntableResult) -> None:
     pairs = improvements(result)[:_MOST_TARGETS]
     draw_improvement(axes, pairs, named=True)
     _key(axes, 0, UNCOMPENSATED, "o", True, "as read")
-    _key(axes, 1, COMPENSATED, "D", False, "calibrated")
-    _title(axes, "Every target: error at rest before and after calibration")
+    _key(axes, 1, CALIBRATED, "o", False, "calibrated")
+    _title(axes, "All targets: error of |specific force|")
 
 
 def _key(axes: Axes, row: int, colour: str, marker: str, hollow: bool, text: str) -> None:
-    left = 0.01 + (0.0, 0.23, 0.62)[row]
+    left = 0.01 + _KEY_PLACES[row]
     axes.plot(
         [left],
         [1.12],
@@ -122,6 +125,10 @@ def _key(axes: Axes, row: int, colour: str, marker: str, hollow: bool, text: str
         markerfacecolor="none" if hollow else colour,
     )
     axes.text(left + 0.02, 1.12, text, transform=axes.transAxes, va="center", size=8, color=SOFT)
+
+
+def _note(axes: Axes, text: str) -> None:
+    axes.text(0, -0.33, text, transform=axes.transAxes, va="top", size=8, color=SOFT)
 
 
 def _title(axes: Axes, text: str) -> None:

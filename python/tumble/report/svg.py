@@ -172,6 +172,8 @@ def _tidy_attributes(
             yield "href", "#" + names[value.removeprefix("#")]
         elif key in _LENGTHS:
             yield key, _LONG_DECIMAL.sub(_shorten, value).strip()
+        elif page_colours and _COLOUR.fullmatch(value):
+            yield "style", f"{key}: {_COLOUR.sub(_page_colour, value)}"  # var() is known to styles only
         elif key == "style":
             yield key, _tidy_style(value, names, page_colours=page_colours)
         else:

@@ -1,0 +1,53 @@
+"""Compact tables for notebooks: what `_repr_html_` of a result shows. Draws nothing, so it is quick."""
+
+from __future__ import annotations
+
+from markupsafe import Markup, escape
+
+from tumble.report import words
+from tumble.report.improvement import improvement
+from tumble.report.parameters import ParameterRow, parameter_groups
+from tumble.results import TargetResult, TriadResult, TurntableResult
+
+
+def target_html(target: TargetResult) -> str:
+    """Print one target: its verdict, what was not shown, and its parameters with sigma."""
+    caption = Markup("<caption><b>{}</b> {}: {}</caption>").format(
+        target.name, words.VERDICT_TITLES[target.verdict], words.verdict_sentence(target)
+    )
+    rows = [row for triad in (target.accelerometer, target.gyroscope) if triad for row in _triad_rows(triad)]
+    head = _row("th", ("", "parameter", "value", "± sigma", "unit")) if rows else Markup()
+    notes = Markup().join(Markup("<p>{}</p>").format(note) for note in words.unobserved_sentences(target))
+    return Markup("<table>{}{}{}</table>{}").format(caption, head, Markup().join(rows), notes)
+
+
+def batch_html(result: TurntableResult) -> str:
+    """Print a batch: one line a target, worst parameter and error at rest before and after."""
+    count = words.count_of("target", len(result.targets))
+    caption = Markup("<caption>{} against <b>{}</b></caption>").format(count, result.reference.name)
+    head = _row("th", ("target", "verdict", "why", "error at rest, before → after"))
+    rows = Markup().join(_target_row(target, result.gravity) for target in result.targets)
+    return Markup("<table>{}{}{}</table>").format(caption, head, rows)
+
+
+def _triad_rows(triad: TriadResult) -> list[Markup]:
+    return [
+        _row("td", (triad.triad, row.name, *_figures(row, group.unit)))
+        for group in parameter_groups(triad, ())
+        for row in group.rows
+    ]
+
+
+def _figures(row: ParameterRow, unit: str) -> tuple[str, str, str]:
+    return ("not observable", "", "") if row.reason else (row.value, row.sigma, unit)
+
+
+def _target_row(target: TargetResult, gravity: float) -> Markup:
+    gain = improvement(target, gravity)
+    verdict, why = words.VERDICT_TITLES[target.verdict], words.verdict_sentence(target)
+    return _row("td", (target.name, verdict, why, gain.text() if gain else "not known"))
+
+
+def _row(tag: str, cells: tuple[str, ...]) -> Markup:
+    opening, closing = Markup(f"<{tag}>"), Markup(f"</{tag}>")
+    return Markup("<tr>{}</tr>").format(Markup().join(opening + escape(cell) + closing for cell in cells))
