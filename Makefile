@@ -61,5 +61,5 @@ $(VENV)/.requirements-test: $(VENV)/.requirements requirements-test.txt
 	@touch $@
 
 $(VENV)/.native: $(VENV)/.requirements $(RUST_SOURCES) pyproject.toml
-	$(PIP) install --no-index --no-deps --no-build-isolation --editable .
+	VIRTUAL_ENV="$(CURDIR)/$(VENV)" $(BIN)/maturin develop --release --locked
 	@touch $@
