@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 mod acquisition;
 mod convert;
 mod correct;
+mod simulate;
 mod turntable;
 
 /// Module entry point.
@@ -12,6 +13,7 @@ mod turntable;
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     acquisition::register(module)?;
     correct::register(module)?;
+    simulate::register(module)?;
     turntable::register(module)?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))
 }

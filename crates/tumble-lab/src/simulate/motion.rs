@@ -58,6 +58,13 @@ pub struct Rest {
     pub level_from_table: Rotation3<f64>,
 }
 
+impl Rest {
+    /// Rotation vector of the table's error, rad, table frame.
+    pub fn table_error_vector(&self) -> Vector3<f64> {
+        UnitQuaternion::from_rotation_matrix(&self.table_error).scaled_axis()
+    }
+}
+
 /// What an ideal unit in the reference's place would say, in the case frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Truth {

@@ -151,8 +151,11 @@ fn check(scenario: &Scenario) -> Result<(), ScenarioError> {
     )?;
     not_negative("error of the table, rad,", table.error)?;
     scenario.units().try_for_each(check_unit)?;
-    let faults = scenario.units().flat_map(|unit| &unit.faults);
-    faults.flat_map(axes).try_for_each(|axis| match axis {
+    let faults = || scenario.units().flat_map(|unit| &unit.faults);
+    faults()
+        .filter_map(scale_factor)
+        .try_for_each(|factor| positive("factor of a scale fault", factor))?;
+    faults().flat_map(axes).try_for_each(|axis| match axis {
         0..=2 => Ok(()),
         found => Err(ScenarioError::NoSuchAxis { found }),
     })
@@ -187,6 +190,13 @@ fn not_negative(what: &'static str, found: f64) -> Result<(), ScenarioError> {
         Ok(())
     } else {
         Err(ScenarioError::Negative { what, found })
+    }
+}
+
+fn scale_factor(fault: &Fault) -> Option<f64> {
+    match *fault {
+        Fault::Scale { factor, .. } => Some(factor),
+        _ => None,
     }
 }
 
