@@ -182,7 +182,7 @@ def test_options_reach_the_procedure(run, tmp_path, recordings, procedure):
     done = run(
         *("turntable", *recordings, "-o", tmp_path / "out", "--poses", "none", "--truth", "rotate-truth"),
         *("--latitude", 48.1, "--height", 520, "--limits", limits, "--clock", "apart", "--g-sensitivity"),
-        *("--jobs", 2),
+        *("--jobs", 2, "--accelerometer-unit", "g"),
     )
     assert done.code == 0, done.err
     assert asked["poses"] is None
@@ -190,8 +190,8 @@ def test_options_reach_the_procedure(run, tmp_path, recordings, procedure):
     assert (asked["latitude"], asked["height"], asked["gravity"]) == (48.1, 520.0, None)
     assert asked["limits"].accelerometer.bias.x == 1e-9
     assert (asked["clock"], asked["g_sensitivity"], asked["jobs"]) == ("apart", True, 2)
-    assert asked["reference"].name == "reference"
-    assert [target.name for target in asked["targets"]] == ["target_1", "target_2"]
+    assert [asked["reference"], *asked["targets"]] == [str(path) for path in recordings]
+    assert asked["read"].accelerometer_unit == "g"
 
 
 def test_six_faces_are_the_poses_where_none_are_given(run, tmp_path, recordings, procedure):

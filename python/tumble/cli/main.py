@@ -41,7 +41,7 @@ COMMANDS = {
         "Calibrate targets on a turntable against a co-mounted reference.",
     ),
     "apply": Entry("tumble.cli.apply", "apply_command", "Correct a log with a calibration."),
-    "inspect": Entry("tumble.cli.inspect", "inspect_command", "Say what a log holds and what it can serve."),
+    "inspect": Entry("tumble.cli.inspect", "inspect_command", "Say what logs hold and what they can serve."),
     "simulate": Entry("tumble.cli.simulate", "simulate_app", "Make recordings whose truth is known."),
 }
 
@@ -71,7 +71,8 @@ def main() -> None:
     try:
         command_line([*sys.argv[1:], *_words_to_complete()])()
     except TumbleError as error:
-        print(f"tumble: error: {error}", file=sys.stderr)
+        for line in str(error).splitlines():
+            print(f"tumble: error: {line}", file=sys.stderr)
         sys.exit(USER_MISTAKE)
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)

@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
+from tumble.cli.read_options import with_read_options
 from tumble.errors import ProcedureError
+from tumble.logs.options import ReadOptions
 
 if TYPE_CHECKING:
     from tumble.poses import PoseList
@@ -23,7 +25,7 @@ SOME_FAILED = 3
 """Exit code where a target failed its limits or could not be calibrated."""
 
 Advance: TypeAlias = Callable[[int, int], None]
-"""Told how many targets are done, and of how many."""
+"""Told how many recordings are read, and of how many."""
 
 
 class Truth(str, Enum):
@@ -43,6 +45,7 @@ class Clock(str, Enum):
     APART = "apart"
 
 
+@with_read_options
 def turntable_command(
     reference: Annotated[
         str,
@@ -56,6 +59,7 @@ def turntable_command(
     output: Annotated[
         Path, typer.Option("--output", "-o", help="Folder for all results; made where missing.")
     ],
+    read_options: ReadOptions,
     poses: Annotated[
         str | None,
         typer.Option(
@@ -100,7 +104,7 @@ def turntable_command(
     """
     from tumble.calibration import Calibration
     from tumble.files import prepare_folder
-    from tumble.logs import open_recording
+    from tumble.logs import parse_spec
     from tumble.procedures.limits import Limits
     from tumble.procedures.turntable import turntable
 
@@ -108,12 +112,13 @@ def turntable_command(
     wanted_poses = _poses(poses)
     wanted_limits = Limits.load(limits) if limits else None
     brought = Calibration.load(reference_calibration) if reference_calibration else None
-    recordings = [open_recording(source) for source in (reference, *targets)]
+    for source in (reference, *targets):
+        parse_spec(source)
     folder = prepare_folder(output)
     with _progress() as advance:
         result = turntable(
-            recordings[0],
-            recordings[1:],
+            reference,
+            targets,
             poses=wanted_poses,
             truth=truth.value,
             gravity=gravity,
@@ -123,6 +128,7 @@ def turntable_command(
             clock=clock.value,
             g_sensitivity=g_sensitivity,
             limits=wanted_limits,
+            read=read_options,
             jobs=jobs,
             progress=advance,
         )
