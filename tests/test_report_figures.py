@@ -153,6 +153,12 @@ def test_after_calibration_only_the_error_of_the_table_is_left_in_an_axis(result
         assert left == pytest.approx(table, abs=2e-3)
 
 
+def test_a_reading_that_belongs_to_no_rest_is_not_calibrated_on_a_guess(result):
+    target = result["target_1"]
+    foreign = replace(target.axis_readings[0], uncompensated=target.axis_readings[0].uncompensated + 1.0)
+    assert calibrated_deviation(target, foreign, result.reference.mounting) is None
+
+
 def test_improvement_is_the_rms_of_the_norm_error_before_and_after(result):
     target = result["target_2"]
     gain = improvement(target, result.gravity)

@@ -37,6 +37,15 @@ def test_chi_square_is_put_in_words_that_follow_its_p_value(result, chi_square, 
     assert said in words.chi_square_sentence(triad)
 
 
+@pytest.mark.parametrize(
+    ("chi_square", "said"), [(80.0, "below 0.001"), (9.0, "above 0.99"), (4.0, "above 0.999")]
+)
+def test_a_p_value_is_never_rounded_to_certainty(result, chi_square, said):
+    assert f"p {said}:" in words.chi_square_sentence(
+        with_fit(result["target_1"].accelerometer, chi_square, 24)
+    )
+
+
 def test_a_fit_without_degrees_of_freedom_shows_no_p_value(result):
     sentence = words.chi_square_sentence(with_fit(result["target_1"].accelerometer, 0.0, 0))
     assert not re.search(r"\d", sentence)

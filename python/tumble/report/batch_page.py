@@ -61,6 +61,7 @@ class BatchPage:
     reference: tuple[tuple[str, str], ...]
     targets: tuple[TargetRow, ...]
     failures: tuple[TargetRow, ...]
+    limited: bool
     improvement: Markup | None
     distributions: tuple[DistributionSection, ...]
     poses: tuple[PoseRow, ...]
@@ -87,6 +88,7 @@ def batch_page(result: TurntableResult, pages: Sequence[str]) -> BatchPage:
         reference=_reference_lines(result.reference),
         targets=tuple(rows[index] for index in order),
         failures=tuple(rows[index] for index in order if rows[index].verdict in ("fail", "not calibrated")),
+        limited=any(target.checks for target in result.targets),
         improvement=improvement_figure(result, "gain"),
         distributions=_distributions(result.targets),
         poses=pose_rows(result.poses),

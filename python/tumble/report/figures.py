@@ -64,7 +64,7 @@ def axis_reading_figure(reading: AxisReading, prefix: str) -> Markup:
     _draw_readings(upper, place, reading.uncompensated, reading.compensated, np.zeros_like(place))
 
     before, after = deviations(reading)
-    scale = readable_scale("m/s^2", _largest(before, after))
+    scale = deviation_scale(reading)
     _value_axis_in(lower, scale, "deviation from the ideal", before, after)
     category_axis(lower, reading.labels)
     _draw_readings(lower, place, scale.factor * before, scale.factor * after, scale.factor * reading.sigma)
@@ -78,6 +78,11 @@ def axis_reading_figure(reading: AxisReading, prefix: str) -> Markup:
 def deviations(reading: AxisReading) -> tuple[FloatArray, FloatArray]:
     """Return reading minus ideal, without and with compensation: (k,) m/s^2 each."""
     return reading.uncompensated - reading.ideal, reading.compensated - reading.ideal
+
+
+def deviation_scale(reading: AxisReading) -> Scale:
+    """Choose the unit that deviations of this axis are shown in, in its figure and in what is said of it."""
+    return readable_scale("m/s^2", _largest(*deviations(reading)))
 
 
 def residual_figure(triad: TriadResult, prefix: str) -> Markup:

@@ -46,15 +46,16 @@ def figure_overview(result: TurntableResult) -> str:
 def calibrated_deviation(target: TargetResult, reading: AxisReading, mounting: Mounting) -> FloatArray | None:
     """Return the reading of the axis after calibration and in the table frame, minus its ideal: (k,) m/s^2.
 
-    None where the rests used are not the ones that were read.
+    None where a reading cannot be traced to its rest.
     """
-    triad = target.accelerometer
-    measured = np.array([rest.specific_force for rest in target.rests if rest.used])
-    if triad is None or len(measured) != len(reading.labels):
+    triad, axis = target.accelerometer, "XY".index(reading.axis)
+    by_reading = {float(rest.specific_force[axis]): rest.specific_force for rest in target.rests}
+    if triad is None or not all(float(value) in by_reading for value in reading.uncompensated):
         return None
+    measured = np.array([by_reading[float(value)] for value in reading.uncompensated])
     corrected = np.linalg.solve(triad.M, (measured - triad.b).T).T
-    in_table = corrected @ mounting.R_e
-    return np.asarray(in_table[:, "XY".index(reading.axis)] - reading.ideal)
+    # Rows are vectors: u R_e is R_e^-1 u, row by row.
+    return np.asarray((corrected @ mounting.R_e)[:, axis] - reading.ideal)
 
 
 def _card(figure: Figure) -> None:

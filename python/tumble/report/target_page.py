@@ -10,9 +10,15 @@ from markupsafe import Markup
 
 from tumble.recording import FloatArray
 from tumble.report import words
-from tumble.report.figures import axis_reading_figure, deviations, recording_figure, residual_figure
+from tumble.report.figures import (
+    axis_reading_figure,
+    deviation_scale,
+    deviations,
+    recording_figure,
+    residual_figure,
+)
 from tumble.report.improvement import improvement
-from tumble.report.numbers import fixed, measurement, readable_scale, round_like, significant
+from tumble.report.numbers import fixed, measurement, round_like, significant
 from tumble.report.parameters import (
     Matrix,
     NoiseRow,
@@ -210,7 +216,7 @@ def method(result: TurntableResult, target: TargetResult | None) -> tuple[tuple[
             ("Target", " · ".join(filter(None, (target.name, target.serial, target.source)))),
             ("Temperature of the target", words.temperature_sentence(target.temperature)),
         ]
-    lines += [(f"Option {name}", str(value)) for name, value in result.options.items()]
+    lines += [(f"Option {name}", _option(value)) for name, value in result.options.items()]
     return (*lines, ("Software", result.software or "not stated"))
 
 
@@ -250,13 +256,23 @@ def _triad_section(triad: TriadResult, checks: Sequence[LimitCheck]) -> TriadSec
 
 def _reading_picture(reading: AxisReading) -> Picture:
     before, after = (float(np.sqrt(np.mean(deviation**2))) for deviation in deviations(reading))
-    scale = readable_scale("m/s^2", max(before, after))
+    scale = deviation_scale(reading)
     figures = [significant(scale.factor * number, 2) for number in (before, after)]
     caption = (
         f"Root mean square deviation from the ideal: {figures[0]} {scale.unit} without compensation, "
         f"{figures[1]} {scale.unit} with it."
     )
     return Picture(axis_reading_figure(reading, f"axis-{reading.axis}"), caption)
+
+
+def _option(value: object) -> str:
+    match value:
+        case bool():
+            return "yes" if value else "no"
+        case None | "":
+            return "not set"
+        case _:
+            return str(value)
 
 
 def _why_no_readings(result: TurntableResult, target: TargetResult) -> str:

@@ -182,12 +182,14 @@ def _exceeded(checks: Sequence[LimitCheck]) -> str:
     broken = sorted((check for check in checks if not check.passed), key=limit_share, reverse=True)
     named = "; ".join(check_sentence(check) for check in broken[:_MOST_NAMED])
     rest = len(broken) - _MOST_NAMED
-    more = f"; and {rest} more, listed below" if rest > 0 else ""
+    more = f"; and {rest} more" if rest > 0 else ""
     return f"{len(broken)} of {len(checks)} limits not kept: {named}{more}."
 
 
 def _probability(p: float) -> str:
-    return "below 0.001" if p < 0.001 else significant(p, 2)
+    if p < 0.001:
+        return "below 0.001"
+    return f"above {0.999 if p > 0.999 else 0.99}" if p > 0.99 else significant(p, 2)
 
 
 def _meaning_of_p(p: float) -> str:
