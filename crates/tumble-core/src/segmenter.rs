@@ -8,7 +8,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::moments::RunningSums;
 use crate::noise::AllanLadder;
-use crate::real::{Real, real, seconds};
+use crate::real::{Real, count, real, seconds};
 use crate::sample::{CHANNELS, Sample};
 use crate::stillness::{Scatter, Stillness, StillnessSettings, UnitMoments};
 
@@ -31,7 +31,7 @@ impl<T: Real> Default for SegmenterSettings<T> {
     fn default() -> Self {
         Self {
             block: 100_000,
-            block_samples: 8,
+            block_samples: 16,
             shortest_rest: 1_000_000,
             gap_intervals: 10,
             stillness: StillnessSettings::default(),
@@ -50,7 +50,7 @@ pub struct Stretch<T: Real> {
     pub moments: UnitMoments<T>,
     /// Time integral of the six channels, m/s and rad.
     pub integral: [T; CHANNELS],
-    /// Integral of `(t - start) y dt` of the six channels, m and rad s.
+    /// Integral of `(t - start) y dt` of the six channels, m and rad s, each sample in the middle of its own span.
     pub lever: [T; CHANNELS],
     /// Attitude at the start from attitude at the end, from the angular rate less the bias of the rest before.
     pub start_from_end: UnitQuaternion<T>,
@@ -64,12 +64,14 @@ impl<T: Real> Stretch<T> {
         let duration = seconds::<T>(end.saturating_sub(start));
         let integral = moments.mean().map(|mean| mean * duration);
         let rate = Vector3::new(moments.mean()[3], moments.mean()[4], moments.mean()[5]) - bias;
+        let half = half_interval::<T>(duration, moments.samples());
+        let levers = sums.mean_lever();
         Self {
             start,
             end,
             moments,
             integral,
-            lever: sums.mean_lever().map(|lever| lever * duration),
+            lever: core::array::from_fn(|i| (levers[i] + moments.mean()[i] * half) * duration),
             start_from_end: UnitQuaternion::from_scaled_axis(rate * duration),
             complete: true,
         }
@@ -115,7 +117,7 @@ impl<T: Real> Stretch<T> {
         self.end = next.end;
     }
 
-    /// Time at which the turning was centred, s after the start, given the bias of the angular rate, rad/s:
+    /// Time at which the turning was centred, s after the first sample, given the bias of the angular rate, rad/s:
     /// `int t (w - b) . n dt / int (w - b) . n dt` with `n` along the whole turn. It does not mind how the unit is
     /// mounted. `None` if the unit hardly turned.
     pub fn centre_of_turn(&self, bias: &Vector3<T>) -> Option<T> {
@@ -123,7 +125,8 @@ impl<T: Real> Stretch<T> {
         let angle = self.angle() - bias * duration;
         let lever = Vector3::new(self.lever[3], self.lever[4], self.lever[5])
             - bias * (duration * duration * real(0.5));
-        (angle.norm() > real(0.1)).then(|| lever.dot(&angle) / angle.norm_squared())
+        let half = half_interval::<T>(duration, self.moments.samples());
+        (angle.norm() > real(0.1)).then(|| lever.dot(&angle) / angle.norm_squared() - half)
     }
 
     /// Rate at which the specific force drifted, m/s^3, by least squares over the stretch.
@@ -133,6 +136,11 @@ impl<T: Real> Stretch<T> {
             - self.velocity() * (duration * real(0.5));
         about_centre * real::<T>(12.0) / (duration * duration * duration)
     }
+}
+
+/// Half the time between samples, s: a sample stands for the span about it, which begins that much earlier.
+fn half_interval<T: Real>(duration: T, samples: u32) -> T {
+    duration / count::<T>(samples.max(1)) * real(0.5)
 }
 
 /// A finished part of the recording.

@@ -31,7 +31,7 @@ pub struct StillnessSettings<T: Real> {
 impl<T: Real> Default for StillnessSettings<T> {
     fn default() -> Self {
         Self {
-            variance_ratio: real(3.0),
+            variance_ratio: real(4.0),
             smallest_specific_force_scatter: real(0.005),
             smallest_angular_rate_scatter: real(0.0003),
             specific_force_drift: real(0.02),
@@ -70,6 +70,7 @@ impl<T: Real> Scatter<T> {
 pub struct Stillness<T: Real> {
     settings: StillnessSettings<T>,
     floor: Option<Scatter<T>>,
+    settled: bool,
     gathered: Scatter<T>,
     blocks: u32,
 }
@@ -80,6 +81,7 @@ impl<T: Real> Stillness<T> {
         Self {
             settings,
             floor: None,
+            settled: false,
             gathered: Scatter {
                 specific_force: T::zero(),
                 angular_rate: T::zero(),
@@ -139,20 +141,22 @@ impl<T: Real> Stillness<T> {
             specific_force: self.gathered.specific_force / blocks,
             angular_rate: self.gathered.angular_rate / blocks,
         };
-        let full = self.blocks == FLOOR_BLOCKS;
-        self.floor = Some(match self.floor {
-            Some(floor) if full => Scatter {
-                specific_force: floor.specific_force.min(mean.specific_force),
-                angular_rate: floor.angular_rate.min(mean.angular_rate),
-            },
-            Some(floor) => floor,
-            None => mean,
-        });
-        if full {
+        if self.blocks == FLOOR_BLOCKS {
+            let quieter = |floor: T, mean: T| if self.settled { floor.min(mean) } else { mean };
+            self.floor = Some(match self.floor {
+                Some(floor) => Scatter {
+                    specific_force: quieter(floor.specific_force, mean.specific_force),
+                    angular_rate: quieter(floor.angular_rate, mean.angular_rate),
+                },
+                None => mean,
+            });
             *self = Self {
                 floor: self.floor,
+                settled: true,
                 ..Self::new(self.settings)
             };
+        } else if !self.settled {
+            self.floor = Some(mean);
         }
     }
 }

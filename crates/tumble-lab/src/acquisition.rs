@@ -1,12 +1,12 @@
 //! Step 1 on the host: a recording of any length becomes the rests and turns of one unit.
 
 use nalgebra::Vector3;
-use tumble_core::noise::{Interval, Noise};
+use tumble_core::noise::{AllanLadder, Interval, Noise};
 use tumble_core::sample::CHANNELS;
 use tumble_core::segmenter::{Segment, Segmenter, SegmenterSettings, Stretch};
 use tumble_core::stillness::Scatter;
 
-use crate::health::{Channels, Fault};
+use crate::health::{Channels, Fault, FaultKind};
 use crate::trace::Trace;
 
 /// Names of the channels, as users know them.
@@ -123,6 +123,7 @@ pub struct Acquisition {
     leading: bool,
     found: Acquired,
     channels: Channels,
+    allan: AllanLadder<f64>,
     temperature: (u64, f64, f64, f64),
 }
 
@@ -153,6 +154,7 @@ impl Acquisition {
                 temperature: None,
             },
             channels: Channels::new(),
+            allan: AllanLadder::new(),
             temperature: (0, f64::INFINITY, 0.0, f64::NEG_INFINITY),
         }
     }
@@ -181,6 +183,7 @@ impl Acquisition {
             self.found.samples += 1;
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
             let microseconds = ((t - origin) * 1e6 + 0.5) as u64;
+            self.channels.push_sample(microseconds, &y);
             if let Some(segment) = self.segmenter.push_channels(microseconds, &y) {
                 self.keep(segment);
             }
@@ -211,17 +214,17 @@ impl Acquisition {
     /// Ends the recording.
     pub fn finish(mut self) -> Acquired {
         self.drain();
-        let allan = self.channels.allan();
         for (channel, noise) in self.found.noise.iter_mut().enumerate() {
-            *noise = allan.fit(channel);
+            *noise = self.allan.fit(channel);
         }
         let (n, low, sum, high) = self.temperature;
         #[allow(clippy::cast_precision_loss)]
         if n > 0 {
             self.found.temperature = Some([low, sum / n as f64, high]);
         }
-        self.found.faults = self.channels.faults(&self.found.rests, &self.found.turns);
         sift(&mut self.found, &self.settings, self.segmenter.floor());
+        self.found.faults = self.channels.faults(&self.found.rests);
+        leave_out_saturated(&mut self.found);
         self.found
     }
 
@@ -231,13 +234,13 @@ impl Acquisition {
             self.look();
         }
         self.look();
-        self.channels.gather(self.segmenter.allan());
+        self.allan.merge(self.segmenter.allan());
     }
 
     fn look(&mut self) {
         if let Some(block) = self.segmenter.take_block() {
             self.found.trace.push(&block);
-            self.channels.push(&block);
+            self.channels.push_block(&block);
         }
     }
 
@@ -252,6 +255,20 @@ impl Acquisition {
             }
         }
         self.leading = false;
+    }
+}
+
+/// A turn in which a channel reached the end of its range is not known in full.
+fn leave_out_saturated(found: &mut Acquired) {
+    for fault in found
+        .faults
+        .iter()
+        .filter(|fault| fault.kind == FaultKind::SaturatedInMotion)
+    {
+        for turn in &mut found.turns {
+            let when = interval(turn);
+            turn.complete &= when.end < fault.span.0 || fault.span.1 < when.start;
+        }
     }
 }
 

@@ -1,6 +1,5 @@
 //! Channels that cannot be trusted: stuck at one value, or pinned at the end of their range.
 
-use tumble_core::noise::AllanLadder;
 use tumble_core::sample::CHANNELS;
 use tumble_core::segmenter::Stretch;
 
@@ -15,8 +14,8 @@ pub struct Fault {
     pub kind: FaultKind,
     /// The value it holds, SI.
     pub value: f64,
-    /// When it was first seen, s since the origin.
-    pub time: f64,
+    /// When it was first and last seen, s since the origin.
+    pub span: (f64, f64),
 }
 
 /// Ways for a channel to fail.
@@ -24,35 +23,84 @@ pub struct Fault {
 pub enum FaultKind {
     /// One value from beginning to end.
     Stuck,
-    /// At the end of its range during a rest that is used.
+    /// At the end of its range in a rest.
     SaturatedAtRest,
-    /// At the end of its range during a turn that is used.
-    SaturatedInTurn,
+    /// At the end of its range in motion.
+    SaturatedInMotion,
 }
 
-/// Blocks in which a channel did not move at all, as far as they matter.
-#[derive(Clone, Debug)]
-struct Frozen {
-    largest: f64,
-    smallest: f64,
-    /// Times and values of blocks without scatter.
-    blocks: Vec<(u64, f64)>,
-    moved: bool,
-}
-
-/// Watches the six channels, block by block.
+/// Watches the six channels, sample by sample and block by block.
 #[derive(Clone, Debug)]
 pub struct Channels {
-    frozen: [Frozen; CHANNELS],
-    allan: AllanLadder<f64>,
-    first: Option<u64>,
+    ends: [[End; 2]; CHANNELS],
+    frozen: [Vec<(u64, f64)>; CHANNELS],
 }
+
+/// One end of what a channel has reached. Sign-turned for the low end, so that both look upward.
+#[derive(Clone, Copy, Debug)]
+struct End {
+    value: f64,
+    nearly: f64,
+    at: u32,
+    near: u32,
+    first: u64,
+    last: u64,
+}
+
+/// Share of the extreme from which a reading counts as near it.
+const NEAR: f64 = 0.98;
 
 /// Frozen blocks remembered for each channel.
 const MOST: usize = 4096;
 
-/// Readings within this share of the extreme are at the end of the range.
-const AT_END: f64 = 0.999;
+/// Angular rate no rest shows, rad/s, and specific force no rest shows, m/s^2.
+const MOVING: [f64; 2] = [15.0, 0.5];
+
+impl End {
+    const fn new() -> Self {
+        Self {
+            value: f64::NEG_INFINITY,
+            nearly: f64::NEG_INFINITY,
+            at: 0,
+            near: 0,
+            first: 0,
+            last: 0,
+        }
+    }
+
+    #[inline]
+    fn push(&mut self, y: f64, time: u64) {
+        if y < self.nearly {
+            return;
+        }
+        if y > self.value {
+            let nearly = if y > 0.0 { NEAR * y } else { y / NEAR };
+            self.near = if self.value >= nearly {
+                self.near + self.at
+            } else {
+                0
+            };
+            *self = Self {
+                value: y,
+                nearly,
+                at: 1,
+                near: self.near,
+                first: time,
+                last: time,
+            };
+        } else if y == self.value {
+            self.at += 1;
+            self.last = time;
+        } else {
+            self.near += 1;
+        }
+    }
+
+    /// Readings pile up at the end of a range, and hardly any lie just below it.
+    fn piled_up(&self) -> bool {
+        self.at >= 4 && self.at > self.near
+    }
+}
 
 impl Default for Channels {
     fn default() -> Self {
@@ -63,91 +111,85 @@ impl Default for Channels {
 impl Channels {
     /// Nothing seen yet.
     pub fn new() -> Self {
-        let nothing = Frozen {
-            largest: f64::NEG_INFINITY,
-            smallest: f64::INFINITY,
-            blocks: Vec::new(),
-            moved: false,
-        };
         Self {
-            frozen: core::array::from_fn(|_| nothing.clone()),
-            allan: AllanLadder::new(),
-            first: None,
+            ends: [[End::new(); 2]; CHANNELS],
+            frozen: core::array::from_fn(|_| Vec::new()),
         }
     }
 
-    /// Takes in the next block.
-    pub fn push(&mut self, block: &Stretch<f64>) {
-        self.first.get_or_insert(block.start);
+    /// Takes in a sample.
+    #[inline]
+    pub fn push_sample(&mut self, time: u64, y: &[f64; CHANNELS]) {
+        for ([low, high], &y) in self.ends.iter_mut().zip(y) {
+            low.push(-y, time);
+            high.push(y, time);
+        }
+    }
+
+    /// Takes in a block.
+    pub fn push_block(&mut self, block: &Stretch<f64>) {
         let variance = block.moments.variance();
         for ((frozen, &mean), &variance) in self.frozen.iter_mut().zip(block.moments.mean()).zip(&variance) {
-            frozen.moved |= variance > 0.0 || (frozen.largest.is_finite() && mean != frozen.largest);
-            frozen.largest = frozen.largest.max(mean);
-            frozen.smallest = frozen.smallest.min(mean);
-            if variance == 0.0 && block.moments.samples() > 4 && frozen.blocks.len() < MOST {
-                frozen.blocks.push((block.start, mean));
+            if variance == 0.0 && block.moments.samples() > 4 && frozen.len() < MOST {
+                frozen.push((block.start, mean));
             }
         }
     }
 
-    /// Adds what a part of the recording showed of the noise.
-    pub fn gather(&mut self, allan: &AllanLadder<f64>) {
-        self.allan.merge(allan);
-    }
-
-    /// Noise of all parts.
-    pub fn allan(&self) -> &AllanLadder<f64> {
-        &self.allan
-    }
-
-    /// What is wrong, given the stretches that are used.
-    pub fn faults(&self, rests: &[Stretch<f64>], turns: &[Stretch<f64>]) -> Vec<Fault> {
-        self.frozen
-            .iter()
-            .enumerate()
-            .filter_map(|(channel, frozen)| frozen.fault(channel, self.first?, rests, turns))
+    /// What is wrong, given the rests that are used.
+    pub fn faults(&self, rests: &[Stretch<f64>]) -> Vec<Fault> {
+        (0..CHANNELS)
+            .filter_map(|channel| {
+                self.stuck(channel)
+                    .or_else(|| self.at_rest(channel, rests))
+                    .or_else(|| self.in_motion(channel))
+            })
             .collect()
     }
-}
 
-impl Frozen {
-    fn fault(
-        &self,
-        channel: usize,
-        first: u64,
-        rests: &[Stretch<f64>],
-        turns: &[Stretch<f64>],
-    ) -> Option<Fault> {
-        if !self.moved {
-            return Some(Fault {
-                channel,
-                kind: FaultKind::Stuck,
-                value: self.largest,
-                time: seconds(first),
-            });
-        }
-        let magnitude = self.largest.abs().max(self.smallest.abs());
-        let at_end = |value: f64| value.abs() >= AT_END * magnitude;
-        // A coarse sensor holds its value in any rest; one at the end of its range holds it nowhere else.
-        if self.blocks.iter().any(|(_, value)| !at_end(*value)) {
+    fn stuck(&self, channel: usize) -> Option<Fault> {
+        let [low, high] = &self.ends[channel];
+        (high.at > 1 && -low.value == high.value).then(|| Fault {
+            channel,
+            kind: FaultKind::Stuck,
+            value: high.value,
+            span: (seconds(high.first), seconds(high.last)),
+        })
+    }
+
+    /// A coarse sensor holds its value in any rest; one at the end of its range holds it nowhere else.
+    fn at_rest(&self, channel: usize, rests: &[Stretch<f64>]) -> Option<Fault> {
+        let [low, high] = &self.ends[channel];
+        let frozen = &self.frozen[channel];
+        if frozen
+            .iter()
+            .any(|&(_, value)| value != high.value && value != -low.value)
+        {
             return None;
         }
-        let within = |stretches: &[Stretch<f64>]| {
-            let inside = |t: u64| {
-                stretches
-                    .iter()
-                    .any(|stretch| (stretch.start..stretch.end).contains(&t))
-            };
-            self.blocks.iter().find(|(t, _)| inside(*t)).copied()
-        };
-        let fault = |kind, (time, value): (u64, f64)| Fault {
+        let inside = |time: u64| rests.iter().any(|rest| (rest.start..rest.end).contains(&time));
+        let mut held = frozen.iter().filter(|(time, _)| inside(*time));
+        let &(first, value) = held.next()?;
+        let last = held.next_back().map_or(first, |(time, _)| *time);
+        Some(Fault {
             channel,
-            kind,
+            kind: FaultKind::SaturatedAtRest,
             value,
-            time: seconds(time),
-        };
-        within(rests)
-            .map(|block| fault(FaultKind::SaturatedAtRest, block))
-            .or_else(|| within(turns).map(|block| fault(FaultKind::SaturatedInTurn, block)))
+            span: (seconds(first), seconds(last)),
+        })
+    }
+
+    fn in_motion(&self, channel: usize) -> Option<Fault> {
+        let [low, high] = &self.ends[channel];
+        let moving = MOVING[channel / 3];
+        [(low, -1.0), (high, 1.0)]
+            .into_iter()
+            .find(|(end, _)| end.value > moving && end.piled_up())
+            .map(|(end, sign)| Fault {
+                channel,
+                kind: FaultKind::SaturatedInMotion,
+                value: sign * end.value,
+                span: (seconds(end.first), seconds(end.last)),
+            })
     }
 }

@@ -204,6 +204,8 @@ pub struct Triad {
     pub g_sensitivity: Option<(Matrix3<f64>, Matrix3<f64>)>,
     /// Directions decided by the data.
     pub rank: usize,
+    /// Factor on the variances because the residuals exceed the noise; one where they do not.
+    pub widened: f64,
     /// Sum of squared normalised residuals.
     pub chi_square: f64,
     /// Rows less unknowns.
@@ -337,7 +339,11 @@ fn accelerometer(
     if solved.observed.contains(&false) {
         return Err(TurntableError::DirectionsTooAlike);
     }
-    finish(&solved, &observations, labels, &knowledge)
+    let systematic = match settings.truth {
+        Truth::Reference => reference.sphere.model_variance() / (settings.gravity * settings.gravity),
+        _ => 0.0,
+    };
+    finish(&solved, &observations, labels, &knowledge, systematic)
 }
 
 /// M without any error: the rotation between truth and readings.
@@ -384,10 +390,10 @@ fn gyroscope(
             .map(|(o, f)| with_specific_force(o, f))
             .collect();
         let solved = fit::<f64, 7, 6, 27>(&widened, &knowledge)?;
-        return finish(&solved, &widened, labels, &knowledge);
+        return finish(&solved, &widened, labels, &knowledge, 0.0);
     }
     let solved = fit::<f64, 4, 6, 18>(&observations, &knowledge)?;
-    finish(&solved, &observations, labels, &knowledge)
+    finish(&solved, &observations, labels, &knowledge, 0.0)
 }
 
 /// A covariance of two vectors, both turned.
@@ -467,29 +473,50 @@ fn turn_back(mut observation: RateObservation<f64>, back: &Rotation3<f64>) -> Ra
     observation
 }
 
+/// Chi-square beyond this many of its own sigma above its mean is no chance.
+const UNLIKELY: f64 = 5.0;
+
+/// Factor on the variances where the residuals show more than the noise explains (Birge 1932).
+fn widening(chi_square: f64, degrees_of_freedom: u32) -> f64 {
+    let freedom = f64::from(degrees_of_freedom);
+    if chi_square > freedom + UNLIKELY * (2.0 * freedom).sqrt() && freedom > 0.0 {
+        chi_square / freedom
+    } else {
+        1.0
+    }
+}
+
+/// `systematic` is the variance of an element of M because the reference errs itself.
 fn finish<const P: usize, const Q: usize>(
     solved: &TriadFit<f64, Q>,
     observations: &[Observation<f64, P, Q>],
     labels: Vec<Label>,
     knowledge: &Knowledge<f64, Q>,
+    systematic: f64,
 ) -> Result<Triad, TurntableError> {
     let parts = solved.model.decompose()?;
+    let m = solved.model.matrix;
     let residuals = observations.iter().map(|observation| {
         let own = mean_covariance(&knowledge.noise, &observation.interval, &knowledge.session);
-        let m = solved.model.matrix;
         let sigma = (own + m * observation.truth_covariance * m.transpose())
             .diagonal()
             .map(f64::sqrt);
         (solved.residual(observation), sigma)
     });
+    let widened = widening(solved.chi_square, solved.degrees_of_freedom);
+    let mut covariance = solved.covariance * widened;
+    for i in 0..9 {
+        covariance[(i, i)] += systematic;
+    }
     Ok(Triad {
         model: solved.model,
-        covariance: solved.covariance,
+        covariance,
         observed: solved.observed,
         parts,
-        parts_covariance: parts.carry(&solved.covariance),
-        g_sensitivity: solved.g_sensitivity,
+        parts_covariance: parts.carry(&covariance),
+        g_sensitivity: solved.g_sensitivity.map(|(g, sigma)| (g, sigma * widened.sqrt())),
         rank: solved.rank,
+        widened,
         chi_square: solved.chi_square,
         degrees_of_freedom: solved.degrees_of_freedom,
         residuals: residuals.collect(),

@@ -201,6 +201,12 @@ impl PyAcquired {
         stacked(py, self.inner.turns.iter().map(|turn| turn.angle()))
     }
 
+    /// (k - 1,) whether every sample of each turn is known.
+    #[getter]
+    fn turn_complete(&self) -> Vec<bool> {
+        self.inner.turns.iter().map(|turn| turn.complete).collect()
+    }
+
     /// Stretches that looked like rests: (start s, end s, why not).
     #[getter]
     fn refused(&self) -> Vec<(f64, f64, &'static str)> {
@@ -236,23 +242,26 @@ impl PyAcquired {
         PyArray1::from_iter(py, shown).unbind()
     }
 
-    /// Faulty channels: (name, `stuck`, `saturated at rest` or `saturated in turn`, value SI, time s).
+    /// Faulty channels: (name, `stuck`, `saturated at rest` or `saturated in motion`, value SI, first s, last s).
     #[getter]
-    fn faults(&self) -> Vec<(&'static str, &'static str, f64, f64)> {
+    fn faults(&self) -> Vec<(&'static str, &'static str, f64, f64, f64)> {
+        let at = |time: f64| self.inner.origin + time;
         let kind = |kind: FaultKind| match kind {
             FaultKind::Stuck => "stuck",
             FaultKind::SaturatedAtRest => "saturated at rest",
-            FaultKind::SaturatedInTurn => "saturated in turn",
+            FaultKind::SaturatedInMotion => "saturated in motion",
         };
         self.inner
             .faults
             .iter()
             .map(|fault| {
+                let (first, last) = fault.span;
                 (
                     CHANNEL_NAMES[fault.channel],
                     kind(fault.kind),
                     fault.value,
-                    self.inner.origin + fault.time,
+                    at(first),
+                    at(last),
                 )
             })
             .collect()

@@ -228,6 +228,7 @@ fn triad<'py>(py: Python<'py>, triad: &Triad) -> PyResult<Bound<'py, PyDict>> {
     figures.set_item("values", values)?;
     figures.set_item("sigmas", sigmas)?;
     figures.set_item("rank", triad.rank)?;
+    figures.set_item("widened", triad.widened)?;
     figures.set_item("chi_square", triad.chi_square)?;
     figures.set_item("degrees_of_freedom", triad.degrees_of_freedom)?;
     figures.set_item(
@@ -301,5 +302,12 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(understand_reference, module)?)?;
     module.add_function(wrap_pyfunction!(calibrate_target, module)?)?;
     module.add_function(wrap_pyfunction!(sphere_residual, module)?)?;
+    module.add_function(wrap_pyfunction!(normal_gravity, module)?)?;
     module.add_function(wrap_pyfunction!(judge_gyroscope, module)?)
+}
+
+/// WGS 84 normal gravity, m/s^2, at a latitude in rad and a height in m.
+#[pyfunction]
+fn normal_gravity(latitude: f64, height: f64) -> f64 {
+    tumble_core::gravity::normal(latitude, height)
 }

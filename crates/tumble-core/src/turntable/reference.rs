@@ -24,12 +24,21 @@ pub struct SphereFit<T: Real> {
 }
 
 impl<T: Real> SphereFit<T> {
-    /// By how much the residuals exceed the noise, as a factor on variance, never below one: a reference with an
-    /// error of scale does not lie on the sphere, and its truth is worth less than its noise says.
+    /// By how much the residuals exceed the noise, as a factor on variance, never below one.
     pub fn excess(&self) -> T {
         let reduced = reduced(self.chi_square, self.degrees_of_freedom);
         // Below three the excess is what noise alone does to a handful of rests.
         if reduced > real(3.0) { reduced } else { T::one() }
+    }
+
+    /// Variance, (m/s^2)^2, by which the reference misses the sphere for reasons other than noise: errors of scale and
+    /// non-orthogonality of its own. Zero for a reference that deserves the name.
+    pub fn model_variance(&self) -> T {
+        if self.excess() > T::one() {
+            self.norm_residual * self.norm_residual
+        } else {
+            T::zero()
+        }
     }
 }
 

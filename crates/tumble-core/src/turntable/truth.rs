@@ -54,15 +54,15 @@ fn regressor<T: Real>(u: &Vector3<T>) -> SVector<T, 4> {
     Vector4::new(u.x, u.y, u.z, T::one())
 }
 
-/// Truth from what the reference saw, put on the sphere of radius g along its own uncertainty
-/// (docs/theory/turntable.md, eq. 8 to 10).
+/// Truth from what the reference saw, drawn to the sphere of radius g along its own uncertainty, as far as the
+/// reference keeps to that sphere at all (docs/theory/turntable.md, eq. 8 to 10).
 pub fn from_reference<T: Real>(pair: &RestPair<T>, sphere: &SphereFit<T>, gravity: T) -> ForceObservation<T> {
-    let covariance = pair.reference_covariance * sphere.excess();
+    let covariance = pair.reference_covariance;
     let seen = pair.reference - sphere.bias;
     let length = seen.norm();
     let direction = seen / length;
     let spread = covariance * direction;
-    let gain = spread / direction.dot(&spread);
+    let gain = spread / (direction.dot(&spread) + sphere.model_variance());
     let u = seen - gain * (length - gravity);
     Observation {
         interval: pair.interval,

@@ -1,0 +1,72 @@
+"""Tumble calibrates inertial measurement units over their whole life.
+
+>>> import tumble
+>>> result = tumble.turntable("reference.csv", ["target_1.csv", "target_2.csv"])  # doctest: +SKIP
+>>> calibration = tumble.Calibration.load("target_1.yaml")  # doctest: +SKIP
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from tumble._core import __version__
+    from tumble.calibration import Calibration
+    from tumble.errors import (
+        CalibrationFileError,
+        LogError,
+        OutputError,
+        ProcedureError,
+        TumbleError,
+    )
+    from tumble.logs import ReadOptions, open_recording
+    from tumble.poses import Pose, PoseList
+    from tumble.procedures.limits import Limits
+    from tumble.procedures.turntable import turntable
+    from tumble.recording import Chunk, Recording
+    from tumble.results import TargetResult, TurntableResult
+
+__all__ = [
+    "Calibration",
+    "CalibrationFileError",
+    "Chunk",
+    "Limits",
+    "LogError",
+    "OutputError",
+    "Pose",
+    "PoseList",
+    "ProcedureError",
+    "ReadOptions",
+    "Recording",
+    "TargetResult",
+    "TumbleError",
+    "TurntableResult",
+    "__version__",
+    "open_recording",
+    "turntable",
+]
+
+_HOMES = {
+    "tumble._core": ("__version__",),
+    "tumble.calibration": ("Calibration",),
+    "tumble.errors": ("CalibrationFileError", "LogError", "OutputError", "ProcedureError", "TumbleError"),
+    "tumble.logs": ("ReadOptions", "open_recording"),
+    "tumble.poses": ("Pose", "PoseList"),
+    "tumble.procedures.limits": ("Limits",),
+    "tumble.procedures.turntable": ("turntable",),
+    "tumble.recording": ("Chunk", "Recording"),
+    "tumble.results": ("TargetResult", "TurntableResult"),
+}
+_HOME = {name: home for home, names in _HOMES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:  # noqa: ANN401
+    """Import what is asked for, when it is: `tumble --help` need not wait for numpy and arrow."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'tumble' has no attribute {name!r}")
+    return getattr(import_module(_HOME[name]), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,155 @@
+"""The numeric core. Arrays are C-contiguous float64; units are SI; frames as in docs/conventions.md."""
+
+from typing import TypedDict
+
+from tumble.recording import FloatArray
+
+__version__: str
+
+class CoreError(Exception):
+    """What the core objects to; `args` is (kind, figures)."""
+
+class Segmenter:
+    """Takes in one recording chunk by chunk; keeps sums over rests and turns only."""
+
+    def __init__(self, shortest_rest: float = 1.0) -> None: ...
+    def push(
+        self,
+        time: FloatArray,
+        accelerometer: FloatArray,
+        gyroscope: FloatArray,
+        temperature: FloatArray | None = None,
+    ) -> None: ...
+    def begin_part(self) -> None: ...
+    def finish(self) -> Acquired: ...
+
+class Acquired:
+    """What one unit showed: k rests, and turns between them."""
+
+    @property
+    def samples(self) -> int: ...
+    @property
+    def not_finite(self) -> int: ...
+    @property
+    def first_backwards(self) -> float | None: ...
+    @property
+    def temperature(self) -> tuple[float, float, float] | None: ...
+    @property
+    def rest_times(self) -> FloatArray: ...
+    @property
+    def rest_parts(self) -> list[int]: ...
+    @property
+    def rest_samples(self) -> list[int]: ...
+    @property
+    def rest_specific_force(self) -> FloatArray: ...
+    @property
+    def rest_angular_rate(self) -> FloatArray: ...
+    @property
+    def rest_specific_force_sigma(self) -> FloatArray: ...
+    @property
+    def rest_angular_rate_sigma(self) -> FloatArray: ...
+    @property
+    def turn_angles(self) -> FloatArray: ...
+    @property
+    def turn_complete(self) -> list[bool]: ...
+    @property
+    def refused(self) -> list[tuple[float, float, str]]: ...
+    @property
+    def noise_density(self) -> FloatArray: ...
+    @property
+    def bias_instability(self) -> FloatArray: ...
+    @property
+    def faults(self) -> list[tuple[str, str, float, float, float]]: ...
+    def trace(self) -> tuple[FloatArray, FloatArray, FloatArray]: ...
+
+class TurntableSettings:
+    """How to calibrate; latitude in rad."""
+
+    def __init__(
+        self,
+        gravity: float,
+        truth: str = "reference",
+        clocks: str = "auto",
+        latitude: float | None = None,
+        g_sensitivity: bool = False,
+    ) -> None: ...
+
+class ReferenceFigures(TypedDict, total=False):
+    """What the reference showed; the keys from `R_e` on only where poses are known."""
+
+    bias: FloatArray
+    bias_sigma: FloatArray
+    norm_residual: float
+    excess: float
+    gyroscope_bias: FloatArray
+    gyroscope_bias_sigma: FloatArray
+    earth_rate: FloatArray
+    earth_rate_sigma: FloatArray
+    R_e: FloatArray
+    rotation_vector: FloatArray
+    rotation_sigma: FloatArray
+    table_errors: FloatArray
+    table_error_angles: list[float]
+    table_error_sigmas: list[float]
+
+class Reference:
+    """The reference, understood."""
+
+    @property
+    def figures(self) -> ReferenceFigures: ...
+
+class ClockFigures(TypedDict):
+    """Target clock against reference clock; offset in s, skew without unit."""
+
+    shared: bool
+    offset: float
+    offset_sigma: float
+    skew: float
+    skew_sigma: float
+    turns: int
+    contradiction: tuple[float, float] | None
+
+class TriadFigures(TypedDict, total=False):
+    """Calibration of one triad; `values` and `sigmas` are bias, scale, non-orthogonality, mounting (SI, rad)."""
+
+    M: FloatArray
+    b: FloatArray
+    covariance: FloatArray
+    observed: list[bool]
+    scale: FloatArray
+    L: FloatArray
+    Q: FloatArray
+    values: list[float]
+    sigmas: list[float]
+    rank: int
+    widened: float
+    chi_square: float
+    degrees_of_freedom: int
+    residuals: FloatArray
+    residual_sigmas: FloatArray
+    labels: list[tuple[str, int, int]]
+    g_sensitivity: FloatArray
+    g_sensitivity_sigma: FloatArray
+
+class TargetFigures(TypedDict):
+    """A calibrated target; `pairs` are (reference rest, first and last target rest)."""
+
+    clock: ClockFigures
+    pairs: list[tuple[int, int, int]]
+    accelerometer: TriadFigures
+    gyroscope: TriadFigures
+
+def understand_reference(unit: Acquired, ups: FloatArray, settings: TurntableSettings) -> Reference: ...
+def calibrate_target(
+    reference_unit: Acquired,
+    reference: Reference,
+    unit: Acquired,
+    ups: FloatArray,
+    settings: TurntableSettings,
+) -> TargetFigures: ...
+def sphere_residual(unit: Acquired, gravity: float) -> float | None: ...
+def judge_gyroscope(unit: Acquired) -> tuple[str, float, list[tuple[int, float]]]: ...
+def normal_gravity(latitude: float, height: float) -> float: ...
+def correct(
+    y: FloatArray, matrix_m: FloatArray, bias: FloatArray, out: FloatArray | None = None
+) -> FloatArray: ...

@@ -1,0 +1,163 @@
+"""Step 1: a recording becomes the rests and turns of one unit, and is refused where it cannot be trusted."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from tumble import _core
+from tumble.calibration import Calibration
+from tumble.errors import ProcedureError
+from tumble.recording import Chunk, Recording
+from tumble.results import Rest, Trace
+
+FEWEST_RESTS = 4
+"""Four directions determine three axes and a bias."""
+LARGEST_SHARE_NOT_FINITE = 0.01
+LARGEST_GRAVITY_RATIO = 1.25
+"""Mean length of specific force at rest against gravity: beyond it the unit is wrong, not the sensor."""
+STANDARD_GRAVITY = 9.80665
+
+
+def acquire(recording: Recording, calibration: Calibration | None = None) -> _core.Acquired:
+    """Read a recording once, in chunks, and keep sums over its rests and turns.
+
+    Raises `LogError` where it cannot be read.
+    """
+    segmenter = _core.Segmenter()
+    parts = recording.parts or (recording,)
+    for number, part in enumerate(parts):
+        if number:
+            segmenter.begin_part()
+        for chunk in part.chunks():
+            accelerometer, gyroscope = _corrected(chunk, calibration)
+            segmenter.push(chunk.time, accelerometer, gyroscope, chunk.temperature)
+    return segmenter.finish()
+
+
+def _corrected(chunk: Chunk, calibration: Calibration | None) -> tuple[np.ndarray, np.ndarray]:
+    if calibration is None:
+        return chunk.accelerometer, chunk.gyroscope
+    return calibration.correct(chunk.accelerometer, chunk.gyroscope)
+
+
+def refuse_if_unfit(name: str, unit: _core.Acquired, gravity: float) -> None:
+    """Raise `ProcedureError`, in one line, for the first thing that makes the recording unfit."""
+    for check in (_samples, _time, _channels, _rests):
+        problem = check(unit)
+        if problem:
+            raise ProcedureError(f"{name}: {problem}")
+    problem = _accelerometer_unit(unit, gravity) or _gyroscope_unit(unit)
+    if problem:
+        raise ProcedureError(f"{name}: {problem}")
+
+
+def _samples(unit: _core.Acquired) -> str:
+    if unit.samples + unit.not_finite == 0:
+        return "holds no samples; record again"
+    if unit.not_finite > LARGEST_SHARE_NOT_FINITE * (unit.samples + unit.not_finite):
+        return f"{unit.not_finite} samples are not numbers (NaN); mend the logger and record again"
+    return ""
+
+
+def _time(unit: _core.Acquired) -> str:
+    if unit.first_backwards is None:
+        return ""
+    return (
+        f"time does not advance at {unit.first_backwards:.6f} s; sort the samples and drop doubled time stamps"
+    )
+
+
+def _channels(unit: _core.Acquired) -> str:
+    """First channel that spoils the calibration; one that is saturated in a few turns only costs these turns."""
+    lost = sum(not complete for complete in unit.turn_complete)
+    for channel, kind, value, first, _ in unit.faults:
+        si = "m/s^2" if channel.startswith("accelerometer") else "rad/s"
+        if kind == "stuck":
+            return f"{channel} is stuck at {value:.6g} {si} from beginning to end; check the sensor and its column"
+        seen = f"{channel} is saturated at {value:.6g} {si}, first at {first:.3f} s"
+        if kind == "saturated at rest":
+            return f"{seen}, while the unit stood still; choose a larger range"
+        if 2 * lost > len(unit.turn_complete):
+            return f"{seen}, in {lost} of {len(unit.turn_complete)} turns; turn more slowly or choose a larger range"
+    return ""
+
+
+def _rests(unit: _core.Acquired) -> str:
+    found = len(unit.rest_times)
+    if found >= FEWEST_RESTS:
+        return ""
+    refused = "".join(f"; {start:.1f} to {end:.1f} s is none: {why}" for start, end, why in unit.refused[:3])
+    return (
+        f"shows {found} rests, needs at least {FEWEST_RESTS} in different directions{refused}; "
+        "hold each pose still for 5 s or longer"
+    )
+
+
+def _accelerometer_unit(unit: _core.Acquired, gravity: float) -> str:
+    length = float(np.median(np.linalg.norm(unit.rest_specific_force, axis=1)))
+    ratio = length / gravity
+    if 1 / LARGEST_GRAVITY_RATIO < ratio < LARGEST_GRAVITY_RATIO:
+        return ""
+    seen = f"accelerometer reads {length:.4g} m/s^2 at rest, gravity is {gravity:.4g}"
+    if abs(math.log(ratio * STANDARD_GRAVITY)) < math.log(LARGEST_GRAVITY_RATIO):
+        return f"{seen}: g were taken for m/s^2; say --accelerometer-unit g"
+    if abs(math.log(ratio / STANDARD_GRAVITY)) < math.log(LARGEST_GRAVITY_RATIO):
+        return f"{seen}: m/s^2 were taken for g; say --accelerometer-unit m/s^2"
+    return f"{seen}: the unit is not known; give its size with --accelerometer-scale"
+
+
+def _gyroscope_unit(unit: _core.Acquired) -> str:
+    verdict, figure, axes = _core.judge_gyroscope(unit)
+    if verdict == "scaled" and figure > 1.0:
+        return "gyroscope turns gravity 57.3 times too far: deg/s were taken for rad/s; say --gyroscope-unit deg/s"
+    if verdict == "scaled":
+        return "gyroscope turns gravity 57.3 times too little: rad/s were taken for deg/s; say --gyroscope-unit rad/s"
+    if verdict == "permuted":
+        return _axes_problem(axes)
+    if verdict == "inconsistent":
+        return (
+            f"gyroscope and accelerometer disagree by {figure:.0f} deg about how the unit turned, in any unit "
+            "and order of axes; check that both belong to one unit"
+        )
+    return ""
+
+
+def _axes_problem(axes: list[tuple[int, float]]) -> str:
+    if all(index == row and sign < 0 for row, (index, sign) in enumerate(axes)):
+        return (
+            "gyroscope turns the wrong way about every axis: the axes are left-handed, or an accelerometer reads -g up; "
+            "turn one axis of both triads with --axes, or the accelerometer with --accelerometer-sign -1"
+        )
+    order = ",".join(f"{'-' if sign < 0 else ''}{'xyz'[index]}" for index, sign in axes)
+    return (
+        f"axes of gyroscope and accelerometer are swapped: the gyroscope fits as {order}; "
+        "name its columns in the order of the accelerometer's"
+    )
+
+
+def rests_of(unit: _core.Acquired, poses: dict[int, str] | None = None) -> tuple[Rest, ...]:
+    """All rests of a unit, with pose names where known, and those refused with the reason."""
+    poses = poses or {}
+    forces, rates = unit.rest_specific_force, unit.rest_angular_rate
+    force_sigmas, rate_sigmas = unit.rest_specific_force_sigma, unit.rest_angular_rate_sigma
+    samples = unit.rest_samples
+    return tuple(
+        Rest(
+            start=float(start),
+            end=float(end),
+            samples=samples[k],
+            specific_force=forces[k],
+            angular_rate=rates[k],
+            specific_force_sigma=force_sigmas[k],
+            angular_rate_sigma=rate_sigmas[k],
+            pose=poses.get(k, ""),
+        )
+        for k, (start, end) in enumerate(unit.rest_times)
+    )
+
+
+def trace_of(unit: _core.Acquired) -> Trace:
+    """The recording at a glance."""
+    return Trace(*unit.trace())

@@ -1,0 +1,121 @@
+"""From the figures of the core to what people read: parameters with units, intervals and words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from tumble import _core
+from tumble.recording import FloatArray
+from tumble.results import Parameter, TriadName, TriadResult
+
+UNITS: dict[TriadName, str] = {"accelerometer": "m/s^2", "gyroscope": "rad/s"}
+PAIRS = ("xy", "yz", "zx")
+INTERVAL = 1.959963984540054
+"""Normal quantile of 0.975."""
+
+
+def triad_result(
+    triad: TriadName,
+    figures: _core.TriadFigures,
+    noise_density: FloatArray,
+    bias_instability: FloatArray,
+    pose_names: dict[int, str],
+) -> TriadResult:
+    """Result of one triad; what was not observed carries no number."""
+    seen = np.array(figures["observed"])
+    covariance = figures["covariance"].copy()
+    covariance[~seen, :] = np.nan
+    covariance[:, ~seen] = np.nan
+    reasons = tuple(_unobservable(seen[:9].reshape(3, 3), triad))
+    return TriadResult(
+        triad=triad,
+        unit=UNITS[triad],
+        M=figures["M"],
+        b=figures["b"],
+        K=np.diag(figures["scale"]),
+        L=figures["L"],
+        Q=figures["Q"],
+        covariance=covariance,
+        parameters=tuple(_parameters(triad, figures, seen, reasons)),
+        estimated=_estimated(seen, figures),
+        unobservable=reasons,
+        rank=int(seen.sum()),
+        chi_square=figures["chi_square"],
+        degrees_of_freedom=figures["degrees_of_freedom"],
+        residuals=figures["residuals"],
+        residual_sigma=figures["residual_sigmas"],
+        residual_labels=tuple(_label(label, pose_names) for label in figures["labels"]),
+        noise_density=noise_density,
+        bias_instability=bias_instability,
+        g_sensitivity=figures.get("g_sensitivity"),
+        g_sensitivity_sigma=figures.get("g_sensitivity_sigma"),
+    )
+
+
+def _estimated(seen: np.ndarray, figures: _core.TriadFigures) -> tuple[str, ...]:
+    groups = []
+    if seen[9:].all():
+        groups.append("bias")
+    if seen[:9].all():
+        groups.append("matrix")
+    if "g_sensitivity" in figures:
+        groups.append("g-sensitivity")
+    return tuple(groups)
+
+
+def _unobservable(seen: np.ndarray, triad: TriadName) -> Iterator[str]:
+    """Words for what M was not asked; `seen` is (3, 3)."""
+    stimulus = "angular rate about" if triad == "gyroscope" else "specific force along"
+    lacking = [axis for column, axis in enumerate("xyz") if not seen[:, column].any()]
+    for axis in lacking:
+        remedy = "no turn about it was recorded" if triad == "gyroscope" else "no rest shows it"
+        yield f"response to {stimulus} case axis {axis}: {remedy}"
+    for row, sensor in enumerate("xyz"):
+        for column, axis in enumerate("xyz"):
+            if not seen[row, column] and axis not in lacking:
+                yield f"response of axis {sensor} to {stimulus} case axis {axis}"
+
+
+def _parameters(
+    triad: TriadName, figures: _core.TriadFigures, seen: np.ndarray, reasons: tuple[str, ...]
+) -> Iterator[Parameter]:
+    rows = seen[:9].reshape(3, 3).all(axis=1)
+    reason = reasons[0] if reasons else "not shown by the data"
+    names = _names(triad)
+    shown = (
+        *seen[9:],
+        *rows,
+        *(rows["xyz".index(one)] and rows["xyz".index(other)] for one, other in PAIRS),
+        *(rows.all(),) * 3,
+    )
+    for (name, unit), value, sigma, observable in zip(names, figures["values"], figures["sigmas"], shown, strict=True):
+        factor = math.degrees(1.0) if unit == "deg" else 1.0
+        if observable:
+            yield parameter(name, unit, value * factor, sigma * factor)
+        else:
+            yield Parameter(name, unit, math.nan, math.inf, -math.inf, math.inf, False, reason)
+
+
+def parameter(name: str, unit: str, value: float, sigma: float) -> Parameter:
+    """A number with its 95 % interval."""
+    return Parameter(name, unit, value, sigma, value - INTERVAL * sigma, value + INTERVAL * sigma)
+
+
+def _names(triad: TriadName) -> list[tuple[str, str]]:
+    return [
+        *((f"bias {axis}", UNITS[triad]) for axis in "xyz"),
+        *((f"scale {axis}", "1") for axis in "xyz"),
+        *((f"non-orthogonality {pair}", "deg") for pair in PAIRS),
+        *((f"mounting {axis}", "deg") for axis in "xyz"),
+    ]
+
+
+def _label(label: tuple[str, int, int], pose_names: dict[int, str]) -> str:
+    kind, first, second = label
+    if kind == "turn":
+        return f"turn {first + 1}-{second + 1}"
+    pose = pose_names.get(first)
+    return f"rest {first + 1}: {pose}" if pose else f"rest {first + 1}"
