@@ -35,15 +35,15 @@ __all__ = [
 ]
 
 
-def list_imus(path: str | Path) -> tuple[str, ...]:
+def list_imus(path: str | Path, options: ReadOptions | None = None) -> tuple[str, ...]:
     """Give the names that may follow `LOG:`; an IMU that needs no name has an empty one.
 
     Raises `LogError` where there is no such file, or no IMU in it.
     """
     path = parse_spec(path).path
     if formats.find_format(path) == "folder":
-        return formats.list_imus(log_files(path)[0])
-    return formats.list_imus(path)
+        path = log_files(path)[0]
+    return formats.list_imus(path, options or ReadOptions())
 
 
 def open_recording(source: str | Path, options: ReadOptions | None = None) -> Recording:

@@ -26,9 +26,9 @@ _SMALLEST_BLOCK, _LARGEST_BLOCK = 1 << 16, 1 << 26
 _RATE_KEYS = ("fs", "rate", "sample rate", "sample_rate", "sampling rate", "frequency", "sampling frequency")
 
 
-def list_imus(path: Path) -> tuple[str, ...]:
+def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
     """Give the column prefixes of a text table."""
-    return tuple(find_imus(find_layout(path, ReadOptions()).names, path, {}))
+    return tuple(find_imus(find_layout(path, options).names, path, options.columns))
 
 
 def open_track(path: Path, imu: str | None, options: ReadOptions) -> Track:

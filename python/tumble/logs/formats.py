@@ -69,11 +69,11 @@ def open_track(path: Path, imu: str | None, options: ReadOptions) -> Track:
     return csv.open_track(path, imu, options)
 
 
-def list_imus(path: Path) -> tuple[str, ...]:
+def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
     """Give the names of the IMUs in a file or bag folder; an IMU that needs no name has an empty one."""
     kind = find_format(path)
     if kind in ros.OPENERS:
         return ros.list_imus(path, kind)
     if kind == "parquet":
-        return parquet.list_imus(path)
-    return ("",) if kind == "imu_tk" else csv.list_imus(path)
+        return parquet.list_imus(path, options)
+    return ("",) if kind == "imu_tk" else csv.list_imus(path, options)

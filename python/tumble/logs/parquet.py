@@ -20,10 +20,10 @@ FACTS = (b"tumble.serial", b"tumble.corrected")
 """Keys of the file's metadata under which Tumble keeps what it knows of a recording."""
 
 
-def list_imus(path: Path) -> tuple[str, ...]:
+def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
     """Give the column prefixes of a Parquet table."""
     with _open(path) as file:
-        return tuple(find_imus(_leaf_names(file.schema_arrow), path, {}))
+        return tuple(find_imus(_leaf_names(file.schema_arrow), path, options.columns))
 
 
 def open_track(path: Path, imu: str | None, options: ReadOptions) -> Track:

@@ -1,0 +1,30 @@
+"""A progress bar for reading a log of known or unknown length."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+
+@contextmanager
+def sample_progress(what: str) -> Iterator[Callable[[int, int | None], None]]:
+    """Show samples done on standard error while the block runs; nothing where that is no terminal."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    console = Console(file=sys.stderr)
+    columns = (
+        TextColumn(what),
+        BarColumn(),
+        TextColumn("{task.completed:,.0f} samples"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(what, total=None)
+
+        def advance(done: int, expected: int | None) -> None:
+            total = None if expected is None else max(done, expected)
+            bar.update(task, completed=done, total=total)
+
+        yield advance

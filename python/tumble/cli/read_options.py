@@ -1,0 +1,130 @@
+"""Options that say what a log does not say itself, shared by all commands that read logs."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable
+from typing import Annotated, Any, get_type_hints
+
+import typer
+
+from tumble.errors import LogError
+from tumble.logs.options import PerAxis, ReadOptions
+
+_PANEL = "What the log does not say itself"
+
+
+def _option(metavar: str, text: str) -> Any:  # noqa: ANN401 - the type of what typer gives is its own affair
+    return typer.Option(metavar=metavar, help=text, rich_help_panel=_PANEL, show_default=False)
+
+
+_OPTIONS: dict[str, tuple[Any, Any]] = {
+    "columns": (
+        Annotated[
+            str | None,
+            _option(
+                "ax=NAME,...",
+                "Column for any of time ax ay az gx gy gz temperature: name, or position from 1.",
+            ),
+        ],
+        None,
+    ),
+    "accelerometer_unit": (Annotated[str | None, _option("m/s^2|g|mg", "Unit of the accelerometer.")], None),
+    "gyroscope_unit": (Annotated[str | None, _option("rad/s|deg/s", "Unit of the gyroscope.")], None),
+    "time_unit": (Annotated[str | None, _option("s|ms|us|ns", "Unit of time.")], None),
+    "temperature_unit": (Annotated[str | None, _option("degC|K|degF", "Unit of temperature.")], None),
+    "accelerometer_scale": (
+        Annotated[
+            str | None, _option("N[,N,N]", "Counts per unit of the accelerometer: 16384, with unit g.")
+        ],
+        None,
+    ),
+    "accelerometer_zero": (
+        Annotated[
+            str | None, _option("N[,N,N]", "What the accelerometer reads at zero, in the unit of the log.")
+        ],
+        None,
+    ),
+    "gyroscope_scale": (
+        Annotated[str | None, _option("N[,N,N]", "Counts per unit of the gyroscope: 131, with unit deg/s.")],
+        None,
+    ),
+    "gyroscope_zero": (
+        Annotated[
+            str | None, _option("N[,N,N]", "What the gyroscope reads at zero, in the unit of the log.")
+        ],
+        None,
+    ),
+    "accelerometer_sign": (
+        Annotated[int, _option("1|-1", "-1 for a sensor that reads -g where it should read +g.")],
+        1,
+    ),
+    "axes": (
+        Annotated[
+            str,
+            _option("X,Y,Z", "Case axes in terms of the log's, a rotation, such as y,-x,z."),
+        ],
+        "x,y,z",
+    ),
+    "rate": (Annotated[float | None, _option("HZ", "Samples per second, in place of the log's time.")], None),
+    "topic": (Annotated[str | None, _option("NAME", "Which IMU of the file; the same as LOG:NAME.")], None),
+    "skip_lines": (Annotated[int, _option("N", "Lines to skip before the column names.")], 0),
+    "serial": (Annotated[str, _option("TEXT", "Serial number of the unit.")], ""),
+}
+"""Type and default of each option, by the field of `ReadOptions` it fills."""
+
+
+def with_read_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command an option for each field of `ReadOptions`; it gets them together as `read_options`."""
+    signature = inspect.signature(command)
+    hints = get_type_hints(command, include_extras=True)
+    own = [
+        parameter.replace(annotation=hints.get(name, parameter.annotation))
+        for name, parameter in signature.parameters.items()
+        if name != "read_options"
+    ]
+    added = [
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+        for name, (annotation, default) in _OPTIONS.items()
+    ]
+
+    @functools.wraps(command)
+    def wrapper(**arguments: Any) -> None:  # noqa: ANN401
+        stated = {name: arguments.pop(name) for name in _OPTIONS}
+        command(**arguments, read_options=read_options_from(stated))
+
+    parameters = [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in own]
+    wrapper.__signature__ = signature.replace(parameters=[*parameters, *added])  # type: ignore[attr-defined]
+    wrapper.__annotations__ = {p.name: p.annotation for p in (*own, *added)} | {"return": None}
+    return wrapper
+
+
+def read_options_from(stated: dict[str, Any]) -> ReadOptions:
+    """Turn what was typed into `ReadOptions`; raises `LogError` where it makes no sense."""
+    values = dict(stated)
+    values["columns"] = _mapping(stated["columns"])
+    for name in ("accelerometer_scale", "gyroscope_scale"):
+        values[name] = None if stated[name] is None else _numbers(name, stated[name])
+    for name in ("accelerometer_zero", "gyroscope_zero"):
+        values[name] = 0.0 if stated[name] is None else _numbers(name, stated[name])
+    return ReadOptions(**values)
+
+
+def _mapping(text: str | None) -> dict[str, str]:
+    pairs = [pair.partition("=") for pair in text.split(",")] if text else []
+    if not all(sign and value for _, sign, value in pairs):
+        raise LogError(f"--columns {text}: expected pairs such as ax=NAME,ay=NAME")
+    return {key.strip(): value.strip() for key, _, value in pairs}
+
+
+def _numbers(name: str, text: str) -> PerAxis:
+    try:
+        numbers = [float(word) for word in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (1, 3):
+        raise LogError(
+            f"--{name.replace('_', '-')} {text}: give one number, or three as N,N,N for x, y and z"
+        )
+    return numbers[0] if len(numbers) == 1 else numbers

@@ -1,0 +1,188 @@
+"""What single channels and the time stamps of a recording show, gathered as samples stream by."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tumble.recording import Chunk, FloatArray
+
+_VALUES_KEPT = 8
+_FEWEST_PINNED = 5
+_PILE = 3.0
+"""Samples at the very end of the range over those at values next to it: noise thins out, a stop piles up."""
+_NEVER_PINNED_BELOW = {"m/s^2": 12.0, "rad/s": 0.5}
+"""A sensor whose range ended here could not be used at all; a coarse one at rest looks pinned there."""
+_LARGEST_STEP_RATIO = 10.0
+
+
+class TimeWatch:
+    """Sampling interval, its scatter, and gaps."""
+
+    def __init__(self) -> None:
+        self.samples = 0
+        self.start = math.nan
+        self.end = math.nan
+        self.duration = 0.0
+        self.gaps = 0
+        self.missing = 0
+        self.longest_gap = 0.0
+        self.longest_gap_at = math.nan
+        self._last = math.nan
+        self._usual = math.nan
+        self._gap = math.inf
+        self._count = 0
+        self._sum = 0.0
+        self._squares = 0.0
+
+    def begin_part(self) -> None:
+        """Forget the last time stamp: the next file has a clock of its own."""
+        self._last = math.nan
+
+    def push(self, time: FloatArray) -> None:
+        """Take in (n,) times, s, each later than the one before."""
+        steps = np.diff(time) if math.isnan(self._last) else np.diff(time, prepend=self._last)
+        if math.isnan(self.start):
+            self.start = float(time[0])
+        self.samples += len(time)
+        self._last = self.end = float(time[-1])
+        if len(steps) == 0:
+            return
+        self.duration += float(steps.sum())
+        if math.isnan(self._usual):
+            self._learn(steps)
+        self._count_gaps(steps, time[-len(steps) :])
+
+    @property
+    def interval(self) -> float:
+        """Mean time between samples, s, gaps left out; NaN for a single sample."""
+        return self._usual + self._sum / self._count if self._count else math.nan
+
+    @property
+    def jitter(self) -> float:
+        """1-sigma of the time between samples, s, gaps left out."""
+        if not self._count:
+            return math.nan
+        mean = self._sum / self._count
+        return math.sqrt(max(0.0, self._squares / self._count - mean * mean))
+
+    def _learn(self, steps: FloatArray) -> None:
+        """Call a gap what is half an interval too long, or further out where the first samples jitter."""
+        self._usual = float(np.median(steps))
+        scatter = 1.4826 * float(np.median(np.abs(steps - self._usual)))
+        self._gap = self._usual + max(0.5 * self._usual, 6.0 * scatter)
+
+    def _count_gaps(self, steps: FloatArray, ends: FloatArray) -> None:
+        is_gap = steps > self._gap
+        usual = steps[~is_gap] - self._usual
+        self._count += len(usual)
+        self._sum += float(usual.sum())
+        self._squares += float(np.square(usual).sum())
+        if not is_gap.any():
+            return
+        gaps = steps[is_gap]
+        self.gaps += len(gaps)
+        self.missing += int((np.rint(gaps / self._usual) - 1.0).sum())
+        longest = int(np.argmax(gaps))
+        if gaps[longest] > self.longest_gap:
+            self.longest_gap = float(gaps[longest])
+            self.longest_gap_at = float(ends[is_gap][longest]) - self.longest_gap
+
+
+class _Extreme:
+    """The largest distinct values of a channel, and how often each came."""
+
+    def __init__(self) -> None:
+        self._values: FloatArray = np.empty(0)
+        self._counts: NDArray[np.int64] = np.empty(0, np.int64)
+
+    def push(self, values: FloatArray) -> None:
+        full = len(self._values) == _VALUES_KEPT
+        candidates = values[values >= self._values[0]] if full else values
+        distinct, counts = np.unique(candidates, return_counts=True)
+        merged, places = np.unique(np.concatenate([self._values, distinct]), return_inverse=True)
+        totals = np.zeros(len(merged), np.int64)
+        np.add.at(totals, places, np.concatenate([self._counts, counts]))
+        self._values, self._counts = merged[-_VALUES_KEPT:], totals[-_VALUES_KEPT:]
+
+    def pinned(self) -> int:
+        """Count samples at the very extreme if they pile up there, else 0."""
+        if len(self._values) < 2:
+            return 0
+        at_end, beside = int(self._counts[-1]), float(self._counts[:-1].mean())
+        return at_end if at_end >= _FEWEST_PINNED and at_end > _PILE * beside else 0
+
+
+class ChannelWatch:
+    """Range, mean, saturation and quantisation of one channel."""
+
+    def __init__(self, name: str, unit: str) -> None:
+        self.name = name
+        self.unit = unit
+        self.low = math.inf
+        self.high = -math.inf
+        self.step: float | None = None
+        self._count = 0
+        self._sum = 0.0
+        self._top = _Extreme()
+        self._bottom = _Extreme()
+
+    def push(self, values: FloatArray) -> None:
+        """Take in (n,) values."""
+        if self._count == 0:
+            self.step = quantisation_step(values)
+        self.low = min(self.low, float(values.min()))
+        self.high = max(self.high, float(values.max()))
+        self._count += len(values)
+        self._sum += float(values.sum())
+        self._top.push(values)
+        self._bottom.push(-values)
+
+    @property
+    def mean(self) -> float:
+        """Mean over all samples."""
+        return self._sum / self._count if self._count else math.nan
+
+    @property
+    def saturated(self) -> int:
+        """Samples pinned at either end of the range."""
+        least = _NEVER_PINNED_BELOW[self.unit]
+        top = self._top.pinned() if abs(self.high) > least else 0
+        bottom = self._bottom.pinned() if abs(self.low) > least else 0
+        return top + bottom
+
+
+def quantisation_step(values: FloatArray) -> float | None:
+    """Give the step of which all differences between (n,) values are multiples; None if there is none."""
+    differences = np.diff(np.unique(values))
+    if len(differences) < 2:
+        return None
+    smallest = float(differences.min())
+    ratios = differences / smallest
+    near = ratios <= _LARGEST_STEP_RATIO
+    off = np.abs(ratios[near] - np.rint(ratios[near]))
+    # Floats scatter freely: few of their differences are anywhere near the smallest one.
+    if near.mean() < 0.3 or np.quantile(off, 0.9) > 0.1:
+        return None
+    return float(differences[near].sum() / np.rint(ratios[near]).sum())
+
+
+class SampleWatch:
+    """All six channels and the time stamps of one recording."""
+
+    def __init__(self) -> None:
+        self.time = TimeWatch()
+        self.channels = tuple(
+            ChannelWatch(f"{triad} {axis}", unit)
+            for triad, unit in (("accelerometer", "m/s^2"), ("gyroscope", "rad/s"))
+            for axis in "xyz"
+        )
+
+    def push(self, chunk: Chunk) -> None:
+        """Take in a chunk."""
+        self.time.push(chunk.time)
+        for index, channel in enumerate(self.channels):
+            triad = chunk.accelerometer if index < 3 else chunk.gyroscope
+            channel.push(np.ascontiguousarray(triad[:, index % 3]))

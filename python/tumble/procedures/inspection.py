@@ -1,0 +1,193 @@
+"""What an inspection finds, as plain data."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass, fields, is_dataclass
+from typing import Any
+
+import numpy as np
+
+from tumble.recording import Metadata
+from tumble.results import Rest
+
+
+@dataclass(frozen=True, slots=True)
+class Timing:
+    """Time stamps of a recording."""
+
+    samples: int
+    """Samples that can be used."""
+    start: float
+    end: float
+    """Seconds of the recording's own clock."""
+    duration: float
+    """s."""
+    rate: float
+    """Hz, over the usual intervals."""
+    jitter: float
+    """1-sigma of the interval, s."""
+    gaps: int
+    missing: int
+    """Samples that would fill the gaps."""
+    longest_gap: float
+    """s."""
+    longest_gap_at: float
+    """When it begins, s; NaN if there is none."""
+    duplicates: int
+    """Samples left out because they carry the time stamp of the one before."""
+    without_number: int
+    """Samples left out because a channel or the time is no finite number."""
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelFacts:
+    """One channel, in SI units."""
+
+    name: str
+    """`accelerometer x`."""
+    unit: str
+    low: float
+    mean: float
+    high: float
+    step: float | None
+    """Quantisation step; None if the values show none."""
+    saturated: int
+    """Samples pinned at the end of the range."""
+    stuck: bool
+    """One value from beginning to end."""
+    noise_density: float
+    """White noise at rest, unit / sqrt(Hz); NaN where no rest shows it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Service:
+    """Whether a recording can serve a procedure."""
+
+    procedure: str
+    """`turntable, as reference`, `turntable, as target`, `spin`, `redundancy`."""
+    missing: tuple[str, ...]
+    """What the procedure needs and the recording does not show; empty if it can serve."""
+    remarks: tuple[str, ...] = ()
+    """What will remain unknown although it can serve."""
+
+    @property
+    def possible(self) -> bool:
+        """True if nothing is missing."""
+        return not self.missing
+
+
+@dataclass(frozen=True, slots=True)
+class Inspection:
+    """One recording looked at from beginning to end."""
+
+    metadata: Metadata
+    timing: Timing
+    channels: tuple[ChannelFacts, ...]
+    temperature: tuple[float, float, float] | None
+    """Lowest, mean and highest, degC."""
+    rests: tuple[Rest, ...]
+    not_rests: tuple[tuple[float, float, str], ...]
+    """Start s, end s and why: stretches that only look like rests."""
+    directions: int
+    """Directions of gravity more than 20 deg apart that the rests show."""
+    services: tuple[Service, ...]
+    remarks: tuple[str, ...]
+    """What a user should know before using the recording."""
+
+    @property
+    def name(self) -> str:
+        """Short name of the recording."""
+        return self.metadata.name
+
+    def content(self) -> dict[str, Any]:
+        """Plain mappings, lists, text and finite numbers, for JSON."""
+        content: dict[str, Any] = _plain(self)
+        return content
+
+    def __repr__(self) -> str:
+        return "\n".join([f"Inspection({self.metadata.source})", *(f"  {line}" for line in self.lines())])
+
+    def lines(self) -> list[str]:
+        """All of it in words, a fact a line."""
+        return [
+            *head_lines(self),
+            *(channel_line(channel) for channel in self.channels),
+            *rest_lines(self),
+            *(service_line(service) for service in self.services),
+            *self.remarks,
+        ]
+
+
+def head_lines(inspection: Inspection) -> list[str]:
+    """Say what the recording is: format, time, units."""
+    metadata, timing = inspection.metadata, inspection.timing
+    serial = f", serial {metadata.serial}" if metadata.serial else ""
+    lines = [
+        f"{metadata.format}, frame {metadata.frame}{serial}, {_corrected(metadata)}",
+        f"{timing.samples} samples over {timing.duration:.6g} s, {timing.rate:.6g} Hz, "
+        f"jitter {1e6 * timing.jitter:.3f} us",
+        f"{_count(timing.gaps, 'gap')}{_gap_details(timing)}, "
+        f"{_count(timing.duplicates, 'doubled time stamp')}, "
+        f"{_count(timing.without_number, 'sample')} without a number",
+    ]
+    for what in ("accelerometer", "gyroscope", "time"):
+        unit = getattr(metadata, f"{what}_unit")
+        lines.append(f"{what} in {unit.name} ({unit.reason})")
+    if inspection.temperature is not None:
+        low, mean, high = inspection.temperature
+        lines.append(f"temperature {low:.4g} to {high:.4g} degC, mean {mean:.4g}")
+    return lines
+
+
+def channel_line(channel: ChannelFacts) -> str:
+    """Say what one channel shows."""
+    step = "no step seen" if channel.step is None else f"step {channel.step:.4g}"
+    state = ", stuck" if channel.stuck else ""
+    state += f", {_count(channel.saturated, 'sample')} saturated" if channel.saturated else ""
+    return f"{channel.name}: {channel.low:.5g} to {channel.high:.5g} {channel.unit}, {step}{state}"
+
+
+def rest_lines(inspection: Inspection) -> list[str]:
+    """Say how many rests there are, and what only looked like one."""
+    total = sum(rest.end - rest.start for rest in inspection.rests)
+    rests, directions = _count(len(inspection.rests), "rest"), _count(inspection.directions, "direction")
+    lines = [f"{rests} in {directions}, {total:.4g} s in all"]
+    reasons = Counter(why for _, _, why in inspection.not_rests)
+    lines += [
+        f"{_count(count, 'stretch', 'stretches')} only like a rest: {why}" for why, count in reasons.items()
+    ]
+    return lines
+
+
+def service_line(service: Service) -> str:
+    """Say whether the recording can serve a procedure, and what is missing if not."""
+    if not service.possible:
+        return f"{service.procedure}: no, it needs {'; '.join(service.missing)}"
+    return f"{service.procedure}: yes" + "".join(f", but {remark}" for remark in service.remarks)
+
+
+def _corrected(metadata: Metadata) -> str:
+    return "already corrected" if metadata.already_corrected else "not known to be corrected"
+
+
+def _count(number: int, one: str, many: str = "") -> str:
+    return f"{number} {one if number == 1 else many or one + 's'}"
+
+
+def _gap_details(timing: Timing) -> str:
+    if not timing.gaps:
+        return ""
+    longest = f"longest {timing.longest_gap:.4g} s at {timing.longest_gap_at:.6f} s"
+    return f" ({timing.missing} samples missing, {longest})"
+
+
+def _plain(value: object) -> Any:  # noqa: ANN401 - whatever JSON holds
+    if is_dataclass(value) and not isinstance(value, type):
+        return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, tuple | list):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

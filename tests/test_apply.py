@@ -1,0 +1,199 @@
+"""`apply`: a log and a calibration make the corrected log."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from log_fixtures import made_up, read, same, write, write_text
+from tumble.calibration import Calibration
+from tumble.errors import OutputError
+from tumble.logs import open_recording
+from tumble.procedures.apply import apply
+from tumble.recording import Chunk, Recording
+
+M_ACCELEROMETER = np.array([[1.01, 0.002, -0.003], [0.001, 0.99, 0.004], [-0.002, 0.003, 1.005]])
+M_GYROSCOPE = np.array([[0.98, -0.001, 0.002], [0.003, 1.02, 0.001], [0.002, -0.002, 1.01]])
+BIAS_ACCELEROMETER = np.array([0.3, -0.2, 0.1])
+BIAS_GYROSCOPE = np.array([0.01, -0.02, 0.005])
+
+
+def calibration(**more):
+    content = {
+        "schema": "tumble-calibration/1",
+        "name": "unit",
+        "serial": "SN 1",
+        "accelerometer": {"unit": "m/s^2", "M": M_ACCELEROMETER, "b": BIAS_ACCELEROMETER},
+        "gyroscope": {"unit": "rad/s", "M": M_GYROSCOPE, "b": BIAS_GYROSCOPE},
+    }
+    return Calibration.model_validate(content | more)
+
+
+def measured(truth):
+    """What a sensor with that error says of the truth."""
+    return Chunk(
+        truth.time,
+        truth.accelerometer @ M_ACCELEROMETER.T + BIAS_ACCELEROMETER,
+        truth.gyroscope @ M_GYROSCOPE.T + BIAS_GYROSCOPE,
+        truth.temperature,
+    )
+
+
+@pytest.mark.parametrize("source", ["csv", "parquet", "mcap"])
+@pytest.mark.parametrize("target", ["csv", "parquet", "mcap"])
+def test_a_corrected_log_holds_the_truth_in_any_format(tmp_path, source, target):
+    truth = made_up(150_000 if source == target == "parquet" else 3000)
+    log = write(tmp_path / f"log.{source}", measured(truth))
+    applied = apply(calibration(), open_recording(log), tmp_path / f"out.{target}")
+    found = read(tmp_path / f"out.{target}")
+    assert applied.samples == len(truth)
+    np.testing.assert_allclose(found.time, truth.time, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(found.accelerometer, truth.accelerometer, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(found.gyroscope, truth.gyroscope, rtol=0.0, atol=1e-12)
+    assert np.array_equal(found.temperature, truth.temperature)
+
+
+def test_a_corrected_log_says_so_and_a_second_correction_is_warned_of(tmp_path):
+    log = write(tmp_path / "log.csv", measured(made_up(3000)))
+    first = apply(calibration(), open_recording(log), tmp_path / "once.csv")
+    second = apply(calibration(), open_recording(tmp_path / "once.csv"), tmp_path / "twice.csv")
+    assert first.warnings == ()
+    assert second.warnings == ("the log was already corrected; it is now corrected twice",)
+    assert open_recording(tmp_path / "once.csv").metadata.serial == "SN 1"
+
+
+def test_a_calibration_of_another_unit_is_warned_of(tmp_path):
+    log = write(tmp_path / "log.csv", measured(made_up(3000)), serial="SN 2")
+    warnings = apply(calibration(), open_recording(log), tmp_path / "out.csv").warnings
+    assert warnings == ("the log is of unit SN 2, the calibration of unit SN 1",)
+
+
+def test_a_triad_without_calibration_stays_as_measured_and_is_warned_of(tmp_path):
+    truth = made_up(3000)
+    log = write(tmp_path / "log.parquet", measured(truth))
+    warnings = apply(calibration(gyroscope=None), open_recording(log), tmp_path / "out.parquet").warnings
+    assert warnings == ("the calibration has no gyroscope section; the gyroscope is left as measured",)
+    assert np.array_equal(read(tmp_path / "out.parquet").gyroscope, measured(truth).gyroscope)
+
+
+def test_what_is_left_out_of_the_log_is_warned_of(tmp_path):
+    chunk = measured(made_up(3000))
+    chunk.accelerometer[7, 1] = np.nan
+    applied = apply(calibration(), open_recording(write(tmp_path / "log.csv", chunk)), tmp_path / "out.csv")
+    assert applied.samples == 2999
+    assert applied.warnings == ("left out 1 samples without a number (ay 1)",)
+
+
+def test_the_log_itself_is_never_overwritten(tmp_path):
+    log = write(tmp_path / "log.csv", measured(made_up(100)))
+    before = log.read_bytes()
+    with pytest.raises(OutputError, match="is the log to be corrected"):
+        apply(calibration(), open_recording(log), tmp_path / "." / "log.csv")
+    assert log.read_bytes() == before
+
+
+def test_a_log_that_breaks_off_leaves_the_last_result_as_it_was(tmp_path):
+    chunk = measured(made_up(200_000))
+    chunk.time[190_000] = 0.0
+    log = write(tmp_path / "log.parquet", chunk)
+    out = tmp_path / "out.csv"
+    out.write_text("the last result")
+    with pytest.raises(Exception, match="backwards"):
+        apply(calibration(), open_recording(log), out)
+    assert out.read_text() == "the last result"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["log.parquet", "out.csv"]
+
+
+def test_arrays_in_memory_are_corrected_like_any_recording(tmp_path):
+    truth = made_up(1000, temperature=False)
+    said = measured(truth)
+    recording = Recording.from_arrays("arrays", said.time, said.accelerometer, said.gyroscope)
+    apply(calibration(), recording, tmp_path / "out.parquet")
+    np.testing.assert_allclose(read(tmp_path / "out.parquet").accelerometer, truth.accelerometer, atol=1e-12)
+
+
+def tumble(*arguments, code=0):
+    """Run the command line as a user does; give what it printed."""
+    command = [sys.executable, "-c", "from tumble.cli.main import main; main()", *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == code, done.stderr
+    assert "Traceback" not in done.stderr
+    return done
+
+
+def test_apply_and_inspect_work_from_the_command_line(tmp_path):
+    truth = made_up(3000)
+    log = write(tmp_path / "log.csv", measured(truth))
+    calibration().save(tmp_path / "unit.yaml")
+    out = tmp_path / "out.mcap"
+    said = tumble("apply", tmp_path / "unit.yaml", log, "-o", out)
+    assert f"3000 samples corrected: {out}" in said.stdout
+    np.testing.assert_allclose(read(out).accelerometer, truth.accelerometer, rtol=0.0, atol=1e-12)
+    shown = tumble("inspect", f"{out}:/imu/data")
+    assert "mcap, frame case, serial SN 1, already corrected" in shown.stdout
+    facts = json.loads(tumble("inspect", "--json", out).stdout)
+    assert [fact["timing"]["samples"] for fact in facts] == [3000]
+
+
+def test_read_options_are_options_of_the_command_line(tmp_path):
+    chunk = made_up(3000, temperature=False)
+    counts = Chunk(
+        chunk.time, chunk.accelerometer * 16384 / 9.80665 + 100.0, np.rad2deg(chunk.gyroscope) * 131
+    )
+    log = write_text(tmp_path / "log.csv", counts, header="t,p,q,r,u,v,w")
+    calibration(accelerometer={"unit": "m/s^2", "M": np.eye(3), "b": np.zeros(3)}, gyroscope=None).save(
+        tmp_path / "unit.yaml"
+    )
+    options = [
+        *("--columns", "time=t,ax=p,ay=q,az=r,gx=u,gy=v,gz=w"),
+        *("--accelerometer-scale", "16384,16384,16384", "--accelerometer-unit", "g"),
+        *("--accelerometer-zero", "100", "--gyroscope-scale", "131", "--gyroscope-unit", "deg/s"),
+    ]
+    tumble("apply", tmp_path / "unit.yaml", log, "-o", tmp_path / "out.csv", *options)
+    found = read(tmp_path / "out.csv")
+    np.testing.assert_allclose(found.accelerometer, chunk.accelerometer, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(found.gyroscope, chunk.gyroscope, rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [("--axes", "y,x,z"), ("--columns", "ax"), ("--accelerometer-scale", "1,2"), ("--gyroscope-unit", "rpm")],
+)
+def test_an_option_that_makes_no_sense_ends_with_one_line_and_code_2(tmp_path, options):
+    log = write(tmp_path / "log.csv", made_up(300))
+    calibration().save(tmp_path / "unit.yaml")
+    said = tumble("apply", tmp_path / "unit.yaml", log, "-o", tmp_path / "out.csv", *options, code=2)
+    assert said.stderr.startswith(f"tumble: error: {options[0]}")
+    assert said.stderr.count("\n") == 1
+    assert not (tmp_path / "out.csv").exists()
+
+
+def test_a_log_that_cannot_be_read_does_not_stop_the_inspection_of_others(tmp_path):
+    log = write(tmp_path / "log.csv", made_up(3000))
+    said = tumble("inspect", tmp_path / "nothing.csv", log, code=2)
+    assert "nothing.csv: no such file" in said.stderr
+    assert "3000 samples" in said.stdout
+
+
+def test_inspect_shows_every_imu_of_a_file_that_holds_several(tmp_path):
+    chunk = made_up(1000, temperature=False)
+    names = [f"imu{i}_{c}" for i in (1, 2) for c in ("ax", "ay", "az", "gx", "gy", "gz")]
+    table = np.column_stack([chunk.time, *[chunk.accelerometer, chunk.gyroscope] * 2])
+    path = tmp_path / "pair.csv"
+    np.savetxt(path, table, delimiter=",", header=",".join(["time", *names]), comments="")
+    facts = json.loads(tumble("inspect", "--json", path).stdout)
+    assert [fact["metadata"]["name"] for fact in facts] == ["pair-imu1", "pair-imu2"]
+
+
+def test_a_corrected_file_reads_as_plain_as_any(tmp_path):
+    chunk = made_up(500, temperature=False)
+    identity = calibration(
+        accelerometer={"unit": "m/s^2", "M": np.eye(3), "b": np.zeros(3)},
+        gyroscope={"unit": "rad/s", "M": np.eye(3), "b": np.zeros(3)},
+    )
+    apply(identity, open_recording(write(tmp_path / "log.csv", chunk)), tmp_path / "out.csv")
+    assert same(read(tmp_path / "out.csv"), chunk)
