@@ -22,7 +22,7 @@ fi
 sources=/usr/lib/rustlib/src/rust/library/core
 if [ ! -d "$sources" ] && [ "$(id -u)" -eq 0 ] && command -v apt-get >/dev/null; then
     apt-get update --quiet --quiet
-    apt-get install --yes --quiet --quiet rustc-web cargo-web rust-web-src
+    apt-get install --yes --quiet --quiet --no-install-recommends rustc-web cargo-web rust-web-src
 fi
 if [ ! -d "$sources" ]; then
     echo "make: no Rust for $target; run: rustup target add $target" >&2

@@ -25,7 +25,7 @@ fi
 if ! "$python" -c 'import ensurepip' 2>/dev/null; then
     if [ "$(id -u)" -eq 0 ] && command -v apt-get >/dev/null; then
         apt-get update --quiet --quiet
-        apt-get install --yes --quiet --quiet python3-venv
+        apt-get install --yes --quiet --quiet --no-install-recommends python3-venv
     else
         echo "make: $python cannot make environments; install its venv package (apt-get install python3-venv)" >&2
         exit 1
