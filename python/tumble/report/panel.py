@@ -190,6 +190,4 @@ def segments(
 
 def shifted(axes: Axes, transform: Transform, right: float, up: float) -> Transform:
     """Return the transform, moved by that many points on paper."""
-    figure = axes.get_figure(root=True)
-    assert figure is not None
-    return transform + ScaledTranslation(right / 72, up / 72, figure.dpi_scale_trans)
+    return transform + ScaledTranslation(right / 72, up / 72, axes.figure.dpi_scale_trans)
