@@ -1,6 +1,7 @@
 """The numeric core. Arrays are C-contiguous float64; units are SI; frames as in docs/conventions.md."""
 
-from typing import TypedDict
+from collections.abc import Mapping
+from typing import Any, TypedDict
 
 from tumble.recording import FloatArray
 
@@ -153,3 +154,77 @@ def normal_gravity(latitude: float, height: float) -> float: ...
 def correct(
     y: FloatArray, matrix_m: FloatArray, bias: FloatArray, out: FloatArray | None = None
 ) -> FloatArray: ...
+
+class TriadGradeFigures(TypedDict):
+    """How good a triad is; see `tumble.procedures.simulate.TriadGrade`."""
+
+    noise_density: float
+    bias_instability: float
+    turn_on_bias: float
+    scale_error: float
+    non_orthogonality: float
+    alignment: float
+    temperature_coefficient: float
+    quantisation: float
+    range: float
+    g_sensitivity: float
+
+class GradeFigures(TypedDict):
+    """How good a unit is."""
+
+    accelerometer: TriadGradeFigures
+    gyroscope: TriadGradeFigures
+    temperature_step: float
+
+class TriadTruthFigures(TypedDict):
+    """True errors of a triad; see `tumble.procedures.simulate.TriadTruth`."""
+
+    M: FloatArray
+    b: FloatArray
+    scale: FloatArray
+    L: FloatArray
+    Q: FloatArray
+    mounting: FloatArray
+    non_orthogonality: FloatArray
+    g_sensitivity: FloatArray
+    drift: FloatArray
+    temperature_coefficient: FloatArray
+    noise_density: float
+    bias_instability: float
+    quantisation: float
+
+class SimulatedUnitFigures(TypedDict):
+    """What a unit recorded, and its truth; `clock` is offset in s, skew without unit, phase in samples."""
+
+    time: FloatArray
+    accelerometer: FloatArray
+    gyroscope: FloatArray
+    temperature: FloatArray
+    accelerometer_truth: TriadTruthFigures
+    gyroscope_truth: TriadTruthFigures
+    clock: tuple[float, float, float]
+
+class TrueRestFigures(TypedDict):
+    """The rests of the table, k of them; `pose` counts the poses as they are visited."""
+
+    pose: list[int]
+    start: FloatArray
+    end: FloatArray
+    table_error: FloatArray
+    specific_force: FloatArray
+    angular_rate: FloatArray
+
+class SimulatedSession(TypedDict):
+    """A turntable session with its truth."""
+
+    case_from_table: FloatArray
+    mounting: FloatArray
+    earth_rate: FloatArray
+    duration: float
+    rests: TrueRestFigures
+    reference: SimulatedUnitFigures
+    targets: list[SimulatedUnitFigures]
+
+def sensor_grades() -> list[str]: ...
+def sensor_grade(name: str) -> GradeFigures: ...
+def simulate_turntable(scenario: Mapping[str, Any]) -> SimulatedSession: ...

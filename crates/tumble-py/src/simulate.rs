@@ -110,6 +110,7 @@ struct ScenarioInput {
     warming_time: f64,
     bias_instability: bool,
     quantisation: bool,
+    g_sensitivity: bool,
     reference: UnitInput,
     targets: Vec<UnitInput>,
 }
@@ -277,6 +278,7 @@ impl TryFrom<ScenarioInput> for Scenario {
                 },
                 bias_instability: input.bias_instability,
                 quantisation: input.quantisation,
+                g_sensitivity: input.g_sensitivity,
             },
             table: input.table.try_into()?,
             mounting: input.mounting.into(),
@@ -303,6 +305,7 @@ fn simulate_turntable(py: Python<'_>, scenario: ScenarioInput) -> PyResult<Py<Py
         .map_err(|error| PyValueError::new_err(error.to_string()))?;
     let result = PyDict::new(py);
     result.set_item("case_from_table", array2(py, session.case_from_table.matrix()))?;
+    result.set_item("mounting", array1(py, &session.mounting()))?;
     result.set_item("earth_rate", array1(py, &session.motion.earth_rate()))?;
     result.set_item("duration", session.motion.duration())?;
     result.set_item("rests", rests(py, &session)?)?;
@@ -377,10 +380,9 @@ fn triad<'py>(py: Python<'py>, triad: &Triad, drift: &Vector3<f64>) -> PyResult<
     figures.set_item("scale", array1(py, &parts.scale))?;
     figures.set_item("L", array2(py, &parts.non_orthogonality))?;
     figures.set_item("Q", array2(py, parts.mounting.matrix()))?;
-    figures.set_item(
-        "non_orthogonality",
-        array1(py, &parts.angles(&triad.model.bias).non_orthogonality),
-    )?;
+    let angles = parts.angles(&triad.model.bias);
+    figures.set_item("non_orthogonality", array1(py, &angles.non_orthogonality))?;
+    figures.set_item("mounting", array1(py, &angles.mounting))?;
     figures.set_item("g_sensitivity", array2(py, &triad.g_sensitivity))?;
     figures.set_item("drift", array1(py, drift))?;
     let coefficient = array1(py, &triad.temperature_coefficient);

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
 use crate::simulate::fault::Fault;
@@ -36,6 +36,13 @@ pub struct Session {
     pub reference: UnitRecord,
     /// The targets, in the order of the scenario.
     pub targets: Vec<UnitRecord>,
+}
+
+impl Session {
+    /// Rotation vector of `case_from_table`, rad.
+    pub fn mounting(&self) -> Vector3<f64> {
+        UnitQuaternion::from_rotation_matrix(&self.case_from_table).scaled_axis()
+    }
 }
 
 /// Why a scenario cannot be played.

@@ -1,4 +1,4 @@
-use nalgebra::{Matrix3, UnitQuaternion};
+use nalgebra::Matrix3;
 use proptest::prelude::*;
 
 use super::*;
@@ -58,6 +58,7 @@ fn scenario(seed: u64) -> Scenario {
             warming,
             bias_instability: false,
             quantisation: false,
+            g_sensitivity: true,
         },
         table,
         mounting: Mounting::Angle(0.02),

@@ -148,6 +148,8 @@ pub struct Conditions {
     pub bias_instability: bool,
     /// Whether outputs come in steps.
     pub quantisation: bool,
+    /// Whether gyroscopes respond to specific force.
+    pub g_sensitivity: bool,
 }
 
 /// What is true of one unit.
@@ -245,16 +247,13 @@ impl Unit {
             }
         }
         for triad in &mut triads {
-            triad.bias_instability = if conditions.bias_instability {
-                triad.bias_instability
-            } else {
-                0.0
-            };
-            triad.quantisation = if conditions.quantisation {
-                triad.quantisation
-            } else {
-                0.0
-            };
+            let switch = |on: bool, value: &mut f64| *value = if on { *value } else { 0.0 };
+            switch(conditions.bias_instability, &mut triad.bias_instability);
+            switch(conditions.quantisation, &mut triad.quantisation);
+            triad
+                .g_sensitivity
+                .iter_mut()
+                .for_each(|value| switch(conditions.g_sensitivity, value));
         }
         triads
     }

@@ -1,0 +1,44 @@
+"""Recordings with known truth: a turntable session as it would be recorded.
+
+Read in this order: `grade` (how good a sensor is), `fault` (what can be wrong with it), `scenario`
+(everything a session is made of), `session` (what comes out), `play` (from the one to the other), `files` (a
+session on disk).
+
+>>> from tumble.procedures.simulate import simulate_turntable
+>>> session = simulate_turntable(seed=7, grades=("consumer", "tactical"))
+>>> session["target_1"].accelerometer.b.shape
+(3,)
+"""
+
+from __future__ import annotations
+
+from tumble.procedures.simulate.fault import FAULTS, Fault, FaultKind
+from tumble.procedures.simulate.files import write_turntable
+from tumble.procedures.simulate.grade import Grade, TriadGrade, grade_names
+from tumble.procedures.simulate.play import simulate_turntable
+from tumble.procedures.simulate.scenario import ScenarioError, TurntableScenario
+from tumble.procedures.simulate.session import (
+    ClockTruth,
+    SimulatedTurntable,
+    SimulatedUnit,
+    TriadTruth,
+    TrueRest,
+)
+
+__all__ = [
+    "FAULTS",
+    "ClockTruth",
+    "Fault",
+    "FaultKind",
+    "Grade",
+    "ScenarioError",
+    "SimulatedTurntable",
+    "SimulatedUnit",
+    "TriadGrade",
+    "TriadTruth",
+    "TrueRest",
+    "TurntableScenario",
+    "grade_names",
+    "simulate_turntable",
+    "write_turntable",
+]

@@ -1,0 +1,64 @@
+"""What can be wrong with a recording, on purpose."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from tumble.results import TriadName
+
+FaultKind = Literal[
+    "scale",
+    "stuck",
+    "moved",
+    "saturated",
+    "nan",
+    "swapped-axes",
+    "left-handed",
+    "wrong-unit",
+    "gap",
+    "doubled",
+    "time-backwards",
+]
+Axis = Literal["x", "y", "z"]
+
+FAULTS: dict[FaultKind, str] = {
+    "scale": "one axis has its scale multiplied by `size`, 1.2 where not given; the truth says so too",
+    "stuck": "one axis repeats its last reading from `start` on",
+    "moved": "the unit slips about one axis by `size` deg at `start`, 2 where not given",
+    "saturated": "a triad reads no more than `size` of gravity or of the turn rate, 0.8 where not given",
+    "nan": "one axis reads not-a-number from `start` to `end`",
+    "swapped-axes": "one axis and the next are exchanged in both triads",
+    "left-handed": "one axis of both triads has its sign turned",
+    "wrong-unit": "a triad is written in g or deg/s instead of m/s^2 or rad/s",
+    "gap": "samples from `start` to `end` are missing",
+    "doubled": "samples from `start` to `end` are written twice",
+    "time-backwards": "the clock jumps back at `start` by `size` s, 1 where not given",
+}
+"""What each kind does."""
+
+AXES: tuple[Axis, ...] = get_args(Axis)
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One thing wrong with one unit. What a kind has no use for is ignored."""
+
+    kind: FaultKind
+    triad: TriadName = "accelerometer"
+    axis: Axis = "x"
+    start: float | None = None
+    """s after the session began; the middle of the first rest where not given."""
+    end: float | None = None
+    """s after the session began; one second after `start` where not given."""
+    size: float | None = None
+    """How bad it is; unit and default depend on the kind, see `FAULTS`."""
+
+    def __post_init__(self) -> None:
+        if self.kind not in FAULTS:
+            raise ValueError(f"unknown fault {self.kind!r}; known are {', '.join(FAULTS)}")
+        if self.axis not in AXES:
+            raise ValueError(f"fault {self.kind!r}: axis needs to be x, y or z, found {self.axis!r}")
+        if self.triad not in get_args(TriadName):
+            known = " or ".join(get_args(TriadName))
+            raise ValueError(f"fault {self.kind!r}: triad needs to be {known}, found {self.triad!r}")

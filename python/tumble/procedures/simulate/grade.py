@@ -1,0 +1,60 @@
+"""Sensor grades; figures and data sheets are in crates/tumble-lab/src/simulate/grade.rs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tumble import _core
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TriadGrade:
+    """How good three accelerometers or three gyroscopes are; `unit` is m/s^2 or rad/s."""
+
+    noise_density: float
+    """White noise N of IEEE Std 952, unit / sqrt(Hz): a sample at rate r scatters by N sqrt(r)."""
+    bias_instability: float
+    """B of IEEE Std 952, unit: the Allan deviation has its floor at 0.664 B."""
+    turn_on_bias: float
+    """Bias after power-on, unit, 1 sigma for each axis."""
+    scale_error: float
+    """Deviation of the scale from 1, 1 sigma for each axis."""
+    non_orthogonality: float
+    """Deviation of two sensing axes from 90 degrees, rad, 1 sigma for each pair."""
+    alignment: float
+    """Rotation of the triad inside its package, rad, 1 sigma about each axis."""
+    temperature_coefficient: float
+    """Change of the bias, unit / K, 1 sigma for each axis."""
+    quantisation: float
+    """Smallest step of the output, unit; 0 for none."""
+    range: float
+    """Largest magnitude of the output, unit."""
+    g_sensitivity: float
+    """Response of a gyroscope to specific force, rad/s per m/s^2, 1 sigma for each element."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Grade:
+    """How good an inertial measurement unit is. `dataclasses.replace` makes a grade of one's own."""
+
+    name: str
+    accelerometer: TriadGrade
+    gyroscope: TriadGrade
+    temperature_step: float
+    """Smallest step of the temperature reading, K; 0 for none."""
+
+    @classmethod
+    def named(cls, name: str) -> Grade:
+        """One of `grade_names()`; raises `ValueError` for another name."""
+        figures = _core.sensor_grade(name)
+        return cls(
+            name=name,
+            accelerometer=TriadGrade(**figures["accelerometer"]),
+            gyroscope=TriadGrade(**figures["gyroscope"]),
+            temperature_step=figures["temperature_step"],
+        )
+
+
+def grade_names() -> tuple[str, ...]:
+    """Names of the grades there are, best last."""
+    return tuple(_core.sensor_grades())

@@ -1,0 +1,203 @@
+"""Scenario in, session out: what people write in degrees goes to the native simulator in rad."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, replace
+from math import radians
+from typing import Any
+
+import numpy as np
+
+from tumble import _core
+from tumble.procedures.simulate.fault import AXES, Fault
+from tumble.procedures.simulate.scenario import (
+    REFERENCE,
+    STANDARD_GRAVITY,
+    RotationDeg,
+    ScenarioError,
+    TurntableScenario,
+)
+from tumble.procedures.simulate.session import (
+    ClockTruth,
+    SimulatedTurntable,
+    SimulatedUnit,
+    TriadTruth,
+    TrueRest,
+)
+from tumble.recording import Chunk, Recording
+
+PPM = 1e-6
+CENTRE = (0.0, 0.0, 0.0)
+
+
+def simulate_turntable(scenario: TurntableScenario | None = None, **changes: Any) -> SimulatedTurntable:  # noqa: ANN401
+    """Play a scenario; `changes` are fields of `TurntableScenario`, set on top of it or of its defaults.
+
+    Raises `ScenarioError`, in one line, where a figure makes no sense.
+    """
+    scenario = replace(scenario or TurntableScenario(), **changes)
+    try:
+        played = _core.simulate_turntable(_plain_scenario(scenario))
+    except ValueError as error:
+        raise ScenarioError(f"the session cannot be played: {error}; change that option") from error
+    reference, *targets = (
+        _unit(scenario, name, figures)
+        for name, figures in zip(scenario.unit_names, [played["reference"], *played["targets"]], strict=True)
+    )
+    return SimulatedTurntable(
+        scenario=scenario,
+        reference_unit=reference,
+        target_units=tuple(targets),
+        R_e=played["case_from_table"],
+        mounting=played["mounting"],
+        earth_rate=played["earth_rate"],
+        rests=tuple(_rests(scenario, played["rests"])),
+        duration=played["duration"],
+    )
+
+
+def _plain_scenario(scenario: TurntableScenario) -> dict[str, Any]:
+    """Put together what `_core.simulate_turntable` asks for."""
+    return {
+        "seed": scenario.seed,
+        "table": _plain_table(scenario),
+        "mounting": _in_radians(scenario.mounting_angle_deg),
+        "temperature_start": scenario.temperature_celsius,
+        "temperature_rise": scenario.warm_up_kelvin,
+        "warming_time": scenario.warm_up_seconds,
+        "bias_instability": scenario.bias_instability,
+        "quantisation": scenario.quantisation,
+        "g_sensitivity": scenario.g_sensitivity,
+        "reference": _plain_unit(scenario, REFERENCE),
+        "targets": [_plain_unit(scenario, name) for name in scenario.target_names],
+    }
+
+
+def _plain_table(scenario: TurntableScenario) -> dict[str, Any]:
+    ups = {pose.name: pose.up.tolist() for pose in scenario.poses}
+    latitude = scenario.latitude_deg
+    return {
+        "poses": [
+            {"up": ups[name], "tip": radians(scenario.tipped_deg.get(name, 0.0))}
+            for name in scenario.visited()
+        ],
+        "rest_duration": scenario.rest_seconds,
+        "profile": scenario.turn_profile,
+        "turn_rate": radians(scenario.turn_rate_dps),
+        "turn_acceleration": radians(scenario.turn_acceleration_dps2),
+        "heading_turn": radians(scenario.heading_turn_deg),
+        "error": radians(scenario.table_error_deg),
+        "gravity": scenario.gravity,
+        "latitude": None if latitude is None else radians(latitude),
+    }
+
+
+def _plain_unit(scenario: TurntableScenario, name: str) -> dict[str, Any]:
+    is_reference = name == REFERENCE
+    # The clock of the reference is that of the session.
+    apart = scenario.clocks == "apart" and not is_reference
+    return {
+        "grade": asdict(scenario.grade_of(name)),
+        "perfect": is_reference and scenario.perfect_reference,
+        "rate": scenario.rate_of(name),
+        "mounting": _in_radians(scenario.mounting_of(name)),
+        "lever_arm": scenario.lever_arm_m.get(name, CENTRE),
+        "clock": {
+            "drawn": apart,
+            "offset": scenario.clock_offset_seconds if apart else 0.0,
+            "skew": scenario.clock_skew_ppm * PPM if apart else 0.0,
+            "phase": 0.0,
+        },
+        "faults": [_plain_fault(scenario, fault) for fault in scenario.faults_of(name)],
+    }
+
+
+def _plain_fault(scenario: TurntableScenario, fault: Fault) -> dict[str, Any]:
+    axis = AXES.index(fault.axis)
+    start = scenario.rest_seconds / 2 if fault.start is None else fault.start
+    return {
+        "kind": fault.kind,
+        "channels": fault.triad,
+        "axis": axis,
+        "other_axis": (axis + 1) % 3,
+        "start": start,
+        "end": start + 1.0 if fault.end is None else fault.end,
+        "size": _fault_size(scenario, fault),
+    }
+
+
+def _fault_size(scenario: TurntableScenario, fault: Fault) -> float:
+    """In the unit the simulator asks for."""
+    of_accelerometer = fault.triad == "accelerometer"
+    largest = scenario.gravity if of_accelerometer else radians(scenario.turn_rate_dps)
+    match fault.kind:
+        case "scale":
+            return 1.2 if fault.size is None else fault.size
+        case "moved":
+            return radians(2.0 if fault.size is None else fault.size)
+        case "saturated":
+            return largest * (0.8 if fault.size is None else fault.size)
+        case "wrong-unit":
+            return 1.0 / STANDARD_GRAVITY if of_accelerometer else float(np.degrees(1.0))
+        case "time-backwards":
+            return 1.0 if fault.size is None else fault.size
+    return 0.0
+
+
+def _in_radians(rotation: RotationDeg) -> float | list[float]:
+    return radians(rotation) if isinstance(rotation, int | float) else [radians(part) for part in rotation]
+
+
+def _unit(scenario: TurntableScenario, name: str, figures: _core.SimulatedUnitFigures) -> SimulatedUnit:
+    samples = Chunk(figures["time"], figures["accelerometer"], figures["gyroscope"], figures["temperature"])
+    offset, skew, phase = figures["clock"]
+    return SimulatedUnit(
+        name=name,
+        grade=scenario.grade_of(name),
+        samples=samples,
+        recording=Recording.from_arrays(
+            name,
+            samples.time,
+            samples.accelerometer,
+            samples.gyroscope,
+            samples.temperature,
+            serial=f"SIM-{scenario.seed}-{scenario.unit_names.index(name)}",
+            clock="turntable" if scenario.clocks == "shared" else "",
+        ),
+        accelerometer=_triad(figures["accelerometer_truth"]),
+        gyroscope=_triad(figures["gyroscope_truth"]),
+        clock=ClockTruth(offset, skew / PPM, phase),
+        faults=scenario.faults_of(name),
+    )
+
+
+def _triad(figures: _core.TriadTruthFigures) -> TriadTruth:
+    return TriadTruth(
+        M=figures["M"],
+        b=figures["b"],
+        K=np.diag(figures["scale"]),
+        L=figures["L"],
+        Q=figures["Q"],
+        mounting=figures["mounting"],
+        non_orthogonality=figures["non_orthogonality"],
+        g_sensitivity=figures["g_sensitivity"],
+        drift=figures["drift"],
+        temperature_coefficient=figures["temperature_coefficient"],
+        noise_density=figures["noise_density"],
+        bias_instability=figures["bias_instability"],
+        quantisation=figures["quantisation"],
+    )
+
+
+def _rests(scenario: TurntableScenario, figures: _core.TrueRestFigures) -> Iterator[TrueRest]:
+    visited = scenario.visited()
+    for row, pose in enumerate(figures["pose"]):
+        yield TrueRest(
+            pose=visited[pose],
+            start=float(figures["start"][row]),
+            end=float(figures["end"][row]),
+            table_error=figures["table_error"][row],
+            specific_force=figures["specific_force"][row],
+            angular_rate=figures["angular_rate"][row],
+        )
