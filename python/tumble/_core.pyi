@@ -111,7 +111,7 @@ class ClockFigures(TypedDict):
     contradiction: tuple[float, float] | None
 
 class TriadFigures(TypedDict, total=False):
-    """Calibration of one triad; `values` and `sigmas` are bias, scale, non-orthogonality, mounting (SI, rad)."""
+    """One triad; `values` and `sigmas` are bias, scale, non-orthogonality, mounting, in SI units and rad."""
 
     M: FloatArray
     b: FloatArray

@@ -99,7 +99,7 @@ class Recording:
         serial: str = "",
         clock: str = "",
     ) -> Recording:
-        """Wrap arrays already in memory: time (n,) s, specific force (n, 3) m/s^2, angular rate (n, 3) rad/s."""
+        """Wrap arrays in memory: time (n,) s, specific force (n, 3) m/s^2, angular rate (n, 3) rad/s."""
         chunk = Chunk(
             np.ascontiguousarray(time, dtype=np.float64),
             np.ascontiguousarray(accelerometer, dtype=np.float64),

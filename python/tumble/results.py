@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-
 from tumble.recording import FloatArray
 
 TriadName = Literal["accelerometer", "gyroscope"]
@@ -78,7 +77,11 @@ class TriadResult:
         """Chance of a larger chi-square, were the model and the noise right."""
         from scipy.special import chdtrc
 
-        return float(chdtrc(self.degrees_of_freedom, self.chi_square)) if self.degrees_of_freedom else float("nan")
+        return (
+            float(chdtrc(self.degrees_of_freedom, self.chi_square))
+            if self.degrees_of_freedom
+            else float("nan")
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +149,7 @@ class Trace:
 
 @dataclass(frozen=True, slots=True)
 class Clock:
-    """The target's clock against the reference's: t_target = t_reference + offset + skew (t_reference - start)."""
+    """Clock of the target: t_target = t_reference + offset + skew (t_reference - start)."""
 
     shared: bool
     """True if both recordings are stamped by one clock, which fixes offset and skew at zero."""
@@ -213,6 +216,21 @@ class TargetResult:
     failure: str = ""
     """Why the target could not be calibrated; empty if it could."""
 
+    def __repr__(self) -> str:
+        triads = [triad for triad in (self.accelerometer, self.gyroscope) if triad]
+        shown = [
+            f"{triad.triad} {each.name} = {each.value:.6g} +- {each.sigma:.2g} {each.unit}"
+            for triad in triads
+            for each in triad.parameters
+            if each.observable
+        ]
+        return "\n  ".join([f"TargetResult({self.name}: {self.failure or self.verdict})", *shown])
+
+    def _repr_html_(self) -> str:
+        from tumble.report.notebook import target_html
+
+        return target_html(self)
+
     @property
     def verdict(self) -> Literal["pass", "fail", "calibrated", "not calibrated"]:
         """Pass or fail against the limits, `calibrated` where there are none."""
@@ -266,11 +284,18 @@ class TurntableResult:
     software: str = ""
     """`tumble 0.1.0`."""
 
+    def __repr__(self) -> str:
+        verdicts = ", ".join(f"{target.name}: {target.verdict}" for target in self.targets)
+        return f"TurntableResult(reference {self.reference.name}; {verdicts})"
+
+    def _repr_html_(self) -> str:
+        from tumble.report.notebook import batch_html
+
+        return batch_html(self)
+
     def __getitem__(self, name: str) -> TargetResult:
-        """The target of that name."""
+        """Find the target of that name."""
         for target in self.targets:
             if target.name == name:
                 return target
         raise KeyError(name)
-
-

@@ -9,7 +9,7 @@ import numpy as np
 from tumble import _core
 from tumble.calibration import Calibration
 from tumble.errors import ProcedureError
-from tumble.recording import Chunk, Recording
+from tumble.recording import Chunk, FloatArray, Recording
 from tumble.results import Rest, Trace
 
 FEWEST_RESTS = 4
@@ -36,7 +36,7 @@ def acquire(recording: Recording, calibration: Calibration | None = None) -> _co
     return segmenter.finish()
 
 
-def _corrected(chunk: Chunk, calibration: Calibration | None) -> tuple[np.ndarray, np.ndarray]:
+def _corrected(chunk: Chunk, calibration: Calibration | None) -> tuple[FloatArray, FloatArray]:
     if calibration is None:
         return chunk.accelerometer, chunk.gyroscope
     return calibration.correct(chunk.accelerometer, chunk.gyroscope)
@@ -64,23 +64,23 @@ def _samples(unit: _core.Acquired) -> str:
 def _time(unit: _core.Acquired) -> str:
     if unit.first_backwards is None:
         return ""
-    return (
-        f"time does not advance at {unit.first_backwards:.6f} s; sort the samples and drop doubled time stamps"
-    )
+    when = f"{unit.first_backwards:.6f} s"
+    return f"time does not advance at {when}; sort the samples and drop doubled time stamps"
 
 
 def _channels(unit: _core.Acquired) -> str:
-    """First channel that spoils the calibration; one that is saturated in a few turns only costs these turns."""
+    """Name the channel that spoils the calibration; saturation in a few turns only costs these turns."""
     lost = sum(not complete for complete in unit.turn_complete)
     for channel, kind, value, first, _ in unit.faults:
         si = "m/s^2" if channel.startswith("accelerometer") else "rad/s"
         if kind == "stuck":
-            return f"{channel} is stuck at {value:.6g} {si} from beginning to end; check the sensor and its column"
+            return f"{channel} is stuck at {value:.6g} {si} throughout; check the sensor and its column"
         seen = f"{channel} is saturated at {value:.6g} {si}, first at {first:.3f} s"
         if kind == "saturated at rest":
             return f"{seen}, while the unit stood still; choose a larger range"
         if 2 * lost > len(unit.turn_complete):
-            return f"{seen}, in {lost} of {len(unit.turn_complete)} turns; turn more slowly or choose a larger range"
+            turns = f"{lost} of {len(unit.turn_complete)} turns"
+            return f"{seen}, in {turns}; turn more slowly or choose a larger range"
     return ""
 
 
@@ -111,15 +111,21 @@ def _accelerometer_unit(unit: _core.Acquired, gravity: float) -> str:
 def _gyroscope_unit(unit: _core.Acquired) -> str:
     verdict, figure, axes = _core.judge_gyroscope(unit)
     if verdict == "scaled" and figure > 1.0:
-        return "gyroscope turns gravity 57.3 times too far: deg/s were taken for rad/s; say --gyroscope-unit deg/s"
+        return (
+            "gyroscope turns gravity 57.3 times too far: deg/s were taken for rad/s; "
+            "say --gyroscope-unit deg/s"
+        )
     if verdict == "scaled":
-        return "gyroscope turns gravity 57.3 times too little: rad/s were taken for deg/s; say --gyroscope-unit rad/s"
+        return (
+            "gyroscope turns gravity 57.3 times too little: rad/s were taken for deg/s; "
+            "say --gyroscope-unit rad/s"
+        )
     if verdict == "permuted":
         return _axes_problem(axes)
     if verdict == "inconsistent":
         return (
-            f"gyroscope and accelerometer disagree by {figure:.0f} deg about how the unit turned, in any unit "
-            "and order of axes; check that both belong to one unit"
+            f"gyroscope and accelerometer disagree by {figure:.0f} deg about how the unit turned, in any "
+            "unit and order of axes; check that both belong to one unit"
         )
     return ""
 
@@ -127,8 +133,8 @@ def _gyroscope_unit(unit: _core.Acquired) -> str:
 def _axes_problem(axes: list[tuple[int, float]]) -> str:
     if all(index == row and sign < 0 for row, (index, sign) in enumerate(axes)):
         return (
-            "gyroscope turns the wrong way about every axis: the axes are left-handed, or an accelerometer reads -g up; "
-            "turn one axis of both triads with --axes, or the accelerometer with --accelerometer-sign -1"
+            "gyroscope turns the wrong way about every axis: the axes are left-handed; "
+            "turn one axis of both triads with --axes, such as --axes x,y,-z"
         )
     order = ",".join(f"{'-' if sign < 0 else ''}{'xyz'[index]}" for index, sign in axes)
     return (
@@ -138,7 +144,7 @@ def _axes_problem(axes: list[tuple[int, float]]) -> str:
 
 
 def rests_of(unit: _core.Acquired, poses: dict[int, str] | None = None) -> tuple[Rest, ...]:
-    """All rests of a unit, with pose names where known, and those refused with the reason."""
+    """List the rests of a unit, with pose names where known."""
     poses = poses or {}
     forces, rates = unit.rest_specific_force, unit.rest_angular_rate
     force_sigmas, rate_sigmas = unit.rest_specific_force_sigma, unit.rest_angular_rate_sigma
@@ -158,6 +164,15 @@ def rests_of(unit: _core.Acquired, poses: dict[int, str] | None = None) -> tuple
     )
 
 
+def refused_of(unit: _core.Acquired) -> tuple[Rest, ...]:
+    """List the stretches that only looked like rests, with the reason."""
+    unknown = np.full(3, np.nan)
+    return tuple(
+        Rest(start, end, 0, unknown, unknown, unknown, unknown, used=False, remark=why)
+        for start, end, why in unit.refused
+    )
+
+
 def trace_of(unit: _core.Acquired) -> Trace:
-    """The recording at a glance."""
+    """Draw the recording at a glance."""
     return Trace(*unit.trace())

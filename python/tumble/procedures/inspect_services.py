@@ -117,7 +117,7 @@ def _runs(mask: NDArray[np.bool_]) -> list[slice]:
 def _steady_angle(rate: FloatArray, run: slice) -> float:
     """Sum of the rates of the longest part of a stretch that keeps to its typical rate.
 
-    Driving round a bend does not keep to it. The point before and the one after the part belong to it in part.
+    Driving round a bend does not keep to it. The points just before and after belong to it in part.
     """
     steady = np.zeros(len(rate), np.bool_)
     typical = float(np.median(rate[run]))

@@ -1,4 +1,4 @@
-"""Which rest of the reference is which pose of the list: by direction, or by file where each pose has its own."""
+"""Which rest of the reference is which pose of the list: by direction, or by file where each has its own."""
 
 from __future__ import annotations
 
@@ -59,14 +59,14 @@ def match_poses(
     for k, (pose, angle) in enumerate(nearest):
         if LARGEST_TIP < angle <= LARGEST_CONFUSION and pose not in labelled.values():
             raise ProcedureError(
-                f"{recording.name}: rest {k + 1} is tipped {angle:.1f} deg from pose {pose.name!r}, more than "
-                f"{LARGEST_TIP:g} deg; level the table, correct the pose list, or use --poses none"
+                f"{recording.name}: rest {k + 1} is tipped {angle:.1f} deg from pose {pose.name!r}, more "
+                f"than {LARGEST_TIP:g} deg; level the table, correct the pose list, or use --poses none"
             )
     missing = [pose.name for pose in poses if pose not in labelled.values()]
     if missing:
         raise ProcedureError(
-            f"{recording.name}: pose {missing[0]!r} is missing ({len(poses) - len(missing)} of {len(poses)} found "
-            f"in {len(forces)} rests); record it, take it off the list, or use --poses none"
+            f"{recording.name}: pose {missing[0]!r} is missing, {len(poses) - len(missing)} of {len(poses)} "
+            f"were found in {len(forces)} rests; record it, take it off the list, or use --poses none"
         )
     return _matched(forces, labelled, poses, _extras(nearest))
 
@@ -95,7 +95,8 @@ def _by_file(recording: Recording, parts: Sequence[int], poses: PoseList) -> dic
     for stem, pose in by_stem.items():
         if stem not in found:
             raise ProcedureError(
-                f"{recording.name}: no file for pose {pose.name!r} (looked for {stem}.*); record it or take it off the list"
+                f"{recording.name}: no file for pose {pose.name!r} (looked for {stem}.*); "
+                "record it or take it off the list"
             )
     labelled = ((k, by_stem.get(stems[part].casefold())) for k, part in enumerate(parts))
     return {k: pose for k, pose in labelled if pose is not None}
@@ -129,7 +130,7 @@ def _extras(nearest: Sequence[tuple[Pose, float]]) -> tuple[str, ...]:
     if not extra:
         return ()
     listed = ", ".join(map(str, extra))
-    return (f"rest {listed} of the reference matches no pose of the list; used for the targets, not for the mounting",)
+    return (f"rest {listed} of the reference matches no pose; it serves the targets, not the mounting angle",)
 
 
 def _matched(
@@ -139,5 +140,6 @@ def _matched(
     for k, pose in labelled.items():
         ups[k] = pose.up
     counts = {pose.name: sum(other.name == pose.name for other in labelled.values()) for pose in poses}
-    repeats = [f"pose {name!r} was recorded {count} times; all are used" for name, count in counts.items() if count > 1]
+    repeated = [f"{name} ({count} times)" for name, count in counts.items() if count > 1]
+    repeats = [f"poses recorded more than once, all used: {', '.join(repeated)}"] if repeated else []
     return PoseMatch(ups, {k: pose.name for k, pose in labelled.items()}, "", (*warnings, *repeats))

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tumble import _core
 from tumble.recording import FloatArray
 from tumble.results import Parameter, TriadName, TriadResult
 
+Flags: TypeAlias = NDArray[np.bool_]
+
 UNITS: dict[TriadName, str] = {"accelerometer": "m/s^2", "gyroscope": "rad/s"}
-PAIRS = ("xy", "yz", "zx")
 INTERVAL = 1.959963984540054
 """Normal quantile of 0.975."""
 
@@ -24,7 +27,7 @@ def triad_result(
     bias_instability: FloatArray,
     pose_names: dict[int, str],
 ) -> TriadResult:
-    """Result of one triad; what was not observed carries no number."""
+    """Describe one triad; what was not observed carries no number."""
     seen = np.array(figures["observed"])
     covariance = figures["covariance"].copy()
     covariance[~seen, :] = np.nan
@@ -55,7 +58,7 @@ def triad_result(
     )
 
 
-def _estimated(seen: np.ndarray, figures: _core.TriadFigures) -> tuple[str, ...]:
+def _estimated(seen: Flags, figures: _core.TriadFigures) -> tuple[str, ...]:
     groups = []
     if seen[9:].all():
         groups.append("bias")
@@ -66,7 +69,7 @@ def _estimated(seen: np.ndarray, figures: _core.TriadFigures) -> tuple[str, ...]
     return tuple(groups)
 
 
-def _unobservable(seen: np.ndarray, triad: TriadName) -> Iterator[str]:
+def _unobservable(seen: Flags, triad: TriadName) -> Iterator[str]:
     """Words for what M was not asked; `seen` is (3, 3)."""
     stimulus = "angular rate about" if triad == "gyroscope" else "specific force along"
     lacking = [axis for column, axis in enumerate("xyz") if not seen[:, column].any()]
@@ -80,18 +83,12 @@ def _unobservable(seen: np.ndarray, triad: TriadName) -> Iterator[str]:
 
 
 def _parameters(
-    triad: TriadName, figures: _core.TriadFigures, seen: np.ndarray, reasons: tuple[str, ...]
+    triad: TriadName, figures: _core.TriadFigures, seen: Flags, reasons: tuple[str, ...]
 ) -> Iterator[Parameter]:
-    rows = seen[:9].reshape(3, 3).all(axis=1)
     reason = reasons[0] if reasons else "not shown by the data"
-    names = _names(triad)
-    shown = (
-        *seen[9:],
-        *rows,
-        *(rows["xyz".index(one)] and rows["xyz".index(other)] for one, other in PAIRS),
-        *(rows.all(),) * 3,
-    )
-    for (name, unit), value, sigma, observable in zip(names, figures["values"], figures["sigmas"], shown, strict=True):
+    for (name, unit), value, sigma, observable in zip(
+        _names(triad), figures["values"], figures["sigmas"], _shown(seen), strict=True
+    ):
         factor = math.degrees(1.0) if unit == "deg" else 1.0
         if observable:
             yield parameter(name, unit, value * factor, sigma * factor)
@@ -99,8 +96,15 @@ def _parameters(
             yield Parameter(name, unit, math.nan, math.inf, -math.inf, math.inf, False, reason)
 
 
+def _shown(seen: Flags) -> list[bool]:
+    """Say what the data show: a scale needs its row of M, an angle between axes two, mounting all three."""
+    x, y, z = (bool(row.all()) for row in seen[:9].reshape(3, 3))
+    biases = [bool(flag) for flag in seen[9:]]
+    return [*biases, x, y, z, x and y, y and z, z and x, *[x and y and z] * 3]
+
+
 def parameter(name: str, unit: str, value: float, sigma: float) -> Parameter:
-    """A number with its 95 % interval."""
+    """Give a number with its 95 % interval."""
     return Parameter(name, unit, value, sigma, value - INTERVAL * sigma, value + INTERVAL * sigma)
 
 
@@ -108,7 +112,7 @@ def _names(triad: TriadName) -> list[tuple[str, str]]:
     return [
         *((f"bias {axis}", UNITS[triad]) for axis in "xyz"),
         *((f"scale {axis}", "1") for axis in "xyz"),
-        *((f"non-orthogonality {pair}", "deg") for pair in PAIRS),
+        *((f"non-orthogonality {pair}", "deg") for pair in ("xy", "yz", "zx")),
         *((f"mounting {axis}", "deg") for axis in "xyz"),
     ]
 

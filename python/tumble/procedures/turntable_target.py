@@ -1,0 +1,160 @@
+"""One target of a turntable session: calibrated, described, held against its limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tumble import _core
+from tumble.errors import TumbleError
+from tumble.procedures.acquire import refuse_if_unfit, refused_of, rests_of, trace_of
+from tumble.procedures.limits import Limits
+from tumble.procedures.matching import PoseMatch
+from tumble.procedures.objections import in_words
+from tumble.procedures.triads import triad_result
+from tumble.procedures.units import Unit
+from tumble.results import AxisReading, Clock, TargetResult, Trace
+
+PARTS_PER_MILLION = 1e6
+
+
+@dataclass(frozen=True, slots=True)
+class TargetProcedure:
+    """What all targets of a session share."""
+
+    reference: Unit
+    understood: _core.Reference
+    match: PoseMatch
+    settings: _core.TurntableSettings
+    gravity: float
+    limits: Limits | None
+
+    def calibrate(self, name: str, unit: Unit | TumbleError) -> TargetResult:
+        """Calibrate one target; what hinders it becomes its failure."""
+        if isinstance(unit, TumbleError):
+            return _failed(name, str(unit))
+        try:
+            refuse_if_unfit(name, unit.acquired, self.gravity)
+            figures = _core.calibrate_target(
+                self.reference.acquired, self.understood, unit.acquired, self.match.ups, self.settings
+            )
+        except _core.CoreError as error:
+            return _failed(name, f"{name}: {in_words(error, self.match.names)}", unit)
+        except TumbleError as error:
+            return _failed(name, str(error), unit)
+        result = self._result(name, unit, figures)
+        return replace(result, checks=self.limits.check(result)) if self.limits else result
+
+    def _result(self, name: str, unit: Unit, figures: _core.TargetFigures) -> TargetResult:
+        noise, instability = unit.acquired.noise_density, unit.acquired.bias_instability
+        names = self.match.names
+        poses = {
+            rest: names[seen]
+            for seen, first, last in figures["pairs"]
+            if seen in names
+            for rest in range(first, last + 1)
+        }
+        result = TargetResult(
+            name=name,
+            source=unit.recording.metadata.source,
+            serial=unit.recording.metadata.serial,
+            accelerometer=triad_result(
+                "accelerometer", figures["accelerometer"], noise[:3], instability[:3], names
+            ),
+            gyroscope=triad_result("gyroscope", figures["gyroscope"], noise[3:], instability[3:], names),
+            rests=rests_of(unit.acquired, poses) + refused_of(unit.acquired),
+            trace=trace_of(unit.acquired),
+            clock=_clock(figures["clock"]),
+            axis_readings=(),
+            temperature=unit.acquired.temperature,
+        )
+        return replace(
+            result,
+            axis_readings=self._axis_readings(result, figures),
+            warnings=(*_remarks(unit), *self._warnings(result, figures)),
+        )
+
+    def _axis_readings(self, result: TargetResult, figures: _core.TargetFigures) -> tuple[AxisReading, ...]:
+        """Prepare the source's figures: X and Y at the poses, before and after R_e^-1."""
+        shown = self.understood.figures
+        known = [(seen, first) for seen, first, _ in figures["pairs"] if seen in self.match.names]
+        if "R_e" not in shown or not known:
+            return ()
+        ideal = self.gravity * self.match.ups[[seen for seen, _ in known]]
+        rests = [result.rests[first] for _, first in known]
+        measured = np.array([rest.specific_force for rest in rests])
+        sigma = np.array([rest.specific_force_sigma for rest in rests])
+        # Rows are vectors: m R_e is R_e^-1 m, row by row.
+        compensated = measured @ shown["R_e"]
+        labels = tuple(self.match.names[seen] for seen, _ in known)
+        return (
+            AxisReading("X", labels, ideal[:, 0], measured[:, 0], compensated[:, 0], sigma[:, 0]),
+            AxisReading("Y", labels, ideal[:, 1], measured[:, 1], compensated[:, 1], sigma[:, 1]),
+        )
+
+    def _warnings(self, result: TargetResult, figures: _core.TargetFigures) -> Iterator[str]:
+        contradiction = figures["clock"]["contradiction"]
+        if contradiction:
+            yield (
+                f"the turns lie {contradiction[0]:.3f} s apart although the clock is said to be shared; "
+                "try --clock apart"
+            )
+        seen = {rest for rest, _, _ in figures["pairs"]}
+        lost = [str(k + 1) for k in range(len(self.match.ups)) if k not in seen]
+        if lost:
+            yield f"rest {', '.join(lost)} of the reference is no rest of this unit; not used"
+        for triad, shown in (
+            (result.accelerometer, figures["accelerometer"]),
+            (result.gyroscope, figures["gyroscope"]),
+        ):
+            if triad and shown["widened"] > 1.0:
+                worst = int(np.argmax(np.abs(triad.residuals / triad.residual_sigma).max(axis=1)))
+                yield (
+                    f"{triad.triad} residuals exceed the noise (chi-square {triad.chi_square:.3g} for "
+                    f"{triad.degrees_of_freedom}), most at {triad.residual_labels[worst]}: "
+                    f"all sigmas were widened by {math.sqrt(shown['widened']):.2g}"
+                )
+
+
+def _remarks(unit: Unit) -> Iterator[str]:
+    metadata = unit.recording.metadata
+    yield from metadata.remarks
+    if metadata.already_corrected:
+        yield "the log was corrected before it was written: this calibrates what the correction left"
+    for start, end, why in unit.acquired.refused:
+        yield f"{start:.1f} to {end:.1f} s is no rest: {why}"
+    for channel, _, _, first, last in unit.acquired.faults:
+        yield f"{channel} is saturated between {first:.1f} and {last:.1f} s: turns in that time are not used"
+    if unit.acquired.not_finite:
+        yield f"{unit.acquired.not_finite} samples are not numbers and were passed over"
+
+
+def _clock(figures: _core.ClockFigures) -> Clock:
+    return Clock(
+        shared=figures["shared"],
+        offset=figures["offset"],
+        offset_sigma=figures["offset_sigma"],
+        skew=figures["skew"] * PARTS_PER_MILLION,
+        skew_sigma=figures["skew_sigma"] * PARTS_PER_MILLION,
+        turns=figures["turns"],
+    )
+
+
+def _failed(name: str, failure: str, unit: Unit | None = None) -> TargetResult:
+    nothing = np.empty((0, 3))
+    return TargetResult(
+        name=name,
+        source=unit.recording.metadata.source if unit else name,
+        serial=unit.recording.metadata.serial if unit else "",
+        accelerometer=None,
+        gyroscope=None,
+        rests=rests_of(unit.acquired) + refused_of(unit.acquired) if unit else (),
+        trace=trace_of(unit.acquired) if unit else Trace(np.empty(0), nothing, nothing),
+        clock=None,
+        axis_readings=(),
+        temperature=unit.acquired.temperature if unit else None,
+        failure=failure,
+    )
