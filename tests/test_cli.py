@@ -226,6 +226,15 @@ def test_a_target_that_cannot_be_calibrated_does_not_stop_the_others(run, tmp_pa
     assert not (tmp_path / "out/target_2.yaml").exists()
 
 
+def test_a_calibration_file_of_an_earlier_run_is_pointed_out(run, tmp_path, recordings, procedure):
+    procedure(made_up.batch())
+    run("turntable", *recordings[:2], "-o", tmp_path / "out")
+    moved = made_up.target(failure="it moved", accelerometer=None, gyroscope=None)
+    procedure(made_up.batch(moved))
+    done = run("turntable", *recordings[:2], "-o", tmp_path / "out")
+    assert f"{tmp_path / 'out/target_1.yaml'} is of an earlier run" in done.err
+
+
 def test_the_summary_has_one_row_a_target_and_every_digit(run, tmp_path, recordings, procedure):
     first = made_up.target("target_1", gyroscope=made_up.triad("gyroscope", bias_only=True))
     moved = made_up.target("target_2", failure="it moved", accelerometer=None, gyroscope=None)

@@ -84,7 +84,8 @@ def json_content(result: TurntableResult, files: dict[str, str]) -> dict[str, An
 
 def reason(target: TargetResult) -> str:
     """Why a target failed or has no calibration; empty where neither is so."""
-    return target.failure or "; ".join(check_sentence(check) for check in target.checks if not check.passed)
+    broken = "; ".join(check_sentence(check) for check in target.checks if not check.passed)
+    return target.failure.removeprefix(f"{target.name}: ") or broken
 
 
 def _notes(target: TargetResult) -> Iterator[Text]:
@@ -97,7 +98,8 @@ def _notes(target: TargetResult) -> Iterator[Text]:
 
 def _table(result: TurntableResult) -> Table:
     table = Table(box=SIMPLE_HEAD, padding=(0, 1), show_edge=False)
-    for title in ("", "bias", "scale error", "non-orthogonality", "mounting"):
+    table.add_column("", no_wrap=True)
+    for title in ("bias", "scale error", "non-orthogonality", "mounting"):
         table.add_column(title, overflow="fold")
     many = len(result.targets) > MOST_SHOWN
     for target in result.targets:

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from tumble.poses import PoseList
     from tumble.results import TurntableResult
 
-FILE_WIDTH = 120
+FILE_WIDTH = 128
+"""What is no terminal has no width of its own, and a table folded to 80 columns is hard to read."""
 SOME_FAILED = 3
 """Exit code where a target failed its limits or could not be calibrated."""
 
@@ -133,6 +134,11 @@ def turntable_command(
             progress=advance,
         )
     files = _write(result, folder)
+    for path in _left_over(result, folder):
+        print(
+            f"tumble: warning: {path} is of an earlier run, this one has no calibration for it",
+            file=sys.stderr,
+        )
     _show(result, files, as_json)
     if any(target.verdict in ("fail", "not calibrated") for target in result.targets):
         raise typer.Exit(SOME_FAILED)
@@ -189,6 +195,19 @@ def _write(result: TurntableResult, folder: Path) -> dict[str, str]:
     return files | {"summary": str(summary), "report": str(report)}
 
 
+def _left_over(result: TurntableResult, folder: Path) -> list[Path]:
+    """Calibration files that stand in the folder for targets that could not be calibrated this time."""
+    from tumble.report.pages import page_names
+
+    names = page_names(result.targets)
+    paths = [
+        (folder / page).with_suffix(".yaml")
+        for target, page in zip(result.targets, names, strict=True)
+        if target.failure
+    ]
+    return [path for path in paths if path.exists()]
+
+
 def _show(result: TurntableResult, files: dict[str, str], as_json: bool) -> None:
     from rich.console import Console
 
@@ -199,7 +218,8 @@ def _show(result: TurntableResult, files: dict[str, str], as_json: bool) -> None
         print()
         return
     console = Console()
-    # What is not a terminal has no width of its own, and a table folded to 80 columns is hard to read.
-    console.print(screen_summary(result), width=None if console.is_terminal else FILE_WIDTH)
+    if not console.is_terminal:
+        console = Console(width=FILE_WIDTH)
+    console.print(screen_summary(result))
     print(f"Calibration files, summary.csv and a page for each target are in {Path(files['report']).parent}")
     print(f"Report: {files['report']}")
