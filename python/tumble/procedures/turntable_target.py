@@ -112,10 +112,15 @@ class TargetProcedure:
         ):
             if triad and shown["widened"] > 1.0:
                 worst = int(np.argmax(np.abs(triad.residuals / triad.residual_sigma).max(axis=1)))
+                hint = (
+                    "; if it feels specific force, --g-sensitivity will tell"
+                    if triad.triad == "gyroscope" and triad.g_sensitivity is None
+                    else ""
+                )
                 yield (
                     f"{triad.triad} residuals exceed the noise (chi-square {triad.chi_square:.3g} for "
                     f"{triad.degrees_of_freedom}), most at {triad.residual_labels[worst]}: "
-                    f"all sigmas were widened by {math.sqrt(shown['widened']):.2g}"
+                    f"all sigmas were widened by {math.sqrt(shown['widened']):.2g}{hint}"
                 )
 
 
