@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -126,3 +128,28 @@ def test_an_unknown_extension_is_refused_unless_a_format_is_named(tmp_path):
     with open_writer(tmp_path / "log.xyz", "csv") as writer:
         writer.write(made_up(10, temperature=False))
     assert same(read(tmp_path / "log.xyz", SI), made_up(10, temperature=False))
+
+
+def peak_memory(path):
+    """Peak memory, in MB, of a process that reads a log from beginning to end."""
+    program = (
+        "import resource, sys\n"
+        "from tumble.logs import open_recording\n"
+        "for chunk in open_recording(sys.argv[1]).chunks(): pass\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program, str(path)], capture_output=True, text=True, check=True
+    )
+    return float(done.stdout)
+
+
+@pytest.mark.parametrize("name", ["csv", "parquet"])
+def test_a_longer_recording_takes_no_more_memory(tmp_path, name):
+    piece = made_up(100_000)
+    for pieces in (2, 14):
+        with open_writer(tmp_path / f"{pieces}.{name}") as writer:
+            for number in range(pieces):
+                writer.write(replace(piece, time=piece.time + 1000.0 * number))
+    short, long = (peak_memory(tmp_path / f"{pieces}.{name}") for pieces in (2, 14))
+    assert long < 1.2 * short

@@ -60,9 +60,10 @@ def open_track(path: Path, imu: str | None, options: ReadOptions) -> Track:
 
 @contextmanager
 def _open(path: Path) -> Iterator[pq.ParquetFile]:
-    """Open for reading page by page: without a buffer size, whole column chunks would be held in memory."""
+    """Open for reading page by page; otherwise the compressed bytes of the whole file end up in memory."""
+    in_pages = {"buffer_size": 1 << 20, "pre_buffer": False}
     try:
-        with pq.ParquetFile(path, buffer_size=1 << 20, page_checksum_verification=True) as file:
+        with pq.ParquetFile(path, page_checksum_verification=True, **in_pages) as file:
             yield file
     except (pa.ArrowInvalid, pa.ArrowException, OSError) as error:
         raise LogError(f"{path}: {_problem(path)} ({str(error).splitlines()[0]})") from error
@@ -80,7 +81,7 @@ def _problem(path: Path) -> str:
 def _read(path: Path, columns: ImuColumns, transform: Transform) -> Iterator[Samples]:
     roots = list(dict.fromkeys(columns.names))
     with _open(path) as file:
-        for batch in file.iter_batches(batch_size=CHUNK_SAMPLES, columns=roots):
+        for batch in file.iter_batches(CHUNK_SAMPLES, columns=roots, use_threads=False):
             yield transform(samples_of(_leaves(path, batch, columns.names), columns))
 
 
