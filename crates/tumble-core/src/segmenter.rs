@@ -266,6 +266,11 @@ impl<T: Real> Segmenter<T> {
         self.stillness.floor()
     }
 
+    /// Whether a block was closed that nobody took.
+    pub fn has_block(&self) -> bool {
+        self.block.is_some()
+    }
+
     /// The block closed last, for those who draw the recording.
     pub fn take_block(&mut self) -> Option<Stretch<T>> {
         self.block.take()

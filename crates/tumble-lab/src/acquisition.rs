@@ -184,10 +184,13 @@ impl Acquisition {
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
             let microseconds = ((t - origin) * 1e6 + 0.5) as u64;
             self.channels.push_sample(microseconds, &y);
-            if let Some(segment) = self.segmenter.push_channels(microseconds, &y) {
+            let segment = self.segmenter.push_channels(microseconds, &y);
+            if self.segmenter.has_block() {
+                self.look();
+            }
+            if let Some(segment) = segment {
                 self.keep(segment);
             }
-            self.look();
         }
         for &t in temperature.unwrap_or_default() {
             if t.is_finite() {

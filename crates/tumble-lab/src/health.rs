@@ -33,7 +33,19 @@ pub enum FaultKind {
 #[derive(Clone, Debug)]
 pub struct Channels {
     ends: [[End; 2]; CHANNELS],
-    frozen: [Vec<(u64, f64)>; CHANNELS],
+    levels: [Levels; CHANNELS],
+}
+
+/// What the blocks of a channel showed.
+#[derive(Clone, Debug)]
+struct Levels {
+    lowest: f64,
+    highest: f64,
+    first: u64,
+    last: u64,
+    moved: bool,
+    /// Times and values of blocks without scatter.
+    frozen: Vec<(u64, f64)>,
 }
 
 /// One end of what a channel has reached. Sign-turned for the low end, so that both look upward.
@@ -53,7 +65,7 @@ const NEAR: f64 = 0.98;
 /// Frozen blocks remembered for each channel.
 const MOST: usize = 4096;
 
-/// Angular rate no rest shows, rad/s, and specific force no rest shows, m/s^2.
+/// Specific force, m/s^2, and angular rate, rad/s, that no rest shows.
 const MOVING: [f64; 2] = [15.0, 0.5];
 
 impl End {
@@ -102,6 +114,22 @@ impl End {
     }
 }
 
+impl Levels {
+    fn push(&mut self, block: &Stretch<f64>, mean: f64, variance: f64) {
+        let fresh = self.highest == f64::NEG_INFINITY;
+        if fresh {
+            self.first = block.start;
+        }
+        self.moved |= variance > 0.0 || (!fresh && mean != self.highest);
+        self.last = block.end;
+        self.highest = self.highest.max(mean);
+        self.lowest = self.lowest.min(mean);
+        if variance == 0.0 && block.moments.samples() > 4 && self.frozen.len() < MOST {
+            self.frozen.push((block.start, mean));
+        }
+    }
+}
+
 impl Default for Channels {
     fn default() -> Self {
         Self::new()
@@ -111,15 +139,27 @@ impl Default for Channels {
 impl Channels {
     /// Nothing seen yet.
     pub fn new() -> Self {
+        let levels = Levels {
+            lowest: f64::INFINITY,
+            highest: f64::NEG_INFINITY,
+            first: 0,
+            last: 0,
+            moved: false,
+            frozen: Vec::new(),
+        };
         Self {
             ends: [[End::new(); 2]; CHANNELS],
-            frozen: core::array::from_fn(|_| Vec::new()),
+            levels: core::array::from_fn(|_| levels.clone()),
         }
     }
 
     /// Takes in a sample.
     #[inline]
     pub fn push_sample(&mut self, time: u64, y: &[f64; CHANNELS]) {
+        let calm = (0..CHANNELS).fold(true, |calm, i| calm & (y[i].abs() <= MOVING[i / 3]));
+        if calm {
+            return;
+        }
         for ([low, high], &y) in self.ends.iter_mut().zip(y) {
             low.push(-y, time);
             high.push(y, time);
@@ -129,10 +169,8 @@ impl Channels {
     /// Takes in a block.
     pub fn push_block(&mut self, block: &Stretch<f64>) {
         let variance = block.moments.variance();
-        for ((frozen, &mean), &variance) in self.frozen.iter_mut().zip(block.moments.mean()).zip(&variance) {
-            if variance == 0.0 && block.moments.samples() > 4 && frozen.len() < MOST {
-                frozen.push((block.start, mean));
-            }
+        for ((levels, &mean), &variance) in self.levels.iter_mut().zip(block.moments.mean()).zip(&variance) {
+            levels.push(block, mean, variance);
         }
     }
 
@@ -148,27 +186,24 @@ impl Channels {
     }
 
     fn stuck(&self, channel: usize) -> Option<Fault> {
-        let [low, high] = &self.ends[channel];
-        (high.at > 1 && -low.value == high.value).then(|| Fault {
+        let levels = &self.levels[channel];
+        (!levels.moved && levels.last > levels.first).then(|| Fault {
             channel,
             kind: FaultKind::Stuck,
-            value: high.value,
-            span: (seconds(high.first), seconds(high.last)),
+            value: levels.highest,
+            span: (seconds(levels.first), seconds(levels.last)),
         })
     }
 
     /// A coarse sensor holds its value in any rest; one at the end of its range holds it nowhere else.
     fn at_rest(&self, channel: usize, rests: &[Stretch<f64>]) -> Option<Fault> {
-        let [low, high] = &self.ends[channel];
-        let frozen = &self.frozen[channel];
-        if frozen
-            .iter()
-            .any(|&(_, value)| value != high.value && value != -low.value)
-        {
+        let levels = &self.levels[channel];
+        let at_end = |value: f64| value == levels.highest || value == levels.lowest;
+        if levels.frozen.iter().any(|(_, value)| !at_end(*value)) {
             return None;
         }
         let inside = |time: u64| rests.iter().any(|rest| (rest.start..rest.end).contains(&time));
-        let mut held = frozen.iter().filter(|(time, _)| inside(*time));
+        let mut held = levels.frozen.iter().filter(|(time, _)| inside(*time));
         let &(first, value) = held.next()?;
         let last = held.next_back().map_or(first, |(time, _)| *time);
         Some(Fault {
