@@ -55,6 +55,7 @@ def layers(tmp_path, monkeypatch):
         ("logs/csv.py", "import tumble.calibration", "logs may not import tumble.calibration"),
         ("report/pages.py", "from tumble import logs", "report may not import tumble.logs"),
         ("recording.py", "from tumble.results import Rest", "recording may not import tumble.results"),
+        ("results.py", "from tumble.report import tables", "results may not import tumble.report"),
         ("cli/turntable.py", "import numpy as np", "no mathematics"),
         ("cli/turntable.py", "import tumble", "imports the whole of tumble"),
         ("attic.py", "", "has no place in the layers"),
@@ -72,6 +73,7 @@ def test_an_import_that_points_down_the_page_is_found(layers, file, source, brea
         ("procedures/turntable.py", "from tumble import _core\nfrom tumble.logs import open_recording"),
         ("cli/main.py", "from tumble.procedures.limits import Limits\nimport typer"),
         ("logs/csv.py", "from tumble.logs.units import UNITS\nfrom . import spec\nimport numpy"),
+        ("results.py", "def html():\n    from tumble.report import tables"),
     ],
 )
 def test_an_import_that_points_up_the_page_is_fine(layers, file, source):
