@@ -117,16 +117,6 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// No samples yet, room for `count`.
-    pub fn with_capacity(count: usize) -> Self {
-        Self {
-            time: Vec::with_capacity(count),
-            accelerometer: Vec::with_capacity(count),
-            gyroscope: Vec::with_capacity(count),
-            temperature: Vec::with_capacity(count),
-        }
-    }
-
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.time.len()

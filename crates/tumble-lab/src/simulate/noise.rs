@@ -55,33 +55,25 @@ impl GaussMarkov {
     }
 }
 
-/// Bias instability of one channel, stationary from its first sample on.
-#[derive(Clone, Debug)]
-pub struct Flicker {
-    processes: Vec<GaussMarkov>,
+/// White noise of three channels, row by row.
+pub fn white(noise_density: f64, rate: f64, samples: usize, stream: &mut Stream) -> Vec<[f64; 3]> {
+    let sigma = white_sigma(noise_density, rate);
+    let mut draw = || sigma * stream.sample::<f64, _>(StandardNormal);
+    (0..samples).map(|_| [draw(), draw(), draw()]).collect()
 }
 
-impl Flicker {
-    /// Bias instability `b` (unit of the channel) for a recording of `samples` samples.
-    ///
-    /// The spectrum holds from a fraction of `1 / duration` up to about `rate / 25`, the Allan deviation from some
-    /// hundred samples on. Slower processes than the recording is long are part of it: nothing is subtracted, and the
-    /// mean over the recording is not zero.
-    pub fn new(b: f64, samples: usize, stream: &mut Stream) -> Self {
-        let sigma = process_sigma(b);
-        let processes = correlation_samples(samples)
-            .map(|tau| GaussMarkov::stationary(sigma, tau, stream))
-            .collect();
-        Self { processes }
+/// Bias instability `b` (unit of the channel) of one channel, stationary from its first sample on.
+///
+/// The spectrum holds from a fraction of `1 / duration` up to about `rate / 25`, the Allan deviation from some hundred
+/// samples on. Slower processes than the recording is long are part of it: nothing is subtracted, and the mean over the
+/// recording is not zero.
+pub fn flicker(b: f64, samples: usize, stream: &mut Stream) -> Vec<f64> {
+    let mut series = vec![0.0; samples];
+    for tau in correlation_samples(samples) {
+        let mut process = GaussMarkov::stationary(process_sigma(b), tau, stream);
+        series.iter_mut().for_each(|value| *value += process.step(stream));
     }
-
-    /// The next sample.
-    pub fn step(&mut self, stream: &mut Stream) -> f64 {
-        self.processes
-            .iter_mut()
-            .map(|process| process.step(stream))
-            .sum()
-    }
+    series
 }
 
 fn process_sigma(b: f64) -> f64 {
@@ -118,8 +110,7 @@ mod tests {
     /// Flicker noise with B = 1.
     fn drawn(run: u64, samples: usize) -> Vec<f64> {
         let mut random = stream(SEED, run, Purpose::GyroscopeFlicker);
-        let mut flicker = Flicker::new(1.0, samples, &mut random);
-        (0..samples).map(|_| flicker.step(&mut random)).collect()
+        flicker(1.0, samples, &mut random)
     }
 
     /// Allan variance of the sum of processes, from their autocovariance.
@@ -201,8 +192,20 @@ mod tests {
     }
 
     #[test]
-    fn white_noise_at_a_rate_averages_to_its_density_over_one_second() {
-        let sigma = white_sigma(2e-3, 400.0);
-        assert!((sigma / 400.0_f64.sqrt() - 2e-3).abs() < 1e-18);
+    fn white_noise_scatters_by_density_times_root_of_rate_and_has_no_memory() {
+        let count = 50_000;
+        let rows = white(
+            2e-3,
+            100.0,
+            count,
+            &mut stream(SEED, 1, Purpose::AccelerometerWhite),
+        );
+        let numbers = 3.0 * count as f64;
+        let variance = rows.iter().flatten().map(|v| v * v).sum::<f64>() / numbers;
+        let product = |pair: &[[f64; 3]]| (0..3).map(|i| pair[0][i] * pair[1][i]).sum::<f64>();
+        let covariance = rows.windows(2).map(product).sum::<f64>() / numbers;
+        let expected = 2e-3_f64.powi(2) * 100.0;
+        assert!((variance / expected - 1.0).abs() < 4.0 * (2.0 / numbers).sqrt());
+        assert!((covariance / expected).abs() < 4.0 / numbers.sqrt());
     }
 }

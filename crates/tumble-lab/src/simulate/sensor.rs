@@ -11,7 +11,6 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use tumble_core::model::{Decomposition, ErrorModel};
 
 use crate::simulate::grade::TriadGrade;
-use crate::simulate::noise::{Flicker, white_sigma};
 use crate::simulate::stream::{Stream, normal_vector};
 
 /// Temperature, degC, at which the bias of a triad is what its truth says.
@@ -113,46 +112,6 @@ fn sensing_axes(angles: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::new(1.0, 0.0, 0.0, xy, l22, 0.0, zx, l32, l33)
 }
 
-/// Noise of three channels, sample by sample.
-#[derive(Clone, Debug)]
-pub struct Noise {
-    sigma: f64,
-    white: Stream,
-    flicker: Option<[Flicker; 3]>,
-    flicker_stream: Stream,
-}
-
-impl Noise {
-    /// Noise of a triad sampled at `rate`, Hz, for a recording of `samples` samples.
-    pub fn new(triad: &Triad, rate: f64, samples: usize, white: Stream, mut flicker_stream: Stream) -> Self {
-        let flicker = (triad.bias_instability > 0.0)
-            .then(|| [(); 3].map(|()| Flicker::new(triad.bias_instability, samples, &mut flicker_stream)));
-        Self {
-            sigma: white_sigma(triad.noise_density, rate),
-            white,
-            flicker,
-            flicker_stream,
-        }
-    }
-
-    /// White noise of the next sample.
-    pub fn white(&mut self) -> Vector3<f64> {
-        normal_vector(&mut self.white) * self.sigma
-    }
-
-    /// Bias instability of the next sample.
-    pub fn flicker(&mut self) -> Vector3<f64> {
-        match &mut self.flicker {
-            None => Vector3::zeros(),
-            Some(channels) => Vector3::from(
-                channels
-                    .each_mut()
-                    .map(|channel| channel.step(&mut self.flicker_stream)),
-            ),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -229,27 +188,6 @@ mod tests {
         let bound = 4.0 * (2.0 / numbers).sqrt();
         assert!((bias / numbers / grade.turn_on_bias.powi(2) - 1.0).abs() < bound);
         assert!((scale / numbers / grade.scale_error.powi(2) - 1.0).abs() < bound);
-    }
-
-    #[test]
-    fn white_noise_scatters_by_density_times_root_of_rate_and_has_no_memory() {
-        let mut triad = perfect();
-        triad.bias_instability = 0.0;
-        let count = 50_000;
-        let mut noise = Noise::new(
-            &triad,
-            100.0,
-            count,
-            stream(3, 1, Purpose::AccelerometerWhite),
-            stream(3, 1, Purpose::AccelerometerFlicker),
-        );
-        let drawn: Vec<_> = (0..count).map(|_| noise.white() + noise.flicker()).collect();
-        let variance = drawn.iter().map(|v| v.norm_squared()).sum::<f64>() / (3 * count) as f64;
-        let lag = drawn.windows(2).map(|w| w[0].dot(&w[1])).sum::<f64>() / (3 * count) as f64;
-        let expected = triad.noise_density.powi(2) * 100.0;
-        let bound = 4.0 / (3.0 * count as f64).sqrt();
-        assert!((variance / expected - 1.0).abs() < bound * 2.0_f64.sqrt());
-        assert!((lag / expected).abs() < bound);
     }
 
     #[test]

@@ -6,7 +6,8 @@ use rand::RngExt;
 use crate::simulate::fault::{Fault, Samples};
 use crate::simulate::grade::Grade;
 use crate::simulate::motion::{Motion, Truth};
-use crate::simulate::sensor::{Geometry, Noise, REFERENCE_TEMPERATURE, Triad, quantised};
+use crate::simulate::noise::{flicker, white};
+use crate::simulate::sensor::{Geometry, REFERENCE_TEMPERATURE, Triad, quantised};
 use crate::simulate::stream::{Purpose, Stream, direction, normal_vector, stream};
 
 /// A rotation given, or drawn.
@@ -182,48 +183,70 @@ pub fn record(conditions: &Conditions, motion: &Motion, unit: &Unit, number: u64
     let [accelerometer, gyroscope] = unit.draw(conditions, &mut streams(Purpose::Geometry));
     let clock = unit.clock.clock(&mut streams(Purpose::Clock));
     let count = clock.count(unit.rate, motion.duration());
-    let noise = |triad, white, flicker| Noise::new(triad, unit.rate, count, streams(white), streams(flicker));
-    let mut force_channels = Channel::new(
+    let noise = |triad, white, flicker| noise(triad, unit.rate, count, streams(white), streams(flicker));
+    // Rows begin as noise and become readings.
+    let (mut forces, force_flicker) = noise(
         &accelerometer,
-        noise(
-            &accelerometer,
-            Purpose::AccelerometerWhite,
-            Purpose::AccelerometerFlicker,
-        ),
+        Purpose::AccelerometerWhite,
+        Purpose::AccelerometerFlicker,
     );
-    let mut rate_channels = Channel::new(
-        &gyroscope,
-        noise(&gyroscope, Purpose::GyroscopeWhite, Purpose::GyroscopeFlicker),
-    );
-    let mut samples = Samples::with_capacity(count);
-    for index in 0..count {
+    let (mut rates, rate_flicker) = noise(&gyroscope, Purpose::GyroscopeWhite, Purpose::GyroscopeFlicker);
+    let (mut time, mut temperatures) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    let mut warmth_sum = 0.0;
+    for (index, (force, rate)) in forces.iter_mut().zip(&mut rates).enumerate() {
         let t = clock.session_time(unit.rate, index);
         let truth = unit.felt(motion.truth(t), t);
         let temperature = conditions.warming.temperature(t);
         let warmth = temperature - REFERENCE_TEMPERATURE;
-        let force = &truth.specific_force;
-        samples.time.push(clock.own_time(unit.rate, index));
-        samples
-            .accelerometer
-            .push(force_channels.next(force, force, warmth));
-        samples
-            .gyroscope
-            .push(rate_channels.next(&truth.angular_rate, force, warmth));
-        samples
-            .temperature
-            .push(quantised(temperature, unit.grade.temperature_step));
+        let f = &truth.specific_force;
+        *force = accelerometer.reading(f, f, warmth, &Vector3::from(*force)).into();
+        *rate = gyroscope
+            .reading(&truth.angular_rate, f, warmth, &Vector3::from(*rate))
+            .into();
+        time.push(clock.own_time(unit.rate, index));
+        temperatures.push(quantised(temperature, unit.grade.temperature_step));
+        warmth_sum += warmth;
     }
-    let truth = UnitTruth {
-        accelerometer_drift: force_channels.mean_drift(count),
-        gyroscope_drift: rate_channels.mean_drift(count),
-        accelerometer,
-        gyroscope,
-        clock,
+    let mean_warmth = warmth_sum / count.max(1) as f64;
+    let mut samples = Samples {
+        time,
+        accelerometer: forces,
+        gyroscope: rates,
+        temperature: temperatures,
     };
     unit.faults
         .iter()
         .for_each(|fault| fault.spoil(&mut samples, |t| clock.own(t)));
+    let truth = UnitTruth {
+        accelerometer_drift: force_flicker + accelerometer.temperature_coefficient * mean_warmth,
+        gyroscope_drift: rate_flicker + gyroscope.temperature_coefficient * mean_warmth,
+        accelerometer,
+        gyroscope,
+        clock,
+    };
     UnitRecord { samples, truth }
+}
+
+/// Noise of a triad, row by row, and the mean of its bias instability.
+fn noise(
+    triad: &Triad,
+    rate: f64,
+    count: usize,
+    mut white_stream: Stream,
+    mut flicker_stream: Stream,
+) -> (Vec<[f64; 3]>, Vector3<f64>) {
+    let mut rows = white(triad.noise_density, rate, count, &mut white_stream);
+    let mut mean = Vector3::zeros();
+    if triad.bias_instability > 0.0 {
+        for channel in 0..3 {
+            let series = flicker(triad.bias_instability, count, &mut flicker_stream);
+            mean[channel] = series.iter().sum::<f64>() / count.max(1) as f64;
+            rows.iter_mut()
+                .zip(&series)
+                .for_each(|(row, value)| row[channel] += value);
+        }
+    }
+    (rows, mean)
 }
 
 impl Unit {
@@ -274,31 +297,5 @@ impl Unit {
             angular_rate: slip * truth.angular_rate,
             ..truth
         })
-    }
-}
-
-/// Three channels at work.
-struct Channel<'a> {
-    triad: &'a Triad,
-    noise: Noise,
-    drift: Vector3<f64>,
-}
-
-impl<'a> Channel<'a> {
-    fn new(triad: &'a Triad, noise: Noise) -> Self {
-        let drift = Vector3::zeros();
-        Self { triad, noise, drift }
-    }
-
-    fn next(&mut self, u: &Vector3<f64>, f: &Vector3<f64>, warmth: f64) -> [f64; 3] {
-        let flicker = self.noise.flicker();
-        self.drift += flicker + self.triad.temperature_coefficient * warmth;
-        self.triad
-            .reading(u, f, warmth, &(self.noise.white() + flicker))
-            .into()
-    }
-
-    fn mean_drift(&self, count: usize) -> Vector3<f64> {
-        self.drift / count.max(1) as f64
     }
 }
