@@ -84,6 +84,9 @@ fn finished() -> PyErr {
     PyValueError::new_err("the recording was finished before")
 }
 
+/// Time, specific force and angular rate of the points to draw.
+type Traced = (Py<PyArray1<f64>>, Py<PyArray2<f64>>, Py<PyArray2<f64>>);
+
 /// What one unit showed.
 #[pyclass(module = "tumble._core", name = "Acquired", frozen)]
 pub struct PyAcquired {
@@ -268,7 +271,7 @@ impl PyAcquired {
     }
 
     /// The recording at a glance: time (n,) s, specific force (n, 3), angular rate (n, 3).
-    fn trace(&self, py: Python<'_>) -> (Py<PyArray1<f64>>, Py<PyArray2<f64>>, Py<PyArray2<f64>>) {
+    fn trace(&self, py: Python<'_>) -> Traced {
         let points = self.inner.trace.points();
         (
             PyArray1::from_iter(py, points.iter().map(|(t, _)| self.inner.origin + t)).unbind(),

@@ -1,0 +1,129 @@
+//! Step 4 for the gyroscope: every rest, and every turn between rests, both units saw.
+
+use nalgebra::{Matrix6, Rotation3, Vector3};
+use tumble_core::turntable::fit::{Knowledge, fit};
+use tumble_core::turntable::truth::{
+    RateObservation, ReferenceTurn, Truth, at_rest, turning, with_specific_force,
+};
+
+use super::TurntableError;
+use super::session::{LARGEST_RATE_BIAS, Session};
+use super::triad::{Label, Triad, finish};
+use crate::acquisition::interval;
+use crate::pairing::Pair;
+
+/// The angular rate over one interval, and the mean specific force over it, m/s^2.
+struct Rate {
+    label: Label,
+    observation: RateObservation<f64>,
+    force: Vector3<f64>,
+}
+
+impl Session<'_> {
+    /// Calibrates the gyroscope; `mounting` is what the accelerometer showed of it.
+    pub fn gyroscope(&self, mounting: &Rotation3<f64>) -> Result<Triad, TurntableError> {
+        let compensated = self.table_from_case();
+        let back = compensated.unwrap_or_else(Rotation3::identity);
+        let rates = self.rates(&back);
+        let labels = rates.iter().map(|rate| rate.label).collect();
+        let nominal = if compensated.is_some() {
+            Rotation3::identity()
+        } else {
+            *mounting
+        };
+        let knowledge = Knowledge {
+            noise: self.unit.rate_noise(),
+            session: self.span(),
+            nominal: nominal.into_inner(),
+            largest_bias: LARGEST_RATE_BIAS,
+            shared: turned(&self.reference.earth.covariance, &back),
+        };
+        if self.settings.g_sensitivity {
+            let coupled = |rate: &Rate| with_specific_force(&rate.observation, &rate.force);
+            let observations: Vec<_> = rates.iter().map(coupled).collect();
+            let solved = fit::<f64, 7, 6, 27>(&observations, &knowledge)?;
+            return finish(&solved, &observations, labels, &knowledge, 0.0);
+        }
+        let observations: Vec<_> = rates.iter().map(|rate| rate.observation).collect();
+        let solved = fit::<f64, 4, 6, 18>(&observations, &knowledge)?;
+        finish(&solved, &observations, labels, &knowledge, 0.0)
+    }
+
+    /// The rotation of the published compensation, where it is asked for.
+    fn table_from_case(&self) -> Option<Rotation3<f64>> {
+        let mounting = self.reference.mounting.as_ref()?;
+        (self.settings.truth == Truth::RotateMeasurement).then(|| mounting.rotation.inverse())
+    }
+
+    /// Rests and turns in order of time. `back` turns truth and readings alike.
+    fn rates(&self, back: &Rotation3<f64>) -> Vec<Rate> {
+        let pairs = &self.pairing.pairs;
+        let mut rates = Vec::new();
+        for (k, pair) in pairs.iter().enumerate() {
+            rates.push(self.at_rest(pair));
+            rates.extend(pairs.get(k + 1).and_then(|next| self.turn(pair, next)));
+        }
+        for rate in &mut rates {
+            rate.observation = turn_back(rate.observation, back);
+            rate.force = back * rate.force;
+        }
+        rates
+    }
+
+    fn at_rest(&self, pair: &Pair) -> Rate {
+        let reading = pair.stretch.angular_rate();
+        let attitude = &self.reference.attitudes[pair.reference];
+        let seen = &self.reference_unit.rests[pair.reference];
+        Rate {
+            label: Label::Rest(pair.reference),
+            observation: at_rest(self.when(&pair.stretch), reading, attitude, &self.reference.earth),
+            force: seen.specific_force() - self.reference.sphere.bias,
+        }
+    }
+
+    /// The turn between two rests; `None` where one of the units did not record all of it.
+    fn turn(&self, pair: &Pair, next: &Pair) -> Option<Rate> {
+        let whole = |turn: &tumble_core::segmenter::Stretch<f64>| turn.complete;
+        let seen = self
+            .reference_unit
+            .between(pair.reference, next.reference)
+            .filter(whole)?;
+        let felt = self.unit.between(pair.target.1, next.target.0).filter(whole)?;
+        let turn = ReferenceTurn {
+            angle: seen.angle(),
+            interval: interval(&seen),
+            noise: self.reference_unit.rate_noise(),
+            session: self.reference_unit.session(),
+        };
+        let reading = felt.angle() / felt.duration();
+        Some(Rate {
+            label: Label::Turn(pair.reference, next.reference),
+            observation: turning(self.when(&felt), reading, &turn, &self.reference.earth),
+            force: seen.velocity() / seen.duration() - self.reference.sphere.bias,
+        })
+    }
+}
+
+/// A covariance of two vectors, both turned.
+fn turned(covariance: &Matrix6<f64>, rotation: &Rotation3<f64>) -> Matrix6<f64> {
+    let mut both = Matrix6::zeros();
+    both.fixed_view_mut::<3, 3>(0, 0).copy_from(rotation.matrix());
+    both.fixed_view_mut::<3, 3>(3, 3).copy_from(rotation.matrix());
+    both * covariance * both.transpose()
+}
+
+/// The published compensation: reading and truth turned back into the table frame.
+fn turn_back(mut observation: RateObservation<f64>, back: &Rotation3<f64>) -> RateObservation<f64> {
+    let u = back * observation.regressor.fixed_rows::<3>(0).into_owned();
+    observation.regressor.fixed_rows_mut::<3>(0).copy_from(&u);
+    observation.reading = back * observation.reading;
+    observation.truth_covariance = back.matrix() * observation.truth_covariance * back.matrix().transpose();
+    for half in [0, 3] {
+        let by = back.matrix() * observation.sensitivity.fixed_columns::<3>(half) * back.matrix().transpose();
+        observation
+            .sensitivity
+            .fixed_columns_mut::<3>(half)
+            .copy_from(&by);
+    }
+    observation
+}

@@ -1,0 +1,126 @@
+//! The reference, understood before any target is looked at.
+
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use tumble_core::gravity::vertical_earth_rate;
+use tumble_core::noise::{Interval, Noise};
+use tumble_core::turntable::mounting::{MountingFit, PoseMean, fit_mounting};
+use tumble_core::turntable::reference::{EarthFit, GyroscopeRest, SphereFit, fit_earth, fit_sphere};
+use tumble_core::turntable::truth::Attitude;
+
+use super::{FEWEST_RESTS, Settings, TurntableError};
+use crate::acquisition::{Acquired, interval};
+
+/// Up direction of each rest of the reference in the table frame, where its pose is known.
+pub type Ups = [Option<Vector3<f64>>];
+
+/// The reference, understood.
+#[derive(Clone, Debug)]
+pub struct Reference {
+    /// Bias of its accelerometer.
+    pub sphere: SphereFit<f64>,
+    /// Bias of its gyroscope and the Earth's rotation.
+    pub earth: EarthFit<f64>,
+    /// Attitude at each rest against the first.
+    pub attitudes: Vec<Attitude<f64>>,
+    /// Mounting angle, where poses are known.
+    pub mounting: Option<MountingFit<f64>>,
+}
+
+/// Mean and covariance of the specific force at rest `k`.
+pub(super) fn force_at(unit: &Acquired, k: usize) -> (Vector3<f64>, Matrix3<f64>) {
+    let rest = &unit.rests[k];
+    (
+        rest.specific_force(),
+        mean_covariance(&unit.force_noise(), &interval(rest), &unit.session()),
+    )
+}
+
+/// Covariance of a mean over an interval.
+pub(super) fn mean_covariance(
+    noise: &[Noise<f64>; 3],
+    over: &Interval<f64>,
+    session: &Interval<f64>,
+) -> Matrix3<f64> {
+    Matrix3::from_diagonal(&Vector3::from_fn(|i, _| noise[i].covariance(over, over, session)))
+}
+
+/// 1-sigma of the mean specific force at rest `k`, m/s^2.
+pub fn force_sigma(unit: &Acquired, k: usize) -> Vector3<f64> {
+    force_at(unit, k).1.diagonal().map(f64::sqrt)
+}
+
+/// 1-sigma of the mean angular rate at rest `k`, rad/s.
+pub fn rate_sigma(unit: &Acquired, k: usize) -> Vector3<f64> {
+    mean_covariance(&unit.rate_noise(), &interval(&unit.rests[k]), &unit.session())
+        .diagonal()
+        .map(f64::sqrt)
+}
+
+/// Understands the reference. `ups[k]` is the up direction of rest `k` in the table frame, where its pose is known.
+///
+/// # Errors
+/// [`TurntableError`] as it says.
+pub fn understand(unit: &Acquired, ups: &Ups, settings: &Settings) -> Result<Reference, TurntableError> {
+    if unit.rests.len() < FEWEST_RESTS {
+        return Err(TurntableError::TooFewRests {
+            found: unit.rests.len(),
+            needed: FEWEST_RESTS,
+        });
+    }
+    let forces: Vec<_> = (0..unit.rests.len()).map(|k| force_at(unit, k)).collect();
+    let sphere = fit_sphere(&forces, settings.gravity)?;
+    if sphere.observed.contains(&false) {
+        return Err(TurntableError::DirectionsTooAlike);
+    }
+    let attitudes = attitudes(unit);
+    let gyroscope: Vec<_> = (0..unit.rests.len())
+        .map(|k| GyroscopeRest {
+            mean: unit.rests[k].angular_rate(),
+            covariance: mean_covariance(&unit.rate_noise(), &interval(&unit.rests[k]), &unit.session()),
+            start_from_here: attitudes[k],
+        })
+        .collect();
+    let vertical = settings.latitude.map(|latitude| {
+        let up = (forces[0].0 - sphere.bias).normalize();
+        (up, vertical_earth_rate(latitude))
+    });
+    Ok(Reference {
+        sphere,
+        earth: fit_earth(&gyroscope, vertical)?,
+        attitudes,
+        mounting: fit_mounting(&poses(unit, ups), settings.gravity),
+    })
+}
+
+/// Bias from the sphere of a unit's own rests: how well it does without any reference.
+pub fn own_sphere(unit: &Acquired, gravity: f64) -> Option<SphereFit<f64>> {
+    let forces: Vec<_> = (0..unit.rests.len()).map(|k| force_at(unit, k)).collect();
+    fit_sphere(&forces, gravity).ok()
+}
+
+fn attitudes(unit: &Acquired) -> Vec<Attitude<f64>> {
+    let mut here = Some(UnitQuaternion::identity());
+    let mut attitudes = vec![here];
+    for turn in &unit.turns {
+        here = here
+            .filter(|_| turn.complete)
+            .map(|attitude| attitude * turn.start_from_end);
+        attitudes.push(here);
+    }
+    attitudes
+}
+
+/// The rests whose pose is known.
+pub fn poses(unit: &Acquired, ups: &Ups) -> Vec<PoseMean<f64>> {
+    let known = ups.iter().enumerate().filter_map(|(k, up)| Some((k, (*up)?)));
+    known
+        .map(|(k, up)| {
+            let (measured, covariance) = force_at(unit, k);
+            PoseMean {
+                measured,
+                up,
+                sigma: (covariance.trace() / 3.0).sqrt(),
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,51 @@
+//! A target beside its reference, with all that both steps of its calibration need.
+
+use tumble_core::noise::Interval;
+use tumble_core::segmenter::Stretch;
+
+use super::{Reference, Settings, Ups};
+use crate::acquisition::{Acquired, interval};
+use crate::pairing::Pairing;
+
+/// Largest plausible bias of a target accelerometer, m/s^2.
+pub(super) const LARGEST_FORCE_BIAS: f64 = 20.0;
+
+/// Largest plausible bias of a target gyroscope, rad/s.
+pub(super) const LARGEST_RATE_BIAS: f64 = 1.0;
+
+/// One target of a session.
+pub(super) struct Session<'a> {
+    /// What the reference recorded.
+    pub reference_unit: &'a Acquired,
+    /// The reference, understood.
+    pub reference: &'a Reference,
+    /// What the target recorded.
+    pub unit: &'a Acquired,
+    /// Which rests belong together.
+    pub pairing: &'a Pairing,
+    /// Up of each rest of the reference in the table frame.
+    pub ups: &'a Ups,
+    /// How to calibrate.
+    pub settings: &'a Settings,
+}
+
+impl Session<'_> {
+    /// When a stretch of the target took place, on the clock of the reference.
+    pub fn when(&self, own: &Stretch<f64>) -> Interval<f64> {
+        let own = interval(own);
+        Interval {
+            start: self.pairing.clock.to_reference(own.start),
+            end: self.pairing.clock.to_reference(own.end),
+        }
+    }
+
+    /// From the first rest both saw to the last: the bias is the mean over it.
+    pub fn span(&self) -> Interval<f64> {
+        let when = |k: Option<&crate::pairing::Pair>| k.map(|pair| self.when(&pair.stretch));
+        let (first, last) = (when(self.pairing.pairs.first()), when(self.pairing.pairs.last()));
+        Interval {
+            start: first.map_or(0.0, |rest| rest.start),
+            end: last.map_or(1.0, |rest| rest.end),
+        }
+    }
+}
