@@ -1,0 +1,132 @@
+"""`tumble simulate turntable` as it is typed."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import yaml
+
+from tumble.logs import open_recording
+from tumble.poses import SIX_FACES, PoseList
+from tumble.procedures.simulate import simulate_turntable
+
+QUICK = ("--rest", "0.5", "--rate", "50")
+
+
+def tumble(*arguments):
+    command = [sys.executable, "-c", "from tumble.cli.main import main; main()", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def simulate(folder, *arguments):
+    return tumble("simulate", "turntable", "-o", folder, *QUICK, *arguments)
+
+
+def samples(path):
+    chunks = list(open_recording(path).chunks())
+    return {
+        name: np.concatenate([getattr(chunk, name) for chunk in chunks])
+        for name in ("time", "accelerometer", "gyroscope", "temperature")
+    }
+
+
+@pytest.mark.parametrize("log_format", ["csv", "parquet", "mcap"])
+def test_the_logs_written_are_read_back_as_they_were_simulated(tmp_path, log_format):
+    done = simulate(tmp_path, "--seed", 5, "--format", log_format)
+    assert done.returncode == 0, done.stderr
+    session = simulate_turntable(seed=5, rest_seconds=0.5, rate_hz=50.0)
+    for unit in session.units:
+        read = samples(tmp_path / f"{unit.name}.{log_format}")
+        assert np.array_equal(read["accelerometer"], unit.samples.accelerometer)
+        assert np.array_equal(read["gyroscope"], unit.samples.gyroscope)
+        assert np.array_equal(read["temperature"], unit.samples.temperature)
+        # MCAP counts nanoseconds.
+        assert np.abs(read["time"] - unit.samples.time).max() <= (1e-9 if log_format == "mcap" else 0.0)
+
+
+def test_the_truth_beside_the_logs_is_exact_and_complete(tmp_path):
+    assert simulate(tmp_path, "--seed", 6, "--fault", "target_2:moved:size=3:start=0.2").returncode == 0
+    truth = yaml.safe_load((tmp_path / "truth.yaml").read_text())
+    session = simulate_turntable(seed=6, rest_seconds=0.5, rate_hz=50.0)
+    assert np.array_equal(truth["R_e"], session.R_e)
+    assert [rest["pose"] for rest in truth["rests"]] == [pose.name for pose in SIX_FACES]
+    assert truth["seed"] == 6
+    assert truth["options"]["rest_seconds"] == 0.5
+    for unit in session.units:
+        written = truth["units"][unit.name]
+        for triad, expected in (("accelerometer", unit.accelerometer), ("gyroscope", unit.gyroscope)):
+            for name in ("M", "b", "K", "L", "Q", "g_sensitivity"):
+                assert np.array_equal(written[triad][name], getattr(expected, name))
+            assert written[triad]["mounting_deg"] == pytest.approx(np.degrees(expected.mounting))
+    fault = truth["units"]["target_2"]["faults"]
+    assert fault == [{"kind": "moved", "triad": "accelerometer", "axis": "x", "start": 0.2, "size": 3.0}]
+
+
+def test_the_pose_list_written_is_the_one_that_was_told(tmp_path):
+    poses = tmp_path / "five.yaml"
+    ups = {"a": [1, 0, 0], "b": [0, 1, 0], "c": [0, 0, 1], "d": [-1, -1, -1], "e": [1, -1, 0.5]}
+    poses.write_text(
+        yaml.safe_dump({"schema": "tumble-poses/1", "poses": [{"name": n, "up": u} for n, u in ups.items()]})
+    )
+    done = simulate(tmp_path / "out", "--poses", poses, "--visits", "e,a,b,c")
+    assert done.returncode == 0, done.stderr
+    written = PoseList.load(tmp_path / "out" / "poses.yaml")
+    assert np.allclose(written.directions(), PoseList.load(poses).directions(), atol=1e-15)
+    truth = yaml.safe_load((tmp_path / "out" / "truth.yaml").read_text())
+    assert [rest["pose"] for rest in truth["rests"]] == ["e", "a", "b", "c"]
+
+
+def test_json_names_every_file_that_was_written(tmp_path):
+    done = simulate(tmp_path, "--json", "--grades", "consumer,tactical")
+    content = json.loads(done.stdout)
+    assert set(content["files"]) == {"reference", "target_1", "target_2", "poses", "truth"}
+    assert sorted(content["files"].values()) == sorted(str(path) for path in tmp_path.iterdir())
+    assert content["seed"] == 1
+    assert set(content["samples"]) == {"reference", "target_1", "target_2"}
+
+
+def test_the_text_says_what_comes_next(tmp_path):
+    done = simulate(tmp_path, "--fault", "target_1:gap", "--grades", "tactical")
+    assert "fault: gap" in done.stdout
+    assert f"Next: tumble turntable {tmp_path}/reference.csv {tmp_path}/target_1.csv" in done.stdout
+
+
+def test_the_same_command_writes_the_same_bytes(tmp_path):
+    for folder in ("one", "two"):
+        assert simulate(tmp_path / folder, "--seed", 4, "--clocks", "apart").returncode == 0
+    for path in (tmp_path / "one").iterdir():
+        assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--grades", "toy"), "unknown grade 'toy'"),
+        (("--rate", "0"), "sample rate, Hz, has to be positive"),
+        (("--seed", "-3"), "the seed is -3"),
+        (("--visits", "Q up"), "unknown pose 'Q up'"),
+        (("--fault", "target_1:broken"), "unknown fault 'broken'"),
+        (("--fault", "target_1:gap:start=soon"), "start needs a number, found 'soon'"),
+        (("--fault", "target_1:gap:colour=red"), "unknown key 'colour'"),
+        (("--fault", "target_7:gap"), "unknown unit 'target_7'"),
+        (("--poses", "nowhere.yaml"), "nowhere.yaml: no such pose list"),
+    ],
+)
+def test_a_mistake_is_one_line_and_exit_code_2_and_writes_nothing(tmp_path, arguments, words):
+    done = simulate(tmp_path / "out", *arguments)
+    assert done.returncode == 2
+    assert words in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_output_folder_that_cannot_be_written_is_said_in_one_line(tmp_path):
+    (tmp_path / "file").write_text("mine")
+    done = simulate(tmp_path / "file")
+    assert done.returncode == 2
+    assert len(done.stderr.splitlines()) == 1
+    assert (tmp_path / "file").read_text() == "mine"
