@@ -63,7 +63,7 @@ def test_the_truth_beside_the_logs_is_exact_and_complete(tmp_path):
                 assert np.array_equal(written[triad][name], getattr(expected, name))
             assert written[triad]["mounting_deg"] == pytest.approx(np.degrees(expected.mounting))
     fault = truth["units"]["target_2"]["faults"]
-    assert fault == [{"kind": "moved", "triad": "accelerometer", "axis": "x", "start": 0.2, "size": 3.0}]
+    assert fault == [{"kind": "moved", "triad": "accelerometer", "axis": "y", "start": 0.2, "size": 3.0}]
 
 
 def test_the_pose_list_written_is_the_one_that_was_told(tmp_path):

@@ -46,7 +46,8 @@ class Fault:
 
     kind: FaultKind
     triad: TriadName = "accelerometer"
-    axis: Axis = "x"
+    axis: Axis = "y"
+    """The first of the six faces has x up, about which a slip would leave the accelerometer as it was."""
     start: float | None = None
     """s after the session began; the middle of the first rest where not given."""
     end: float | None = None
