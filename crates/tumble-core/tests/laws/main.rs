@@ -1,0 +1,4 @@
+//! The laws of the numeric core. One file an idea; each law at zero, near zero and at random, in both precisions.
+
+mod common;
+mod model;
