@@ -20,9 +20,12 @@ if TYPE_CHECKING:
         ProcedureError,
         TumbleError,
     )
-    from tumble.logs import ReadOptions, open_recording
+    from tumble.logs import ReadOptions, list_imus, open_recording, open_writer
     from tumble.poses import Pose, PoseList
+    from tumble.procedures.apply import apply
+    from tumble.procedures.inspect import inspect
     from tumble.procedures.limits import Limits
+    from tumble.procedures.simulate import simulate_turntable
     from tumble.procedures.turntable import turntable
     from tumble.recording import Chunk, Recording
     from tumble.results import TargetResult, TurntableResult
@@ -43,7 +46,12 @@ __all__ = [
     "TumbleError",
     "TurntableResult",
     "__version__",
+    "apply",
+    "inspect",
+    "list_imus",
     "open_recording",
+    "open_writer",
+    "simulate_turntable",
     "turntable",
 ]
 
@@ -51,7 +59,10 @@ _HOMES = {
     "tumble._core": ("__version__",),
     "tumble.calibration": ("Calibration",),
     "tumble.errors": ("CalibrationFileError", "LogError", "OutputError", "ProcedureError", "TumbleError"),
-    "tumble.logs": ("ReadOptions", "open_recording"),
+    "tumble.logs": ("ReadOptions", "list_imus", "open_recording", "open_writer"),
+    "tumble.procedures.apply": ("apply",),
+    "tumble.procedures.inspect": ("inspect",),
+    "tumble.procedures.simulate": ("simulate_turntable",),
     "tumble.poses": ("Pose", "PoseList"),
     "tumble.procedures.limits": ("Limits",),
     "tumble.procedures.turntable": ("turntable",),

@@ -226,7 +226,7 @@ impl Acquisition {
             self.found.temperature = Some([low, sum / n as f64, high]);
         }
         sift(&mut self.found, &self.settings, self.segmenter.floor());
-        self.found.faults = self.channels.faults(&self.found.rests);
+        self.found.faults = self.channels.faults(&self.found.rests, &self.found.turns);
         leave_out_saturated(&mut self.found);
         self.found
     }

@@ -21,7 +21,7 @@ pub struct Fault {
 /// Ways for a channel to fail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FaultKind {
-    /// One value from beginning to end.
+    /// One value for the whole recording, or for several turns on end.
     Stuck,
     /// At the end of its range in a rest.
     SaturatedAtRest,
@@ -61,6 +61,9 @@ struct End {
 
 /// Share of the extreme from which a reading counts as near it.
 const NEAR: f64 = 0.98;
+
+/// So many turns in a row do not leave one value of a sensor alone.
+const TURNS_SLEPT_THROUGH: usize = 3;
 
 /// Frozen blocks remembered for each channel.
 const MOST: usize = 4096;
@@ -174,24 +177,47 @@ impl Channels {
         }
     }
 
-    /// What is wrong, given the rests that are used.
-    pub fn faults(&self, rests: &[Stretch<f64>]) -> Vec<Fault> {
+    /// What is wrong, given the rests that are used and the turns between them.
+    pub fn faults(&self, rests: &[Stretch<f64>], turns: &[Stretch<f64>]) -> Vec<Fault> {
         (0..CHANNELS)
             .filter_map(|channel| {
-                self.stuck(channel)
+                self.stuck(channel, turns)
                     .or_else(|| self.at_rest(channel, rests))
                     .or_else(|| self.in_motion(channel))
             })
             .collect()
     }
 
-    fn stuck(&self, channel: usize) -> Option<Fault> {
+    /// A channel that never moved, or that slept through several turns in a row.
+    fn stuck(&self, channel: usize, turns: &[Stretch<f64>]) -> Option<Fault> {
         let levels = &self.levels[channel];
-        (!levels.moved && levels.last > levels.first).then(|| Fault {
+        let fault = |value, first, last| Fault {
             channel,
             kind: FaultKind::Stuck,
-            value: levels.highest,
-            span: (seconds(levels.first), seconds(levels.last)),
+            value,
+            span: (seconds(first), seconds(last)),
+        };
+        if !levels.moved && levels.last > levels.first {
+            return Some(fault(levels.highest, levels.first, levels.last));
+        }
+        let slept = |turn: &Stretch<f64>| {
+            let mut inside = levels
+                .frozen
+                .iter()
+                .filter(|(time, _)| (turn.start..turn.end).contains(time));
+            let &(_, value) = inside.next()?;
+            inside.all(|&(_, other)| other == value).then_some(value)
+        };
+        turns.windows(TURNS_SLEPT_THROUGH).find_map(|turns| {
+            let value = slept(&turns[0])?;
+            turns.iter().all(|turn| slept(turn) == Some(value)).then(|| {
+                let first = levels.frozen.iter().find(|(_, other)| *other == value);
+                fault(
+                    value,
+                    first.map_or(turns[0].start, |(time, _)| *time),
+                    levels.last,
+                )
+            })
         })
     }
 

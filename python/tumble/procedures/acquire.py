@@ -9,6 +9,8 @@ import numpy as np
 from tumble import _core
 from tumble.calibration import Calibration
 from tumble.errors import ProcedureError
+from tumble.logs import ChunkStream, Counts
+from tumble.procedures.imu import Imu
 from tumble.recording import Chunk, FloatArray, Recording
 from tumble.results import Rest, Trace
 
@@ -20,20 +22,23 @@ LARGEST_GRAVITY_RATIO = 1.25
 STANDARD_GRAVITY = 9.80665
 
 
-def acquire(recording: Recording, calibration: Calibration | None = None) -> _core.Acquired:
+def acquire(recording: Recording, calibration: Calibration | None = None) -> Imu:
     """Read a recording once, in chunks, and keep sums over its rests and turns.
 
     Raises `LogError` where it cannot be read.
     """
     segmenter = _core.Segmenter()
-    parts = recording.parts or (recording,)
-    for number, part in enumerate(parts):
+    counts = Counts()
+    for number, part in enumerate(recording.parts or (recording,)):
         if number:
             segmenter.begin_part()
-        for chunk in part.chunks():
+        stream = part.chunks()
+        for chunk in stream:
             accelerometer, gyroscope = _corrected(chunk, calibration)
             segmenter.push(chunk.time, accelerometer, gyroscope, chunk.temperature)
-    return segmenter.finish()
+        if isinstance(stream, ChunkStream):
+            counts.add(stream.counts)
+    return Imu(recording, segmenter.finish(), counts.remarks())
 
 
 def _corrected(chunk: Chunk, calibration: Calibration | None) -> tuple[FloatArray, FloatArray]:

@@ -17,12 +17,12 @@ from tumble.errors import ProcedureError, TumbleError
 from tumble.logs import ReadOptions, open_recording
 from tumble.poses import SIX_FACES, PoseList
 from tumble.procedures.acquire import STANDARD_GRAVITY, acquire, refuse_if_unfit
+from tumble.procedures.imu import Imu
 from tumble.procedures.limits import Limits
 from tumble.procedures.matching import PoseMatch, match_poses
 from tumble.procedures.objections import in_words
 from tumble.procedures.turntable_reference import pose_results, reference_result
 from tumble.procedures.turntable_target import TargetProcedure
-from tumble.procedures.units import Unit
 from tumble.recording import Recording
 from tumble.results import Truth, TurntableResult
 
@@ -125,28 +125,28 @@ def _acquire_all(
     read: ReadOptions | None,
     jobs: int | None,
     progress: Progress | None,
-) -> tuple[Unit | TumbleError, list[Unit | TumbleError]]:
+) -> tuple[Imu | TumbleError, list[Imu | TumbleError]]:
     """Read all recordings side by side; one that cannot be read yields its error."""
 
-    def one(source: Source, calibration: Calibration | None) -> Unit | TumbleError:
+    def one(source: Source, calibration: Calibration | None) -> Imu | TumbleError:
         try:
             recording = source if isinstance(source, Recording) else open_recording(source, read)
-            return Unit(recording, acquire(recording, calibration))
+            return acquire(recording, calibration)
         except TumbleError as error:
             return error
 
     with ThreadPoolExecutor(jobs or os.cpu_count()) as pool:
         first = pool.submit(one, reference, brought)
-        others: list[Future[Unit | TumbleError]] = [pool.submit(one, target, None) for target in targets]
+        others: list[Future[Imu | TumbleError]] = [pool.submit(one, target, None) for target in targets]
         for done, _ in enumerate(as_completed([first, *others]), start=1):
             if progress:
                 progress(done, len(others) + 1)
         return first.result(), [other.result() for other in others]
 
 
-def _unique_names(targets: Sequence[Source], units: Sequence[Unit | TumbleError]) -> list[str]:
+def _unique_names(targets: Sequence[Source], units: Sequence[Imu | TumbleError]) -> list[str]:
     names = [
-        unit.name if isinstance(unit, Unit) else _name_of(target)
+        unit.name if isinstance(unit, Imu) else _name_of(target)
         for target, unit in zip(targets, units, strict=True)
     ]
     return [
@@ -159,7 +159,7 @@ def _name_of(source: Source) -> str:
     return source.name if isinstance(source, Recording) else Path(source).stem
 
 
-def _refuse_if_swapped(reference: Unit, others: Sequence[Unit | TumbleError], gravity: float) -> None:
+def _refuse_if_swapped(reference: Imu, others: Sequence[Imu | TumbleError], gravity: float) -> None:
     noise = _noise(reference)
     residual = _core.sphere_residual(reference.acquired, gravity)
     for other in others:
@@ -176,12 +176,12 @@ def _refuse_if_swapped(reference: Unit, others: Sequence[Unit | TumbleError], gr
             )
 
 
-def _noise(unit: Unit) -> float:
+def _noise(unit: Imu) -> float:
     return float(np.median(unit.acquired.noise_density[:3]))
 
 
 def _understand(
-    unit: Unit, match: PoseMatch, settings: _core.TurntableSettings, truth: Truth
+    unit: Imu, match: PoseMatch, settings: _core.TurntableSettings, truth: Truth
 ) -> _core.Reference:
     if truth != "reference" and not match.known:
         raise ProcedureError(

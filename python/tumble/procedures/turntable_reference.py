@@ -7,14 +7,14 @@ import numpy as np
 from tumble import _core
 from tumble.calibration import Calibration
 from tumble.procedures.acquire import refused_of, rests_of, trace_of
+from tumble.procedures.imu import Imu
 from tumble.procedures.matching import PoseMatch
-from tumble.procedures.units import Unit
 from tumble.recording import FloatArray
 from tumble.results import Mounting, PoseResult, ReferenceResult
 
 
 def reference_result(
-    unit: Unit, understood: _core.Reference, match: PoseMatch, brought: Calibration | None
+    unit: Imu, understood: _core.Reference, match: PoseMatch, brought: Calibration | None
 ) -> ReferenceResult:
     """Describe the reference; `brought` is the calibration that was applied to it."""
     figures = understood.figures

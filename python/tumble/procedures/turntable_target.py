@@ -11,11 +11,11 @@ import numpy as np
 from tumble import _core
 from tumble.errors import TumbleError
 from tumble.procedures.acquire import refuse_if_unfit, refused_of, rests_of, trace_of
+from tumble.procedures.imu import Imu
 from tumble.procedures.limits import Limits
 from tumble.procedures.matching import PoseMatch
 from tumble.procedures.objections import in_words
 from tumble.procedures.triads import triad_result
-from tumble.procedures.units import Unit
 from tumble.results import AxisReading, Clock, TargetResult, Trace
 
 PARTS_PER_MILLION = 1e6
@@ -25,14 +25,14 @@ PARTS_PER_MILLION = 1e6
 class TargetProcedure:
     """What all targets of a session share."""
 
-    reference: Unit
+    reference: Imu
     understood: _core.Reference
     match: PoseMatch
     settings: _core.TurntableSettings
     gravity: float
     limits: Limits | None
 
-    def calibrate(self, name: str, unit: Unit | TumbleError) -> TargetResult:
+    def calibrate(self, name: str, unit: Imu | TumbleError) -> TargetResult:
         """Calibrate one target; what hinders it becomes its failure."""
         if isinstance(unit, TumbleError):
             return _failed(name, str(unit))
@@ -48,7 +48,7 @@ class TargetProcedure:
         result = self._result(name, unit, figures)
         return replace(result, checks=self.limits.check(result)) if self.limits else result
 
-    def _result(self, name: str, unit: Unit, figures: _core.TargetFigures) -> TargetResult:
+    def _result(self, name: str, unit: Imu, figures: _core.TargetFigures) -> TargetResult:
         noise, instability = unit.acquired.noise_density, unit.acquired.bias_instability
         names = self.match.names
         poses = {
@@ -124,17 +124,21 @@ class TargetProcedure:
                 )
 
 
-def _remarks(unit: Unit) -> Iterator[str]:
-    metadata = unit.recording.metadata
+def _remarks(unit: Imu) -> Iterator[str]:
+    metadata, acquired = unit.recording.metadata, unit.acquired
     yield from metadata.remarks
+    yield from unit.remarks
     if metadata.already_corrected:
         yield "the log was corrected before it was written: this calibrates what the correction left"
-    for start, end, why in unit.acquired.refused:
+    for start, end, why in acquired.refused:
         yield f"{start:.1f} to {end:.1f} s is no rest: {why}"
-    for channel, _, _, first, last in unit.acquired.faults:
+    for channel, _, _, first, last in acquired.faults:
         yield f"{channel} is saturated between {first:.1f} and {last:.1f} s: turns in that time are not used"
-    if unit.acquired.not_finite:
-        yield f"{unit.acquired.not_finite} samples are not numbers and were passed over"
+    gaps = [str(k + 1) for k, complete in enumerate(acquired.turn_complete) if not complete]
+    if gaps and not acquired.faults and not unit.recording.parts:
+        yield f"samples are missing after rest {', '.join(gaps)}: that turn is not used for the gyroscope"
+    if acquired.not_finite:
+        yield f"{acquired.not_finite} samples are not numbers and were passed over"
 
 
 def _clock(figures: _core.ClockFigures) -> Clock:
@@ -148,7 +152,7 @@ def _clock(figures: _core.ClockFigures) -> Clock:
     )
 
 
-def _failed(name: str, failure: str, unit: Unit | None = None) -> TargetResult:
+def _failed(name: str, failure: str, unit: Imu | None = None) -> TargetResult:
     nothing = np.empty((0, 3))
     return TargetResult(
         name=name,

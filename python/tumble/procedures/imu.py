@@ -9,11 +9,13 @@ from tumble.recording import Recording
 
 
 @dataclass(frozen=True, slots=True)
-class Unit:
+class Imu:
     """One IMU of a session."""
 
     recording: Recording
     acquired: _core.Acquired
+    remarks: tuple[str, ...] = ()
+    """What was left out while reading."""
 
     @property
     def name(self) -> str:
