@@ -30,6 +30,7 @@ lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types,
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
+	$(BIN)/mypy scripts examples
 	$(BIN)/python scripts/check_layers.py
 	$(BIN)/python scripts/check_readme.py
 	$(BIN)/python scripts/write_schemas.py --check
