@@ -7,7 +7,7 @@
 //! 2. [`sample`] and [`moments`]: one sample, and what is kept of many.
 //! 3. [`stillness`] and [`segmenter`]: a recording becomes rests, and turns between them.
 //! 4. [`noise`]: white noise and bias instability, and what they do to a mean.
-//! 5. [`regression`] and [`rotation`]: the two solvers.
+//! 5. [`regression`] and [`rotation`]: the two solvers; [`eigen`] serves both.
 //! 6. [`gravity`]: what the Earth adds.
 //! 7. [`turntable`]: targets against a co-mounted reference.
 //!
@@ -15,6 +15,7 @@
 //! state is a plain struct with `new`, `push` and `solve`, and time comes with the samples.
 #![no_std]
 
+pub mod eigen;
 pub mod gravity;
 pub mod model;
 pub mod moments;

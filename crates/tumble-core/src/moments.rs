@@ -67,8 +67,8 @@ impl<T: Real, const N: usize> Moments<T, N> {
 
     /// Variance of the samples of each channel (divisor n - 1); zero for fewer than two samples.
     pub fn variance(&self) -> [T; N] {
-        let freedom = count::<T>(self.samples.saturating_sub(1).max(1));
-        self.squares.map(|squares| squares / freedom)
+        let share = T::one() / count(self.samples.saturating_sub(1).max(1));
+        self.squares.map(|squares| squares * share)
     }
 }
 
@@ -117,11 +117,11 @@ impl<T: Real, const N: usize> RunningSums<T, N> {
 
     /// Mean and scatter.
     pub fn moments(&self) -> Moments<T, N> {
-        let n = count::<T>(self.samples);
+        let share = T::one() / count(self.samples);
         let mut moments = Moments::new();
         moments.samples = self.samples;
         for i in 0..N {
-            let shift = self.sum[i] / n;
+            let shift = self.sum[i] * share;
             moments.mean[i] = self.origin[i] + shift;
             moments.squares[i] = (self.squares[i] - self.sum[i] * shift).max(T::zero());
         }
@@ -130,8 +130,8 @@ impl<T: Real, const N: usize> RunningSums<T, N> {
 
     /// Mean of `age * sample` of each channel: the first moment in time, about the first sample.
     pub fn mean_lever(&self) -> [T; N] {
-        let n = count::<T>(self.samples);
-        core::array::from_fn(|i| (self.levers[i] + self.origin[i] * self.lever) / n)
+        let share = T::one() / count(self.samples);
+        core::array::from_fn(|i| (self.levers[i] + self.origin[i] * self.lever) * share)
     }
 }
 

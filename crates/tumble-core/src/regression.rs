@@ -1,12 +1,15 @@
 //! Weighted least squares in a handful of unknowns, with a prior: solution, covariance, rank.
 //!
-//! Rows are taken in one by one and only their sums are kept. Every unknown carries a weak prior, its nominal
+//! Rows are taken in one by one and only their triangle is kept: the root of the normal equations rather than the
+//! equations themselves, so that single precision can hold what is known a million times better than believed beside
+//! what is not known at all. Every unknown carries a weak prior, its nominal
 //! value with the largest deviation that could be true of such a sensor. Where data speak, the prior weighs
 //! nothing; where they are silent the unknown stays at its nominal value, keeps the sigma of the prior, and is
 //! reported as not observed. So no direction is ever divided by zero, and none is made up.
 
 use nalgebra::{SMatrix, SVector};
 
+use crate::eigen;
 use crate::real::{Real, count, real};
 
 /// What is believed of an unknown before any data.
@@ -18,13 +21,15 @@ pub struct Prior<T: Real, const N: usize> {
     pub covariance: SMatrix<T, N, N>,
 }
 
-/// Normal equations `A^T W A x = A^T W y`, accumulated about the mean of the prior.
+/// The triangle `R` and right-hand side `d` with `R z = d`, in the units of the prior: `z = S^-1 (x - mean)` where
+/// `S S^T` is the covariance of the prior, of which the triangle is the identity before any data.
 #[derive(Clone, Copy, Debug)]
 pub struct LeastSquares<T: Real, const N: usize> {
     mean: SVector<T, N>,
-    prior_covariance: SMatrix<T, N, N>,
-    information: SMatrix<T, N, N>,
-    vector: SVector<T, N>,
+    prior_variance: SVector<T, N>,
+    root: Option<SMatrix<T, N, N>>,
+    triangle: SMatrix<T, N, N>,
+    right: SVector<T, N>,
     squares: T,
     rows: u32,
 }
@@ -65,91 +70,65 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
     pub fn new(prior: &Prior<T, N>) -> Self {
         Self {
             mean: prior.mean,
-            prior_covariance: prior.covariance,
-            information: SMatrix::zeros(),
-            vector: SVector::zeros(),
+            prior_variance: prior.covariance.diagonal(),
+            root: prior.covariance.cholesky().map(|root| root.unpack()),
+            triangle: SMatrix::identity(),
+            right: SVector::zeros(),
             squares: T::zero(),
             rows: 0,
         }
     }
 
-    /// Takes in one row `y = a . x + noise`, with the variance of the noise.
+    /// Takes in one row `y = a . x + noise`, with the variance of the noise: Givens rotations turn it into the
+    /// triangle (Golub and Van Loan, section 6.5.3), and what is left of y is a residual.
     pub fn push(&mut self, a: &SVector<T, N>, y: T, variance: T) {
-        let innovation = y - a.dot(&self.mean);
-        let weight = T::one() / variance;
-        self.information.ger(weight, a, a, T::one());
-        self.vector.axpy(weight * innovation, a, T::one());
-        self.squares += weight * innovation * innovation;
         self.rows += 1;
+        let Some(root) = &self.root else { return };
+        let sigma = variance.sqrt();
+        let mut row = root.tr_mul(a) / sigma;
+        let mut right = (y - a.dot(&self.mean)) / sigma;
+        for i in 0..N {
+            let length = (self.triangle[(i, i)] * self.triangle[(i, i)] + row[i] * row[i]).sqrt();
+            let (cosine, sine) = (self.triangle[(i, i)] / length, row[i] / length);
+            for j in i..N {
+                let (above, below) = (self.triangle[(i, j)], row[j]);
+                self.triangle[(i, j)] = cosine * above + sine * below;
+                row[j] = cosine * below - sine * above;
+            }
+            let above = self.right[i];
+            self.right[i] = cosine * above + sine * right;
+            right = cosine * right - sine * above;
+        }
+        self.squares += right * right;
     }
 
-    /// Solves by Cholesky in the units of the prior, `z = S^-1 (x - mean)` with `P = S S^T`: the information of the
-    /// prior is then the identity, and an eigenvalue of the data's above one is a direction the data decide.
+    /// Solves the triangle.
     ///
     /// # Errors
-    /// [`Unsolvable`] if something was not finite.
+    /// [`Unsolvable`] if something was not finite, or the covariance of the prior is none.
     pub fn solve(&self) -> Result<Solution<T, N>, Unsolvable> {
-        let root = self.prior_covariance.cholesky().ok_or(Unsolvable)?.unpack();
-        let data = root.transpose() * self.information * root;
-        let total = (data + SMatrix::identity()).cholesky().ok_or(Unsolvable)?;
-        let z_covariance = total.inverse();
-        let z = total.solve(&(root.transpose() * self.vector));
-        let covariance = root * z_covariance * root.transpose();
-        let step = root * z;
-        let ignorance = SVector::from_fn(|i, _| covariance[(i, i)] / self.prior_covariance[(i, i)]);
-        let chi_square =
-            self.squares - self.vector.dot(&step) * real(2.0) + step.dot(&(self.information * step));
+        let root = self.root.ok_or(Unsolvable)?;
+        let inverse = self
+            .triangle
+            .solve_upper_triangular(&SMatrix::identity())
+            .ok_or(Unsolvable)?;
+        let z = inverse * self.right;
+        let (step, spread) = (root * z, root * inverse);
         if !step.iter().all(|value| value.is_finite()) {
             return Err(Unsolvable);
         }
+        let covariance = spread * spread.transpose();
+        let (left_standing, _) = eigen::symmetric(inverse * inverse.transpose());
+        let undecided = real::<T>(0.5);
         Ok(Solution {
             x: self.mean + step,
             covariance,
-            ignorance,
-            rank: eigenvalues(data)
-                .iter()
-                .filter(|value| **value > T::one())
-                .count(),
-            chi_square: chi_square.max(T::zero()),
+            ignorance: covariance.diagonal().component_div(&self.prior_variance),
+            rank: left_standing.iter().filter(|share| **share < undecided).count(),
+            // The residuals of data and prior together, less those of the prior.
+            chi_square: (self.squares - z.norm_squared()).max(T::zero()),
             rows: self.rows,
         })
-    }
-}
-
-/// Eigenvalues of a symmetric matrix by cyclic Jacobi rotations (Golub and Van Loan, section 8.5): sums, products
-/// and roots alone, a bounded number of sweeps, hence the same bits everywhere.
-pub fn eigenvalues<T: Real, const N: usize>(mut a: SMatrix<T, N, N>) -> SVector<T, N> {
-    const SWEEPS: u32 = 16;
-    for _ in 0..SWEEPS {
-        for p in 0..N {
-            for q in p + 1..N {
-                rotate(&mut a, p, q);
-            }
-        }
-    }
-    a.diagonal()
-}
-
-/// One Jacobi rotation that makes `a[p, q]` vanish.
-fn rotate<T: Real, const N: usize>(a: &mut SMatrix<T, N, N>, p: usize, q: usize) {
-    let off = a[(p, q)];
-    if off.abs() <= T::default_epsilon() * real::<T>(0.01) * (a[(p, p)].abs() * a[(q, q)].abs()).sqrt() {
-        return;
-    }
-    let theta = (a[(q, q)] - a[(p, p)]) / (off * real(2.0));
-    let sign = if theta < T::zero() { -T::one() } else { T::one() };
-    let tangent = sign / (theta.abs() + (theta * theta + T::one()).sqrt());
-    let cosine = T::one() / (tangent * tangent + T::one()).sqrt();
-    let sine = tangent * cosine;
-    for k in 0..N {
-        let (akp, akq) = (a[(k, p)], a[(k, q)]);
-        a[(k, p)] = cosine * akp - sine * akq;
-        a[(k, q)] = sine * akp + cosine * akq;
-    }
-    for k in 0..N {
-        let (apk, aqk) = (a[(p, k)], a[(q, k)]);
-        a[(p, k)] = cosine * apk - sine * aqk;
-        a[(q, k)] = sine * apk + cosine * aqk;
     }
 }
 

@@ -1,7 +1,8 @@
 //! Closed-form rotation between two sets of vectors, and the calculus of small rotations.
 
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::{Matrix3, Matrix4, Quaternion, Rotation3, UnitQuaternion, Vector3};
 
+use crate::eigen;
 use crate::real::{Real, real};
 
 /// The matrix of the cross product, `[v]x w = v x w`.
@@ -23,6 +24,18 @@ pub fn inverse_left_jacobian<T: Real>(phi: &Vector3<T>) -> Matrix3<T> {
         (T::one() - half * half.cos() / half.sin()) / angle_squared
     };
     Matrix3::identity() - hat * real::<T>(0.5) + hat * hat * quadratic
+}
+
+/// The rotation of a rotation vector in rad: by series where it is small, as it is for a block at rest.
+pub fn rotation_of<T: Real>(phi: &Vector3<T>) -> UnitQuaternion<T> {
+    let angle_squared = phi.norm_squared();
+    if angle_squared > real(1e-6) {
+        return UnitQuaternion::from_scaled_axis(*phi);
+    }
+    // The terms left out, phi^4 / 384 and less, are below the rounding of f64.
+    let scalar = T::one() - angle_squared * real(0.125);
+    let vector = phi * (real::<T>(0.5) - angle_squared * real(1.0 / 48.0));
+    UnitQuaternion::new_unchecked(Quaternion::from_parts(scalar, vector))
 }
 
 /// Weighted sums over pairs `(to, from)` of vectors, of which a rotation and an offset remain to be solved:
@@ -80,17 +93,22 @@ impl<T: Real> Procrustes<T> {
         self.spread += from_before * (from - self.mean_from).transpose() * weight;
     }
 
-    /// Solves `to = R from + offset` (Kabsch 1976; Umeyama 1991, eq. 40, against reflections).
+    /// Solves `to = R from + offset` by the quaternion that belongs to the largest eigenvalue of the matrix of Horn,
+    /// "Closed-form solution of absolute orientation using unit quaternions" (1987), section 4: never a reflection.
     /// `None` where the pairs do not span a plane, so that the rotation is not determined.
     pub fn solve(&self) -> Option<RotationFit<T>> {
-        let svd = self.cross.try_svd(true, true, T::default_epsilon(), 200)?;
-        let (u, v_t) = (svd.u?, svd.v_t?);
-        if svd.singular_values[1] <= svd.singular_values[0] * real(1e-5) {
+        let (values, vectors) = eigen::symmetric(self.horn());
+        let largest = values.imax();
+        let second = (0..4)
+            .filter(|i| *i != largest)
+            .fold(-values[largest], |second, i| second.max(values[i]));
+        // The gap is twice the second singular value of the cross sums, give or take the third.
+        if values[largest] - second <= values[largest] * real(1e-5) {
             return None;
         }
-        let sign = (u * v_t).determinant().signum();
-        let flip = Matrix3::from_diagonal(&Vector3::new(T::one(), T::one(), sign));
-        let rotation = Rotation3::from_matrix_unchecked(u * flip * v_t);
+        let q = vectors.column(largest);
+        let rotation =
+            UnitQuaternion::from_quaternion(Quaternion::new(q[0], q[1], q[2], q[3])).to_rotation_matrix();
         let turned = rotation.matrix() * self.spread * rotation.matrix().transpose();
         Some(RotationFit {
             rotation,
@@ -99,5 +117,22 @@ impl<T: Real> Procrustes<T> {
             weight: self.weight,
             mean_from: self.mean_from,
         })
+    }
+
+    /// The matrix N with `q^T N q = sum w to . (q from q*)`.
+    fn horn(&self) -> Matrix4<T> {
+        let s = self.cross.transpose();
+        let curl = Vector3::new(
+            s[(1, 2)] - s[(2, 1)],
+            s[(2, 0)] - s[(0, 2)],
+            s[(0, 1)] - s[(1, 0)],
+        );
+        let mut n = Matrix4::zeros();
+        n[(0, 0)] = s.trace();
+        n.fixed_view_mut::<1, 3>(0, 1).copy_from(&curl.transpose());
+        n.fixed_view_mut::<3, 1>(1, 0).copy_from(&curl);
+        n.fixed_view_mut::<3, 3>(1, 1)
+            .copy_from(&(s + self.cross - Matrix3::identity() * s.trace()));
+        n
     }
 }

@@ -9,6 +9,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use crate::moments::RunningSums;
 use crate::noise::AllanLadder;
 use crate::real::{Real, count, real, seconds};
+use crate::rotation::rotation_of;
 use crate::sample::{CHANNELS, Sample};
 use crate::stillness::{Scatter, Stillness, StillnessSettings, UnitMoments};
 
@@ -30,8 +31,8 @@ pub struct SegmenterSettings<T: Real> {
 impl<T: Real> Default for SegmenterSettings<T> {
     fn default() -> Self {
         Self {
-            block: 100_000,
-            block_samples: 16,
+            block: 50_000,
+            block_samples: 10,
             shortest_rest: 1_000_000,
             gap_intervals: 10,
             stillness: StillnessSettings::default(),
@@ -72,7 +73,7 @@ impl<T: Real> Stretch<T> {
             moments,
             integral,
             lever: core::array::from_fn(|i| (levers[i] + moments.mean()[i] * half) * duration),
-            start_from_end: UnitQuaternion::from_scaled_axis(rate * duration),
+            start_from_end: rotation_of(&(rate * duration)),
             complete: true,
         }
     }
@@ -167,6 +168,17 @@ struct Resting<T: Real> {
     rest: Option<Stretch<T>>,
     held: Stretch<T>,
     announced: bool,
+}
+
+impl<T: Real> State<T> {
+    /// What the next block is held against, to tell whether the unit is still where it was.
+    fn level(&self) -> Option<&UnitMoments<T>> {
+        match self {
+            Self::Moving => None,
+            Self::Settling(before) => Some(before),
+            Self::Resting(resting) => Some(&resting.rest.as_ref().unwrap_or(&resting.held).moments),
+        }
+    }
 }
 
 /// Cuts a stream of samples into rests and turns.
@@ -299,66 +311,72 @@ impl<T: Real> Segmenter<T> {
         self.block = Some(block);
         let enough = sums.samples() >= self.settings.block_samples;
         let quiet = enough && !gap && self.stillness.push(&block.moments);
-        self.advance(block, quiet)
+        self.advance(&block, quiet)
     }
 
     /// One step of the machine: moving, settling, resting.
-    fn advance(&mut self, block: Stretch<T>, quiet: bool) -> Option<Segment<T>> {
-        match self.state {
-            State::Settling(before) if quiet && self.stillness.is_level(&before, &block.moments) => {
+    fn advance(&mut self, block: &Stretch<T>, quiet: bool) -> Option<Segment<T>> {
+        let stays = quiet
+            && self
+                .state
+                .level()
+                .is_some_and(|level| self.stillness.is_level(level, &block.moments));
+        match (&self.state, stays) {
+            (State::Resting(_), true) => self.rest_on(block),
+            (State::Resting(resting), false) => {
+                let resting = *resting;
+                self.end_rest(&resting, block, quiet)
+            }
+            (State::Settling(_), true) => {
                 self.allan_of_rest = AllanLadder::new();
                 self.state = State::Resting(Resting {
                     rest: None,
-                    held: block,
+                    held: *block,
                     announced: false,
                 });
                 None
             }
-            State::Moving | State::Settling(_) => {
-                extend(&mut self.turn, &block);
-                self.move_on(&block, quiet);
+            (State::Moving | State::Settling(_), _) => {
+                extend(&mut self.turn, block);
+                self.move_on(block, quiet);
                 None
             }
-            State::Resting(resting) => {
-                let level = resting.rest.unwrap_or(resting.held);
-                if quiet && self.stillness.is_level(&level.moments, &block.moments) {
-                    self.rest_on(resting, block)
-                } else {
-                    self.end_rest(resting, block, quiet)
-                }
-            }
         }
     }
 
-    fn rest_on(&mut self, mut resting: Resting<T>, block: Stretch<T>) -> Option<Segment<T>> {
-        self.allan_of_rest
-            .push(resting.held.moments.mean(), resting.held.duration());
-        extend(&mut resting.rest, &resting.held);
-        resting.held = block;
-        let long_enough = resting
-            .rest
+    fn rest_on(&mut self, block: &Stretch<T>) -> Option<Segment<T>> {
+        let State::Resting(Resting {
+            rest,
+            held,
+            announced,
+        }) = &mut self.state
+        else {
+            return None;
+        };
+        self.allan_of_rest.push(held.moments.mean(), held.duration());
+        extend(rest, held);
+        *held = *block;
+        let long_enough = rest
+            .as_ref()
             .is_some_and(|rest| rest.end - rest.start >= self.settings.shortest_rest);
-        let announce = long_enough && !resting.announced;
-        resting.announced |= announce;
-        self.state = State::Resting(resting);
-        if announce {
-            self.turn.take().map(Segment::Turn)
-        } else {
-            None
+        if *announced || !long_enough {
+            return None;
         }
+        *announced = true;
+        self.turn.take().map(Segment::Turn)
     }
 
-    fn end_rest(&mut self, resting: Resting<T>, block: Stretch<T>, quiet: bool) -> Option<Segment<T>> {
-        self.move_on(&block, quiet);
+    fn end_rest(&mut self, resting: &Resting<T>, block: &Stretch<T>, quiet: bool) -> Option<Segment<T>> {
+        self.move_on(block, quiet);
         let finished = resting.rest.filter(|_| resting.announced);
-        if let Some(rest) = finished {
+        if let Some(rest) = &finished {
             self.allan.merge(&self.allan_of_rest);
             self.bias = rest.angular_rate();
-        } else if let Some(rest) = resting.rest {
-            extend(&mut self.turn, &rest);
+        } else if let Some(rest) = &resting.rest {
+            extend(&mut self.turn, rest);
         }
         extend(&mut self.turn, &resting.held);
-        extend(&mut self.turn, &block);
+        extend(&mut self.turn, block);
         finished.map(Segment::Rest)
     }
 

@@ -42,7 +42,7 @@ impl<T: Real> Default for StillnessSettings<T> {
 }
 
 /// Blocks over which the noise floor is averaged.
-const FLOOR_BLOCKS: u32 = 8;
+const FLOOR_BLOCKS: u32 = 16;
 
 /// Variance of one sample, mean over the three axes, of the two triads.
 #[derive(Clone, Copy, Debug, PartialEq)]
