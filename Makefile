@@ -8,7 +8,7 @@ RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help build demo test lint format requirements clean
+.PHONY: help build demo test bench lint format requirements clean
 
 help:  ## Say what can be made
 	@sed -n 's/^\([a-z]*\): .*## \(.*\)/\1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -23,6 +23,12 @@ test: $(VENV)/.native $(VENV)/.requirements-test  ## Run the Rust, Python and do
 	scripts/build_for_cortex_m.sh
 	$(BIN)/python -m pytest
 	$(BIN)/python scripts/check_readme.py --run
+
+bench: $(VENV)/.native  ## Measure accuracy, speed and memory (an hour on two cores)
+	$(BIN)/python -m benchmarks.accuracy
+	$(BIN)/python -m benchmarks.truths
+	$(BIN)/python -m benchmarks.speed
+	$(BIN)/python -m benchmarks.memory
 
 lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types, layers and README
 	cargo fmt --all --check
