@@ -26,12 +26,26 @@ def random():
     return seeded()
 
 
-def procrustes(to, start):
+def mounting(to, start):
     """Equation 3 of turntable.md: rotation and offset."""
-    centred_to, centred = to - to.mean(0), start - start.mean(0)
-    u, _, v_t = np.linalg.svd(centred_to.T @ centred)
-    r = u @ np.diag([1, 1, np.linalg.det(u @ v_t)]) @ v_t
+    s = (start - start.mean(0)).T @ (to - to.mean(0))
+    n = np.zeros((4, 4))
+    n[0, 0] = np.trace(s)
+    n[0, 1:] = n[1:, 0] = s[1, 2] - s[2, 1], s[2, 0] - s[0, 2], s[0, 1] - s[1, 0]
+    n[1:, 1:] = s + s.T - np.trace(s) * np.eye(3)
+    w, *v = np.linalg.eigh(n)[1][:, -1]
+    half_turn = cross(v)
+    r = np.eye(3) + 2 * w * half_turn + 2 * half_turn @ half_turn
     return r, to.mean(0) - r @ start.mean(0)
+
+
+def test_the_mounting_angle_is_that_of_the_singular_value_decomposition(random):
+    ideal = G * FACES
+    readings = ideal @ rotation(random.normal(0, 0.1, 3)).T + random.normal(0, 0.5, (6, 3))
+    u, _, v_t = np.linalg.svd((readings - readings.mean(0)).T @ (ideal - ideal.mean(0)))
+    found, bias = mounting(readings, ideal)
+    assert np.abs(found - u @ np.diag([1, 1, np.linalg.det(u @ v_t)]) @ v_t).max() < 1e-12
+    assert bias == pytest.approx(readings.mean(0))
 
 
 def test_the_mounting_angle_answers_to_errors_as_its_normal_equations_say(random):
@@ -39,7 +53,7 @@ def test_the_mounting_angle_answers_to_errors_as_its_normal_equations_say(random
     directions = random.normal(size=(9, 3))
     ideal = G * directions / np.linalg.norm(directions, axis=1)[:, None]
     errors = random.normal(0, 1e-6, ideal.shape)
-    found, _ = procrustes(ideal @ true.T + 0.2 + errors, ideal)
+    found, _ = mounting(ideal @ true.T + 0.2 + errors, ideal)
     a = (ideal - ideal.mean(0)) @ true.T
     information = np.eye(3) * (a**2).sum() - a.T @ a
     expected = np.linalg.solve(information, np.cross(a, errors).sum(0))
