@@ -97,8 +97,10 @@ def test_a_calibration_made_by_the_command_corrects_what_it_was_made_from(sessio
     assert run("apply", out / "target_1.yaml", session / "target_1.csv", "-o", corrected).code == 0
     again = run("turntable", session / "reference.csv", corrected, "-o", tmp_path / "again", "--json")
     found = json.loads(again.out)["targets"][0]["calibration"]["accelerometer"]
-    np.testing.assert_allclose(found["M"], np.eye(3), atol=1e-6)
-    np.testing.assert_allclose(found["b"], 0.0, atol=1e-6)
+    left = np.append((np.array(found["M"]) - np.eye(3)).ravel(), found["b"])
+    sigma = np.sqrt(np.diag(np.array(found["covariance"])))
+    # Weights are taken from the scatter anew, so the second answer differs, but by much less than its sigma.
+    assert np.all(np.abs(left) < 0.05 * sigma), left / sigma
 
 
 def test_poses_need_not_be_known(session, tmp_path, run):
