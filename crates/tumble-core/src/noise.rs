@@ -63,10 +63,25 @@ impl<T: Real> Noise<T> {
     }
 }
 
+/// Intervals farther apart than this many times their length are so to speak points.
+const FAR: f64 = 16.0;
+
 /// Mean of `ln |s - t|` for s in a and t in b: the second difference of `F(x) = x^2/2 ln|x| - 3/4 x^2`.
+///
+/// Far apart, where the difference would be lost in the rounding of F, the first moments of `s - t` about the distance
+/// of the centres do as well: what they leave out is below 1e-9.
 fn mean_log<T: Real>(a: &Interval<T>, b: &Interval<T>) -> T {
+    let (la, lb) = (a.duration(), b.duration());
+    let longer = la.max(lb);
+    let apart = ((b.start + b.end) - (a.start + a.end)).abs() * real(0.5);
+    if apart > longer * real(FAR) {
+        let (la, lb) = (la * la / (apart * apart), lb * lb / (apart * apart));
+        let second = (la + lb) * real(1.0 / 12.0);
+        let fourth = (la * la + lb * lb) * real(1.0 / 80.0) + la * lb * real(1.0 / 24.0);
+        return apart.ln() - second * real(0.5) - fourth * real(0.25);
+    }
     let f = |x: T| {
-        let x = x.abs();
+        let x = (x / longer).abs();
         if x > T::zero() {
             x * x * (x.ln() * real(0.5) - real(0.75))
         } else {
@@ -74,7 +89,7 @@ fn mean_log<T: Real>(a: &Interval<T>, b: &Interval<T>) -> T {
         }
     };
     let sum = f(b.end - a.start) - f(b.end - a.end) - f(b.start - a.start) + f(b.start - a.end);
-    sum / (a.duration() * b.duration())
+    longer.ln() + sum * (longer / la) * (longer / lb)
 }
 
 /// Octaves of the ladder: from a block of 0.1 s to an hour and more.
@@ -165,65 +180,105 @@ impl<T: Real> AllanLadder<T> {
         })
     }
 
-    /// White noise and flicker of a channel: weighted least squares of `N^2 / tau + 0.441 B^2` on the ladder, neither
-    /// below zero. An Allan variance from n pairs errs by `sqrt(2 / n)` of what it ought to be.
+    /// White noise and flicker of one channel; see [`Self::fit_jointly`].
     pub fn fit(&self, channel: usize) -> Noise<T> {
-        let mut noise = self
-            .variances(channel)
-            .next()
-            .map_or(Noise::none(), |(averaging, variance, _)| Noise {
-                white: variance * averaging,
-                flicker: T::zero(),
-                flicker_sigma: T::zero(),
-            });
-        for _ in 0..8 {
-            noise = self.refit(channel, &noise);
+        let [noise] = self.fit_jointly([channel]);
+        noise
+    }
+
+    /// White noise of each channel, and the flicker they share: weighted least squares of `N^2 / tau + 0.441 B^2` on
+    /// their ladders, neither below zero (docs/theory/noise.md, eq. 7). An Allan variance from n pairs errs by
+    /// `sqrt(2 / n)` of what it ought to be. The axes of a triad are made alike, and a record of minutes shows too
+    /// little of B to take each by itself.
+    pub fn fit_jointly<const K: usize>(&self, channels: [usize; K]) -> [Noise<T>; K] {
+        let mut noise = channels.map(|channel| Noise {
+            white: self
+                .variances(channel)
+                .next()
+                .map_or(T::zero(), |(averaging, variance, _)| variance * averaging),
+            flicker: T::zero(),
+            flicker_sigma: T::zero(),
+        });
+        for _ in 0..ROUNDS {
+            let sums = core::array::from_fn::<_, K, _>(|i| self.sums(channels[i], &noise[i]));
+            noise = solve(&sums, &noise);
         }
         noise
     }
 
-    fn refit(&self, channel: usize, before: &Noise<T>) -> Noise<T> {
+    /// Normal equations of one channel, weighted by what is expected of each rung.
+    fn sums(&self, channel: usize, expected: &Noise<T>) -> Sums<T> {
         let floor = real::<T>(FLICKER_FLOOR);
-        let (mut aa, mut ab, mut bb, mut ay, mut by) =
-            (T::zero(), T::zero(), T::zero(), T::zero(), T::zero());
+        let mut sums = Sums::default();
         for (averaging, variance, pairs) in self.variances(channel) {
-            let expected = before.white / averaging + floor * before.flicker;
-            if expected <= T::zero() {
-                return *before;
+            let expected = expected.white / averaging + floor * expected.flicker;
+            if expected > T::zero() {
+                let weight = count::<T>(pairs) / (expected * expected * real(2.0));
+                let a = T::one() / averaging;
+                sums.aa += weight * a * a;
+                sums.ab += weight * a * floor;
+                sums.bb += weight * floor * floor;
+                sums.ay += weight * a * variance;
+                sums.by += weight * floor * variance;
             }
-            let weight = count::<T>(pairs) / (expected * expected * real(2.0));
-            let a = T::one() / averaging;
-            aa += weight * a * a;
-            ab += weight * a * floor;
-            bb += weight * floor * floor;
-            ay += weight * a * variance;
-            by += weight * floor * variance;
         }
-        let determinant = aa * bb - ab * ab;
-        if aa <= T::zero() {
-            return *before;
+        sums
+    }
+}
+
+/// Rounds in which the weights settle.
+const ROUNDS: u32 = 8;
+
+/// Normal equations in N^2 (a) and B^2 (b).
+#[derive(Clone, Copy)]
+struct Sums<T: Real> {
+    aa: T,
+    ab: T,
+    bb: T,
+    ay: T,
+    by: T,
+}
+
+impl<T: Real> Default for Sums<T> {
+    fn default() -> Self {
+        let zero = T::zero();
+        Self {
+            aa: zero,
+            ab: zero,
+            bb: zero,
+            ay: zero,
+            by: zero,
         }
-        if determinant <= aa * bb * real(1e-6) {
-            return Noise {
-                white: ay / aa,
-                flicker: T::zero(),
-                flicker_sigma: T::max_value().unwrap_or(T::zero()),
-            };
-        }
-        let flicker = (aa * by - ab * ay) / determinant;
-        let flicker_sigma = (aa / determinant).sqrt();
-        if flicker <= T::zero() {
-            return Noise {
-                white: ay / aa,
-                flicker: T::zero(),
-                flicker_sigma,
-            };
-        }
-        let white = ((bb * ay - ab * by) / determinant).max(T::zero());
+    }
+}
+
+/// Solves for the shared B^2 with each N^2 eliminated, then for each N^2.
+fn solve<T: Real, const K: usize>(sums: &[Sums<T>; K], before: &[Noise<T>; K]) -> [Noise<T>; K] {
+    let seen = || sums.iter().filter(|sums| sums.aa > T::zero());
+    let all = seen().fold(T::zero(), |sum, s| sum + s.bb);
+    let information = seen().fold(T::zero(), |sum, s| sum + s.bb - s.ab * s.ab / s.aa);
+    let vector = seen().fold(T::zero(), |sum, s| sum + s.by - s.ab * s.ay / s.aa);
+    // One rung alone cannot tell flicker from white noise.
+    let told = information > all * real(1e-6);
+    let (flicker, flicker_sigma) = if told {
+        (
+            (vector / information).max(T::zero()),
+            T::one() / information.sqrt(),
+        )
+    } else {
+        (T::zero(), T::max_value().unwrap_or(T::zero()))
+    };
+    core::array::from_fn(|i| {
+        let s = &sums[i];
+        let white = if s.aa > T::zero() {
+            ((s.ay - s.ab * flicker) / s.aa).max(T::zero())
+        } else {
+            before[i].white
+        };
         Noise {
             white,
             flicker,
             flicker_sigma,
         }
-    }
+    })
 }
