@@ -212,3 +212,66 @@ impl<const N: usize> Calibration<N> {
         );
     }
 }
+
+/// Samples of bias instability B = 1: white noise through the filter `(1 - z^-1)^(-1/2)`, whose spectrum over one
+/// sample is `1 / (2 pi f)` below a tenth of the rate, whatever the rate.
+///
+/// Kasdin, "Discrete simulation of colored noise and stochastic processes and 1/f^alpha power law noise generation"
+/// (1995), eq. 104. The first samples remember nothing: callers leave them out.
+pub fn flicker(draws: &mut Draws, count: usize) -> Vec<f64> {
+    let mut response = vec![1.0; count];
+    for k in 1..count {
+        response[k] = response[k - 1] * (k as f64 - 0.5) / k as f64;
+    }
+    response.reverse();
+    let white: Vec<f64> = (0..count).map(|_| draws.normal()).collect();
+    (0..count)
+        .map(|n| {
+            white[..=n]
+                .iter()
+                .zip(&response[count - 1 - n..])
+                .map(|(w, h)| w * h)
+                .sum()
+        })
+        .collect()
+}
+
+/// Draws from a normal distribution of any covariance, given as a function of two indices.
+pub struct Correlated {
+    root: Vec<Vec<f64>>,
+}
+
+impl Correlated {
+    /// Cholesky, row by row. A direction without any variance, such as the mean of flicker over a whole session, stays
+    /// without.
+    pub fn new(count: usize, covariance: impl Fn(usize, usize) -> f64) -> Self {
+        let mut root: Vec<Vec<f64>> = Vec::with_capacity(count);
+        for i in 0..count {
+            let mut row = vec![0.0; i + 1];
+            for j in 0..=i {
+                let before: f64 = (0..j)
+                    .map(|k| row[k] * if j == i { row[k] } else { root[j][k] })
+                    .sum();
+                let left = covariance(i, j) - before;
+                row[j] = if i == j {
+                    left.max(0.0).sqrt()
+                } else if root[j][j] > 1e-7 * covariance(i, i).sqrt() {
+                    left / root[j][j]
+                } else {
+                    0.0
+                };
+            }
+            root.push(row);
+        }
+        Self { root }
+    }
+
+    /// One draw.
+    pub fn draw(&self, draws: &mut Draws) -> Vec<f64> {
+        let white: Vec<f64> = self.root.iter().map(|_| draws.normal()).collect();
+        self.root
+            .iter()
+            .map(|row| row.iter().zip(&white).map(|(a, b)| a * b).sum())
+            .collect()
+    }
+}

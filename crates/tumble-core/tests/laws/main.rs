@@ -1,7 +1,9 @@
 //! The laws of the numeric core. One file an idea; each law at zero, near zero and at random, in both precisions.
 
+mod allan;
 mod common;
 mod eigen;
 mod model;
+mod noise;
 mod regression;
 mod rotation;
