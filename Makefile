@@ -24,11 +24,12 @@ test: $(VENV)/.native $(VENV)/.requirements-test  ## Run the Rust, Python and do
 	$(BIN)/python -m pytest
 	$(BIN)/python scripts/check_readme.py --run
 
-bench: $(VENV)/.native  ## Measure accuracy, speed and memory (an hour on two cores)
+bench: $(VENV)/.native  ## Measure accuracy, speed and memory, print the README tables (half an hour)
 	$(BIN)/python -m benchmarks.accuracy
 	$(BIN)/python -m benchmarks.truths
 	$(BIN)/python -m benchmarks.speed
 	$(BIN)/python -m benchmarks.memory
+	$(BIN)/python -m benchmarks.report
 
 lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types, layers and README
 	cargo fmt --all --check

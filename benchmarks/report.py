@@ -1,0 +1,188 @@
+"""Print the tables of the README from the figures under `benchmarks/results`.
+
+`python -m benchmarks.report [--readme README.md] [--check]`
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from math import degrees
+from pathlib import Path
+
+from benchmarks.bound import GROUPS, TRIADS
+from benchmarks.results import Content, load
+from benchmarks.speed import GOALS
+from benchmarks.truths import BIASES, DESIGN_MRAD, TRUTHS
+
+README = Path(__file__).parent.parent / "README.md"
+NOISES = ("white", "bias instability")
+
+UNITS: dict[tuple[str, str], tuple[float, str]] = {
+    ("accelerometer", "bias"): (1e3, "mm/s²"),
+    ("gyroscope", "bias"): (degrees(3600.0), "deg/h"),
+}
+"""Factor from SI and name; scale in parts per million and angles in millidegrees are the same for both."""
+
+
+def accuracy(content: Content) -> Iterator[str]:
+    """Error against the bound and coverage, all cells of a kind of noise together."""
+    yield (
+        "| | | white noise: RMSE | against the bound | 95 % hold | with bias instability: RMSE "
+        "| against the bound | 95 % hold |"
+    )
+    yield "|---|---|---|---|---|---|---|---|"
+    for triad in TRIADS:
+        for group in GROUPS:
+            cells = [triad, group]
+            for noise in NOISES:
+                cells += _accuracy_cells(content["pooled"][noise][triad]["groups"][group], triad, group)
+            yield _row(cells)
+    yield ""
+    yield _accuracy_words(content)
+
+
+def _accuracy_cells(figures: Content, triad: str, group: str) -> list[str]:
+    factor, unit = UNITS.get((triad, group), (1e6, "ppm") if group == "scale" else (degrees(1e3), "mdeg"))
+    return [
+        f"{_three_digits(factor * figures['rmse'])} {unit}",
+        f"{figures['ratio']:.3f} ± {figures['ratio_error']:.3f}",
+        f"{100 * figures['coverage']:.1f} %",
+    ]
+
+
+def _accuracy_words(content: Content) -> str:
+    everything = [
+        cell["figures"][triad]["parameters"].values() for cell in content["cells"] for triad in TRIADS
+    ]
+    largest = max(figures["ratio_without_luck"] for some in everything for figures in some)
+    groups = [cell["figures"][triad]["groups"].values() for cell in content["cells"] for triad in TRIADS]
+    covered = [figures["coverage"] for some in groups for figures in some]
+    return (
+        f"{len(content['cells'])} cells of {content['sessions']} simulated sessions: mounting 0, 1 and "
+        "3 deg, table error 0, 0.05 and 0.2 deg, clocks shared and apart. In single cells the ratio of single "
+        f"parameters is at most {largest:.3f}, freed of the luck of the draw, and the intervals of a group "
+        f"hold {100 * min(covered):.1f} to {100 * max(covered):.1f} %. "
+        "How each figure is defined: [benchmarks](benchmarks/README.md)."
+    )
+
+
+def truths(content: Content) -> Iterator[str]:
+    """Four truths, and where the bias comes from, beside the figures of the design."""
+    yield "| truth used for the target | table repeatable | design | table errs 0.05 deg a pose | design |"
+    yield "|---|---|---|---|---|"
+    for truth in TRUTHS:
+        cells = [f"`{truth}`"]
+        for column, design in zip(("0", "0.05"), DESIGN_MRAD[truth], strict=True):
+            found = content["columns"][column][truth]["non_orthogonality"]
+            cells += [f"{_three_digits(1e3 * found['rms'])} mrad", f"{design:g}"]
+        yield _row(cells)
+    yield ""
+    yield "| bias of the target from | table errs 0.2 deg a pose | design |"
+    yield "|---|---|---|"
+    for source, (words, stated) in BIASES.items():
+        found = content["columns"]["0.2"][source]["bias"]
+        design_figure = "" if stated is None else f"{1e3 * stated:g}"
+        yield _row([words, f"{_three_digits(1e3 * found['rms'])} mm/s²", design_figure])
+    yield ""
+    yield (
+        f"Root mean square over {content['sessions']} simulated sessions of the norm of the error; "
+        "mounting 1 deg, non-orthogonality 0.5 deg, bias 0.3 m/s²."
+    )
+
+
+NAMES = {
+    "acquisition": "rests and turns of a recording in memory",
+    "correction": "correction of a recording in memory",
+    "csv": "reading CSV, checked and in SI units",
+}
+
+
+def speed(content: Content) -> Iterator[str]:
+    """Ratios of times, and the batch."""
+    yield "| | samples a second | against | takes longer by a factor of | goal |"
+    yield "|---|---|---|---|---|"
+    for name, words in NAMES.items():
+        figures = content[name]
+        rate = figures.get("samples_a_second") or figures["rows_a_second"]
+        for other, ratio in figures["ratios"].items():
+            yield _row([words, f"{rate / 1e6:.1f} million", f"`{other}`", f"{ratio:.2f}", f"{GOALS[name]:g}"])
+    batch = content["batch"]
+    yield ""
+    yield (
+        f"{batch['targets']} targets of {batch['minutes']:.0f} minutes at 200 Hz: "
+        f"{batch['targets_a_second']:.0f} targets a second, with {100 * batch['share_of_cores']:.0f} % of "
+        f"{batch['cores']} cores in use."
+    )
+
+
+def memory(content: Content) -> Iterator[str]:
+    """Peak memory of a recording and of one ten times as long."""
+    few, many = content["samples"]
+    yield f"| format | peak memory, {few} samples | {many} samples | growth |"
+    yield "|---|---|---|---|"
+    for name, figures in content["formats"].items():
+        sizes = [f"{size / 2**20:.0f} MiB" for size in figures["peak_bytes"]]
+        yield _row([name, *sizes, f"{100 * (figures['growth'] - 1.0):.0f} %"])
+    yield ""
+    yield (
+        "Peak resident memory of a process that reads the recording and finds its rests, interpreter and "
+        "libraries included."
+    )
+
+
+TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
+    "accuracy": accuracy,
+    "truths": truths,
+    "speed": speed,
+    "memory": memory,
+}
+
+
+def _row(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def _three_digits(value: float) -> str:
+    """Give three significant digits without an exponent."""
+    if value >= 100.0:
+        return f"{value:.0f}"
+    return f"{value:.1f}" if value >= 10.0 else f"{value:.2f}" if value >= 1.0 else f"{value:.3f}"
+
+
+def placed(text: str, name: str, table: str) -> str:
+    """Put a table between its markers; raises `ValueError` where they are missing."""
+    marked = re.compile(rf"(<!-- benchmark:{name} -->\n).*?(<!-- /benchmark:{name} -->)", re.DOTALL)
+    replaced, count = marked.subn(lambda found: f"{found[1]}{table}{found[2]}", text)
+    if count != 1:
+        raise ValueError(f"the markers of benchmark:{name} stand {count} times in the text, not once")
+    return replaced
+
+
+def printed(text: str) -> str:
+    """Put all tables in their places."""
+    for name, table in TABLES.items():
+        text = placed(text, name, "".join(f"{line}\n" for line in table(load(name))))
+    return text
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Rewrite the README; with --check only see that it shows the figures on disk."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--readme", type=Path, default=README)
+    parser.add_argument("--check", action="store_true", help="write nothing; 1 if the README is out of date")
+    options = parser.parse_args(arguments)
+    before = options.readme.read_text(encoding="utf-8")
+    after = printed(before)
+    if options.check:
+        return int(after != before)
+    unfinished = options.readme.with_name(options.readme.name + ".part")
+    unfinished.write_text(after, encoding="utf-8")
+    unfinished.replace(options.readme)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,46 @@
+"""Figures on disk: one JSON file a benchmark under `benchmarks/results`, from which the README is printed."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+from pathlib import Path
+from typing import Any
+
+RESULTS = Path(__file__).parent / "results"
+Content = dict[str, Any]
+
+
+def save(name: str, content: Content, folder: Path = RESULTS) -> Path:
+    """Write the figures of a benchmark, in full or not at all."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{name}.json"
+    unfinished = path.with_suffix(".json.part")
+    unfinished.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    unfinished.replace(path)
+    return path
+
+
+def load(name: str, folder: Path = RESULTS) -> Content:
+    """Read the figures of a benchmark."""
+    content: Content = json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
+    return content
+
+
+def machine() -> Content:
+    """What the figures were measured on."""
+    import numpy as np
+    import pyarrow as pa  # type: ignore[import-untyped]
+
+    import tumble
+
+    return {
+        "cores": os.cpu_count(),
+        "machine": platform.machine(),
+        "system": platform.system(),
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "pyarrow": pa.__version__,
+        "tumble": tumble.__version__,
+    }

@@ -1,0 +1,100 @@
+"""Each benchmark runs, on next to nothing; no times are judged here."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+
+from benchmarks import accuracy, bound, memory, noise, report, results, speed, truths  # noqa: E402
+from benchmarks.settings import cells  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory):
+    """Figures of every benchmark on its smallest setting, kept in a folder of their own."""
+    folder = tmp_path_factory.mktemp("results")
+    keep = pytest.MonkeyPatch()
+    keep.setattr(results.save, "__defaults__", (folder,))
+    keep.setattr(results.load, "__defaults__", (folder,))
+    accuracy.main(["--sessions", "2", "--cells", "4,13,22,31"])
+    truths.main(["--sessions", "2"])
+    speed.main(["--tiny"])
+    memory.main(["--tiny"])
+    yield folder
+    keep.undo()
+
+
+def test_every_cell_is_measured_and_every_figure_is_a_number(measured):
+    content = results.load("accuracy", measured)
+    assert [cell["cell"] for cell in content["cells"]] == [4, 13, 22, 31]
+    for cell in content["cells"]:
+        for triad in bound.TRIADS:
+            for figures in cell["figures"][triad]["groups"].values():
+                assert np.isfinite(list(figures.values())).all()
+                assert 0.0 < figures["ratio"] < 10.0
+
+
+def test_the_readme_shows_a_table_for_each_benchmark(measured, tmp_path):
+    readme = tmp_path / "README.md"
+    markers = [f"<!-- benchmark:{name} -->\n<!-- /benchmark:{name} -->\n" for name in report.TABLES]
+    readme.write_text("before\n" + "".join(markers) + "after\n", encoding="utf-8")
+    assert report.main(["--readme", str(readme), "--check"]) == 1
+    report.main(["--readme", str(readme)])
+    text = readme.read_text(encoding="utf-8")
+    assert text.startswith("before\n")
+    assert text.endswith("after\n")
+    assert "| accelerometer | bias |" in text
+    assert "| `rotate-truth` |" in text
+    assert "`numpy.copyto`" in text
+    assert "| ROS 1 bag |" in text
+    assert report.main(["--readme", str(readme), "--check"]) == 0
+
+
+def test_a_readme_without_its_markers_is_refused():
+    with pytest.raises(ValueError, match="benchmark:speed"):
+        report.placed("no markers here", "speed", "table")
+
+
+def test_seeds_of_no_two_sessions_are_the_same():
+    seeds = [cell.seed(session) for cell in cells() for session in (0, 999)]
+    assert len(set(seeds)) == len(seeds) == 72
+
+
+def test_the_covariance_of_means_is_that_of_drawn_noise():
+    seed = 20_254
+    print(f"seed {seed}")
+    random = np.random.default_rng(seed)
+    first, last, samples, runs = np.array([0, 40, 70]), np.array([30, 60, 100]), 100, 20_000
+    white, instability = 0.3, 2.0
+    lags = np.abs(np.subtract.outer(np.arange(samples), np.arange(samples)))
+    times = 4.0 ** np.arange(1, 40)
+    process = sum(instability**2 * np.log(4) / np.pi * np.exp(-lags / t) for t in times[times < 16 * samples])
+    flicker = random.standard_normal((runs, samples)) @ np.linalg.cholesky(process).T
+    drawn = flicker + np.sqrt(white) * random.standard_normal((runs, samples))
+    means = np.column_stack([drawn[:, a:b].mean(axis=1) for a, b in zip(first, last, strict=True)])
+    found = np.cov((means - flicker.mean(axis=1)[:, None]).T)
+    expected = noise.covariance_of_means(first, last, samples, white, instability)
+    spread = np.sqrt((np.outer(np.diag(expected), np.diag(expected)) + expected**2) / runs)
+    assert (np.abs(found - expected) < 5.0 * spread).all()
+
+
+def test_the_bound_of_one_axis_without_nuisance_is_that_of_least_squares():
+    """With a perfect reference every row of M and b is a linear fit of its own."""
+    ups = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0], [0, -1, 0], [0, 0, -1]], dtype=float)
+    covariance = bound.NoiseCovariance(1e-14 * np.eye(6), 1e-4 * np.eye(6))
+    found = bound.accelerometer_bound(np.eye(3), np.zeros(3), 9.8 * ups, covariance)
+    np.testing.assert_allclose(found.sigma[:3], 1e-2 / np.sqrt(6), rtol=1e-4)
+    np.testing.assert_allclose(found.sigma[3:6], 1e-2 / (9.8 * np.sqrt(2)), rtol=1e-4)
+
+
+def test_angles_in_numpy_are_those_of_the_simulator():
+    from tumble.procedures.simulate import simulate_turntable
+
+    unit = simulate_turntable(seed=3, rest_seconds=1.0).target_units[0]
+    for true in (unit.accelerometer, unit.gyroscope):
+        stated = np.concatenate([true.b, np.diag(true.K), true.non_orthogonality, true.mounting])
+        np.testing.assert_allclose(bound.parts(true.M, true.b), stated, atol=1e-12)
