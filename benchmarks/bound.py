@@ -2,8 +2,8 @@
 
 Data are means over the true intervals, `y = M u + b + n` for the target and `r = u + b_r + n_r` for the
 reference; b and b_r are mean biases over the recording, n and n_r what remains, its covariance that of
-`noise.py`. The bound is the inverse of the Fisher information `J^T C^-1 J`, nuisance unknowns included, carried
-over to bias, scale, non-orthogonality and mounting by a numeric Jacobian.
+`noise.py`. The bound is the inverse of the Fisher information `J^T C^-1 J`, nuisance unknowns included,
+carried over to bias, scale, non-orthogonality and mounting by a numeric Jacobian.
 """
 
 from __future__ import annotations

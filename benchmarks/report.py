@@ -62,8 +62,8 @@ def _accuracy_words(content: Content) -> str:
     covered = [figures["coverage"] for some in groups for figures in some]
     return (
         f"{len(content['cells'])} cells of {content['sessions']} simulated sessions: mounting 0, 1 and "
-        "3 deg, table error 0, 0.05 and 0.2 deg, clocks shared and apart. In single cells the ratio of single "
-        f"parameters is at most {largest:.3f}, freed of the luck of the draw, and the intervals of a group "
+        "3 deg, table error 0, 0.05 and 0.2 deg, clocks shared and apart. In single cells the ratio of any "
+        f"parameter is at most {largest:.3f}, freed of the luck of the draw, and the intervals of a group "
         f"hold {100 * min(covered):.1f} to {100 * max(covered):.1f} %. "
         "How each figure is defined: [benchmarks](benchmarks/README.md)."
     )
