@@ -30,8 +30,6 @@ from tumble.recording import FloatArray
 
 LARGEST_RATIO = 1.05
 COVERAGE = (0.93, 0.97)
-WITHIN = 1.959963984540054
-"""Normal quantile of 0.975."""
 BATCH = 25
 CORES = 2
 
@@ -42,6 +40,7 @@ class Sample:
 
     error: FloatArray
     sigma: FloatArray
+    reach: FloatArray
     bound: FloatArray
     best: FloatArray
 
@@ -54,7 +53,7 @@ class Sample:
         """Ratio and coverage of some of the twelve parameters together."""
         share = (self.error / self.bound)[:, columns] ** 2
         luck = (self.best / self.bound)[:, columns] ** 2
-        inside = np.abs(self.error / self.sigma)[:, columns] <= WITHIN
+        inside = np.abs(self.error / self.reach)[:, columns] <= 1.0
         ratio, ratio_error = _root_mean(share.mean(axis=1))
         # Control variate: the error of the efficient estimate on the same data has a known mean square.
         corrected, corrected_error = _root_mean((share - luck).mean(axis=1) + 1.0)

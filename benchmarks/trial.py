@@ -37,6 +37,8 @@ class Outcome:
     """Found less true."""
     sigma: FloatArray
     """As the procedure states it."""
+    reach: FloatArray
+    """Half the 95 % interval the procedure states."""
     bound: FloatArray
     """Cramer-Rao, 1-sigma."""
     best: FloatArray
@@ -101,10 +103,11 @@ def run(cell: Cell, session: int) -> dict[str, Outcome]:
 def _outcome(found: TriadResult, true: TriadTruth, bound: Bound, noise: FloatArray) -> Outcome:
     estimated = parts(found.M, found.b)
     stated = np.array([p.sigma for p in found.parameters])
+    reach = np.array([0.5 * (p.high - p.low) for p in found.parameters])
     # Angles are reported in degrees, after bias and scale.
-    stated[6:] = np.radians(stated[6:])
+    stated[6:], reach[6:] = np.radians(stated[6:]), np.radians(reach[6:])
     truth = np.concatenate([true.b + true.drift, np.diag(true.K), true.non_orthogonality, true.mounting])
-    return Outcome(estimated - truth, stated, bound.sigma, bound.gain @ noise.ravel())
+    return Outcome(estimated - truth, stated, reach, bound.sigma, bound.gain @ noise.ravel())
 
 
 def intervals_of(played: SimulatedTurntable, unit: SimulatedUnit, turns: bool) -> Intervals:

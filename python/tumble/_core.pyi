@@ -124,6 +124,7 @@ class TriadFigures(TypedDict, total=False):
     sigmas: list[float]
     rank: int
     widened: float
+    variance_freedom: float
     chi_square: float
     degrees_of_freedom: int
     residuals: FloatArray

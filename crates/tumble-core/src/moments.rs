@@ -128,10 +128,11 @@ impl<T: Real, const N: usize> RunningSums<T, N> {
         moments
     }
 
-    /// Mean of `age * sample` of each channel: the first moment in time, about the first sample.
+    /// Mean of `(age - mean age) * sample` of each channel: the first moment in time, about the middle of the samples.
     pub fn mean_lever(&self) -> [T; N] {
         let share = T::one() / count(self.samples);
-        core::array::from_fn(|i| (self.levers[i] + self.origin[i] * self.lever) * share)
+        let age = self.lever * share;
+        core::array::from_fn(|i| (self.levers[i] - self.sum[i] * age) * share)
     }
 }
 

@@ -17,9 +17,11 @@ const FLICKER_FLOOR: f64 = 2.0 * core::f64::consts::LN_2 / core::f64::consts::PI
 pub struct Noise<T: Real> {
     /// N^2, unit^2 / Hz.
     pub white: T,
-    /// B^2, unit^2.
+    /// B^2, unit^2; never below zero.
     pub flicker: T,
-    /// 1-sigma of `flicker`, unit^2; infinite where the record is too short to tell.
+    /// B^2 as the record shows it, unit^2, which chance may put below zero.
+    pub flicker_shown: T,
+    /// 1-sigma of `flicker_shown`, unit^2; the largest number there is where the record is too short to tell.
     pub flicker_sigma: T,
 }
 
@@ -45,6 +47,7 @@ impl<T: Real> Noise<T> {
         Self {
             white: T::zero(),
             flicker: T::zero(),
+            flicker_shown: T::zero(),
             flicker_sigma: T::zero(),
         }
     }
@@ -92,7 +95,7 @@ fn mean_log<T: Real>(a: &Interval<T>, b: &Interval<T>) -> T {
     longer.ln() + sum * (longer / la) * (longer / lb)
 }
 
-/// Octaves of the ladder: from a block of 0.1 s to an hour and more.
+/// Octaves of the ladder: from a block of 0.05 s to half an hour.
 const RUNGS: usize = 16;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -197,6 +200,7 @@ impl<T: Real> AllanLadder<T> {
                 .next()
                 .map_or(T::zero(), |(averaging, variance, _)| variance * averaging),
             flicker: T::zero(),
+            flicker_shown: T::zero(),
             flicker_sigma: T::zero(),
         });
         for _ in 0..ROUNDS {
@@ -260,14 +264,12 @@ fn solve<T: Real, const K: usize>(sums: &[Sums<T>; K], before: &[Noise<T>; K]) -
     let vector = seen().fold(T::zero(), |sum, s| sum + s.by - s.ab * s.ay / s.aa);
     // One rung alone cannot tell flicker from white noise.
     let told = information > all * real(1e-6);
-    let (flicker, flicker_sigma) = if told {
-        (
-            (vector / information).max(T::zero()),
-            T::one() / information.sqrt(),
-        )
+    let (flicker_shown, flicker_sigma) = if told {
+        (vector / information, T::one() / information.sqrt())
     } else {
         (T::zero(), T::max_value().unwrap_or(T::zero()))
     };
+    let flicker = flicker_shown.max(T::zero());
     core::array::from_fn(|i| {
         let s = &sums[i];
         let white = if s.aa > T::zero() {
@@ -278,6 +280,7 @@ fn solve<T: Real, const K: usize>(sums: &[Sums<T>; K], before: &[Noise<T>; K]) -
         Noise {
             white,
             flicker,
+            flicker_shown,
             flicker_sigma,
         }
     })

@@ -29,7 +29,7 @@ pub fn inverse_left_jacobian<T: Real>(phi: &Vector3<T>) -> Matrix3<T> {
 /// The rotation of a rotation vector in rad: by series where it is small, as it is for a block at rest.
 pub fn rotation_of<T: Real>(phi: &Vector3<T>) -> UnitQuaternion<T> {
     let angle_squared = phi.norm_squared();
-    if angle_squared > real(1e-6) {
+    if angle_squared > real(1e-7) {
         return UnitQuaternion::from_scaled_axis(*phi);
     }
     // The terms left out, phi^4 / 384 and less, are below the rounding of f64.

@@ -64,18 +64,25 @@ impl<T: Real> Stretch<T> {
         let moments = sums.moments();
         let duration = seconds::<T>(end.saturating_sub(start));
         let integral = moments.mean().map(|mean| mean * duration);
-        let rate = Vector3::new(moments.mean()[3], moments.mean()[4], moments.mean()[5]) - bias;
-        let half = half_interval::<T>(duration, moments.samples());
+        let middle = duration * real(0.5);
         let levers = sums.mean_lever();
-        Self {
+        let mut block = Self {
             start,
             end,
             moments,
             integral,
-            lever: core::array::from_fn(|i| (levers[i] + moments.mean()[i] * half) * duration),
-            start_from_end: rotation_of(&(rate * duration)),
+            // Samples may be missing: their mean stands for the middle of the block, wherever they lie within it.
+            lever: core::array::from_fn(|i| (levers[i] + moments.mean()[i] * middle) * duration),
+            start_from_end: UnitQuaternion::identity(),
             complete: true,
-        }
+        };
+        block.integrate(bias);
+        block
+    }
+
+    /// Attitude over a stretch short enough to be turned about one axis.
+    fn integrate(&mut self, bias: &Vector3<T>) {
+        self.start_from_end = rotation_of(&((self.angular_rate() - bias) * self.duration()));
     }
 
     /// Length, s.
@@ -249,7 +256,7 @@ impl<T: Real> Segmenter<T> {
         None
     }
 
-    /// What was going on when the recording ended: call until there is nothing more.
+    /// What was going on when the recording ended, a turn that leads nowhere among it: call until there is nothing more.
     pub fn finish(&mut self) -> Option<Segment<T>> {
         if let Some(segment) = self.close(self.last.saturating_add(self.interval)) {
             return Some(segment);
@@ -264,7 +271,14 @@ impl<T: Real> Segmenter<T> {
                 self.allan.merge(&self.allan_of_rest);
                 Some(Segment::Rest(rest))
             }
-            _ => None,
+            State::Resting(Resting { rest, held, .. }) => {
+                if let Some(rest) = &rest {
+                    extend(&mut self.turn, rest);
+                }
+                extend(&mut self.turn, &held);
+                self.turn.take().map(Segment::Turn)
+            }
+            State::Moving | State::Settling(_) => self.turn.take().map(Segment::Turn),
         }
     }
 
@@ -368,15 +382,19 @@ impl<T: Real> Segmenter<T> {
 
     fn end_rest(&mut self, resting: &Resting<T>, block: &Stretch<T>, quiet: bool) -> Option<Segment<T>> {
         self.move_on(block, quiet);
+        let (mut held, mut block) = (resting.held, *block);
         let finished = resting.rest.filter(|_| resting.announced);
         if let Some(rest) = &finished {
             self.allan.merge(&self.allan_of_rest);
             self.bias = rest.angular_rate();
+            // These two begin the turn, and were integrated before the rest had told its bias.
+            held.integrate(&self.bias);
+            block.integrate(&self.bias);
         } else if let Some(rest) = &resting.rest {
             extend(&mut self.turn, rest);
         }
-        extend(&mut self.turn, &resting.held);
-        extend(&mut self.turn, block);
+        extend(&mut self.turn, &held);
+        extend(&mut self.turn, &block);
         finished.map(Segment::Rest)
     }
 

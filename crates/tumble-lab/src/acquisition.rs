@@ -217,9 +217,11 @@ impl Acquisition {
     /// Ends the recording.
     pub fn finish(mut self) -> Acquired {
         self.drain();
-        for (channel, noise) in self.found.noise.iter_mut().enumerate() {
-            *noise = self.allan.fit(channel);
-        }
+        let ([fx, fy, fz], [wx, wy, wz]) = (
+            self.allan.fit_jointly([0, 1, 2]),
+            self.allan.fit_jointly([3, 4, 5]),
+        );
+        self.found.noise = [fx, fy, fz, wx, wy, wz];
         let (n, low, sum, high) = self.temperature;
         #[allow(clippy::cast_precision_loss)]
         if n > 0 {
@@ -305,6 +307,9 @@ const LARGEST_SLOPE: f64 = 0.004;
 /// Angular rate by which rests may differ from each other, rad/s: a bias does not jump that far in a session.
 const LARGEST_RATE_JUMP: f64 = 0.005;
 
+/// How much a gyroscope may feel specific force, rad/s per m/s^2: 0.3 deg/s per g, the worst of consumer grade.
+const LARGEST_G_SENSITIVITY: f64 = 5e-4;
+
 fn objection(
     found: &Acquired,
     i: usize,
@@ -354,8 +359,11 @@ fn is_turning(found: &Acquired, i: usize, variance: f64) -> bool {
     };
     let rate = |k: usize| found.rests[k].angular_rate();
     let samples = |k: usize| f64::from(found.rests[k].moments.samples());
-    let gate =
-        |j: usize, k: usize| LARGEST_RATE_JUMP + 6.0 * (variance / samples(j) + variance / samples(k)).sqrt();
+    let force = |k: usize| found.rests[k].specific_force();
+    let gate = |j: usize, k: usize| {
+        let noise = (variance / samples(j) + variance / samples(k)).sqrt();
+        LARGEST_RATE_JUMP + LARGEST_G_SENSITIVITY * (force(j) - force(k)).norm() + 6.0 * noise
+    };
     let apart = |j: usize, k: usize| -> Vector3<f64> { rate(j) - rate(k) };
     apart(i, a).norm() > gate(i, a) && apart(i, b).norm() > gate(i, b) && apart(a, b).norm() <= gate(a, b)
 }

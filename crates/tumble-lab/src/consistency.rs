@@ -22,11 +22,29 @@ pub enum RateVerdict {
 /// Misfit of gravity after a turn that scale errors and bias of a poor sensor explain, rad.
 const TOLERABLE: f64 = 0.26;
 
-/// A turn: gravity before and after, and the integral of the angular rate.
+/// So many turns more has another reading of the gyroscope to explain, to be preferred to the plain one. Turns by
+/// 180 deg end alike either way round, and one turn may be spoilt.
+const CLEARLY_MORE: usize = 2;
+
+/// A turn: gravity before and after, and what the gyroscope said of it.
 struct Turned {
     before: Vector3<f64>,
     after: Vector3<f64>,
+    start_from_end: UnitQuaternion<f64>,
     angle: Vector3<f64>,
+}
+
+impl Turned {
+    /// Angle between gravity as it was found and as the gyroscope predicts it, rad.
+    fn misfit(&self) -> f64 {
+        (self.start_from_end.inverse() * self.before).angle(&self.after)
+    }
+
+    /// The same for a turn about one axis, had the gyroscope said `m angle`.
+    fn misfit_with(&self, m: &Matrix3<f64>) -> f64 {
+        let end_from_start = UnitQuaternion::from_scaled_axis(m * self.angle).inverse();
+        (end_from_start * self.before).angle(&self.after)
+    }
 }
 
 /// Judges the gyroscope of a unit by its accelerometer.
@@ -35,37 +53,25 @@ pub fn judge_rate(unit: &Acquired) -> RateVerdict {
     if turns.len() < 3 {
         return RateVerdict::Unknown;
     }
-    let as_integrated = median(
-        unit.turns
-            .iter()
-            .zip(unit.rests.windows(2))
-            .filter(|(turn, _)| turn.complete)
-            .map(|(turn, rests)| {
-                let predicted = turn.start_from_end.inverse() * rests[0].specific_force();
-                predicted.angle(&rests[1].specific_force())
-            })
-            .collect(),
-    );
-    if as_integrated < TOLERABLE {
-        return RateVerdict::Consistent;
-    }
-    let misfit = |m: &Matrix3<f64>| {
-        median(
-            turns
-                .iter()
-                .map(|turn| predict(turn, m).angle(&turn.after))
-                .collect(),
-        )
-    };
-    let best = hypotheses()
-        .map(|(matrix, verdict)| (misfit(&matrix), verdict))
-        .min_by(|a, b| a.0.total_cmp(&b.0));
+    let plain: Vec<f64> = turns.iter().map(Turned::misfit).collect();
+    let others = hypotheses().map(|(matrix, verdict)| {
+        let misfits: Vec<f64> = turns.iter().map(|turn| turn.misfit_with(&matrix)).collect();
+        (explained(&misfits), median(misfits), verdict)
+    });
+    let best = others.max_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
+    let most = |count: usize| 2 * count > turns.len();
     match best {
-        Some((angle, verdict)) if angle < TOLERABLE => verdict,
-        _ => RateVerdict::Inconsistent(as_integrated.to_degrees()),
+        Some((count, _, verdict)) if most(count) && count >= explained(&plain) + CLEARLY_MORE => verdict,
+        _ if most(explained(&plain)) => RateVerdict::Consistent,
+        _ => RateVerdict::Inconsistent(median(plain).to_degrees()),
     }
 }
 
+fn explained(misfits: &[f64]) -> usize {
+    misfits.iter().filter(|misfit| **misfit < TOLERABLE).count()
+}
+
+/// The turns that gravity shows.
 fn turned(unit: &Acquired) -> Vec<Turned> {
     unit.turns
         .iter()
@@ -76,16 +82,12 @@ fn turned(unit: &Acquired) -> Vec<Turned> {
             Turned {
                 before: rests[0].specific_force(),
                 after: rests[1].specific_force(),
+                start_from_end: turn.start_from_end,
                 angle: turn.angle() - bias * turn.duration(),
             }
         })
         .filter(|turn| turn.before.angle(&turn.after) > 0.3)
         .collect()
-}
-
-/// Gravity after a turn about one axis, had the gyroscope said `m angle`.
-fn predict(turn: &Turned, m: &Matrix3<f64>) -> Vector3<f64> {
-    UnitQuaternion::from_scaled_axis(m * turn.angle).inverse() * turn.before
 }
 
 /// Wrong units first, then all ways to exchange and turn axes.

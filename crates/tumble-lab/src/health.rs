@@ -21,7 +21,7 @@ pub struct Fault {
 /// Ways for a channel to fail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FaultKind {
-    /// One value for the whole recording, or for several turns on end.
+    /// One value for the whole recording, from some time on, or for several turns on end.
     Stuck,
     /// At the end of its range in a rest.
     SaturatedAtRest,
@@ -46,6 +46,8 @@ struct Levels {
     moved: bool,
     /// Times and values of blocks without scatter.
     frozen: Vec<(u64, f64)>,
+    /// How many blocks at the end of the recording are without scatter.
+    frozen_last: usize,
 }
 
 /// One end of what a channel has reached. Sign-turned for the low end, so that both look upward.
@@ -64,6 +66,9 @@ const NEAR: f64 = 0.98;
 
 /// So many turns in a row do not leave one value of a sensor alone.
 const TURNS_SLEPT_THROUGH: usize = 3;
+
+/// Blocks in which a channel that is never without noise before shows one value to the end.
+const STUCK_TO_THE_END: usize = 20;
 
 /// Frozen blocks remembered for each channel.
 const MOST: usize = 4096;
@@ -127,9 +132,19 @@ impl Levels {
         self.last = block.end;
         self.highest = self.highest.max(mean);
         self.lowest = self.lowest.min(mean);
-        if variance == 0.0 && block.moments.samples() > 4 && self.frozen.len() < MOST {
+        if variance > 0.0 {
+            self.frozen_last = 0;
+        } else if block.moments.samples() > 4 && self.frozen.len() < MOST {
             self.frozen.push((block.start, mean));
+            self.frozen_last += 1;
         }
+    }
+
+    /// When and at what value it stuck, if it had noise until then and none after.
+    fn stuck_to_the_end(&self) -> Option<(u64, f64)> {
+        let &(time, value) = self.frozen.first()?;
+        let lasts = self.frozen.len() >= STUCK_TO_THE_END && self.frozen_last == self.frozen.len();
+        (lasts && self.frozen.iter().all(|&(_, other)| other == value)).then_some((time, value))
     }
 }
 
@@ -149,6 +164,7 @@ impl Channels {
             last: 0,
             moved: false,
             frozen: Vec::new(),
+            frozen_last: 0,
         };
         Self {
             ends: [[End::new(); 2]; CHANNELS],
@@ -188,7 +204,7 @@ impl Channels {
             .collect()
     }
 
-    /// A channel that never moved, or that slept through several turns in a row.
+    /// A channel that never moved, that fell silent, or that slept through several turns in a row.
     fn stuck(&self, channel: usize, turns: &[Stretch<f64>]) -> Option<Fault> {
         let levels = &self.levels[channel];
         let fault = |value, first, last| Fault {
@@ -199,6 +215,9 @@ impl Channels {
         };
         if !levels.moved && levels.last > levels.first {
             return Some(fault(levels.highest, levels.first, levels.last));
+        }
+        if let Some((time, value)) = levels.stuck_to_the_end() {
+            return Some(fault(value, time, levels.last));
         }
         let slept = |turn: &Stretch<f64>| {
             let mut inside = levels

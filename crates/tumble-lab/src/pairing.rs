@@ -108,6 +108,7 @@ fn marks(unit: &Acquired) -> Vec<TurnMark<f64>> {
     let noise = tumble_core::noise::Noise {
         white: mean(|n| n.white),
         flicker: mean(|n| n.flicker),
+        flicker_shown: 0.0,
         flicker_sigma: 0.0,
     };
     unit.turns

@@ -180,17 +180,17 @@ fn clock<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let (pairing, clock) = (&target.pairing, &target.pairing.clock);
     let figures = PyDict::new(py);
-    let sigma = |i: usize| clock.covariance[(i, i)].sqrt();
+    let (offset, offset_sigma) = clock.offset_at(0.0);
     figures.set_item("shared", pairing.shared)?;
     let offset = if pairing.shared {
         0.0
     } else {
-        clock.offset + own_origin - reference_origin
+        offset + own_origin - reference_origin
     };
     figures.set_item("offset", offset)?;
-    figures.set_item("offset_sigma", sigma(0))?;
+    figures.set_item("offset_sigma", offset_sigma)?;
     figures.set_item("skew", clock.skew)?;
-    figures.set_item("skew_sigma", sigma(1))?;
+    figures.set_item("skew_sigma", clock.covariance[(1, 1)].sqrt())?;
     figures.set_item("turns", clock.turns)?;
     figures.set_item("contradiction", pairing.contradiction)?;
     Ok(figures)
@@ -229,6 +229,7 @@ fn triad<'py>(py: Python<'py>, triad: &Triad) -> PyResult<Bound<'py, PyDict>> {
     figures.set_item("sigmas", sigmas)?;
     figures.set_item("rank", triad.rank)?;
     figures.set_item("widened", triad.widened)?;
+    figures.set_item("variance_freedom", triad.variance_freedom)?;
     figures.set_item("chi_square", triad.chi_square)?;
     figures.set_item("degrees_of_freedom", triad.degrees_of_freedom)?;
     figures.set_item(

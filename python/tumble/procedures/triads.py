@@ -8,6 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import stdtrit
 
 from tumble import _core
 from tumble.recording import FloatArray
@@ -16,8 +17,10 @@ from tumble.results import Parameter, TriadName, TriadResult
 Flags: TypeAlias = NDArray[np.bool_]
 
 UNITS: dict[TriadName, str] = {"accelerometer": "m/s^2", "gyroscope": "rad/s"}
-INTERVAL = 1.959963984540054
-"""Normal quantile of 0.975."""
+UPPER = 0.975
+"""Where a 95 % interval ends."""
+VERY_MANY = 1e9
+"""Degrees of freedom from which Student's distribution is the normal one."""
 
 
 def triad_result(
@@ -91,7 +94,7 @@ def _parameters(
     ):
         factor = math.degrees(1.0) if unit == "deg" else 1.0
         if observable:
-            yield parameter(name, unit, value * factor, sigma * factor)
+            yield parameter(name, unit, value * factor, sigma * factor, figures["variance_freedom"])
         else:
             yield Parameter(name, unit, math.nan, math.inf, -math.inf, math.inf, False, reason)
 
@@ -103,9 +106,10 @@ def _shown(seen: Flags) -> list[bool]:
     return [*biases, x, y, z, x and y, y and z, z and x, *[x and y and z] * 3]
 
 
-def parameter(name: str, unit: str, value: float, sigma: float) -> Parameter:
-    """Give a number with its 95 % interval."""
-    return Parameter(name, unit, value, sigma, value - INTERVAL * sigma, value + INTERVAL * sigma)
+def parameter(name: str, unit: str, value: float, sigma: float, freedom: float) -> Parameter:
+    """Give a number with its 95 % interval; `freedom` is that of sigma itself, infinite where it is known."""
+    reach = sigma * float(stdtrit(min(freedom, VERY_MANY), UPPER))
+    return Parameter(name, unit, value, sigma, value - reach, value + reach)
 
 
 def _names(triad: TriadName) -> list[tuple[str, str]]:

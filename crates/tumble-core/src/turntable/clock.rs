@@ -53,6 +53,14 @@ impl<T: Real> ClockFit<T> {
         }
     }
 
+    /// Offset when the clock of the reference says `t`, s, and its 1-sigma.
+    pub fn offset_at(&self, t: T) -> (T, T) {
+        let later = t - self.epoch;
+        let by = Vector2::new(T::one(), later);
+        let variance = by.dot(&(self.covariance * by));
+        (self.offset + self.skew * later, variance.sqrt())
+    }
+
     /// Time of the reference at which the target's clock says `t`.
     pub fn to_reference(&self, t: T) -> T {
         self.epoch + (t - self.offset - self.epoch) / (T::one() + self.skew)

@@ -11,6 +11,7 @@ use crate::model::{Covariance, ErrorModel, PARAMETERS};
 use crate::noise::{Interval, Noise};
 use crate::real::{Real, real};
 use crate::regression::{LeastSquares, Prior, Solution, Unsolvable};
+use crate::turntable::whitening::{Errors, Whitener};
 
 /// An interval with its truth and its reading. P regressors an axis, Q shared errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -143,11 +144,7 @@ fn prior<T: Real, const P: usize, const Q: usize, const N: usize>(
     prior
 }
 
-/// How many intervals before are used to predict the noise of the next (Vecchia 1988): flicker noise is remembered
-/// about as far as the session is long, but what the nearest few do not tell, the others hardly add.
-const MEMORY: usize = 6;
-
-/// Rows of one axis, made independent of each other: from each is taken what the intervals before predict of it.
+/// Rows of one axis, made independent of each other.
 fn push_axis<T: Real, const P: usize, const Q: usize, const N: usize>(
     equations: &mut LeastSquares<T, N>,
     observations: &[Observation<T, P, Q>],
@@ -155,55 +152,22 @@ fn push_axis<T: Real, const P: usize, const Q: usize, const N: usize>(
     matrix: &Matrix3<T>,
     axis: usize,
 ) {
-    for (k, now) in observations.iter().enumerate() {
-        let before = &observations[k.saturating_sub(MEMORY)..k];
-        let (weights, variance) = predict(now, before, knowledge, matrix, axis);
-        let mut row = row::<T, P, Q, N>(now, matrix, axis);
-        let mut reading = now.reading[axis];
-        for (weight, earlier) in weights.iter().zip(before) {
-            row -= self::row::<T, P, Q, N>(earlier, matrix, axis) * *weight;
-            reading -= earlier.reading[axis] * *weight;
-        }
+    let errors = Errors {
+        observations,
+        knowledge,
+        matrix,
+        axis,
+    };
+    let mut whitener = Whitener::new(&errors);
+    for observation in observations {
+        let row = row::<T, P, Q, N>(observation, matrix, axis);
+        let (row, reading, variance) = whitener.next(&row, observation.reading[axis]);
         equations.push(&row, reading, variance);
     }
 }
 
-/// Weights of the intervals before in the prediction of the error of this one, and the variance that remains.
-fn predict<T: Real, const P: usize, const Q: usize>(
-    now: &Observation<T, P, Q>,
-    before: &[Observation<T, P, Q>],
-    knowledge: &Knowledge<T, Q>,
-    matrix: &Matrix3<T>,
-    axis: usize,
-) -> (SVector<T, MEMORY>, T) {
-    let noise = &knowledge.noise[axis];
-    let covariance = |a: &Observation<T, P, Q>, b: &Observation<T, P, Q>| {
-        noise.covariance(&a.interval, &b.interval, &knowledge.session)
-    };
-    let variance = |o: &Observation<T, P, Q>| covariance(o, o) + through(matrix, &o.truth_covariance, axis);
-    let alone = variance(now);
-    if noise.flicker <= T::zero() {
-        return (SVector::zeros(), alone);
-    }
-    let mut among = SMatrix::<T, MEMORY, MEMORY>::identity();
-    let mut with = SVector::<T, MEMORY>::zeros();
-    for (i, a) in before.iter().enumerate() {
-        with[i] = covariance(a, now);
-        for (j, b) in before.iter().enumerate() {
-            among[(i, j)] = if i == j { variance(a) } else { covariance(a, b) };
-        }
-    }
-    match among.cholesky() {
-        Some(root) => {
-            let weights = root.solve(&with);
-            (weights, alone - weights.dot(&with))
-        }
-        None => (SVector::zeros(), alone),
-    }
-}
-
 /// Variance that the truth's own error leaves on one axis of the reading: `(M S M^T)_ii`.
-fn through<T: Real>(matrix: &Matrix3<T>, covariance: &Matrix3<T>, axis: usize) -> T {
+pub(super) fn through<T: Real>(matrix: &Matrix3<T>, covariance: &Matrix3<T>, axis: usize) -> T {
     let row = matrix.row(axis).transpose();
     row.dot(&(covariance * row))
 }

@@ -19,3 +19,4 @@ pub mod fit;
 pub mod mounting;
 pub mod reference;
 pub mod truth;
+mod whitening;

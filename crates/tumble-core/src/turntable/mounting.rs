@@ -60,18 +60,16 @@ pub fn fit_mounting<T: Real>(poses: &[PoseMean<T>], gravity: T) -> Option<Mounti
     let squares = poses.iter().fold(T::zero(), |sum, pose| {
         sum + mounting.residual(pose, gravity).norm_squared()
     });
+    let n = u32::try_from(poses.len()).unwrap_or(u32::MAX);
     let noise = poses
         .iter()
-        .fold(T::zero(), |sum, pose| sum + pose.sigma * pose.sigma);
-    let n = u32::try_from(poses.len()).unwrap_or(u32::MAX);
-    // Three numbers a pose, less rotation and bias; never less than the noise of the means explains.
-    let freedom = (3 * n).saturating_sub(6);
-    let scatter = if freedom > 0 {
-        squares / count(freedom)
-    } else {
-        T::zero()
-    };
-    mounting.pose_variance = scatter.max(noise / count(n.max(1)));
+        .fold(T::zero(), |sum, pose| sum + pose.sigma * pose.sigma)
+        / count(n.max(1));
+    // Noise leaves three numbers a pose, less rotation and bias. Errors of the table act in two directions of three,
+    // of which the rotation takes three numbers and the bias two (docs/theory/turntable.md, eq. 5).
+    let of_noise = count::<T>((3 * n).saturating_sub(6)) * noise;
+    let of_table = count::<T>((2 * n).saturating_sub(5).max(1));
+    mounting.pose_variance = noise + ((squares - of_noise) / of_table).max(T::zero());
     mounting.covariance = fit.information.try_inverse()? * mounting.pose_variance;
     Some(mounting)
 }

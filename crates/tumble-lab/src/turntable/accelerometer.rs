@@ -5,6 +5,7 @@ use tumble_core::rotation::Procrustes;
 use tumble_core::turntable::fit::{Knowledge, Observation, fit};
 use tumble_core::turntable::truth::{ForceObservation, RestPair, Truth, from_poses, from_reference};
 
+use super::flicker::refine;
 use super::reference::force_at;
 use super::session::{LARGEST_FORCE_BIAS, Session};
 use super::triad::{Label, Triad, finish};
@@ -21,13 +22,14 @@ impl Session<'_> {
                 needed: FEWEST_RESTS,
             });
         }
-        let knowledge = Knowledge {
+        let mut knowledge = Knowledge {
             noise: self.unit.force_noise(),
             session: self.span(),
             nominal: nominal(&observations).ok_or(TurntableError::DirectionsTooAlike)?,
             largest_bias: LARGEST_FORCE_BIAS,
             shared: self.shared_force_error(),
         };
+        knowledge.noise = refine(&observations, &knowledge);
         let solved = fit::<f64, 4, 3, 15>(&observations, &knowledge)?;
         if solved.observed.contains(&false) {
             return Err(TurntableError::DirectionsTooAlike);

@@ -7,6 +7,7 @@ use tumble_core::turntable::truth::{
 };
 
 use super::TurntableError;
+use super::flicker::refine;
 use super::session::{LARGEST_RATE_BIAS, Session};
 use super::triad::{Label, Triad, finish};
 use crate::acquisition::interval;
@@ -31,7 +32,7 @@ impl Session<'_> {
         } else {
             *mounting
         };
-        let knowledge = Knowledge {
+        let mut knowledge = Knowledge {
             noise: self.unit.rate_noise(),
             session: self.span(),
             nominal: nominal.into_inner(),
@@ -41,10 +42,12 @@ impl Session<'_> {
         if self.settings.g_sensitivity {
             let coupled = |rate: &Rate| with_specific_force(&rate.observation, &rate.force);
             let observations: Vec<_> = rates.iter().map(coupled).collect();
+            knowledge.noise = refine(&observations, &knowledge);
             let solved = fit::<f64, 7, 6, 27>(&observations, &knowledge)?;
             return finish(&solved, &observations, labels, &knowledge, 0.0);
         }
         let observations: Vec<_> = rates.iter().map(|rate| rate.observation).collect();
+        knowledge.noise = refine(&observations, &knowledge);
         let solved = fit::<f64, 4, 6, 18>(&observations, &knowledge)?;
         finish(&solved, &observations, labels, &knowledge, 0.0)
     }

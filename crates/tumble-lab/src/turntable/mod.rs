@@ -8,6 +8,7 @@ use crate::acquisition::Acquired;
 use crate::pairing::{Clocks, Pairing, PairingError, pair};
 
 mod accelerometer;
+mod flicker;
 mod gyroscope;
 mod reference;
 mod session;

@@ -5,6 +5,7 @@ use tumble_core::model::{Covariance, Decomposition, ErrorModel};
 use tumble_core::turntable::fit::{Knowledge, Observation, TriadFit};
 
 use super::TurntableError;
+use super::flicker::variance_freedom;
 use super::reference::mean_covariance;
 
 /// Calibration of one triad with all that goes with it.
@@ -26,6 +27,8 @@ pub struct Triad {
     pub rank: usize,
     /// Factor on the variances because the residuals exceed the noise; one where they do not.
     pub widened: f64,
+    /// Degrees of freedom with which the variances themselves are known.
+    pub variance_freedom: f64,
     /// Sum of squared normalised residuals.
     pub chi_square: f64,
     /// Rows less unknowns.
@@ -89,6 +92,7 @@ pub(super) fn finish<const P: usize, const Q: usize>(
         g_sensitivity: solved.g_sensitivity.map(|(g, sigma)| (g, sigma * widened.sqrt())),
         rank: solved.rank,
         widened,
+        variance_freedom: variance_freedom(observations, knowledge),
         chi_square: solved.chi_square,
         degrees_of_freedom: solved.degrees_of_freedom,
         residuals: residuals.collect(),

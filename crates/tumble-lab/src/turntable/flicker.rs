@@ -1,0 +1,142 @@
+//! Bias instability as the residuals of a fit show it.
+//!
+//! A rest of seconds hardly tells flicker from white noise, so the ladder of one short session gives B^2 poorly. What
+//! the fit leaves at rests minutes apart tells more: there flicker is larger and white noise smaller. Both are combined
+//! by their variances (docs/theory/noise.md, eq. 10 to 12).
+
+use nalgebra::{DMatrix, DVector};
+use tumble_core::noise::Noise;
+use tumble_core::turntable::fit::{Knowledge, Observation};
+
+/// Beyond this many sigma residuals and ladder speak of different things, and the fit has another flaw than flicker.
+const AGREE: f64 = 4.0;
+
+/// Rounds in which the variance of the estimate settles.
+const ROUNDS: u32 = 3;
+
+/// One axis: residuals and flicker in units of the white noise of each interval.
+struct Axis {
+    /// Sum of squared residuals less what white noise leaves.
+    excess: f64,
+    /// Projector on what the fit leaves.
+    leaves: DMatrix<f64>,
+    /// Covariance of flicker of B = 1.
+    flicker: DMatrix<f64>,
+}
+
+/// The noise of a triad with what its residuals add to the knowledge of B^2.
+pub(super) fn refine<const P: usize, const Q: usize>(
+    observations: &[Observation<f64, P, Q>],
+    knowledge: &Knowledge<f64, Q>,
+) -> [Noise<f64>; 3] {
+    let unchanged = knowledge.noise;
+    let axes: Option<Vec<Axis>> = (0..3)
+        .map(|axis| Axis::of(observations, knowledge, axis))
+        .collect();
+    let Some(axes) = axes else { return unchanged };
+    let signal: f64 = axes
+        .iter()
+        .map(|axis| (&axis.leaves * &axis.flicker).trace())
+        .sum();
+    if observations.len() <= P || signal <= 0.0 {
+        return unchanged;
+    }
+    let shown = axes.iter().map(|axis| axis.excess).sum::<f64>() / signal;
+    let (ladder, ladder_sigma) = (unchanged[0].flicker_shown, unchanged[0].flicker_sigma);
+    let mut flicker = unchanged[0].flicker;
+    for _ in 0..ROUNDS {
+        let sigma = axes.iter().map(|axis| axis.variance(flicker)).sum::<f64>().sqrt() / signal;
+        if (shown - ladder).abs() > AGREE * sigma.hypot(ladder_sigma) {
+            return unchanged;
+        }
+        let (own, others) = (sigma.powi(-2), ladder_sigma.powi(-2));
+        flicker = ((own * shown + others * ladder) / (own + others)).max(0.0);
+    }
+    let sigma = |noise: &Noise<f64>| {
+        let own = axes.iter().map(|axis| axis.variance(flicker)).sum::<f64>().sqrt() / signal;
+        (own.powi(-2) + noise.flicker_sigma.powi(-2)).powf(-0.5)
+    };
+    unchanged.map(|noise| Noise {
+        flicker,
+        flicker_sigma: sigma(&noise),
+        ..noise
+    })
+}
+
+/// Degrees of freedom of the variances themselves (Satterthwaite 1946): without bound where noise is white, few where
+/// a B^2 that is poorly known makes up most of it (docs/theory/noise.md, eq. 13).
+pub(super) fn variance_freedom<const P: usize, const Q: usize>(
+    observations: &[Observation<f64, P, Q>],
+    knowledge: &Knowledge<f64, Q>,
+) -> f64 {
+    let noise = &knowledge.noise[0];
+    let variance = |noise: &Noise<f64>| -> f64 {
+        observations
+            .iter()
+            .map(|o| noise.covariance(&o.interval, &o.interval, &knowledge.session))
+            .sum()
+    };
+    let of_flicker = variance(&Noise { white: 0.0, ..*noise });
+    // B^2 is not more uncertain than it is large: zero is certain to be its lower end.
+    let uncertain = (noise.flicker_sigma / noise.flicker).min(1.0);
+    let share = of_flicker / variance(noise) * uncertain;
+    if noise.flicker > 0.0 {
+        2.0 / (share * share)
+    } else {
+        f64::INFINITY
+    }
+}
+
+impl Axis {
+    /// `None` where the regressors do not span their space.
+    fn of<const P: usize, const Q: usize>(
+        observations: &[Observation<f64, P, Q>],
+        knowledge: &Knowledge<f64, Q>,
+        axis: usize,
+    ) -> Option<Self> {
+        let n = observations.len();
+        let noise = &knowledge.noise[axis];
+        let m = knowledge.nominal.row(axis);
+        let (white, unit) = (
+            Noise {
+                flicker: 0.0,
+                ..*noise
+            },
+            Noise {
+                white: 0.0,
+                flicker: 1.0,
+                ..*noise
+            },
+        );
+        let covariance = |noise: &Noise<f64>, i: usize, j: usize| {
+            noise.covariance(
+                &observations[i].interval,
+                &observations[j].interval,
+                &knowledge.session,
+            )
+        };
+        let sigma = DVector::from_fn(n, |i, _| {
+            let of_truth = (m * observations[i].truth_covariance * m.transpose())[0];
+            (covariance(&white, i, i) + of_truth).sqrt()
+        });
+        let regressors = DMatrix::from_fn(n, P, |i, j| observations[i].regressor[j] / sigma[i]);
+        let readings = DVector::from_fn(n, |i, _| observations[i].reading[axis] / sigma[i]);
+        let inverse = (regressors.transpose() * &regressors).try_inverse()?;
+        let leaves = DMatrix::identity(n, n) - &regressors * inverse * regressors.transpose();
+        let residuals = &leaves * readings;
+        #[allow(clippy::cast_precision_loss)]
+        let freedom = n as f64 - P as f64;
+        Some(Self {
+            excess: residuals.norm_squared() - freedom,
+            flicker: DMatrix::from_fn(n, n, |i, j| covariance(&unit, i, j) / (sigma[i] * sigma[j])),
+            leaves,
+        })
+    }
+
+    /// Variance of the sum of squared residuals under white noise and this much flicker: `2 tr((R C)^2)`.
+    fn variance(&self, flicker: f64) -> f64 {
+        let n = self.leaves.nrows();
+        let left = &self.leaves * (DMatrix::identity(n, n) + &self.flicker * flicker);
+        2.0 * (&left * &left).trace()
+    }
+}
