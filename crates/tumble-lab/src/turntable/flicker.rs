@@ -2,7 +2,7 @@
 //!
 //! A rest of seconds hardly tells flicker from white noise, so the ladder of one short session gives B^2 poorly. What
 //! the fit leaves at rests minutes apart tells more: there flicker is larger and white noise smaller. Both are combined
-//! by their variances (docs/theory/noise.md, eq. 10 to 12).
+//! by their variances (docs/theory/noise.md, eq. 8 to 10).
 
 use nalgebra::{DMatrix, DVector};
 use tumble_core::noise::Noise;
@@ -64,7 +64,7 @@ pub(super) fn refine<const P: usize, const Q: usize>(
 }
 
 /// Degrees of freedom of the variances themselves (Satterthwaite 1946): without bound where noise is white, few where
-/// a B^2 that is poorly known makes up most of it (docs/theory/noise.md, eq. 13).
+/// a B^2 that is poorly known makes up most of it (docs/theory/noise.md, eq. 11).
 pub(super) fn variance_freedom<const P: usize, const Q: usize>(
     observations: &[Observation<f64, P, Q>],
     knowledge: &Knowledge<f64, Q>,
