@@ -238,6 +238,10 @@ impl Acquisition {
             self.keep(segment);
             self.look();
         }
+        // What came after the last rest leads nowhere.
+        self.found
+            .turns
+            .truncate(self.found.rests.len().saturating_sub(1));
         self.look();
         self.allan.merge(self.segmenter.allan());
     }
