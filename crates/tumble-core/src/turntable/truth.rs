@@ -85,7 +85,9 @@ pub fn from_poses<T: Real>(
     let (u, reading, sensitivity) = match truth {
         Truth::RotateMeasurement => {
             let reading = mounting.rotation.inverse() * pair.target;
-            (up * gravity, reading, -cross_matrix(&up) * gravity)
+            // The mounting's error is given in the case frame, u in the table's.
+            let sensitivity = -cross_matrix(&up) * mounting.rotation.inverse().matrix() * gravity;
+            (up * gravity, reading, sensitivity)
         }
         Truth::RotateTruth => (turned * gravity, pair.target, -cross_matrix(&turned) * gravity),
         Truth::Ideal | Truth::Reference => (up * gravity, pair.target, Matrix3::zeros()),
