@@ -173,8 +173,10 @@ def test_axes_are_turned_after_scale_and_zero_of_the_log_s_own_axes(tmp_path):
 
 
 @pytest.mark.parametrize("axes", ["y,x,z", "-x,y,z"])
-def test_axes_that_mirror_are_refused(tmp_path, axes):
-    assert "mirrors" in refusal(write_text(tmp_path / "log.csv", made_up()), ReadOptions(axes=axes))
+def test_axes_that_mirror_say_that_the_log_is_left_handed(tmp_path, axes):
+    log = write_text(tmp_path / "log.csv", made_up())
+    (remark,) = open_recording(log, ReadOptions(axes=axes)).metadata.remarks
+    assert "left-handed" in remark
 
 
 @pytest.mark.parametrize("axes", ["x,y", "x,x,z", "a,b,c", ""])

@@ -63,7 +63,9 @@ _OPTIONS: dict[str, tuple[Any, Any]] = {
     "axes": (
         Annotated[
             str,
-            _option("X,Y,Z", "Case axes in terms of the log's, a rotation, such as y,-x,z."),
+            _option(
+                "X,Y,Z", "Case axes in terms of the log's, such as y,-x,z; x,y,-z mends a left-handed log."
+            ),
         ],
         "x,y,z",
     ),

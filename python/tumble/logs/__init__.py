@@ -12,7 +12,7 @@ from pathlib import Path
 from tumble.errors import LogError
 from tumble.logs import formats
 from tumble.logs.checks import ChunkStream, Counts
-from tumble.logs.conversion import Conversion, conversion_for, without_time
+from tumble.logs.conversion import Conversion, conversion_for, is_mirrored, without_time
 from tumble.logs.folder import FolderStream, log_files, open_folder
 from tumble.logs.options import ReadOptions
 from tumble.logs.spec import LogSpec, parse_spec
@@ -129,5 +129,6 @@ def _turns(options: ReadOptions) -> tuple[str, ...]:
     if options.accelerometer_sign == -1:
         remarks.append("accelerometer turned to read +g up")
     if options.axes.replace(" ", "") != "x,y,z":
-        remarks.append(f"case axes x, y, z are {options.axes} of the log")
+        handed = ", which is taken to be left-handed" if is_mirrored(options.axes) else ""
+        remarks.append(f"case axes x, y, z are {options.axes} of the log{handed}")
     return tuple(remarks)

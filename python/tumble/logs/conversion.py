@@ -117,8 +117,13 @@ def _triad(rotation: FloatArray, zero: FloatArray, scale: FloatArray) -> TriadCo
     return TriadConversion((x, y, z), zero, rotation @ scale)
 
 
+def is_mirrored(axes: str) -> bool:
+    """Whether these axes make a left-handed log right-handed; raises `LogError` where they are no axes."""
+    return float(np.linalg.det(_rotation(axes))) < 0.0
+
+
 def _rotation(axes: str) -> FloatArray:
-    """Read `y,-x,z` as a (3, 3) rotation from the log's axes to those of the case."""
+    """Read `y,-x,z` as a (3, 3) matrix from the log's axes to those of the case."""
     matrix = np.zeros((3, 3))
     words = [word.strip().lower() for word in axes.split(",")]
     for row, word in enumerate(words[:3]):
@@ -127,11 +132,6 @@ def _rotation(axes: str) -> FloatArray:
             matrix[row, _AXES[letter]] = -1.0 if word.startswith("-") else 1.0
     if len(words) != 3 or abs(float(np.linalg.det(matrix))) != 1.0:
         raise LogError(f"--axes {axes}: needs each of x, y and z once, with or without a sign, as y,-x,z")
-    if float(np.linalg.det(matrix)) < 0.0:
-        raise LogError(
-            f"--axes {axes}: mirrors the axes instead of turning them; "
-            "if the log is left-handed, put its columns right with --columns"
-        )
     return matrix
 
 

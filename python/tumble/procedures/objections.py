@@ -26,7 +26,7 @@ def in_words(error: _core.CoreError, pose_names: dict[int, str]) -> str:
         "no common time": "shares no turn or rest with the reference; "
         "check that both were recorded together, and try --clock apart",
         "needs poses": "this truth needs the mounting angle, and that needs poses; give --poses",
-        "left-handed": "the axes form a left-handed set; turn one of them with --axes",
+        "left-handed": "the axes form a left-handed set; turn one of them with --axes, such as x,y,-z",
         "axes coincide": "two axes read the same; check the columns",
         "unsolvable": "no solution: the rests hold values that are not numbers, or no noise at all",
     }[kind]
