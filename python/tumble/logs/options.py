@@ -38,7 +38,7 @@ class ReadOptions:
     accelerometer_sign: int = 1
     """-1 for a sensor that reads -g where it should read +g."""
     axes: str = "x,y,z"
-    """Case axes in terms of the log's: `y,-x,z` puts its y on x, -x on y; `x,y,-z` mends a left-handed log."""
+    """Case axes in terms of the log's: `y,-x,z` puts y on x, -x on y; `x,y,-z` mends a left-handed log."""
     rate: float | None = None
     """Samples per second, Hz: for a log without time, or to be used in place of its time."""
     topic: str | None = None
