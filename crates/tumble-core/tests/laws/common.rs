@@ -48,6 +48,17 @@ pub fn cast<T: Real, const R: usize, const C: usize>(m: &SMatrix<f64, R, C>) -> 
     m.map(nalgebra::convert)
 }
 
+/// As many cases as a slow law is worth by default; PROPTEST_CASES asks for another number.
+pub fn cases(few: u32) -> ProptestConfig {
+    let mut config = ProptestConfig::default();
+    if std::env::var_os("PROPTEST_CASES").is_none() {
+        config.cases = few;
+    }
+    // Laws that hold for part of what is drawn only are none the worse for it.
+    config.max_global_rejects = 20 * config.cases;
+    config
+}
+
 /// Vectors with components up to `size`.
 pub fn vector(size: f64) -> impl Strategy<Value = Vector3<f64>> {
     let part = -size..size;

@@ -7,3 +7,6 @@ mod model;
 mod noise;
 mod regression;
 mod rotation;
+mod segmenter;
+mod stream;
+mod stretch;

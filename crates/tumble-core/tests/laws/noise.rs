@@ -113,8 +113,7 @@ fn means_of_noise_drawn_at_random_have_the_covariance_claimed() {
     let (noise, session) = (
         Noise {
             white: 4.0,
-            flicker: 1.0,
-            flicker_sigma: 0.0,
+            ..unit_flicker()
         },
         Interval {
             start: 0.0,
