@@ -1,0 +1,241 @@
+"""Conformance vectors: inputs and what every implementation has to make of them.
+
+    python vectors/generate.py
+
+Expected values come from numpy and scipy by ways of their own (QR, nonlinear least squares over all
+unknowns, plain sums), never from the core. Tolerances are absolute; `f64` and `f32` say for which numbers.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
+
+Array = NDArray[np.float64]
+
+HERE = Path(__file__).parent
+GRAVITY = 9.80665
+FACES: Array = np.array(
+    [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=np.float64
+)
+
+
+def skewed(rng: np.random.Generator, mounting: Array) -> Array:
+    """(3, 3) M: scale within 3 %, axes within 1 deg of square, mounted by a rotation vector in rad."""
+    scale = np.diag(1.0 + rng.uniform(-0.03, 0.03, 3))
+    lower = np.eye(3) + np.tril(rng.uniform(-0.017, 0.017, (3, 3)), -1)
+    lower /= np.linalg.norm(lower, axis=1, keepdims=True)
+    matrix: Array = scale @ lower @ Rotation.from_rotvec(mounting).as_matrix()
+    return matrix
+
+
+def model() -> list[dict[str, Any]]:
+    """M = K L Q by QR of the transposed rows; corrections by a linear solver."""
+    rng = np.random.default_rng(1)
+    mountings = np.array(
+        [[0, 0, 0], [0.01, -0.02, 0.03], [0, 0, np.pi / 2], [1.2, -2.0, 0.7], [3.0, 0.4, 0.5]]
+    )
+    cases = []
+    for mounting in mountings:
+        m, b, u = skewed(rng, mounting), rng.normal(0, 0.2, 3), rng.normal(0, 6, 3)
+        k = np.linalg.norm(m, axis=1)
+        q, r = np.linalg.qr((m / k[:, None]).T)
+        signs = np.sign(np.diag(r))
+        gram = (m / k[:, None]) @ (m / k[:, None]).T
+        cases.append(
+            {
+                "M": m,
+                "b": b,
+                "scale": k,
+                "L": (r * signs[:, None]).T,
+                "Q": (q * signs).T,
+                "non_orthogonality": np.arcsin([gram[0, 1], gram[1, 2], gram[2, 0]]),
+                "mounting": Rotation.from_matrix((q * signs).T).as_rotvec(),
+                "u": u,
+                "y": m @ u + b,
+                "corrected": np.linalg.solve(m, (m @ u + b) - b),
+            }
+        )
+    return cases
+
+
+def moments() -> dict[str, Any]:
+    """Mean and variance of two channels."""
+    rng = np.random.default_rng(2)
+    samples = np.round(rng.normal([9.8, -0.01], [0.02, 0.002], (50, 2)), 6)
+    return {"samples": samples, "mean": samples.mean(axis=0), "variance": samples.var(axis=0, ddof=1)}
+
+
+def gravity() -> list[dict[str, Any]]:
+    """NIMA TR8350.2, table 3.4, at equator and pole; elsewhere its equations 4-1 and 4-3, written out."""
+    a, f, m = 6378137.0, 1 / 298.257223563, 3.44978650684e-3
+    cases = [
+        {"latitude_deg": 0.0, "height_m": 0.0, "gravity": 9.7803253359},
+        {"latitude_deg": 90.0, "height_m": 0.0, "gravity": 9.8321849378},
+    ]
+    for latitude, height in ((48.1, 520.0), (-33.9, 0.0), (27.99, 8849.0)):
+        s = np.sin(np.radians(latitude)) ** 2
+        ground = 9.7803253359 * (1 + 1.93185265241e-3 * s) / np.sqrt(1 - 6.69437999014e-3 * s)
+        above = 1 - 2 / a * (1 + f + m - 2 * f * s) * height + 3 / a**2 * height**2
+        cases.append({"latitude_deg": latitude, "height_m": height, "gravity": ground * above})
+    return cases
+
+
+def allan() -> dict[str, Any]:
+    """Allan variance over pairs of neighbouring means, octave by octave, from the plain definition."""
+    rng = np.random.default_rng(3)
+    means = np.round(rng.normal(0, 0.01, 37) + np.linspace(0, 0.02, 37), 6)
+    rungs, level = [], means
+    tau = 0.05
+    while len(level) >= 2:
+        pairs = level[: len(level) // 2 * 2].reshape(-1, 2)
+        variance = float(np.mean(np.diff(pairs, axis=1) ** 2) / 2)
+        rungs.append({"averaging": tau, "variance": variance, "pairs": len(pairs)})
+        level, tau = pairs.mean(axis=1), 2 * tau
+    return {"block_s": 0.05, "means": means, "rungs": rungs}
+
+
+def sphere() -> dict[str, Any]:
+    """Bias from |r - b| = g by nonlinear least squares."""
+    rng = np.random.default_rng(4)
+    directions = rng.normal(size=(9, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    sigma = 1e-3
+    rests = np.round(GRAVITY * directions + [0.02, -0.03, 0.01] + rng.normal(0, sigma, (9, 3)), 7)
+    fit = least_squares(lambda b: np.linalg.norm(rests - b, axis=1) - GRAVITY, np.zeros(3), xtol=1e-15)
+    covariance = np.linalg.inv(fit.jac.T @ fit.jac) * sigma**2
+    return {
+        "gravity": GRAVITY,
+        "sigma": sigma,
+        "rests": rests,
+        "bias": fit.x,
+        "bias_sigma": np.sqrt(np.diag(covariance)),
+    }
+
+
+def mounting() -> dict[str, Any]:
+    """Rotation and offset between poses and readings: alignment of the centred vectors."""
+    rng = np.random.default_rng(5)
+    turn, bias = Rotation.from_rotvec([0.01, -0.02, 0.015]), np.array([0.01, 0.02, -0.03])
+    measured = np.round(turn.apply(GRAVITY * FACES) + bias + rng.normal(0, 0.005, (6, 3)), 6)
+    found, _ = Rotation.align_vectors(measured - measured.mean(axis=0), FACES - FACES.mean(axis=0))
+    offset = measured.mean(axis=0) - found.apply(GRAVITY * FACES.mean(axis=0))
+    return {
+        "gravity": GRAVITY,
+        "up": FACES,
+        "measured": measured,
+        "rotation_vector": found.as_rotvec(),
+        "bias": offset,
+    }
+
+
+def triad() -> dict[str, Any]:
+    """M, b and the bias of the reference at once, with gravity's direction at every rest unknown too."""
+    rng = np.random.default_rng(6)
+    m, b = skewed(rng, np.array([0.02, 0.01, -0.03])), np.array([0.3, -0.1, 0.2])
+    true = np.vstack([FACES, FACES[:4] + 0.3])
+    true *= GRAVITY / np.linalg.norm(true, axis=1, keepdims=True)
+    sigma_reference, sigma_target = 3e-4, 2e-3
+    true_bias = np.array([0.01, 0.02, -0.01])
+    reference = np.round(true + true_bias + rng.normal(0, sigma_reference, true.shape), 7)
+    target = np.round(true @ m.T + b + rng.normal(0, sigma_target, true.shape), 7)
+
+    def residuals(x: Array) -> Array:
+        matrix, bias, reference_bias = x[:9].reshape(3, 3), x[9:12], x[12:15]
+        polar, azimuth = x[15:].reshape(2, -1)
+        up = np.column_stack(
+            [np.cos(polar) * np.cos(azimuth), np.cos(polar) * np.sin(azimuth), np.sin(polar)]
+        )
+        u = GRAVITY * up
+        seen = (reference - u - reference_bias) / sigma_reference
+        felt = (target - u @ matrix.T - bias) / sigma_target
+        return np.concatenate([seen.ravel(), felt.ravel()])
+
+    towards = true / GRAVITY
+    angles = np.concatenate([np.arcsin(towards[:, 2].clip(-1, 1)), np.arctan2(towards[:, 1], towards[:, 0])])
+    start = np.concatenate([m.ravel(), b, np.zeros(3), angles])
+    fit = least_squares(residuals, start, xtol=1e-15, ftol=1e-15, gtol=1e-15, x_scale="jac", max_nfev=2000)
+    # At the poles of the sphere the azimuth is free: the pseudo-inverse leaves it out.
+    covariance = np.linalg.pinv(fit.jac.T @ fit.jac)
+    return {
+        "gravity": GRAVITY,
+        "rest_s": 10.0,
+        "gap_s": 5.0,
+        "sigma_reference": sigma_reference,
+        "sigma_target": sigma_target,
+        "reference": reference,
+        "target": target,
+        "M": fit.x[:9].reshape(3, 3),
+        "b": fit.x[9:12],
+        "sigma": np.sqrt(np.diag(covariance))[:12],
+    }
+
+
+def stream() -> dict[str, Any]:
+    """Two rests with a turn of 90 deg about x between: counts of 1e-4 m/s^2 and 1e-5 rad/s at 100 Hz."""
+    rng = np.random.default_rng(7)
+    rate, rest, turn = 100, 5.0, 2.0
+    time = np.arange(int((2 * rest + turn) * rate)) / rate
+    share = ((time - rest) / turn).clip(0, 1)
+    angle = np.pi / 2 * (10 * share**3 - 15 * share**4 + 6 * share**5)
+    angular_rate = np.pi / 2 / turn * 30 * share**2 * (1 - share) ** 2
+    nothing = np.zeros_like(time)
+    force = GRAVITY * np.column_stack([nothing, np.sin(angle), np.cos(angle)])
+    turning = np.column_stack([angular_rate, nothing, nothing])
+    force += np.array([0.1, -0.05, 0.02])
+    turning += np.array([0.01, -0.02, 0.005])
+    counts_force = np.round((force + rng.normal(0, 0.01, force.shape)) / 1e-4).astype(int)
+    counts_rate = np.round((turning + rng.normal(0, 0.001, turning.shape)) / 1e-5).astype(int)
+    return {
+        "interval_us": 1_000_000 // rate,
+        "force_step": 1e-4,
+        "rate_step": 1e-5,
+        "counts": np.hstack([counts_force, counts_rate]),
+        "rests_s": [[0.0, rest], [rest + turn, 2 * rest + turn]],
+        "boundary_tolerance_s": 0.25,
+        "turn_angle": [np.pi / 2, 0.0, 0.0],
+        "turn_angle_tolerance": 2e-3,
+        "bias": [0.01, -0.02, 0.005],
+        "bias_tolerance": 2e-4,
+    }
+
+
+def plain(value: object) -> object:
+    """Turn arrays into lists, so that JSON takes them."""
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, dict):
+        return {key: plain(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [plain(each) for each in value]
+    return float(value) if isinstance(value, np.floating) else value
+
+
+VECTORS = {
+    "model": (model, 1e-12, 2e-6),
+    "moments": (moments, 1e-12, 2e-6),
+    "gravity": (gravity, 1e-9, 4e-6),
+    "allan": (allan, 1e-15, 1e-9),
+    "sphere": (sphere, 1e-7, 1e-5),
+    "mounting": (mounting, 1e-9, 2e-6),
+    "triad": (triad, 0.02, 0.2),
+    "stream": (stream, 0.0, 0.0),
+}
+
+
+def main() -> None:
+    """Write one JSON file for each."""
+    for name, (make, double, single) in VECTORS.items():
+        content = {"tolerance": {"f64": double, "f32": single}, "cases": plain(make())}
+        text = json.dumps(content, indent=1)
+        (HERE / f"{name}.json").write_text(text + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
