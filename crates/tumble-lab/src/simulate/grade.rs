@@ -1,4 +1,7 @@
-//! Sensor grades: how good a sensor is, in SI units, from public data sheets.
+//! Sensor grades: how good a sensor of a class is, in SI units, modelled on public data sheets.
+//!
+//! A grade stands for its class, to simulate with, and does not replace the sheet of a part: figures are rounded, and
+//! where a sheet is silent or gives plots only, they are what such parts usually show. Each grade says which these are.
 //!
 //! Three conventions turn data-sheet language into the figures kept here:
 //!
@@ -71,9 +74,10 @@ impl Grade {
         }
     }
 
-    /// A chip for phones and hobby drones: InvenSense MPU-6050 (PS-MPU-6000A-00 rev. 3.4), ranges 8 g and 500 deg/s.
+    /// A chip for phones and hobby drones, after InvenSense MPU-6050 (PS-MPU-6000A-00 rev. 3.4), ranges 8 g and
+    /// 500 deg/s.
     ///
-    /// The sheet is silent on bias instability; 36 ug and 4.6 deg/h are what AirSim states for the MPU-6000.
+    /// The sheet is silent on bias instability; 36 ug and 4.6 deg/h are what simulators use for this family.
     /// Cross-axis sensitivity (2 %) is shared between non-orthogonality and alignment in the package.
     pub fn consumer() -> Self {
         Self {
@@ -105,9 +109,9 @@ impl Grade {
         }
     }
 
-    /// A factory-calibrated module: Analog Devices ADIS16470 (rev. C), alignment of its axes from ADIS16475.
+    /// A factory-calibrated module, after Analog Devices ADIS16470 and ADIS16475: noise, instability, range, alignment.
     ///
-    /// Scale errors, biases and temperature figures are of the class, where the sheet gives plots only.
+    /// Scale errors, turn-on biases, temperature and g-sensitivity are typical of the class, not of a sheet.
     pub fn industrial() -> Self {
         Self {
             accelerometer: TriadGrade {
@@ -138,8 +142,8 @@ impl Grade {
         }
     }
 
-    /// A unit for guidance: noise, instability, alignment and range of Analog Devices ADIS16495-1 (rev. C); bias, scale,
-    /// temperature and g-sensitivity of Sensonor STIM300 (TS1524, 10 g version).
+    /// A unit for guidance: noise, instability, alignment and range after Analog Devices ADIS16495-1; bias, scale,
+    /// temperature and g-sensitivity after Sensonor STIM300.
     pub fn tactical() -> Self {
         Self {
             accelerometer: TriadGrade {
@@ -170,8 +174,8 @@ impl Grade {
         }
     }
 
-    /// The unit the others are held against: ring laser gyroscopes of the Honeywell HG9900 class, servo accelerometers
-    /// of the Honeywell QA-2000 class, orthogonal to two arc seconds after its own calibration.
+    /// The unit the others are held against: ring laser gyroscopes and servo accelerometers of navigation class
+    /// (Honeywell HG9900, QA-2000), orthogonal to two arc seconds after its own calibration. All figures are of the class.
     ///
     /// The accelerometer scatters by 0.003 m/s^2 a sample at 200 Hz: the floor's tremor, not the sensor.
     pub fn reference() -> Self {
