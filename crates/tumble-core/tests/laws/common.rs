@@ -89,6 +89,12 @@ pub fn direction() -> impl Strategy<Value = Vector3<f64>> {
     ]
 }
 
+/// Directions of the six faces of a cube.
+pub fn faces() -> Vec<Vector3<f64>> {
+    let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+    axes.into_iter().flat_map(|axis| [axis, -axis]).collect()
+}
+
 /// Rotations.
 pub fn rotation() -> impl Strategy<Value = Rotation3<f64>> {
     rotation_vector().prop_map(Rotation3::new)
@@ -195,9 +201,20 @@ impl<const N: usize> Calibration<N> {
         self.within as f64 / self.runs() / N as f64
     }
 
-    /// Fails unless bias, error and coverage are what the covariance says, to what chance allows in this many runs:
-    /// five sigma, so that a test of fifty figures fails by chance once in thirty thousand seeds.
+    /// Fails unless bias, error and covariance are what was claimed, to what chance allows in this many runs: five
+    /// sigma, so that a test of fifty figures fails by chance once in thirty thousand seeds.
     pub fn check(&self, what: &str, seed: u64) {
+        self.check_errors(what, seed);
+        let spread = 5.0 * (2.0 / (self.runs() * N as f64)).sqrt();
+        assert!(
+            (self.distance() - 1.0).abs() < spread,
+            "{what}, seed {seed}: squared distance {} expected 1 within {spread}",
+            self.distance()
+        );
+    }
+
+    /// As [`Self::check`], without the correlations; for a covariance that is itself estimated.
+    pub fn check_errors(&self, what: &str, seed: u64) {
         let (bias, ratio) = (self.bias(), self.ratio());
         println!(
             "{what}, seed {seed}: {} runs, bias {:.2} sigma at most, RMSE / sigma {:.3} to {:.3}, \
@@ -214,12 +231,6 @@ impl<const N: usize> Calibration<N> {
         assert!(
             ratio.iter().all(|r| (r - 1.0).abs() < scatter),
             "{what}, seed {seed}: RMSE over sigma {ratio:?}, expected 1 within {scatter}"
-        );
-        let spread = 5.0 * (2.0 / (self.runs() * N as f64)).sqrt();
-        assert!(
-            (self.distance() - 1.0).abs() < spread,
-            "{what}, seed {seed}: squared distance {} expected 1 within {spread}",
-            self.distance()
         );
     }
 }

@@ -1,12 +1,18 @@
 //! The laws of the numeric core. One file an idea; each law at zero, near zero and at random, in both precisions.
 
 mod allan;
+mod clock;
 mod common;
 mod eigen;
+mod fit;
+mod gravity;
 mod model;
+mod mounting;
 mod noise;
+mod reference;
 mod regression;
 mod rotation;
 mod segmenter;
 mod stream;
 mod stretch;
+mod truth;
