@@ -298,13 +298,13 @@ def _from_triad(triad: TriadResult) -> dict[str, Any]:
     value = {parameter.name: parameter.value for parameter in triad.parameters}
     sigma = {p.name: p.sigma if p.observable and np.isfinite(p.sigma) else np.nan for p in triad.parameters}
     residuals = zip(triad.residual_labels, triad.residuals, triad.residual_sigma, strict=True)
+    # K, L and Q of a matrix that the data showed in part would be numbers nobody measured.
+    parts = {"K": triad.K, "L": triad.L, "Q": triad.Q} if "matrix" in triad.estimated else {}
     content: dict[str, Any] = {
         "unit": triad.unit,
         "M": triad.M,
         "b": triad.b,
-        "K": triad.K,
-        "L": triad.L,
-        "Q": triad.Q,
+        **parts,
         "angles": {
             "non-orthogonality": _by_pair(value),
             "mounting": _by_axis(value, "mounting"),

@@ -87,7 +87,8 @@ fn truth<T: Real, const P: usize, const Q: usize>(observation: &Observation<T, P
     observation.regressor.fixed_rows::<3>(0).into_owned()
 }
 
-/// Weighted least squares over all intervals; N must be `3 P + Q`.
+/// Weighted least squares over all intervals; N must be `3 P + Q`. Elements of M that the data do not show keep their
+/// nominal values.
 ///
 /// M appears in the weights (noise of the truth passes through it), so the solution is repeated with the M of the
 /// round before; the second round is exact to the order of the noise (docs/theory/turntable.md, eq. 12).
@@ -98,21 +99,55 @@ pub fn fit<T: Real, const P: usize, const Q: usize, const N: usize>(
     observations: &[Observation<T, P, Q>],
     knowledge: &Knowledge<T, Q>,
 ) -> Result<TriadFit<T, Q>, Unsolvable> {
-    const ROUNDS: u32 = 3;
     const { assert!(N == 3 * P + Q) };
     let prior = prior::<T, P, Q, N>(knowledge);
+    let solution = solve::<T, P, Q, N>(observations, knowledge, &prior)?;
+    let found = unpack::<T, P, Q, N>(&solution);
+    let unseen = |i: usize| i < 3 * P && i % P < 3 && !solution.observed(i);
+    if !(0..3 * P).any(unseen) {
+        return Ok(found);
+    }
+    // An element of M that the data hardly show would follow their noise. It stands at its nominal value instead,
+    // and the others are as uncertain as not knowing it makes them.
+    let mut held = prior;
+    for i in (0..3 * P).filter(|&i| unseen(i)) {
+        held.covariance[(i, i)] = real(HELD * HELD);
+    }
+    let with_held = unpack::<T, P, Q, N>(&solve(observations, knowledge, &held)?);
+    Ok(TriadFit {
+        covariance: found.covariance,
+        observed: found.observed,
+        rank: found.rank,
+        degrees_of_freedom: found.degrees_of_freedom,
+        g_sensitivity: match (with_held.g_sensitivity, found.g_sensitivity) {
+            (Some((g, _)), Some((_, sigma))) => Some((g, sigma)),
+            _ => None,
+        },
+        ..with_held
+    })
+}
+
+/// How far an element of M that is held may stray from its nominal value.
+const HELD: f64 = 1e-9;
+
+fn solve<T: Real, const P: usize, const Q: usize, const N: usize>(
+    observations: &[Observation<T, P, Q>],
+    knowledge: &Knowledge<T, Q>,
+    prior: &Prior<T, N>,
+) -> Result<Solution<T, N>, Unsolvable> {
+    const ROUNDS: u32 = 3;
     let mut matrix = knowledge.nominal;
-    let mut solution = None;
+    let mut solution = Err(Unsolvable);
     for _ in 0..ROUNDS {
-        let mut equations = LeastSquares::<T, N>::new(&prior);
+        let mut equations = LeastSquares::<T, N>::new(prior);
         for axis in 0..3 {
             push_axis(&mut equations, observations, knowledge, &matrix, axis);
         }
         let round = equations.solve()?;
         matrix = Matrix3::from_fn(|i, j| round.x[i * P + j]);
-        solution = Some(round);
+        solution = Ok(round);
     }
-    Ok(unpack::<T, P, Q, N>(&solution.ok_or(Unsolvable)?))
+    solution
 }
 
 fn prior<T: Real, const P: usize, const Q: usize, const N: usize>(
