@@ -134,10 +134,15 @@ class TriadFigures(TypedDict, total=False):
     g_sensitivity_sigma: FloatArray
 
 class TargetFigures(TypedDict):
-    """A calibrated target; `pairs` are (reference rest, first and last target rest)."""
+    """A calibrated target.
+
+    `pairs` are (reference rest, first and last target rest), `continued` the rests of the reference that only
+    go on with the one before.
+    """
 
     clock: ClockFigures
     pairs: list[tuple[int, int, int]]
+    continued: list[int]
     accelerometer: TriadFigures
     gyroscope: TriadFigures
 

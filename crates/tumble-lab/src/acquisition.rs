@@ -6,6 +6,7 @@ use tumble_core::sample::CHANNELS;
 use tumble_core::segmenter::{Segment, Segmenter, SegmenterSettings, Stretch};
 use tumble_core::stillness::Scatter;
 
+use crate::consistency::{RateVerdict, judge_rate};
 use crate::health::{Channels, Fault, FaultKind};
 use crate::trace::Trace;
 
@@ -227,7 +228,19 @@ impl Acquisition {
         if n > 0 {
             self.found.temperature = Some([low, sum / n as f64, high]);
         }
-        sift(&mut self.found, &self.settings, self.segmenter.floor());
+        let floor = self.segmenter.floor();
+        sift(&mut self.found, |found, i| {
+            disturbed(&found.rests[i], &self.settings, floor)
+        });
+        // In a wrong unit g-sensitivity looks like slow turns; the unit is the thing to complain of then.
+        if matches!(
+            judge_rate(&self.found),
+            RateVerdict::Consistent | RateVerdict::Unknown
+        ) {
+            sift(&mut self.found, |found, i| {
+                is_turning(found, i).then_some(NotARest::Turning)
+            });
+        }
         self.found.faults = self.channels.faults(&self.found.rests, &self.found.turns);
         leave_out_saturated(&mut self.found);
         self.found
@@ -282,10 +295,10 @@ fn leave_out_saturated(found: &mut Acquired) {
 }
 
 /// Takes out what only looked like a rest, now that the whole recording is known.
-fn sift(found: &mut Acquired, settings: &SegmenterSettings<f64>, floor: Option<Scatter<f64>>) {
+fn sift(found: &mut Acquired, objection: impl Fn(&Acquired, usize) -> Option<NotARest>) {
     let mut i = 0;
     while i < found.rests.len() {
-        let Some(reason) = objection(found, i, settings, floor) else {
+        let Some(reason) = objection(found, i) else {
             i += 1;
             continue;
         };
@@ -314,13 +327,11 @@ const LARGEST_RATE_JUMP: f64 = 0.005;
 /// How much a gyroscope may feel specific force, rad/s per m/s^2: 0.3 deg/s per g, the worst of consumer grade.
 const LARGEST_G_SENSITIVITY: f64 = 5e-4;
 
-fn objection(
-    found: &Acquired,
-    i: usize,
+fn disturbed(
+    rest: &Stretch<f64>,
     settings: &SegmenterSettings<f64>,
     floor: Option<Scatter<f64>>,
 ) -> Option<NotARest> {
-    let rest = &found.rests[i];
     let scatter = Scatter::of(&rest.moments);
     let floor = floor?;
     let limits = &settings.stillness;
@@ -343,15 +354,12 @@ fn objection(
     }
     let duration = rest.duration();
     let slope_sigma = (12.0 * scatter.specific_force / f64::from(rest.moments.samples())).sqrt() / duration;
-    if rest.specific_force_slope().norm() > LARGEST_SLOPE.max(6.0 * slope_sigma) {
-        return Some(NotARest::Drifting);
-    }
-    is_turning(found, i, scatter.angular_rate).then_some(NotARest::Turning)
+    (rest.specific_force_slope().norm() > LARGEST_SLOPE.max(6.0 * slope_sigma)).then_some(NotARest::Drifting)
 }
 
 /// A rest whose rate differs from both its neighbours', while these agree, is a slow turn. A turn that never ends
 /// cannot be told from bias by rate alone; that one the drift of gravity shows, unless it is about the vertical.
-fn is_turning(found: &Acquired, i: usize, variance: f64) -> bool {
+fn is_turning(found: &Acquired, i: usize) -> bool {
     let n = found.rests.len();
     if n < 3 {
         return false;
@@ -361,6 +369,7 @@ fn is_turning(found: &Acquired, i: usize, variance: f64) -> bool {
         _ if i + 1 == n => (n - 3, n - 2),
         _ => (i - 1, i + 1),
     };
+    let variance = Scatter::of(&found.rests[i].moments).angular_rate;
     let rate = |k: usize| found.rests[k].angular_rate();
     let samples = |k: usize| f64::from(found.rests[k].moments.samples());
     let force = |k: usize| found.rests[k].specific_force();

@@ -44,10 +44,18 @@ struct Levels {
     first: u64,
     last: u64,
     moved: bool,
-    /// Times and values of blocks without scatter.
-    frozen: Vec<(u64, f64)>,
+    /// Blocks without scatter.
+    frozen: Vec<Frozen>,
     /// How many blocks at the end of the recording are without scatter.
     frozen_last: usize,
+}
+
+/// A block in which a channel showed one value only.
+#[derive(Clone, Copy, Debug)]
+struct Frozen {
+    start: u64,
+    end: u64,
+    value: f64,
 }
 
 /// One end of what a channel has reached. Sign-turned for the low end, so that both look upward.
@@ -67,8 +75,8 @@ const NEAR: f64 = 0.98;
 /// So many turns in a row do not leave one value of a sensor alone.
 const TURNS_SLEPT_THROUGH: usize = 3;
 
-/// Blocks in which a channel that is never without noise before shows one value to the end.
-const STUCK_TO_THE_END: usize = 20;
+/// Turns smaller than this leave a coarse sensor as it was, rad.
+const TURNED: f64 = 0.3;
 
 /// Frozen blocks remembered for each channel.
 const MOST: usize = 4096;
@@ -135,17 +143,42 @@ impl Levels {
         if variance > 0.0 {
             self.frozen_last = 0;
         } else if block.moments.samples() > 4 && self.frozen.len() < MOST {
-            self.frozen.push((block.start, mean));
+            self.frozen.push(Frozen {
+                start: block.start,
+                end: block.end,
+                value: mean,
+            });
             self.frozen_last += 1;
         }
     }
 
-    /// When and at what value it stuck, if it had noise until then and none after.
-    fn stuck_to_the_end(&self) -> Option<(u64, f64)> {
-        let &(time, value) = self.frozen.first()?;
-        let lasts = self.frozen.len() >= STUCK_TO_THE_END && self.frozen_last == self.frozen.len();
-        (lasts && self.frozen.iter().all(|&(_, other)| other == value)).then_some((time, value))
+    /// When and at what value it stuck, if it had noise until then, and none after, not even in the last turn.
+    fn stuck_to_the_end(&self, turns: &[&Stretch<f64>]) -> Option<(u64, f64)> {
+        let first = self.frozen.first()?;
+        let lasts = self.frozen_last == self.frozen.len();
+        let value = self.slept_through(turns.last()?)?;
+        (lasts && self.frozen.iter().all(|frozen| frozen.value == value)).then_some((first.start, value))
     }
+
+    /// The one value shown all through a turn, if it was one.
+    fn slept_through(&self, turn: &Stretch<f64>) -> Option<f64> {
+        let within = |frozen: &&Frozen| turn.start <= frozen.start && frozen.start < turn.end;
+        let value = self.frozen.iter().find(within)?.value;
+        let asleep: u64 = self
+            .frozen
+            .iter()
+            .filter(within)
+            .take_while(|frozen| frozen.value == value)
+            .map(|frozen| frozen.end - frozen.start)
+            .sum();
+        (10 * asleep >= 9 * (turn.end - turn.start)).then_some(value)
+    }
+}
+
+/// Whether a unit turned at all between two rests: they may be parts of one.
+fn has_turned(turn: &Stretch<f64>, before: &Stretch<f64>, after: &Stretch<f64>) -> bool {
+    let gravity = before.specific_force().angle(&after.specific_force());
+    gravity.max(turn.angle().norm()) > TURNED
 }
 
 impl Default for Channels {
@@ -195,9 +228,15 @@ impl Channels {
 
     /// What is wrong, given the rests that are used and the turns between them.
     pub fn faults(&self, rests: &[Stretch<f64>], turns: &[Stretch<f64>]) -> Vec<Fault> {
+        let turned: Vec<_> = turns
+            .iter()
+            .zip(rests.windows(2))
+            .filter(|(turn, rests)| has_turned(turn, &rests[0], &rests[1]))
+            .map(|(turn, _)| turn)
+            .collect();
         (0..CHANNELS)
             .filter_map(|channel| {
-                self.stuck(channel, turns)
+                self.stuck(channel, &turned)
                     .or_else(|| self.at_rest(channel, rests))
                     .or_else(|| self.in_motion(channel))
             })
@@ -205,7 +244,7 @@ impl Channels {
     }
 
     /// A channel that never moved, that fell silent, or that slept through several turns in a row.
-    fn stuck(&self, channel: usize, turns: &[Stretch<f64>]) -> Option<Fault> {
+    fn stuck(&self, channel: usize, turns: &[&Stretch<f64>]) -> Option<Fault> {
         let levels = &self.levels[channel];
         let fault = |value, first, last| Fault {
             channel,
@@ -216,27 +255,14 @@ impl Channels {
         if !levels.moved && levels.last > levels.first {
             return Some(fault(levels.highest, levels.first, levels.last));
         }
-        if let Some((time, value)) = levels.stuck_to_the_end() {
+        if let Some((time, value)) = levels.stuck_to_the_end(turns) {
             return Some(fault(value, time, levels.last));
         }
-        let slept = |turn: &Stretch<f64>| {
-            let mut inside = levels
-                .frozen
-                .iter()
-                .filter(|(time, _)| (turn.start..turn.end).contains(time));
-            let &(_, value) = inside.next()?;
-            inside.all(|&(_, other)| other == value).then_some(value)
-        };
         turns.windows(TURNS_SLEPT_THROUGH).find_map(|turns| {
-            let value = slept(&turns[0])?;
-            turns.iter().all(|turn| slept(turn) == Some(value)).then(|| {
-                let first = levels.frozen.iter().find(|(_, other)| *other == value);
-                fault(
-                    value,
-                    first.map_or(turns[0].start, |(time, _)| *time),
-                    levels.last,
-                )
-            })
+            let value = levels.slept_through(turns[0])?;
+            let others = turns.iter().all(|turn| levels.slept_through(turn) == Some(value));
+            let first = levels.frozen.iter().find(|frozen| frozen.value == value)?;
+            others.then(|| fault(value, first.start, levels.last))
         })
     }
 
@@ -244,13 +270,15 @@ impl Channels {
     fn at_rest(&self, channel: usize, rests: &[Stretch<f64>]) -> Option<Fault> {
         let levels = &self.levels[channel];
         let at_end = |value: f64| value == levels.highest || value == levels.lowest;
-        if levels.frozen.iter().any(|(_, value)| !at_end(*value)) {
+        if levels.frozen.iter().any(|frozen| !at_end(frozen.value)) {
             return None;
         }
         let inside = |time: u64| rests.iter().any(|rest| (rest.start..rest.end).contains(&time));
-        let mut held = levels.frozen.iter().filter(|(time, _)| inside(*time));
-        let &(first, value) = held.next()?;
-        let last = held.next_back().map_or(first, |(time, _)| *time);
+        let mut held = levels.frozen.iter().filter(|frozen| inside(frozen.start));
+        let &Frozen {
+            start: first, value, ..
+        } = held.next()?;
+        let last = held.next_back().map_or(first, |frozen| frozen.start);
         Some(Fault {
             channel,
             kind: FaultKind::SaturatedAtRest,

@@ -5,6 +5,7 @@ use tumble_core::segmenter::Stretch;
 use tumble_core::turntable::clock::{ClockFit, TurnMark, centre_sigma, fit_clock, search_offset};
 
 use crate::acquisition::{Acquired, interval, seconds};
+use crate::turntable::FEWEST_RESTS;
 
 /// How the two clocks are related.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,6 +43,18 @@ pub enum PairingError {
         /// By how much its gravity turned, deg.
         angle: f64,
     },
+    /// The reference turned in itself while the target stood still.
+    ReferenceMoved {
+        /// When, s of the reference's clock.
+        time: f64,
+        /// By how much its gravity turned, deg.
+        angle: f64,
+    },
+    /// The clocks are said to be shared, and then hardly any rest meets another.
+    ClocksApart {
+        /// What the turns show the offset to be, s.
+        offset: f64,
+    },
 }
 
 /// Both units laid beside each other.
@@ -53,12 +66,23 @@ pub struct Pairing {
     pub shared: bool,
     /// Rests both saw, in order.
     pub pairs: Vec<Pair>,
+    /// Rests of the reference that only go on with the one before, as the target shows.
+    pub continued: Vec<usize>,
     /// Offset the turns show although the clocks were said to be shared, s, with its sigma.
     pub contradiction: Option<(f64, f64)>,
 }
 
 /// Offsets below this are the latency of a logger, not another clock, s.
 const SAME_CLOCK: f64 = 0.1;
+
+/// Skew below this is none: it would change a scale by as much.
+const SAME_RATE: f64 = 1e-6;
+
+/// Whether the turns meet as they do under one clock.
+fn coincide(clock: &ClockFit<f64>, given: f64) -> bool {
+    let skew_sigma = clock.covariance[(1, 1)].sqrt();
+    (clock.offset - given).abs() <= SAME_CLOCK && clock.skew.abs() <= SAME_RATE.max(5.0 * skew_sigma)
+}
 
 /// Lays the target beside the reference.
 ///
@@ -67,27 +91,28 @@ const SAME_CLOCK: f64 = 0.1;
 pub fn pair(reference: &Acquired, target: &Acquired, clocks: Clocks) -> Result<Pairing, PairingError> {
     let given = reference.origin - target.origin;
     let estimated = estimate(reference, target);
-    let coincide = |clock: &ClockFit<f64>| (clock.offset - given).abs() <= SAME_CLOCK;
     let (clock, shared) = match (clocks, estimated) {
         (Clocks::Shared, _) => (ClockFit::known(given), true),
-        (Clocks::Unknown, Some(clock)) if coincide(&clock) => (ClockFit::known(given), true),
+        (Clocks::Unknown, Some(clock)) if coincide(&clock, given) => (ClockFit::known(given), true),
         (_, Some(clock)) => (clock, false),
         (Clocks::Unknown, None) if overlap(reference, target, given) => (ClockFit::known(given), true),
         (_, None) => return Err(PairingError::NoCommonTime),
     };
     let contradiction = estimated
-        .filter(|clock| shared && !coincide(clock))
+        .filter(|clock| shared && (clock.offset - given).abs() > SAME_CLOCK)
         .map(|clock| (clock.offset - given, clock.covariance[(0, 0)].sqrt()));
-    let pairs = meet(reference, target, &clock)?;
-    if pairs.is_empty() {
-        return Err(PairingError::NoCommonTime);
+    let (pairs, continued) = meet(reference, target, &clock)?;
+    match contradiction {
+        Some((offset, _)) if pairs.len() < FEWEST_RESTS => Err(PairingError::ClocksApart { offset }),
+        _ if pairs.is_empty() => Err(PairingError::NoCommonTime),
+        _ => Ok(Pairing {
+            clock,
+            shared,
+            pairs,
+            continued,
+            contradiction,
+        }),
     }
-    Ok(Pairing {
-        clock,
-        shared,
-        pairs,
-        contradiction,
-    })
 }
 
 fn overlap(reference: &Acquired, target: &Acquired, offset: f64) -> bool {
@@ -136,8 +161,11 @@ fn same_rest(a: &Interval<f64>, b: &Interval<f64>) -> bool {
     common > 0.5 * a.duration().min(b.duration())
 }
 
-fn meet(reference: &Acquired, target: &Acquired, clock: &ClockFit<f64>) -> Result<Vec<Pair>, PairingError> {
-    let mut pairs = Vec::new();
+/// Rests both saw, and those of the reference that only go on with the one before.
+type Met = (Vec<Pair>, Vec<usize>);
+
+fn meet(reference: &Acquired, target: &Acquired, clock: &ClockFit<f64>) -> Result<Met, PairingError> {
+    let (mut pairs, mut continued) = (Vec::new(), Vec::new());
     for (k, rest) in reference.rests.iter().enumerate() {
         let when = interval(rest);
         let inside: Vec<usize> = (0..target.rests.len())
@@ -154,8 +182,12 @@ fn meet(reference: &Acquired, target: &Acquired, clock: &ClockFit<f64>) -> Resul
             continue;
         };
         stayed_put(target, k, first, last)?;
-        let taken = pairs.last().is_some_and(|pair: &Pair| pair.target.1 >= first);
-        let Some(stretch) = target.joined(first, last).filter(|_| !taken) else {
+        if pairs.last().is_some_and(|pair: &Pair| pair.target.1 >= first) {
+            reference_stayed_put(reference, k)?;
+            continued.push(k);
+            continue;
+        }
+        let Some(stretch) = target.joined(first, last) else {
             continue;
         };
         pairs.push(Pair {
@@ -164,23 +196,30 @@ fn meet(reference: &Acquired, target: &Acquired, clock: &ClockFit<f64>) -> Resul
             stretch,
         });
     }
-    Ok(pairs)
+    Ok((pairs, continued))
 }
 
 /// Turning of gravity within one rest that a target at peace does not show, rad.
 const MOVED: f64 = 0.005;
 
 fn stayed_put(target: &Acquired, rest: usize, first: usize, last: usize) -> Result<(), PairingError> {
-    for j in first + 1..=last {
-        let (before, after) = (&target.rests[j - 1], &target.rests[j]);
-        let angle = before.specific_force().angle(&after.specific_force());
-        if angle > MOVED {
-            return Err(PairingError::MovedDuringRest {
-                rest,
-                time: target.origin + seconds(before.end),
-                angle: angle.to_degrees(),
-            });
-        }
+    match (first + 1..=last).find_map(|j| moved(target, j)) {
+        Some((time, angle)) => Err(PairingError::MovedDuringRest { rest, time, angle }),
+        None => Ok(()),
     }
-    Ok(())
+}
+
+/// The target stood still from the rest of the reference before until this one.
+fn reference_stayed_put(reference: &Acquired, rest: usize) -> Result<(), PairingError> {
+    match moved(reference, rest) {
+        Some((time, angle)) => Err(PairingError::ReferenceMoved { time, angle }),
+        None => Ok(()),
+    }
+}
+
+/// When a unit turned since the rest before, s of its own clock, and by how much, deg; `None` if it did not.
+fn moved(unit: &Acquired, rest: usize) -> Option<(f64, f64)> {
+    let (before, after) = (unit.rests.get(rest.checked_sub(1)?)?, unit.rests.get(rest)?);
+    let angle = before.specific_force().angle(&after.specific_force());
+    (angle > MOVED).then(|| (unit.origin + seconds(before.end), angle.to_degrees()))
 }

@@ -167,6 +167,7 @@ fn calibrate_target(
         .map(|pair| (pair.reference, pair.target.0, pair.target.1))
         .collect();
     result.set_item("pairs", pairs)?;
+    result.set_item("continued", &target.pairing.continued)?;
     result.set_item("accelerometer", triad(py, &target.accelerometer)?)?;
     result.set_item("gyroscope", triad(py, &target.gyroscope)?)?;
     Ok(result.unbind())
@@ -284,9 +285,18 @@ fn core_error(py: Python<'_>, error: &TurntableError) -> PyErr {
                 .and_then(|()| set("time", time))
                 .and_then(|()| set("angle", angle)),
         ),
+        TurntableError::Pairing(PairingError::ReferenceMoved { time, angle }) => (
+            "reference moved",
+            set("time", time).and_then(|()| set("angle", angle)),
+        ),
+        TurntableError::Pairing(PairingError::ClocksApart { offset }) => {
+            ("clocks apart", set("offset", offset))
+        }
         TurntableError::NeedsPoses => ("needs poses", Ok(())),
         TurntableError::Axes(ModelError::LeftHanded) => ("left-handed", Ok(())),
         TurntableError::Axes(ModelError::Singular) => ("axes coincide", Ok(())),
+        TurntableError::GyroscopeAxes(ModelError::LeftHanded) => ("left-handed gyroscope", Ok(())),
+        TurntableError::GyroscopeAxes(ModelError::Singular) => ("gyroscope axes coincide", Ok(())),
         TurntableError::Unsolvable => ("unsolvable", Ok(())),
     };
     match filled {

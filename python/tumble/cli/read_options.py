@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Annotated, Any, get_type_hints
 
 import typer
 
 from tumble.errors import LogError
 from tumble.logs.options import PerAxis, ReadOptions
+from tumble.logs.spec import parse_spec
 
 _PANEL = "What the log does not say itself"
 
@@ -104,17 +106,53 @@ def with_read_options(command: Callable[..., None]) -> Callable[..., None]:
 
 def read_options_from(stated: dict[str, Any]) -> ReadOptions:
     """Turn what was typed into `ReadOptions`; raises `LogError` where it makes no sense."""
-    values = dict(stated)
-    values["columns"] = _mapping(stated["columns"])
-    for name in ("accelerometer_scale", "gyroscope_scale"):
-        values[name] = None if stated[name] is None else _numbers(name, stated[name])
-    for name in ("accelerometer_zero", "gyroscope_zero"):
-        values[name] = 0.0 if stated[name] is None else _numbers(name, stated[name])
-    return ReadOptions(**values)
+    return ReadOptions(**{name: _value(name, typed) for name, typed in stated.items() if typed is not None})
 
 
-def _mapping(text: str | None) -> dict[str, str]:
-    pairs = [pair.partition("=") for pair in text.split(",")] if text else []
+def read_options_for(
+    shared: ReadOptions, exceptions: Sequence[str], sources: Sequence[str]
+) -> dict[str, ReadOptions]:
+    """Give the options of each source: the shared ones, but for what `NAME:OPTION=VALUE` says of one of them.
+
+    A source goes by what was typed, by the name of its file without folder and extension, or by that and the
+    name of its IMU.
+    """
+    options = dict.fromkeys(sources, shared)
+    for text in exceptions:
+        setting, _, typed = text.partition("=")
+        name, _, option = setting.rpartition(":")
+        field = option.strip().removeprefix("--").replace("-", "_")
+        if field not in _OPTIONS or not typed:
+            known = ", ".join(key.replace("_", "-") for key in _OPTIONS)
+            raise LogError(f"--for {text}: expected NAME:OPTION=VALUE, with one of {known}")
+        meant = [source for source in sources if name in _names(source)]
+        if not meant:
+            raise LogError(f"--for {text}: no recording is named {name!r}; there are {', '.join(sources)}")
+        for source in meant:
+            options[source] = replace(options[source], **{field: _value(field, typed)})
+    return options
+
+
+def _names(source: str) -> tuple[str, ...]:
+    spec = parse_spec(source)
+    imu = (spec.imu or "").strip("/").replace("/", "_")
+    return source, spec.path.stem, f"{spec.path.stem}-{imu}"
+
+
+def _value(name: str, typed: Any) -> Any:  # noqa: ANN401
+    if name == "columns":
+        return _mapping(typed)
+    if name.endswith(("_scale", "_zero")):
+        return _numbers(name, typed)
+    kind = {"rate": float, "skip_lines": int, "accelerometer_sign": int}.get(name, str)
+    try:
+        return kind(typed)
+    except ValueError:
+        raise LogError(f"--{name.replace('_', '-')} {typed}: give a number") from None
+
+
+def _mapping(text: str) -> dict[str, str]:
+    pairs = [pair.partition("=") for pair in text.split(",")]
     if not all(sign and value for _, sign, value in pairs):
         raise LogError(f"--columns {text}: expected pairs such as ax=NAME,ay=NAME")
     return {key.strip(): value.strip() for key, _, value in pairs}

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from tumble.cli.read_options import with_read_options
+from tumble.cli.read_options import read_options_for, with_read_options
 from tumble.errors import ProcedureError
 from tumble.logs.options import ReadOptions
 
@@ -92,6 +92,14 @@ def turntable_command(
     jobs: Annotated[
         int | None, typer.Option(min=1, help="Targets worked on at a time; all cores where not given.")
     ] = None,
+    exceptions: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--for",
+            metavar="NAME:OPTION=VALUE",
+            help="Reading option for one recording only, such as target_2:gyroscope-unit=deg/s; repeatable.",
+        ),
+    ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the result as JSON instead of a table.")
     ] = False,
@@ -113,8 +121,10 @@ def turntable_command(
     wanted_poses = _poses(poses)
     wanted_limits = Limits.load(limits) if limits else None
     brought = Calibration.load(reference_calibration) if reference_calibration else None
-    for source in (reference, *targets):
+    sources = (reference, *targets)
+    for source in sources:
         parse_spec(source)
+    read = read_options_for(read_options, exceptions, sources) if exceptions else read_options
     folder = prepare_folder(output)
     with _progress() as advance:
         result = turntable(
@@ -129,7 +139,7 @@ def turntable_command(
             clock=clock.value,
             g_sensitivity=g_sensitivity,
             limits=wanted_limits,
-            read=read_options,
+            read=read,
             jobs=jobs,
             progress=advance,
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -53,9 +54,9 @@ def refuse_if_unfit(name: str, unit: _core.Acquired, gravity: float) -> None:
         problem = check(unit)
         if problem:
             raise ProcedureError(f"{name}: {problem}")
-    problem = _accelerometer_unit(unit, gravity) or _gyroscope_unit(unit)
-    if problem:
-        raise ProcedureError(f"{name}: {problem}")
+    misread = _accelerometer_unit(unit, gravity) or _gyroscope_unit(unit)
+    if misread:
+        raise ProcedureError(misread.line(name))
 
 
 def _samples(unit: _core.Acquired) -> str:
@@ -76,10 +77,11 @@ def _time(unit: _core.Acquired) -> str:
 def _channels(unit: _core.Acquired) -> str:
     """Name the channel that spoils the calibration; saturation in a few turns only costs these turns."""
     lost = sum(not complete for complete in unit.turn_complete)
-    for channel, kind, value, first, _ in unit.faults:
+    for channel, kind, value, first, last in unit.faults:
         si = "m/s^2" if channel.startswith("accelerometer") else "rad/s"
         if kind == "stuck":
-            return f"{channel} is stuck at {value:.6g} {si} throughout; check the sensor and its column"
+            span = f"from {first:.1f} to {last:.1f} s"
+            return f"{channel} is stuck at {value:.6g} {si} {span}; check the sensor and its column"
         seen = f"{channel} is saturated at {value:.6g} {si}, first at {first:.3f} s"
         if kind == "saturated at rest":
             return f"{seen}, while the unit stood still; choose a larger range"
@@ -100,51 +102,75 @@ def _rests(unit: _core.Acquired) -> str:
     )
 
 
-def _accelerometer_unit(unit: _core.Acquired, gravity: float) -> str:
+@dataclass(frozen=True, slots=True)
+class _Misread:
+    """A log that was read in a unit, or in an order of axes, that is not its own."""
+
+    what: str
+    option: str = ""
+    """What mends it on the command line, where one option does."""
+
+    def line(self, name: str) -> str:
+        """One line for the recording of that name."""
+        if not self.option:
+            return f"{name}: {self.what}"
+        alone = self.option.removeprefix("--").replace(" ", "=")
+        return f"{name}: {self.what}; say {self.option}, or for this log alone --for {name}:{alone}"
+
+
+def _accelerometer_unit(unit: _core.Acquired, gravity: float) -> _Misread | None:
     length = float(np.median(np.linalg.norm(unit.rest_specific_force, axis=1)))
     ratio = length / gravity
     if 1 / LARGEST_GRAVITY_RATIO < ratio < LARGEST_GRAVITY_RATIO:
-        return ""
+        return None
     seen = f"accelerometer reads {length:.4g} m/s^2 at rest, gravity is {gravity:.4g}"
     if abs(math.log(ratio * STANDARD_GRAVITY)) < math.log(LARGEST_GRAVITY_RATIO):
-        return f"{seen}: g were taken for m/s^2; say --accelerometer-unit g"
+        return _Misread(f"{seen}: g were taken for m/s^2", "--accelerometer-unit g")
     if abs(math.log(ratio / STANDARD_GRAVITY)) < math.log(LARGEST_GRAVITY_RATIO):
-        return f"{seen}: m/s^2 were taken for g; say --accelerometer-unit m/s^2"
-    return f"{seen}: the unit is not known; give its size with --accelerometer-scale"
+        return _Misread(f"{seen}: m/s^2 were taken for g", "--accelerometer-unit m/s^2")
+    return _Misread(f"{seen}: the unit is not known; give its size with --accelerometer-scale")
 
 
-def _gyroscope_unit(unit: _core.Acquired) -> str:
+def _gyroscope_unit(unit: _core.Acquired) -> _Misread | None:
     verdict, figure, axes = _core.judge_gyroscope(unit)
     if verdict == "scaled" and figure > 1.0:
-        return (
-            "gyroscope turns gravity 57.3 times too far: deg/s were taken for rad/s; "
-            "say --gyroscope-unit deg/s"
+        return _Misread(
+            "gyroscope turns gravity 57.3 times too far: deg/s were taken for rad/s", "--gyroscope-unit deg/s"
         )
     if verdict == "scaled":
-        return (
-            "gyroscope turns gravity 57.3 times too little: rad/s were taken for deg/s; "
-            "say --gyroscope-unit rad/s"
+        return _Misread(
+            "gyroscope turns gravity 57.3 times too little: rad/s were taken for deg/s",
+            "--gyroscope-unit rad/s",
         )
     if verdict == "permuted":
-        return _axes_problem(axes)
+        return _axes(axes)
     if verdict == "inconsistent":
-        return (
+        return _Misread(
             f"gyroscope and accelerometer disagree by {figure:.0f} deg about how the unit turned, in any "
             "unit and order of axes; check that both belong to one unit"
         )
-    return ""
+    return None
 
 
-def _axes_problem(axes: list[tuple[int, float]]) -> str:
-    if all(index == row and sign < 0 for row, (index, sign) in enumerate(axes)):
-        return (
-            "gyroscope turns the wrong way about every axis: the axes are left-handed; "
-            "turn one axis of both triads with --axes, such as --axes x,y,-z"
+def _axes(fit: list[tuple[int, float]]) -> _Misread:
+    """`fit`: for each axis of the accelerometer, index and sign of the gyroscope's that belongs to it."""
+    in_order = all(index == row for row, (index, _) in enumerate(fit))
+    if in_order and all(sign < 0 for _, sign in fit):
+        return _Misread(
+            "gyroscope turns the wrong way about every axis: the axes are left-handed (two are exchanged, or "
+            "one has its sign turned)",
+            "--axes x,y,-z",
         )
-    order = ",".join(f"{'-' if sign < 0 else ''}{'xyz'[index]}" for index, sign in axes)
-    return (
+    order = ",".join(f"{'-' if sign < 0 else ''}{'xyz'[index]}" for index, sign in fit)
+    if in_order:
+        signs = ",".join(f"{sign:.0f}" for _, sign in fit)
+        return _Misread(
+            f"gyroscope and accelerometer have opposite signs: the gyroscope fits as {order}",
+            f"--gyroscope-scale {signs}",
+        )
+    return _Misread(
         f"axes of gyroscope and accelerometer are swapped: the gyroscope fits as {order}; "
-        "name its columns in the order of the accelerometer's"
+        "name the columns of both in one order with --columns"
     )
 
 

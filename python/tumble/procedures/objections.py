@@ -4,6 +4,12 @@ from __future__ import annotations
 
 from tumble import _core
 
+_MIRRORS = (
+    "mirrors that of the reference: in one of the two logs two axes are exchanged, or one or all three have "
+    "the wrong sign; mend that log with --columns, --axes x,y,-z or --accelerometer-sign -1, "
+    "alone by --for NAME:OPTION=VALUE"
+)
+
 
 def in_words(error: _core.CoreError, pose_names: dict[int, str]) -> str:
     """One line: what is wrong and what to do."""
@@ -20,13 +26,25 @@ def in_words(error: _core.CoreError, pose_names: dict[int, str]) -> str:
             f"turned by {figures['angle']:.2f} deg in itself at {figures['time']:.1f} s, during rest "
             f"{rest + 1}{pose}, while the reference stood still; fasten it and record again"
         )
+    if kind == "reference moved":
+        return (
+            f"stood still while the reference turned by {figures['angle']:.2f} deg in itself at "
+            f"{figures['time']:.1f} s; fasten the reference and record again"
+        )
+    if kind == "clocks apart":
+        return (
+            f"its turns lie {figures['offset']:.3f} s from those of the reference although the clock is said "
+            "to be shared; use --clock apart"
+        )
     return {
         "directions too alike": "the rests point in too few directions to tell scale from bias; "
         "add poses that show each axis up and down",
         "no common time": "shares no turn or rest with the reference; "
         "check that both were recorded together, and try --clock apart",
         "needs poses": "this truth needs the mounting angle, and that needs poses; give --poses",
-        "left-handed": "the axes form a left-handed set; turn one of them with --axes, such as x,y,-z",
-        "axes coincide": "two axes read the same; check the columns",
+        "left-handed": f"its accelerometer {_MIRRORS}",
+        "left-handed gyroscope": f"its gyroscope {_MIRRORS}",
+        "axes coincide": "two axes of the accelerometer read the same; check the columns",
+        "gyroscope axes coincide": "two axes of the gyroscope read the same; check the columns",
         "unsolvable": "no solution: the rests hold values that are not numbers, or no noise at all",
     }[kind]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from pathlib import Path
 from typing import Literal, TypeAlias
@@ -13,15 +13,15 @@ import numpy as np
 
 from tumble import _core
 from tumble.calibration import Calibration
-from tumble.errors import ProcedureError, TumbleError
-from tumble.logs import ReadOptions, open_recording
+from tumble.errors import LogError, ProcedureError, TumbleError
+from tumble.logs import ReadOptions, open_recording, parse_spec
 from tumble.poses import SIX_FACES, PoseList
 from tumble.procedures.acquire import STANDARD_GRAVITY, acquire, refuse_if_unfit
 from tumble.procedures.imu import Imu
 from tumble.procedures.limits import Limits
 from tumble.procedures.matching import PoseMatch, match_poses
 from tumble.procedures.objections import in_words
-from tumble.procedures.turntable_reference import pose_results, reference_result
+from tumble.procedures.turntable_reference import pose_results, reference_result, reference_warnings
 from tumble.procedures.turntable_target import TargetProcedure
 from tumble.recording import Recording
 from tumble.results import Truth, TurntableResult
@@ -47,7 +47,7 @@ def turntable(
     clock: Clocks = "auto",
     g_sensitivity: bool = False,
     limits: Limits | str | Path | None = None,
-    read: ReadOptions | None = None,
+    read: ReadOptions | Mapping[str, ReadOptions] | None = None,
     jobs: int | None = None,
     progress: Progress | None = None,
 ) -> TurntableResult:
@@ -55,7 +55,8 @@ def turntable(
 
     `poses` is a pose list, its file, or None where no pose is known: the targets are calibrated all the
     same, the mounting angle is not. Gravity is standard, or `gravity` in m/s^2, or follows from `latitude` in
-    deg and `height` in m. A target that cannot be calibrated has its reason in `failure`.
+    deg and `height` in m. `read` says how to read all logs or, by its name, each of them. A target that
+    cannot be calibrated has its reason in `failure`.
 
     Raises `TumbleError` where the reference is unfit, or no target at all could be calibrated.
 
@@ -96,7 +97,7 @@ def turntable(
             "g-sensitivity": g_sensitivity,
             "poses": pose_list.source if pose_list else "none",
         },
-        warnings=match.warnings,
+        warnings=(*match.warnings, *reference_warnings(unit, understood, strength)),
         software=f"tumble {_core.__version__}",
     )
 
@@ -122,7 +123,7 @@ def _acquire_all(
     reference: Source,
     targets: Sequence[Source],
     brought: Calibration | None,
-    read: ReadOptions | None,
+    read: ReadOptions | Mapping[str, ReadOptions] | None,
     jobs: int | None,
     progress: Progress | None,
 ) -> tuple[Imu | TumbleError, list[Imu | TumbleError]]:
@@ -130,18 +131,37 @@ def _acquire_all(
 
     def one(source: Source, calibration: Calibration | None) -> Imu | TumbleError:
         try:
-            recording = source if isinstance(source, Recording) else open_recording(source, read)
-            return acquire(recording, calibration)
+            if isinstance(source, Recording):
+                return acquire(source, calibration)
+            options = read.get(str(source)) if isinstance(read, Mapping) else read
+            return acquire(open_recording(source, options), calibration)
         except TumbleError as error:
             return error
 
+    def target(source: Source) -> Imu | TumbleError:
+        if _same(source, reference):
+            return ProcedureError(f"{_name_of(source)}: is the reference itself; leave it out of the targets")
+        return one(source, None)
+
     with ThreadPoolExecutor(jobs or os.cpu_count()) as pool:
         first = pool.submit(one, reference, brought)
-        others: list[Future[Imu | TumbleError]] = [pool.submit(one, target, None) for target in targets]
+        others: list[Future[Imu | TumbleError]] = [pool.submit(target, source) for source in targets]
         for done, _ in enumerate(as_completed([first, *others]), start=1):
             if progress:
                 progress(done, len(others) + 1)
         return first.result(), [other.result() for other in others]
+
+
+def _same(one: Source, other: Source) -> bool:
+    """Whether both name one recording, however they spell it."""
+    if isinstance(one, Recording) or isinstance(other, Recording):
+        return one is other
+    try:
+        specs = [parse_spec(one), parse_spec(other)]
+    except LogError:
+        return False
+    (path, imu), (other_path, other_imu) = [(spec.path.resolve(), spec.imu) for spec in specs]
+    return path == other_path and imu == other_imu
 
 
 def _unique_names(targets: Sequence[Source], units: Sequence[Imu | TumbleError]) -> list[str]:

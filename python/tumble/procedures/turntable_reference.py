@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+
 import numpy as np
 
 from tumble import _core
@@ -9,8 +12,12 @@ from tumble.calibration import Calibration
 from tumble.procedures.acquire import refused_of, rests_of, trace_of
 from tumble.procedures.imu import Imu
 from tumble.procedures.matching import PoseMatch
+from tumble.procedures.remarks import remarks
 from tumble.recording import FloatArray
 from tumble.results import Mounting, PoseResult, ReferenceResult
+
+NOTABLE_NORM_RESIDUAL = 0.005
+"""m/s^2: what WGS 84 leaves of local gravity in mountains is less; standard gravity errs up to 0.027."""
 
 
 def reference_result(
@@ -39,6 +46,20 @@ def reference_result(
         mounting_reason="" if mounting else match.reason or "the poses do not determine a rotation",
         temperature=unit.acquired.temperature,
     )
+
+
+def reference_warnings(unit: Imu, understood: _core.Reference, gravity: float) -> Iterator[str]:
+    """Say what was odd about the reference."""
+    for remark in remarks(unit):
+        yield f"{unit.name}: {remark}"
+    figures = understood.figures
+    if figures["excess"] > 1.0 and figures["norm_residual"] > NOTABLE_NORM_RESIDUAL:
+        yield (
+            f"{unit.name}: keeps |f| = {gravity:.6g} m/s^2 only to {figures['norm_residual']:.2g} m/s^2, "
+            f"{math.sqrt(figures['excess']):.0f} times what its noise explains, and the sigmas of the "
+            "targets carry that: give the local gravity with --latitude and --height or --gravity, "
+            "or the calibration of the reference with --reference-calibration"
+        )
 
 
 def pose_results(match: PoseMatch, understood: _core.Reference) -> tuple[PoseResult, ...]:

@@ -15,6 +15,7 @@ from tumble.procedures.imu import Imu
 from tumble.procedures.limits import Limits
 from tumble.procedures.matching import PoseMatch
 from tumble.procedures.objections import in_words
+from tumble.procedures.remarks import remarks
 from tumble.procedures.triads import triad_result
 from tumble.results import AxisReading, Clock, TargetResult, Trace
 
@@ -74,7 +75,7 @@ class TargetProcedure:
         return replace(
             result,
             axis_readings=self._axis_readings(result, figures),
-            warnings=(*_remarks(unit), *self._warnings(result, figures)),
+            warnings=(*remarks(unit), *self._warnings(result, figures)),
         )
 
     def _axis_readings(self, result: TargetResult, figures: _core.TargetFigures) -> tuple[AxisReading, ...]:
@@ -102,7 +103,7 @@ class TargetProcedure:
                 f"the turns lie {contradiction[0]:.3f} s apart although the clock is said to be shared; "
                 "try --clock apart"
             )
-        seen = {rest for rest, _, _ in figures["pairs"]}
+        seen = {rest for rest, _, _ in figures["pairs"]} | set(figures["continued"])
         lost = [str(k + 1) for k in range(len(self.match.ups)) if k not in seen]
         if lost:
             yield f"rest {', '.join(lost)} of the reference is no rest of this unit; not used"
@@ -122,23 +123,6 @@ class TargetProcedure:
                     f"{triad.degrees_of_freedom}), most at {triad.residual_labels[worst]}: "
                     f"all sigmas were widened by {math.sqrt(shown['widened']):.2g}{hint}"
                 )
-
-
-def _remarks(unit: Imu) -> Iterator[str]:
-    metadata, acquired = unit.recording.metadata, unit.acquired
-    yield from metadata.remarks
-    yield from unit.remarks
-    if metadata.already_corrected:
-        yield "the log was corrected before it was written: this calibrates what the correction left"
-    for start, end, why in acquired.refused:
-        yield f"{start:.1f} to {end:.1f} s is no rest: {why}"
-    for channel, _, _, first, last in acquired.faults:
-        yield f"{channel} is saturated between {first:.1f} and {last:.1f} s: turns in that time are not used"
-    gaps = [str(k + 1) for k, complete in enumerate(acquired.turn_complete) if not complete]
-    if gaps and not acquired.faults and not unit.recording.parts:
-        yield f"samples are missing after rest {', '.join(gaps)}: that turn is not used for the gyroscope"
-    if acquired.not_finite:
-        yield f"{acquired.not_finite} samples are not numbers and were passed over"
 
 
 def _clock(figures: _core.ClockFigures) -> Clock:

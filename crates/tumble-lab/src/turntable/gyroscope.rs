@@ -1,6 +1,7 @@
 //! Step 4 for the gyroscope: every rest, and every turn between rests, both units saw.
 
 use nalgebra::{Matrix6, Rotation3, Vector3};
+use tumble_core::noise::Interval;
 use tumble_core::turntable::fit::{Knowledge, fit};
 use tumble_core::turntable::truth::{
     RateObservation, ReferenceTurn, Truth, at_rest, turning, with_specific_force,
@@ -93,7 +94,7 @@ impl Session<'_> {
             .filter(whole)?;
         let felt = self.unit.between(pair.target.1, next.target.0).filter(whole)?;
         let turn = ReferenceTurn {
-            angle: seen.angle(),
+            angle: seen.angle() + self.earth_between_cuts(pair, next, &interval(&seen), &self.when(&felt)),
             interval: interval(&seen),
             noise: self.reference_unit.rate_noise(),
             session: self.reference_unit.session(),
@@ -104,6 +105,21 @@ impl Session<'_> {
             observation: turning(self.when(&felt), reading, &turn, &self.reference.earth),
             force: seen.velocity() / seen.duration() - self.reference.sphere.bias,
         })
+    }
+
+    /// Where the target was cut later or earlier than the reference, the Earth went on turning: rad.
+    fn earth_between_cuts(
+        &self,
+        pair: &Pair,
+        next: &Pair,
+        seen: &Interval<f64>,
+        felt: &Interval<f64>,
+    ) -> Vector3<f64> {
+        let turned = |rest: usize, seconds: f64| match self.reference.attitudes[rest] {
+            Some(start_from_here) => start_from_here.inverse() * self.reference.earth.earth_rate * seconds,
+            None => Vector3::zeros(),
+        };
+        turned(pair.reference, seen.start - felt.start) + turned(next.reference, felt.end - seen.end)
     }
 }
 

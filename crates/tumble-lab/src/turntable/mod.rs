@@ -49,8 +49,10 @@ pub enum TurntableError {
     Pairing(PairingError),
     /// The truth asked for needs the mounting angle, which needs a pose list.
     NeedsPoses,
-    /// The axes of a triad form a left-handed set, or coincide.
+    /// The axes of the accelerometer form a left-handed set, or coincide.
     Axes(ModelError),
+    /// The axes of the gyroscope form a left-handed set, or coincide.
+    GyroscopeAxes(ModelError),
     /// Something was not finite.
     Unsolvable,
 }
@@ -114,7 +116,12 @@ pub fn calibrate(
         settings,
     };
     let accelerometer = session.accelerometer()?;
-    let gyroscope = session.gyroscope(&accelerometer.parts.mounting)?;
+    let gyroscope = session
+        .gyroscope(&accelerometer.parts.mounting)
+        .map_err(|error| match error {
+            TurntableError::Axes(of) => TurntableError::GyroscopeAxes(of),
+            other => other,
+        })?;
     Ok(Target {
         pairing,
         accelerometer,
