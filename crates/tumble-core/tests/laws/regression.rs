@@ -9,7 +9,8 @@ use crate::common::{Calibration, Draws, assert_close, cast, double, rounding};
 
 const N: usize = 4;
 
-type Rows = Vec<(SVector<f64, N>, f64, f64)>;
+type Row = (SVector<f64, N>, f64, f64);
+type Rows = Vec<Row>;
 
 /// Rows `(a, y, variance)`.
 fn rows(count: core::ops::Range<usize>) -> impl Strategy<Value = Rows> {
@@ -161,7 +162,7 @@ proptest! {
 
     #[test]
     fn a_row_that_is_not_finite_or_a_weight_that_is_not_positive_is_unsolvable(rows in rows(1..10), place in 0..N) {
-        let broken = |change: &dyn Fn(&mut (SVector<f64, N>, f64, f64))| {
+        let broken = |change: &dyn Fn(&mut Row)| {
             let mut rows = rows.clone();
             change(&mut rows[0]);
             solved(&prior::<f64>(1.0), &rows)
