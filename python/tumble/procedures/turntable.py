@@ -82,7 +82,8 @@ def turntable(
     understood = _understand(unit, match, settings, truth)
     procedure = TargetProcedure(unit, understood, match, settings, strength, limit_list)
     names = _unique_names(targets, others)
-    results = [procedure.calibrate(name, other) for name, other in zip(names, others, strict=True)]
+    with ThreadPoolExecutor(jobs or os.cpu_count()) as pool:
+        results = list(pool.map(procedure.calibrate, names, others))
     if all(result.failure for result in results):
         raise ProcedureError("\n".join(result.failure for result in results))
     return TurntableResult(
