@@ -31,13 +31,22 @@ pub enum NotARest {
     Turning,
 }
 
+/// A recording, or one of its files.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// When it began, s since the origin.
+    pub start: f64,
+    /// Name of the file where there is one a pose; empty for a continuous recording.
+    pub name: String,
+}
+
 /// What one unit showed.
 #[derive(Clone, Debug)]
 pub struct Acquired {
     /// Time of the first sample, s of the recording's own clock; all other times count from it.
     pub origin: f64,
-    /// When each part began, s since the origin: one for a continuous recording, one a file otherwise.
-    pub parts: Vec<f64>,
+    /// One for a continuous recording, one a file otherwise.
+    pub parts: Vec<Part>,
     /// Stretches at rest.
     pub rests: Vec<Stretch<f64>>,
     /// `turns[i]` lies between `rests[i]` and `rests[i + 1]`.
@@ -120,6 +129,7 @@ pub struct Acquisition {
     origin: Option<f64>,
     part_start: f64,
     part_offset: f64,
+    part_name: String,
     latest: f64,
     leading: bool,
     found: Acquired,
@@ -138,6 +148,7 @@ impl Acquisition {
             origin: None,
             part_start: 0.0,
             part_offset: 0.0,
+            part_name: String::new(),
             latest: f64::NEG_INFINITY,
             leading: true,
             found: Acquired {
@@ -163,11 +174,17 @@ impl Acquisition {
     /// Takes in successive samples: `time` (n) s, `force` (n x 3) m/s^2, `rate` (n x 3) rad/s.
     pub fn push(&mut self, time: &[f64], force: &[[f64; 3]], rate: &[[f64; 3]], temperature: Option<&[f64]>) {
         let Some(&first) = time.first() else { return };
-        self.part_start = *self.origin.get_or_insert(first);
+        if self.origin.is_none() {
+            self.origin = Some(first);
+            self.part_start = first;
+            self.found.parts.push(Part {
+                start: self.part_offset,
+                name: self.part_name.clone(),
+            });
+        }
         let origin = self.part_start - self.part_offset;
-        if self.found.parts.is_empty() {
+        if self.found.parts.len() == 1 {
             self.found.origin = origin;
-            self.found.parts.push(0.0);
         }
         for ((&t, f), w) in time.iter().zip(force).zip(rate) {
             let y = [f[0], f[1], f[2], w[0], w[1], w[2]];
@@ -201,13 +218,13 @@ impl Acquisition {
         }
     }
 
-    /// Starts the next part of a recording that comes as one file a pose. Its clock may start anew.
-    pub fn begin_part(&mut self) {
+    /// Starts a file of a recording that comes as one file a pose. Its clock may start anew.
+    pub fn begin_part(&mut self, name: &str) {
         self.drain();
+        name.clone_into(&mut self.part_name);
         if self.origin.is_some() {
             // One empty second between parts keeps rests apart; no turn is known between them.
             self.part_offset += self.latest - self.part_start + 1.0;
-            self.found.parts.push(self.part_offset);
             self.origin = None;
             self.latest = f64::NEG_INFINITY;
             self.leading = true;

@@ -7,6 +7,9 @@ use tumble_core::turntable::clock::{ClockFit, TurnMark, centre_sigma, fit_clock,
 use crate::acquisition::{Acquired, interval, seconds};
 use crate::turntable::FEWEST_RESTS;
 
+mod files;
+use files::pair_files;
+
 /// How the two clocks are related.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Clocks {
@@ -50,6 +53,10 @@ pub enum PairingError {
         /// By how much its gravity turned, deg.
         angle: f64,
     },
+    /// One unit was recorded in one file a pose, the other continuously.
+    OneInFiles,
+    /// No file of the target has the name of one of the reference.
+    NoCommonFile,
     /// The clocks are said to be shared, and then hardly any rest meets another.
     ClocksApart {
         /// What the turns show the offset to be, s.
@@ -89,6 +96,11 @@ fn coincide(clock: &ClockFit<f64>, given: f64) -> bool {
 /// # Errors
 /// [`PairingError`] as it says.
 pub fn pair(reference: &Acquired, target: &Acquired, clocks: Clocks) -> Result<Pairing, PairingError> {
+    match (in_files(reference), in_files(target)) {
+        (true, true) => return pair_files(reference, target),
+        (false, false) => {}
+        _ => return Err(PairingError::OneInFiles),
+    }
     let given = reference.origin - target.origin;
     let estimated = estimate(reference, target);
     let (clock, shared) = match (clocks, estimated) {
@@ -113,6 +125,10 @@ pub fn pair(reference: &Acquired, target: &Acquired, clocks: Clocks) -> Result<P
             contradiction,
         }),
     }
+}
+
+fn in_files(unit: &Acquired) -> bool {
+    unit.parts.first().is_some_and(|part| !part.name.is_empty())
 }
 
 fn overlap(reference: &Acquired, target: &Acquired, offset: f64) -> bool {

@@ -59,9 +59,9 @@ impl Segmenter {
         Ok(())
     }
 
-    /// Starts the next part of a recording that comes as one file a pose.
-    fn begin_part(&mut self) -> PyResult<()> {
-        self.running()?.begin_part();
+    /// Starts a file of a recording that comes as one file a pose.
+    fn begin_part(&mut self, name: &str) -> PyResult<()> {
+        self.running()?.begin_part(name);
         Ok(())
     }
 
@@ -148,7 +148,7 @@ impl PyAcquired {
         let part = |start: f64| {
             self.inner
                 .parts
-                .partition_point(|began| *began <= start)
+                .partition_point(|part| part.start <= start)
                 .saturating_sub(1)
         };
         self.inner

@@ -289,6 +289,8 @@ fn core_error(py: Python<'_>, error: &TurntableError) -> PyErr {
             "reference moved",
             set("time", time).and_then(|()| set("angle", angle)),
         ),
+        TurntableError::Pairing(PairingError::OneInFiles) => ("one in files", Ok(())),
+        TurntableError::Pairing(PairingError::NoCommonFile) => ("no common file", Ok(())),
         TurntableError::Pairing(PairingError::ClocksApart { offset }) => {
             ("clocks apart", set("offset", offset))
         }

@@ -11,7 +11,7 @@ from tumble import _core
 from tumble.calibration import Calibration
 from tumble.errors import ProcedureError
 from tumble.logs import ChunkStream, Counts
-from tumble.procedures.imu import Imu
+from tumble.procedures.imu import Imu, pose_files
 from tumble.recording import Chunk, FloatArray, Recording
 from tumble.results import Rest, Trace
 
@@ -26,13 +26,12 @@ STANDARD_GRAVITY = 9.80665
 def acquire(recording: Recording, calibration: Calibration | None = None) -> Imu:
     """Read a recording once, in chunks, and keep sums over its rests and turns.
 
-    Raises `LogError` where it cannot be read.
+    Raises `LogError` where it cannot be read, `ProcedureError` where two files show one pose.
     """
     segmenter = _core.Segmenter()
     counts = Counts()
-    for number, part in enumerate(recording.parts or (recording,)):
-        if number:
-            segmenter.begin_part()
+    for name, part in zip(pose_files(recording) or ("",), recording.parts or (recording,), strict=True):
+        segmenter.begin_part(name)
         stream = part.chunks()
         for chunk in stream:
             accelerometer, gyroscope = _corrected(chunk, calibration)

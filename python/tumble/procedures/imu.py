@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tumble import _core
+from tumble.errors import ProcedureError
+from tumble.logs import parse_spec
 from tumble.recording import Recording
 
 
@@ -21,3 +23,25 @@ class Imu:
     def name(self) -> str:
         """Short name for tables and messages."""
         return self.recording.name
+
+
+def pose_file(part: Recording) -> str:
+    """Name by which the file of one pose is known in the folders of all IMUs and in the pose list."""
+    metadata = part.metadata
+    name = metadata.name if metadata.format == "arrays" else parse_spec(metadata.source).path.stem
+    return name.casefold()
+
+
+def pose_files(recording: Recording) -> tuple[str, ...]:
+    """Give the name of each file of a recording that has one a pose.
+
+    Raises `ProcedureError` where two files have one name.
+    """
+    names = tuple(pose_file(part) for part in recording.parts)
+    for name in names:
+        if names.count(name) > 1:
+            raise ProcedureError(
+                f"{recording.name}: {names.count(name)} files are named {name!r}, but for upper case or "
+                "extension; keep one for each pose"
+            )
+    return names

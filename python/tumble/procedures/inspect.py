@@ -31,8 +31,8 @@ def inspect(recording: Recording, progress: Callable[[int, int | None], None] | 
     watch, segmenter, counts = SampleWatch(), _core.Segmenter(), Counts()
     for number, part in enumerate(recording.parts or (recording,)):
         if number:
-            segmenter.begin_part()
             watch.time.begin_part()
+        segmenter.begin_part(part.name if recording.parts else "")
         stream = part.chunks()
         for chunk in stream:
             watch.push(chunk)

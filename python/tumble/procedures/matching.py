@@ -10,6 +10,7 @@ import numpy as np
 
 from tumble.errors import ProcedureError
 from tumble.poses import SIX_FACES, Pose, PoseList
+from tumble.procedures.imu import pose_files
 from tumble.recording import FloatArray, Recording
 
 LARGEST_TIP = 10.0
@@ -49,7 +50,8 @@ def match_poses(
     if recording.parts:
         labelled = _by_file(recording, parts, poses)
         _refuse_mislabelled(recording, forces, labelled, parts)
-        return _matched(forces, labelled, poses, ())
+        strange = [recording.parts[part].name for k, part in enumerate(parts) if k not in labelled]
+        return _matched(forces, labelled, poses, _strange_files(strange))
     nearest = [_nearest(force, poses) for force in forces]
     labelled = {k: pose for k, (pose, angle) in enumerate(nearest) if angle <= LARGEST_TIP}
     if poses is SIX_FACES and not _meant(labelled, len(forces)):
@@ -89,16 +91,15 @@ def _meant(labelled: dict[int, Pose], rests: int) -> bool:
 
 def _by_file(recording: Recording, parts: Sequence[int], poses: PoseList) -> dict[int, Pose]:
     """Poses by the name of their file: `file` of the pose, or its name in the spelling of a file."""
-    stems = [PurePath(part.name).stem for part in recording.parts]
+    stems = pose_files(recording)
     by_stem = {PurePath(pose.file or _as_file(pose.name)).stem.casefold(): pose for pose in poses}
-    found = {stem.casefold() for stem in stems}
     for stem, pose in by_stem.items():
-        if stem not in found:
+        if stem not in stems:
             raise ProcedureError(
                 f"{recording.name}: no file for pose {pose.name!r} (looked for {stem}.*); "
-                "record it or take it off the list"
+                "record it, take it off the list, or use --poses none"
             )
-    labelled = ((k, by_stem.get(stems[part].casefold())) for k, part in enumerate(parts))
+    labelled = ((k, by_stem.get(stems[part])) for k, part in enumerate(parts))
     return {k: pose for k, pose in labelled if pose is not None}
 
 
@@ -131,6 +132,12 @@ def _extras(nearest: Sequence[tuple[Pose, float]]) -> tuple[str, ...]:
         return ()
     listed = ", ".join(map(str, extra))
     return (f"rest {listed} of the reference matches no pose; it serves the targets, not the mounting angle",)
+
+
+def _strange_files(names: Sequence[str]) -> tuple[str, ...]:
+    if not names:
+        return ()
+    return (f"file {', '.join(names)} matches no pose; it serves the targets, not the mounting angle",)
 
 
 def _matched(

@@ -5,9 +5,9 @@ from __future__ import annotations
 from tumble import _core
 
 _MIRRORS = (
-    "mirrors that of the reference: in one of the two logs two axes are exchanged, or one or all three have "
-    "the wrong sign; mend that log with --columns, --axes x,y,-z or --accelerometer-sign -1, "
-    "alone by --for NAME:OPTION=VALUE"
+    "mirrors that of the reference: in one of the two logs two axes, or the files of two poses, are "
+    "exchanged, or one or all three signs are wrong; mend that log with --columns, --axes x,y,-z or "
+    "--accelerometer-sign -1, alone by --for NAME:OPTION=VALUE"
 )
 
 
@@ -37,6 +37,10 @@ def in_words(error: _core.CoreError, pose_names: dict[int, str]) -> str:
             "to be shared; use --clock apart"
         )
     return {
+        "one in files": "was recorded in one file a pose where the reference was not, or the other way "
+        "round; record both alike, or join the files",
+        "no common file": "has no file of the name of one of the reference's; "
+        "name the files of a pose alike in the folders of all units",
         "directions too alike": "the rests point in too few directions to tell scale from bias; "
         "add poses that show each axis up and down",
         "no common time": "shares no turn or rest with the reference; "

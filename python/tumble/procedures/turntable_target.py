@@ -20,6 +20,8 @@ from tumble.procedures.triads import triad_result
 from tumble.results import AxisReading, Clock, TargetResult, Trace
 
 PARTS_PER_MILLION = 1e6
+LARGEST_RESIDUAL = 0.5
+"""m/s^2: gravity out of place by 3 deg. A unit that turned as the reference did leaves far less."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +48,25 @@ class TargetProcedure:
             return _failed(name, f"{name}: {in_words(error, self.match.names)}", unit)
         except TumbleError as error:
             return _failed(name, str(error), unit)
+        stray = self._stray_rest(figures)
+        if stray:
+            return _failed(name, f"{name}: {stray}", unit)
         result = self._result(name, unit, figures)
         return replace(result, checks=self.limits.check(result)) if self.limits else result
+
+    def _stray_rest(self, figures: _core.TargetFigures) -> str:
+        """Name the rest at which the target cannot have stood as the reference did; empty if none."""
+        residuals = np.linalg.norm(figures["accelerometer"]["residuals"], axis=1)
+        worst = int(np.argmax(residuals))
+        if residuals[worst] <= LARGEST_RESIDUAL:
+            return ""
+        _, rest, _ = figures["accelerometer"]["labels"][worst]
+        pose = f" ({self.match.names[rest]})" if rest in self.match.names else ""
+        return (
+            f"reads {residuals[worst]:.2g} m/s^2 off what the reference saw, most at rest {rest + 1}{pose}: "
+            "it did not turn as the reference did; fasten it, and check that both logs, and the names of "
+            "their files, belong together"
+        )
 
     def _result(self, name: str, unit: Imu, figures: _core.TargetFigures) -> TargetResult:
         noise, instability = unit.acquired.noise_density, unit.acquired.bias_instability
@@ -68,7 +87,7 @@ class TargetProcedure:
             gyroscope=triad_result("gyroscope", figures["gyroscope"], noise[3:], instability[3:], names),
             rests=rests_of(unit.acquired, poses) + refused_of(unit.acquired),
             trace=trace_of(unit.acquired),
-            clock=_clock(figures["clock"]),
+            clock=None if unit.recording.parts else _clock(figures["clock"]),
             axis_readings=(),
             temperature=unit.acquired.temperature,
         )
