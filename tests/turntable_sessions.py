@@ -15,6 +15,7 @@ from scipy.stats import chi2
 import tumble
 from tumble.cli import main as command_line
 from tumble.procedures.simulate import simulate_turntable, write_turntable
+from tumble.recording import Chunk
 
 QUICK = {
     "rate_hz": 100.0,
@@ -146,3 +147,34 @@ def assert_recovered(session, result):
             assert here < largest, f"{unit.name} {triad}: chi-square {here:.1f} for 12, allowed {largest:.1f}"
             squares += here
     return squares
+
+
+NAMES = ("x_up", "x_down", "y_up", "y_down", "z_up", "z_down")
+"""Files of the six faces, in the order in which a session takes them."""
+
+
+def columns(chunk):
+    """(n, 7) time, specific force, angular rate."""
+    return np.column_stack([chunk.time, chunk.accelerometer, chunk.gyroscope])
+
+
+def write_table(path, table, header="time,ax,ay,az,gx,gy,gz"):
+    """Write rows of numbers as CSV, as any logger does."""
+    lines = [",".join(map(repr, row)) for row in table.tolist()]
+    path.write_text("\n".join([header, *lines]) + "\n")
+    return path
+
+
+def write_poses(session, unit, folder, names=NAMES, seconds=3.0, log_format="csv"):
+    """One file a pose, each on a clock of its own that starts at zero."""
+    folder.mkdir()
+    samples = session[unit].samples
+    lengths = np.broadcast_to(seconds, len(names))
+    for name, rest, length in zip(names, session.rests, lengths, strict=False):
+        start = rest.start + 0.3
+        kept = (samples.time >= start) & (samples.time < start + length)
+        with tumble.open_writer(folder / f"{name}.{log_format}") as writer:
+            writer.write(
+                Chunk(samples.time[kept] - start, samples.accelerometer[kept], samples.gyroscope[kept])
+            )
+    return folder
