@@ -9,7 +9,7 @@ from pathlib import Path
 from tumble.errors import LogError
 from tumble.recording import FloatArray
 
-CHUNK_SAMPLES = 1 << 16
+CHUNK_SAMPLES = 1 << 15
 """Samples in a chunk: large enough for numpy to be quick, small enough for memory not to matter."""
 
 
