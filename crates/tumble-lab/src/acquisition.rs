@@ -173,7 +173,10 @@ impl Acquisition {
 
     /// Takes in successive samples: `time` (n) s, `force` (n x 3) m/s^2, `rate` (n x 3) rad/s.
     pub fn push(&mut self, time: &[f64], force: &[[f64; 3]], rate: &[[f64; 3]], temperature: Option<&[f64]>) {
-        let Some(&first) = time.first() else { return };
+        let Some(&first) = time.iter().find(|t| t.is_finite()) else {
+            self.found.not_finite += time.len() as u64;
+            return;
+        };
         if self.origin.is_none() {
             self.origin = Some(first);
             self.part_start = first;
@@ -224,7 +227,7 @@ impl Acquisition {
         name.clone_into(&mut self.part_name);
         if self.origin.is_some() {
             // One empty second between parts keeps rests apart; no turn is known between them.
-            self.part_offset += self.latest - self.part_start + 1.0;
+            self.part_offset += (self.latest - self.part_start).max(0.0) + 1.0;
             self.origin = None;
             self.latest = f64::NEG_INFINITY;
             self.leading = true;

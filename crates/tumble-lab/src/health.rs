@@ -266,15 +266,22 @@ impl Channels {
         })
     }
 
-    /// A coarse sensor holds its value in any rest; one at the end of its range holds it nowhere else.
+    /// A coarse sensor holds its value in any rest; one at the end of its range holds it nowhere else, and there for
+    /// most of the rest: one step above the noise, a value may repeat for a block by chance.
     fn at_rest(&self, channel: usize, rests: &[Stretch<f64>]) -> Option<Fault> {
         let levels = &self.levels[channel];
         let at_end = |value: f64| value == levels.highest || value == levels.lowest;
         if levels.frozen.iter().any(|frozen| !at_end(frozen.value)) {
             return None;
         }
-        let inside = |time: u64| rests.iter().any(|rest| (rest.start..rest.end).contains(&time));
-        let mut held = levels.frozen.iter().filter(|frozen| inside(frozen.start));
+        let within = |frozen: &Frozen, rest: &Stretch<f64>| (rest.start..rest.end).contains(&frozen.start);
+        let pinned = |rest: &&Stretch<f64>| {
+            let frozen = levels.frozen.iter().filter(|frozen| within(frozen, rest));
+            2 * frozen.map(|frozen| frozen.end - frozen.start).sum::<u64>() > rest.end - rest.start
+        };
+        let rests: Vec<_> = rests.iter().filter(pinned).collect();
+        let inside = |frozen: &&Frozen| rests.iter().any(|rest| within(frozen, rest));
+        let mut held = levels.frozen.iter().filter(inside);
         let &Frozen {
             start: first, value, ..
         } = held.next()?;
