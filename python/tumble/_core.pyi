@@ -234,3 +234,132 @@ class SimulatedSession(TypedDict):
 def sensor_grades() -> list[str]: ...
 def sensor_grade(name: str) -> GradeFigures: ...
 def simulate_turntable(scenario: Mapping[str, Any]) -> SimulatedSession: ...
+
+class SpinSettings:
+    """How to spin and how to judge it: m/s^2, s, rad, rad/s, Hz. What is not given stands at its default."""
+
+    def __init__(
+        self,
+        gravity: float = 9.80665,
+        *,
+        still: float = 5.0,
+        turns: float = 2.0,
+        rate: float = 1.0,
+        level_floor: bool = False,
+        largest_floor_tilt: float = 0.1745,
+        gyroscope_scale_sigma: float = 0.01,
+        accelerometer_range: float | None = None,
+        gyroscope_range: float | None = None,
+        still_timeout: float = 60.0,
+        spin_timeout: float = 120.0,
+        longest_gap: float = 0.25,
+        latitude: float | None = None,
+    ) -> None: ...
+
+class BiasFigures(TypedDict):
+    """A bias, (3,) each; `observed` says whether the data show it."""
+
+    value: FloatArray
+    sigma: FloatArray
+    observed: bool
+
+class SpinBlockFigures(TypedDict):
+    """See `tumble.results_spin.SpinBlocks`."""
+
+    time: FloatArray
+    resting: FloatArray
+    heading: FloatArray
+    rate: FloatArray
+    across: FloatArray
+    force: FloatArray
+    fit: FloatArray
+
+class SpinFigures(TypedDict):
+    """What one spin showed; pairs are (value, sigma), sigma infinite where not observed."""
+
+    turned_clockwise: float
+    turned_counter_clockwise: float
+    heading_span: float
+    rate: float
+    resting_time: float
+    turning_time: float
+    samples: int
+    gyroscope_bias: BiasFigures
+    level_free: BiasFigures
+    published: BiasFigures
+    level_free_is_default: bool
+    up: FloatArray
+    roll: tuple[float, float]
+    pitch: tuple[float, float]
+    floor_tilt: tuple[float, float]
+    uphill_bearing: tuple[float, float]
+    lever_arm: FloatArray
+    lever_arm_sigma: FloatArray
+    heading_scale: tuple[float, float]
+    scale_clockwise: tuple[float, float]
+    scale_counter_clockwise: tuple[float, float]
+    slow_turn: tuple[float, float]
+    turned_while_still: bool
+    covariance: FloatArray
+    chi_square: float
+    degrees_of_freedom: int
+    noise: FloatArray
+
+class SpinProgress(TypedDict):
+    """How far the procedure is: s at rest, rad turned (both directions), rad/s now."""
+
+    still: float
+    still_wanted: float
+    turned: float
+    turned_wanted: float
+    rate: float
+    at_rest: bool
+
+class SpinMachine:
+    """The device's state machine; `precision` is `f32` as on a device, or `f64`."""
+
+    def __init__(self, settings: SpinSettings, precision: str = "f64") -> None: ...
+    def start(self) -> None:
+        """Idle -> still: gather from the next sample on."""
+    def push(
+        self,
+        time: FloatArray,
+        accelerometer: FloatArray,
+        gyroscope: FloatArray,
+        moving: FloatArray | None = None,
+    ) -> list[tuple[float, str]]:
+        """Take in successive samples; `moving` (n,) is 1 where the wheels turn, 0 where not, NaN where unknown.
+
+        What happened, with its time: `still began`, `still broken`, `still done`, `spin began`, `done`, `failed`.
+        """
+    def tick(self, time: float) -> str | None:
+        """Say that time has passed, s of the samples' clock: a stream that stops fails the procedure."""
+    @property
+    def state(self) -> str:
+        """`idle`, `still`, `spin`, `done` or `failed`."""
+    @property
+    def failure(self) -> tuple[str, dict[str, float]] | None:
+        """Kind and figures; `tumble.procedures.spin_objections` puts them in words."""
+    @property
+    def progress(self) -> SpinProgress: ...
+    def figures(self, true_angle: tuple[float, float, float] | None = None) -> SpinFigures:
+        """What was found so far; `CoreError` where nothing can be."""
+    @staticmethod
+    def state_bytes(precision: str = "f32") -> int: ...
+
+def fit_spin(
+    time: FloatArray,
+    accelerometer: FloatArray,
+    gyroscope: FloatArray,
+    rests: FloatArray,
+    settings: SpinSettings,
+    precision: str = "f64",
+    true_angle: tuple[float, float, float] | None = None,
+) -> tuple[SpinFigures, SpinBlockFigures]:
+    """Estimate from the samples of one spin; `rests` (k, 2) are the times, s, between which the robot stood.
+
+    `true_angle` is the angle truly turned clockwise and counter-clockwise, rad, both positive, NaN where
+    unknown, and its 1-sigma.
+
+    Raises `CoreError` with the same kinds as `SpinMachine.failure`.
+    """
