@@ -203,9 +203,13 @@ impl<T: Real> AllanLadder<T> {
             flicker_shown: T::zero(),
             flicker_sigma: T::zero(),
         });
+        let least = noise.map(|noise| noise.white * real(LEAST_WHITE));
         for _ in 0..ROUNDS {
             let sums = core::array::from_fn::<_, K, _>(|i| self.sums(channels[i], &noise[i]));
             noise = solve(&sums, &noise);
+            for (noise, least) in noise.iter_mut().zip(least) {
+                noise.white = noise.white.max(least);
+            }
         }
         noise
     }
@@ -229,6 +233,10 @@ impl<T: Real> AllanLadder<T> {
         sums
     }
 }
+
+/// Share of the Allan variance of single blocks that is white at least: drift seen by longer averages must not leave a
+/// sensor without any noise from one interval to the next.
+const LEAST_WHITE: f64 = 0.1;
 
 /// Rounds in which the weights settle.
 const ROUNDS: u32 = 8;
