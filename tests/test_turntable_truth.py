@@ -96,6 +96,18 @@ def test_bias_instability_widens_the_sigmas_as_far_as_it_moves_the_bias():
     assert_within_sigmas(squares, len(seeds) * len(grades) * 2 * PARAMETERS, "with bias instability")
 
 
+@pytest.mark.parametrize("rate", [20.0, 30.0, 40.0])
+def test_a_slow_table_that_starts_softly_is_no_hindrance(rate):
+    """Half a second after a turn of 20 deg/s at most has begun, its rate is 0.15 deg/s."""
+    session = simulate(
+        18, grades=("consumer", "tactical"), turn_rate_dps=rate, turn_acceleration_dps2=2.0 * rate
+    )
+    result = calibrate(session)
+    assert_recovered(session, result)
+    for target in result.targets:
+        assert [rest.pose for rest in target.rests] == [rest.pose for rest in session.rests]
+
+
 MOUNTINGS = {
     "90 deg about x": (90.0, 0.0, 0.0),
     "90 deg about y": (0.0, 90.0, 0.0),

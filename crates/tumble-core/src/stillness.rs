@@ -34,8 +34,8 @@ impl<T: Real> Default for StillnessSettings<T> {
             variance_ratio: real(4.0),
             smallest_specific_force_scatter: real(0.005),
             smallest_angular_rate_scatter: real(0.0003),
-            specific_force_drift: real(0.02),
-            angular_rate_drift: real(0.003),
+            specific_force_drift: real(0.005),
+            angular_rate_drift: real(0.0005),
             sigmas: real(6.0),
         }
     }

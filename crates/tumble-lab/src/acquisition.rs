@@ -347,6 +347,10 @@ const LARGEST_RATE_JUMP: f64 = 0.005;
 /// How much a gyroscope may feel specific force, rad/s per m/s^2: 0.3 deg/s per g, the worst of consumer grade.
 const LARGEST_G_SENSITIVITY: f64 = 5e-4;
 
+/// Drift of specific force, m/s^2, and angular rate, rad/s, within a rest that is not vibration: a bias that warms up, or
+/// the last of a turn before the sensor's own noise was known.
+const LARGEST_DRIFT: (f64, f64) = (0.02, 0.003);
+
 fn disturbed(
     rest: &Stretch<f64>,
     settings: &SegmenterSettings<f64>,
@@ -363,12 +367,12 @@ fn disturbed(
         scatter.specific_force,
         floor.specific_force,
         limits.smallest_specific_force_scatter,
-        limits.specific_force_drift,
+        LARGEST_DRIFT.0,
     ) || noisy(
         scatter.angular_rate,
         floor.angular_rate,
         limits.smallest_angular_rate_scatter,
-        limits.angular_rate_drift,
+        LARGEST_DRIFT.1,
     ) {
         return Some(NotARest::Vibrating);
     }
