@@ -178,3 +178,40 @@ def write_poses(session, unit, folder, names=NAMES, seconds=3.0, log_format="csv
                 Chunk(samples.time[kept] - start, samples.accelerometer[kept], samples.gyroscope[kept])
             )
     return folder
+
+
+TIME, FORCE, RATE = 0, slice(1, 4), slice(4, 7)
+"""Columns of a table."""
+HEADER = "time,ax,ay,az,gx,gy,gz"
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Logs of a reference and a target, and a folder for what is made of them."""
+
+    session: object
+    folder: Path
+
+    @classmethod
+    def make(cls, session, folder):
+        for unit in session.units:
+            write_table(folder / f"{unit.name}.csv", columns(unit.samples))
+        return cls(session, folder)
+
+    def table(self, unit):
+        """(n, 7) samples of a unit, to be changed."""
+        return columns(self.session[unit].samples)
+
+    def with_log(self, unit, path):
+        """Arguments of the command with another log in the place of a unit's."""
+        logs = {name: self.folder / f"{name}.csv" for name in ("reference", "target_1")}
+        logs[unit] = path
+        return [*logs.values(), "-o", path.parent / "out"]
+
+    def spoilt(self, folder, unit, change, header=HEADER):
+        """Arguments of the command with the log of a unit changed: `change` alters or returns a table."""
+        table = self.table(unit)
+        changed = change(table)
+        return self.with_log(
+            unit, write_table(folder / "spoilt.csv", table if changed is None else changed, header)
+        )
