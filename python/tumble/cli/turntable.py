@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
+from tumble.cli.gravity import check_gravity
 from tumble.cli.read_options import read_options_for, with_read_options
-from tumble.errors import ProcedureError
 from tumble.logs.options import ReadOptions
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def turntable_command(
     from tumble.procedures.limits import Limits
     from tumble.procedures.turntable import turntable
 
-    _check_gravity(latitude, height, gravity)
+    check_gravity(latitude, height, gravity)
     wanted_poses = _poses(poses)
     wanted_limits = Limits.load(limits) if limits else None
     brought = Calibration.load(reference_calibration) if reference_calibration else None
@@ -152,13 +152,6 @@ def turntable_command(
     _show(result, files, as_json)
     if any(target.verdict in ("fail", "not calibrated") for target in result.targets):
         raise typer.Exit(SOME_FAILED)
-
-
-def _check_gravity(latitude: float | None, height: float | None, gravity: float | None) -> None:
-    if gravity is not None and (latitude is not None or height is not None):
-        raise ProcedureError("--gravity and --latitude or --height say it twice; give one of them")
-    if height is not None and latitude is None:
-        raise ProcedureError("--height needs --latitude to work out gravity; give both")
 
 
 def _poses(poses: str | None) -> PoseList | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from tumble import _core
 from tumble.calibration import Calibration
 from tumble.errors import ProcedureError
 from tumble.logs import ChunkStream, Counts
+from tumble.procedures.gravity import STANDARD_GRAVITY
 from tumble.procedures.imu import Imu, pose_files
 from tumble.recording import Chunk, FloatArray, Recording
 from tumble.results import Rest, Trace
@@ -20,42 +22,68 @@ FEWEST_RESTS = 4
 LARGEST_SHARE_NOT_FINITE = 0.01
 LARGEST_GRAVITY_RATIO = 1.25
 """Mean length of specific force at rest against gravity: beyond it the unit is wrong, not the sensor."""
-STANDARD_GRAVITY = 9.80665
 
 
-def acquire(recording: Recording, calibration: Calibration | None = None) -> Imu:
+def acquire(
+    recording: Recording,
+    calibration: Calibration | None = None,
+    progress: Callable[[int, int | None], None] | None = None,
+) -> Imu:
     """Read a recording once, in chunks, and keep sums over its rests and turns.
+
+    `progress` is told samples done, and samples expected where they are known beforehand.
 
     Raises `LogError` where it cannot be read, `ProcedureError` where two files show one pose.
     """
     segmenter = _core.Segmenter()
     counts = Counts()
+    samples = 0
     for name, part in zip(pose_files(recording) or ("",), recording.parts or (recording,), strict=True):
         segmenter.begin_part(name)
         stream = part.chunks()
         for chunk in stream:
-            accelerometer, gyroscope = _corrected(chunk, calibration)
+            accelerometer, gyroscope = corrected(chunk, calibration)
             segmenter.push(chunk.time, accelerometer, gyroscope, chunk.temperature)
+            samples += len(chunk)
+            if progress is not None:
+                progress(samples, stream.expected if isinstance(stream, ChunkStream) else None)
         if isinstance(stream, ChunkStream):
             counts.add(stream.counts)
     return Imu(recording, segmenter.finish(), counts.remarks())
 
 
-def _corrected(chunk: Chunk, calibration: Calibration | None) -> tuple[FloatArray, FloatArray]:
+def corrected(chunk: Chunk, calibration: Calibration | None) -> tuple[FloatArray, FloatArray]:
+    """Specific force and angular rate, freed of what an earlier calibration knows, if there is one."""
     if calibration is None:
         return chunk.accelerometer, chunk.gyroscope
     return calibration.correct(chunk.accelerometer, chunk.gyroscope)
 
 
 def refuse_if_unfit(name: str, unit: _core.Acquired, gravity: float) -> None:
-    """Raise `ProcedureError`, in one line, for the first thing that makes the recording unfit."""
-    for check in (_samples, _time, _channels, _rests):
+    """Raise `ProcedureError`, in one line, for the first thing that makes the recording unfit for poses."""
+    refuse_if_damaged(name, unit)
+    for check in (_saturated_turns, _rests):
         problem = check(unit)
         if problem:
             raise ProcedureError(f"{name}: {problem}")
     misread = _accelerometer_unit(unit, gravity) or _gyroscope_unit(unit)
     if misread:
         raise ProcedureError(misread.line(name))
+
+
+def refuse_if_damaged(name: str, unit: _core.Acquired) -> None:
+    """Raise `ProcedureError`, in one line, where samples, time or a channel cannot serve any procedure."""
+    for check in (_samples, _time, _dead_channels):
+        problem = check(unit)
+        if problem:
+            raise ProcedureError(f"{name}: {problem}")
+
+
+def refuse_if_misread(name: str, unit: _core.Acquired, gravity: float) -> None:
+    """Raise `ProcedureError`, in one line, where the length at rest shows a wrong accelerometer unit."""
+    misread = _accelerometer_unit(unit, gravity)
+    if misread:
+        raise ProcedureError(misread.line_alone(name))
 
 
 def _samples(unit: _core.Acquired) -> str:
@@ -73,21 +101,37 @@ def _time(unit: _core.Acquired) -> str:
     return f"time does not advance at {when}; sort the samples and drop doubled time stamps"
 
 
-def _channels(unit: _core.Acquired) -> str:
-    """Name the channel that spoils the calibration; saturation in a few turns only costs these turns."""
-    lost = sum(not complete for complete in unit.turn_complete)
+def _dead_channels(unit: _core.Acquired) -> str:
+    """Name a channel that shows nothing, or nothing at rest."""
     for channel, kind, value, first, last in unit.faults:
-        si = "m/s^2" if channel.startswith("accelerometer") else "rad/s"
         if kind == "stuck":
             span = f"from {first:.1f} to {last:.1f} s"
-            return f"{channel} is stuck at {value:.6g} {si} {span}; check the sensor and its column"
-        seen = f"{channel} is saturated at {value:.6g} {si}, first at {first:.3f} s"
+            seen = f"{channel} is stuck at {value:.6g} {si_unit(channel)}"
+            return f"{seen} {span}; check the sensor and its column"
         if kind == "saturated at rest":
+            seen = _saturated(channel, value, first)
             return f"{seen}, while the unit stood still; choose a larger range"
+    return ""
+
+
+def _saturated_turns(unit: _core.Acquired) -> str:
+    """Name the channel that spoils most turns; saturation in a few only costs these."""
+    lost = sum(not complete for complete in unit.turn_complete)
+    for channel, _, value, first, _ in unit.faults:
         if 2 * lost > len(unit.turn_complete):
             turns = f"{lost} of {len(unit.turn_complete)} turns"
+            seen = _saturated(channel, value, first)
             return f"{seen}, in {turns}; turn more slowly or choose a larger range"
     return ""
+
+
+def _saturated(channel: str, value: float, first: float) -> str:
+    return f"{channel} is saturated at {value:.6g} {si_unit(channel)}, first at {first:.3f} s"
+
+
+def si_unit(channel: str) -> str:
+    """Give the unit that a channel of that name is kept in."""
+    return "m/s^2" if channel.startswith("accelerometer") else "rad/s"
 
 
 def _rests(unit: _core.Acquired) -> str:
@@ -110,11 +154,15 @@ class _Misread:
     """What mends it on the command line, where one option does."""
 
     def line(self, name: str) -> str:
-        """One line for the recording of that name."""
+        """One line for a recording of that name among others."""
         if not self.option:
-            return f"{name}: {self.what}"
+            return self.line_alone(name)
         alone = self.option.removeprefix("--").replace(" ", "=")
-        return f"{name}: {self.what}; say {self.option}, or for this log alone --for {name}:{alone}"
+        return f"{self.line_alone(name)}, or for this log alone --for {name}:{alone}"
+
+    def line_alone(self, name: str) -> str:
+        """One line for a recording of that name where there is no other."""
+        return f"{name}: {self.what}" + (f"; say {self.option}" if self.option else "")
 
 
 def _accelerometer_unit(unit: _core.Acquired, gravity: float) -> _Misread | None:

@@ -85,8 +85,8 @@ def _floor_too_steep(figures: Mapping[str, float]) -> str:
 
 def _sample_rate_too_low(figures: Mapping[str, float]) -> str:
     return (
-        f"{figures['rate']:.3g} samples a second are too few for a turn this fast, {figures['needed']:.3g} are "
-        "needed; log faster or turn more slowly"
+        f"{figures['rate']:.3g} samples a second are too few for a turn this fast, {figures['needed']:.3g} "
+        "are needed; log faster or turn more slowly"
     )
 
 

@@ -16,7 +16,8 @@ from tumble.calibration import Calibration
 from tumble.errors import LogError, ProcedureError, TumbleError
 from tumble.logs import ReadOptions, open_recording, parse_spec
 from tumble.poses import SIX_FACES, PoseList
-from tumble.procedures.acquire import STANDARD_GRAVITY, acquire, refuse_if_unfit
+from tumble.procedures.acquire import acquire, refuse_if_unfit
+from tumble.procedures.gravity import local_gravity
 from tumble.procedures.imu import Imu
 from tumble.procedures.limits import Limits
 from tumble.procedures.matching import PoseMatch, match_poses
@@ -67,7 +68,7 @@ def turntable(
     pose_list = PoseList.load(poses) if isinstance(poses, str | Path) else poses
     limit_list = Limits.load(limits) if isinstance(limits, str | Path) else limits
     brought = _loaded(reference_calibration)
-    strength, source = _gravity(gravity, latitude, height)
+    strength, source = local_gravity(gravity, latitude, height)
     settings = _core.TurntableSettings(
         strength, truth, clock, None if latitude is None else math.radians(latitude), g_sensitivity
     )
@@ -105,19 +106,6 @@ def turntable(
 
 def _loaded(calibration: Calibration | str | Path | None) -> Calibration | None:
     return Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
-
-
-def _gravity(gravity: float | None, latitude: float | None, height: float | None) -> tuple[float, str]:
-    if gravity is not None:
-        if not 9.5 < gravity < 10.0:
-            raise ProcedureError(f"gravity of {gravity:g} m/s^2 is found nowhere on Earth; give it in m/s^2")
-        return gravity, "given"
-    if latitude is None:
-        return STANDARD_GRAVITY, "standard"
-    if not -90.0 <= latitude <= 90.0:
-        raise ProcedureError(f"latitude of {latitude:g} deg is outside -90 to 90")
-    above = height or 0.0
-    return _core.normal_gravity(math.radians(latitude), above), f"WGS 84 at {latitude:g} deg, {above:g} m"
 
 
 def _acquire_all(

@@ -1,0 +1,13 @@
+"""The options that state local gravity, shared by the commands that calibrate accelerometers."""
+
+from __future__ import annotations
+
+from tumble.errors import ProcedureError
+
+
+def check_gravity(latitude: float | None, height: float | None, gravity: float | None) -> None:
+    """Raise `ProcedureError` where gravity is said twice, or a height without a latitude."""
+    if gravity is not None and (latitude is not None or height is not None):
+        raise ProcedureError("--gravity and --latitude or --height say it twice; give one of them")
+    if height is not None and latitude is None:
+        raise ProcedureError("--height needs --latitude to work out gravity; give both")
