@@ -57,6 +57,13 @@ pub enum PairingError {
     OneInFiles,
     /// No file of the target has the name of one of the reference.
     NoCommonFile,
+    /// Both units rested often enough, but hardly ever at the same time.
+    FewMeet {
+        /// Rests both saw.
+        met: usize,
+        /// Rests of the target.
+        rests: usize,
+    },
     /// The clocks are said to be shared, and then hardly any rest meets another.
     ClocksApart {
         /// What the turns show the offset to be, s.
@@ -117,6 +124,12 @@ pub fn pair(reference: &Acquired, target: &Acquired, clocks: Clocks) -> Result<P
     match contradiction {
         Some((offset, _)) if pairs.len() < FEWEST_RESTS => Err(PairingError::ClocksApart { offset }),
         _ if pairs.is_empty() => Err(PairingError::NoCommonTime),
+        _ if pairs.len() < FEWEST_RESTS && reference.rests.len().min(target.rests.len()) >= FEWEST_RESTS => {
+            Err(PairingError::FewMeet {
+                met: pairs.len(),
+                rests: target.rests.len(),
+            })
+        }
         _ => Ok(Pairing {
             clock,
             shared,
@@ -237,5 +250,7 @@ fn reference_stayed_put(reference: &Acquired, rest: usize) -> Result<(), Pairing
 fn moved(unit: &Acquired, rest: usize) -> Option<(f64, f64)> {
     let (before, after) = (unit.rests.get(rest.checked_sub(1)?)?, unit.rests.get(rest)?);
     let angle = before.specific_force().angle(&after.specific_force());
-    (angle > MOVED).then(|| (unit.origin + seconds(before.end), angle.to_degrees()))
+    // The rests beside it are cut short alike.
+    let when = 0.5 * (seconds(before.end) + seconds(after.start));
+    (angle > MOVED).then(|| (unit.origin + when, angle.to_degrees()))
 }

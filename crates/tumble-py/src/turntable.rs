@@ -291,6 +291,11 @@ fn core_error(py: Python<'_>, error: &TurntableError) -> PyErr {
         ),
         TurntableError::Pairing(PairingError::OneInFiles) => ("one in files", Ok(())),
         TurntableError::Pairing(PairingError::NoCommonFile) => ("no common file", Ok(())),
+        #[allow(clippy::cast_precision_loss)]
+        TurntableError::Pairing(PairingError::FewMeet { met, rests }) => (
+            "few meet",
+            set("met", met as f64).and_then(|()| set("rests", rests as f64)),
+        ),
         TurntableError::Pairing(PairingError::ClocksApart { offset }) => {
             ("clocks apart", set("offset", offset))
         }

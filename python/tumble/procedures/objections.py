@@ -31,6 +31,11 @@ def in_words(error: _core.CoreError, pose_names: dict[int, str]) -> str:
             f"stood still while the reference turned by {figures['angle']:.2f} deg in itself at "
             f"{figures['time']:.1f} s; fasten the reference and record again"
         )
+    if kind == "few meet":
+        return (
+            f"only {figures['met']:.0f} of its {figures['rests']:.0f} rests meet one of the reference; "
+            "check that both were recorded together, and try --clock apart"
+        )
     if kind == "clocks apart":
         return (
             f"its turns lie {figures['offset']:.3f} s from those of the reference although the clock is said "

@@ -93,7 +93,7 @@ proptest! {
         match pair(&seen, &felt, Clocks::Shared) {
             Err(PairingError::MovedDuringRest { rest, time: found, angle: by }) => {
                 prop_assert_eq!(rest, 2);
-                prop_assert!((found - time).abs() < 0.4, "{} {}", found, time);
+                prop_assert!((found - time).abs() < 0.1, "{} {}", found, time);
                 let turned = 2.0 * ((angle / 2.0).sin() * axis.cross(&Vector3::z()).norm()).asin();
                 prop_assert!((by.to_radians() / turned - 1.0).abs() < 0.15, "{} {}", by, turned.to_degrees());
             }
