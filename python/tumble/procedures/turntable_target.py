@@ -17,11 +17,14 @@ from tumble.procedures.matching import PoseMatch
 from tumble.procedures.objections import in_words
 from tumble.procedures.remarks import remarks
 from tumble.procedures.triads import triad_result
-from tumble.results import AxisReading, Clock, TargetResult, Trace
+from tumble.results import AxisReading, Clock, TargetResult, Trace, TriadResult
 
 PARTS_PER_MILLION = 1e6
 LARGEST_RESIDUAL = 0.5
 """m/s^2: gravity out of place by 3 deg. A unit that turned as the reference did leaves far less."""
+
+LARGEST_NON_ORTHOGONALITY = 3.0
+"""deg: 5 % of cross-axis sensitivity, the worst that data sheets of consumer sensors allow."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,6 +144,20 @@ class TargetProcedure:
                     f"{triad.triad} residuals exceed the noise (chi-square {triad.chi_square:.3g} for "
                     f"{triad.degrees_of_freedom}), most at {triad.residual_labels[worst]}: "
                     f"all sigmas were widened by {math.sqrt(shown['widened']):.2g}{hint}"
+                )
+            if triad:
+                yield from _skewed_axes(triad)
+
+
+def _skewed_axes(triad: TriadResult) -> Iterator[str]:
+    """Name axes farther off a right angle than any sensor's: six poses cannot tell a slip from that."""
+    for parameter in triad.parameters:
+        if parameter.name.startswith("non-orthogonality") and parameter.observable:
+            at_least = max(parameter.low, -parameter.high)
+            if at_least > LARGEST_NON_ORTHOGONALITY:
+                yield (
+                    f"{triad.triad} {parameter.name} is {parameter.value:.1f} deg, more than sensors have: "
+                    "did the unit slip in its fixture between poses? Fasten it and record again"
                 )
 
 
