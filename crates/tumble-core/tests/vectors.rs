@@ -16,10 +16,10 @@ use tumble_core::turntable::mounting::{PoseMean, fit_mounting};
 use tumble_core::turntable::reference::fit_sphere;
 use tumble_core::turntable::truth::{RestPair, from_reference};
 
-/// One file of vectors, with the tolerance for the number type at hand.
+/// One file of vectors.
 struct Vectors {
     cases: Value,
-    tolerance: f64,
+    tolerances: Value,
 }
 
 /// A number type the vectors hold for.
@@ -42,12 +42,44 @@ impl Named for f64 {
     }
 }
 
-fn read<T: Named>(name: &str) -> Vectors {
+impl Vectors {
+    /// How far a quantity may be from what is expected, in the number type at hand.
+    fn tolerance<T: Named>(&self, quantity: &str) -> f64 {
+        let tolerance = self.tolerances[quantity][T::NAME].as_f64();
+        tolerance.unwrap_or_else(|| panic!("no tolerance for {quantity} in {}", T::NAME))
+    }
+
+    /// Panics where a quantity is farther from what a case expects than its tolerance.
+    fn check<T: Named>(&self, case: &Value, quantity: &str, found: impl IntoIterator<Item = T>) {
+        let tolerance = self.tolerance::<T>(quantity);
+        let found: Vec<T> = found.into_iter().collect();
+        let expected = numbers(&case[quantity]);
+        assert_eq!(found.len(), expected.len(), "{quantity}");
+        for (found, expected) in found.iter().zip(expected) {
+            let apart = (found.wide() - expected).abs();
+            assert!(
+                apart <= tolerance,
+                "{quantity} ({}): {found} is {apart:e} from {expected}",
+                T::NAME
+            );
+        }
+    }
+}
+
+/// All numbers of a value, row by row.
+fn numbers(value: &Value) -> Vec<f64> {
+    match value {
+        Value::Array(parts) => parts.iter().flat_map(numbers).collect(),
+        number => vec![number.as_f64().expect("a number")],
+    }
+}
+
+fn read(name: &str) -> Vectors {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(format!("../../vectors/{name}.json"));
     let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let content: Value = serde_json::from_str(&text).expect("vectors are JSON");
     Vectors {
-        tolerance: content["tolerance"][T::NAME].as_f64().expect("a tolerance"),
+        tolerances: content["tolerance"].clone(),
         cases: content["cases"].clone(),
     }
 }
@@ -68,117 +100,57 @@ fn vectors_of<T: Real>(value: &Value) -> Vec<Vector3<T>> {
     value.as_array().expect("a list").iter().map(vector).collect()
 }
 
-/// Panics where a figure is farther from what is expected than the tolerance.
-fn near<T: Named>(
-    what: &str,
-    found: impl IntoIterator<Item = T>,
-    expected: impl IntoIterator<Item = T>,
-    tolerance: f64,
-) {
-    for (found, expected) in found.into_iter().zip(expected) {
-        let apart = (found.wide() - expected.wide()).abs();
-        assert!(
-            apart <= tolerance,
-            "{what} ({}): {found} is {apart:e} from {expected}",
-            T::NAME
-        );
-    }
+/// The elements of a matrix as vectors files have them, row by row.
+fn rows<T: Real>(matrix: &Matrix3<T>) -> Vec<T> {
+    matrix.transpose().iter().copied().collect()
 }
 
 fn model<T: Named>() {
-    let Vectors { cases, tolerance } = read::<T>("model");
-    for case in cases.as_array().expect("cases") {
+    let vectors = read("model");
+    for case in vectors.cases.as_array().expect("cases") {
         let model = ErrorModel {
             matrix: matrix::<T>(&case["M"]),
             bias: vector(&case["b"]),
         };
         let parts = model.decompose().expect("a right-handed triad");
         let angles = parts.angles(&model.bias);
-        near(
-            "scale",
-            angles.scale.iter().copied(),
-            vector(&case["scale"]).iter().copied(),
-            tolerance,
-        );
-        near(
-            "L",
-            parts.non_orthogonality.iter().copied(),
-            matrix(&case["L"]).iter().copied(),
-            tolerance,
-        );
-        near(
-            "Q",
-            parts.mounting.matrix().iter().copied(),
-            matrix(&case["Q"]).iter().copied(),
-            tolerance,
-        );
-        let expected = vector(&case["non_orthogonality"]);
-        near(
-            "non-orthogonality",
+        vectors.check(case, "scale", angles.scale.iter().copied());
+        vectors.check(case, "L", rows(&parts.non_orthogonality));
+        vectors.check(case, "Q", rows(parts.mounting.matrix()));
+        vectors.check(
+            case,
+            "non_orthogonality",
             angles.non_orthogonality.iter().copied(),
-            expected.iter().copied(),
-            tolerance,
         );
-        near(
-            "mounting",
-            angles.mounting.iter().copied(),
-            vector(&case["mounting"]).iter().copied(),
-            10.0 * tolerance,
-        );
+        vectors.check(case, "mounting", angles.mounting.iter().copied());
         let y = model.measure(&vector(&case["u"]));
-        near(
-            "y",
-            y.iter().copied(),
-            vector(&case["y"]).iter().copied(),
-            10.0 * tolerance,
-        );
+        vectors.check(case, "y", y.iter().copied());
         let u = model.correction().expect("an inverse").apply(&y);
-        near(
-            "corrected",
-            u.iter().copied(),
-            vector(&case["corrected"]).iter().copied(),
-            20.0 * tolerance,
-        );
+        vectors.check(case, "corrected", u.iter().copied());
     }
 }
 
 fn moments<T: Named>() {
-    let Vectors { cases, tolerance } = read::<T>("moments");
+    let vectors = read("moments");
     let mut moments = Moments::<T, 2>::new();
-    for sample in cases["samples"].as_array().expect("samples") {
+    for sample in vectors.cases["samples"].as_array().expect("samples") {
         moments.push(&[number(&sample[0]), number(&sample[1])]);
     }
-    for channel in 0..2 {
-        near(
-            "mean",
-            [moments.mean()[channel]],
-            [number(&cases["mean"][channel])],
-            tolerance,
-        );
-        near(
-            "variance",
-            [moments.variance()[channel]],
-            [number(&cases["variance"][channel])],
-            tolerance,
-        );
-    }
+    vectors.check(&vectors.cases, "mean", *moments.mean());
+    vectors.check(&vectors.cases, "variance", moments.variance());
 }
 
 fn gravity<T: Named>() {
-    let Vectors { cases, tolerance } = read::<T>("gravity");
-    for case in cases.as_array().expect("cases") {
+    let vectors = read("gravity");
+    for case in vectors.cases.as_array().expect("cases") {
         let latitude: T = real(case["latitude_deg"].as_f64().expect("a latitude").to_radians());
-        near(
-            "gravity",
-            [normal(latitude, number(&case["height_m"]))],
-            [number(&case["gravity"])],
-            tolerance,
-        );
+        vectors.check(case, "gravity", [normal(latitude, number(&case["height_m"]))]);
     }
 }
 
 fn allan<T: Named>() {
-    let Vectors { cases, tolerance } = read::<T>("allan");
+    let vectors = read("allan");
+    let cases = &vectors.cases;
     let mut ladder = AllanLadder::<T>::new();
     for mean in cases["means"].as_array().expect("means") {
         ladder.push(&[number(mean); CHANNELS], number(&cases["block_s"]));
@@ -186,37 +158,29 @@ fn allan<T: Named>() {
     let rungs = cases["rungs"].as_array().expect("rungs");
     assert_eq!(ladder.variances(4).count(), rungs.len());
     for ((averaging, variance, pairs), rung) in ladder.variances(4).zip(rungs) {
-        near("averaging time", [averaging], [number(&rung["averaging"])], 1e-5);
-        near("variance", [variance], [number(&rung["variance"])], tolerance);
+        vectors.check(rung, "averaging", [averaging]);
+        vectors.check(rung, "variance", [variance]);
         assert_eq!(u64::from(pairs), rung["pairs"].as_u64().expect("a count"));
     }
 }
 
 fn sphere<T: Named>() {
-    let Vectors { cases, tolerance } = read::<T>("sphere");
+    let vectors = read("sphere");
+    let cases = &vectors.cases;
     let sigma: T = number(&cases["sigma"]);
     let rests: Vec<_> = vectors_of(&cases["rests"])
         .into_iter()
         .map(|rest| (rest, Matrix3::identity() * (sigma * sigma)))
         .collect();
     let found = fit_sphere(&rests, number(&cases["gravity"])).expect("a sphere");
-    near(
-        "bias",
-        found.bias.iter().copied(),
-        vector(&cases["bias"]).iter().copied(),
-        tolerance,
-    );
+    vectors.check(cases, "bias", found.bias.iter().copied());
     let sigmas = found.covariance.diagonal().map(|variance| variance.sqrt());
-    near(
-        "sigma",
-        sigmas.iter().copied(),
-        vector(&cases["bias_sigma"]).iter().copied(),
-        tolerance,
-    );
+    vectors.check(cases, "bias_sigma", sigmas.iter().copied());
 }
 
 fn mounting<T: Named>() {
-    let Vectors { cases, tolerance } = read::<T>("mounting");
+    let vectors = read("mounting");
+    let cases = &vectors.cases;
     let poses: Vec<_> = vectors_of(&cases["measured"])
         .into_iter()
         .zip(vectors_of(&cases["up"]))
@@ -227,23 +191,17 @@ fn mounting<T: Named>() {
         })
         .collect();
     let found = fit_mounting(&poses, number::<T>(&cases["gravity"])).expect("a rotation");
-    let turned = found.rotation.scaled_axis();
-    near(
-        "rotation",
-        turned.iter().copied(),
-        vector(&cases["rotation_vector"]).iter().copied(),
-        tolerance,
+    vectors.check(
+        cases,
+        "rotation_vector",
+        found.rotation.scaled_axis().iter().copied(),
     );
-    near(
-        "bias",
-        found.bias.iter().copied(),
-        vector(&cases["bias"]).iter().copied(),
-        10.0 * tolerance,
-    );
+    vectors.check(cases, "bias", found.bias.iter().copied());
 }
 
 fn triad<T: Named>() {
-    let Vectors { cases, tolerance } = read::<T>("triad");
+    let vectors = read("triad");
+    let cases = &vectors.cases;
     let gravity: T = number(&cases["gravity"]);
     let (rest, gap): (T, T) = (number(&cases["rest_s"]), number(&cases["gap_s"]));
     let variance = |name: &str| {
@@ -288,27 +246,29 @@ fn triad<T: Named>() {
         shared: sphere.covariance,
     };
     let found = fit::<T, 4, 3, 15>(&observations, &knowledge).expect("a solution");
-    let expected = matrix::<T>(&cases["M"]);
-    for parameter in 0..12 {
-        let sigma = cases["sigma"][parameter].as_f64().expect("a sigma");
-        let (found_value, expected_value) = match parameter {
-            0..9 => (
-                found.model.matrix[(parameter / 3, parameter % 3)],
-                expected[(parameter / 3, parameter % 3)],
-            ),
-            _ => (
-                found.model.bias[parameter - 9],
-                number(&cases["b"][parameter - 9]),
-            ),
-        };
-        near("M, b", [found_value], [expected_value], tolerance * sigma);
-        let stated = found.covariance[(parameter, parameter)].sqrt();
-        near("sigma", [stated], [real(sigma)], tolerance * sigma);
+    let m_and_b = |m: &Matrix3<T>, b: &Vector3<T>| [rows(m), b.iter().copied().collect()].concat();
+    let expected = m_and_b(&matrix(&cases["M"]), &vector(&cases["b"]));
+    let found_values = m_and_b(&found.model.matrix, &found.model.bias);
+    for (i, sigma) in numbers(&cases["sigma"]).into_iter().enumerate() {
+        let quantity = if i < 9 { "M" } else { "b" };
+        let apart = (found_values[i].wide() - expected[i].wide()).abs() / sigma;
+        assert!(
+            apart <= vectors.tolerance::<T>(quantity),
+            "{quantity} ({}), element {i}: {apart} sigma apart",
+            T::NAME
+        );
+        let stated = found.covariance[(i, i)].sqrt().wide() / sigma;
+        assert!(
+            (stated - 1.0).abs() <= vectors.tolerance::<T>("sigma"),
+            "sigma ({}), element {i}: {stated} of what is expected",
+            T::NAME
+        );
     }
 }
 
 fn stream<T: Named>() {
-    let Vectors { cases, .. } = read::<T>("stream");
+    let vectors = read("stream");
+    let cases = &vectors.cases;
     let (force, rate) = (
         number::<T>(&cases["force_step"]),
         number::<T>(&cases["rate_step"]),
@@ -328,35 +288,19 @@ fn stream<T: Named>() {
     while let Some(segment) = segmenter.finish() {
         keep(segment);
     }
-    let boundary = cases["boundary_tolerance_s"].as_f64().expect("a tolerance");
     let expected = cases["rests_s"].as_array().expect("rests");
     assert_eq!(rests.len(), expected.len(), "{}", T::NAME);
-    for (rest, expected) in rests.iter().zip(expected) {
-        let microseconds = |time: u64| f64::from(u32::try_from(time).expect("a short stream")) * 1e-6;
-        near(
-            "start",
-            [microseconds(rest.start)],
-            [number(&expected[0])],
-            boundary,
-        );
-        near("end", [microseconds(rest.end)], [number(&expected[1])], boundary);
-        let tolerance = cases["bias_tolerance"].as_f64().expect("a tolerance");
-        near(
-            "bias",
-            rest.angular_rate().iter().copied(),
-            vector(&cases["bias"]).iter().copied(),
-            tolerance,
-        );
+    let times = |rest: &Stretch<T>| [rest.start, rest.end].map(tumble_core::real::seconds::<T>);
+    vectors.check(cases, "rests_s", rests.iter().flat_map(times));
+    for rest in &rests {
+        vectors.check(cases, "bias", rest.angular_rate().iter().copied());
     }
-    let turn = turns.last().expect("a turn");
-    let angle = turn.angle() - vector::<T>(&cases["bias"]) * turn.duration();
-    let tolerance = cases["turn_angle_tolerance"].as_f64().expect("a tolerance");
-    near(
-        "angle",
-        angle.iter().copied(),
-        vector(&cases["turn_angle"]).iter().copied(),
-        tolerance,
-    );
+    let between = turns
+        .iter()
+        .find(|turn| turn.start == rests[0].end)
+        .expect("a turn");
+    let angle = between.angle() - vector::<T>(&cases["bias"]) * between.duration();
+    vectors.check(cases, "turn_angle", angle.iter().copied());
 }
 
 macro_rules! in_both_precisions {
