@@ -9,7 +9,7 @@
 //! 4. [`noise`]: white noise and bias instability, and what they do to a mean.
 //! 5. [`regression`] and [`rotation`]: the two solvers; [`eigen`] serves both.
 //! 6. [`gravity`]: what the Earth adds.
-//! 7. [`turntable`]: targets against a co-mounted reference.
+//! 7. [`turntable`]: targets against a co-mounted reference; [`spin`]: a robot that turns on the spot.
 //!
 //! Everything is generic over `f32` and `f64`, owns no memory it was not given, and never panics on data:
 //! state is a plain struct with `new`, `push` and `solve`, and time comes with the samples.
@@ -25,5 +25,6 @@ pub mod regression;
 pub mod rotation;
 pub mod sample;
 pub mod segmenter;
+pub mod spin;
 pub mod stillness;
 pub mod turntable;

@@ -3,7 +3,7 @@
 //! [`acquisition`] turns a recording of any length into rests and turns, [`health`] watches its channels, [`trace`]
 //! keeps a picture of it. [`pairing`] lays targets beside their reference, [`turntable`] calibrates them.
 //! [`mod@correct`] applies the result to arrays.
-//! [`simulate`] makes recordings whose truth is known.
+//! [`spin`] does the same for a robot that turned on the spot. [`simulate`] makes recordings whose truth is known.
 
 pub mod acquisition;
 pub mod consistency;
@@ -11,5 +11,6 @@ pub mod correct;
 pub mod health;
 pub mod pairing;
 pub mod simulate;
+pub mod spin;
 pub mod trace;
 pub mod turntable;

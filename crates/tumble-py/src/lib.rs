@@ -6,6 +6,7 @@ mod acquisition;
 mod convert;
 mod correct;
 mod simulate;
+mod spin;
 mod turntable;
 
 /// Module entry point.
@@ -14,6 +15,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     acquisition::register(module)?;
     correct::register(module)?;
     simulate::register(module)?;
+    spin::register(module)?;
     turntable::register(module)?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))
 }

@@ -1,0 +1,184 @@
+//! The turning axis and the bias of the gyroscope: `y = b + w n`, a straight line in the space of angular rates.
+//!
+//! At rest the line shows its point `b`; while the robot turns, however unevenly, its direction `n`. What the rate was
+//! nobody needs to know beforehand (docs/theory/spin.md, eq. 4 to 6).
+
+use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2, Vector3};
+
+use crate::real::{Real, count, real};
+
+/// Mean and centred second moments of three channels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cloud<T: Real> {
+    points: u32,
+    mean: Vector3<T>,
+    spread: Matrix3<T>,
+}
+
+impl<T: Real> Default for Cloud<T> {
+    fn default() -> Self {
+        Self {
+            points: 0,
+            mean: Vector3::zeros(),
+            spread: Matrix3::zeros(),
+        }
+    }
+}
+
+impl<T: Real> Cloud<T> {
+    /// Takes in one point (Welford 1962).
+    pub fn push(&mut self, point: &Vector3<T>) {
+        self.points = self.points.saturating_add(1);
+        let before = point - self.mean;
+        self.mean += before / count::<T>(self.points);
+        self.spread += before * (point - self.mean).transpose();
+    }
+
+    /// Points taken in.
+    pub fn points(&self) -> u32 {
+        self.points
+    }
+
+    /// Mean.
+    pub fn mean(&self) -> Vector3<T> {
+        self.mean
+    }
+
+    /// Centred sums of products.
+    pub fn spread(&self) -> Matrix3<T> {
+        self.spread
+    }
+}
+
+/// Frame of the floor: forward, left, up, as columns in the case frame. Forward is the case's x, laid onto the floor.
+pub fn floor_frame<T: Real>(up: &Vector3<T>) -> Matrix3<T> {
+    let (roll, pitch) = tilt(up);
+    let ((sr, cr), (sp, cp)) = (roll.sin_cos(), pitch.sin_cos());
+    let forward = Vector3::new(cp, sr * sp, cr * sp);
+    let left = Vector3::new(T::zero(), cr, -sr);
+    Matrix3::from_columns(&[forward, left, forward.cross(&left)])
+}
+
+/// Roll and pitch, rad, of a case in which `up` points up: `floor_from_case = R_y(pitch) R_x(roll)`.
+pub fn tilt<T: Real>(up: &Vector3<T>) -> (T, T) {
+    let level = (up.y * up.y + up.z * up.z).sqrt();
+    (up.y.atan2(up.z), (-up.x).atan2(level))
+}
+
+/// The rest that the line starts from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RestingRate<T: Real> {
+    /// Mean angular rate, rad/s.
+    pub mean: Vector3<T>,
+    /// Variance of the mean, each axis, (rad/s)^2.
+    pub variance: Vector3<T>,
+}
+
+/// Bias and axis with their uncertainty.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisFit<T: Real> {
+    /// Angular-rate bias, rad/s, case frame.
+    pub bias: Vector3<T>,
+    /// Floor frame: forward, left, up as columns in the case frame; up is the turning axis.
+    pub floor: Matrix3<T>,
+    /// Covariance of `[bias forward, left, up; tilt of the axis forward, left]`, (rad/s)^2 and rad^2.
+    pub covariance: SMatrix<T, 5, 5>,
+    /// Variance of the mean over a block across the axis, while turning, (rad/s)^2.
+    pub block_variance: T,
+}
+
+/// Rounds in which the axis settles; the second is exact to the square of the first correction.
+const ROUNDS: u32 = 4;
+
+/// Fits the line, beginning with a guess of the axis that points upwards.
+///
+/// `turning` holds means over blocks while the robot turned.
+pub fn fit<T: Real>(turning: &Cloud<T>, rest: &RestingRate<T>, guess: &Vector3<T>) -> AxisFit<T> {
+    let mut fit = one_round(turning, rest, guess);
+    for _ in 1..ROUNDS {
+        fit = one_round(turning, rest, &fit.floor.column(2).into_owned());
+    }
+    fit
+}
+
+/// Sums of the regression of what is seen across the axis on the rate along it.
+struct Sums<T> {
+    points: T,
+    along: T,
+    along_squared: T,
+}
+
+fn one_round<T: Real>(turning: &Cloud<T>, rest: &RestingRate<T>, up: &Vector3<T>) -> AxisFit<T> {
+    let floor = floor_frame(up);
+    let points = count::<T>(turning.points.max(1));
+    // The rest is the origin: means and moments about it.
+    let offset = turning.mean - rest.mean;
+    let moments = floor.tr_mul(&((turning.spread + offset * offset.transpose() * points) * floor));
+    let mean = floor.tr_mul(&offset);
+    let rest_variance = floor.map(|e| e * e).tr_mul(&rest.variance);
+    let sums = Sums {
+        points,
+        along: mean.z * points,
+        along_squared: moments[(2, 2)],
+    };
+    let block_variance = scatter(turning, &floor, &sums);
+    let across = |i: usize| {
+        let (seen, with_rate) = (mean[i] * points, moments[(i, 2)]);
+        line(&sums, seen, with_rate, block_variance, rest_variance[i])
+    };
+    let (forward, left) = (across(0), across(1));
+    let bias = floor * Vector3::new(forward.0.x, left.0.x, T::zero()) + rest.mean;
+    let tilted = up + floor * Vector3::new(forward.0.y, left.0.y, T::zero());
+    let mut covariance = SMatrix::<T, 5, 5>::zeros();
+    for (i, (_, pair)) in [forward, left].iter().enumerate() {
+        covariance[(i, i)] = pair[(0, 0)];
+        covariance[(i, i + 3)] = pair[(0, 1)];
+        covariance[(i + 3, i)] = pair[(0, 1)];
+        covariance[(i + 3, i + 3)] = pair[(1, 1)];
+    }
+    covariance[(2, 2)] = rest_variance.z;
+    AxisFit {
+        bias,
+        floor: floor_frame(&tilted.normalize()),
+        covariance,
+        block_variance,
+    }
+}
+
+/// Variance across the axis about the line through the turning blocks alone; that of a block.
+fn scatter<T: Real>(turning: &Cloud<T>, floor: &Matrix3<T>, sums: &Sums<T>) -> T {
+    let spread = floor.tr_mul(&(turning.spread * floor));
+    let along = spread[(2, 2)];
+    let left_over = |i: usize| {
+        let explained = if along > T::zero() {
+            spread[(i, 2)] * spread[(i, 2)] / along
+        } else {
+            T::zero()
+        };
+        (spread[(i, i)] - explained).max(T::zero())
+    };
+    (left_over(0) + left_over(1)) / ((sums.points - real(2.0)).max(T::one()) * real(2.0))
+}
+
+/// One direction across the axis: offset of the bias from the rest's, and slope over the rate, with their covariance.
+fn line<T: Real>(
+    sums: &Sums<T>,
+    seen: T,
+    with_rate: T,
+    variance: T,
+    rest_variance: T,
+) -> (Vector2<T>, Matrix2<T>) {
+    // Sensors without noise exist in tests only.
+    let tiny = real::<T>(1e-30);
+    let (variance, rest_variance) = (variance.max(tiny), rest_variance.max(tiny));
+    // Scaled by the variance of a block, so that nothing overflows in single precision.
+    let weight = variance / rest_variance;
+    let (a, b, c) = (sums.points + weight, sums.along, sums.along_squared);
+    let determinant = a * c - b * b;
+    if determinant <= T::zero() {
+        let unknown = Matrix2::new(rest_variance, T::zero(), T::zero(), T::one());
+        return (Vector2::zeros(), unknown);
+    }
+    let inverse = Matrix2::new(c, -b, -b, a) / determinant;
+    (inverse * Vector2::new(seen, with_rate), inverse * variance)
+}

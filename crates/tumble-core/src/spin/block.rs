@@ -1,0 +1,265 @@
+//! Samples become short blocks: means of the six channels, of the heading's cosine and sine, of the squared rate.
+//!
+//! Heading is the integral of the angular rate about the turning axis. Its cosine and sine are averaged sample by
+//! sample, so that a block may be long enough for quiet means and yet lose nothing of the harmonics.
+
+use nalgebra::Vector3;
+
+use crate::moments::RunningSums;
+use crate::real::{Real, count, real, seconds};
+use crate::sample::{CHANNELS, Sample};
+use crate::stillness::UnitMoments;
+
+/// Means over a few successive samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Block<T: Real> {
+    /// Time of the sample before its first, microseconds.
+    pub start: u64,
+    /// Time of its last sample, microseconds.
+    pub end: u64,
+    /// Mean time of its samples, s after the origin of the spin.
+    pub time: T,
+    /// Mean and scatter of the six channels.
+    pub moments: UnitMoments<T>,
+    /// Mean heading, rad, counter-clockwise, never folded.
+    pub heading: T,
+    /// What was added to the heading before its cosine and sine were taken, rad.
+    pub correction: T,
+    /// Mean cosine of the corrected heading.
+    pub cosine: T,
+    /// Mean sine of the corrected heading.
+    pub sine: T,
+    /// Mean rate about the turning axis, rad/s.
+    pub rate: T,
+    /// Mean squared rate about the turning axis, (rad/s)^2.
+    pub rate_squared: T,
+    /// Heading gained over the block, rad.
+    pub gained: T,
+    /// Of the specific force, cosine, sine and squared rate: mean of the quantity times the time since the middle of the
+    /// block, s.
+    pub levers: [T; LEVERS],
+}
+
+/// Quantities whose course within a block is kept to first order.
+pub const LEVERS: usize = 6;
+
+impl<T: Real> Block<T> {
+    /// Mean specific force, m/s^2.
+    pub fn specific_force(&self) -> Vector3<T> {
+        let mean = self.moments.mean();
+        Vector3::new(mean[0], mean[1], mean[2])
+    }
+
+    /// Mean angular rate, rad/s.
+    pub fn angular_rate(&self) -> Vector3<T> {
+        let mean = self.moments.mean();
+        Vector3::new(mean[3], mean[4], mean[5])
+    }
+
+    /// Length, s.
+    pub fn duration(&self) -> T {
+        seconds(self.end.saturating_sub(self.start))
+    }
+}
+
+/// How samples are gathered and heading is counted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Guide<T: Real> {
+    /// Origin of time, microseconds.
+    pub origin: u64,
+    /// Angular rate at rest, rad/s.
+    pub bias: Vector3<T>,
+    /// Turning axis, unit length, upwards.
+    pub up: Vector3<T>,
+    /// Correction of the heading, rad a rad turned.
+    pub by_heading: T,
+    /// Correction of the heading, rad a second.
+    pub by_time: T,
+}
+
+/// Heading, compensated for the rounding of a sum of many small steps (Kahan 1965): hours in single precision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Heading<T: Real> {
+    angle: T,
+    lost: T,
+}
+
+impl<T: Real> Heading<T> {
+    fn advance(&mut self, step: T) {
+        let wanted = step - self.lost;
+        let next = self.angle + wanted;
+        self.lost = (next - self.angle) - wanted;
+        self.angle = next;
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Open<T: Real> {
+    sums: RunningSums<T, CHANNELS>,
+    start: u64,
+    first: u64,
+    began: T,
+    headings: T,
+    rates: T,
+    /// Cosine, sine and squared rate: sums, and sums times age.
+    functions: [T; 3],
+    aged: [T; 3],
+    ages: T,
+}
+
+/// Gathers samples into blocks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlockBuilder<T: Real> {
+    length: u64,
+    guide: Option<Guide<T>>,
+    heading: Heading<T>,
+    last: Option<(u64, T)>,
+    open: Option<Open<T>>,
+}
+
+/// Fewest samples in a block.
+const FEWEST: u32 = 4;
+
+impl<T: Real> BlockBuilder<T> {
+    /// Blocks of at least `length` microseconds.
+    pub fn new(length: u64) -> Self {
+        Self {
+            length,
+            guide: None,
+            heading: Heading {
+                angle: T::zero(),
+                lost: T::zero(),
+            },
+            last: None,
+            open: None,
+        }
+    }
+
+    /// Counts heading from here on, or as told from here on.
+    pub fn guide(&mut self, guide: Guide<T>) {
+        self.guide = Some(guide);
+    }
+
+    /// What heading is counted by.
+    pub fn guided_by(&self) -> Option<&Guide<T>> {
+        self.guide.as_ref()
+    }
+
+    /// Time of the sample before, microseconds.
+    pub fn last_time(&self) -> Option<u64> {
+        self.last.map(|(time, _)| time)
+    }
+
+    /// Takes in a finite sample later than the one before; gives back the block it completes.
+    pub fn push(&mut self, sample: &Sample<T>) -> Option<Block<T>> {
+        let rate = self.rate(sample);
+        let (time, last_rate) = self.last.replace((sample.time, rate)).unwrap_or((sample.time, rate));
+        let finished = self.is_full(sample.time).then(|| self.finish(time)).flatten();
+        let began = self.heading.angle;
+        if self.guide.is_some() {
+            let interval = seconds::<T>(sample.time.saturating_sub(time));
+            self.heading.advance((rate + last_rate) * interval * real(0.5));
+        }
+        self.gather(sample, rate, time, began);
+        finished
+    }
+
+    fn is_full(&self, time: u64) -> bool {
+        self.open.as_ref().is_some_and(|open| {
+            time.saturating_sub(open.first) >= self.length && open.sums.samples() >= FEWEST
+        })
+    }
+
+    /// Ends the block at hand early, at the last sample taken in.
+    pub fn close(&mut self) -> Option<Block<T>> {
+        let (time, _) = self.last?;
+        self.finish(time)
+    }
+
+    fn rate(&self, sample: &Sample<T>) -> T {
+        self.guide
+            .as_ref()
+            .map_or(T::zero(), |guide| (sample.angular_rate - guide.bias).dot(&guide.up))
+    }
+
+    fn correction(&self, time: u64, heading: T) -> T {
+        self.guide.as_ref().map_or(T::zero(), |guide| {
+            let elapsed = since::<T>(guide.origin, time);
+            guide.by_heading * heading + guide.by_time * elapsed
+        })
+    }
+
+    fn gather(&mut self, sample: &Sample<T>, rate: T, start: u64, began: T) {
+        let heading = self.heading.angle;
+        let (sine, cosine) = (heading + self.correction(sample.time, heading)).sin_cos();
+        let functions = [cosine, sine, rate * rate];
+        let y = sample.channels();
+        let Some(open) = self.open.as_mut() else {
+            self.open = Some(Open {
+                sums: RunningSums::start(&y),
+                start,
+                first: sample.time,
+                began,
+                headings: heading,
+                rates: rate,
+                functions,
+                aged: [T::zero(); 3],
+                ages: T::zero(),
+            });
+            return;
+        };
+        let age = seconds::<T>(sample.time.saturating_sub(open.first));
+        open.sums.push(&y, age);
+        open.headings += heading;
+        open.rates += rate;
+        open.ages += age;
+        for (i, value) in functions.into_iter().enumerate() {
+            open.functions[i] += value;
+            open.aged[i] += value * age;
+        }
+    }
+
+    fn finish(&mut self, end: u64) -> Option<Block<T>> {
+        let open = self.open.take()?;
+        let share = T::one() / count(open.sums.samples());
+        let middle = open.first + (end.saturating_sub(open.first)) / 2;
+        let mean_heading = open.headings * share;
+        let [cosine, sine, rate_squared] = open.functions.map(|sum| sum * share);
+        let mean_age = open.ages * share;
+        let [fx, fy, fz, ..] = open.sums.mean_lever();
+        let aged = |i: usize, mean: T| open.aged[i] * share - mean * mean_age;
+        Some(Block {
+            start: open.start,
+            end,
+            time: self
+                .guide
+                .as_ref()
+                .map_or(T::zero(), |guide| since(guide.origin, middle)),
+            moments: open.sums.moments(),
+            heading: mean_heading,
+            correction: self.correction(middle, mean_heading),
+            cosine,
+            sine,
+            rate: open.rates * share,
+            rate_squared,
+            levers: [
+                fx,
+                fy,
+                fz,
+                aged(0, cosine),
+                aged(1, sine),
+                aged(2, rate_squared),
+            ],
+            gained: self.heading.angle - open.began,
+        })
+    }
+}
+
+/// Signed seconds from one time to another.
+pub(super) fn since<T: Real>(origin: u64, time: u64) -> T {
+    if time >= origin {
+        seconds(time - origin)
+    } else {
+        -seconds::<T>(origin - time)
+    }
+}

@@ -1,0 +1,153 @@
+//! From samples to the estimator: blocks, heading, and what no sample may be.
+
+use crate::real::{Real, real, seconds};
+use crate::sample::{CHANNELS, Sample};
+use crate::spin::block::{Block, BlockBuilder};
+use crate::spin::estimate::{self, SpinEstimate, TrueAngle};
+use crate::spin::estimator::SpinEstimator;
+use crate::spin::failure::Failure;
+use crate::spin::settings::SpinSettings;
+
+/// Gathers samples into blocks and blocks into the estimator.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Collector<T: Real> {
+    blocks: BlockBuilder<T>,
+    estimator: SpinEstimator<T>,
+    corrected_at: T,
+    saturated: u32,
+}
+
+/// Samples at the end of the range that are not yet a failure: a single one may be a spike.
+const SPIKES: u32 = 3;
+
+/// Heading is corrected after every half turn, before its errors are more than a first derivative tells.
+const CORRECTED_EVERY: f64 = core::f64::consts::PI;
+
+impl<T: Real> Collector<T> {
+    /// Nothing seen yet.
+    pub fn new(settings: &SpinSettings<T>) -> Self {
+        Self {
+            blocks: BlockBuilder::new(settings.block),
+            estimator: SpinEstimator::new(settings),
+            corrected_at: T::zero(),
+            saturated: 0,
+        }
+    }
+
+    /// What is kept so far.
+    pub fn estimator(&self) -> &SpinEstimator<T> {
+        &self.estimator
+    }
+
+    /// Takes in a sample; gives back the block it completes, to be given to [`Self::take`] when it is known whether the
+    /// robot stood still over it. What is not finite, or not later than the sample before, is passed over.
+    ///
+    /// # Errors
+    /// [`Failure::Saturated`]; while turning also [`Failure::SamplesMissing`] and [`Failure::SampleRateTooLow`].
+    pub fn push(&mut self, sample: &Sample<T>) -> Result<Option<Block<T>>, Failure<T>> {
+        let before = self.blocks.last_time();
+        if !sample.is_finite() || before.is_some_and(|before| sample.time <= before) {
+            return Ok(None);
+        }
+        self.check_range(sample)?;
+        if let Some(before) = before {
+            self.check_step(sample, before)?;
+        }
+        Ok(self.blocks.push(sample))
+    }
+
+    /// The block at hand, ended early: where a rest begins or ends at a known time.
+    pub fn cut(&mut self) -> Option<Block<T>> {
+        self.blocks.close()
+    }
+
+    /// Takes in a block, and whether the robot stood still over it.
+    ///
+    /// # Errors
+    /// As of [`SpinEstimator::push`].
+    pub fn take(&mut self, block: &Block<T>, resting: bool) -> Result<(), Failure<T>> {
+        self.estimator.push(block, resting)?;
+        self.follow();
+        Ok(())
+    }
+
+    /// Ends a rest: heading is counted from here on.
+    pub fn end_stop(&mut self) {
+        self.estimator.end_stop();
+        self.follow();
+    }
+
+    /// Solves for everything seen so far.
+    ///
+    /// # Errors
+    /// As of [`estimate::solve`].
+    pub fn solve(&self, true_angle: Option<&TrueAngle<T>>) -> Result<SpinEstimate<T>, Failure<T>> {
+        estimate::solve(&self.estimator, true_angle)
+    }
+
+    fn follow(&mut self) {
+        let turned = self.estimator.turned().angle();
+        if turned - self.corrected_at >= real(CORRECTED_EVERY) {
+            self.corrected_at = turned;
+            // Where nothing can be solved yet, heading is counted on as it was.
+            if let Ok(estimate) = self.solve(None) {
+                let by_heading = estimate.fit.heading_correction(T::one(), T::zero());
+                self.estimator.correct_heading(by_heading, estimate.fit.by_time);
+            }
+        }
+        if let Some(guide) = self.estimator.guide() {
+            self.blocks.guide(*guide);
+        }
+    }
+
+    fn check_range(&mut self, sample: &Sample<T>) -> Result<(), Failure<T>> {
+        let settings = self.estimator.settings();
+        let ranges = [settings.specific_force_range, settings.angular_rate_range];
+        let mut worst = None;
+        for (channel, value) in sample.channels().into_iter().enumerate() {
+            let range = if channel < CHANNELS / 2 {
+                ranges[0]
+            } else {
+                ranges[1]
+            };
+            if range.is_some_and(|range| value.abs() >= range) {
+                worst = Some((channel, value));
+            }
+        }
+        let Some((channel, value)) = worst else {
+            return Ok(());
+        };
+        self.saturated += 1;
+        if self.saturated < SPIKES {
+            return Ok(());
+        }
+        Err(Failure::Saturated {
+            time: sample.time,
+            channel,
+            value,
+        })
+    }
+
+    fn check_step(&self, sample: &Sample<T>, before: u64) -> Result<(), Failure<T>> {
+        let settings = self.estimator.settings();
+        let Some(guide) = self.estimator.guide() else {
+            return Ok(());
+        };
+        let pause = sample.time.saturating_sub(before);
+        let interval = seconds::<T>(pause);
+        if pause > settings.longest_gap {
+            return Err(Failure::SamplesMissing {
+                time: before,
+                gap: interval,
+            });
+        }
+        let rate = (sample.angular_rate - guide.bias).norm();
+        if rate * interval > settings.largest_step {
+            return Err(Failure::SampleRateTooLow {
+                rate: T::one() / interval,
+                needed: rate / settings.largest_step,
+            });
+        }
+        Ok(())
+    }
+}

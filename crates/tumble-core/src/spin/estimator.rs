@@ -1,0 +1,298 @@
+//! Blocks at rest and turning are gathered, in constant memory, until they can be solved.
+
+use nalgebra::Vector3;
+
+use crate::moments::Moments;
+use crate::real::{Real, real};
+use crate::sample::CHANNELS;
+use crate::spin::axis::Cloud;
+use crate::spin::block::{Block, Guide};
+use crate::spin::failure::Failure;
+use crate::spin::harmonics::{Harmonics, Row};
+use crate::spin::rests::{Rests, Stop};
+use crate::spin::settings::SpinSettings;
+
+/// One direction of turning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Direction<T: Real> {
+    /// Angle as the gyroscope has it, rad, positive.
+    pub angle: T,
+    /// How long, s.
+    pub duration: T,
+}
+
+/// How far the robot turned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turned<T: Real> {
+    /// Clockwise, seen from above.
+    pub clockwise: Direction<T>,
+    /// Counter-clockwise.
+    pub counter_clockwise: Direction<T>,
+    /// Smallest heading, rad.
+    pub least: T,
+    /// Largest heading, rad.
+    pub most: T,
+    /// Integral of the squared rate, rad^2/s.
+    pub squared: T,
+    /// Rotation vector less bias, clockwise parts with their sign turned, rad, case frame.
+    pub vector: Vector3<T>,
+}
+
+impl<T: Real> Turned<T> {
+    fn none() -> Self {
+        let none = Direction {
+            angle: T::zero(),
+            duration: T::zero(),
+        };
+        Self {
+            clockwise: none,
+            counter_clockwise: none,
+            least: T::zero(),
+            most: T::zero(),
+            squared: T::zero(),
+            vector: Vector3::zeros(),
+        }
+    }
+
+    /// Both directions together, rad.
+    pub fn angle(&self) -> T {
+        self.clockwise.angle + self.counter_clockwise.angle
+    }
+
+    /// Time spent turning, s.
+    pub fn duration(&self) -> T {
+        self.clockwise.duration + self.counter_clockwise.duration
+    }
+
+    /// Between the outermost headings, rad.
+    pub fn span(&self) -> T {
+        self.most - self.least
+    }
+
+    fn push(&mut self, block: &Block<T>, rate: &Vector3<T>) {
+        let duration = block.duration();
+        let sign = if block.gained < T::zero() {
+            -T::one()
+        } else {
+            T::one()
+        };
+        let direction = if block.gained < T::zero() {
+            &mut self.clockwise
+        } else {
+            &mut self.counter_clockwise
+        };
+        direction.angle += block.gained.abs();
+        direction.duration += duration;
+        self.vector += rate * (sign * duration);
+        self.squared += block.rate_squared * duration;
+        self.least = self.least.min(block.heading);
+        self.most = self.most.max(block.heading);
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Kept<T: Real> {
+    block: Block<T>,
+    resting: bool,
+}
+
+/// Everything kept of a spin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpinEstimator<T: Real> {
+    settings: SpinSettings<T>,
+    guide: Option<Guide<T>>,
+    rests: Option<Rests<T>>,
+    stop: Option<Stop<T>>,
+    turning: Harmonics<T>,
+    cloud: Cloud<T>,
+    noise: Moments<T, CHANNELS>,
+    turning_samples: u32,
+    turned: Turned<T>,
+    first: Option<Kept<T>>,
+    middle: Option<Kept<T>>,
+}
+
+/// Turned angle from which on the axis is taken from the gyroscope rather than from gravity, rad.
+const AXIS_SHOWN: f64 = 0.3;
+
+/// Largest share across the axis while that is only guessed from gravity: the floor tilts.
+const SHARE_WHILE_GUESSED: f64 = 0.3;
+
+impl<T: Real> SpinEstimator<T> {
+    /// Nothing seen yet.
+    pub fn new(settings: &SpinSettings<T>) -> Self {
+        Self {
+            settings: *settings,
+            guide: None,
+            rests: None,
+            stop: None,
+            turning: Harmonics::default(),
+            cloud: Cloud::default(),
+            noise: Moments::new(),
+            turning_samples: 0,
+            turned: Turned::none(),
+            first: None,
+            middle: None,
+        }
+    }
+
+    /// How heading is to be counted from now on; `None` before the first rest has ended.
+    pub fn guide(&self) -> Option<&Guide<T>> {
+        self.guide.as_ref()
+    }
+
+    /// Corrects the heading that is counted from now on, rad a rad and rad a second.
+    pub fn correct_heading(&mut self, by_heading: T, by_time: T) {
+        if let Some(guide) = self.guide.as_mut() {
+            (guide.by_heading, guide.by_time) = (by_heading, by_time);
+        }
+    }
+
+    /// The stops so far.
+    pub fn rests(&self) -> Option<&Rests<T>> {
+        self.rests.as_ref()
+    }
+
+    /// The stop that goes on, if the robot stands still.
+    pub fn stop(&self) -> Option<&Stop<T>> {
+        self.stop.as_ref()
+    }
+
+    /// The accelerometer while turning.
+    pub fn turning(&self) -> &Harmonics<T> {
+        &self.turning
+    }
+
+    /// The gyroscope while turning.
+    pub fn cloud(&self) -> &Cloud<T> {
+        &self.cloud
+    }
+
+    /// Mean over turning blocks of the variance of one sample within, the six channels.
+    pub fn turning_noise(&self) -> &[T; CHANNELS] {
+        self.noise.mean()
+    }
+
+    /// Samples taken in, at rest and turning.
+    pub fn samples(&self) -> u32 {
+        let resting = self.rests.as_ref().map_or(0, Rests::samples);
+        resting.saturating_add(self.turning_samples)
+    }
+
+    /// How far the robot turned.
+    pub fn turned(&self) -> &Turned<T> {
+        &self.turned
+    }
+
+    /// How it is set.
+    pub fn settings(&self) -> &SpinSettings<T> {
+        &self.settings
+    }
+
+    /// Takes in a block, and whether the robot stood still over it.
+    ///
+    /// # Errors
+    /// [`Failure::NoRest`] where the robot turns before it has stood still; [`Failure::NotOneAxis`] and
+    /// [`Failure::Lifted`] where it left the floor.
+    pub fn push(&mut self, block: &Block<T>, resting: bool) -> Result<(), Failure<T>> {
+        if resting {
+            match self.stop.as_mut() {
+                Some(stop) => stop.push(block),
+                None => self.stop = Some(Stop::new(block)),
+            }
+        } else {
+            self.end_stop();
+            let guide = self.guide.ok_or(Failure::NoRest)?;
+            self.check(block, &guide)?;
+            self.turn(block, &guide);
+        }
+        if self.guide.is_some() {
+            self.gather(Kept {
+                block: *block,
+                resting,
+            });
+        }
+        Ok(())
+    }
+
+    /// Counts the stop at hand among the rests, if it is one; the first one says how heading is counted.
+    pub fn end_stop(&mut self) {
+        let Some(stop) = self.stop.take() else { return };
+        match self.rests.as_mut() {
+            None => {
+                self.guide = Some(Guide {
+                    origin: stop.start + stop.duration() / 2,
+                    bias: stop.angular_rate(),
+                    up: stop.specific_force().normalize(),
+                    by_heading: T::zero(),
+                    by_time: T::zero(),
+                });
+                self.rests = Some(Rests::new(&stop));
+            }
+            Some(rests) => {
+                if stop.duration() >= self.settings.shortest_stop && rests.agrees(&stop) {
+                    rests.push(&stop);
+                }
+            }
+        }
+    }
+
+    fn turn(&mut self, block: &Block<T>, guide: &Guide<T>) {
+        self.cloud.push(&block.angular_rate());
+        self.noise.push(&block.moments.variance());
+        self.turning_samples = self.turning_samples.saturating_add(block.moments.samples());
+        self.turned.push(block, &(block.angular_rate() - guide.bias));
+        if self.axis_shown() {
+            let axis = self.turned.vector.normalize();
+            let upwards = axis.dot(&guide.up) >= T::zero();
+            if let Some(guide) = self.guide.as_mut() {
+                guide.up = if upwards { axis } else { -axis };
+            }
+        }
+    }
+
+    fn axis_shown(&self) -> bool {
+        self.turned.vector.norm() > real(AXIS_SHOWN)
+    }
+
+    /// Rows of three blocks, every second of them in two.
+    fn gather(&mut self, last: Kept<T>) {
+        match (self.first, self.middle) {
+            (Some(first), Some(middle)) => {
+                if !(first.resting && middle.resting && last.resting) {
+                    self.turning
+                        .push(&Row::of_three([&first.block, &middle.block, &last.block]));
+                }
+                (self.first, self.middle) = (Some(last), None);
+            }
+            (Some(_), None) => self.middle = Some(last),
+            (None, _) => self.first = Some(last),
+        }
+    }
+
+    fn check(&self, block: &Block<T>, guide: &Guide<T>) -> Result<(), Failure<T>> {
+        const SIGMAS: f64 = 6.0;
+        let Some(rests) = &self.rests else {
+            return Err(Failure::NoRest);
+        };
+        let sigmas = |first: usize| rests.block_variance(first).sum().sqrt() * real(SIGMAS);
+        let rate = block.angular_rate() - guide.bias;
+        let across = (rate - guide.up * guide.up.dot(&rate)).norm();
+        let share = if self.axis_shown() {
+            self.settings.largest_share_across
+        } else {
+            real(SHARE_WHILE_GUESSED)
+        };
+        let limit = self.settings.largest_rate_across + share * block.rate.abs() + sigmas(3);
+        let time = block.end;
+        if across > limit {
+            return Err(Failure::NotOneAxis { time, across, limit });
+        }
+        let change = (block.specific_force() - rests.first_force().0).dot(&guide.up).abs();
+        let limit = self.settings.largest_lift + sigmas(0);
+        if change > limit {
+            return Err(Failure::Lifted { time, change, limit });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,163 @@
+//! What the accelerometer says over heading, as the triangle of a linear least-squares problem.
+//!
+//! While a robot turns on the spot its specific force is linear in a handful of known functions, and the triangle of
+//! these (with the right-hand sides of the three axes) is all that any later fit, however nonlinear in physical
+//! quantities, needs to know (docs/theory/spin.md, eq. 9).
+
+use nalgebra::{SMatrix, SVector, Vector3};
+
+use crate::real::{Real, count, real};
+use crate::spin::block::Block;
+
+/// `[1, C, S, h s, h c, t s, t c, w^2, dw/dt]`, with `c`, `s` cosine and sine of the heading as it was counted, `h` that
+/// heading, `t` time, and `C = c + k s`, `S = s - k c` freed of the correction `k` that was added to it.
+pub const FUNCTIONS: usize = 9;
+
+/// The functions over one row, and the specific force, m/s^2.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row<T: Real> {
+    /// The functions of eq. 8.
+    pub functions: SVector<T, FUNCTIONS>,
+    /// Specific force, case frame, m/s^2.
+    pub specific_force: Vector3<T>,
+}
+
+/// How a block is weighted over its length.
+#[derive(Clone, Copy)]
+enum Weight {
+    /// From nothing to one.
+    Rising,
+    /// One.
+    Even,
+    /// From one to nothing.
+    Falling,
+}
+
+impl<T: Real> Row<T> {
+    /// Of one block; its neighbours are needed for the angular acceleration, which is left at zero.
+    pub fn of_block(block: &Block<T>) -> Self {
+        Self::weighted(block, Weight::Even)
+    }
+
+    /// Of three successive blocks of one length, the first weighted from nothing to one and the last from one to
+    /// nothing: by these very weights the change of the mean rate from the first to the last is the mean angular
+    /// acceleration (docs/theory/spin.md, eq. 10).
+    pub fn of_three([first, middle, last]: [&Block<T>; 3]) -> Self {
+        let rows = [
+            Self::weighted(first, Weight::Rising),
+            Self::weighted(middle, Weight::Even),
+            Self::weighted(last, Weight::Falling),
+        ];
+        let half = real::<T>(0.5);
+        let [a, b, c] = rows.map(|row| row.functions * half);
+        let mut functions = a + b + c;
+        functions[FUNCTIONS - 1] = (last.rate - first.rate) / (last.time - first.time);
+        let [a, b, c] = rows.map(|row| row.specific_force * half);
+        Self {
+            functions,
+            specific_force: a + b + c,
+        }
+    }
+
+    fn weighted(block: &Block<T>, weight: Weight) -> Self {
+        let slope = T::one() / block.duration();
+        let (share, slope) = match weight {
+            Weight::Rising => (real(0.5), slope),
+            Weight::Even => (T::one(), T::zero()),
+            Weight::Falling => (real(0.5), -slope),
+        };
+        let [fx, fy, fz, of_cosine, of_sine, of_square] = block.levers;
+        let c = block.cosine * share + of_cosine * slope;
+        let s = block.sine * share + of_sine * slope;
+        let (h, t, k) = (block.heading, block.time, block.correction);
+        Self {
+            functions: SVector::from([
+                share,
+                c + k * s,
+                s - k * c,
+                h * s,
+                h * c,
+                t * s,
+                t * c,
+                block.rate_squared * share + of_square * slope,
+                T::zero(),
+            ]),
+            specific_force: block.specific_force() * share + Vector3::new(fx, fy, fz) * slope,
+        }
+    }
+}
+
+/// Variance of a mean over many rows, times their number, over the variance of one: rows that share a block, which
+/// falls in one as it rises in the other, are correlated by a tenth.
+pub const ROW_CORRELATION: f64 = 6.0 / 5.0;
+
+/// Rows reduced to their triangle by Givens rotations (Golub and Van Loan, section 6.5.3).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Harmonics<T: Real> {
+    triangle: SMatrix<T, FUNCTIONS, FUNCTIONS>,
+    right: SMatrix<T, FUNCTIONS, 3>,
+    squares: Vector3<T>,
+    rows: u32,
+}
+
+impl<T: Real> Default for Harmonics<T> {
+    fn default() -> Self {
+        Self {
+            triangle: SMatrix::zeros(),
+            right: SMatrix::zeros(),
+            squares: Vector3::zeros(),
+            rows: 0,
+        }
+    }
+}
+
+impl<T: Real> Harmonics<T> {
+    /// Takes in one row.
+    pub fn push(&mut self, row: &Row<T>) {
+        self.rows = self.rows.saturating_add(1);
+        let (mut functions, mut force) = (row.functions, row.specific_force);
+        for i in 0..FUNCTIONS {
+            if functions[i] == T::zero() {
+                continue;
+            }
+            let length =
+                (self.triangle[(i, i)] * self.triangle[(i, i)] + functions[i] * functions[i]).sqrt();
+            let (cosine, sine) = (self.triangle[(i, i)] / length, functions[i] / length);
+            for j in i..FUNCTIONS {
+                let (above, below) = (self.triangle[(i, j)], functions[j]);
+                self.triangle[(i, j)] = cosine * above + sine * below;
+                functions[j] = cosine * below - sine * above;
+            }
+            for axis in 0..3 {
+                let (above, below) = (self.right[(i, axis)], force[axis]);
+                self.right[(i, axis)] = cosine * above + sine * below;
+                force[axis] = cosine * below - sine * above;
+            }
+        }
+        self.squares += force.component_mul(&force);
+    }
+
+    /// Rows taken in.
+    pub fn rows(&self) -> u32 {
+        self.rows
+    }
+
+    /// Line `i` of the triangle and of the right-hand sides.
+    pub fn line(&self, i: usize) -> (SVector<T, FUNCTIONS>, Vector3<T>) {
+        (
+            self.triangle.row(i).transpose(),
+            self.right.row(i).transpose(),
+        )
+    }
+
+    /// Variance of a row about the free fit, each axis, widened for the correlation of the rows, (m/s^2)^2; `None`
+    /// where too few rows are left over to tell.
+    pub fn variance(&self) -> Option<Vector3<T>> {
+        const FEWEST_LEFT_OVER: u32 = 6;
+        let left = self
+            .rows
+            .checked_sub(9)
+            .filter(|left| *left >= FEWEST_LEFT_OVER)?;
+        Some(self.squares * (real::<T>(ROW_CORRELATION) / count(left)))
+    }
+}

@@ -1,0 +1,366 @@
+//! The level-free estimator: physical quantities fitted to the harmonics of specific force over heading.
+//!
+//! Gravity turns with the heading and bias does not; the centripetal and the tangential pull of an IMU mounted off the
+//! turning axis go with the squared rate and with its change. What the gyroscope showed of axis and bias comes in as
+//! prior knowledge, with its covariance (docs/theory/spin.md, eq. 7 to 14).
+
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+
+use crate::real::{Real, real};
+use crate::regression::{LeastSquares, Prior, Solution, Unsolvable};
+use crate::spin::axis::AxisFit;
+use crate::spin::harmonics::{FUNCTIONS, Harmonics};
+
+/// Unknowns: accelerometer bias (3, case frame), correction of the gyroscope bias (3, floor frame), tilt of the axis
+/// (forward, left), uphill pull of gravity (forward, left), lever arm (forward, left), gyroscope scale about the axis,
+/// random walk of the heading.
+pub const UNKNOWNS: usize = 14;
+
+/// First of the accelerometer bias.
+pub const ACCELEROMETER: usize = 0;
+/// First of the correction of the gyroscope bias.
+pub const GYROSCOPE: usize = 3;
+/// First of the tilt of the axis.
+pub const AXIS: usize = 6;
+/// First of the uphill pull of gravity.
+pub const UPHILL: usize = 8;
+/// First of the lever arm.
+pub const LEVER_ARM: usize = 10;
+/// The gyroscope's scale error about the axis.
+pub const SCALE: usize = 12;
+const WALK: usize = 13;
+
+/// Largest plausible accelerometer bias and horizontal part of gravity, m/s^2, and lever arm, m.
+const LARGEST: (f64, f64, f64) = (5.0, 5.0, 1.0);
+
+/// What goes into the fit besides the harmonics.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Knowledge<T: Real> {
+    /// Gravity, m/s^2.
+    pub gravity: T,
+    /// What the gyroscope showed.
+    pub axis: AxisFit<T>,
+    /// The angular rate that was taken for the bias while heading was counted, rad/s.
+    pub counted_bias: Vector3<T>,
+    /// Scale error of the gyroscope about the axis, and its 1-sigma.
+    pub scale: (T, T),
+    /// Variance of the bias along the axis, (rad/s)^2: that of the rest, if the rest was one.
+    pub bias_variance: T,
+    /// Variance of the mean rate of the heading's random walk, (rad/s)^2.
+    pub walk_variance: T,
+    /// Variance of the mean over a block of the accelerometer at rest, (m/s^2)^2.
+    pub rest_variance: Vector3<T>,
+    /// The same of a row of the turning robot.
+    pub turning_variance: Vector3<T>,
+}
+
+/// The fit and the frame its unknowns are stated in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LevelFree<T: Real> {
+    /// Unknowns in the order of the constants above.
+    pub solution: Solution<T, UNKNOWNS>,
+    /// Floor frame: forward, left, up as columns in the case frame.
+    pub floor: Matrix3<T>,
+    /// Turning axis as the fit has it, unit length, case frame.
+    pub up: Vector3<T>,
+    /// Gyroscope bias, rad/s, case frame.
+    pub gyroscope_bias: Vector3<T>,
+    /// Gravity, m/s^2.
+    pub gravity: T,
+    /// What the heading lacks, rad a second.
+    pub by_time: T,
+    /// Rows less unknowns.
+    pub degrees_of_freedom: u32,
+}
+
+impl<T: Real> LevelFree<T> {
+    /// Accelerometer bias, m/s^2, case frame.
+    pub fn accelerometer_bias(&self) -> Vector3<T> {
+        self.solution.x.fixed_rows::<3>(ACCELEROMETER).into_owned()
+    }
+
+    /// Specific force without bias, m/s^2, case frame, at a true heading in rad, rate in rad/s as the gyroscope has it
+    /// and angular acceleration in rad/s^2.
+    pub fn specific_force(&self, heading: T, rate: T, acceleration: T) -> Vector3<T> {
+        let x = &self.solution.x;
+        let laid = |i: usize| {
+            let v = self.floor * Vector3::new(x[i], x[i + 1], T::zero());
+            v - self.up * self.up.dot(&v)
+        };
+        let (uphill, arm) = (laid(UPHILL), laid(LEVER_ARM));
+        let (sine, cosine) = heading.sin_cos();
+        let single = T::one() / (T::one() + x[SCALE]);
+        let vertical = (self.gravity * self.gravity - uphill.norm_squared()).max(T::zero());
+        self.up * vertical.sqrt() + uphill * cosine - self.up.cross(&uphill) * sine
+            - arm * (rate * rate * single * single)
+            + self.up.cross(&arm) * (acceleration * single)
+    }
+
+    /// What is to be added to a heading as it was counted, rad, `time` s after the origin.
+    pub fn heading_correction(&self, heading: T, time: T) -> T {
+        let single = T::one() / (T::one() + self.solution.x[SCALE]);
+        heading * (single - T::one()) + time * self.by_time
+    }
+}
+
+type Coefficients<T> = SMatrix<T, FUNCTIONS, 3>;
+
+/// The vectors the coefficients are linear in.
+#[derive(Clone, Copy)]
+struct Vectors<T: Real> {
+    constant: Vector3<T>,
+    cosine: Vector3<T>,
+    sine: Vector3<T>,
+    arm: Vector3<T>,
+    arm_left: Vector3<T>,
+}
+
+/// How heading as counted has to be stretched and sheared to be the true one.
+#[derive(Clone, Copy)]
+struct Stretch<T: Real> {
+    by_heading: T,
+    by_time: T,
+    squared: T,
+    single: T,
+}
+
+impl<T: Real> Vectors<T> {
+    /// Eq. 11.
+    fn coefficients(&self, stretch: &Stretch<T>) -> Coefficients<T> {
+        Coefficients::from_rows(&[
+            self.constant.transpose(),
+            self.cosine.transpose(),
+            self.sine.transpose(),
+            (self.cosine * -stretch.by_heading).transpose(),
+            (self.sine * stretch.by_heading).transpose(),
+            (self.cosine * -stretch.by_time).transpose(),
+            (self.sine * stretch.by_time).transpose(),
+            (self.arm * -stretch.squared).transpose(),
+            (self.arm_left * stretch.single).transpose(),
+        ])
+    }
+}
+
+/// The model about one point.
+struct Point<T: Real> {
+    gravity: T,
+    up: Vector3<T>,
+    plane: [Vector3<T>; 2],
+    vectors: Vectors<T>,
+    stretch: Stretch<T>,
+    drift: T,
+}
+
+impl<T: Real> Point<T> {
+    fn new(knowledge: &Knowledge<T>, x: &SVector<T, UNKNOWNS>) -> Self {
+        let floor = &knowledge.axis.floor;
+        let (forward, left) = (floor.column(0), floor.column(1));
+        let up = (floor.column(2) + forward * x[AXIS] + left * x[AXIS + 1]).normalize();
+        let lay = |v: Vector3<T>| v - up * up.dot(&v);
+        let plane = [lay(forward.into_owned()), lay(left.into_owned())];
+        let uphill = plane[0] * x[UPHILL] + plane[1] * x[UPHILL + 1];
+        let arm = plane[0] * x[LEVER_ARM] + plane[1] * x[LEVER_ARM + 1];
+        let vertical = (knowledge.gravity * knowledge.gravity - uphill.norm_squared())
+            .max(T::zero())
+            .sqrt();
+        let single = T::one() / (T::one() + x[SCALE]);
+        let drift = (knowledge.axis.bias - knowledge.counted_bias).dot(&up) + x[GYROSCOPE + 2];
+        Self {
+            gravity: vertical,
+            up,
+            plane,
+            vectors: Vectors {
+                constant: Vector3::new(x[0], x[1], x[2]) + up * vertical,
+                cosine: uphill,
+                sine: -up.cross(&uphill),
+                arm,
+                arm_left: up.cross(&arm),
+            },
+            stretch: Stretch {
+                by_heading: single - T::one(),
+                by_time: x[WALK] - drift * single,
+                squared: single * single,
+                single,
+            },
+            drift,
+        }
+    }
+
+    /// Derivative of the coefficients by unknown `i`; zero where they do not depend on it.
+    fn derivative(&self, i: usize) -> Coefficients<T> {
+        let zero = Vector3::zeros();
+        let none = Vectors {
+            constant: zero,
+            cosine: zero,
+            sine: zero,
+            arm: zero,
+            arm_left: zero,
+        };
+        let single = self.stretch.single;
+        let still = Stretch {
+            by_heading: T::zero(),
+            by_time: T::zero(),
+            squared: T::zero(),
+            single: T::zero(),
+        };
+        let turning = Vectors {
+            constant: zero,
+            ..self.vectors
+        };
+        let stretched = |stretch: Stretch<T>| {
+            let mut coefficients = turning.coefficients(&stretch);
+            coefficients.fixed_rows_mut::<3>(0).fill(T::zero());
+            coefficients
+        };
+        match i {
+            0..3 => Vectors {
+                constant: Matrix3::identity().column(i).into_owned(),
+                ..none
+            }
+            .coefficients(&still),
+            5 => stretched(Stretch {
+                by_time: -single,
+                ..still
+            }),
+            6 | 7 => self.by_tilt(&self.plane[i - 6]).coefficients(&self.stretch),
+            8 | 9 => {
+                let e = self.plane[i - 8];
+                Vectors {
+                    constant: self.up * -(self.vectors.cosine.dot(&e) / self.gravity),
+                    cosine: e,
+                    sine: -self.up.cross(&e),
+                    ..none
+                }
+                .coefficients(&self.stretch)
+            }
+            10 | 11 => {
+                let e = self.plane[i - 10];
+                Vectors {
+                    arm: e,
+                    arm_left: self.up.cross(&e),
+                    ..none
+                }
+                .coefficients(&self.stretch)
+            }
+            SCALE => stretched(Stretch {
+                by_heading: -single * single,
+                by_time: self.drift * single * single,
+                squared: -single * single * single * real::<T>(2.0),
+                single: -single * single,
+            }),
+            WALK => stretched(Stretch {
+                by_time: T::one(),
+                ..still
+            }),
+            _ => Coefficients::zeros(),
+        }
+    }
+
+    /// How everything moves when the axis tilts towards `e`.
+    fn by_tilt(&self, e: &Vector3<T>) -> Vectors<T> {
+        let lay = |v: &Vector3<T>| self.up * -e.dot(v);
+        Vectors {
+            constant: e * self.gravity,
+            cosine: lay(&self.vectors.cosine),
+            sine: -e.cross(&self.vectors.cosine),
+            arm: lay(&self.vectors.arm),
+            arm_left: e.cross(&self.vectors.arm),
+        }
+    }
+}
+
+/// Rounds of linearisation: the heading's errors matter only once the floor's tilt is known, and that is the first
+/// round's doing.
+const ROUNDS: u32 = 5;
+
+/// Fits all unknowns to what the accelerometer said at rest and while turning.
+///
+/// Lines of `resting` are weighted by the number of blocks, so that their variance is that of one.
+///
+/// # Errors
+/// [`Unsolvable`] if something was not finite.
+pub fn fit<T: Real>(
+    resting: &Harmonics<T>,
+    turning: &Harmonics<T>,
+    knowledge: &Knowledge<T>,
+) -> Result<LevelFree<T>, Unsolvable> {
+    let prior = prior(knowledge);
+    let mut solution = one_round(resting, turning, knowledge, &prior, &prior.mean)?;
+    for _ in 1..ROUNDS {
+        solution = one_round(resting, turning, knowledge, &prior, &solution.x)?;
+    }
+    let floor = knowledge.axis.floor;
+    let x = &solution.x;
+    let correction = Vector3::new(x[GYROSCOPE], x[GYROSCOPE + 1], x[GYROSCOPE + 2]);
+    let point = Point::new(knowledge, x);
+    Ok(LevelFree {
+        up: point.up,
+        gravity: knowledge.gravity,
+        by_time: point.stretch.by_time,
+        gyroscope_bias: knowledge.axis.bias + floor * correction,
+        floor,
+        degrees_of_freedom: crate::regression::degrees_of_freedom(solution.rows, FREE),
+        solution,
+    })
+}
+
+/// Unknowns without prior knowledge: accelerometer bias, uphill pull, lever arm.
+const FREE: usize = 7;
+
+fn prior<T: Real>(knowledge: &Knowledge<T>) -> Prior<T, UNKNOWNS> {
+    let mut prior = Prior::<T, UNKNOWNS> {
+        mean: SVector::zeros(),
+        covariance: SMatrix::zeros(),
+    };
+    let variance = |i: usize| -> T {
+        let largest: T = match i {
+            0..3 => real(LARGEST.0),
+            8 | 9 => real(LARGEST.1),
+            10 | 11 => real(LARGEST.2),
+            SCALE => knowledge.scale.1,
+            _ => return knowledge.walk_variance.max(real(1e-20)),
+        };
+        largest * largest
+    };
+    for i in (0..GYROSCOPE).chain(UPHILL..UNKNOWNS) {
+        prior.covariance[(i, i)] = variance(i);
+    }
+    prior
+        .covariance
+        .fixed_view_mut::<5, 5>(GYROSCOPE, GYROSCOPE)
+        .copy_from(&knowledge.axis.covariance);
+    prior.covariance[(GYROSCOPE + 2, GYROSCOPE + 2)] = knowledge.bias_variance;
+    prior.mean[SCALE] = knowledge.scale.0;
+    prior
+}
+
+fn one_round<T: Real>(
+    resting: &Harmonics<T>,
+    turning: &Harmonics<T>,
+    knowledge: &Knowledge<T>,
+    prior: &Prior<T, UNKNOWNS>,
+    x: &SVector<T, UNKNOWNS>,
+) -> Result<Solution<T, UNKNOWNS>, Unsolvable> {
+    let point = Point::new(knowledge, x);
+    let model = point.vectors.coefficients(&point.stretch);
+    let derivatives: [Coefficients<T>; UNKNOWNS] = core::array::from_fn(|i| point.derivative(i));
+    let mut equations = LeastSquares::new(prior);
+    for (harmonics, variance) in [
+        (resting, &knowledge.rest_variance),
+        (turning, &knowledge.turning_variance),
+    ] {
+        for i in 0..FUNCTIONS {
+            let (line, right) = harmonics.line(i);
+            // Lines of functions that never were anything but zero say nothing.
+            if line.iter().all(|value| *value == T::zero()) {
+                continue;
+            }
+            for axis in 0..3 {
+                let a = SVector::<T, UNKNOWNS>::from_fn(|j, _| line.dot(&derivatives[j].column(axis)));
+                let y = right[axis] - line.dot(&model.column(axis)) + a.dot(x);
+                equations.push(&a, y, variance[axis]);
+            }
+        }
+    }
+    equations.solve()
+}

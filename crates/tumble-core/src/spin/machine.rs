@@ -1,0 +1,292 @@
+//! The procedure on a device: `Idle -> Still -> Spin -> Done | Failed(why)`.
+//!
+//! It asks the robot for nothing but tells it what it waits for. Standing still is judged by scatter and by the
+//! specific force staying where it was, never by the level of the rate: a bias may be as large as it likes. A slow
+//! constant turn looks like rest to these; the wheels' state, where given with a sample, decides instead, and where it
+//! is not given the harmonics show it afterwards.
+
+use crate::real::{Real, real, seconds};
+use crate::sample::Sample;
+use crate::spin::block::Block;
+use crate::spin::collector::Collector;
+use crate::spin::estimate::{SpinEstimate, TrueAngle};
+use crate::spin::failure::Failure;
+use crate::spin::settings::SpinSettings;
+use crate::stillness::Stillness;
+
+/// What the wheels are known to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wheels {
+    /// Nobody says.
+    Unknown,
+    /// They stand still, and so does the robot.
+    Stopped,
+    /// At least one turns.
+    Turning,
+}
+
+/// Where the procedure is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum State<T: Real> {
+    /// Not started.
+    Idle,
+    /// Waits for the robot to stand still, and gathers while it does.
+    Still,
+    /// Waits for the robot to turn on the spot, and gathers.
+    Spin,
+    /// The result can be had from [`SpinMachine::solve`].
+    Done,
+    /// There is no result; a calibration from before stays.
+    Failed(Failure<T>),
+}
+
+/// What happened with a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// The robot has come to stand.
+    StillBegan,
+    /// It moved before it had stood long enough; waiting begins anew.
+    StillBroken,
+    /// It stood long enough: turn it now.
+    StillDone,
+    /// It has begun to turn.
+    SpinBegan,
+    /// It turned far enough and the result is there.
+    Done,
+    /// [`State::Failed`] says why.
+    Failed,
+}
+
+/// How far the procedure is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress<T: Real> {
+    /// Time stood still, s.
+    pub still: T,
+    /// Angle turned, both directions, rad.
+    pub turned: T,
+    /// Rate about the vertical over the block before, rad/s.
+    pub rate: T,
+    /// Whether the robot stood still over the block before.
+    pub at_rest: bool,
+}
+
+/// The state machine. All its memory is in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpinMachine<T: Real> {
+    settings: SpinSettings<T>,
+    state: State<T>,
+    collector: Collector<T>,
+    stillness: Stillness<T>,
+    wheels: Option<Wheels>,
+    since: Option<u64>,
+    last: u64,
+    began: bool,
+    rate: T,
+    at_rest: bool,
+}
+
+/// Rate, rad/s, below which a robot whose wheels nobody knows may have stopped.
+const STOPPED: f64 = 0.01;
+
+/// Turned angle from which on the spin has begun, rad.
+const BEGUN: f64 = 0.2;
+
+impl<T: Real> SpinMachine<T> {
+    /// Idle.
+    pub fn new(settings: &SpinSettings<T>) -> Self {
+        Self {
+            settings: *settings,
+            state: State::Idle,
+            collector: Collector::new(settings),
+            stillness: Stillness::new(settings.stillness),
+            wheels: None,
+            since: None,
+            last: 0,
+            began: false,
+            rate: T::zero(),
+            at_rest: false,
+        }
+    }
+
+    /// Begins, or begins anew, with the next sample.
+    pub fn start(&mut self) {
+        *self = Self {
+            state: State::Still,
+            ..Self::new(&self.settings)
+        };
+    }
+
+    /// Where the procedure is.
+    pub fn state(&self) -> &State<T> {
+        &self.state
+    }
+
+    /// How far it is.
+    pub fn progress(&self) -> Progress<T> {
+        let estimator = self.collector.estimator();
+        let still = match self.state {
+            State::Idle => 0,
+            State::Still => estimator.stop().map_or(0, |stop| stop.duration()),
+            State::Spin | State::Done | State::Failed(_) => self.settings.still,
+        };
+        Progress {
+            still: seconds(still),
+            turned: estimator.turned().angle(),
+            rate: self.rate,
+            at_rest: self.at_rest,
+        }
+    }
+
+    /// What the spin showed so far; useful when [`State::Done`], and of a spin that failed, to those who want to know.
+    ///
+    /// # Errors
+    /// [`Failure`] where there is nothing to be had.
+    pub fn solve(&self, true_angle: Option<&TrueAngle<T>>) -> Result<SpinEstimate<T>, Failure<T>> {
+        self.collector.solve(true_angle)
+    }
+
+    /// Takes in the next sample, with what the wheels did.
+    pub fn push(&mut self, sample: &Sample<T>, wheels: Wheels) -> Option<Event> {
+        if !matches!(self.state, State::Still | State::Spin) || !sample.is_finite() {
+            return None;
+        }
+        if matches!(self.state, State::Still) && self.is_gap(sample.time) {
+            return self.break_off();
+        }
+        let pushed = self.collector.push(sample);
+        self.last = self.last.max(sample.time);
+        let since = *self.since.get_or_insert(sample.time);
+        self.wheels = Some(self.wheels.map_or(wheels, |before| worse(before, wheels)));
+        let event = match pushed {
+            Err(failure) => return Some(self.fail(failure)),
+            Ok(None) => None,
+            Ok(Some(block)) => {
+                // The sample that completes a block is the first of the next.
+                let over_block = self.wheels.replace(wheels).unwrap_or(Wheels::Unknown);
+                self.step(&block, over_block)
+            }
+        };
+        event.or_else(|| self.check_time(since))
+    }
+
+    /// Says that time, microseconds, has passed without samples.
+    pub fn tick(&mut self, now: u64) -> Option<Event> {
+        let begun = matches!(self.state, State::Still | State::Spin) && self.since.is_some();
+        let pause = now.saturating_sub(self.last);
+        (begun && pause > self.settings.longest_gap).then(|| {
+            self.fail(Failure::StreamStopped {
+                time: self.last,
+                gap: seconds(pause),
+            })
+        })
+    }
+
+    fn is_gap(&self, time: u64) -> bool {
+        self.since.is_some() && time.saturating_sub(self.last) > self.settings.longest_gap
+    }
+
+    fn fail(&mut self, failure: Failure<T>) -> Event {
+        self.state = State::Failed(failure);
+        Event::Failed
+    }
+
+    fn step(&mut self, block: &Block<T>, wheels: Wheels) -> Option<Event> {
+        let quiet = self.stillness.push(&block.moments);
+        self.rate = block.rate;
+        self.at_rest = match wheels {
+            Wheels::Stopped => true,
+            Wheels::Turning => false,
+            Wheels::Unknown => quiet && self.has_stopped(block),
+        };
+        match self.state {
+            State::Still => self.stand(block),
+            State::Spin => self.turn(block),
+            State::Idle | State::Done | State::Failed(_) => None,
+        }
+    }
+
+    fn has_stopped(&self, block: &Block<T>) -> bool {
+        let estimator = self.collector.estimator();
+        let level = |stop: &crate::spin::rests::Stop<T>| self.stillness.is_level(&stop.samples, &block.moments);
+        match self.state {
+            State::Spin => block.rate.abs() < real(STOPPED) && estimator.stop().is_none_or(level),
+            _ => {
+                block.angular_rate().norm() < self.settings.largest_rate_bias
+                    && estimator.stop().is_none_or(level)
+            }
+        }
+    }
+
+    fn stand(&mut self, block: &Block<T>) -> Option<Event> {
+        if !self.at_rest {
+            return self.break_off();
+        }
+        let began = self.collector.estimator().stop().is_none();
+        if let Err(failure) = self.collector.take(block, true) {
+            return Some(self.fail(failure));
+        }
+        let stood = self.collector.estimator().stop().map_or(0, |stop| stop.duration());
+        if stood < self.settings.still {
+            return began.then_some(Event::StillBegan);
+        }
+        self.collector.end_stop();
+        self.state = State::Spin;
+        self.since = Some(block.end);
+        Some(Event::StillDone)
+    }
+
+    /// Gathers anew, with the noise floor learnt so far.
+    fn break_off(&mut self) -> Option<Event> {
+        let stood = self.collector.estimator().stop().is_some();
+        self.collector = Collector::new(&self.settings);
+        self.wheels = None;
+        stood.then_some(Event::StillBroken)
+    }
+
+    fn turn(&mut self, block: &Block<T>) -> Option<Event> {
+        if let Err(failure) = self.collector.take(block, self.at_rest) {
+            return Some(self.fail(failure));
+        }
+        let turned = self.collector.estimator().turned().angle();
+        if turned >= self.settings.turn {
+            return Some(self.finish());
+        }
+        let begins = !self.began && turned >= real(BEGUN);
+        self.began |= begins;
+        begins.then_some(Event::SpinBegan)
+    }
+
+    fn finish(&mut self) -> Event {
+        match self.solve(None) {
+            Ok(_) => {
+                self.state = State::Done;
+                Event::Done
+            }
+            Err(failure) => self.fail(failure),
+        }
+    }
+
+    fn check_time(&mut self, since: u64) -> Option<Event> {
+        let passed = self.last.saturating_sub(since);
+        let failure = match self.state {
+            State::Still if passed > self.settings.still_timeout => Failure::NeverStill {
+                waited: seconds(passed),
+            },
+            State::Spin if passed > self.settings.spin_timeout => Failure::TurnedTooLittle {
+                turned: self.collector.estimator().turned().angle(),
+                wanted: self.settings.turn,
+            },
+            _ => return None,
+        };
+        Some(self.fail(failure))
+    }
+}
+
+/// Of two states of the wheels within one block, the one that says less of rest.
+fn worse(a: Wheels, b: Wheels) -> Wheels {
+    match (a, b) {
+        (Wheels::Turning, _) | (_, Wheels::Turning) => Wheels::Turning,
+        (Wheels::Unknown, _) | (_, Wheels::Unknown) => Wheels::Unknown,
+        (Wheels::Stopped, Wheels::Stopped) => Wheels::Stopped,
+    }
+}

@@ -1,0 +1,28 @@
+//! Biases of a wheeled robot's IMU from standing still and turning on the spot, whatever the tilt of IMU and floor.
+//!
+//! Read in this order:
+//!
+//! 1. [`block`]: samples become blocks, and rate becomes heading;
+//! 2. [`rests`]: what standing still shows; [`axis`]: the turning axis and the bias of the gyroscope;
+//! 3. [`harmonics`]: what the accelerometer says over heading;
+//! 4. [`published`]: the estimator for level floors; [`level_free`]: that for any floor;
+//! 5. [`estimator`] keeps what is needed, in constant memory, and [`estimate`] solves it;
+//! 6. [`collector`] takes samples to the estimator, and [`machine`] is the procedure on a device, which tells the robot what it
+//!    waits for;
+//! 7. [`compensation`]: what the result is for.
+//!
+//! [`settings`] says how to spin, [`failure`] why a spin cannot be used. Derivations: docs/theory/spin.md.
+
+pub mod axis;
+pub mod block;
+pub mod collector;
+pub mod compensation;
+pub mod estimate;
+pub mod estimator;
+pub mod failure;
+pub mod harmonics;
+pub mod level_free;
+pub mod machine;
+pub mod published;
+pub mod rests;
+pub mod settings;

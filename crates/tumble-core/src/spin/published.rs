@@ -1,0 +1,63 @@
+//! The published estimator: the floor is level, so the turning axis is the direction of gravity.
+//!
+//! `n = (mean(y_2) - b_g) / |...|`, its sign such that `n . mean(a_1) > 0`; `b_a = mean(a_1) - g n`
+//! (docs/theory/spin.md, eq. 1 to 3). Turns in both directions are brought to one by the sign of each.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::real::{Real, real};
+use crate::spin::axis::RestingRate;
+
+/// First data, second data, and gravity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Readings<T: Real> {
+    /// Mean angular rate at rest.
+    pub rest: RestingRate<T>,
+    /// Mean specific force at rest, m/s^2.
+    pub specific_force: Vector3<T>,
+    /// Variance of that mean, each axis, (m/s^2)^2.
+    pub specific_force_variance: Vector3<T>,
+    /// Angle turned less bias, counter-clockwise added to clockwise with its sign turned, rad.
+    pub turned: Vector3<T>,
+    /// Duration of counter-clockwise less that of clockwise turning, s.
+    pub net_duration: T,
+    /// Variance of the angle from noise while turning, each direction across the axis, rad^2.
+    pub turned_variance: T,
+    /// Gravity, m/s^2.
+    pub gravity: T,
+}
+
+/// Biases on level ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Published<T: Real> {
+    /// Turning axis, upwards, unit length, case frame.
+    pub up: Vector3<T>,
+    /// Accelerometer bias, m/s^2.
+    pub bias: Vector3<T>,
+    /// Covariance of that bias if the floor is level, (m/s^2)^2.
+    pub covariance: Matrix3<T>,
+}
+
+/// The estimate; `None` if the robot did not turn.
+pub fn estimate<T: Real>(readings: &Readings<T>) -> Option<Published<T>> {
+    let angle = readings.turned.norm();
+    if angle < real(1e-3) {
+        return None;
+    }
+    let upwards = if readings.turned.dot(&readings.specific_force) < T::zero() {
+        -T::one()
+    } else {
+        T::one()
+    };
+    let up = readings.turned * (upwards / angle);
+    let across = Matrix3::identity() - up * up.transpose();
+    let from_rest = Matrix3::from_diagonal(&readings.rest.variance)
+        * (readings.net_duration * readings.net_duration);
+    let of_angle = across * (from_rest + Matrix3::identity() * readings.turned_variance) * across;
+    let lever = readings.gravity / angle;
+    Some(Published {
+        up,
+        bias: readings.specific_force - up * readings.gravity,
+        covariance: Matrix3::from_diagonal(&readings.specific_force_variance) + of_angle * (lever * lever),
+    })
+}

@@ -1,0 +1,209 @@
+//! What the robot showed while it stood still: bias, noise, and specific force at each heading it stood at.
+
+use nalgebra::{SVector, Vector3};
+
+use crate::moments::Moments;
+use crate::real::{Real, count, real, seconds};
+use crate::sample::CHANNELS;
+use crate::spin::axis::RestingRate;
+use crate::spin::block::Block;
+use crate::spin::harmonics::{FUNCTIONS, Harmonics, Row};
+use crate::stillness::UnitMoments;
+
+/// Successive blocks at rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stop<T: Real> {
+    /// First instant, microseconds.
+    pub start: u64,
+    /// Last instant, microseconds.
+    pub end: u64,
+    /// All samples.
+    pub samples: UnitMoments<T>,
+    blocks: Moments<T, CHANNELS>,
+    functions: SVector<T, FUNCTIONS>,
+}
+
+impl<T: Real> Stop<T> {
+    /// Begins with a block.
+    pub fn new(block: &Block<T>) -> Self {
+        let mut stop = Self {
+            start: block.start,
+            end: block.start,
+            samples: UnitMoments::new(),
+            blocks: Moments::new(),
+            functions: SVector::zeros(),
+        };
+        stop.push(block);
+        stop
+    }
+
+    /// Goes on with the next block.
+    pub fn push(&mut self, block: &Block<T>) {
+        self.end = block.end;
+        self.samples.merge(&block.moments);
+        self.blocks.push(block.moments.mean());
+        self.functions += Row::of_block(block).functions;
+    }
+
+    /// How long it lasts, microseconds.
+    pub fn duration(&self) -> u64 {
+        self.end.saturating_sub(self.start)
+    }
+
+    fn channels(&self, first: usize) -> Vector3<T> {
+        let mean = self.samples.mean();
+        Vector3::from_fn(|i, _| mean.get(first + i).copied().unwrap_or(T::zero()))
+    }
+
+    /// Mean specific force, m/s^2.
+    pub fn specific_force(&self) -> Vector3<T> {
+        self.channels(0)
+    }
+
+    /// Mean angular rate, rad/s.
+    pub fn angular_rate(&self) -> Vector3<T> {
+        self.channels(3)
+    }
+
+    /// Mean over its blocks, so weighted that its variance is that of one block.
+    fn row(&self) -> Row<T> {
+        let blocks = count::<T>(self.blocks.samples());
+        let weight = blocks.sqrt();
+        let mut functions = self.functions / blocks;
+        // At rest nothing pulls: what is left in these two is noise.
+        functions[FUNCTIONS - 2] = T::zero();
+        functions[FUNCTIONS - 1] = T::zero();
+        Row {
+            functions: functions * weight,
+            specific_force: self.specific_force() * weight,
+        }
+    }
+}
+
+/// All stops of one spin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rests<T: Real> {
+    rate: Vector3<T>,
+    blocks: u32,
+    samples: u32,
+    time: u64,
+    first_force: Vector3<T>,
+    first_blocks: u32,
+    freedom: u32,
+    block_squares: [T; CHANNELS],
+    sample_squares: [T; CHANNELS],
+    sample_freedom: u32,
+    harmonics: Harmonics<T>,
+}
+
+/// Degrees of freedom below which blocks say nothing of noise that samples do not.
+const FEWEST: u32 = 6;
+
+impl<T: Real> Rests<T> {
+    /// Begins with the first stop.
+    pub fn new(stop: &Stop<T>) -> Self {
+        let mut rests = Self {
+            rate: Vector3::zeros(),
+            blocks: 0,
+            samples: 0,
+            time: 0,
+            first_force: stop.specific_force(),
+            first_blocks: stop.blocks.samples(),
+            freedom: 0,
+            block_squares: [T::zero(); CHANNELS],
+            sample_squares: [T::zero(); CHANNELS],
+            sample_freedom: 0,
+            harmonics: Harmonics::default(),
+        };
+        rests.push(stop);
+        rests
+    }
+
+    /// Takes in another stop.
+    pub fn push(&mut self, stop: &Stop<T>) {
+        let blocks = stop.blocks.samples();
+        self.blocks += blocks;
+        self.samples += stop.samples.samples();
+        self.time += stop.duration();
+        self.rate += (stop.angular_rate() - self.rate) * (count::<T>(blocks) / count(self.blocks));
+        let (block_freedom, sample_freedom) = (
+            blocks.saturating_sub(1),
+            stop.samples.samples().saturating_sub(1),
+        );
+        let (of_blocks, of_samples) = (stop.blocks.variance(), stop.samples.variance());
+        for i in 0..CHANNELS {
+            self.block_squares[i] += of_blocks[i] * count(block_freedom);
+            self.sample_squares[i] += of_samples[i] * count(sample_freedom);
+        }
+        self.freedom += block_freedom;
+        self.sample_freedom += sample_freedom;
+        self.harmonics.push(&stop.row());
+    }
+
+    /// Whether a stop shows the same rate as the stops before, to five sigma and what a bias drifts within minutes.
+    pub fn agrees(&self, stop: &Stop<T>) -> bool {
+        const DRIFT: f64 = 5e-4;
+        let variance = self.block_variance(3).sum();
+        let shares =
+            T::one() / count(self.blocks.max(1)) + T::one() / count(stop.blocks.samples().max(1));
+        (stop.angular_rate() - self.rate).norm() <= real::<T>(DRIFT) + (variance * shares).sqrt() * real(5.0)
+    }
+
+    /// Time stood still, s.
+    pub fn time(&self) -> T {
+        seconds(self.time)
+    }
+
+    /// Samples at rest.
+    pub fn samples(&self) -> u32 {
+        self.samples
+    }
+
+    /// Mean angular rate over all stops, and the variance of that mean.
+    pub fn rate(&self) -> RestingRate<T> {
+        RestingRate {
+            mean: self.rate,
+            variance: self.block_variance(3) / count::<T>(self.blocks.max(1)),
+        }
+    }
+
+    /// Mean specific force of the first stop, m/s^2, and the variance of that mean.
+    pub fn first_force(&self) -> (Vector3<T>, Vector3<T>) {
+        (
+            self.first_force,
+            self.block_variance(0) / count::<T>(self.first_blocks.max(1)),
+        )
+    }
+
+    /// Variance of the mean over a block, for the three channels from `first` on.
+    ///
+    /// Each axis has the scatter of its own samples; how much more or less means over blocks scatter than white noise
+    /// would, the three axes tell together.
+    pub fn block_variance(&self, first: usize) -> Vector3<T> {
+        let samples_a_block = count::<T>(self.samples.max(1)) / count(self.blocks.max(1));
+        let white = self.sample_variance(first) / samples_a_block;
+        let sum = |values: &[T; CHANNELS]| values.iter().skip(first).take(3).fold(T::zero(), |s, v| s + *v);
+        let shown = sum(&self.block_squares) / count(self.freedom.max(1));
+        let excess = if self.freedom < FEWEST || white.sum() <= T::zero() {
+            T::one()
+        } else {
+            shown / white.sum()
+        };
+        white * excess
+    }
+
+    /// Variance of one sample, for the three channels from `first` on.
+    pub fn sample_variance(&self, first: usize) -> Vector3<T> {
+        let share = T::one() / count(self.sample_freedom.max(1));
+        Vector3::from_fn(|i, _| {
+            self.sample_squares
+                .get(first + i)
+                .map_or(T::zero(), |squares| *squares * share)
+        })
+    }
+
+    /// Specific force at each heading the robot stood at.
+    pub fn harmonics(&self) -> &Harmonics<T> {
+        &self.harmonics
+    }
+}

@@ -1,0 +1,80 @@
+//! How to spin, and how to judge it.
+
+use crate::gravity;
+use crate::real::{Real, real};
+use crate::stillness::StillnessSettings;
+
+/// Everything that can be set; lengths of time in microseconds, angles in rad.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpinSettings<T: Real> {
+    /// Gravity, m/s^2.
+    pub gravity: T,
+    /// How long to stand still.
+    pub still: u64,
+    /// How far to turn, both directions together, rad.
+    pub turn: T,
+    /// Speed asked for, rad/s: what the user is told, not what is judged.
+    pub rate: T,
+    /// Take the floor for level, as the published estimator does.
+    pub level_floor: bool,
+    /// Largest floor tilt, rad.
+    pub largest_floor_tilt: T,
+    /// 1-sigma of the gyroscope's scale error about the turning axis, before anything is known of it.
+    pub scale_sigma: T,
+    /// End of the accelerometer's range, m/s^2, where known.
+    pub specific_force_range: Option<T>,
+    /// End of the gyroscope's range, rad/s, where known.
+    pub angular_rate_range: Option<T>,
+    /// How long to wait for the robot to stand still.
+    pub still_timeout: u64,
+    /// How long to wait for the turn to be made.
+    pub spin_timeout: u64,
+    /// Longest pause in the samples.
+    pub longest_gap: u64,
+    /// Length of a block.
+    pub block: u64,
+    /// Shortest stop after the first rest that is counted as a rest.
+    pub shortest_stop: u64,
+    /// Upward part of the Earth's rotation, rad/s; zero where the latitude is not known.
+    pub earth_rate_up: T,
+    /// Largest change of the force along the turning axis, m/s^2.
+    pub largest_lift: T,
+    /// Largest rate across the turning axis, rad/s.
+    pub largest_rate_across: T,
+    /// Largest rate across the turning axis as a share of the rate about it.
+    pub largest_share_across: T,
+    /// Largest plausible bias of the gyroscope, rad/s: a robot that seems to turn faster does not stand still.
+    pub largest_rate_bias: T,
+    /// Largest turn from one sample to the next, rad.
+    pub largest_step: T,
+    /// What counts as standing still.
+    pub stillness: StillnessSettings<T>,
+}
+
+impl<T: Real> Default for SpinSettings<T> {
+    fn default() -> Self {
+        Self {
+            gravity: real(gravity::STANDARD),
+            still: 5_000_000,
+            turn: real(2.0 * core::f64::consts::TAU),
+            rate: real(1.0),
+            level_floor: false,
+            largest_floor_tilt: real(10.0_f64.to_radians()),
+            scale_sigma: real(0.01),
+            specific_force_range: None,
+            angular_rate_range: None,
+            still_timeout: 60_000_000,
+            spin_timeout: 120_000_000,
+            longest_gap: 250_000,
+            block: 200_000,
+            shortest_stop: 1_000_000,
+            earth_rate_up: T::zero(),
+            largest_lift: real(0.5),
+            largest_rate_across: real(0.1),
+            largest_share_across: real(0.05),
+            largest_rate_bias: real(0.5),
+            largest_step: real(0.25),
+            stillness: StillnessSettings::default(),
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! A spin out of a recording whose rests are known: the device's estimator over arrays, with what pictures need.
+
+use nalgebra::{Matrix3, Vector2, Vector3};
+use tumble_core::real::{Real, real};
+use tumble_core::sample::Sample;
+use tumble_core::spin::block::Block;
+use tumble_core::spin::collector::Collector;
+use tumble_core::spin::estimate::{SpinEstimate, TrueAngle};
+use tumble_core::spin::failure::Failure;
+use tumble_core::spin::settings::SpinSettings;
+
+/// First and last instant of a rest, microseconds.
+pub type RestTimes = (u64, u64);
+
+/// One block of the recording beside what the fit has for it, floor frame: forward, left, up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drawn<T: Real> {
+    /// Middle, microseconds.
+    pub time: u64,
+    /// Whether the robot stood still.
+    pub resting: bool,
+    /// Heading since the first rest, rad.
+    pub heading: T,
+    /// Rate about the turning axis, rad/s.
+    pub rate: T,
+    /// Rate across it, rad/s.
+    pub across: Vector2<T>,
+    /// Specific force less accelerometer bias, m/s^2.
+    pub force: Vector3<T>,
+    /// The same as the model has it.
+    pub fit: Vector3<T>,
+}
+
+/// What a spin shows, and its blocks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fitted<T: Real> {
+    /// Everything found.
+    pub estimate: SpinEstimate<T>,
+    /// Successive blocks.
+    pub drawn: Vec<Drawn<T>>,
+}
+
+/// Estimates from the samples of one spin, in order of time, given when the robot stood still.
+///
+/// # Errors
+/// [`Failure`] where the samples are no spin that can be used.
+pub fn fit<T: Real>(
+    samples: impl Iterator<Item = Sample<T>>,
+    rests: &[RestTimes],
+    settings: &SpinSettings<T>,
+    true_angle: Option<&TrueAngle<T>>,
+) -> Result<Fitted<T>, Failure<T>> {
+    let mut pass = Pass {
+        collector: Collector::new(settings),
+        blocks: Vec::new(),
+    };
+    let mut was_resting = None;
+    for sample in samples {
+        let resting = rests
+            .iter()
+            .any(|(start, end)| (*start..=*end).contains(&sample.time));
+        if let Some(before) = was_resting.filter(|before| *before != resting) {
+            pass.cut(before)?;
+        }
+        was_resting = Some(resting);
+        if let Some(block) = pass.collector.push(&sample)? {
+            pass.take(block, resting)?;
+        }
+    }
+    pass.cut(was_resting.unwrap_or(false))?;
+    let estimate = pass.collector.solve(true_angle)?;
+    let drawn = draw(&pass.blocks, &estimate);
+    Ok(Fitted { estimate, drawn })
+}
+
+struct Pass<T: Real> {
+    collector: Collector<T>,
+    blocks: Vec<(Block<T>, bool)>,
+}
+
+impl<T: Real> Pass<T> {
+    fn take(&mut self, block: Block<T>, resting: bool) -> Result<(), Failure<T>> {
+        self.collector.take(&block, resting)?;
+        self.blocks.push((block, resting));
+        Ok(())
+    }
+
+    /// Ends the block at hand where the robot stops or starts.
+    fn cut(&mut self, resting: bool) -> Result<(), Failure<T>> {
+        if let Some(block) = self.collector.cut() {
+            self.take(block, resting)?;
+        }
+        if resting {
+            self.collector.end_stop();
+        }
+        Ok(())
+    }
+}
+
+fn draw<T: Real>(blocks: &[(Block<T>, bool)], estimate: &SpinEstimate<T>) -> Vec<Drawn<T>> {
+    let floor: Matrix3<T> = estimate.fit.floor;
+    let accelerometer = estimate.fit.accelerometer_bias();
+    let gyroscope = estimate.fit.gyroscope_bias;
+    (0..blocks.len())
+        .map(|i| {
+            let (block, resting) = &blocks[i];
+            let rate = floor.tr_mul(&(block.angular_rate() - gyroscope));
+            let heading = block.heading + estimate.fit.heading_correction(block.heading, block.time);
+            let modelled = estimate
+                .fit
+                .specific_force(heading, block.rate, acceleration(blocks, i));
+            Drawn {
+                time: block.start + (block.end - block.start) / 2,
+                resting: *resting,
+                heading,
+                rate: rate.z,
+                across: Vector2::new(rate.x, rate.y),
+                force: floor.tr_mul(&(block.specific_force() - accelerometer)),
+                fit: floor.tr_mul(&modelled),
+            }
+        })
+        .collect()
+}
+
+/// Change of rate from the block before to the block after, rad/s^2.
+fn acceleration<T: Real>(blocks: &[(Block<T>, bool)], i: usize) -> T {
+    let before = &blocks[i.saturating_sub(1)].0;
+    let after = &blocks[(i + 1).min(blocks.len() - 1)].0;
+    let span = after.time - before.time;
+    if span > real(0.0) {
+        (after.rate - before.rate) / span
+    } else {
+        T::zero()
+    }
+}
