@@ -18,5 +18,5 @@ pin() {
         --custom-compile-command "make requirements" --output-file "$output"
 }
 
-pin requirements.txt
-pin requirements-test.txt --extra test --extra lint --constraint requirements.txt
+pin requirements.txt --extra live
+pin requirements-test.txt --extra live --extra test --extra lint --constraint requirements.txt

@@ -12,7 +12,7 @@ from pathlib import Path
 from tumble.errors import LogError
 from tumble.logs import formats
 from tumble.logs.checks import ChunkStream, Counts
-from tumble.logs.conversion import Conversion, conversion_for, is_mirrored, without_time
+from tumble.logs.conversion import Conversion, conversion_for, remarks_on_axes, without_time
 from tumble.logs.folder import FolderStream, log_files, open_folder
 from tumble.logs.options import ReadOptions
 from tumble.logs.spec import LogSpec, parse_spec
@@ -113,7 +113,7 @@ def _metadata(track: Track, conversion: Conversion, options: ReadOptions, rate: 
         rate=rate,
         already_corrected=track.already_corrected,
         serial=options.serial or track.serial,
-        remarks=(*track.remarks, *_turns(options)),
+        remarks=(*track.remarks, *remarks_on_axes(options)),
     )
 
 
@@ -122,13 +122,3 @@ def _name(track: Track) -> str:
     stem = track.path.stem if track.path.is_file() else track.path.name
     imu = "" if track.alone else track.imu.strip("/").replace("/", "_")
     return f"{stem}-{imu}" if imu else stem
-
-
-def _turns(options: ReadOptions) -> tuple[str, ...]:
-    remarks = []
-    if options.accelerometer_sign == -1:
-        remarks.append("accelerometer turned to read +g up")
-    if options.axes.replace(" ", "") != "x,y,z":
-        handed = ", which is taken to be left-handed" if is_mirrored(options.axes) else ""
-        remarks.append(f"case axes x, y, z are {options.axes} of the log{handed}")
-    return tuple(remarks)

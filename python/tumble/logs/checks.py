@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from tumble.errors import LogError
 from tumble.logs.track import Samples, Track
+from tumble.logs.units import IMPOSSIBLE_RAD_PER_S
 from tumble.recording import Chunk, FloatArray
 
 CHANNELS = ("ax", "ay", "az", "gx", "gy", "gz")
 
 _LARGEST_SHARE_WITHOUT_NUMBER = 0.01
 _LARGEST_SHARE_OF_CLASHES = 0.1
-_IMPOSSIBLE_RAD_PER_S = 40.0
 
 Mask = NDArray[np.bool_]
 
@@ -168,7 +168,7 @@ class ChunkStream(Iterator[Chunk]):
         if not self._gyroscope_unit_is_assumed:
             return
         fastest = float(np.abs(chunk.gyroscope).max())
-        if fastest > _IMPOSSIBLE_RAD_PER_S:
+        if fastest > IMPOSSIBLE_RAD_PER_S:
             at = float(chunk.time[int(np.abs(chunk.gyroscope).max(axis=1).argmax())])
             raise LogError(
                 f"{self._track.source}: gyroscope was taken to be in rad/s for want of a unit, but reads "

@@ -159,7 +159,7 @@ def _prefix(stem: str, match: re.Match[str]) -> str:
     return stem[match.start("imu") : match.end("imu")] if match["imu"] else ""
 
 
-def find_imus(names: Sequence[str], path: Path, columns: Mapping[str, str]) -> dict[str, ImuColumns]:
+def find_imus(names: Sequence[str], path: Path | str, columns: Mapping[str, str]) -> dict[str, ImuColumns]:
     """Give the columns of every IMU of a table, by prefix; `columns` is what the user states of them.
 
     Raises `LogError` that lists the columns found where no IMU is complete.
@@ -178,7 +178,7 @@ def find_imus(names: Sequence[str], path: Path, columns: Mapping[str, str]) -> d
     return imus
 
 
-def _stated(names: Sequence[str], path: Path, columns: Mapping[str, str]) -> dict[str, str]:
+def _stated(names: Sequence[str], path: Path | str, columns: Mapping[str, str]) -> dict[str, str]:
     stated = {}
     for key, wanted in columns.items():
         if key not in CHANNEL_NAMES:
@@ -239,7 +239,7 @@ def _only(recognised: Mapping[str, Column | None], quantity: Quantity) -> str | 
 
 
 def _incomplete(
-    names: Sequence[str], path: Path, recognised: Mapping[str, Column | None], stated: Mapping[str, str]
+    names: Sequence[str], path: Path | str, recognised: Mapping[str, Column | None], stated: Mapping[str, str]
 ) -> str:
     """Name what is missing for the prefix that comes nearest to an IMU."""
     have: dict[str, set[str]] = {"": set(stated)}

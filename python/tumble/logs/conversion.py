@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
 from tumble.errors import LogError
 from tumble.logs.options import PerAxis, ReadOptions
-from tumble.logs.track import Samples, StatedUnit, Track
+from tumble.logs.track import Samples, StatedUnit
 from tumble.logs.units import (
     STANDARD_GRAVITY,
     TEMPERATURE_ZERO,
@@ -25,6 +26,34 @@ from tumble.logs.units import (
 from tumble.recording import FloatArray, Unit
 
 _AXES = {"x": 0, "y": 1, "z": 2}
+
+
+class Stating(Protocol):
+    """What a log or a live stream states of itself: all that a conversion is decided by, besides values."""
+
+    @property
+    def source(self) -> str:
+        """What a user types to name it."""
+
+    @property
+    def rate(self) -> float | None:
+        """Samples per second, Hz, where it has no time of its own."""
+
+    @property
+    def accelerometer_unit(self) -> StatedUnit | None:
+        """Unit of the accelerometer, where it is stated."""
+
+    @property
+    def gyroscope_unit(self) -> StatedUnit | None:
+        """Unit of the gyroscope, where it is stated."""
+
+    @property
+    def time_unit(self) -> StatedUnit | None:
+        """Unit of time, where it is stated."""
+
+    @property
+    def temperature_unit(self) -> StatedUnit | None:
+        """Unit of temperature, where it is stated."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +105,7 @@ class Conversion:
         )
 
 
-def conversion_for(track: Track, options: ReadOptions, head: Samples) -> Conversion:
+def conversion_for(track: Stating, options: ReadOptions, head: Samples) -> Conversion:
     """Decide the units of a track: what options state, else what the log states, else what its head shows.
 
     Raises `LogError` where options make no sense, no unit fits the values, or a stated unit contradicts them.
@@ -105,7 +134,7 @@ def conversion_for(track: Track, options: ReadOptions, head: Samples) -> Convers
     )
 
 
-def _need_numbers(track: Track, triad: str, readings: FloatArray) -> None:
+def _need_numbers(track: Stating, triad: str, readings: FloatArray) -> None:
     if not np.isfinite(readings).all(axis=1).any():
         raise LogError(
             f"{track.source}: {triad} holds no number in its first {len(readings)} samples; check its columns"
@@ -115,6 +144,17 @@ def _need_numbers(track: Track, triad: str, readings: FloatArray) -> None:
 def _triad(rotation: FloatArray, zero: FloatArray, scale: FloatArray) -> TriadConversion:
     x, y, z = (int(index) for index in np.abs(rotation).argmax(axis=1))
     return TriadConversion((x, y, z), zero, rotation @ scale)
+
+
+def remarks_on_axes(options: ReadOptions) -> tuple[str, ...]:
+    """Say which axes the user had turned."""
+    remarks = []
+    if options.accelerometer_sign == -1:
+        remarks.append("accelerometer turned to read +g up")
+    if options.axes.replace(" ", "") != "x,y,z":
+        handed = ", which is taken to be left-handed" if is_mirrored(options.axes) else ""
+        remarks.append(f"case axes x, y, z are {options.axes} of the log{handed}")
+    return tuple(remarks)
 
 
 def is_mirrored(axes: str) -> bool:
@@ -175,7 +215,7 @@ def _with_counts(quantity: Quantity, stated: StatedUnit | None, counts: PerAxis)
 
 
 def _accelerometer(
-    track: Track, options: ReadOptions, head: Samples, zero: FloatArray
+    track: Stating, options: ReadOptions, head: Samples, zero: FloatArray
 ) -> tuple[Unit, FloatArray]:
     stated = _stated("accelerometer", track.accelerometer_unit, options.accelerometer_unit)
     readings = head.accelerometer - zero
@@ -197,7 +237,7 @@ def _accelerometer(
     return _unit("accelerometer", stated)
 
 
-def _check_counts(track: Track, norm: float) -> None:
+def _check_counts(track: Stating, norm: float) -> None:
     """Half or twice gravity is no scale error that a sensor has, but one that a user makes."""
     if not 0.5 < norm / STANDARD_GRAVITY < 2.0:
         raise LogError(
@@ -207,7 +247,7 @@ def _check_counts(track: Track, norm: float) -> None:
         )
 
 
-def _no_accelerometer_unit(track: Track, head: Samples, norm: float) -> str:
+def _no_accelerometer_unit(track: Stating, head: Samples, norm: float) -> str:
     if not np.isfinite(head.accelerometer).any():
         return (
             f"{track.source}: accelerometer holds no number in its first {len(head)} samples; check columns"
@@ -221,7 +261,7 @@ def _no_accelerometer_unit(track: Track, head: Samples, norm: float) -> str:
 
 
 def _gyroscope(
-    track: Track, options: ReadOptions, head: Samples, zero: FloatArray
+    track: Stating, options: ReadOptions, head: Samples, zero: FloatArray
 ) -> tuple[Unit, FloatArray]:
     stated = _stated("gyroscope", track.gyroscope_unit, options.gyroscope_unit)
     if options.gyroscope_scale is not None:
@@ -241,7 +281,7 @@ def _gyroscope(
     return _unit("gyroscope", stated)
 
 
-def _time(track: Track, options: ReadOptions, head: Samples) -> Unit:
+def _time(track: Stating, options: ReadOptions, head: Samples) -> Unit:
     stated = _stated("time", track.time_unit, options.time_unit)
     if options.rate is not None or head.time is None:
         return Unit("s", 1.0, f"sample number over {options.rate or track.rate:g} Hz")

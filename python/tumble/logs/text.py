@@ -63,10 +63,10 @@ def find_layout(path: Path, options: ReadOptions) -> TextLayout:
         offset += len(raw)
         text = _decode(raw).strip()
         body = text.lstrip("#%").strip()
-        delimiter = _names_delimiter(body, options)
+        delimiter = names_delimiter(body, options)
         if delimiter is not None:
             return _named(path, lines, number, offset, split_line(body, delimiter), preamble)
-        if not text.startswith(("#", "%")) and _numbers_delimiter(text) is not None:
+        if not text.startswith(("#", "%")) and numbers_delimiter(text) is not None:
             return _unnamed(path, lines, number, offset - len(raw), options, preamble)
         preamble |= _key_value(body)
     raise LogError(
@@ -97,7 +97,7 @@ def _decode(line: bytes) -> str:
     return line.decode("utf-8-sig", errors="replace")
 
 
-def _names_delimiter(text: str, options: ReadOptions) -> str | None:
+def names_delimiter(text: str, options: ReadOptions) -> str | None:
     """Delimiter with which most fields of a line are names of columns we look for; None if none is."""
     wanted = {name for name in options.columns.values() if not name.isdigit()}
 
@@ -115,7 +115,7 @@ def _names_delimiter(text: str, options: ReadOptions) -> str | None:
     return best if fields > 1 and known(best) >= needed else None
 
 
-def _numbers_delimiter(text: str) -> str | None:
+def numbers_delimiter(text: str) -> str | None:
     """Delimiter that splits a line into most numbers, at least two; None if it does not."""
     counts = {delimiter: len(split_line(text, delimiter)) for delimiter in _DELIMITERS}
     numeric = [
@@ -189,9 +189,9 @@ def _unnamed(
     preamble: dict[str, str],
 ) -> TextLayout:
     rows = [_decode(line).strip() for line in lines[number - 1 :][:_ROWS_SEARCHED] if line.strip()]
-    delimiter = _numbers_delimiter(rows[0]) or ","
+    delimiter = numbers_delimiter(rows[0]) or ","
     fields = split_line(rows[0], delimiter)
-    names, remarks = _names_for(path, rows, delimiter, len(fields), options)
+    names, remarks = names_for(path, rows, delimiter, len(fields), options)
     before = _decode(lines[number - 2]).strip().lstrip("#%") if number > 1 else ""
     header = split_line(before, delimiter)
     if len(header) == len(fields) and not options.columns and number - 1 > options.skip_lines:
@@ -209,10 +209,10 @@ def _unnamed(
     )
 
 
-def _names_for(
-    path: Path, rows: Sequence[str], delimiter: str, count: int, options: ReadOptions
+def names_for(
+    path: Path | str, rows: Sequence[str], delimiter: str, count: int, options: ReadOptions
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Names for columns that have none: by position if the user maps them, else by the usual order."""
+    """Names for columns that have none, and remarks: by position if the user maps them, else as usual."""
     if options.columns or count not in _PLAIN_NAMES:
         return tuple(str(position + 1) for position in range(count)), ()
     if count == 7 and not _increases([split_line(row, delimiter)[0] for row in rows]):

@@ -116,7 +116,8 @@ SPELLINGS: Mapping[Quantity, Mapping[str, str]] = {
 }
 
 _WINDOW = 32
-_IMPOSSIBLE_RAD_PER_S = 40.0
+IMPOSSIBLE_RAD_PER_S = 40.0
+"""Faster than any IMU at work turns."""
 _IMPOSSIBLE_DEG_PER_S = 4500.0
 _LARGEST_BIAS_DEG_PER_S = 100.0
 
@@ -167,7 +168,7 @@ def guess_gyroscope_unit(smallest: float, peak: float) -> tuple[str | None, str]
     """
     if peak > _IMPOSSIBLE_DEG_PER_S or smallest > _LARGEST_BIAS_DEG_PER_S:
         return None, ""
-    if peak > _IMPOSSIBLE_RAD_PER_S:
+    if peak > IMPOSSIBLE_RAD_PER_S:
         return "deg/s", f"peak of {peak:.4g} is too fast for rad/s"
     return "rad/s", "assumed"
 

@@ -1,0 +1,38 @@
+"""Samples as they come: from a serial line, over UDP, by MAVLink, or from a log replayed at its own pace.
+
+>>> from tumble.live import open_source
+>>> with open_source("udp://0.0.0.0:9000") as source:  # doctest: +SKIP
+...     for chunk in source:
+...         print(len(chunk), "samples")
+
+Like `tumble.logs` it gives SI units and the case frame, and knows nothing of what is made of them.
+
+To bring a source of your own, write an `Opener`, a function that makes a `Source` of an address:
+
+>>> from tumble.live import Address, LiveChunk, Source
+>>> from tumble.logs import ReadOptions
+>>> def open_board(address: Address, options: ReadOptions) -> Source:
+...     return Board(address.place)  # a class of yours that does what `Source` asks for
+
+and name it in the `pyproject.toml` of your package. `tumble spin --live board:1` then finds it:
+
+    [project.entry-points."tumble.live"]
+    board = "your_package:open_board"
+"""
+
+from __future__ import annotations
+
+from tumble.live.address import Address, parse_address
+from tumble.live.registry import Opener, open_source, schemes
+from tumble.live.source import HEARTBEAT, LiveChunk, Source
+
+__all__ = [
+    "HEARTBEAT",
+    "Address",
+    "LiveChunk",
+    "Opener",
+    "Source",
+    "open_source",
+    "parse_address",
+    "schemes",
+]

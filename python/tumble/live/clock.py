@@ -1,0 +1,72 @@
+"""When a sample was taken: by the device's own stamps, by its number, or by when it arrived."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tumble.recording import FloatArray
+
+COUNTER = 2.0**32
+"""Where the counters of small devices begin again: after 71.6 minutes if they count microseconds."""
+
+
+@dataclass(slots=True)
+class DeviceClock:
+    """Stamps of the device, made to run on where a 32-bit counter begins again."""
+
+    _last: float | None = None
+    _rounds: float = 0.0
+
+    def stamp(self, stamps: FloatArray) -> FloatArray:
+        """Give (n,) stamps, in the unit of the device, without the leaps of a counter."""
+        before = stamps[0] if self._last is None else self._last
+        steps = np.diff(stamps, prepend=before)
+        # A sample that was overtaken on the way comes from the round before.
+        back = (steps > COUNTER / 2.0) & (stamps < COUNTER) & (self._rounds > 0.0)
+        leaps = (steps < -COUNTER / 2.0).astype(np.float64) - back
+        rounds = self._rounds + np.cumsum(leaps)
+        finite = np.flatnonzero(np.isfinite(stamps))
+        if len(finite):
+            self._last, self._rounds = float(stamps[finite[-1]]), float(rounds[finite[-1]])
+        running: FloatArray = stamps + COUNTER * rounds
+        return running
+
+
+@dataclass(slots=True)
+class CountingClock:
+    """The number of a sample over the rate: for devices that sample evenly and lose nothing."""
+
+    rate: float
+    """Hz."""
+    _count: int = 0
+
+    def stamp(self, count: int) -> FloatArray:
+        """Give s since the first sample, of the next `count` samples."""
+        time: FloatArray = np.arange(self._count, self._count + count, dtype=np.float64) / self.rate
+        self._count += count
+        return time
+
+
+@dataclass(slots=True)
+class ArrivalClock:
+    """When samples arrived. Those that came together are spread over the time since the ones before."""
+
+    _first: float | None = None
+    _last: float = 0.0
+
+    def stamp(self, count: int, arrival: float) -> FloatArray:
+        """Give s since the first sample, of `count` samples that arrived together at `arrival`, s.
+
+        Of the first arrival only the last sample has a time; the others are NaN.
+        """
+        if self._first is None:
+            self._first = arrival
+            time = np.full(count, np.nan)
+            time[-1] = 0.0
+            return time
+        now = arrival - self._first
+        spread: FloatArray = self._last + (now - self._last) * np.arange(1, count + 1) / count
+        self._last = now
+        return spread

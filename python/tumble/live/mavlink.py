@@ -1,0 +1,240 @@
+"""MAVLink: what autopilots send, over UDP or a serial line, read by pymavlink."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import PurePath
+from types import TracebackType
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from tumble.errors import LogError
+from tumble.live.address import Address, host_and_port
+from tumble.live.conditioning import EMPTY, Conditioner
+from tumble.live.optional import optional
+from tumble.live.readings import Readings, StreamFacts
+from tumble.live.source import HEARTBEAT, LiveChunk
+from tumble.live.transport import DEFAULT_BAUD, DatagramSocket, SerialLine, Transport
+from tumble.logs.options import ReadOptions
+from tumble.logs.track import Samples, StatedUnit
+
+Message: TypeAlias = Any
+"""A message as pymavlink, which has no types, gives it."""
+
+CHOICE_MESSAGES = 20
+"""Messages of one kind to hear before choosing among those that come about as often."""
+MOST_WITHOUT_IMU = 500
+"""Messages, or pieces that are none, beyond which no IMU is to be expected."""
+_DIALECT = "pymavlink.dialects.v20.common"
+_HIGHRES_TRIADS = 0b111111
+_HIGHRES_TEMPERATURE = 1 << 12
+
+
+@dataclass(frozen=True, slots=True)
+class _Kind:
+    """A message with IMU samples, and what its definition says of units."""
+
+    time: str
+    time_unit: str
+    accelerometer_unit: str | None
+    gyroscope_unit: str | None
+
+
+_SCALED = _Kind("time_boot_ms", "ms", "mg", "mrad/s")
+KINDS: Mapping[str, _Kind] = {
+    "HIGHRES_IMU": _Kind("time_usec", "us", "m/s^2", "rad/s"),
+    "SCALED_IMU": _SCALED,
+    "SCALED_IMU2": _SCALED,
+    "SCALED_IMU3": _SCALED,
+    "RAW_IMU": _Kind("time_usec", "us", None, None),
+}
+"""The best first. RAW_IMU is whatever the sensor says; autopilots disagree on what that is."""
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class _Sender:
+    """One IMU among all that a link carries."""
+
+    message: str
+    system: int
+    component: int
+    sensor: int
+
+    @property
+    def words(self) -> str:
+        sensor = f" {self.sensor}" if self.sensor else ""
+        return f"{self.message}{sensor} of system {self.system}"
+
+
+def open_mavlink(address: Address, options: ReadOptions) -> MavlinkSource:
+    """Make a source of `mavlink:udpin:HOST:PORT` or `mavlink:DEVICE?baud=115200`.
+
+    `message=SCALED_IMU2` and `system=1` pick one of several.
+    """
+    address.refuse_other_settings("baud", "message", "system")
+    message = address.settings.get("message")
+    if message is not None and message not in KINDS:
+        raise LogError(f"{address.text}: message={message}: give one of {', '.join(KINDS)}")
+    link, _, place = address.place.partition(":")
+    if link in ("udpin", "udp"):
+        host, port = host_and_port(address, place)
+        return MavlinkSource(address, options, DatagramSocket(address, host, port), f"mavlink-{port}")
+    line = SerialLine(address, address.place, int(address.number("baud", DEFAULT_BAUD)))
+    return MavlinkSource(address, options, line, PurePath(address.place).name)
+
+
+class MavlinkSource:
+    """Reads the IMU messages of one system; a `Source`."""
+
+    def __init__(self, address: Address, options: ReadOptions, transport: Transport, name: str) -> None:
+        self.name = name
+        self._address = address
+        self._options = options
+        self._transport = transport
+        self._parser: Any = None
+        self._wanted = address.settings.get("message")
+        self._system = int(address.number("system", 0.5))
+        self._heard: dict[_Sender, list[Message]] = {}
+        self._chosen: _Sender | None = None
+        self._others = 0
+        self._conditioner = Conditioner(options)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """See `Source`."""
+        return (*self._conditioner.remarks, *self._transport.remarks)
+
+    @property
+    def gyroscope_unit_is_assumed(self) -> bool:
+        """See `Source`."""
+        return self._conditioner.gyroscope_unit_is_assumed
+
+    def __enter__(self) -> MavlinkSource:
+        self._parser = optional(_DIALECT, self._address).MAVLink(None)
+        self._parser.robust_parsing = True
+        self._transport.__enter__()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._transport.__exit__(kind, error, trace)
+
+    def __iter__(self) -> Iterator[LiveChunk]:
+        while True:
+            piece = self._transport.receive(HEARTBEAT)
+            arrival = time.monotonic()
+            messages = self._mine(self._parser.parse_buffer(piece) or ()) if piece else []
+            if messages and self._chosen is not None:
+                readings = _readings(messages, KINDS[self._chosen.message])
+                yield self._conditioner.take(readings, self._facts(self._chosen), arrival)
+            else:
+                yield EMPTY
+
+    def _mine(self, messages: Sequence[Message]) -> list[Message]:
+        """Give the messages of the chosen sender; keep them back until there is one."""
+        mine = []
+        for message in messages:
+            sender = self._sender(message)
+            if sender is None:
+                self._count_other()
+            elif self._chosen is None:
+                self._heard.setdefault(sender, []).append(message)
+                mine += self._choose() if len(self._heard[sender]) >= CHOICE_MESSAGES else []
+            elif sender == self._chosen:
+                mine.append(message)
+        return mine
+
+    def _sender(self, message: Message) -> _Sender | None:
+        """Tell whose message it is; None where it holds no IMU sample that is asked for."""
+        name = message.get_type()
+        if name not in KINDS or self._wanted not in (None, name):
+            return None
+        system = message.get_srcSystem()
+        if self._system not in (0, system) or not _holds_both_triads(message, name):
+            return None
+        return _Sender(name, system, message.get_srcComponent(), getattr(message, "id", 0))
+
+    def _choose(self) -> list[Message]:
+        """Choose, of those that come about as often, the message that says most."""
+        systems = sorted({sender.system for sender in self._heard})
+        if len(systems) > 1:
+            listed = ", ".join(map(str, systems))
+            raise LogError(f"{self._address.text}: systems {listed} send; pick one, as ?system={systems[0]}")
+        often = [sender for sender, heard in self._heard.items() if 2 * len(heard) >= CHOICE_MESSAGES]
+        self._chosen = min(often, key=lambda sender: (list(KINDS).index(sender.message), sender))
+        self._refuse_unknown_unit(self._chosen)
+        return self._heard[self._chosen]
+
+    def _refuse_unknown_unit(self, chosen: _Sender) -> None:
+        stated = self._options.gyroscope_unit is not None or self._options.gyroscope_scale is not None
+        if KINDS[chosen.message].gyroscope_unit is None and not stated:
+            raise LogError(
+                f"{self._address.text}: {chosen.message} does not say its units; with ArduPilot give "
+                "--gyroscope-unit mrad/s, else --gyroscope-scale (counts per unit) and --gyroscope-unit"
+            )
+
+    def _count_other(self) -> None:
+        if self._chosen is not None:
+            return
+        self._others += 1
+        if self._others >= MOST_WITHOUT_IMU and not self._heard:
+            wanted = self._wanted or ", ".join(KINDS)
+            raise LogError(
+                f"{self._address.text}: {MOST_WITHOUT_IMU} messages came and none was {wanted}; have the "
+                "autopilot send it (MAV_CMD_SET_MESSAGE_INTERVAL), and check ?baud=, ?system= and ?message="
+            )
+
+    def _facts(self, chosen: _Sender) -> StreamFacts:
+        kind = KINDS[chosen.message]
+        others = sorted(sender.words for sender in self._heard if sender != chosen)
+        beside = f"; there are also {', '.join(others)}" if others else ""
+        remarks = [
+            f"reads {chosen.words}{beside}",
+            "an autopilot may correct what it sends by a calibration of its own: this one comes on top of it",
+        ]
+        if kind.time_unit == "ms":
+            remarks.append(f"{chosen.message} comes in whole mg, mrad/s and ms; HIGHRES_IMU is finer")
+        return StreamFacts(
+            self._address.text,
+            True,
+            _stated(kind.accelerometer_unit),
+            _stated(kind.gyroscope_unit),
+            _stated(kind.time_unit),
+            _stated("degC"),
+            remarks=tuple(remarks),
+        )
+
+
+def _stated(unit: str | None) -> StatedUnit | None:
+    return None if unit is None else StatedUnit(unit, "message definition")
+
+
+def _holds_both_triads(message: Message, name: str) -> bool:
+    """Whether accelerometer and gyroscope were renewed, where a message says so; 0 says nothing."""
+    if name != "HIGHRES_IMU" or message.fields_updated == 0:
+        return True
+    return bool(message.fields_updated & _HIGHRES_TRIADS == _HIGHRES_TRIADS)
+
+
+def _temperature(message: Message) -> float:
+    """degC; NaN where the message has none."""
+    if message.get_type() == "HIGHRES_IMU":
+        return float(message.temperature) if message.fields_updated & _HIGHRES_TEMPERATURE else math.nan
+    hundredths = getattr(message, "temperature", 0)
+    return 0.01 * hundredths if hundredths else math.nan
+
+
+def _readings(messages: Sequence[Message], kind: _Kind) -> Readings:
+    temperature = np.array([_temperature(each) for each in messages])
+    samples = Samples(
+        np.array([getattr(each, kind.time) for each in messages], dtype=np.float64),
+        np.array([(each.xacc, each.yacc, each.zacc) for each in messages], dtype=np.float64),
+        np.array([(each.xgyro, each.ygyro, each.zgyro) for each in messages], dtype=np.float64),
+        temperature,
+    )
+    return Readings(samples)

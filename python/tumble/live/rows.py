@@ -1,0 +1,247 @@
+"""Rows of text as they come: numbers under column names, or a JSON object a sample."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from tumble.errors import LogError
+from tumble.live.readings import Readings
+from tumble.logs.columns import ImuColumns, find_imus, recognise
+from tumble.logs.options import ReadOptions
+from tumble.logs.text import names_delimiter, names_for, numbers_delimiter, split_line
+from tumble.logs.track import Samples
+from tumble.recording import FloatArray
+
+MOVING = "moving"
+"""What the state of the wheels is called in `--columns`."""
+MOVING_NAMES = ("moving", "wheels_moving", "wheel_moving", "wheel_speed", "wheels_speed", "motor")
+"""Columns, in lower case, that say whether the wheels turn: 0 where they stand, else any other number."""
+ROWS_WITHOUT_NAMES = 8
+"""Rows to see before columns without names are given the usual ones: the first has to grow, to be time."""
+MOST_UNREADABLE = 50
+"""Successive lines that hold no sample beyond which something is set wrong."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Layout:
+    """Which field of a row is what."""
+
+    names: tuple[str, ...]
+    delimiter: str
+    columns: ImuColumns
+    moving: str | None
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def wanted(self) -> list[str]:
+        """Names of the fields to read."""
+        return [*self.columns.names, *([] if self.moving is None else [self.moving])]
+
+
+class RowReader:
+    """Finds out how rows are laid out and reads them.
+
+    `joined_midway` says that the first line may have begun before anybody listened: a number cut off at its
+    front reads as another number, so the first row is left out.
+    """
+
+    def __init__(self, source: str, options: ReadOptions, *, joined_midway: bool) -> None:
+        self.unreadable = 0
+        """Lines so far that held no sample and no column names."""
+        self._source = source
+        self._moving_column = options.columns.get(MOVING)
+        columns = {key: name for key, name in options.columns.items() if key != MOVING}
+        self._options = replace(options, columns=columns)
+        self._first = joined_midway
+        self._lines_to_skip = options.skip_lines
+        self._unnamed: list[str] = []
+        self._unreadable_in_succession = 0
+        self._layout: _Layout | None = None
+        self._layout_is_doubtful = False
+        """Whether its names came with the first line, which may have lost its front."""
+
+    @property
+    def columns(self) -> ImuColumns:
+        """The columns, once `read` has given a sample."""
+        assert self._layout is not None, "columns are known once a row was read"
+        return self._layout.columns
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What a user should know of how rows were read."""
+        remarks = () if self._layout is None else self._layout.remarks
+        if self.unreadable:
+            remarks += (f"left out {self.unreadable} lines that hold no sample",)
+        return remarks
+
+    def read(self, lines: Sequence[bytes]) -> Readings | None:
+        """Read lines; None where they hold no sample, or the columns are not known yet.
+
+        Raises `LogError` where no IMU is among the columns, or line after line holds no sample.
+        """
+        rows: list[list[float]] = []
+        for line in lines:
+            if self._lines_to_skip > 0:
+                self._lines_to_skip -= 1
+                continue
+            rows += self._rows(line.decode("utf-8-sig", errors="replace").strip())
+        return None if not rows else self._readings(np.array(rows, dtype=np.float64))
+
+    def _rows(self, text: str) -> list[list[float]]:
+        """Give the rows that become readable with a line: none, one, or those kept back for want of names."""
+        if text.startswith(("{", "[")):
+            return self._rows_of_json(text)
+        body = text.lstrip("#%").strip()
+        if (delimiter := names_delimiter(body, self._options)) is not None:
+            self._take_names(split_line(body, delimiter), delimiter)
+            return []
+        if self._first:
+            self._first = False
+            return []
+        if self._layout_is_doubtful:
+            self._layout_is_doubtful = False
+            assert self._layout is not None, "a layout that is in doubt is there"
+            if self._row_of_fields(text) is None:
+                self._layout = None
+        if self._layout is None and not self._find_layout_without_names(text):
+            return []
+        kept_back, self._unnamed = self._unnamed or [text], []
+        return [
+            row for line in kept_back for row in self._sample_or_complaint(line, self._row_of_fields(line))
+        ]
+
+    def _take_names(self, names: list[str], delimiter: str) -> None:
+        """Take column names; a device that starts anew sends them again."""
+        if self._layout is None and not (self._first and self._may_be_torn(names)):
+            self._unnamed = []
+            self._layout = self._layout_for(tuple(names), delimiter)
+            self._layout_is_doubtful = self._first
+        elif self._layout is not None and self._layout.names != tuple(names):
+            self._count_unreadable(delimiter.join(names))
+        self._first = False
+
+    def _may_be_torn(self, names: list[str]) -> bool:
+        """Whether the first name of a line may be the rest of `time`."""
+        columns = [recognise(name) for name in names]
+        return columns[0] is None and not any(column and column.quantity == "time" for column in columns)
+
+    def _find_layout_without_names(self, text: str) -> bool:
+        """Keep a row back until there are enough of them to tell what they hold; whether they are now."""
+        if numbers_delimiter(text) is None:
+            self._count_unreadable(text)
+            return False
+        self._unnamed.append(text)
+        if len(self._unnamed) < ROWS_WITHOUT_NAMES:
+            return False
+        delimiter = numbers_delimiter(text) or ","
+        lengths = [len(split_line(row, delimiter)) for row in self._unnamed]
+        count = max(set(lengths), key=lengths.count)
+        rows = [row for row, length in zip(self._unnamed, lengths, strict=True) if length == count]
+        names, remarks = names_for(self._source, rows, delimiter, count, self._options)
+        self._layout = self._layout_for(names, delimiter, remarks)
+        return True
+
+    def _layout_for(self, names: tuple[str, ...], delimiter: str, remarks: tuple[str, ...] = ()) -> _Layout:
+        imus = find_imus(names, self._source, self._options.columns)
+        wanted = self._options.topic
+        if wanted is None and len(imus) > 1 and "" not in imus:
+            listed = ", ".join(imus)
+            raise LogError(f"{self._source}: holds {len(imus)} IMUs: name one with --topic (found: {listed})")
+        imu = wanted if wanted is not None else ("" if "" in imus else next(iter(imus)))
+        if imu not in imus:
+            listed = ", ".join(name for name in imus if name) or "only one IMU, without a name"
+            raise LogError(f"{self._source}: no column prefix {imu!r}; found: {listed}")
+        return _Layout(names, delimiter, imus[imu], self._moving_among(names), remarks)
+
+    def _moving_among(self, names: tuple[str, ...]) -> str | None:
+        stated = self._moving_column
+        if stated is None:
+            return next((name for name in names if name.lower() in MOVING_NAMES), None)
+        if stated in names:
+            return stated
+        if stated.isdigit() and 1 <= int(stated) <= len(names):
+            return names[int(stated) - 1]
+        raise LogError(f"{self._source}: no column {stated!r} for moving; columns found: {', '.join(names)}")
+
+    def _row_of_fields(self, text: str) -> list[float] | None:
+        """Read a row of numbers; None where it has not as many fields as columns, or one is no number."""
+        assert self._layout is not None, "rows are read once columns are known"
+        fields = split_line(text, self._layout.delimiter)
+        if len(fields) != len(self._layout.names):
+            return None
+        values = dict(zip(self._layout.names, fields, strict=True))
+        try:
+            return [float(values[name] or "nan") for name in self._layout.wanted]
+        except ValueError:
+            return None
+
+    def _rows_of_json(self, text: str) -> list[list[float]]:
+        """Read a JSON object, or an array of them."""
+        try:
+            value = json.loads(text)
+        except (ValueError, RecursionError):
+            value = None
+        objects = value if isinstance(value, list) else [value]
+        return [row for each in objects for row in self._sample_or_complaint(text, self._row_of_object(each))]
+
+    def _row_of_object(self, value: Any) -> list[float] | None:  # noqa: ANN401 - JSON may hold anything
+        """Read a JSON object; what it lacks is no number. None where it is no object, or lacks everything."""
+        if not isinstance(value, dict):
+            return None
+        numbers = _flat(value)
+        if self._layout is None:
+            self._layout = self._layout_for(tuple(numbers), ",")
+        row = [numbers.get(name, math.nan) for name in self._layout.wanted]
+        return row if any(map(math.isfinite, row)) else None
+
+    def _sample_or_complaint(self, text: str, row: list[float] | None) -> list[list[float]]:
+        if row is None:
+            self._count_unreadable(text)
+            return []
+        self._unreadable_in_succession = 0
+        return [row]
+
+    def _count_unreadable(self, text: str) -> None:
+        self.unreadable += 1
+        self._unreadable_in_succession += 1
+        if self._unreadable_in_succession >= MOST_UNREADABLE:
+            raise LogError(
+                f"{self._source}: {MOST_UNREADABLE} lines on end hold no sample, such as "
+                f"{text[:60]!a}; check the baud rate, and what the device sends against --columns"
+            )
+
+    def _readings(self, rows: FloatArray) -> Readings:
+        assert self._layout is not None, "rows are read once columns are known"
+        at = {name: rows[:, position] for position, name in enumerate(self._layout.wanted)}
+        columns, moving = self._layout.columns, self._layout.moving
+        samples = Samples(
+            None if columns.time is None else at[columns.time],
+            np.column_stack([at[name] for name in columns.accelerometer]),
+            np.column_stack([at[name] for name in columns.gyroscope]),
+            None if columns.temperature is None else at[columns.temperature],
+        )
+        return Readings(samples, None if moving is None else _state(at[moving]))
+
+
+def _state(values: FloatArray) -> FloatArray:
+    """1 where a number other than zero stands, 0 where zero stands, NaN where nothing does."""
+    return np.where(np.isnan(values), np.nan, (values != 0.0).astype(np.float64))
+
+
+def _flat(value: Any, name: str = "") -> dict[str, float]:  # noqa: ANN401 - JSON may hold anything
+    """Give every number of a JSON value by its path: `acc[0]`, `imu.gyro.x`; texts are passed over."""
+    if isinstance(value, dict):
+        parts = [_flat(each, f"{name}.{key}" if name else key) for key, each in value.items()]
+    elif isinstance(value, list):
+        parts = [_flat(each, f"{name}[{position}]") for position, each in enumerate(value)]
+    elif isinstance(value, str):
+        parts = []
+    else:
+        parts = [{name: math.nan if value is None else float(value)}]
+    return {key: number for part in parts for key, number in part.items()}

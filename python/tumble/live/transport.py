@@ -1,0 +1,147 @@
+"""What carries bytes here: a serial line, or datagrams."""
+
+from __future__ import annotations
+
+import select
+import socket
+from types import TracebackType
+from typing import TYPE_CHECKING, Protocol
+
+from tumble.errors import LogError
+from tumble.live.address import Address
+from tumble.live.optional import optional
+
+if TYPE_CHECKING:
+    import serial
+
+LARGEST_DATAGRAM = 1 << 16
+DEFAULT_BAUD = 115200
+
+
+class Transport(Protocol):
+    """Carries bytes while it is entered."""
+
+    @property
+    def whole(self) -> bool:
+        """Whether every piece holds whole messages, as datagrams do, or bytes as they happen to come."""
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What a user should know of what came."""
+
+    def receive(self, wait: float) -> bytes:
+        """Give what has come; where nothing has, wait `wait` s for it at most. Empty if nothing came.
+
+        Raises `LogError` where the line is lost.
+        """
+
+    def __enter__(self) -> Transport: ...
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None: ...
+
+
+class SerialLine:
+    """A serial port: eight bits, no parity, one stop bit, no flow control."""
+
+    whole = False
+    remarks: tuple[str, ...] = ()
+
+    def __init__(self, address: Address, device: str, baud: int) -> None:
+        self._address = address
+        self._device = device
+        self._baud = baud
+        self._port: serial.Serial | None = None
+
+    def __enter__(self) -> SerialLine:
+        serial = optional("serial", self._address)
+        try:
+            self._port = serial.Serial(self._device, self._baud, timeout=0.0)
+        except (serial.SerialException, OSError, ValueError) as error:
+            raise LogError(f"{self._address.text}: {_cannot_open(self._device, error)}") from error
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._port is not None:
+            self._port.close()
+            self._port = None
+
+    def receive(self, wait: float) -> bytes:
+        """Give the bytes that have come, waiting `wait` s at most for the first of them."""
+        assert self._port is not None, "a serial line is read while it is open"
+        serial = optional("serial", self._address)
+        try:
+            self._port.timeout = wait
+            first = self._port.read(1)
+            return bytes(first + self._port.read(self._port.in_waiting)) if first else b""
+        except (serial.SerialException, OSError) as error:
+            raise LogError(
+                f"{self._address.text}: the line went dead: was the device unplugged or reset? "
+                "Plug it in and begin again"
+            ) from error
+
+
+class DatagramSocket:
+    """A UDP port that a device sends to: the first host from which anything comes."""
+
+    whole = True
+
+    def __init__(self, address: Address, host: str, port: int) -> None:
+        self._address = address
+        self._host = host
+        self._port = port
+        self._socket: socket.socket | None = None
+        self._sender: str | None = None
+        self._from_others = 0
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Say that others sent as well: samples of two devices in turn would be those of none."""
+        if not self._from_others:
+            return ()
+        return (f"left out {self._from_others} datagrams that were not from {self._sender}",)
+
+    def __enter__(self) -> DatagramSocket:
+        try:
+            family, kind, protocol, _, place = socket.getaddrinfo(
+                self._host, self._port, type=socket.SOCK_DGRAM, flags=socket.AI_PASSIVE
+            )[0]
+            self._socket = socket.socket(family, kind, protocol)
+            self._socket.bind(place)
+        except OSError as error:
+            self.__exit__(None, None, None)
+            raise LogError(
+                f"{self._address.text}: cannot listen there: {error.strerror or error}; is another program "
+                "listening? Give an address of this machine, or 0.0.0.0 for all of them, and a free port"
+            ) from error
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
+
+    def receive(self, wait: float) -> bytes:
+        """Give the next datagram, waiting `wait` s at most for it."""
+        assert self._socket is not None, "a socket is read while it is open"
+        ready, _, _ = select.select([self._socket], [], [], wait)
+        if not ready:
+            return b""
+        datagram, sender = self._socket.recvfrom(LARGEST_DATAGRAM)
+        self._sender = self._sender or sender[0]
+        if sender[0] != self._sender:
+            self._from_others += 1
+            return b""
+        return datagram
+
+
+def _cannot_open(device: str, error: Exception) -> str:
+    cause = getattr(error, "strerror", None) or str(error)
+    if isinstance(error, ValueError):
+        return f"cannot be opened: {cause}; check the baud rate"
+    return f"{device} cannot be opened: {cause.rstrip('.')}; is it plugged in, free, and may you read it?"
