@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 import numpy as np
 from pydantic import Field, JsonValue, model_validator
 
+from tumble.calibration_spin import spin_content
 from tumble.documents import (
     ArrayField,
     Document,
@@ -27,6 +28,7 @@ from tumble.documents import (
 from tumble.errors import ProcedureError
 from tumble.recording import FloatArray
 from tumble.results import TargetResult, TriadResult, TurntableResult
+from tumble.results_spin import SpinResult
 
 SCHEMA: Literal["tumble-calibration/1"] = "tumble-calibration/1"
 SCHEMA_FILE = "calibration.schema.json"
@@ -224,6 +226,21 @@ class Calibration(Document):
         if target.failure:
             raise ProcedureError(f"{target.name}: has no calibration to keep: {target.failure}")
         return cls.model_validate(_from_target(target, batch))
+
+    @classmethod
+    def from_spin(cls, result: SpinResult, before: Calibration | None = None) -> Calibration:
+        """Make the calibration file of a unit that was spun; `before` is the calibration applied first.
+
+        Its biases are those of the raw sensor, its matrices those of `before`, or none. A triad whose bias
+        the spin does not show is left out, or stays as `before` has it.
+
+        Raises `ProcedureError` where `before` is not what was applied.
+        """
+        if (before.hash() if before else "") != result.calibration_hash:
+            raise ProcedureError(
+                f"{result.name}: its biases are those that another calibration left; give that one"
+            )
+        return cls.model_validate(spin_content(result, before.content() if before else {}))
 
     def correct(self, accelerometer: FloatArray, gyroscope: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Specific force (n, 3), m/s^2, and angular rate (n, 3), rad/s, freed of the calibrated errors.

@@ -1,0 +1,347 @@
+"""Which motions of a recording are spins: what the robot did between two rests, judged by what it showed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tumble import _core
+from tumble.procedures.spin_objections import CHANNELS, in_words
+from tumble.procedures.spin_stretches import Samples, Stretch
+from tumble.procedures.spin_turns import Angle, TrueTurns
+from tumble.recording import FloatArray
+from tumble.results import Rest
+
+Refusal = tuple[float, float, str]
+"""Start and end, s, and why what lies between is no spin that can be used."""
+Fault = tuple[str, str, float, float, float]
+"""Channel, kind, value, first and last time, s, as `Acquired.faults` has them."""
+
+SMALLEST_PART = math.radians(10.0)
+"""A robot that stops between turns at least so far at a time."""
+SMALLEST_SPIN = math.radians(45.0)
+FULL_TURN = 2.0 * math.pi
+LARGEST_SCALE_ERROR = 0.1
+"""Of a gyroscope; a true angle further off than that was counted wrongly."""
+NUDGE_SECONDS, NUDGE_ANGLE, NUDGE_SPEED = 1.0, math.radians(2.0), 0.1
+"""s, rad and m/s: what is shorter, and turns and pushes less, leaves the robot where it was."""
+FEWEST_SAMPLES = 5
+"""What is shorter is the edge of a rest."""
+BLOCK_SECONDS = 0.1
+PAUSE_SECONDS, SLOWEST_TURN = 0.5, 0.05
+"""s and rad/s: whoever turns more slowly for as long has stopped to turn."""
+LARGEST_ACROSS = 0.5
+"""Angular rate across the vertical against that about it, root mean square: what is more was no turn."""
+LARGEST_SPEED = 0.3
+"""m/s that the accelerometers show while the robot should have stayed on the spot."""
+LARGEST_LEVER_ARM = 2.0
+"""m; what seems to be further off its turning axis drove a circle."""
+
+
+@dataclass(frozen=True, slots=True)
+class Criteria:
+    """How to judge, and what the user knows."""
+
+    settings: _core.SpinSettings
+    still: float
+    """s that the longest rest of a spin lasts at least."""
+    turns: float | None
+    """Turns asked for; None if nobody asked."""
+    true_turns: TrueTurns | None
+    faults: tuple[Fault, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Chain:
+    """Rests and motions in turn, without a gap: one spin, if it is one."""
+
+    stretches: tuple[Stretch, ...]
+    given: bool = False
+    """The user said that this is a spin."""
+
+    @property
+    def start(self) -> float:
+        """Time of the first sample, s."""
+        return self.stretches[0].start
+
+    @property
+    def end(self) -> float:
+        """Time of the last sample, s."""
+        return self.stretches[-1].end
+
+    @property
+    def samples(self) -> Samples:
+        """All of them."""
+        return Samples.joined([stretch.samples for stretch in self.stretches])
+
+    @property
+    def rests(self) -> tuple[Rest, ...]:
+        """The rests in it."""
+        return tuple(stretch.rest for stretch in self.stretches if stretch.rest is not None)
+
+    @property
+    def rest_times(self) -> FloatArray:
+        """(k, 2) s between which the robot stood."""
+        times = [(each.start, each.end) for each in self.stretches if each.rest is not None]
+        return np.array(times, dtype=np.float64).reshape(-1, 2)
+
+    @property
+    def motions(self) -> tuple[Stretch, ...]:
+        """What lies beside and between the rests."""
+        return tuple(stretch for stretch in self.stretches if stretch.rest is None)
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """A spin and what the core made of it."""
+
+    chain: Chain
+    figures: _core.SpinFigures
+    blocks: _core.SpinBlockFigures
+
+
+@dataclass(frozen=True, slots=True)
+class _Failed:
+    """Why a chain is no spin, and the motion that is to blame, where it is a single one."""
+
+    why: str
+    culprit: Stretch | None = None
+
+
+def chains_of(
+    stretches: Iterable[tuple[Stretch, bool]], rests: Sequence[Rest], faults: Sequence[Fault], given: bool
+) -> Iterator[Chain | Refusal]:
+    """Link rests and motions to chains; a motion that cannot be part of a spin ends one and is refused.
+
+    With each stretch comes whether the chain ends there. `rests` are those of the recording, at least one.
+    """
+    links: list[Stretch] = []
+    for stretch, ends_here in stretches:
+        too_short = len(stretch.samples) < FEWEST_SAMPLES
+        why = ""
+        if stretch.rest is None and not too_short:
+            why = motion_fault(stretch, _nearest(stretch, rests), faults, given)
+        if not why and not too_short:
+            links.append(stretch)
+        if why or ends_here:
+            yield Chain(tuple(links), given)
+            links = []
+        if why:
+            yield (stretch.start, stretch.end, why)
+    yield Chain(tuple(links), given)
+
+
+def motion_fault(motion: Stretch, beside: Rest, faults: Sequence[Fault], given: bool) -> str:
+    """Say why a motion cannot be part of a spin; empty if it can. `beside` is a rest next to it."""
+    saturated = _saturated(motion, faults)
+    if saturated or given or is_nudge(motion, beside):
+        return saturated
+    about, across = _rates(motion, beside)
+    turned = float(np.abs(about).sum()) * BLOCK_SECONDS
+    if turned < SMALLEST_PART:
+        seconds = motion.end - motion.start
+        return f"drove or was pushed: turned only {math.degrees(turned):.0f} deg in {seconds:.1f} s"
+    if _rms(across) > LARGEST_ACROSS * _rms(about):
+        return f"was tipped, lifted or carried: {_rms(across):.2g} rad/s across the vertical"
+    return ""
+
+
+def is_nudge(motion: Stretch, beside: Rest) -> bool:
+    """Whether a motion left the robot where it was, such as a knock or a motor that was switched on."""
+    seconds = motion.end - motion.start
+    if seconds > NUDGE_SECONDS:
+        return False
+    about, across = _rates(motion, beside)
+    push = motion.samples.accelerometer.mean(axis=0) - beside.specific_force
+    return (
+        float(np.hypot(about, across).sum()) * BLOCK_SECONDS < NUDGE_ANGLE
+        and float(np.linalg.norm(push)) * seconds < NUDGE_SPEED
+    )
+
+
+def fit_or_split(chain: Chain, criteria: Criteria) -> Iterator[Fitted | Refusal]:
+    """Fit a chain as one spin; where one of its motions spoils that, take it out and fit what is left."""
+    if not chain.rests or all(is_nudge(motion, _nearest(motion, chain.rests)) for motion in chain.motions):
+        return
+    attempt = _attempt(chain, criteria)
+    if isinstance(attempt, Fitted):
+        yield attempt
+    elif attempt.culprit is None or chain.given:
+        yield (chain.start, chain.end, attempt.why)
+    else:
+        yield from _without(attempt.culprit, attempt.why, chain, criteria)
+
+
+def _without(culprit: Stretch, why: str, chain: Chain, criteria: Criteria) -> Iterator[Fitted | Refusal]:
+    """Fit what lies before and after a motion, with the turning at its ends if it did not only turn."""
+    at = chain.stretches.index(culprit)
+    first, last = _turning_ends(culprit, _nearest(culprit, chain.rests))
+    yield from fit_or_split(Chain((*chain.stretches[:at], *first)), criteria)
+    start = first[0].end if first else culprit.start
+    end = last[0].start if last else culprit.end
+    yield (start, end, why)
+    yield from fit_or_split(Chain((*last, *chain.stretches[at + 1 :])), criteria)
+
+
+def _attempt(chain: Chain, criteria: Criteria) -> Fitted | _Failed:
+    try:
+        figures, blocks = _fit(chain, criteria.settings)
+        if criteria.true_turns is not None:
+            turned = figures["turned_clockwise"], figures["turned_counter_clockwise"]
+            known = criteria.true_turns.angle(*turned, SMALLEST_SPIN)
+            contradiction = _contradiction(turned, known)
+            if contradiction:
+                return _Failed(contradiction)
+            figures, blocks = _fit(chain, criteria.settings, known)
+    except _core.CoreError as error:
+        kind, values = error.args
+        return _Failed(in_words(kind, values), _at(chain, values.get("time")))
+    why = _too_little(figures, chain, criteria)
+    return _astray(chain, figures, blocks) or (_Failed(why) if why else Fitted(chain, figures, blocks))
+
+
+def _fit(
+    chain: Chain, settings: _core.SpinSettings, true_angle: Angle | None = None
+) -> tuple[_core.SpinFigures, _core.SpinBlockFigures]:
+    samples = chain.samples
+    return _core.fit_spin(
+        samples.time,
+        samples.accelerometer,
+        samples.gyroscope,
+        chain.rest_times,
+        settings,
+        true_angle=true_angle,
+    )
+
+
+def _contradiction(turned: tuple[float, float], known: Angle) -> str:
+    """Say that the gyroscope and the true angle cannot both be right; empty if they can."""
+    for angle, truth, direction in zip(turned, known, ("clockwise", "counter-clockwise"), strict=False):
+        if math.isfinite(truth) and abs(angle - truth) > LARGEST_SCALE_ERROR * truth:
+            return (
+                f"turned {angle / FULL_TURN:.2f} times {direction} by its gyroscope, truly "
+                f"{truth / FULL_TURN:g} times by --true-turns; count again, or mend the unit with "
+                "--gyroscope-unit"
+            )
+    return ""
+
+
+def _turning_ends(motion: Stretch, beside: Rest) -> tuple[tuple[Stretch, ...], tuple[Stretch, ...]]:
+    """Cut out what of a motion turns without a pause from its beginning, and to its end; each may be none.
+
+    A robot that drives off as soon as it has turned gives no rest between.
+    """
+    about, _ = _rates(motion, beside)
+    pause = np.abs(about) < max(SLOWEST_TURN, 0.1 * float(np.abs(about).max()))
+    steps = round(PAUSE_SECONDS / BLOCK_SECONDS)
+    paused = np.flatnonzero(np.convolve(pause, np.ones(steps), "valid") == steps)
+    edge = np.flatnonzero(~pause)
+    paused = paused[(paused > edge[0]) & (paused + steps <= edge[-1])] if len(edge) else paused
+    if len(paused) == 0:
+        return (), ()
+    times = motion.start + BLOCK_SECONDS * np.array([paused[0], paused[-1] + steps])
+    first = motion.between(motion.start, float(times[0]))
+    last = motion.between(float(times[1]), math.inf)
+    angles = [np.abs(_rates(part, beside)[0]).sum() * BLOCK_SECONDS for part in (first, last)]
+    return (
+        (first,) if angles[0] >= SMALLEST_SPIN else (),
+        (last,) if angles[1] >= SMALLEST_SPIN else (),
+    )
+
+
+def _nearest(motion: Stretch, rests: Sequence[Rest]) -> Rest:
+    middle = 0.5 * (motion.start + motion.end)
+    return min(rests, key=lambda rest: min(abs(rest.start - middle), abs(rest.end - middle)))
+
+
+def _saturated(motion: Stretch, faults: Sequence[Fault]) -> str:
+    for channel, kind, value, first, last in faults:
+        if kind != "stuck" and first <= motion.end and motion.start <= last:
+            when = max(first, motion.start)
+            figures = {"time": when, "channel": float(CHANNELS.index(channel)), "value": value}
+            return in_words("saturated", figures)
+    return ""
+
+
+def _too_little(figures: _core.SpinFigures, chain: Chain, criteria: Criteria) -> str:
+    """Say that it turned less than asked for, or stood for a shorter time; empty if neither."""
+    turned = figures["turned_clockwise"] + figures["turned_counter_clockwise"]
+    wanted = FULL_TURN * (criteria.turns or 0.0)
+    # A robot told to turn by so much stops a little early or late, and its gyroscope has a scale error.
+    if turned < 0.98 * wanted:
+        return in_words("turned too little", {"turned": turned, "wanted": wanted})
+    if turned < SMALLEST_SPIN:
+        return in_words("no turn", {"turned": turned})
+    longest = max(float(end - start) for start, end in chain.rest_times)
+    # The segmenter leaves out the ends of a rest, where the robot may still settle.
+    if longest < criteria.still - 0.5:
+        return (
+            f"stood still for {longest:.1f} s at most, {criteria.still:g} s are asked for; stand still "
+            "longer before the turn, or ask for less with --still"
+        )
+    return ""
+
+
+def _astray(chain: Chain, figures: _core.SpinFigures, blocks: _core.SpinBlockFigures) -> _Failed | None:
+    """Find the motion in which the robot left the spot."""
+    if chain.given:
+        return None
+    speeds = [_speed(motion, chain, blocks) for motion in chain.motions]
+    fastest = int(np.argmax(speeds))
+    if speeds[fastest] > LARGEST_SPEED:
+        why = f"drove: reached about {speeds[fastest]:.1f} m/s; stay on the spot, or name the spin with --at"
+        return _Failed(why, chain.motions[fastest])
+    arm = float(np.linalg.norm(figures["lever_arm"]))
+    if arm > LARGEST_LEVER_ARM:
+        return _Failed(f"drove a circle of {arm:.1f} m radius; turn on the spot")
+    return None
+
+
+def _speed(motion: Stretch, chain: Chain, blocks: _core.SpinBlockFigures) -> float:
+    """Largest horizontal speed, m/s, by what the fit leaves of the specific force over one motion."""
+    kept = (blocks["time"] >= motion.start) & (blocks["time"] <= motion.end)
+    if kept.sum() < 2:
+        return 0.0
+    heading = blocks["heading"][kept]
+    forward, left = (blocks["force"] - blocks["fit"])[kept, :2].T
+    east = np.cos(heading) * forward - np.sin(heading) * left
+    north = np.sin(heading) * forward + np.cos(heading) * left
+    spacing = np.gradient(blocks["time"][kept])[:, None]
+    velocity: FloatArray = np.cumsum(np.column_stack([east, north]) * spacing, axis=0)
+    if motion is not chain.stretches[-1]:
+        # It stands again afterwards: what the sum has gathered until then is drift.
+        velocity -= np.linspace(0.0, 1.0, len(velocity))[:, None] * velocity[-1]
+    return float(np.linalg.norm(velocity, axis=1).max())
+
+
+def _at(chain: Chain, time: float | None) -> Stretch | None:
+    """Find the motion at or nearest to a time; None where there is no time to go by."""
+    if time is None:
+        return None
+    return min(chain.motions, key=lambda each: max(each.start - time, time - each.end, 0.0))
+
+
+def _rates(motion: Stretch, beside: Rest) -> tuple[FloatArray, FloatArray]:
+    """(k,) rad/s about the vertical and across it, of successive blocks of a motion."""
+    rate = _block_means(motion.samples.time, motion.samples.gyroscope - beside.angular_rate)
+    up = beside.specific_force / np.linalg.norm(beside.specific_force)
+    about: FloatArray = rate @ up
+    across: FloatArray = np.linalg.norm(rate - np.outer(about, up), axis=1)
+    return about, across
+
+
+def _block_means(time: FloatArray, values: FloatArray) -> FloatArray:
+    """(k, 3) means over stretches of equal length, so that noise does not add up to an angle."""
+    count = max(1, round(float(time[-1] - time[0]) / BLOCK_SECONDS))
+    edges = np.searchsorted(time, np.linspace(time[0], time[-1], count + 1)[:-1])
+    edges = np.unique(edges)
+    lengths = np.diff(np.append(edges, len(time)))
+    means: FloatArray = np.add.reduceat(values, edges, axis=0) / lengths[:, None]
+    return means
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
