@@ -79,7 +79,7 @@ def json_content(result: TurntableResult, files: dict[str, str]) -> dict[str, An
         "warnings": result.warnings,
         "files": files,
     }
-    return {key: _finite(value) for key, value in content.items()}
+    return {key: finite(value) for key, value in content.items()}
 
 
 def reason(target: TargetResult) -> str:
@@ -173,11 +173,11 @@ def _target_content(target: TargetResult, result: TurntableResult) -> dict[str, 
     }
 
 
-def _finite(value: object) -> object:
+def finite(value: object) -> object:
     """Turn it plain, with None for what is not a finite number, which JSON does not have."""
     value = plain(value)
     if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
+        return {key: finite(item) for key, item in value.items()}
     if isinstance(value, list):
-        return [_finite(item) for item in value]
+        return [finite(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
