@@ -60,9 +60,86 @@ impl<T: Real> Noise<T> {
         } else {
             T::zero()
         };
-        let k = |a: &Interval<T>, b: &Interval<T>| mean_log(a, b);
-        let centred = k(a, b) - k(a, session) - k(b, session) + k(session, session);
-        white - centred * self.flicker * real(core::f64::consts::FRAC_1_PI)
+        let flicker = Flicker::over(session);
+        white + flicker.covariance(&flicker.placed(a), &flicker.placed(b)) * self.flicker
+    }
+}
+
+/// Flicker of B = 1 over a session, with what all its intervals share worked out once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Flicker<T: Real> {
+    session: Interval<T>,
+    within: T,
+}
+
+/// An interval in its session.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placed<T: Real> {
+    /// The interval.
+    pub interval: Interval<T>,
+    with_session: T,
+}
+
+/// Several intervals of a session as one, each weighted by its length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pool<T: Real> {
+    /// Sum of the lengths, s.
+    pub length: T,
+    with_session: T,
+}
+
+impl<T: Real> Flicker<T> {
+    /// Against the mean bias of this session.
+    pub fn over(session: &Interval<T>) -> Self {
+        Self {
+            session: *session,
+            within: mean_log(session, session),
+        }
+    }
+
+    /// Places an interval in the session.
+    pub fn placed(&self, interval: &Interval<T>) -> Placed<T> {
+        Placed {
+            interval: *interval,
+            with_session: mean_log(interval, &self.session),
+        }
+    }
+
+    /// Covariance of the means over two intervals (docs/theory/noise.md, eq. 4).
+    pub fn covariance(&self, a: &Placed<T>, b: &Placed<T>) -> T {
+        let k = mean_log(&a.interval, &b.interval);
+        -(k - a.with_session - b.with_session + self.within) * real(core::f64::consts::FRAC_1_PI)
+    }
+
+    /// Sum of the lengths of the intervals of a pool, each times its covariance with another.
+    pub fn covariance_with_pool<'a>(
+        &self,
+        pool: &Pool<T>,
+        intervals: impl Iterator<Item = &'a Interval<T>>,
+        other: &Placed<T>,
+    ) -> T {
+        let k = intervals.fold(T::zero(), |sum, each| {
+            sum + each.duration() * mean_log(each, &other.interval)
+        });
+        let alone = (other.with_session - self.within) * pool.length;
+        (alone + pool.with_session - k) * real(core::f64::consts::FRAC_1_PI)
+    }
+}
+
+impl<T: Real> Pool<T> {
+    /// Without any interval.
+    pub fn empty() -> Self {
+        Self {
+            length: T::zero(),
+            with_session: T::zero(),
+        }
+    }
+
+    /// Takes in an interval.
+    pub fn add(&mut self, one: &Placed<T>) {
+        let length = one.interval.duration();
+        self.length += length;
+        self.with_session += length * one.with_session;
     }
 }
 

@@ -11,7 +11,7 @@ use crate::model::{Covariance, ErrorModel, PARAMETERS};
 use crate::noise::{Interval, Noise};
 use crate::real::{Real, real};
 use crate::regression::{LeastSquares, Prior, Solution, Unsolvable};
-use crate::turntable::whitening::{Errors, Whitener};
+use crate::turntable::whitening::{Fresh, Whitener};
 
 /// An interval with its truth and its reading. P regressors an axis, Q shared errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -140,9 +140,7 @@ fn solve<T: Real, const P: usize, const Q: usize, const N: usize>(
     let mut solution = Err(Unsolvable);
     for _ in 0..ROUNDS {
         let mut equations = LeastSquares::<T, N>::new(prior);
-        for axis in 0..3 {
-            push_axis(&mut equations, observations, knowledge, &matrix, axis);
-        }
+        push(&mut equations, observations, knowledge, &matrix);
         let round = equations.solve()?;
         matrix = Matrix3::from_fn(|i, j| round.x[i * P + j]);
         solution = Ok(round);
@@ -179,30 +177,29 @@ fn prior<T: Real, const P: usize, const Q: usize, const N: usize>(
     prior
 }
 
-/// Rows of one axis, made independent of each other.
-fn push_axis<T: Real, const P: usize, const Q: usize, const N: usize>(
+/// Rows of the three axes, made independent of those before.
+fn push<T: Real, const P: usize, const Q: usize, const N: usize>(
     equations: &mut LeastSquares<T, N>,
     observations: &[Observation<T, P, Q>],
     knowledge: &Knowledge<T, Q>,
     matrix: &Matrix3<T>,
-    axis: usize,
 ) {
-    let errors = Errors {
-        observations,
-        knowledge,
-        matrix,
-        axis,
-    };
-    let mut whitener = Whitener::new(&errors);
+    let mut whitener = Whitener::<T, P, Q, N>::new(observations, knowledge);
     for observation in observations {
-        let row = row::<T, P, Q, N>(observation, matrix, axis);
-        let (row, reading, variance) = whitener.next(&row, observation.reading[axis]);
-        equations.push(&row, reading, variance);
+        let of_truth = |axis| through(matrix, &observation.truth_covariance, axis);
+        for white in whitener.next(Fresh {
+            interval: observation.interval,
+            rows: core::array::from_fn(|axis| row::<T, P, Q, N>(observation, matrix, axis)),
+            reading: observation.reading,
+            of_truth: Vector3::from_fn(|axis, _| of_truth(axis)),
+        }) {
+            equations.push(&white.row, white.reading, white.variance);
+        }
     }
 }
 
 /// Variance that the truth's own error leaves on one axis of the reading: `(M S M^T)_ii`.
-pub(super) fn through<T: Real>(matrix: &Matrix3<T>, covariance: &Matrix3<T>, axis: usize) -> T {
+fn through<T: Real>(matrix: &Matrix3<T>, covariance: &Matrix3<T>, axis: usize) -> T {
     let row = matrix.row(axis).transpose();
     row.dot(&(covariance * row))
 }

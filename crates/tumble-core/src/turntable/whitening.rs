@@ -3,11 +3,15 @@
 //! Flicker noise is remembered about as far as the session is long. The nearest few intervals tell almost all of it
 //! (Vecchia 1988); but deviations from the mean bias of a session cancel over that session, so what remains is told by
 //! the mean over all older intervals (docs/theory/turntable.md, eq. 19).
+//!
+//! How flicker ties intervals together is the same for the three axes, up to B^2, so they are whitened side by side.
+//! Sums over the older intervals go along with each near one: only those of the newest are made anew.
 
-use nalgebra::{Matrix3, SMatrix, SVector};
+use nalgebra::{SMatrix, SVector, Vector3};
 
+use crate::noise::{Flicker, Interval, Placed, Pool};
 use crate::real::{Real, real};
-use crate::turntable::fit::{Knowledge, Observation, through};
+use crate::turntable::fit::{Knowledge, Observation};
 
 /// Intervals just before that help to predict the error of one.
 const NEAREST: usize = 5;
@@ -15,169 +19,239 @@ const NEAREST: usize = 5;
 /// The nearest intervals, and the mean of the older ones.
 const PREDICTORS: usize = NEAREST + 1;
 
-/// The errors of one axis over all intervals.
-pub(super) struct Errors<'a, T: Real, const P: usize, const Q: usize> {
-    /// The intervals, in order of time.
-    pub observations: &'a [Observation<T, P, Q>],
-    /// Noise and session.
-    pub knowledge: &'a Knowledge<T, Q>,
-    /// M, through which errors of the truth pass.
-    pub matrix: &'a Matrix3<T>,
-    /// The axis.
-    pub axis: usize,
+/// The rows of one interval as they are, one an axis.
+pub(super) struct Fresh<T: Real, const N: usize> {
+    /// When.
+    pub interval: Interval<T>,
+    /// Coefficients of the unknowns.
+    pub rows: [SVector<T, N>; 3],
+    /// What they add up to.
+    pub reading: Vector3<T>,
+    /// Variance that errors of the truth leave on the reading.
+    pub of_truth: Vector3<T>,
 }
 
-impl<T: Real, const P: usize, const Q: usize> Errors<'_, T, P, Q> {
-    /// Whether the errors of different intervals are independent as they are.
-    fn independent(&self) -> bool {
-        self.knowledge.noise[self.axis].flicker <= T::zero()
-    }
-
-    /// Covariance of the errors of two intervals.
-    fn covariance(&self, i: usize, j: usize) -> T {
-        let (Some(a), Some(b)) = (self.observations.get(i), self.observations.get(j)) else {
-            return T::zero();
-        };
-        let noise = &self.knowledge.noise[self.axis];
-        let own = noise.covariance(&a.interval, &b.interval, &self.knowledge.session);
-        if i == j {
-            own + through(self.matrix, &a.truth_covariance, self.axis)
-        } else {
-            own
-        }
-    }
-
-    fn duration(&self, i: usize) -> T {
-        self.observations
-            .get(i)
-            .map_or(T::zero(), |observation| observation.interval.duration())
-    }
-
-    /// Sum over the first `older` intervals of their lengths times their covariance with interval `i`.
-    fn covariance_with_older(&self, older: usize, i: usize) -> T {
-        (0..older).fold(T::zero(), |sum, j| sum + self.duration(j) * self.covariance(j, i))
-    }
+/// A row without what those before predict of it.
+pub(super) struct White<T: Real, const N: usize> {
+    /// Coefficients of the unknowns.
+    pub row: SVector<T, N>,
+    /// What they add up to.
+    pub reading: T,
+    /// What remains of its variance.
+    pub variance: T,
 }
 
-/// Takes rows in order of time and gives them back independent.
-pub(super) struct Whitener<'a, T: Real, const P: usize, const Q: usize, const N: usize> {
-    errors: &'a Errors<'a, T, P, Q>,
-    next: usize,
-    near: [(SVector<T, N>, T); NEAREST],
-    older: Older<T, N>,
+/// An interval that is remembered.
+#[derive(Clone, Copy)]
+struct Kept<T: Real, const N: usize> {
+    placed: Placed<T>,
+    rows: [SVector<T, N>; 3],
+    reading: Vector3<T>,
+    /// Variance of each axis besides flicker.
+    own: Vector3<T>,
+    /// Sum over the older intervals of their lengths times their covariance with this one at B = 1.
+    with_older: T,
 }
 
 /// Sums over the older intervals, each weighted by its length.
 struct Older<T: Real, const N: usize> {
     intervals: usize,
-    length: T,
-    row: SVector<T, N>,
-    reading: T,
-    squares: T,
+    pool: Pool<T>,
+    rows: [SVector<T, N>; 3],
+    reading: Vector3<T>,
+    /// Variance of each axis besides flicker.
+    own: Vector3<T>,
+    /// Variance at B = 1.
+    flicker: T,
+}
+
+/// Covariances at B = 1: of the predictors with each other, and with the interval they predict.
+struct Remembered<T: Real> {
+    among: SMatrix<T, PREDICTORS, PREDICTORS>,
+    with: SVector<T, PREDICTORS>,
+    alone: T,
+}
+
+/// Takes the rows of interval by interval, in order of time, and gives them back independent.
+pub(super) struct Whitener<'a, T: Real, const P: usize, const Q: usize, const N: usize> {
+    observations: &'a [Observation<T, P, Q>],
+    knowledge: &'a Knowledge<T, Q>,
+    flicker: Flicker<T>,
+    /// The newest first.
+    near: [Option<Kept<T, N>>; NEAREST],
+    older: Older<T, N>,
 }
 
 impl<'a, T: Real, const P: usize, const Q: usize, const N: usize> Whitener<'a, T, P, Q, N> {
-    /// Before the first row.
-    pub fn new(errors: &'a Errors<'a, T, P, Q>) -> Self {
+    /// Before the first interval.
+    pub fn new(observations: &'a [Observation<T, P, Q>], knowledge: &'a Knowledge<T, Q>) -> Self {
         Self {
-            errors,
-            next: 0,
-            near: [(SVector::zeros(), T::zero()); NEAREST],
+            observations,
+            knowledge,
+            flicker: Flicker::over(&knowledge.session),
+            near: [None; NEAREST],
             older: Older {
                 intervals: 0,
-                length: T::zero(),
-                row: SVector::zeros(),
-                reading: T::zero(),
-                squares: T::zero(),
+                pool: Pool::empty(),
+                rows: [SVector::zeros(); 3],
+                reading: Vector3::zeros(),
+                own: Vector3::zeros(),
+                flicker: T::zero(),
             },
         }
     }
 
-    /// Row, reading and variance of the next interval, without what those before predict.
-    pub fn next(&mut self, row: &SVector<T, N>, reading: T) -> (SVector<T, N>, T, T) {
-        let now = self.next;
-        let (weights, variance) = self.predict(now);
-        let (mut free_row, mut free_reading) = (*row, reading);
-        for (weight, (row, reading)) in weights.iter().zip(&self.near) {
-            free_row -= row * *weight;
-            free_reading -= *reading * *weight;
+    /// The rows of the next interval, without what those before predict.
+    pub fn next(&mut self, fresh: Fresh<T, N>) -> [White<T, N>; 3] {
+        let now = self.placed(fresh);
+        if self
+            .knowledge
+            .noise
+            .iter()
+            .all(|noise| noise.flicker <= T::zero())
+        {
+            return core::array::from_fn(|axis| now.alone(axis));
         }
-        if self.older.length > T::zero() {
-            let share = weights[NEAREST] / self.older.length;
-            free_row -= self.older.row * share;
-            free_reading -= self.older.reading * share;
-        }
-        self.keep(row, reading);
-        (free_row, free_reading, variance)
+        let remembered = self.remembered(&now);
+        let white = core::array::from_fn(|axis| self.whiten(&now, &remembered, axis));
+        self.keep(now);
+        white
     }
 
-    /// Index of the interval in a place of `near`, counted from the newest; `None` before there were so many.
-    fn near_index(&self, place: usize) -> Option<usize> {
-        self.next.checked_sub(place + 1)
+    fn placed(&self, fresh: Fresh<T, N>) -> Kept<T, N> {
+        let placed = self.flicker.placed(&fresh.interval);
+        let duration = fresh.interval.duration();
+        let before = self.observations.iter().take(self.older.intervals);
+        let before = before.map(|observation| &observation.interval);
+        Kept {
+            placed,
+            own: fresh.of_truth + Vector3::from_fn(|axis, _| self.knowledge.noise[axis].white / duration),
+            rows: fresh.rows,
+            reading: fresh.reading,
+            with_older: self
+                .flicker
+                .covariance_with_pool(&self.older.pool, before, &placed),
+        }
+    }
+
+    /// The near intervals with their places.
+    fn near(&self) -> impl Iterator<Item = (usize, &Kept<T, N>)> {
+        let places = self.near.iter().enumerate();
+        places.filter_map(|(place, kept)| Some((place, kept.as_ref()?)))
+    }
+
+    fn remembered(&self, now: &Kept<T, N>) -> Remembered<T> {
+        let covariance = |a: &Kept<T, N>, b: &Kept<T, N>| self.flicker.covariance(&a.placed, &b.placed);
+        let mut among = SMatrix::zeros();
+        let mut with = SVector::zeros();
+        for (a, one) in self.near() {
+            with[a] = covariance(one, now);
+            for (b, other) in self.near().take(a + 1) {
+                among[(a, b)] = covariance(one, other);
+                among[(b, a)] = among[(a, b)];
+            }
+            among[(a, NEAREST)] = self.older.mean(one.with_older);
+            among[(NEAREST, a)] = among[(a, NEAREST)];
+        }
+        among[(NEAREST, NEAREST)] = self.older.mean(self.older.mean(self.older.flicker));
+        with[NEAREST] = self.older.mean(now.with_older);
+        Remembered {
+            among,
+            with,
+            alone: covariance(now, now),
+        }
+    }
+
+    fn whiten(&self, now: &Kept<T, N>, remembered: &Remembered<T>, axis: usize) -> White<T, N> {
+        let (weights, variance) = self.predict(now, remembered, axis);
+        let mut white = White {
+            variance,
+            ..now.alone(axis)
+        };
+        for (place, kept) in self.near() {
+            white.row -= kept.rows[axis] * weights[place];
+            white.reading -= kept.reading[axis] * weights[place];
+        }
+        let share = self.older.mean(weights[NEAREST]);
+        white.row -= self.older.rows[axis] * share;
+        white.reading -= self.older.reading[axis] * share;
+        white
     }
 
     /// Weights of the near intervals and of the mean of the older ones, and the variance that remains.
-    fn predict(&self, now: usize) -> (SVector<T, PREDICTORS>, T) {
-        let errors = self.errors;
-        let alone = errors.covariance(now, now);
-        if errors.independent() {
+    fn predict(
+        &self,
+        now: &Kept<T, N>,
+        remembered: &Remembered<T>,
+        axis: usize,
+    ) -> (SVector<T, PREDICTORS>, T) {
+        let flicker = self.knowledge.noise[axis].flicker;
+        let alone = remembered.alone * flicker + now.own[axis];
+        if flicker <= T::zero() {
             return (SVector::zeros(), alone);
         }
-        let mut among = SMatrix::<T, PREDICTORS, PREDICTORS>::identity();
-        let mut with = SVector::<T, PREDICTORS>::zeros();
-        for (a, i) in (0..NEAREST).filter_map(|place| Some((place, self.near_index(place)?))) {
-            with[a] = errors.covariance(i, now);
-            for (b, j) in (0..NEAREST).filter_map(|place| Some((place, self.near_index(place)?))) {
-                among[(a, b)] = errors.covariance(i, j);
-            }
-            let with_older = self.older.mean_covariance(errors, i);
-            among[(a, NEAREST)] = with_older;
-            among[(NEAREST, a)] = with_older;
+        let mut among = remembered.among * flicker;
+        for place in 0..NEAREST {
+            // What is not there yet predicts nothing; it must only not make the matrix singular.
+            among[(place, place)] += self.near[place].map_or(T::one(), |kept| kept.own[axis]);
         }
-        if self.older.intervals > 0 {
-            among[(NEAREST, NEAREST)] = self.older.squares / (self.older.length * self.older.length);
-            with[NEAREST] = self.older.mean_covariance(errors, now);
-        }
+        among[(NEAREST, NEAREST)] += if self.older.intervals > 0 {
+            self.older.mean(self.older.mean(self.older.own[axis]))
+        } else {
+            T::one()
+        };
+        let with = remembered.with * flicker;
         among.cholesky().map_or((SVector::zeros(), alone), |root| {
             let weights = root.solve(&with);
             (weights, alone - weights.dot(&with))
         })
     }
 
-    /// Moves the oldest of the near rows to the older ones, and the new row to the near ones.
-    fn keep(&mut self, row: &SVector<T, N>, reading: T) {
-        if !self.errors.independent() && self.near_index(NEAREST - 1).is_some() {
-            let (row, reading) = self.near[NEAREST - 1];
-            self.older.take(self.errors, &row, reading);
-        }
+    /// Moves the oldest of the near intervals to the older ones, and the new one to the near ones.
+    fn keep(&mut self, mut now: Kept<T, N>) {
         self.near.rotate_right(1);
-        self.near[0] = (*row, reading);
-        self.next += 1;
+        if let Some(oldest) = self.near[0].take() {
+            let length = oldest.placed.interval.duration();
+            for kept in self.near.iter_mut().flatten().chain([&mut now]) {
+                kept.with_older += length * self.flicker.covariance(&oldest.placed, &kept.placed);
+            }
+            self.older
+                .take(&oldest, self.flicker.covariance(&oldest.placed, &oldest.placed));
+        }
+        self.near[0] = Some(now);
+    }
+}
+
+impl<T: Real, const N: usize> Kept<T, N> {
+    /// The row of an axis where nothing is remembered.
+    fn alone(&self, axis: usize) -> White<T, N> {
+        White {
+            row: self.rows[axis],
+            reading: self.reading[axis],
+            variance: self.own[axis],
+        }
     }
 }
 
 impl<T: Real, const N: usize> Older<T, N> {
-    /// Takes in the next interval.
-    fn take<const P: usize, const Q: usize>(
-        &mut self,
-        errors: &Errors<'_, T, P, Q>,
-        row: &SVector<T, N>,
-        reading: T,
-    ) {
-        let (one, length) = (self.intervals, errors.duration(self.intervals));
-        let with_others = errors.covariance_with_older(self.intervals, one);
-        self.squares += length * (length * errors.covariance(one, one) + with_others * real::<T>(2.0));
-        self.length += length;
-        self.row += row * length;
-        self.reading += reading * length;
+    /// Takes in the next interval, whose variance at B = 1 is `flicker`.
+    fn take(&mut self, kept: &Kept<T, N>, flicker: T) {
+        let length = kept.placed.interval.duration();
+        self.flicker += length * (length * flicker + kept.with_older * real::<T>(2.0));
+        self.own += kept.own * (length * length);
+        for (sum, row) in self.rows.iter_mut().zip(&kept.rows) {
+            *sum += row * length;
+        }
+        self.reading += kept.reading * length;
+        self.pool.add(&kept.placed);
         self.intervals += 1;
     }
 
-    /// Covariance of the mean of the older intervals with interval `i`; zero where there are none.
-    fn mean_covariance<const P: usize, const Q: usize>(&self, errors: &Errors<'_, T, P, Q>, i: usize) -> T {
+    /// A sum over the older intervals as their mean; zero where there are none.
+    fn mean(&self, sum: T) -> T {
         if self.intervals == 0 {
             return T::zero();
         }
-        errors.covariance_with_older(self.intervals, i) / self.length
+        sum / self.pool.length
     }
 }

@@ -3,7 +3,7 @@
 use core::f64::consts::{LN_2, PI, TAU};
 
 use proptest::prelude::*;
-use tumble_core::noise::{Interval, Noise};
+use tumble_core::noise::{Flicker, Interval, Noise, Pool};
 use tumble_core::real::Real;
 
 use crate::common::{Draws, double, flicker, rounding};
@@ -177,6 +177,20 @@ proptest! {
         prop_assert!(sum.abs() < 1e-9 * session.duration(), "{}", sum);
         let own = unit_flicker().covariance(&session, &session, &session);
         prop_assert!(own.abs() < 1e-12, "{}", own);
+    }
+
+    #[test]
+    fn a_pool_of_intervals_covaries_as_the_sum_over_them((parts, session) in partition(), pick in any::<prop::sample::Index>()) {
+        let flicker = Flicker::over(&session);
+        let b = pick.get(&parts);
+        let mut pool = Pool::empty();
+        for (count, a) in parts.iter().enumerate() {
+            let older = &parts[..count];
+            let sum: f64 = older.iter().map(|a| a.duration() * unit_flicker().covariance(a, b, &session)).sum();
+            let pooled = flicker.covariance_with_pool(&pool, older.iter(), &flicker.placed(b));
+            prop_assert!((pooled - sum).abs() < 1e-11 * session.duration(), "{} {}", pooled, sum);
+            pool.add(&flicker.placed(a));
+        }
     }
 
     #[test]

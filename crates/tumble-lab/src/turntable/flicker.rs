@@ -5,7 +5,7 @@
 //! by their variances (docs/theory/noise.md, eq. 8 to 10).
 
 use nalgebra::{DMatrix, DVector};
-use tumble_core::noise::Noise;
+use tumble_core::noise::{Flicker, Interval, Noise};
 use tumble_core::turntable::fit::{Knowledge, Observation};
 
 /// Beyond this many sigma residuals and ladder speak of different things, and the fit has another flaw than flicker.
@@ -14,14 +14,17 @@ const AGREE: f64 = 4.0;
 /// Rounds in which the variance of the estimate settles.
 const ROUNDS: u32 = 3;
 
-/// One axis: residuals and flicker in units of the white noise of each interval.
+/// One axis: residuals and flicker in units of the white noise of each interval. With R the projector on what the fit
+/// leaves and C the covariance of flicker of B = 1:
 struct Axis {
+    /// Intervals less unknowns, `tr R`.
+    freedom: f64,
     /// Sum of squared residuals less what white noise leaves.
     excess: f64,
-    /// Projector on what the fit leaves.
-    leaves: DMatrix<f64>,
-    /// Covariance of flicker of B = 1.
-    flicker: DMatrix<f64>,
+    /// What flicker of B = 1 adds to it, `tr R C`.
+    signal: f64,
+    /// `tr (R C)^2`.
+    squares: f64,
 }
 
 /// The noise of a triad with what its residuals add to the knowledge of B^2.
@@ -30,14 +33,12 @@ pub(super) fn refine<const P: usize, const Q: usize>(
     knowledge: &Knowledge<f64, Q>,
 ) -> [Noise<f64>; 3] {
     let unchanged = knowledge.noise;
+    let remembered = remembered(observations, &knowledge.session);
     let axes: Option<Vec<Axis>> = (0..3)
-        .map(|axis| Axis::of(observations, knowledge, axis))
+        .map(|axis| Axis::of(observations, knowledge, &remembered, axis))
         .collect();
     let Some(axes) = axes else { return unchanged };
-    let signal: f64 = axes
-        .iter()
-        .map(|axis| (&axis.leaves * &axis.flicker).trace())
-        .sum();
+    let signal: f64 = axes.iter().map(|axis| axis.signal).sum();
     if observations.len() <= P || signal <= 0.0 {
         return unchanged;
     }
@@ -87,56 +88,59 @@ pub(super) fn variance_freedom<const P: usize, const Q: usize>(
     }
 }
 
+/// Covariance of flicker of B = 1 among all intervals.
+fn remembered<const P: usize, const Q: usize>(
+    observations: &[Observation<f64, P, Q>],
+    session: &Interval<f64>,
+) -> DMatrix<f64> {
+    let flicker = Flicker::over(session);
+    let placed: Vec<_> = observations.iter().map(|o| flicker.placed(&o.interval)).collect();
+    let mut covariance = DMatrix::zeros(placed.len(), placed.len());
+    for (i, a) in placed.iter().enumerate() {
+        for (j, b) in placed.iter().enumerate().take(i + 1) {
+            covariance[(i, j)] = flicker.covariance(a, b);
+            covariance[(j, i)] = covariance[(i, j)];
+        }
+    }
+    covariance
+}
+
 impl Axis {
     /// `None` where the regressors do not span their space.
     fn of<const P: usize, const Q: usize>(
         observations: &[Observation<f64, P, Q>],
         knowledge: &Knowledge<f64, Q>,
+        remembered: &DMatrix<f64>,
         axis: usize,
     ) -> Option<Self> {
         let n = observations.len();
-        let noise = &knowledge.noise[axis];
         let m = knowledge.nominal.row(axis);
-        let (white, unit) = (
-            Noise {
-                flicker: 0.0,
-                ..*noise
-            },
-            Noise {
-                white: 0.0,
-                flicker: 1.0,
-                ..*noise
-            },
+        let sigma = DVector::from_iterator(
+            n,
+            observations.iter().map(|o| {
+                let of_truth = (m * o.truth_covariance * m.transpose())[0];
+                (knowledge.noise[axis].white / o.interval.duration() + of_truth).sqrt()
+            }),
         );
-        let covariance = |noise: &Noise<f64>, i: usize, j: usize| {
-            noise.covariance(
-                &observations[i].interval,
-                &observations[j].interval,
-                &knowledge.session,
-            )
-        };
-        let sigma = DVector::from_fn(n, |i, _| {
-            let of_truth = (m * observations[i].truth_covariance * m.transpose())[0];
-            (covariance(&white, i, i) + of_truth).sqrt()
-        });
         let regressors = DMatrix::from_fn(n, P, |i, j| observations[i].regressor[j] / sigma[i]);
         let readings = DVector::from_fn(n, |i, _| observations[i].reading[axis] / sigma[i]);
-        let inverse = (regressors.transpose() * &regressors).try_inverse()?;
-        let leaves = DMatrix::identity(n, n) - &regressors * inverse * regressors.transpose();
-        let residuals = &leaves * readings;
+        let flicker = DMatrix::from_fn(n, n, |i, j| remembered[(i, j)] / (sigma[i] * sigma[j]));
+        // R = 1 - X S, in which X has few columns: R itself would cost the cube of the intervals.
+        let solver = (regressors.transpose() * &regressors).try_inverse()? * regressors.transpose();
+        let residuals = &readings - &regressors * (&solver * &readings);
+        let left = &flicker - &regressors * (&solver * &flicker);
         #[allow(clippy::cast_precision_loss)]
         let freedom = n as f64 - P as f64;
         Some(Self {
+            freedom,
             excess: residuals.norm_squared() - freedom,
-            flicker: DMatrix::from_fn(n, n, |i, j| covariance(&unit, i, j) / (sigma[i] * sigma[j])),
-            leaves,
+            signal: left.trace(),
+            squares: left.tr_dot(&left),
         })
     }
 
-    /// Variance of the sum of squared residuals under white noise and this much flicker: `2 tr((R C)^2)`.
+    /// Variance of the sum of squared residuals under white noise and this much flicker: `2 tr (R (1 + B^2 C))^2`.
     fn variance(&self, flicker: f64) -> f64 {
-        let n = self.leaves.nrows();
-        let left = &self.leaves * (DMatrix::identity(n, n) + &self.flicker * flicker);
-        2.0 * (&left * &left).trace()
+        2.0 * (self.freedom + flicker * (2.0 * self.signal + flicker * self.squares))
     }
 }
