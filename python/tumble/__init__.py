@@ -26,9 +26,11 @@ if TYPE_CHECKING:
     from tumble.procedures.inspect import inspect
     from tumble.procedures.limits import Limits
     from tumble.procedures.simulate import simulate_turntable
+    from tumble.procedures.spin import spin
     from tumble.procedures.turntable import turntable
     from tumble.recording import Chunk, Recording
     from tumble.results import TargetResult, TurntableResult
+    from tumble.results_spin import SpinResult
 
 __all__ = [
     "Calibration",
@@ -42,6 +44,7 @@ __all__ = [
     "ProcedureError",
     "ReadOptions",
     "Recording",
+    "SpinResult",
     "TargetResult",
     "TumbleError",
     "TurntableResult",
@@ -52,6 +55,7 @@ __all__ = [
     "open_recording",
     "open_writer",
     "simulate_turntable",
+    "spin",
     "turntable",
 ]
 
@@ -65,9 +69,11 @@ _HOMES = {
     "tumble.procedures.simulate": ("simulate_turntable",),
     "tumble.poses": ("Pose", "PoseList"),
     "tumble.procedures.limits": ("Limits",),
+    "tumble.procedures.spin": ("spin",),
     "tumble.procedures.turntable": ("turntable",),
     "tumble.recording": ("Chunk", "Recording"),
     "tumble.results": ("TargetResult", "TurntableResult"),
+    "tumble.results_spin": ("SpinResult",),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 

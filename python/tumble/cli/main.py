@@ -40,6 +40,9 @@ COMMANDS = {
         "turntable_command",
         "Calibrate targets on a turntable against a co-mounted reference.",
     ),
+    "spin": Entry(
+        "tumble.cli.spin", "spin_command", "Find the biases of a robot's IMU from a turn on the spot."
+    ),
     "apply": Entry("tumble.cli.apply", "apply_command", "Correct a log with a calibration."),
     "inspect": Entry("tumble.cli.inspect", "inspect_command", "Say what logs hold and what they can serve."),
     "simulate": Entry("tumble.cli.simulate", "simulate_app", "Make recordings whose truth is known."),

@@ -100,9 +100,9 @@ def _parameters(figures: _core.SpinFigures) -> Iterator[Parameter]:
     yield from _by_axis("lever arm", "m", figures["lever_arm"], figures["lever_arm_sigma"], slow)
     unsaid = "the angle truly turned is not known; say it with --true-turns"
     level = "gravity does not turn enough with the heading to measure it by"
-    yield _parameter("gyroscope scale by gravity", "1", figures["heading_scale"], level)
-    yield _parameter("gyroscope scale clockwise", "1", figures["scale_clockwise"], unsaid)
-    yield _parameter("gyroscope scale counter-clockwise", "1", figures["scale_counter_clockwise"], unsaid)
+    yield _scale("gyroscope scale about the axis", figures["heading_scale"], level)
+    yield _scale("gyroscope scale clockwise", figures["scale_clockwise"], unsaid)
+    yield _scale("gyroscope scale counter-clockwise", figures["scale_counter_clockwise"], unsaid)
 
 
 def _value_and_sigma(bias: _core.BiasFigures) -> tuple[FloatArray, FloatArray]:
@@ -119,6 +119,12 @@ def _by_axis(
 def _angle(name: str, figures: tuple[float, float], reason: str = "the data do not show it") -> Parameter:
     value, sigma = figures
     return _parameter(name, "deg", (math.degrees(value), math.degrees(sigma)), reason)
+
+
+def _scale(name: str, error: tuple[float, float], reason: str) -> Parameter:
+    """Describe a scale, which is 1 for a perfect gyroscope, by its error."""
+    value, sigma = error
+    return _parameter(name, "1", (1.0 + value, sigma), reason)
 
 
 def _parameter(

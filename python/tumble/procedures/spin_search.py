@@ -164,7 +164,13 @@ def is_nudge(motion: Stretch, beside: Rest) -> bool:
 
 def fit_or_split(chain: Chain, criteria: Criteria) -> Iterator[Fitted | Refusal]:
     """Fit a chain as one spin; where one of its motions spoils that, take it out and fit what is left."""
-    if not chain.rests or all(is_nudge(motion, _nearest(motion, chain.rests)) for motion in chain.motions):
+    if not _moves(chain):
+        return
+    if chain.stretches[0].rest is None:
+        first, *others = chain.stretches
+        if not is_nudge(first, chain.rests[0]):
+            yield (first.start, first.end, "turned before it had stood still; stand still first")
+        yield from fit_or_split(Chain(tuple(others), chain.given), criteria)
         return
     attempt = _attempt(chain, criteria)
     if isinstance(attempt, Fitted):
@@ -173,6 +179,12 @@ def fit_or_split(chain: Chain, criteria: Criteria) -> Iterator[Fitted | Refusal]
         yield (chain.start, chain.end, attempt.why)
     else:
         yield from _without(attempt.culprit, attempt.why, chain, criteria)
+
+
+def _moves(chain: Chain) -> bool:
+    """Whether there is a rest, and a motion that is more than a knock."""
+    rests = chain.rests
+    return bool(rests) and not all(is_nudge(motion, _nearest(motion, rests)) for motion in chain.motions)
 
 
 def _without(culprit: Stretch, why: str, chain: Chain, criteria: Criteria) -> Iterator[Fitted | Refusal]:

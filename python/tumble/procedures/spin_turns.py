@@ -9,8 +9,8 @@ from tumble.errors import ProcedureError
 
 Angle = tuple[float, float, float]
 """Truly turned clockwise and counter-clockwise, rad, both positive, NaN where unknown; and its 1-sigma."""
-SIGMA = math.radians(2.0)
-"""rad: what a person sees, or a dock gives."""
+SIGMA = 2.0
+"""deg: what a person sees, or a dock gives."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,13 +20,15 @@ class TrueTurns:
     clockwise: float | None
     counter_clockwise: float | None
     sigma: float = SIGMA
-    """rad, 1-sigma of the whole angle in one direction."""
+    """deg, 1-sigma of the whole angle in one direction."""
     either: bool = False
     """The number holds for every direction in which the robot turned."""
 
     @classmethod
     def parse(cls, text: str, sigma: float = SIGMA) -> TrueTurns:
         """Read `3` (in every direction it turned), `+3` (counter-clockwise), `-3` (clockwise), or `+3,-3`.
+
+        `sigma` is in deg.
 
         Raises `ProcedureError` where it is none of these.
         """
@@ -51,7 +53,7 @@ class TrueTurns:
         """Give the angles to hold a gyroscope against that has these, rad; below `least` there is none."""
         cw = self._known(self.clockwise, clockwise, least)
         ccw = self._known(self.counter_clockwise, counter_clockwise, least)
-        return cw, ccw, self.sigma
+        return cw, ccw, math.radians(self.sigma)
 
     def _known(self, turns: float | None, turned: float, least: float) -> float:
         if turns is None or (self.either and turned < least):
