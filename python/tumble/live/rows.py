@@ -127,9 +127,14 @@ class RowReader:
         self._first = False
 
     def _may_be_torn(self, names: list[str]) -> bool:
-        """Whether the first name of a line may be the rest of `time`."""
+        """Whether names may have lost those before them, or the first of them its front."""
         columns = [recognise(name) for name in names]
-        return columns[0] is None and not any(column and column.quantity == "time" for column in columns)
+        if any(column and column.quantity == "time" for column in columns):
+            return False
+        triads = [
+            column for column in columns if column and column.quantity in ("accelerometer", "gyroscope")
+        ]
+        return columns[0] is None or len(triads) < 6
 
     def _find_layout_without_names(self, text: str) -> bool:
         """Keep a row back until there are enough of them to tell what they hold; whether they are now."""

@@ -1,0 +1,139 @@
+"""Devices to read live: a serial line made of a pseudo-terminal, and bytes that were written down."""
+
+from __future__ import annotations
+
+import os
+import pty
+import select
+import threading
+import tty
+from contextlib import contextmanager, suppress
+
+import numpy as np
+
+from tumble.live.address import parse_address
+from tumble.live.text import TextSource
+from tumble.logs import ReadOptions
+
+HEADER = "time,ax,ay,az,gx,gy,gz"
+
+
+class ScriptIsOverError(Exception):
+    """All bytes of a script were read."""
+
+
+class Scripted:
+    """A transport that carries these pieces, then nothing more."""
+
+    remarks = ()
+
+    def __init__(self, pieces, whole=False):
+        self.whole = whole
+        self._pieces = list(pieces)
+
+    def receive(self, wait):
+        if not self._pieces:
+            raise ScriptIsOverError
+        return self._pieces.pop(0)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error): ...
+
+
+def scripted(pieces, whole=False, **options):
+    """A text source that reads these pieces."""
+    address = parse_address("udp://test:1" if whole else "serial:/dev/test")
+    return TextSource(address, ReadOptions(**options), Scripted(pieces, whole), "test")
+
+
+def chunks_of(source):
+    """All chunks with samples that a source gives before its script is over."""
+    found = []
+    with source, suppress(ScriptIsOverError):
+        found.extend(chunk for chunk in source if len(chunk))
+    return found
+
+
+def samples_of(source):
+    """(n, 7) time, specific force, angular rate of all samples that a source gives."""
+    chunks = chunks_of(source)
+    rows = [np.column_stack([each.time, each.accelerometer, each.gyroscope]) for each in chunks]
+    return np.concatenate(rows) if rows else np.empty((0, 7))
+
+
+def first_samples(source, count):
+    """(count, 7) of the first samples of a source that may have more."""
+    rows = np.empty((0, 7))
+    for chunk in source:
+        rows = np.concatenate([rows, np.column_stack([chunk.time, chunk.accelerometer, chunk.gyroscope])])
+        if len(rows) >= count:
+            return rows[:count]
+    return rows
+
+
+def resting(count, rate=100.0, seed=0):
+    """(count, 7) samples of an IMU that lies on a table."""
+    generator = np.random.default_rng(seed)
+    table = np.column_stack([np.arange(count) / rate, np.zeros((count, 6))])
+    table[:, 3] = 9.80665
+    table[:, 1:] += 0.01 * generator.standard_normal((count, 6))
+    return table
+
+
+def text_lines(table, header=HEADER, separator=","):
+    """Bytes of a header and a line a sample; every number as exact as Python prints it."""
+    rows = [separator.join(map(repr, row)) for row in np.asarray(table).tolist()]
+    return "".join(f"{line}\r\n" for line in ([header] if header else []) + rows).encode()
+
+
+def pieces_of(data, size):
+    """The bytes in pieces of that size."""
+    return [data[first : first + size] for first in range(0, len(data), size)]
+
+
+class SerialDevice:
+    """A device on a serial line; what is written to it waits until somebody reads."""
+
+    def __init__(self):
+        self._device, self._line = pty.openpty()
+        tty.setraw(self._line)
+        self.path = os.ttyname(self._line)
+        self._unplugged = threading.Event()
+        self._writers = []
+
+    def write(self, data):
+        """Send in the background, as fast as it is read."""
+        writer = threading.Thread(target=self._send, args=(data,), daemon=True)
+        self._writers.append(writer)
+        writer.start()
+
+    def written(self):
+        """Wait until everything was read, or at least lies ready to be."""
+        for writer in self._writers:
+            writer.join()
+
+    def unplug(self):
+        """Take the device away."""
+        if not self._unplugged.is_set():
+            self._unplugged.set()
+            self.written()
+            os.close(self._line)
+            os.close(self._device)
+
+    def _send(self, data):
+        while data and not self._unplugged.is_set():
+            _, ready, _ = select.select([], [self._device], [], 0.05)
+            if ready:
+                data = data[os.write(self._device, data[:512]) :]
+
+
+@contextmanager
+def serial_device():
+    """A device that is unplugged at the end at the latest."""
+    device = SerialDevice()
+    try:
+        yield device
+    finally:
+        device.unplug()
