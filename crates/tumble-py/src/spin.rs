@@ -175,7 +175,11 @@ impl PySpinMachine {
 
     /// What was found so far.
     #[pyo3(signature = (true_angle=None))]
-    fn figures<'py>(&self, py: Python<'py>, true_angle: Option<(f64, f64, f64)>) -> PyResult<Bound<'py, PyDict>> {
+    fn figures<'py>(
+        &self,
+        py: Python<'py>,
+        true_angle: Option<(f64, f64, f64)>,
+    ) -> PyResult<Bound<'py, PyDict>> {
         let origin = self.origin.unwrap_or(0.0);
         match &self.machine {
             Machine::Single(machine) => solved(py, machine, true_angle, origin),
@@ -405,15 +409,27 @@ fn failure_figures<'py, T: Real>(
         ),
         Failure::NotOneAxis { time, across, limit } => (
             "not one axis",
-            vec![("time", at(time)), ("across", wide(across)), ("limit", wide(limit))],
+            vec![
+                ("time", at(time)),
+                ("across", wide(across)),
+                ("limit", wide(limit)),
+            ],
         ),
         Failure::Lifted { time, change, limit } => (
             "lifted",
-            vec![("time", at(time)), ("change", wide(change)), ("limit", wide(limit))],
+            vec![
+                ("time", at(time)),
+                ("change", wide(change)),
+                ("limit", wide(limit)),
+            ],
         ),
         Failure::Saturated { time, channel, value } => (
             "saturated",
-            vec![("time", at(time)), ("channel", channel as f64), ("value", wide(value))],
+            vec![
+                ("time", at(time)),
+                ("channel", channel as f64),
+                ("value", wide(value)),
+            ],
         ),
         Failure::FloorTooSteep { tilt, limit } => (
             "floor too steep",
@@ -512,11 +528,18 @@ fn figures<'py, T: Real>(py: Python<'py>, estimate: &SpinEstimate<T>) -> PyResul
     let arm = &estimate.lever_arm;
     let unknown = Vector3::repeat(f64::INFINITY);
     dict.set_item("lever_arm", vector(py, &arm.value))?;
-    let sigma = if arm.observed { arm.sigma.map(wide) } else { unknown };
+    let sigma = if arm.observed {
+        arm.sigma.map(wide)
+    } else {
+        unknown
+    };
     dict.set_item("lever_arm_sigma", array1(py, &sigma))?;
     dict.set_item("heading_scale", value(&estimate.scale))?;
     dict.set_item("scale_clockwise", value(&estimate.scale_clockwise))?;
-    dict.set_item("scale_counter_clockwise", value(&estimate.scale_counter_clockwise))?;
+    dict.set_item(
+        "scale_counter_clockwise",
+        value(&estimate.scale_counter_clockwise),
+    )?;
     dict.set_item("slow_turn", value(&estimate.slow_turn))?;
     dict.set_item("turned_while_still", estimate.turned_while_still)?;
     dict.set_item("covariance", array2(py, &estimate.covariance.map(wide)))?;
@@ -544,7 +567,10 @@ fn block_figures<'py, T: Real>(
         .map(|block| vec![wide(block.across.x), wide(block.across.y)])
         .collect();
     dict.set_item("across", numpy::PyArray2::from_vec2(py, &across)?)?;
-    dict.set_item("force", stacked(py, drawn.iter().map(|block| block.force.map(wide))))?;
+    dict.set_item(
+        "force",
+        stacked(py, drawn.iter().map(|block| block.force.map(wide))),
+    )?;
     dict.set_item("fit", stacked(py, drawn.iter().map(|block| block.fit.map(wide))))?;
     Ok(dict)
 }

@@ -135,14 +135,10 @@ impl<T: Real> BlockBuilder<T> {
         }
     }
 
-    /// Counts heading from here on, or as told from here on.
-    pub fn guide(&mut self, guide: Guide<T>) {
+    /// Counts heading from here on, or as told from here on, with `lost` rad added that were not counted so far.
+    pub fn guide(&mut self, guide: Guide<T>, lost: T) {
         self.guide = Some(guide);
-    }
-
-    /// What heading is counted by.
-    pub fn guided_by(&self) -> Option<&Guide<T>> {
-        self.guide.as_ref()
+        self.heading.advance(lost);
     }
 
     /// Time of the sample before, microseconds.
@@ -153,7 +149,10 @@ impl<T: Real> BlockBuilder<T> {
     /// Takes in a finite sample later than the one before; gives back the block it completes.
     pub fn push(&mut self, sample: &Sample<T>) -> Option<Block<T>> {
         let rate = self.rate(sample);
-        let (time, last_rate) = self.last.replace((sample.time, rate)).unwrap_or((sample.time, rate));
+        let (time, last_rate) = self
+            .last
+            .replace((sample.time, rate))
+            .unwrap_or((sample.time, rate));
         let finished = self.is_full(sample.time).then(|| self.finish(time)).flatten();
         let began = self.heading.angle;
         if self.guide.is_some() {
@@ -177,9 +176,9 @@ impl<T: Real> BlockBuilder<T> {
     }
 
     fn rate(&self, sample: &Sample<T>) -> T {
-        self.guide
-            .as_ref()
-            .map_or(T::zero(), |guide| (sample.angular_rate - guide.bias).dot(&guide.up))
+        self.guide.as_ref().map_or(T::zero(), |guide| {
+            (sample.angular_rate - guide.bias).dot(&guide.up)
+        })
     }
 
     fn correction(&self, time: u64, heading: T) -> T {
@@ -242,14 +241,7 @@ impl<T: Real> BlockBuilder<T> {
             sine,
             rate: open.rates * share,
             rate_squared,
-            levers: [
-                fx,
-                fy,
-                fz,
-                aged(0, cosine),
-                aged(1, sine),
-                aged(2, rate_squared),
-            ],
+            levers: [fx, fy, fz, aged(0, cosine), aged(1, sine), aged(2, rate_squared)],
             gained: self.heading.angle - open.began,
         })
     }

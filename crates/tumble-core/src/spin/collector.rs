@@ -13,15 +13,15 @@ use crate::spin::settings::SpinSettings;
 pub struct Collector<T: Real> {
     blocks: BlockBuilder<T>,
     estimator: SpinEstimator<T>,
-    corrected_at: T,
+    correct_at: T,
     saturated: u32,
 }
 
 /// Samples at the end of the range that are not yet a failure: a single one may be a spike.
 const SPIKES: u32 = 3;
 
-/// Heading is corrected after every half turn, before its errors are more than a first derivative tells.
-const CORRECTED_EVERY: f64 = core::f64::consts::PI;
+/// Heading is corrected after every quarter turn, before its errors are more than a first derivative tells.
+const CORRECTED_EVERY: f64 = core::f64::consts::FRAC_PI_2;
 
 impl<T: Real> Collector<T> {
     /// Nothing seen yet.
@@ -29,7 +29,7 @@ impl<T: Real> Collector<T> {
         Self {
             blocks: BlockBuilder::new(settings.block),
             estimator: SpinEstimator::new(settings),
-            corrected_at: T::zero(),
+            correct_at: real(CORRECTED_EVERY),
             saturated: 0,
         }
     }
@@ -87,16 +87,16 @@ impl<T: Real> Collector<T> {
 
     fn follow(&mut self) {
         let turned = self.estimator.turned().angle();
-        if turned - self.corrected_at >= real(CORRECTED_EVERY) {
-            self.corrected_at = turned;
+        if turned >= self.correct_at {
+            self.correct_at = turned + real(CORRECTED_EVERY);
             // Where nothing can be solved yet, heading is counted on as it was.
-            if let Ok(estimate) = self.solve(None) {
-                let by_heading = estimate.fit.heading_correction(T::one(), T::zero());
-                self.estimator.correct_heading(by_heading, estimate.fit.by_time);
+            if let Ok((by_heading, by_time)) = estimate::heading_correction(&self.estimator) {
+                self.estimator.correct_heading(by_heading, by_time);
             }
         }
+        let lost = self.estimator.take_lost_heading();
         if let Some(guide) = self.estimator.guide() {
-            self.blocks.guide(*guide);
+            self.blocks.guide(*guide, lost);
         }
     }
 

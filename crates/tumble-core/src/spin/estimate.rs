@@ -6,7 +6,9 @@ use crate::real::{Real, count, real};
 use crate::spin::axis::{self, AxisFit, RestingRate};
 use crate::spin::estimator::{Direction, SpinEstimator, Turned};
 use crate::spin::failure::Failure;
-use crate::spin::level_free::{self, ACCELEROMETER, GYROSCOPE, Knowledge, LEVER_ARM, LevelFree, SCALE, UPHILL};
+use crate::spin::level_free::{
+    self, ACCELEROMETER, GYROSCOPE, Knowledge, LEVER_ARM, LevelFree, SCALE, UPHILL,
+};
 use crate::spin::published::{self, Published, Readings};
 use crate::spin::rests::Rests;
 
@@ -134,6 +136,39 @@ pub fn solve<T: Real>(
     spin: &SpinEstimator<T>,
     true_angle: Option<&TrueAngle<T>>,
 ) -> Result<SpinEstimate<T>, Failure<T>> {
+    let (knowledge, scales) = prepare(spin, true_angle)?;
+    let (fit, slow_turn, turned_while_still) = decide(spin, &knowledge)?;
+    let estimate = assemble(spin, &knowledge, &fit, &scales, (slow_turn, turned_while_still));
+    let (tilt, limit) = (&estimate.floor_tilt, spin.settings().largest_floor_tilt);
+    if tilt.value - tilt.sigma * real(3.0) > limit {
+        return Err(Failure::FloorTooSteep {
+            tilt: tilt.value,
+            limit,
+        });
+    }
+    Ok(estimate)
+}
+
+/// How heading should be counted from here on, rad a rad and rad a second.
+///
+/// Before a full turn was made the rest is believed: harmonics of a part of a turn can be bent to many shapes.
+///
+/// # Errors
+/// As of [`solve`].
+pub fn heading_correction<T: Real>(spin: &SpinEstimator<T>) -> Result<(T, T), Failure<T>> {
+    let (knowledge, _) = prepare(spin, None)?;
+    let fit = if spin.turned().span() < real(core::f64::consts::TAU) {
+        fit(spin, &knowledge)?
+    } else {
+        decide(spin, &knowledge)?.0
+    };
+    Ok((fit.heading_correction(T::one(), T::zero()), fit.by_time))
+}
+
+fn prepare<T: Real>(
+    spin: &SpinEstimator<T>,
+    true_angle: Option<&TrueAngle<T>>,
+) -> Result<(Knowledge<T>, Scales<T>), Failure<T>> {
     let (rests, guide) = spin.rests().zip(spin.guide()).ok_or(Failure::NoRest)?;
     let turned = spin.turned();
     if turned.angle() < real(LEAST_TURN) || spin.cloud().points() < 3 {
@@ -145,26 +180,30 @@ pub fn solve<T: Real>(
     let walk = walk(&axis, turned, spin.cloud().points());
     let scales = scales(&axis, &guide.bias, turned, true_angle, walk);
     let knowledge = knowledge(spin, rests, &axis, &guide.bias, walk, &scales);
-    let harmonics = rests.harmonics();
-    let fit = |knowledge: &Knowledge<T>| {
-        level_free::fit(harmonics, spin.turning(), knowledge).map_err(|_| Failure::Unsolvable)
-    };
-    let believing = fit(&knowledge)?;
-    let doubting = fit(&Knowledge {
-        bias_variance: real(BIAS_UNKNOWN * BIAS_UNKNOWN),
-        ..knowledge
-    })?;
-    let (slow_turn, turned_while_still) = slow_turn(&doubting, &knowledge);
-    let fit = if turned_while_still { doubting } else { believing };
-    let estimate = assemble(spin, &knowledge, &fit, &scales, (slow_turn, turned_while_still));
-    let (tilt, limit) = (&estimate.floor_tilt, spin.settings().largest_floor_tilt);
-    if tilt.value - tilt.sigma * real(3.0) > limit {
-        return Err(Failure::FloorTooSteep {
-            tilt: tilt.value,
-            limit,
-        });
-    }
-    Ok(estimate)
+    Ok((knowledge, scales))
+}
+
+fn fit<T: Real>(spin: &SpinEstimator<T>, knowledge: &Knowledge<T>) -> Result<LevelFree<T>, Failure<T>> {
+    let rests = spin.rests().ok_or(Failure::NoRest)?;
+    level_free::fit(rests.harmonics(), spin.turning(), knowledge).map_err(|_| Failure::Unsolvable)
+}
+
+/// The fit that believes the rest, or the one that does not where the harmonics say so.
+fn decide<T: Real>(
+    spin: &SpinEstimator<T>,
+    knowledge: &Knowledge<T>,
+) -> Result<(LevelFree<T>, Value<T>, bool), Failure<T>> {
+    let believing = fit(spin, knowledge)?;
+    let doubting = fit(
+        spin,
+        &Knowledge {
+            bias_variance: real(BIAS_UNKNOWN * BIAS_UNKNOWN),
+            scale: doubted_scale(knowledge, spin.settings().scale_sigma),
+            ..*knowledge
+        },
+    )?;
+    let (slow_turn, found) = slow_turn(&doubting, knowledge);
+    Ok((if found { doubting } else { believing }, slow_turn, found))
 }
 
 /// Random walk of the heading, rad^2/s.
@@ -193,8 +232,7 @@ fn scales<T: Real>(
         };
         let time = direction.duration;
         let seen = direction.angle - sign * drift * time;
-        let variance =
-            truth.sigma * truth.sigma + axis.covariance[(2, 2)] * time * time + walk * time;
+        let variance = truth.sigma * truth.sigma + axis.covariance[(2, 2)] * time * time + walk * time;
         Value {
             value: seen / angle - T::one(),
             sigma: variance.sqrt() / angle,
@@ -223,6 +261,15 @@ fn common_scale<T: Real>(scales: &Scales<T>, sigma: T) -> (T, T) {
     (sum / weight, T::one() / weight.sqrt())
 }
 
+/// Over turns in one direction a scale error looks like a slow turn at rest: one is not to be found for want of the
+/// other. A scale that a true angle has shown stands.
+fn doubted_scale<T: Real>(knowledge: &Knowledge<T>, believed: T) -> (T, T) {
+    const DOUBTED: f64 = 5.0;
+    let (scale, sigma) = knowledge.scale;
+    let told = sigma < believed * real(0.5);
+    (scale, if told { sigma } else { sigma * real(DOUBTED) })
+}
+
 fn knowledge<T: Real>(
     spin: &SpinEstimator<T>,
     rests: &Rests<T>,
@@ -235,6 +282,7 @@ fn knowledge<T: Real>(
     let half = real::<T>(0.5);
     Knowledge {
         gravity: spin.settings().gravity,
+        origin: rests.first_force().0,
         axis: *axis,
         counted_bias: *counted_bias,
         scale: common_scale(scales, spin.settings().scale_sigma),
@@ -250,10 +298,12 @@ fn floored<T: Real>(variance: &Vector3<T>) -> Vector3<T> {
     variance.map(|v| v.max(real(1e-12)))
 }
 
-/// The rate at rest that the harmonics ask for, and whether chance could not have made it.
+/// The rate at rest that the harmonics ask for, and whether chance could not have made it. Harmonics that fit the model
+/// neither way ask for nothing.
 fn slow_turn<T: Real>(doubting: &LevelFree<T>, knowledge: &Knowledge<T>) -> (Value<T>, bool) {
     const SIGMAS: f64 = 5.0;
     const DRIFT: f64 = 3e-4;
+    const FITS: f64 = 4.0;
     let i = GYROSCOPE + 2;
     if !doubting.solution.observed(i) {
         return (Value::unknown(), false);
@@ -261,21 +311,20 @@ fn slow_turn<T: Real>(doubting: &LevelFree<T>, knowledge: &Knowledge<T>) -> (Val
     let variance = doubting.solution.covariance[(i, i)];
     let value = -doubting.solution.x[i];
     let chance = (variance + knowledge.bias_variance).sqrt();
-    let found = value.abs() > chance * real(SIGMAS) + real(DRIFT);
-    (
-        Value {
-            value,
-            sigma: variance.sqrt(),
-        },
-        found,
-    )
+    let reduced = crate::regression::reduced(doubting.solution.chi_square, doubting.degrees_of_freedom);
+    let found = value.abs() > chance * real(SIGMAS) + real(DRIFT) && reduced < real(FITS);
+    (Value { value, sigma: chance }, found)
 }
 
 /// How much the sigmas are widened where the model does not fit the harmonics.
 fn widening<T: Real>(fit: &LevelFree<T>) -> T {
     const UNLIKELY: f64 = 2.0;
     let reduced = crate::regression::reduced(fit.solution.chi_square, fit.degrees_of_freedom);
-    if reduced > real(UNLIKELY) { reduced } else { T::one() }
+    if reduced > real(UNLIKELY) {
+        reduced
+    } else {
+        T::one()
+    }
 }
 
 fn assemble<T: Real>(
@@ -399,7 +448,12 @@ fn published<T: Real>(
         turned_variance: walk(&knowledge.axis, turned, spin.cloud().points()) * turned.duration(),
         gravity: knowledge.gravity,
     });
-    let Some(Published { bias: value, covariance, .. }) = found else {
+    let Some(Published {
+        bias: value,
+        covariance,
+        ..
+    }) = found
+    else {
         let unknown = Vector3::repeat(T::max_value().unwrap_or(T::zero()));
         return (bias(Vector3::zeros(), unknown), *joint);
     };

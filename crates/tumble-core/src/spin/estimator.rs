@@ -108,12 +108,13 @@ pub struct SpinEstimator<T: Real> {
     noise: Moments<T, CHANNELS>,
     turning_samples: u32,
     turned: Turned<T>,
+    lost: T,
     first: Option<Kept<T>>,
     middle: Option<Kept<T>>,
 }
 
 /// Turned angle from which on the axis is taken from the gyroscope rather than from gravity, rad.
-const AXIS_SHOWN: f64 = 0.3;
+const AXIS_SHOWN: f64 = 0.05;
 
 /// Largest share across the axis while that is only guessed from gravity: the floor tilts.
 const SHARE_WHILE_GUESSED: f64 = 0.3;
@@ -131,6 +132,7 @@ impl<T: Real> SpinEstimator<T> {
             noise: Moments::new(),
             turning_samples: 0,
             turned: Turned::none(),
+            lost: T::zero(),
             first: None,
             middle: None,
         }
@@ -158,7 +160,7 @@ impl<T: Real> SpinEstimator<T> {
         self.stop.as_ref()
     }
 
-    /// The accelerometer while turning.
+    /// The accelerometer while turning, less the specific force of the first rest.
     pub fn turning(&self) -> &Harmonics<T> {
         &self.turning
     }
@@ -241,14 +243,25 @@ impl<T: Real> SpinEstimator<T> {
         self.cloud.push(&block.angular_rate());
         self.noise.push(&block.moments.variance());
         self.turning_samples = self.turning_samples.saturating_add(block.moments.samples());
+        let guessed = !self.axis_shown();
         self.turned.push(block, &(block.angular_rate() - guide.bias));
-        if self.axis_shown() {
-            let axis = self.turned.vector.normalize();
-            let upwards = axis.dot(&guide.up) >= T::zero();
-            if let Some(guide) = self.guide.as_mut() {
-                guide.up = if upwards { axis } else { -axis };
-            }
+        if !self.axis_shown() {
+            return;
         }
+        let vector = self.turned.vector;
+        if guessed {
+            // So far the angle was counted about the specific force at rest, which on a slope is another axis.
+            let lost = vector.norm() - vector.dot(&guide.up);
+            self.lost = if block.gained < T::zero() { -lost } else { lost };
+        }
+        if let Some(guide) = self.guide.as_mut() {
+            guide.up = vector.normalize();
+        }
+    }
+
+    /// Heading that was not counted while the axis was only guessed, rad; once.
+    pub fn take_lost_heading(&mut self) -> T {
+        core::mem::replace(&mut self.lost, T::zero())
     }
 
     fn axis_shown(&self) -> bool {
@@ -260,14 +273,25 @@ impl<T: Real> SpinEstimator<T> {
         match (self.first, self.middle) {
             (Some(first), Some(middle)) => {
                 if !(first.resting && middle.resting && last.resting) {
-                    self.turning
-                        .push(&Row::of_three([&first.block, &middle.block, &last.block]));
+                    self.push_row(Row::of_three([&first.block, &middle.block, &last.block]));
                 }
                 (self.first, self.middle) = (Some(last), None);
             }
             (Some(_), None) => self.middle = Some(last),
             (None, _) => self.first = Some(last),
         }
+    }
+
+    /// Specific force from that of the first rest: in single precision gravity would cost three digits.
+    fn push_row(&mut self, row: Row<T>) {
+        let origin = self
+            .rests
+            .as_ref()
+            .map_or(Vector3::zeros(), |rests| rests.first_force().0);
+        self.turning.push(&Row {
+            specific_force: row.specific_force - origin,
+            ..row
+        });
     }
 
     fn check(&self, block: &Block<T>, guide: &Guide<T>) -> Result<(), Failure<T>> {
@@ -288,7 +312,9 @@ impl<T: Real> SpinEstimator<T> {
         if across > limit {
             return Err(Failure::NotOneAxis { time, across, limit });
         }
-        let change = (block.specific_force() - rests.first_force().0).dot(&guide.up).abs();
+        let change = (block.specific_force() - rests.first_force().0)
+            .dot(&guide.up)
+            .abs();
         let limit = self.settings.largest_lift + sigmas(0);
         if change > limit {
             return Err(Failure::Lifted { time, change, limit });

@@ -120,8 +120,7 @@ impl<T: Real> Harmonics<T> {
             if functions[i] == T::zero() {
                 continue;
             }
-            let length =
-                (self.triangle[(i, i)] * self.triangle[(i, i)] + functions[i] * functions[i]).sqrt();
+            let length = (self.triangle[(i, i)] * self.triangle[(i, i)] + functions[i] * functions[i]).sqrt();
             let (cosine, sine) = (self.triangle[(i, i)] / length, functions[i] / length);
             for j in i..FUNCTIONS {
                 let (above, below) = (self.triangle[(i, j)], functions[j]);
@@ -144,10 +143,7 @@ impl<T: Real> Harmonics<T> {
 
     /// Line `i` of the triangle and of the right-hand sides.
     pub fn line(&self, i: usize) -> (SVector<T, FUNCTIONS>, Vector3<T>) {
-        (
-            self.triangle.row(i).transpose(),
-            self.right.row(i).transpose(),
-        )
+        (self.triangle.row(i).transpose(), self.right.row(i).transpose())
     }
 
     /// Variance of a row about the free fit, each axis, widened for the correlation of the rows, (m/s^2)^2; `None`

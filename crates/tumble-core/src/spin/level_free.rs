@@ -38,6 +38,8 @@ const LARGEST: (f64, f64, f64) = (5.0, 5.0, 1.0);
 pub struct Knowledge<T: Real> {
     /// Gravity, m/s^2.
     pub gravity: T,
+    /// What was taken off the specific force before it was kept, m/s^2.
+    pub origin: Vector3<T>,
     /// What the gyroscope showed.
     pub axis: AxisFit<T>,
     /// The angular rate that was taken for the bias while heading was counted, rad/s.
@@ -91,7 +93,8 @@ impl<T: Real> LevelFree<T> {
         let (sine, cosine) = heading.sin_cos();
         let single = T::one() / (T::one() + x[SCALE]);
         let vertical = (self.gravity * self.gravity - uphill.norm_squared()).max(T::zero());
-        self.up * vertical.sqrt() + uphill * cosine - self.up.cross(&uphill) * sine
+        self.up * vertical.sqrt() + uphill * cosine
+            - self.up.cross(&uphill) * sine
             - arm * (rate * rate * single * single)
             + self.up.cross(&arm) * (acceleration * single)
     }
@@ -170,7 +173,7 @@ impl<T: Real> Point<T> {
             up,
             plane,
             vectors: Vectors {
-                constant: Vector3::new(x[0], x[1], x[2]) + up * vertical,
+                constant: Vector3::new(x[0], x[1], x[2]) + (up * vertical - knowledge.origin),
                 cosine: uphill,
                 sine: -up.cross(&uphill),
                 arm,

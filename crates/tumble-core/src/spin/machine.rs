@@ -207,7 +207,8 @@ impl<T: Real> SpinMachine<T> {
 
     fn has_stopped(&self, block: &Block<T>) -> bool {
         let estimator = self.collector.estimator();
-        let level = |stop: &crate::spin::rests::Stop<T>| self.stillness.is_level(&stop.samples, &block.moments);
+        let level =
+            |stop: &crate::spin::rests::Stop<T>| self.stillness.is_level(&stop.samples, &block.moments);
         match self.state {
             State::Spin => block.rate.abs() < real(STOPPED) && estimator.stop().is_none_or(level),
             _ => {
@@ -225,7 +226,11 @@ impl<T: Real> SpinMachine<T> {
         if let Err(failure) = self.collector.take(block, true) {
             return Some(self.fail(failure));
         }
-        let stood = self.collector.estimator().stop().map_or(0, |stop| stop.duration());
+        let stood = self
+            .collector
+            .estimator()
+            .stop()
+            .map_or(0, |stop| stop.duration());
         if stood < self.settings.still {
             return began.then_some(Event::StillBegan);
         }

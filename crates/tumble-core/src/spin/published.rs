@@ -51,8 +51,8 @@ pub fn estimate<T: Real>(readings: &Readings<T>) -> Option<Published<T>> {
     };
     let up = readings.turned * (upwards / angle);
     let across = Matrix3::identity() - up * up.transpose();
-    let from_rest = Matrix3::from_diagonal(&readings.rest.variance)
-        * (readings.net_duration * readings.net_duration);
+    let from_rest =
+        Matrix3::from_diagonal(&readings.rest.variance) * (readings.net_duration * readings.net_duration);
     let of_angle = across * (from_rest + Matrix3::identity() * readings.turned_variance) * across;
     let lever = readings.gravity / angle;
     Some(Published {

@@ -65,8 +65,8 @@ impl<T: Real> Stop<T> {
         self.channels(3)
     }
 
-    /// Mean over its blocks, so weighted that its variance is that of one block.
-    fn row(&self) -> Row<T> {
+    /// Mean over its blocks, so weighted that its variance is that of one block; specific force from `origin`.
+    fn row(&self, origin: &Vector3<T>) -> Row<T> {
         let blocks = count::<T>(self.blocks.samples());
         let weight = blocks.sqrt();
         let mut functions = self.functions / blocks;
@@ -75,7 +75,7 @@ impl<T: Real> Stop<T> {
         functions[FUNCTIONS - 1] = T::zero();
         Row {
             functions: functions * weight,
-            specific_force: self.specific_force() * weight,
+            specific_force: (self.specific_force() - origin) * weight,
         }
     }
 }
@@ -126,10 +126,8 @@ impl<T: Real> Rests<T> {
         self.samples += stop.samples.samples();
         self.time += stop.duration();
         self.rate += (stop.angular_rate() - self.rate) * (count::<T>(blocks) / count(self.blocks));
-        let (block_freedom, sample_freedom) = (
-            blocks.saturating_sub(1),
-            stop.samples.samples().saturating_sub(1),
-        );
+        let (block_freedom, sample_freedom) =
+            (blocks.saturating_sub(1), stop.samples.samples().saturating_sub(1));
         let (of_blocks, of_samples) = (stop.blocks.variance(), stop.samples.variance());
         for i in 0..CHANNELS {
             self.block_squares[i] += of_blocks[i] * count(block_freedom);
@@ -137,15 +135,14 @@ impl<T: Real> Rests<T> {
         }
         self.freedom += block_freedom;
         self.sample_freedom += sample_freedom;
-        self.harmonics.push(&stop.row());
+        self.harmonics.push(&stop.row(&self.first_force));
     }
 
     /// Whether a stop shows the same rate as the stops before, to five sigma and what a bias drifts within minutes.
     pub fn agrees(&self, stop: &Stop<T>) -> bool {
         const DRIFT: f64 = 5e-4;
         let variance = self.block_variance(3).sum();
-        let shares =
-            T::one() / count(self.blocks.max(1)) + T::one() / count(stop.blocks.samples().max(1));
+        let shares = T::one() / count(self.blocks.max(1)) + T::one() / count(stop.blocks.samples().max(1));
         (stop.angular_rate() - self.rate).norm() <= real::<T>(DRIFT) + (variance * shares).sqrt() * real(5.0)
     }
 
@@ -202,7 +199,7 @@ impl<T: Real> Rests<T> {
         })
     }
 
-    /// Specific force at each heading the robot stood at.
+    /// Specific force, less that of the first stop, at each heading the robot stood at.
     pub fn harmonics(&self) -> &Harmonics<T> {
         &self.harmonics
     }
