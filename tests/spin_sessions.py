@@ -17,7 +17,7 @@ RAMP = 0.5
 
 @dataclass(frozen=True)
 class Move:
-    """What the robot does for a while: `rate` rad/s and `push` m/s^2 forward at times from 0 to `seconds`."""
+    """What the robot does for a while."""
 
     seconds: float
     turns: float = 0.0
@@ -26,6 +26,8 @@ class Move:
     """m/s forward, reached after the ramp."""
     unevenness: float = 0.0
     """Share by which the rate of turning goes up and down, once a second."""
+    vibration: float = 0.0
+    """m/s^2 of shaking while it moves, and a tenth of it in rad/s."""
 
 
 def still(seconds=6.0):
@@ -37,8 +39,9 @@ def turn(turns=3.0, rate=1.0, unevenness=0.0):
     return Move(abs(turns) * 2.0 * np.pi / rate + RAMP, turns=turns, unevenness=unevenness)
 
 
-def drive(seconds=12.0, speed=0.6, turns=0.0):
-    return Move(seconds, turns=turns, speed=speed)
+def drive(seconds=12.0, speed=0.6, turns=0.0, vibration=0.0):
+    """Straight on, or round a bend of so many turns; without vibration it is as smooth as a rest."""
+    return Move(seconds, turns=turns, speed=speed, vibration=vibration)
 
 
 @dataclass(frozen=True)
@@ -123,11 +126,12 @@ def record(moves, seed, **changes):
     print(f"seed {seed}")
     robot = Robot(**changes)
     step = 1.0 / robot.rate_hz
-    rates, pushes, speeds, spans, start = [], [], [], [], 0.0
+    rates, speeds, shaking, spans, start = [], [], [], [], 0.0
     for move in moves:
         time = np.arange(round(move.seconds * robot.rate_hz)) * step
         rates.append(_turning(move, time))
         speeds.append(move.speed * _trapezium(move, time))
+        shaking.append(move.vibration * _trapezium(move, time))
         spans.append((start, start + len(time) * step))
         start += len(time) * step
     rate, speed = np.concatenate(rates), np.concatenate(speeds)
@@ -137,11 +141,12 @@ def record(moves, seed, **changes):
     generator = np.random.default_rng(seed)
     force = _force(robot, heading, rate, np.gradient(rate, step), np.column_stack([pushes, rate * speed]))
     turning = robot.gyroscope_scale * np.outer(rate, robot.up) + robot.gyroscope_bias
+    shaken = np.concatenate(shaking)[:, None]
     return Session(
         robot,
         time,
-        force + robot.accelerometer_noise * generator.standard_normal(force.shape),
-        turning + robot.gyroscope_noise * generator.standard_normal(force.shape),
+        force + np.hypot(robot.accelerometer_noise, shaken) * generator.standard_normal(force.shape),
+        turning + np.hypot(robot.gyroscope_noise, 0.1 * shaken) * generator.standard_normal(force.shape),
         heading,
         spans,
     )

@@ -28,15 +28,19 @@ LARGEST_SCALE_ERROR = 0.1
 """Of a gyroscope; a true angle further off than that was counted wrongly."""
 NUDGE_SECONDS, NUDGE_ANGLE, NUDGE_SPEED = 1.0, math.radians(2.0), 0.1
 """s, rad and m/s: what is shorter, and turns and pushes less, leaves the robot where it was."""
-FEWEST_SAMPLES = 5
-"""What is shorter is the edge of a rest."""
+FEWEST_SAMPLES = 12
+"""What is shorter is the edge of a rest, of which the segmenter leaves out ten samples or 0.05 s."""
 BLOCK_SECONDS = 0.1
-PAUSE_SECONDS, SLOWEST_TURN = 0.5, 0.05
-"""s and rad/s: whoever turns more slowly for as long has stopped to turn."""
+PAUSE_SECONDS, PAUSE_SHARE, SLOWEST_TURN = 0.5, 0.3, 0.05
+"""s, share of the fastest, and rad/s: whoever turns more slowly for as long has stopped to turn."""
+LARGEST_RATE = 20.0
+"""rad/s: three times round in a second."""
 LARGEST_ACROSS = 0.5
 """Angular rate across the vertical against that about it, root mean square: what is more was no turn."""
 LARGEST_SPEED = 0.3
 """m/s that the accelerometers show while the robot should have stayed on the spot."""
+LARGEST_MISFIT = 0.005
+"""m/s^2 that a fit may be off for long and adds up to a speed nobody drove."""
 LARGEST_LEVER_ARM = 2.0
 """m; what seems to be further off its turning axis drove a circle."""
 
@@ -140,10 +144,15 @@ def motion_fault(motion: Stretch, beside: Rest, faults: Sequence[Fault], given: 
     if saturated or given or is_nudge(motion, beside):
         return saturated
     about, across = _rates(motion, beside)
-    turned = float(np.abs(about).sum()) * BLOCK_SECONDS
+    turned = _turned(motion, beside)
     if turned < SMALLEST_PART:
         seconds = motion.end - motion.start
         return f"drove or was pushed: turned only {math.degrees(turned):.0f} deg in {seconds:.1f} s"
+    if _rms(about) > LARGEST_RATE:
+        return (
+            f"turned at {_rms(about):.0f} rad/s, which no robot does: deg/s were taken for rad/s; say "
+            "--gyroscope-unit deg/s"
+        )
     if _rms(across) > LARGEST_ACROSS * _rms(about):
         return f"was tipped, lifted or carried: {_rms(across):.2g} rad/s across the vertical"
     return ""
@@ -169,7 +178,7 @@ def fit_or_split(chain: Chain, criteria: Criteria) -> Iterator[Fitted | Refusal]
     if chain.stretches[0].rest is None:
         first, *others = chain.stretches
         if not is_nudge(first, chain.rests[0]):
-            yield (first.start, first.end, "turned before it had stood still; stand still first")
+            yield (first.start, first.end, "moved before it had stood still; stand still first")
         yield from fit_or_split(Chain(tuple(others), chain.given), criteria)
         return
     attempt = _attempt(chain, criteria)
@@ -211,8 +220,12 @@ def _attempt(chain: Chain, criteria: Criteria) -> Fitted | _Failed:
     except _core.CoreError as error:
         kind, values = error.args
         return _Failed(in_words(kind, values), _at(chain, values.get("time")))
-    why = _too_little(figures, chain, criteria)
-    return _astray(chain, figures, blocks) or (_Failed(why) if why else Fitted(chain, figures, blocks))
+    return (
+        _too_little(figures, criteria)
+        or _astray(chain, figures, blocks)
+        or _too_restless(chain, criteria)
+        or Fitted(chain, figures, blocks)
+    )
 
 
 def _fit(
@@ -247,20 +260,16 @@ def _turning_ends(motion: Stretch, beside: Rest) -> tuple[tuple[Stretch, ...], t
     A robot that drives off as soon as it has turned gives no rest between.
     """
     about, _ = _rates(motion, beside)
-    pause = np.abs(about) < max(SLOWEST_TURN, 0.1 * float(np.abs(about).max()))
+    turning = np.abs(about) >= max(SLOWEST_TURN, PAUSE_SHARE * float(np.abs(about).max()))
     steps = round(PAUSE_SECONDS / BLOCK_SECONDS)
-    paused = np.flatnonzero(np.convolve(pause, np.ones(steps), "valid") == steps)
-    edge = np.flatnonzero(~pause)
-    paused = paused[(paused > edge[0]) & (paused + steps <= edge[-1])] if len(edge) else paused
-    if len(paused) == 0:
+    pauses = np.flatnonzero(np.convolve(~turning, np.ones(steps), "valid") == steps)
+    if len(pauses) == 0:
         return (), ()
-    times = motion.start + BLOCK_SECONDS * np.array([paused[0], paused[-1] + steps])
-    first = motion.between(motion.start, float(times[0]))
-    last = motion.between(float(times[1]), math.inf)
-    angles = [np.abs(_rates(part, beside)[0]).sum() * BLOCK_SECONDS for part in (first, last)]
+    first = motion.between(motion.start, motion.start + BLOCK_SECONDS * float(pauses.min()))
+    last = motion.between(motion.start + BLOCK_SECONDS * float(pauses.max() + steps), math.inf)
     return (
-        (first,) if angles[0] >= SMALLEST_SPIN else (),
-        (last,) if angles[1] >= SMALLEST_SPIN else (),
+        (first,) if _turned(first, beside) >= SMALLEST_SPIN else (),
+        (last,) if _turned(last, beside) >= SMALLEST_SPIN else (),
     )
 
 
@@ -278,23 +287,28 @@ def _saturated(motion: Stretch, faults: Sequence[Fault]) -> str:
     return ""
 
 
-def _too_little(figures: _core.SpinFigures, chain: Chain, criteria: Criteria) -> str:
-    """Say that it turned less than asked for, or stood for a shorter time; empty if neither."""
+def _too_little(figures: _core.SpinFigures, criteria: Criteria) -> _Failed | None:
+    """Object to a turn smaller than asked for."""
     turned = figures["turned_clockwise"] + figures["turned_counter_clockwise"]
     wanted = FULL_TURN * (criteria.turns or 0.0)
     # A robot told to turn by so much stops a little early or late, and its gyroscope has a scale error.
     if turned < 0.98 * wanted:
-        return in_words("turned too little", {"turned": turned, "wanted": wanted})
+        return _Failed(in_words("turned too little", {"turned": turned, "wanted": wanted}))
     if turned < SMALLEST_SPIN:
-        return in_words("no turn", {"turned": turned})
+        return _Failed(in_words("no turn", {"turned": turned}))
+    return None
+
+
+def _too_restless(chain: Chain, criteria: Criteria) -> _Failed | None:
+    """Object to rests shorter than asked for."""
     longest = max(float(end - start) for start, end in chain.rest_times)
     # The segmenter leaves out the ends of a rest, where the robot may still settle.
-    if longest < criteria.still - 0.5:
-        return (
-            f"stood still for {longest:.1f} s at most, {criteria.still:g} s are asked for; stand still "
-            "longer before the turn, or ask for less with --still"
-        )
-    return ""
+    if longest >= criteria.still - 0.5:
+        return None
+    return _Failed(
+        f"stood still for {longest:.1f} s at most, {criteria.still:g} s are asked for; stand still longer "
+        "before the turn, or ask for less with --still"
+    )
 
 
 def _astray(chain: Chain, figures: _core.SpinFigures, blocks: _core.SpinBlockFigures) -> _Failed | None:
@@ -303,7 +317,8 @@ def _astray(chain: Chain, figures: _core.SpinFigures, blocks: _core.SpinBlockFig
         return None
     speeds = [_speed(motion, chain, blocks) for motion in chain.motions]
     fastest = int(np.argmax(speeds))
-    if speeds[fastest] > LARGEST_SPEED:
+    seconds = chain.motions[fastest].end - chain.motions[fastest].start
+    if speeds[fastest] > LARGEST_SPEED + LARGEST_MISFIT * seconds:
         why = f"drove: reached about {speeds[fastest]:.1f} m/s; stay on the spot, or name the spin with --at"
         return _Failed(why, chain.motions[fastest])
     arm = float(np.linalg.norm(figures["lever_arm"]))
@@ -343,6 +358,14 @@ def _rates(motion: Stretch, beside: Rest) -> tuple[FloatArray, FloatArray]:
     about: FloatArray = rate @ up
     across: FloatArray = np.linalg.norm(rate - np.outer(about, up), axis=1)
     return about, across
+
+
+def _turned(motion: Stretch, beside: Rest) -> float:
+    """Angle turned about the vertical, rad, both directions counted."""
+    if len(motion.samples) < FEWEST_SAMPLES:
+        return 0.0
+    about, _ = _rates(motion, beside)
+    return float(np.abs(about).sum()) * BLOCK_SECONDS
 
 
 def _block_means(time: FloatArray, values: FloatArray) -> FloatArray:
