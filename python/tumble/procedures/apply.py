@@ -72,6 +72,11 @@ def _refuse_source(recording: Recording, output: Path) -> None:
         )
 
 
+def _is_spin(calibration: Calibration) -> bool:
+    """Whether bias is all that the procedure is for, so that whoever applies it expects no more."""
+    return calibration.method is not None and calibration.method.procedure == "spin"
+
+
 def _warnings(calibration: Calibration, recording: Recording) -> tuple[str, ...]:
     metadata = recording.metadata
     warnings = []
@@ -82,6 +87,6 @@ def _warnings(calibration: Calibration, recording: Recording) -> tuple[str, ...]
     for name, triad in (("accelerometer", calibration.accelerometer), ("gyroscope", calibration.gyroscope)):
         if triad is None:
             warnings.append(f"the calibration has no {name} section; the {name} is left as measured")
-        elif "matrix" not in triad.estimated and triad.estimated:
+        elif "matrix" not in triad.estimated and triad.estimated and not _is_spin(calibration):
             warnings.append(f"the calibration of the {name} is of its bias only")
     return tuple(warnings)

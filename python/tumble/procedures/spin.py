@@ -231,7 +231,7 @@ def _nothing_found(refused: Sequence[Refusal], unit: Imu) -> str:
     hint = ""
     if unit.recording.metadata.gyroscope_unit.name == "deg/s":
         hint = "; if its gyroscope was logged in rad/s, say --gyroscope-unit rad/s"
-    if len(refused) == 1:
+    if len(refused) == 1 and ";" in refused[0][2]:
         return f"shows no spin that can be used: {_named(refused)}{hint}"
     return f"shows no spin that can be used: {_named(refused)}; {remedy}{hint}"
 

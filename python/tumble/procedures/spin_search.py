@@ -124,11 +124,9 @@ def chains_of(
     """
     links: list[Stretch] = []
     for stretch, ends_here in stretches:
-        too_short = len(stretch.samples) < FEWEST_SAMPLES
-        why = ""
-        if stretch.rest is None and not too_short:
-            why = motion_fault(stretch, _nearest(stretch, rests), faults, given)
-        if not why and not too_short:
+        is_motion = stretch.rest is None and len(stretch.samples) >= FEWEST_SAMPLES
+        why = motion_fault(stretch, _nearest(stretch, rests), faults, given) if is_motion else ""
+        if not why and (is_motion or stretch.rest):
             links.append(stretch)
         if why or ends_here:
             yield Chain(tuple(links), given)
@@ -174,6 +172,9 @@ def is_nudge(motion: Stretch, beside: Rest) -> bool:
 def fit_or_split(chain: Chain, criteria: Criteria) -> Iterator[Fitted | Refusal]:
     """Fit a chain as one spin; where one of its motions spoils that, take it out and fit what is left."""
     if not _moves(chain):
+        if chain.given and chain.stretches:
+            kind = "no turn" if chain.rests else "no rest"
+            yield (chain.start, chain.end, in_words(kind, {}))
         return
     if chain.stretches[0].rest is None:
         first, *others = chain.stretches
@@ -197,14 +198,12 @@ def _moves(chain: Chain) -> bool:
 
 
 def _without(culprit: Stretch, why: str, chain: Chain, criteria: Criteria) -> Iterator[Fitted | Refusal]:
-    """Fit what lies before and after a motion, with the turning at its ends if it did not only turn."""
+    """Fit what lies before and after a motion, and the turn it began with, if it did not only turn."""
     at = chain.stretches.index(culprit)
-    first, last = _turning_ends(culprit, _nearest(culprit, chain.rests))
+    first = _first_turn(culprit, _nearest(culprit, chain.rests))
     yield from fit_or_split(Chain((*chain.stretches[:at], *first)), criteria)
-    start = first[0].end if first else culprit.start
-    end = last[0].start if last else culprit.end
-    yield (start, end, why)
-    yield from fit_or_split(Chain((*last, *chain.stretches[at + 1 :])), criteria)
+    yield (first[0].end if first else culprit.start, culprit.end, why)
+    yield from fit_or_split(Chain(chain.stretches[at + 1 :]), criteria)
 
 
 def _attempt(chain: Chain, criteria: Criteria) -> Fitted | _Failed:
@@ -254,23 +253,19 @@ def _contradiction(turned: tuple[float, float], known: Angle) -> str:
     return ""
 
 
-def _turning_ends(motion: Stretch, beside: Rest) -> tuple[tuple[Stretch, ...], tuple[Stretch, ...]]:
-    """Cut out what of a motion turns without a pause from its beginning, and to its end; each may be none.
+def _first_turn(motion: Stretch, beside: Rest) -> tuple[Stretch, ...]:
+    """Cut out what a motion turns without a pause from its beginning; nothing if that is little or all.
 
     A robot that drives off as soon as it has turned gives no rest between.
     """
     about, _ = _rates(motion, beside)
-    turning = np.abs(about) >= max(SLOWEST_TURN, PAUSE_SHARE * float(np.abs(about).max()))
+    slow = np.abs(about) < max(SLOWEST_TURN, PAUSE_SHARE * float(np.abs(about).max()))
     steps = round(PAUSE_SECONDS / BLOCK_SECONDS)
-    pauses = np.flatnonzero(np.convolve(~turning, np.ones(steps), "valid") == steps)
+    pauses = np.flatnonzero(np.convolve(slow, np.ones(steps), "valid") == steps)
     if len(pauses) == 0:
-        return (), ()
-    first = motion.between(motion.start, motion.start + BLOCK_SECONDS * float(pauses.min()))
-    last = motion.between(motion.start + BLOCK_SECONDS * float(pauses.max() + steps), math.inf)
-    return (
-        (first,) if _turned(first, beside) >= SMALLEST_SPIN else (),
-        (last,) if _turned(last, beside) >= SMALLEST_SPIN else (),
-    )
+        return ()
+    first = motion.between(motion.start, motion.start + BLOCK_SECONDS * float(pauses[0]))
+    return (first,) if _turned(first, beside) >= SMALLEST_SPIN else ()
 
 
 def _nearest(motion: Stretch, rests: Sequence[Rest]) -> Rest:
@@ -313,14 +308,12 @@ def _too_restless(chain: Chain, criteria: Criteria) -> _Failed | None:
 
 def _astray(chain: Chain, figures: _core.SpinFigures, blocks: _core.SpinBlockFigures) -> _Failed | None:
     """Find the motion in which the robot left the spot."""
-    if chain.given:
-        return None
     speeds = [_speed(motion, chain, blocks) for motion in chain.motions]
     fastest = int(np.argmax(speeds))
-    seconds = chain.motions[fastest].end - chain.motions[fastest].start
-    if speeds[fastest] > LARGEST_SPEED + LARGEST_MISFIT * seconds:
-        why = f"drove: reached about {speeds[fastest]:.1f} m/s; stay on the spot, or name the spin with --at"
-        return _Failed(why, chain.motions[fastest])
+    culprit = chain.motions[fastest]
+    if speeds[fastest] > LARGEST_SPEED + LARGEST_MISFIT * (culprit.end - culprit.start):
+        remedy = "" if chain.given else ", or name the spin with --at"
+        return _Failed(f"drove: reached about {speeds[fastest]:.1f} m/s; stay on the spot{remedy}", culprit)
     arm = float(np.linalg.norm(figures["lever_arm"]))
     if arm > LARGEST_LEVER_ARM:
         return _Failed(f"drove a circle of {arm:.1f} m radius; turn on the spot")
