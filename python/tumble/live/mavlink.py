@@ -157,7 +157,9 @@ class MavlinkSource:
         system = message.get_srcSystem()
         if self._system not in (0, system) or not _holds_both_triads(message, name):
             return None
-        return _Sender(name, system, message.get_srcComponent(), getattr(message, "id", 0))
+        # A message without a field of that name has its own number there.
+        sensor = message.id if "id" in message.fieldnames else 0
+        return _Sender(name, system, message.get_srcComponent(), sensor)
 
     def _choose(self) -> list[Message]:
         """Choose, of those that come about as often, the message that says most."""

@@ -1,0 +1,78 @@
+"""A log replayed as if it were recorded just now."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from live_fixtures import chunks_of, resting, samples_of, text_lines
+from tumble.live import open_source
+from tumble.logs import ReadOptions
+
+TABLE = resting(150)
+
+
+@pytest.fixture
+def log(tmp_path):
+    path = tmp_path / "drive.csv"
+    path.write_bytes(text_lines(TABLE))
+    return path
+
+
+@pytest.fixture
+def wall(monkeypatch):
+    """A clock on the wall that passes only while somebody sleeps."""
+
+    class Wall:
+        now = 1000.0
+        naps: list[float] = []  # noqa: RUF012 - one wall a test
+
+        def monotonic(self):
+            return self.now
+
+        def sleep(self, seconds):
+            self.naps.append(seconds)
+            self.now += max(seconds, 1e-4)
+
+    wall = Wall()
+    wall.naps = []
+    monkeypatch.setattr("tumble.live.replay.time", wall)
+    return wall
+
+
+def test_every_sample_is_replayed_whatever_the_speed(log, wall):
+    for speed in ("max", "1", "0.5", "50"):
+        assert np.array_equal(samples_of(open_source(f"replay:{log}?speed={speed}")), TABLE)
+
+
+def test_no_time_passes_at_full_speed(log, wall):
+    assert len(chunks_of(open_source(f"replay:{log}?speed=max"))) > 1
+    assert wall.naps == []
+
+
+@pytest.mark.parametrize("speed", [0.5, 1.0, 4.0])
+def test_a_log_takes_its_own_time_at_its_own_pace(log, wall, speed):
+    seen = []
+    with open_source(f"replay:{log}?speed={speed}") as source:
+        seen = [(wall.now - 1000.0, chunk.time[-1]) for chunk in source if len(chunk)]
+    assert all(latest <= now * speed + 1e-9 for now, latest in seen)
+    assert wall.now - 1000.0 == pytest.approx(TABLE[-1, 0] / speed, abs=0.01)
+
+
+def test_a_gap_in_a_log_is_a_silence(tmp_path, wall):
+    table = TABLE.copy()
+    table[50:, 0] += 3.0
+    path = tmp_path / "gap.csv"
+    path.write_bytes(text_lines(table))
+    with open_source(f"replay:{path}") as source:
+        sizes = [len(chunk) for chunk in source]
+    assert sizes.count(0) > 20
+    assert sum(sizes) == len(table)
+
+
+def test_name_and_reading_options_are_those_of_logs(log):
+    source = open_source(f"replay:{log}?speed=max", ReadOptions(gyroscope_unit="deg/s"))
+    assert source.name == "drive"
+    assert not source.gyroscope_unit_is_assumed
+    assert np.allclose(samples_of(source)[:, 4:], np.radians(TABLE[:, 4:]))
+    assert open_source(f"replay:{log}?speed=max").gyroscope_unit_is_assumed
