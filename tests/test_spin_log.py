@@ -187,7 +187,21 @@ def test_part_of_a_turn_is_said_with_what_it_is_worth(tmp_path):
     warnings = found["spins"][0]["warnings"]
     (warning,) = [line for line in warnings if "of a turn" in line]
     assert "180 deg" in warning
-    assert "m/s^2" in warning
+    assert "0.17 m/s^2 for each degree" in warning
+
+
+def test_what_part_of_a_turn_leaves_unknown_is_in_the_sigma(tmp_path):
+    session = record((still(), turn(0.5), still()), 45)
+    found = spun(session, tmp_path)
+    (spin,) = found["spins"]
+    assert spin["method"] == "published"
+    assert_recovered(found, session.robot)
+    sigma = np.array(found["accelerometer_bias"]["sigma"])
+    np.testing.assert_allclose(sigma[:2], 9.80665 * np.sin(np.radians(1.0)), rtol=0.05)
+    level_free = (np.array(spin["level_free"]["value"]) - session.robot.accelerometer_bias) / spin[
+        "level_free"
+    ]["sigma"]
+    assert np.all(np.abs(level_free) < SIGMAS)
 
 
 def test_a_slow_turn_at_the_start_does_not_become_bias(tmp_path):

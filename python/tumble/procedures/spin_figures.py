@@ -17,6 +17,8 @@ NORMAL_95 = 1.959963984540054
 FULL_TURN = 2.0 * math.pi
 NOTABLE_TILT = math.radians(5.0)
 """A robot on a steeper floor rolls, slips, and sinks into its springs on one side."""
+USUAL_TILT = math.radians(1.0)
+"""Of a floor that nobody has measured."""
 NOTABLE_LEVER_ARM = 1.0
 """m; few robots are so large."""
 SLOW = 0.2
@@ -37,8 +39,9 @@ def describe_spin(
     level_floor: bool,
 ) -> Spin:
     """Describe one spin that lasted over `span`, s; `blocks` is None where no samples were kept."""
+    default = figures["level_free_is_default"]
     level_free = _level_free(figures)
-    published = _bias(figures["published"])
+    covariance, published = _published(figures, gravity, level_floor)
     return Spin(
         label=label,
         start=span[0],
@@ -48,16 +51,16 @@ def describe_spin(
         turned_counter_clockwise=figures["turned_counter_clockwise"],
         heading_span=figures["heading_span"],
         rate=figures["rate"],
-        method="level-free" if figures["level_free_is_default"] else "published",
+        method="level-free" if default else "published",
         gyroscope_bias=_bias(figures["gyroscope_bias"]),
         level_free=level_free,
         published=published,
         up=figures["up"],
-        parameters=tuple(_parameters(figures)),
+        parameters=tuple(_parameters(figures, level_free if default else published)),
         slow_turn=_parameter("slow turn at rest", "rad/s", figures["slow_turn"]),
         chi_square=figures["chi_square"],
         degrees_of_freedom=figures["degrees_of_freedom"],
-        covariance=figures["covariance"],
+        covariance=covariance,
         noise=figures["noise"],
         blocks=SpinBlocks(**blocks) if blocks else _no_blocks(),
         warnings=tuple(_warnings(figures, gravity, level_floor)),
@@ -78,7 +81,7 @@ def _level_free(figures: _core.SpinFigures) -> BiasEstimate:
         return _bias(
             figures["level_free"], f"{degrees:.0f} deg of heading do not tell bias from the tilt of the floor"
         )
-    if figures["heading_span"] >= FULL_TURN - math.radians(5.0):
+    if figures["heading_span"] >= FULL_TURN:
         return _bias(figures["level_free"])
     worst = float(figures["level_free"]["sigma"].max())
     return _bias(
@@ -86,10 +89,31 @@ def _level_free(figures: _core.SpinFigures) -> BiasEstimate:
     )
 
 
-def _parameters(figures: _core.SpinFigures) -> Iterator[Parameter]:
-    accelerometer = figures["level_free" if figures["level_free_is_default"] else "published"]
-    yield from _by_axis("gyroscope bias", "rad/s", *_value_and_sigma(figures["gyroscope_bias"]))
-    yield from _by_axis("accelerometer bias", "m/s^2", *_value_and_sigma(accelerometer))
+def _published(
+    figures: _core.SpinFigures, gravity: float, level_floor: bool
+) -> tuple[FloatArray, BiasEstimate]:
+    """Take the published bias, and the covariance of the result.
+
+    Where it is the result for want of a full turn, and nobody said that the floor is level, its sigma carries
+    the tilt the floor seems to have, or one that is usual.
+    """
+    published = _bias(figures["published"])
+    covariance = np.array(figures["covariance"])
+    if level_floor or figures["level_free_is_default"] or not published.observable:
+        return covariance, published
+    tilt, sigma = figures["floor_tilt"]
+    tilt = math.hypot(tilt, sigma) if sigma < USUAL_TILT else USUAL_TILT
+    across = np.eye(3) - np.outer(figures["up"], figures["up"])
+    covariance[:3, :3] += (gravity * math.sin(tilt)) ** 2 * across
+    widened = np.sqrt(np.diag(covariance)[:3])
+    reason = f"taken from a level floor; its sigma carries a tilt of {math.degrees(tilt):.1f} deg"
+    return covariance, BiasEstimate(published.value, widened, True, reason)
+
+
+def _parameters(figures: _core.SpinFigures, force_bias: BiasEstimate) -> Iterator[Parameter]:
+    rate_bias = _bias(figures["gyroscope_bias"])
+    yield from _by_axis("gyroscope bias", "rad/s", rate_bias.value, rate_bias.sigma)
+    yield from _by_axis("accelerometer bias", "m/s^2", force_bias.value, force_bias.sigma, force_bias.reason)
     yield _angle("mounting roll", figures["roll"])
     yield _angle("mounting pitch", figures["pitch"])
     few = "the heading changed too little to tell the tilt of the floor from bias"
@@ -103,10 +127,6 @@ def _parameters(figures: _core.SpinFigures) -> Iterator[Parameter]:
     yield _scale("gyroscope scale about the axis", figures["heading_scale"], level)
     yield _scale("gyroscope scale clockwise", figures["scale_clockwise"], unsaid)
     yield _scale("gyroscope scale counter-clockwise", figures["scale_counter_clockwise"], unsaid)
-
-
-def _value_and_sigma(bias: _core.BiasFigures) -> tuple[FloatArray, FloatArray]:
-    return bias["value"], bias["sigma"] if bias["observed"] else np.full(3, np.inf)
 
 
 def _by_axis(
@@ -166,7 +186,7 @@ def _warnings(figures: _core.SpinFigures, gravity: float, level_floor: bool) -> 
 
 def _about_the_turn(figures: _core.SpinFigures, gravity: float) -> Iterator[str]:
     """Say how far the accelerometer bias can be trusted, where the robot did not turn once round."""
-    if figures["heading_span"] < FULL_TURN - math.radians(5.0):
+    if figures["heading_span"] < FULL_TURN:
         degrees = math.degrees(figures["heading_span"])
         level_free = figures["level_free"]
         known = (
@@ -179,8 +199,8 @@ def _about_the_turn(figures: _core.SpinFigures, gravity: float) -> Iterator[str]
             yield f"only {degrees:.0f} deg of a turn: the accelerometer bias is {known}; {advice}"
         else:
             yield (
-                f"only {degrees:.0f} deg of a turn: whatever the floor, the accelerometer bias is {known}; "
-                "the published method, used instead, holds on a level floor only, and errs by "
+                f"only {degrees:.0f} deg of a turn: level-free, the accelerometer bias is {known}; the "
+                "published method, which is the result, holds on a level floor only, and errs by "
                 f"{gravity * math.radians(1.0):.2g} m/s^2 for each degree of its tilt; {advice}"
             )
     if figures["rate"] < SLOW:
