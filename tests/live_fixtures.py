@@ -63,14 +63,15 @@ def samples_of(source):
     return np.concatenate(rows) if rows else np.empty((0, 7))
 
 
-def first_samples(source, count):
-    """(count, 7) of the first samples of a source that may have more."""
-    rows = np.empty((0, 7))
+def first_samples(source, count, silence=50):
+    """(count, 7) of the first samples of a source; fewer if nothing comes for so many heartbeats."""
+    rows, silent = np.empty((0, 7)), 0
     for chunk in source:
         rows = np.concatenate([rows, np.column_stack([chunk.time, chunk.accelerometer, chunk.gyroscope])])
-        if len(rows) >= count:
-            return rows[:count]
-    return rows
+        silent = 0 if len(chunk) else silent + 1
+        if len(rows) >= count or silent >= silence:
+            break
+    return rows[:count]
 
 
 def resting(count, rate=100.0, seed=0):
@@ -94,7 +95,7 @@ def pieces_of(data, size):
 
 
 class SerialDevice:
-    """A device on a serial line; what is written to it waits until somebody reads."""
+    """A device on a serial line. What it sends before the line is opened is lost, as on any serial line."""
 
     def __init__(self):
         self._device, self._line = pty.openpty()

@@ -111,11 +111,10 @@ def test_highres_imu_comes_over_udp():
 
 
 def test_highres_imu_comes_over_a_serial_line_with_garbage_before_it():
-    with serial_device() as device:
+    with serial_device() as device, open_source(f"mavlink:{device.path}?baud=57600") as source:
         device.write(b"\x00nsh> \xfd\x10" + b"".join(highres(TABLE)))
-        with open_source(f"mavlink:{device.path}?baud=57600") as source:
-            # The length that the garbage claims swallows the first message.
-            found = first_samples(source, len(TABLE) - 1)
+        # The length that the garbage claims swallows the first message.
+        found = first_samples(source, len(TABLE) - 1)
     assert near(found, TABLE[1:], 1e-6)
 
 

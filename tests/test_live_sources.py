@@ -90,10 +90,9 @@ def test_a_port_in_use_is_said_to_be_in_use():
 
 
 def test_samples_come_over_a_serial_line():
-    with serial_device() as device:
+    with serial_device() as device, open_source(f"serial:{device.path}?baud=921600") as source:
         device.write(text_lines(TABLE))
-        with open_source(f"serial:{device.path}?baud=921600") as source:
-            assert np.array_equal(first_samples(source, len(TABLE)), TABLE)
+        assert np.array_equal(first_samples(source, len(TABLE)), TABLE)
 
 
 def test_a_silent_line_says_so_with_empty_chunks():
