@@ -20,6 +20,7 @@ pub fn count<T: Real>(count: u32) -> T {
 
 /// Seconds in a span of microseconds.
 pub fn seconds<T: Real>(microseconds: u64) -> T {
+    // Processors convert signed integers in one step, and 2^63 microseconds are 292 000 years.
     #[allow(clippy::cast_precision_loss)]
-    nalgebra::convert(microseconds as f64 * 1e-6)
+    nalgebra::convert(microseconds.cast_signed() as f64 * 1e-6)
 }

@@ -164,28 +164,17 @@ pub enum Segment<T: Real> {
 enum State<T: Real> {
     /// Not at rest.
     Moving,
-    /// One quiet block was seen; its moments.
-    Settling(UnitMoments<T>),
-    /// At rest. The newest block is held back: it may turn out to be the first of a turn.
+    /// One quiet block was seen.
+    Settling,
+    /// At rest. The block before the one at hand is held back: it may turn out to be the first of a turn.
     Resting(Resting<T>),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Resting<T: Real> {
+    /// All of the rest but its newest block.
     rest: Option<Stretch<T>>,
-    held: Stretch<T>,
     announced: bool,
-}
-
-impl<T: Real> State<T> {
-    /// What the next block is held against, to tell whether the unit is still where it was.
-    fn level(&self) -> Option<&UnitMoments<T>> {
-        match self {
-            Self::Moving => None,
-            Self::Settling(before) => Some(before),
-            Self::Resting(resting) => Some(&resting.rest.as_ref().unwrap_or(&resting.held).moments),
-        }
-    }
 }
 
 /// Cuts a stream of samples into rests and turns.
@@ -203,6 +192,7 @@ pub struct Segmenter<T: Real> {
     allan: AllanLadder<T>,
     allan_of_rest: AllanLadder<T>,
     block: Option<Stretch<T>>,
+    block_is_new: bool,
 }
 
 impl<T: Real> Segmenter<T> {
@@ -221,6 +211,7 @@ impl<T: Real> Segmenter<T> {
             allan: AllanLadder::new(),
             allan_of_rest: AllanLadder::new(),
             block: None,
+            block_is_new: false,
         }
     }
 
@@ -264,21 +255,21 @@ impl<T: Real> Segmenter<T> {
         match core::mem::replace(&mut self.state, State::Moving) {
             State::Resting(Resting {
                 rest: Some(mut rest),
-                held,
                 announced: true,
             }) => {
-                rest.append(&held);
+                if let Some(held) = &self.block {
+                    rest.append(held);
+                }
                 self.allan.merge(&self.allan_of_rest);
                 Some(Segment::Rest(rest))
             }
-            State::Resting(Resting { rest, held, .. }) => {
-                if let Some(rest) = &rest {
-                    extend(&mut self.turn, rest);
+            State::Resting(Resting { rest, .. }) => {
+                for stretch in [&rest, &self.block].into_iter().flatten() {
+                    extend(&mut self.turn, stretch);
                 }
-                extend(&mut self.turn, &held);
                 self.turn.take().map(Segment::Turn)
             }
-            State::Moving | State::Settling(_) => self.turn.take().map(Segment::Turn),
+            State::Moving | State::Settling => self.turn.take().map(Segment::Turn),
         }
     }
 
@@ -294,12 +285,13 @@ impl<T: Real> Segmenter<T> {
 
     /// Whether a block was closed that nobody took.
     pub fn has_block(&self) -> bool {
-        self.block.is_some()
+        self.block_is_new
     }
 
     /// The block closed last, for those who draw the recording.
-    pub fn take_block(&mut self) -> Option<Stretch<T>> {
-        self.block.take()
+    pub fn take_block(&mut self) -> Option<&Stretch<T>> {
+        let is_new = core::mem::take(&mut self.block_is_new);
+        self.block.as_ref().filter(|_| is_new)
     }
 
     fn is_gap(&self, pause: u64) -> bool {
@@ -322,54 +314,58 @@ impl<T: Real> Segmenter<T> {
         }
         let mut block = Stretch::of_block(&sums, self.first, next, &self.bias);
         block.complete = !gap;
-        self.block = Some(block);
         let enough = sums.samples() >= self.settings.block_samples;
         let quiet = enough && !gap && self.stillness.push(&block.moments);
-        self.advance(&block, quiet)
+        let segment = self.advance(&block, quiet);
+        self.block_is_new = true;
+        self.block = Some(block);
+        segment
     }
 
     /// One step of the machine: moving, settling, resting.
     fn advance(&mut self, block: &Stretch<T>, quiet: bool) -> Option<Segment<T>> {
         let stays = quiet
             && self
-                .state
                 .level()
                 .is_some_and(|level| self.stillness.is_level(level, &block.moments));
         match (&self.state, stays) {
-            (State::Resting(_), true) => self.rest_on(block),
+            (State::Resting(_), true) => self.rest_on(),
             (State::Resting(resting), false) => {
                 let resting = *resting;
                 self.end_rest(&resting, block, quiet)
             }
-            (State::Settling(_), true) => {
+            (State::Settling, true) => {
                 self.allan_of_rest = AllanLadder::new();
                 self.state = State::Resting(Resting {
                     rest: None,
-                    held: *block,
                     announced: false,
                 });
                 None
             }
-            (State::Moving | State::Settling(_), _) => {
+            (State::Moving | State::Settling, _) => {
                 extend(&mut self.turn, block);
-                self.move_on(block, quiet);
+                self.move_on(quiet);
                 None
             }
         }
     }
 
-    fn rest_on(&mut self, block: &Stretch<T>) -> Option<Segment<T>> {
-        let State::Resting(Resting {
-            rest,
-            held,
-            announced,
-        }) = &mut self.state
-        else {
+    /// What the next block is compared with, to tell whether the unit is still where it was.
+    fn level(&self) -> Option<&UnitMoments<T>> {
+        let compared = match &self.state {
+            State::Moving => None,
+            State::Settling => self.block.as_ref(),
+            State::Resting(resting) => resting.rest.as_ref().or(self.block.as_ref()),
+        };
+        compared.map(|stretch| &stretch.moments)
+    }
+
+    fn rest_on(&mut self) -> Option<Segment<T>> {
+        let (State::Resting(Resting { rest, announced }), Some(held)) = (&mut self.state, &self.block) else {
             return None;
         };
         self.allan_of_rest.push(held.moments.mean(), held.duration());
         extend(rest, held);
-        *held = *block;
         let long_enough = rest
             .as_ref()
             .is_some_and(|rest| rest.end - rest.start >= self.settings.shortest_rest);
@@ -381,29 +377,27 @@ impl<T: Real> Segmenter<T> {
     }
 
     fn end_rest(&mut self, resting: &Resting<T>, block: &Stretch<T>, quiet: bool) -> Option<Segment<T>> {
-        self.move_on(block, quiet);
-        let (mut held, mut block) = (resting.held, *block);
+        self.move_on(quiet);
+        let (mut held, mut block) = (self.block, *block);
         let finished = resting.rest.filter(|_| resting.announced);
         if let Some(rest) = &finished {
             self.allan.merge(&self.allan_of_rest);
             self.bias = rest.angular_rate();
             // These two begin the turn, and were integrated before the rest had told its bias.
-            held.integrate(&self.bias);
-            block.integrate(&self.bias);
+            for begun in held.iter_mut().chain([&mut block]) {
+                begun.integrate(&self.bias);
+            }
         } else if let Some(rest) = &resting.rest {
             extend(&mut self.turn, rest);
         }
-        extend(&mut self.turn, &held);
-        extend(&mut self.turn, &block);
+        for begun in held.iter().chain([&block]) {
+            extend(&mut self.turn, begun);
+        }
         finished.map(Segment::Rest)
     }
 
-    fn move_on(&mut self, block: &Stretch<T>, quiet: bool) {
-        self.state = if quiet {
-            State::Settling(block.moments)
-        } else {
-            State::Moving
-        };
+    fn move_on(&mut self, quiet: bool) {
+        self.state = if quiet { State::Settling } else { State::Moving };
     }
 }
 

@@ -136,6 +136,9 @@ impl<T: Real> Stillness<T> {
         self.gathered.specific_force += scatter.specific_force;
         self.gathered.angular_rate += scatter.angular_rate;
         self.blocks += 1;
+        if self.settled && self.blocks < FLOOR_BLOCKS {
+            return;
+        }
         let blocks = count::<T>(self.blocks);
         let mean = Scatter {
             specific_force: self.gathered.specific_force / blocks,

@@ -202,8 +202,9 @@ impl Acquisition {
             }
             self.latest = t;
             self.found.samples += 1;
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-            let microseconds = ((t - origin) * 1e6 + 0.5) as u64;
+            // Processors convert to signed integers in one step, to unsigned ones in several.
+            #[allow(clippy::cast_possible_truncation)]
+            let microseconds = (((t - origin) * 1e6 + 0.5) as i64).max(0).cast_unsigned();
             self.channels.push_sample(microseconds, &y);
             let segment = self.segmenter.push_channels(microseconds, &y);
             if self.segmenter.has_block() {
@@ -281,8 +282,8 @@ impl Acquisition {
 
     fn look(&mut self) {
         if let Some(block) = self.segmenter.take_block() {
-            self.found.trace.push(&block);
-            self.channels.push_block(&block);
+            self.found.trace.push(block);
+            self.channels.push_block(block);
         }
     }
 

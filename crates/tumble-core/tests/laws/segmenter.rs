@@ -258,6 +258,7 @@ fn a_block_is_given_once_and_only_when_one_closed() {
             segmenter.has_block(),
             segmenter
                 .take_block()
+                .copied()
                 .inspect(|block| {
                     assert_eq!(block.start, end);
                     end = block.end;

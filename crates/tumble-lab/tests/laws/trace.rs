@@ -20,7 +20,7 @@ fn block(k: u64) -> Stretch<f64> {
     stream.iter().for_each(|sample| {
         segmenter.push(sample);
     });
-    let mut block = segmenter.take_block().expect("a block");
+    let mut block = *segmenter.take_block().expect("a block");
     let length = block.end - block.start;
     block.start = k * length;
     block.end = (k + 1) * length;
@@ -68,7 +68,7 @@ fn points_are_means_of_what_they_stand_for() {
     for sample in &stream {
         segmenter.push(sample);
         if let Some(block) = segmenter.take_block() {
-            trace.push(&block);
+            trace.push(block);
             sum += block.moments.mean()[0];
             count += 1;
         }
