@@ -7,6 +7,7 @@ would be neither aligned nor quick.
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -70,7 +71,8 @@ def whisker(
 def round_up(numbers: Iterable[float]) -> float:
     """Find the smallest of our round numbers that no finite one of `numbers` exceeds; 1 for none."""
     largest = max((abs(number) for number in numbers if math.isfinite(number)), default=0.0)
-    if largest == 0:
+    # Of numbers too small to keep all their digits not even the power of ten is known.
+    if largest < sys.float_info.min:
         return 1.0
     power = 10.0 ** math.floor(math.log10(largest))
     return next((step * power for step in _ROUND_STEPS if step * power >= largest), 20.0 * power)
