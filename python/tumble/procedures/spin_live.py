@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, cast
 
@@ -19,7 +19,7 @@ from tumble.procedures.gravity import local_gravity
 from tumble.procedures.spin_combination import combine
 from tumble.procedures.spin_figures import describe_spin
 from tumble.procedures.spin_objections import in_words
-from tumble.recording import Chunk
+from tumble.recording import Chunk, FloatArray
 from tumble.results import Rest
 from tumble.results_spin import SpinResult
 
@@ -159,8 +159,10 @@ class LiveSpin:
         else:
             self._end_of_stream()
         self._acquired = self._segmenter.finish()
-        if self._machine.state != "done":
-            self._refuse()
+        if len(self._acquired.rest_times):
+            refuse_if_misread(self._source.name, self._acquired, self._gravity)
+        if self._machine.failure is not None:
+            raise ProcedureError(f"{self._source.name}: {self._why(*self._machine.failure)}")
         yield self._step("done")
 
     def result(self) -> SpinResult:
@@ -247,7 +249,7 @@ class LiveSpin:
             if kind not in ("done", "failed"):
                 yield self._step(cast("Kind", kind))
         self._time = float(chunk.time[-1])
-        self._refuse_misread_rate()
+        self._refuse_misread_rate(gyroscope)
         if self._time - self._reported >= BETWEEN_PROGRESS:
             self._reported = self._time
             yield self._step("progress")
@@ -269,14 +271,14 @@ class LiveSpin:
             raise LogError(f"{self._source.name}: holds no samples")
         self._machine.tick(self._time + PATIENCE)
 
-    def _refuse(self) -> None:
-        assert self._acquired is not None, "all samples are in when a failure is explained"
-        refuse_if_misread(self._source.name, self._acquired, self._gravity)
-        assert self._machine.failure is not None, "a machine that is neither running nor done has failed"
-        raise ProcedureError(f"{self._source.name}: {in_words(*self._machine.failure)}")
+    def _why(self, failure: str, figures: Mapping[str, float]) -> str:
+        """Say why the machine gave up; noise of a gyroscope in deg/s, read as rad/s, looks like motion."""
+        doubtful = failure == "never still" and self._source.gyroscope_unit_is_assumed
+        hint = "; if the gyroscope is in deg/s, which nobody stated, give --gyroscope-unit deg/s"
+        return in_words(failure, figures) + (hint if doubtful else "")
 
-    def _refuse_misread_rate(self) -> None:
-        seen = abs(self._machine.progress["rate"])
+    def _refuse_misread_rate(self, gyroscope: FloatArray) -> None:
+        seen = float(np.linalg.norm(gyroscope.mean(axis=0)))
         if self._source.gyroscope_unit_is_assumed and seen > MISREAD_RATE * self._wishes.rate:
             raise ProcedureError(
                 f"{self._source.name}: gyroscope was taken to be in rad/s for want of a unit, but reads "
