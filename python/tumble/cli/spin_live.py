@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import typer
 
-from tumble.errors import ProcedureError
+from tumble.errors import ProcedureError, TumbleError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -82,9 +82,17 @@ def run_live(
         calibration=calibration,
         precision=precision,
     )
-    with stream, _shown(source, wishes, as_json) as show:
-        for step in live.steps():
-            show(step)
+    try:
+        with stream, _shown(source, wishes, as_json) as show:
+            for step in live.steps():
+                show(step)
+    except TumbleError as error:
+        if as_json:
+            _print_line({"event": "failed", "reason": str(error)})
+        raise
+    except KeyboardInterrupt:
+        print("tumble: interrupted; nothing was written", file=sys.stderr)
+        raise
     result = live.result()
     found = Calibration.from_spin(result, calibration)
     files = write_results(result, found, folder)
@@ -148,7 +156,7 @@ def _bars(console: Console, source: str, wishes: Wishes) -> Iterator[Show]:
     from rich.progress import BarColumn, Progress, TextColumn
 
     columns = (TextColumn("{task.description:12}"), BarColumn(), TextColumn("{task.fields[reading]}"))
-    with Progress(*columns, console=console) as bars:
+    with Progress(*columns, console=console, auto_refresh=False) as bars:
         standing = bars.add_task("stand still", total=wishes.still, reading="")
         turning = bars.add_task("turn", total=None, reading="", visible=False)
 
@@ -169,6 +177,7 @@ def _bars(console: Console, source: str, wishes: Wishes) -> Iterator[Show]:
                 reading=_turn_reading(step),
                 visible=step.state != "still",
             )
+            bars.refresh()
 
         yield show
 

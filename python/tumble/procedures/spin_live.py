@@ -24,10 +24,7 @@ from tumble.results import Rest
 from tumble.results_spin import SpinResult
 
 Precision = Literal["f32", "f64"]
-Kind = Literal[
-    "listening", "still began", "still broken", "still done", "spin began", "progress", "done", "failed"
-]
-
+Kind = Literal["listening", "still began", "still broken", "still done", "spin began", "progress", "done"]
 Pace = Literal["none", "too slow", "good", "too fast"]
 
 FIRST_SAMPLE_WITHIN = 15.0

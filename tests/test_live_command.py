@@ -1,0 +1,310 @@
+"""`tumble spin --live` as it is typed: prompts, files, exit codes, and what a failed run leaves alone."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import signal
+import socket
+import subprocess
+import sys
+import threading
+
+import numpy as np
+import pytest
+from pymavlink.dialects.v20 import common as mavlink
+
+from live_fixtures import serial_device, text_lines
+from spin_sessions import record, still, turn
+from tumble.calibration import Calibration
+
+AHEAD = 2.0
+"""s of samples that may be under way to a program that has not said it has read them."""
+HEADER = "time_s,ax,ay,az,gx_rad/s,gy_rad/s,gz_rad/s"
+OLD = "what was here before\n"
+
+
+@pytest.fixture(scope="module")
+def session():
+    return record([still(6.0), turn(2.5)], seed=31)
+
+
+@pytest.fixture
+def run_live():
+    """Start the command as a user does; it is ended at the end at the latest."""
+    started = []
+
+    def start(*arguments, **options):
+        command = [sys.executable, "-c", "from tumble.cli.main import main; main()", "spin", "--live"]
+        streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
+        process = subprocess.Popen([*command, *map(str, arguments)], text=True, **streams)
+        started.append(process)
+        return process
+
+    yield start
+    for process in started:
+        process.kill()
+        process.wait()
+        for stream in (process.stdout, process.stderr):
+            if stream is not None:
+                stream.close()
+
+
+def wait_for(stream, words):
+    """Read lines until one holds these words; give it."""
+    for line in stream:
+        if words in line:
+            return line
+    raise AssertionError(f"{words!r} was never said")
+
+
+def refused(process):
+    """The one line with which the command gives up; code 2."""
+    _, errors = process.communicate()
+    assert process.returncode == 2
+    assert "Traceback" not in errors
+    lines = [line for line in errors.splitlines() if line.startswith("tumble: error: ")]
+    assert len(lines) == 1
+    return lines[0]
+
+
+def near(path, session):
+    """Whether a calibration file holds the biases of the robot, within what it says of itself."""
+    calibration = Calibration.load(path)
+    errors = [
+        (calibration.accelerometer.b - session.robot.accelerometer_bias, calibration.accelerometer.sigma),
+        (calibration.gyroscope.b - session.robot.gyroscope_bias, calibration.gyroscope.sigma),
+    ]
+    return all((np.abs(error) < 4.0 * sigma.bias).all() for error, sigma in errors)
+
+
+def test_a_robot_on_a_serial_line_is_told_what_to_do_and_calibrated(run_live, session, tmp_path):
+    with serial_device() as device:
+        process = run_live(f"serial:{device.path}?baud=921600", "-o", tmp_path / "results")
+        assert "stand still for 5 s" in wait_for(process.stderr, "Listening")
+        device.write(text_lines(session.table, header=HEADER))
+        assert "turn on the spot, either way, at about 1 rad/s" in wait_for(process.stderr, "Now")
+        out, errors = process.communicate()
+    assert process.returncode == 0
+    name = os.path.basename(device.path)  # noqa: PTH119 - of a path that is gone
+    path = tmp_path / "results" / f"{name}.yaml"
+    assert errors == "Done.\n"
+    assert str(path) in out
+    assert "gyroscope bias x" in out
+    assert near(path, session)
+
+
+def test_other_wishes_are_passed_on(run_live, session, tmp_path):
+    log = session.write(tmp_path / "drive.csv", HEADER)
+    wishes = ("--still", "2s", "--turns", "1", "--turn-rate", "0.8", "--latitude", "48", "--serial", "0815")
+    process = run_live(f"replay:{log}?speed=max", "-o", tmp_path, *wishes)
+    _, errors = process.communicate()
+    assert process.returncode == 0
+    assert "stand still for 2 s" in errors
+    assert "about 0.8 rad/s (46 deg/s): 1 turns" in errors
+    calibration = Calibration.load(tmp_path / "drive.yaml")
+    options = calibration.method.options
+    assert (options["still"], options["turns"], options["rate"]) == (2.0, 1.0, 0.8)
+    assert calibration.gravity.value == pytest.approx(9.8086, abs=1e-3)
+    assert calibration.serial == "0815"
+
+
+def test_units_are_stated_as_for_logs(run_live, session, tmp_path):
+    shown = session.table * np.array([1, *[1 / 9.80665] * 3, *[180 / np.pi] * 3])
+    log = tmp_path / "drive.csv"
+    log.write_bytes(text_lines(shown))
+    process = run_live(f"replay:{log}?speed=max", "-o", tmp_path, "--gyroscope-unit", "deg/s")
+    process.communicate()
+    assert process.returncode == 0
+    assert near(tmp_path / "drive.yaml", session)
+
+
+def test_json_is_a_line_for_every_event_and_nothing_else(run_live, session, tmp_path):
+    log = session.write(tmp_path / "drive.csv", HEADER)
+    process = run_live(f"replay:{log}?speed=max", "-o", tmp_path, "--json")
+    out, errors = process.communicate()
+    assert errors == ""
+    lines = [json.loads(line) for line in out.splitlines()]
+    told = [line["event"] for line in lines if line["event"] != "progress"]
+    assert told == ["listening", "still began", "still done", "spin began", "done", "result"]
+    progress = [line for line in lines if line["event"] == "progress"]
+    assert {"time", "state", "still", "turned", "rate", "at_rest", "pace"} <= progress[0].keys()
+    assert lines[-1]["files"]["calibration"] == str(tmp_path / "drive.yaml")
+    found = lines[-1]["gyroscope_bias"]
+    assert np.allclose(found["value"], session.robot.gyroscope_bias, atol=1e-3)
+
+
+def lines_of(session):
+    """Datagrams of ten lines, with the time of their last sample."""
+    for first in range(0, len(session.time), 10):
+        rows = session.table[first : first + 10]
+        yield rows[-1, 0], text_lines(rows, header=HEADER)
+
+
+def messages_of(session):
+    """Datagrams of one HIGHRES_IMU each, with its time."""
+    autopilot = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
+    for row in session.table:
+        yield (
+            row[0],
+            mavlink.MAVLink_highres_imu_message(
+                round(1e6 * row[0]), *row[1:], 0, 0, 0, 0, 0, 0, 25.0, 0xFFFF
+            ).pack(autopilot),
+        )
+
+
+@pytest.mark.parametrize(
+    ("scheme", "datagrams", "name"),
+    [("udp://127.0.0.1", lines_of, "udp"), ("mavlink:udpin:127.0.0.1", messages_of, "mavlink")],
+)
+def test_a_robot_that_sends_datagrams_is_calibrated(run_live, session, tmp_path, scheme, datagrams, name):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    process = run_live(f"{scheme}:{port}", "-o", tmp_path, "--json")
+    wait_for(process.stdout, '"listening"')
+    heard = Heard(process.stdout)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        for latest, datagram in datagrams(session):
+            if not heard.wait_until(latest - AHEAD):
+                break
+            sender.sendto(datagram, ("127.0.0.1", port))
+    heard.to_the_end()
+    assert process.wait() == 0, process.stderr.read()
+    assert near(tmp_path / f"{name}-{port}.yaml", session)
+
+
+class Heard:
+    """Follows the events of a program, so that no more is sent than it can have read."""
+
+    def __init__(self, stream):
+        self._time, self._over = 0.0, False
+        self._changed = threading.Condition()
+        self._reader = threading.Thread(target=self._follow, args=(stream,), daemon=True)
+        self._reader.start()
+
+    def wait_until(self, time):
+        """Wait until the program has read up to a time, s; false if it is done."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._over or self._time >= time)
+            return not self._over
+
+    def to_the_end(self):
+        self._reader.join()
+
+    def _follow(self, stream):
+        for line in stream:
+            event = json.loads(line)
+            with self._changed:
+                self._time = event.get("time") or self._time
+                self._over = event["event"] == "done"
+                self._changed.notify()
+            if self._over:
+                break
+        with self._changed:
+            self._over = True
+            self._changed.notify()
+
+
+@pytest.fixture
+def earlier(tmp_path):
+    """A folder with the calibration file of an earlier run, for a replayed log of the same name."""
+    folder = tmp_path / "results"
+    folder.mkdir()
+    (folder / "drive.yaml").write_text(OLD)
+    return folder
+
+
+def untouched(folder, name="drive.yaml"):
+    """Whether the folder holds the old file and nothing else."""
+    return [path.name for path in folder.iterdir()] == [name] and (folder / name).read_text() == OLD
+
+
+def test_a_failed_run_says_why_and_leaves_the_old_calibration(run_live, session, tmp_path, earlier):
+    log = session.part(12.0).write(tmp_path / "drive.csv", HEADER)
+    line = refused(run_live(f"replay:{log}?speed=max", "-o", earlier))
+    assert line.startswith("tumble: error: drive: samples stopped at 12.0 s")
+    assert untouched(earlier)
+
+
+def test_a_failure_is_the_last_event_in_json(run_live, session, tmp_path, earlier):
+    log = session.part(12.0).write(tmp_path / "drive.csv", HEADER)
+    process = run_live(f"replay:{log}?speed=max", "-o", earlier, "--json")
+    out, errors = process.communicate()
+    assert process.returncode == 2
+    last = json.loads(out.splitlines()[-1])
+    assert last["event"] == "failed"
+    assert errors == f"tumble: error: {last['reason']}\n"
+    assert untouched(earlier)
+
+
+def test_an_unplugged_device_leaves_the_old_calibration(run_live, session, tmp_path):
+    with serial_device() as device:
+        name = os.path.basename(device.path)  # noqa: PTH119
+        (tmp_path / f"{name}.yaml").write_text(OLD)
+        process = run_live(f"serial:{device.path}", "-o", tmp_path)
+        wait_for(process.stderr, "Listening")
+        device.write(text_lines(session.part(9.0).table, header=HEADER))
+        wait_for(process.stderr, "Now turn")
+        device.unplug()
+        assert "was the device unplugged" in refused(process)
+    assert untouched(tmp_path, f"{name}.yaml")
+
+
+def test_a_device_that_falls_silent_leaves_the_old_calibration(run_live, session, tmp_path):
+    with serial_device() as device:
+        name = os.path.basename(device.path)  # noqa: PTH119
+        (tmp_path / f"{name}.yaml").write_text(OLD)
+        process = run_live(f"serial:{device.path}", "-o", tmp_path)
+        wait_for(process.stderr, "Listening")
+        device.write(text_lines(session.part(9.0).table, header=HEADER))
+        assert "samples stopped at 9.0 s" in refused(process)
+    assert untouched(tmp_path, f"{name}.yaml")
+
+
+def test_control_c_ends_it_without_a_trace(run_live, session, tmp_path):
+    with serial_device() as device:
+        name = os.path.basename(device.path)  # noqa: PTH119
+        (tmp_path / f"{name}.yaml").write_text(OLD)
+        process = run_live(f"serial:{device.path}", "-o", tmp_path)
+        wait_for(process.stderr, "Listening")
+        device.write(text_lines(session.part(9.0).table, header=HEADER))
+        wait_for(process.stderr, "Now turn")
+        process.send_signal(signal.SIGINT)
+        out, errors = process.communicate()
+    assert process.returncode == 130
+    assert (out, errors) == ("", "tumble: interrupted; nothing was written\n")
+    assert untouched(tmp_path, f"{name}.yaml")
+
+
+def test_a_folder_that_cannot_be_written_to_is_refused_before_the_robot_moves(run_live, session, tmp_path):
+    log = session.write(tmp_path / "drive.csv", HEADER)
+    process = run_live(f"replay:{log}", "-o", log)
+    assert "cannot write in this output folder" in refused(process)
+
+
+@pytest.mark.parametrize(("rate", "hint"), [(0.3, "turn faster"), (2.2, "turn more slowly")])
+def test_a_terminal_shows_how_far_it_is_and_whether_the_pace_is_right(run_live, tmp_path, rate, hint):
+    session = record([still(6.0), turn(2.5, rate=rate)], seed=32)
+    log = session.write(tmp_path / "drive.csv", HEADER)
+    ours, theirs = pty.openpty()
+    environment = os.environ | {"TERM": "xterm", "COLUMNS": "120"}
+    process = run_live(f"replay:{log}?speed=max", "-o", tmp_path, stderr=theirs, env=environment)
+    os.close(theirs)
+    shown = b""
+    while piece := _read(ours):
+        shown += piece
+    process.communicate()
+    text = shown.decode(errors="replace")
+    assert process.returncode == 0
+    for words in ("stand still", "of 5 s", "of 720 deg", "rad/s", hint, "Done."):
+        assert words in text
+
+
+def _read(terminal):
+    """What was written to a terminal; empty once its last writer has gone."""
+    try:
+        return os.read(terminal, 4096)
+    except OSError:
+        return b""
