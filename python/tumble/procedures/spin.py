@@ -266,9 +266,9 @@ def _scale_warning(
     axis = "xyz"[int(np.argmax(np.abs(spins[-1].up)))]
     yield (
         "along the vertical a scale error of the accelerometer cannot be told from bias: 1 % of it would be "
-        f"{0.01 * gravity:.2g} m/s^2, mostly of {axis}; nor across the vertical an angle between accelerometer "
-        f"and gyroscope: 0.1 deg would be {gravity * math.radians(0.1):.2g} m/s^2; a turntable calibration, "
-        "given with --calibration, is free of both"
+        f"{0.01 * gravity:.2g} m/s^2, mostly of {axis}; nor across the vertical an angle between "
+        f"accelerometer and gyroscope: 0.1 deg would be {gravity * math.radians(0.1):.2g} m/s^2; a turntable "
+        "calibration, given with --calibration, is free of both"
     )
 
 
