@@ -38,16 +38,6 @@ impl<T: Real> Cloud<T> {
     pub fn points(&self) -> u32 {
         self.points
     }
-
-    /// Mean.
-    pub fn mean(&self) -> Vector3<T> {
-        self.mean
-    }
-
-    /// Centred sums of products.
-    pub fn spread(&self) -> Matrix3<T> {
-        self.spread
-    }
 }
 
 /// Frame of the floor: forward, left, up, as columns in the case frame. Forward is the case's x, laid onto the floor.
@@ -90,15 +80,30 @@ pub struct AxisFit<T: Real> {
 /// Rounds in which the axis settles; the second is exact to the square of the first correction.
 const ROUNDS: u32 = 4;
 
+/// Means over blocks while the robot turned, and what they are stated in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TurningRates<T: Real> {
+    /// Rates less `counted_bias`, rad/s, in `frame`.
+    pub cloud: Cloud<T>,
+    /// Columns in the case frame; the third is close to the turning axis, so that rounding of the rate about it does not
+    /// spoil what is seen across.
+    pub frame: Matrix3<T>,
+    /// rad/s, case frame.
+    pub counted_bias: Vector3<T>,
+}
+
 /// Fits the line, beginning with a guess of the axis that points upwards.
-///
-/// `turning` holds means over blocks while the robot turned.
-pub fn fit<T: Real>(turning: &Cloud<T>, rest: &RestingRate<T>, guess: &Vector3<T>) -> AxisFit<T> {
+pub fn fit<T: Real>(turning: &TurningRates<T>, rest: &RestingRate<T>, guess: &Vector3<T>) -> AxisFit<T> {
     let mut fit = one_round(turning, rest, guess);
     for _ in 1..ROUNDS {
         fit = one_round(turning, rest, &fit.floor.column(2).into_owned());
     }
     fit
+}
+
+/// Sensors without any noise exist only in tests; a variance of zero would divide by it.
+fn floored<T: Real>(variance: T) -> T {
+    variance.max(real(1e-14))
 }
 
 /// Sums of the regression of what is seen across the axis on the rate along it.
@@ -108,20 +113,23 @@ struct Sums<T> {
     along_squared: T,
 }
 
-fn one_round<T: Real>(turning: &Cloud<T>, rest: &RestingRate<T>, up: &Vector3<T>) -> AxisFit<T> {
+fn one_round<T: Real>(turning: &TurningRates<T>, rest: &RestingRate<T>, up: &Vector3<T>) -> AxisFit<T> {
     let floor = floor_frame(up);
-    let points = count::<T>(turning.points.max(1));
+    let cloud = &turning.cloud;
+    let points = count::<T>(cloud.points.max(1));
+    let local = turning.frame.tr_mul(&floor);
     // The rest is the origin: means and moments about it.
-    let offset = turning.mean - rest.mean;
-    let moments = floor.tr_mul(&((turning.spread + offset * offset.transpose() * points) * floor));
-    let mean = floor.tr_mul(&offset);
-    let rest_variance = floor.map(|e| e * e).tr_mul(&rest.variance);
+    let offset = cloud.mean - turning.frame.tr_mul(&(rest.mean - turning.counted_bias));
+    let spread = local.tr_mul(&(cloud.spread * local));
+    let mean = local.tr_mul(&offset);
+    let moments = spread + mean * mean.transpose() * points;
+    let rest_variance = floor.map(|e| e * e).tr_mul(&rest.variance).map(floored);
     let sums = Sums {
         points,
         along: mean.z * points,
         along_squared: moments[(2, 2)],
     };
-    let block_variance = scatter(turning, &floor, &sums);
+    let block_variance = floored(scatter(&spread, &sums));
     let across = |i: usize| {
         let (seen, with_rate) = (mean[i] * points, moments[(i, 2)]);
         line(&sums, seen, with_rate, block_variance, rest_variance[i])
@@ -146,8 +154,7 @@ fn one_round<T: Real>(turning: &Cloud<T>, rest: &RestingRate<T>, up: &Vector3<T>
 }
 
 /// Variance across the axis about the line through the turning blocks alone; that of a block.
-fn scatter<T: Real>(turning: &Cloud<T>, floor: &Matrix3<T>, sums: &Sums<T>) -> T {
-    let spread = floor.tr_mul(&(turning.spread * floor));
+fn scatter<T: Real>(spread: &Matrix3<T>, sums: &Sums<T>) -> T {
     let along = spread[(2, 2)];
     let left_over = |i: usize| {
         let explained = if along > T::zero() {
@@ -168,9 +175,6 @@ fn line<T: Real>(
     variance: T,
     rest_variance: T,
 ) -> (Vector2<T>, Matrix2<T>) {
-    // Sensors without noise exist in tests only.
-    let tiny = real::<T>(1e-30);
-    let (variance, rest_variance) = (variance.max(tiny), rest_variance.max(tiny));
     // Scaled by the variance of a block, so that nothing overflows in single precision.
     let weight = variance / rest_variance;
     let (a, b, c) = (sums.points + weight, sums.along, sums.along_squared);

@@ -1,16 +1,15 @@
 //! What a spin shows, solved from what was kept of it.
 
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{SMatrix, Vector3};
 
 use crate::real::{Real, count, real};
-use crate::spin::axis::{self, AxisFit, RestingRate};
-use crate::spin::estimator::{Direction, SpinEstimator, Turned};
+use crate::spin::axis::{self, AxisFit, TurningRates};
+use crate::spin::estimator::{SpinEstimator, Turned};
 use crate::spin::failure::Failure;
-use crate::spin::level_free::{
-    self, ACCELEROMETER, GYROSCOPE, Knowledge, LEVER_ARM, LevelFree, SCALE, UPHILL,
-};
-use crate::spin::published::{self, Published, Readings};
+use crate::spin::level_free::{self, GYROSCOPE, Knowledge, LevelFree};
+use crate::spin::quantities::assemble;
 use crate::spin::rests::Rests;
+use crate::spin::scale::{Scales, common_scale, doubted_scale, scales};
 
 /// A number with its 1-sigma; infinite sigma where the data do not show it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,7 +21,7 @@ pub struct Value<T: Real> {
 }
 
 impl<T: Real> Value<T> {
-    fn unknown() -> Self {
+    pub(super) fn unknown() -> Self {
         Self {
             value: T::zero(),
             sigma: T::max_value().unwrap_or(T::zero()),
@@ -74,7 +73,8 @@ pub struct SpinEstimate<T: Real> {
     pub level_free: Bias<T>,
     /// Accelerometer bias if the floor is level, m/s^2.
     pub published: Bias<T>,
-    /// Whether the level-free bias is the result: at least one full turn, and nobody said that the floor is level.
+    /// Whether the level-free bias is the result: at least one full turn, or a part that shows it well enough, and nobody
+    /// said that the floor is level.
     pub level_free_is_default: bool,
     /// Covariance of `[accelerometer bias, gyroscope bias]` of that result.
     pub covariance: SMatrix<T, 6, 6>,
@@ -120,9 +120,7 @@ impl<T: Real> SpinEstimate<T> {
 }
 
 /// Turned angle without which there is no axis, rad.
-const LEAST_TURN: f64 = 0.2;
-/// Sigma of an accelerometer bias beyond which it counts as not shown, m/s^2: a floor tilt of 3 deg.
-const LARGEST_USEFUL_SIGMA: f64 = 0.5;
+pub(super) const LEAST_TURN: f64 = 0.2;
 /// Sigma of the gyroscope bias along the axis where the rest is not believed, rad/s.
 const BIAS_UNKNOWN: f64 = 0.1;
 /// The random walk of the heading as a constant rate over the spin: its variance over that of the end point.
@@ -176,7 +174,12 @@ fn prepare<T: Real>(
             turned: turned.angle(),
         });
     }
-    let axis = axis::fit(spin.cloud(), &rests.rate(), &guide.up);
+    let rates = TurningRates {
+        cloud: *spin.cloud(),
+        frame: *spin.frame(),
+        counted_bias: guide.bias,
+    };
+    let axis = axis::fit(&rates, &rests.rate(), &guide.up);
     let walk = walk(&axis, turned, spin.cloud().points());
     let scales = scales(&axis, &guide.bias, turned, true_angle, walk);
     let knowledge = knowledge(spin, rests, &axis, &guide.bias, walk, &scales);
@@ -207,67 +210,8 @@ fn decide<T: Real>(
 }
 
 /// Random walk of the heading, rad^2/s.
-fn walk<T: Real>(axis: &AxisFit<T>, turned: &Turned<T>, blocks: u32) -> T {
+pub(super) fn walk<T: Real>(axis: &AxisFit<T>, turned: &Turned<T>, blocks: u32) -> T {
     axis.block_variance * turned.duration() / count(blocks.max(1))
-}
-
-#[derive(Clone, Copy)]
-struct Scales<T: Real> {
-    clockwise: Value<T>,
-    counter_clockwise: Value<T>,
-}
-
-/// Scale error of each direction: `(angle seen - bias left over) / true angle - 1`.
-fn scales<T: Real>(
-    axis: &AxisFit<T>,
-    counted: &Vector3<T>,
-    turned: &Turned<T>,
-    truth: Option<&TrueAngle<T>>,
-    walk: T,
-) -> Scales<T> {
-    let drift = (axis.bias - counted).dot(&axis.floor.column(2));
-    let one = |direction: &Direction<T>, sign: T, angle: Option<T>| {
-        let Some((truth, angle)) = truth.zip(angle).filter(|(_, angle)| *angle > real(LEAST_TURN)) else {
-            return Value::unknown();
-        };
-        let time = direction.duration;
-        let seen = direction.angle - sign * drift * time;
-        let variance = truth.sigma * truth.sigma + axis.covariance[(2, 2)] * time * time + walk * time;
-        Value {
-            value: seen / angle - T::one(),
-            sigma: variance.sqrt() / angle,
-        }
-    };
-    Scales {
-        clockwise: one(&turned.clockwise, -T::one(), truth.and_then(|t| t.clockwise)),
-        counter_clockwise: one(
-            &turned.counter_clockwise,
-            T::one(),
-            truth.and_then(|t| t.counter_clockwise),
-        ),
-    }
-}
-
-/// One scale for both directions: the weighted mean with what is believed of any gyroscope.
-fn common_scale<T: Real>(scales: &Scales<T>, sigma: T) -> (T, T) {
-    let (mut weight, mut sum) = (T::one() / (sigma * sigma), T::zero());
-    for scale in [&scales.clockwise, &scales.counter_clockwise] {
-        if scale.is_known() {
-            let each = T::one() / (scale.sigma * scale.sigma);
-            weight += each;
-            sum += each * scale.value;
-        }
-    }
-    (sum / weight, T::one() / weight.sqrt())
-}
-
-/// Over turns in one direction a scale error looks like a slow turn at rest: one is not to be found for want of the
-/// other. A scale that a true angle has shown stands.
-fn doubted_scale<T: Real>(knowledge: &Knowledge<T>, believed: T) -> (T, T) {
-    const DOUBTED: f64 = 5.0;
-    let (scale, sigma) = knowledge.scale;
-    let told = sigma < believed * real(0.5);
-    (scale, if told { sigma } else { sigma * real(DOUBTED) })
 }
 
 fn knowledge<T: Real>(
@@ -317,212 +261,12 @@ fn slow_turn<T: Real>(doubting: &LevelFree<T>, knowledge: &Knowledge<T>) -> (Val
 }
 
 /// How much the sigmas are widened where the model does not fit the harmonics.
-fn widening<T: Real>(fit: &LevelFree<T>) -> T {
+pub(super) fn widening<T: Real>(fit: &LevelFree<T>) -> T {
     const UNLIKELY: f64 = 2.0;
     let reduced = crate::regression::reduced(fit.solution.chi_square, fit.degrees_of_freedom);
     if reduced > real(UNLIKELY) {
         reduced
     } else {
         T::one()
-    }
-}
-
-fn assemble<T: Real>(
-    spin: &SpinEstimator<T>,
-    knowledge: &Knowledge<T>,
-    fit: &LevelFree<T>,
-    scales: &Scales<T>,
-    (slow_turn, turned_while_still): (Value<T>, bool),
-) -> SpinEstimate<T> {
-    let covariance = fit.solution.covariance * widening(fit);
-    let joint = biases(&fit.floor, &covariance);
-    let (roll, pitch) = axis::tilt(&fit.up);
-    let tilt_sigma = |i: usize| covariance[(level_free::AXIS + i, level_free::AXIS + i)].sqrt();
-    let (published, published_covariance) = published(spin, knowledge, &joint);
-    let full_turn = spin.turned().span() >= real(core::f64::consts::TAU);
-    let level_free_is_default = full_turn && !spin.settings().level_floor;
-    let earth = fit.up * spin.settings().earth_rate_up;
-    let x = &fit.solution.x;
-    let (floor_tilt, uphill_bearing) = uphill(knowledge, x, &covariance);
-    SpinEstimate {
-        turned: *spin.turned(),
-        resting_time: spin.rests().map_or(T::zero(), Rests::time),
-        samples: spin.samples(),
-        noise: noise(spin),
-        gyroscope_bias: Bias {
-            value: fit.gyroscope_bias - earth,
-            sigma: Vector3::from_fn(|i, _| joint[(3 + i, 3 + i)].sqrt()),
-            observed: true,
-        },
-        level_free: bias(
-            x.fixed_rows::<3>(ACCELEROMETER).into_owned(),
-            Vector3::from_fn(|i, _| joint[(i, i)].sqrt()),
-        ),
-        published,
-        level_free_is_default,
-        covariance: if level_free_is_default {
-            joint
-        } else {
-            published_covariance
-        },
-        up: fit.up,
-        roll: Value {
-            value: roll,
-            sigma: tilt_sigma(1) / pitch.cos().abs().max(real(1e-6)),
-        },
-        pitch: Value {
-            value: pitch,
-            sigma: tilt_sigma(0),
-        },
-        floor_tilt,
-        uphill_bearing,
-        lever_arm: lever_arm(fit, &covariance),
-        scale: scale(fit, knowledge, &covariance),
-        scale_clockwise: scales.clockwise,
-        scale_counter_clockwise: scales.counter_clockwise,
-        slow_turn,
-        turned_while_still,
-        chi_square: fit.solution.chi_square,
-        degrees_of_freedom: fit.degrees_of_freedom,
-        fit: *fit,
-    }
-}
-
-/// Scatter of one sample, accelerometer and gyroscope, at rest and turning.
-fn noise<T: Real>(spin: &SpinEstimator<T>) -> [Vector3<T>; 4] {
-    let at_rest = |first: usize| {
-        spin.rests()
-            .map_or(Vector3::zeros(), |rests| rests.sample_variance(first))
-            .map(|v| v.sqrt())
-    };
-    let [fx, fy, fz, wx, wy, wz] = spin.turning_noise().map(|v| v.sqrt());
-    [
-        at_rest(0),
-        Vector3::new(fx, fy, fz),
-        at_rest(3),
-        Vector3::new(wx, wy, wz),
-    ]
-}
-
-/// Covariance of both biases in the case frame.
-fn biases<T: Real>(
-    floor: &Matrix3<T>,
-    covariance: &SMatrix<T, { level_free::UNKNOWNS }, { level_free::UNKNOWNS }>,
-) -> SMatrix<T, 6, 6> {
-    let mut turn = SMatrix::<T, 6, 6>::identity();
-    turn.fixed_view_mut::<3, 3>(3, 3).copy_from(floor);
-    turn * covariance.fixed_view::<6, 6>(0, 0) * turn.transpose()
-}
-
-fn bias<T: Real>(value: Vector3<T>, sigma: Vector3<T>) -> Bias<T> {
-    Bias {
-        value,
-        sigma,
-        observed: sigma.max() < real(LARGEST_USEFUL_SIGMA),
-    }
-}
-
-fn published<T: Real>(
-    spin: &SpinEstimator<T>,
-    knowledge: &Knowledge<T>,
-    joint: &SMatrix<T, 6, 6>,
-) -> (Bias<T>, SMatrix<T, 6, 6>) {
-    let turned = spin.turned();
-    let (rate, (force, force_variance)) = spin.rests().map_or(
-        (
-            RestingRate {
-                mean: Vector3::zeros(),
-                variance: Vector3::zeros(),
-            },
-            (Vector3::zeros(), Vector3::zeros()),
-        ),
-        |rests| (rests.rate(), rests.first_force()),
-    );
-    let net_duration = turned.counter_clockwise.duration - turned.clockwise.duration;
-    let found = published::estimate(&Readings {
-        rest: rate,
-        specific_force: force,
-        specific_force_variance: force_variance,
-        turned: turned.vector,
-        net_duration,
-        turned_variance: walk(&knowledge.axis, turned, spin.cloud().points()) * turned.duration(),
-        gravity: knowledge.gravity,
-    });
-    let Some(Published {
-        bias: value,
-        covariance,
-        ..
-    }) = found
-    else {
-        let unknown = Vector3::repeat(T::max_value().unwrap_or(T::zero()));
-        return (bias(Vector3::zeros(), unknown), *joint);
-    };
-    let mut both = *joint;
-    both.fixed_view_mut::<3, 3>(0, 0).copy_from(&covariance);
-    both.fixed_view_mut::<3, 3>(0, 3).fill(T::zero());
-    both.fixed_view_mut::<3, 3>(3, 0).fill(T::zero());
-    (bias(value, covariance.diagonal().map(|v| v.sqrt())), both)
-}
-
-/// Tilt of the floor and bearing of uphill.
-fn uphill<T: Real>(
-    knowledge: &Knowledge<T>,
-    x: &SVector<T, { level_free::UNKNOWNS }>,
-    covariance: &SMatrix<T, { level_free::UNKNOWNS }, { level_free::UNKNOWNS }>,
-) -> (Value<T>, Value<T>) {
-    const SHOWN: f64 = 3.0;
-    let pull = x.fixed_rows::<2>(UPHILL).into_owned();
-    let spread = covariance.fixed_view::<2, 2>(UPHILL, UPHILL).into_owned();
-    let size = pull.norm();
-    let along = |direction: nalgebra::Vector2<T>| direction.dot(&(spread * direction)).sqrt();
-    let unit = if size > T::zero() {
-        pull / size
-    } else {
-        nalgebra::Vector2::x()
-    };
-    let (lengthwise, crosswise) = (along(unit), along(nalgebra::Vector2::new(-unit.y, unit.x)));
-    let sine = (size / knowledge.gravity).min(T::one());
-    let cosine = (T::one() - sine * sine).sqrt().max(real(1e-6));
-    let tilt = Value {
-        value: sine.asin(),
-        sigma: lengthwise / (knowledge.gravity * cosine),
-    };
-    let bearing = if size > crosswise * real(SHOWN) {
-        Value {
-            value: pull.y.atan2(pull.x),
-            sigma: crosswise / size,
-        }
-    } else {
-        Value::unknown()
-    };
-    (tilt, bearing)
-}
-
-fn lever_arm<T: Real>(
-    fit: &LevelFree<T>,
-    covariance: &SMatrix<T, { level_free::UNKNOWNS }, { level_free::UNKNOWNS }>,
-) -> Bias<T> {
-    let plane = fit.floor.fixed_columns::<2>(0);
-    let spread = plane * covariance.fixed_view::<2, 2>(LEVER_ARM, LEVER_ARM) * plane.transpose();
-    Bias {
-        value: plane * fit.solution.x.fixed_rows::<2>(LEVER_ARM),
-        sigma: spread.diagonal().map(|v| v.max(T::zero()).sqrt()),
-        observed: fit.solution.observed(LEVER_ARM) && fit.solution.observed(LEVER_ARM + 1),
-    }
-}
-
-/// Scale error about the axis, if harmonics or a true angle took most of the ignorance away.
-fn scale<T: Real>(
-    fit: &LevelFree<T>,
-    knowledge: &Knowledge<T>,
-    covariance: &SMatrix<T, { level_free::UNKNOWNS }, { level_free::UNKNOWNS }>,
-) -> Value<T> {
-    let told = knowledge.scale.0 != T::zero();
-    if !told && !fit.solution.observed(SCALE) {
-        return Value::unknown();
-    }
-    Value {
-        value: fit.solution.x[SCALE],
-        sigma: covariance[(SCALE, SCALE)].sqrt(),
     }
 }

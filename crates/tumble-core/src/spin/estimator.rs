@@ -1,11 +1,11 @@
 //! Blocks at rest and turning are gathered, in constant memory, until they can be solved.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::moments::Moments;
 use crate::real::{Real, real};
 use crate::sample::CHANNELS;
-use crate::spin::axis::Cloud;
+use crate::spin::axis::{Cloud, floor_frame};
 use crate::spin::block::{Block, Guide};
 use crate::spin::failure::Failure;
 use crate::spin::harmonics::{Harmonics, Row};
@@ -104,6 +104,7 @@ pub struct SpinEstimator<T: Real> {
     rests: Option<Rests<T>>,
     stop: Option<Stop<T>>,
     turning: Harmonics<T>,
+    frame: Matrix3<T>,
     cloud: Cloud<T>,
     noise: Moments<T, CHANNELS>,
     turning_samples: u32,
@@ -128,6 +129,7 @@ impl<T: Real> SpinEstimator<T> {
             rests: None,
             stop: None,
             turning: Harmonics::default(),
+            frame: Matrix3::identity(),
             cloud: Cloud::default(),
             noise: Moments::new(),
             turning_samples: 0,
@@ -165,9 +167,14 @@ impl<T: Real> SpinEstimator<T> {
         &self.turning
     }
 
-    /// The gyroscope while turning.
+    /// The gyroscope while turning: rates from the bias that heading is counted with, in [`Self::frame`].
     pub fn cloud(&self) -> &Cloud<T> {
         &self.cloud
+    }
+
+    /// Forward, left, up at the first rest, if the floor were level: columns in the case frame.
+    pub fn frame(&self) -> &Matrix3<T> {
+        &self.frame
     }
 
     /// Mean over turning blocks of the variance of one sample within, the six channels.
@@ -222,10 +229,12 @@ impl<T: Real> SpinEstimator<T> {
         let Some(stop) = self.stop.take() else { return };
         match self.rests.as_mut() {
             None => {
+                let up = stop.specific_force().normalize();
+                self.frame = floor_frame(&up);
                 self.guide = Some(Guide {
                     origin: stop.start + stop.duration() / 2,
                     bias: stop.angular_rate(),
-                    up: stop.specific_force().normalize(),
+                    up,
                     by_heading: T::zero(),
                     by_time: T::zero(),
                 });
@@ -240,7 +249,9 @@ impl<T: Real> SpinEstimator<T> {
     }
 
     fn turn(&mut self, block: &Block<T>, guide: &Guide<T>) {
-        self.cloud.push(&block.angular_rate());
+        // About the rest, and with most of the rate on one axis: so single precision keeps what is seen across it.
+        self.cloud
+            .push(&self.frame.tr_mul(&(block.angular_rate() - guide.bias)));
         self.noise.push(&block.moments.variance());
         self.turning_samples = self.turning_samples.saturating_add(block.moments.samples());
         let guessed = !self.axis_shown();

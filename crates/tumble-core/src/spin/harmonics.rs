@@ -16,7 +16,7 @@ pub const FUNCTIONS: usize = 9;
 /// The functions over one row, and the specific force, m/s^2.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row<T: Real> {
-    /// The functions of eq. 8.
+    /// The functions of eq. 9.
     pub functions: SVector<T, FUNCTIONS>,
     /// Specific force, case frame, m/s^2.
     pub specific_force: Vector3<T>,
@@ -39,23 +39,23 @@ impl<T: Real> Row<T> {
         Self::weighted(block, Weight::Even)
     }
 
-    /// Of three successive blocks of one length, the first weighted from nothing to one and the last from one to
-    /// nothing: by these very weights the change of the mean rate from the first to the last is the mean angular
-    /// acceleration (docs/theory/spin.md, eq. 10).
+    /// Of three successive blocks, the first weighted from nothing to one and the last from one to nothing: by these
+    /// very weights the change of the mean rate from the first to the last is the mean angular acceleration
+    /// (docs/theory/spin.md, eq. 10). Each counts by its length, since one that a rest cut off is short.
     pub fn of_three([first, middle, last]: [&Block<T>; 3]) -> Self {
-        let rows = [
-            Self::weighted(first, Weight::Rising),
-            Self::weighted(middle, Weight::Even),
-            Self::weighted(last, Weight::Falling),
-        ];
         let half = real::<T>(0.5);
-        let [a, b, c] = rows.map(|row| row.functions * half);
-        let mut functions = a + b + c;
-        functions[FUNCTIONS - 1] = (last.rate - first.rate) / (last.time - first.time);
-        let [a, b, c] = rows.map(|row| row.specific_force * half);
+        let span = (first.duration() + last.duration()) * half + middle.duration();
+        let [a, b, c] = [
+            (first, Weight::Rising),
+            (middle, Weight::Even),
+            (last, Weight::Falling),
+        ]
+        .map(|(block, weight)| (Self::weighted(block, weight), block.duration() / span));
+        let mut functions = a.0.functions * a.1 + b.0.functions * b.1 + c.0.functions * c.1;
+        functions[FUNCTIONS - 1] = (last.rate - first.rate) / span;
         Self {
             functions,
-            specific_force: a + b + c,
+            specific_force: a.0.specific_force * a.1 + b.0.specific_force * b.1 + c.0.specific_force * c.1,
         }
     }
 

@@ -12,7 +12,7 @@ use crate::spin::collector::Collector;
 use crate::spin::estimate::{SpinEstimate, TrueAngle};
 use crate::spin::failure::Failure;
 use crate::spin::settings::SpinSettings;
-use crate::stillness::Stillness;
+use crate::stillness::{Scatter, Stillness};
 
 /// What the wheels are known to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,6 +87,10 @@ pub struct SpinMachine<T: Real> {
 
 /// Rate, rad/s, below which a robot whose wheels nobody knows may have stopped.
 const STOPPED: f64 = 0.01;
+
+/// Share of the angle asked for with which a robot that has stopped has done as it was told: nobody turns exactly two
+/// turns, and the gyroscope's scale is not exact either.
+const NEARLY: f64 = 0.9;
 
 /// Turned angle from which on the spin has begun, rad.
 const BEGUN: f64 = 0.2;
@@ -196,13 +200,19 @@ impl<T: Real> SpinMachine<T> {
         self.at_rest = match wheels {
             Wheels::Stopped => true,
             Wheels::Turning => false,
-            Wheels::Unknown => quiet && self.has_stopped(block),
+            Wheels::Unknown => quiet && self.is_calm(block) && self.has_stopped(block),
         };
         match self.state {
             State::Still => self.stand(block),
             State::Spin => self.turn(block),
             State::Idle | State::Done | State::Failed(_) => None,
         }
+    }
+
+    fn is_calm(&self, block: &Block<T>) -> bool {
+        let scatter = Scatter::of(&block.moments);
+        let (force, rate) = self.settings.largest_scatter;
+        scatter.specific_force < force * force && scatter.angular_rate < rate * rate
     }
 
     fn has_stopped(&self, block: &Block<T>) -> bool {
@@ -252,8 +262,13 @@ impl<T: Real> SpinMachine<T> {
         if let Err(failure) = self.collector.take(block, self.at_rest) {
             return Some(self.fail(failure));
         }
-        let turned = self.collector.estimator().turned().angle();
-        if turned >= self.settings.turn {
+        let estimator = self.collector.estimator();
+        let turned = estimator.turned().angle();
+        let stopped = estimator
+            .stop()
+            .is_some_and(|stop| stop.duration() >= self.settings.shortest_stop);
+        let nearly = turned >= self.settings.turn * real(NEARLY) && stopped;
+        if turned >= self.settings.turn || nearly {
             return Some(self.finish());
         }
         let begins = !self.began && turned >= real(BEGUN);

@@ -47,6 +47,9 @@ pub struct SpinSettings<T: Real> {
     pub largest_rate_bias: T,
     /// Largest turn from one sample to the next, rad.
     pub largest_step: T,
+    /// Largest scatter of specific force, m/s^2, and of angular rate, rad/s, at which a robot may stand still: an engine
+    /// may run, but a hand that shakes it is no rest.
+    pub largest_scatter: (T, T),
     /// What counts as standing still.
     pub stillness: StillnessSettings<T>,
 }
@@ -74,6 +77,7 @@ impl<T: Real> Default for SpinSettings<T> {
             largest_share_across: real(0.05),
             largest_rate_bias: real(0.5),
             largest_step: real(0.25),
+            largest_scatter: (real(2.0), real(0.2)),
             stillness: StillnessSettings::default(),
         }
     }

@@ -1,0 +1,220 @@
+//! From the unknowns of the fit to the quantities people ask for, with their sigmas.
+
+use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
+
+use crate::real::{Real, real};
+use crate::spin::axis::{self, RestingRate};
+use crate::spin::estimate::{Bias, SpinEstimate, Value, walk, widening};
+use crate::spin::estimator::SpinEstimator;
+use crate::spin::level_free::{
+    self, ACCELEROMETER, Knowledge, LEVER_ARM, LevelFree, SCALE, UNKNOWNS, UPHILL,
+};
+use crate::spin::published::{self, Published, Readings};
+use crate::spin::rests::Rests;
+use crate::spin::scale::Scales;
+
+/// Sigma of an accelerometer bias beyond which it counts as not shown, m/s^2: a floor tilt of 3 deg.
+const LARGEST_USEFUL_SIGMA: f64 = 0.5;
+/// Sigma below which the level-free bias of a part of a turn is the result, m/s^2: a floor taken for level is seldom known
+/// to be level to 0.1 deg.
+const TRUSTED_SIGMA: f64 = 0.02;
+
+/// Everything a fit says, in the quantities people ask for (docs/theory/spin.md, eq. 13).
+pub(super) fn assemble<T: Real>(
+    spin: &SpinEstimator<T>,
+    knowledge: &Knowledge<T>,
+    fit: &LevelFree<T>,
+    scales: &Scales<T>,
+    (slow_turn, turned_while_still): (Value<T>, bool),
+) -> SpinEstimate<T> {
+    let covariance = fit.solution.covariance * widening(fit);
+    let joint = biases(&fit.floor, &covariance);
+    let (roll, pitch) = axis::tilt(&fit.up);
+    let tilt_sigma = |i: usize| covariance[(level_free::AXIS + i, level_free::AXIS + i)].sqrt();
+    let (published, published_covariance) = published(spin, knowledge, &joint);
+    let full_turn = spin.turned().span() >= real(core::f64::consts::TAU);
+    let earth = fit.up * spin.settings().earth_rate_up;
+    let x = &fit.solution.x;
+    let level_free = bias(
+        x.fixed_rows::<3>(ACCELEROMETER).into_owned(),
+        Vector3::from_fn(|i, _| joint[(i, i)].sqrt()),
+    );
+    let trusted = full_turn || level_free.sigma.max() < real(TRUSTED_SIGMA);
+    let level_free_is_default = trusted && !spin.settings().level_floor;
+    // Forward turns with the roll where x points up or down.
+    let forward_sigma = tilt_sigma(1) * (pitch.sin() / pitch.cos().max(real(1e-6))).abs();
+    let (floor_tilt, uphill_bearing) = uphill(knowledge, x, &covariance, forward_sigma);
+    SpinEstimate {
+        turned: *spin.turned(),
+        resting_time: spin.rests().map_or(T::zero(), Rests::time),
+        samples: spin.samples(),
+        noise: noise(spin),
+        gyroscope_bias: Bias {
+            value: fit.gyroscope_bias - earth,
+            sigma: Vector3::from_fn(|i, _| joint[(3 + i, 3 + i)].sqrt()),
+            observed: true,
+        },
+        level_free,
+        published,
+        level_free_is_default,
+        covariance: if level_free_is_default {
+            joint
+        } else {
+            published_covariance
+        },
+        up: fit.up,
+        roll: Value {
+            value: roll,
+            sigma: tilt_sigma(1) / pitch.cos().abs().max(real(1e-6)),
+        },
+        pitch: Value {
+            value: pitch,
+            sigma: tilt_sigma(0),
+        },
+        floor_tilt,
+        uphill_bearing,
+        lever_arm: lever_arm(fit, &covariance),
+        scale: scale(fit, knowledge, &covariance),
+        scale_clockwise: scales.clockwise,
+        scale_counter_clockwise: scales.counter_clockwise,
+        slow_turn,
+        turned_while_still,
+        chi_square: fit.solution.chi_square,
+        degrees_of_freedom: fit.degrees_of_freedom,
+        fit: *fit,
+    }
+}
+
+/// Scatter of one sample, accelerometer and gyroscope, at rest and turning.
+fn noise<T: Real>(spin: &SpinEstimator<T>) -> [Vector3<T>; 4] {
+    let at_rest = |first: usize| {
+        spin.rests()
+            .map_or(Vector3::zeros(), |rests| rests.sample_variance(first))
+            .map(|v| v.sqrt())
+    };
+    let [fx, fy, fz, wx, wy, wz] = spin.turning_noise().map(|v| v.sqrt());
+    [
+        at_rest(0),
+        Vector3::new(fx, fy, fz),
+        at_rest(3),
+        Vector3::new(wx, wy, wz),
+    ]
+}
+
+/// Covariance of both biases in the case frame.
+fn biases<T: Real>(floor: &Matrix3<T>, covariance: &SMatrix<T, UNKNOWNS, UNKNOWNS>) -> SMatrix<T, 6, 6> {
+    let mut turn = SMatrix::<T, 6, 6>::identity();
+    turn.fixed_view_mut::<3, 3>(3, 3).copy_from(floor);
+    turn * covariance.fixed_view::<6, 6>(0, 0) * turn.transpose()
+}
+
+fn bias<T: Real>(value: Vector3<T>, sigma: Vector3<T>) -> Bias<T> {
+    Bias {
+        value,
+        sigma,
+        observed: sigma.max() < real(LARGEST_USEFUL_SIGMA),
+    }
+}
+
+fn published<T: Real>(
+    spin: &SpinEstimator<T>,
+    knowledge: &Knowledge<T>,
+    joint: &SMatrix<T, 6, 6>,
+) -> (Bias<T>, SMatrix<T, 6, 6>) {
+    let turned = spin.turned();
+    let (rate, (force, force_variance)) = spin.rests().map_or(
+        (
+            RestingRate {
+                mean: Vector3::zeros(),
+                variance: Vector3::zeros(),
+            },
+            (Vector3::zeros(), Vector3::zeros()),
+        ),
+        |rests| (rests.rate(), rests.first_force()),
+    );
+    let net_duration = turned.counter_clockwise.duration - turned.clockwise.duration;
+    let found = published::estimate(&Readings {
+        rest: rate,
+        specific_force: force,
+        specific_force_variance: force_variance,
+        turned: turned.vector,
+        net_duration,
+        turned_variance: walk(&knowledge.axis, turned, spin.cloud().points()) * turned.duration(),
+        gravity: knowledge.gravity,
+    });
+    let Some(Published {
+        bias: value,
+        covariance,
+        ..
+    }) = found
+    else {
+        let unknown = Vector3::repeat(T::max_value().unwrap_or(T::zero()));
+        return (bias(Vector3::zeros(), unknown), *joint);
+    };
+    let mut both = *joint;
+    both.fixed_view_mut::<3, 3>(0, 0).copy_from(&covariance);
+    both.fixed_view_mut::<3, 3>(0, 3).fill(T::zero());
+    both.fixed_view_mut::<3, 3>(3, 0).fill(T::zero());
+    (bias(value, covariance.diagonal().map(|v| v.sqrt())), both)
+}
+
+/// Tilt of the floor and bearing of uphill.
+fn uphill<T: Real>(
+    knowledge: &Knowledge<T>,
+    x: &SVector<T, UNKNOWNS>,
+    covariance: &SMatrix<T, UNKNOWNS, UNKNOWNS>,
+    forward_sigma: T,
+) -> (Value<T>, Value<T>) {
+    const SHOWN: f64 = 3.0;
+    let pull = x.fixed_rows::<2>(UPHILL).into_owned();
+    let spread = covariance.fixed_view::<2, 2>(UPHILL, UPHILL).into_owned();
+    let size = pull.norm();
+    let along = |direction: Vector2<T>| direction.dot(&(spread * direction)).sqrt();
+    let unit = if size > T::zero() {
+        pull / size
+    } else {
+        Vector2::x()
+    };
+    let (lengthwise, crosswise) = (along(unit), along(Vector2::new(-unit.y, unit.x)));
+    let sine = (size / knowledge.gravity).min(T::one());
+    let cosine = (T::one() - sine * sine).sqrt().max(real(1e-6));
+    let tilt = Value {
+        value: sine.asin(),
+        sigma: lengthwise / (knowledge.gravity * cosine),
+    };
+    let bearing = if size > crosswise * real(SHOWN) && forward_sigma < T::one() {
+        Value {
+            value: pull.y.atan2(pull.x),
+            sigma: (crosswise / size).hypot(forward_sigma),
+        }
+    } else {
+        Value::unknown()
+    };
+    (tilt, bearing)
+}
+
+fn lever_arm<T: Real>(fit: &LevelFree<T>, covariance: &SMatrix<T, UNKNOWNS, UNKNOWNS>) -> Bias<T> {
+    let plane = fit.floor.fixed_columns::<2>(0);
+    let spread = plane * covariance.fixed_view::<2, 2>(LEVER_ARM, LEVER_ARM) * plane.transpose();
+    Bias {
+        value: plane * fit.solution.x.fixed_rows::<2>(LEVER_ARM),
+        sigma: spread.diagonal().map(|v| v.max(T::zero()).sqrt()),
+        observed: fit.solution.observed(LEVER_ARM) && fit.solution.observed(LEVER_ARM + 1),
+    }
+}
+
+/// Scale error about the axis, if harmonics or a true angle took most of the ignorance away.
+fn scale<T: Real>(
+    fit: &LevelFree<T>,
+    knowledge: &Knowledge<T>,
+    covariance: &SMatrix<T, UNKNOWNS, UNKNOWNS>,
+) -> Value<T> {
+    let told = knowledge.scale.0 != T::zero();
+    if !told && !fit.solution.observed(SCALE) {
+        return Value::unknown();
+    }
+    Value {
+        value: fit.solution.x[SCALE],
+        sigma: covariance[(SCALE, SCALE)].sqrt(),
+    }
+}

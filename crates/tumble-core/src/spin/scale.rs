@@ -1,0 +1,69 @@
+//! Scale error of the gyroscope about the turning axis, from angles truly turned (docs/theory/spin.md, eq. 15).
+
+use nalgebra::Vector3;
+
+use crate::real::{Real, real};
+use crate::spin::axis::AxisFit;
+use crate::spin::estimate::{LEAST_TURN, TrueAngle, Value};
+use crate::spin::estimator::{Direction, Turned};
+use crate::spin::level_free::Knowledge;
+
+/// Scale error of each direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Scales<T: Real> {
+    pub clockwise: Value<T>,
+    pub counter_clockwise: Value<T>,
+}
+
+/// Scale error of each direction: `(angle seen - bias left over) / true angle - 1`.
+pub(super) fn scales<T: Real>(
+    axis: &AxisFit<T>,
+    counted: &Vector3<T>,
+    turned: &Turned<T>,
+    truth: Option<&TrueAngle<T>>,
+    walk: T,
+) -> Scales<T> {
+    let drift = (axis.bias - counted).dot(&axis.floor.column(2));
+    let one = |direction: &Direction<T>, sign: T, angle: Option<T>| {
+        let Some((truth, angle)) = truth.zip(angle).filter(|(_, angle)| *angle > real(LEAST_TURN)) else {
+            return Value::unknown();
+        };
+        let time = direction.duration;
+        let seen = direction.angle - sign * drift * time;
+        let variance = truth.sigma * truth.sigma + axis.covariance[(2, 2)] * time * time + walk * time;
+        Value {
+            value: seen / angle - T::one(),
+            sigma: variance.sqrt() / angle,
+        }
+    };
+    Scales {
+        clockwise: one(&turned.clockwise, -T::one(), truth.and_then(|t| t.clockwise)),
+        counter_clockwise: one(
+            &turned.counter_clockwise,
+            T::one(),
+            truth.and_then(|t| t.counter_clockwise),
+        ),
+    }
+}
+
+/// One scale for both directions: the weighted mean with what is believed of any gyroscope.
+pub(super) fn common_scale<T: Real>(scales: &Scales<T>, sigma: T) -> (T, T) {
+    let (mut weight, mut sum) = (T::one() / (sigma * sigma), T::zero());
+    for scale in [&scales.clockwise, &scales.counter_clockwise] {
+        if scale.is_known() {
+            let each = T::one() / (scale.sigma * scale.sigma);
+            weight += each;
+            sum += each * scale.value;
+        }
+    }
+    (sum / weight, T::one() / weight.sqrt())
+}
+
+/// Over turns in one direction a scale error looks like a slow turn at rest: one is not to be found for want of the
+/// other. A scale that a true angle has shown stands.
+pub(super) fn doubted_scale<T: Real>(knowledge: &Knowledge<T>, believed: T) -> (T, T) {
+    const DOUBTED: f64 = 5.0;
+    let (scale, sigma) = knowledge.scale;
+    let told = sigma < believed * real(0.5);
+    (scale, if told { sigma } else { sigma * real(DOUBTED) })
+}

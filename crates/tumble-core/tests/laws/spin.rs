@@ -1,0 +1,228 @@
+//! A robot that stands still and turns on the spot.
+
+use nalgebra::Vector3;
+use proptest::prelude::*;
+use tumble_core::real::Real;
+use tumble_core::sample::Sample;
+use tumble_core::spin::collector::Collector;
+use tumble_core::spin::estimate::{SpinEstimate, TrueAngle};
+use tumble_core::spin::failure::Failure;
+use tumble_core::spin::settings::SpinSettings;
+
+use crate::common::{assert_close, cases};
+use crate::spin_stream::{Truth, narrowed, truths};
+
+/// Everything before the first turn is rest, everything after is not.
+fn solve<T: Real>(
+    stream: &[Sample<f64>],
+    still: f64,
+    settings: &SpinSettings<T>,
+    true_angle: Option<&TrueAngle<T>>,
+) -> Result<SpinEstimate<T>, Failure<T>> {
+    let mut collector = Collector::new(settings);
+    let mut ended = false;
+    for sample in narrowed::<T>(stream) {
+        let resting = (sample.time as f64) * 1e-6 < still;
+        if !resting && !ended {
+            if let Some(block) = collector.cut() {
+                collector.take(&block, true)?;
+            }
+            collector.end_stop();
+            ended = true;
+        }
+        if let Some(block) = collector.push(&sample)? {
+            collector.take(&block, resting)?;
+        }
+    }
+    collector.solve(true_angle)
+}
+
+fn estimate<T: Real>(truth: &Truth, noise: (f64, f64), seed: u64) -> SpinEstimate<T> {
+    let stream = truth.stream(noise, 0.0, seed);
+    solve(&stream, truth.still, &SpinSettings::default(), None).unwrap()
+}
+
+proptest! {
+    #![proptest_config(cases(24))]
+
+    #[test]
+    fn without_noise_every_spin_gives_back_its_truth_whatever_mounting_floor_and_speed(truth in truths()) {
+        let found: SpinEstimate<f64> = estimate(&truth, (0.0, 0.0), 0);
+        // What is left is the error of the trapezoidal rule over the samples, 1e-5 of heading.
+        assert_close!(found.level_free.value, truth.accelerometer_bias, 2e-3);
+        assert_close!(found.gyroscope_bias.value, truth.gyroscope_bias, 1e-5);
+        assert_close!(found.up, truth.up, 1e-6);
+        assert_close!(found.lever_arm.value, truth.arm(), 1e-3);
+        prop_assert!((found.floor_tilt.value - truth.floor_tilt).abs() < 1e-4, "{:?}", found.floor_tilt);
+        prop_assert!(!found.turned_while_still);
+        // An IMU that stands on its x axis has no forward to count the bearing from.
+        if found.uphill_bearing.is_known() && truth.floor_tilt > 0.01 && truth.up.x.abs() < 0.99 {
+            let apart = (found.uphill_bearing.value - truth.uphill_bearing).sin().abs();
+            prop_assert!(apart < 0.01, "{:?} {}", found.uphill_bearing, truth.uphill_bearing);
+        }
+    }
+
+    #[test]
+    fn single_precision_differs_by_less_than_a_hundredth_of_a_sigma(truth in truths(), seed in any::<u64>()) {
+        let stream = truth.stream((0.02, 0.002), 0.0, seed);
+        let solved = solve(&stream, truth.still, &SpinSettings::<f64>::default(), None);
+        let single = solve(&stream, truth.still, &SpinSettings::<f32>::default(), None);
+        let (Ok(double), Ok(single)) = (solved, single) else {
+            return Err(TestCaseError::reject("no spin"));
+        };
+        for (a, b) in [
+            (&double.level_free, &single.level_free),
+            (&double.gyroscope_bias, &single.gyroscope_bias),
+        ] {
+            let apart = (a.value - b.value.map(f64::from)).component_div(&a.sigma);
+            prop_assert!(apart.amax() < 0.01, "{apart:?} {:?} {truth:?}", a.sigma);
+        }
+    }
+
+    #[test]
+    fn on_level_ground_the_published_estimate_and_the_level_free_one_agree(seed in any::<u64>(), up in crate::common::direction()) {
+        let truth = Truth { up, lever_arm: (0.2, -0.1), ..Truth::plain() };
+        let found: SpinEstimate<f64> = estimate(&truth, (0.02, 0.002), seed);
+        let sigma = found.level_free.sigma + found.published.sigma;
+        let apart = (found.level_free.value - found.published.value).component_div(&sigma);
+        prop_assert!(apart.amax() < 5.0, "{apart:?}");
+    }
+}
+
+#[test]
+fn a_tilted_floor_misleads_the_published_estimate_as_far_as_its_sine_and_the_other_not_at_all() {
+    let truth = Truth::usual();
+    let found: SpinEstimate<f64> = estimate(&truth, (0.02, 0.002), 7);
+    let published = (found.published.value - truth.accelerometer_bias).norm();
+    let level_free = (found.level_free.value - truth.accelerometer_bias).norm();
+    assert!((published - 0.171).abs() < 0.003, "{published}");
+    assert!(level_free < 0.005, "{level_free}");
+    assert!(found.level_free_is_default);
+}
+
+/// Normalised errors of 100 spins: mean of their squares, for each of accelerometer and gyroscope bias.
+fn mean_squares(truth: &Truth, noise: (f64, f64)) -> (f64, f64) {
+    const RUNS: u64 = 100;
+    let mut sums = (0.0, 0.0);
+    for seed in 0..RUNS {
+        let found: SpinEstimate<f64> = estimate(truth, noise, seed);
+        let square =
+            |error: Vector3<f64>, sigma: Vector3<f64>| error.component_div(&sigma).norm_squared() / 3.0;
+        let (a, g) = (&found.level_free, &found.gyroscope_bias);
+        sums.0 += square(a.value - truth.accelerometer_bias, a.sigma);
+        sums.1 += square(g.value - truth.gyroscope_bias, g.sigma);
+    }
+    (sums.0 / RUNS as f64, sums.1 / RUNS as f64)
+}
+
+#[test]
+fn errors_are_as_large_as_their_sigmas_say() {
+    for truth in [
+        Truth::usual(),
+        Truth {
+            turns: vec![0.5],
+            ..Truth::usual()
+        },
+        Truth {
+            uneven: (0.4, 0.9),
+            turns: vec![-2.0],
+            ..Truth::usual()
+        },
+        Truth {
+            scale: 0.02,
+            floor_tilt: 0.05,
+            ..Truth::usual()
+        },
+    ] {
+        let (accelerometer, gyroscope) = mean_squares(&truth, (0.02, 0.002));
+        // A mean of 300 squares, somewhat correlated, scatters by a tenth.
+        for square in [accelerometer, gyroscope] {
+            assert!((0.7..1.35).contains(&square), "{square} {truth:?}");
+        }
+    }
+}
+
+#[test]
+fn a_part_of_a_turn_has_a_sigma_that_says_how_far_it_can_be_trusted() {
+    let part = Truth {
+        turns: vec![0.2],
+        ..Truth::usual()
+    };
+    let whole = Truth {
+        turns: vec![2.0],
+        ..Truth::usual()
+    };
+    for (noise, trusted) in [((0.02, 0.002), true), ((0.2, 0.02), false)] {
+        let (found, better): (SpinEstimate<f64>, SpinEstimate<f64>) =
+            (estimate(&part, noise, 3), estimate(&whole, noise, 3));
+        assert!(better.level_free_is_default);
+        assert_eq!(found.level_free_is_default, trusted);
+        assert!(found.level_free.sigma.norm() > 2.0 * better.level_free.sigma.norm());
+        let error = (found.level_free.value - part.accelerometer_bias).component_div(&found.level_free.sigma);
+        assert!(error.amax() < 4.0, "{error:?}");
+    }
+}
+
+#[test]
+fn a_slow_turn_at_the_start_is_shown_by_the_harmonics_of_a_tilted_floor_and_is_no_bias() {
+    let truth = Truth {
+        slow_turn: 0.01,
+        ..Truth::usual()
+    };
+    let found: SpinEstimate<f64> = estimate(&truth, (0.02, 0.002), 5);
+    assert!(found.turned_while_still);
+    let rate = &found.slow_turn;
+    assert!((rate.value - 0.01).abs() < 5.0 * rate.sigma, "{rate:?}");
+    let bias = &found.gyroscope_bias;
+    let error = (bias.value - truth.gyroscope_bias).component_div(&bias.sigma);
+    assert!(error.amax() < 4.0, "{error:?}");
+}
+
+#[test]
+fn a_scale_error_of_five_percent_over_ten_turns_does_no_harm_and_is_found() {
+    for scale in [-0.05, 0.05] {
+        let truth = Truth {
+            scale,
+            floor_tilt: 0.05,
+            turns: vec![10.0],
+            ..Truth::usual()
+        };
+        let found: SpinEstimate<f64> = estimate(&truth, (0.02, 0.002), 9);
+        let error = (found.level_free.value - truth.accelerometer_bias).norm();
+        assert!(error < 0.01, "{error}");
+        assert!((found.scale.value - scale).abs() < 1e-3, "{:?}", found.scale);
+    }
+}
+
+#[test]
+fn a_true_angle_shows_the_scale_of_each_direction_on_a_level_floor() {
+    let truth = Truth {
+        scale: 0.01,
+        floor_tilt: 0.0,
+        ..Truth::usual()
+    };
+    let stream = truth.stream((0.02, 0.002), 0.0, 2);
+    let angle = TrueAngle {
+        clockwise: Some(3.0 * core::f64::consts::TAU),
+        counter_clockwise: None,
+        sigma: 0.01,
+    };
+    let found = solve(&stream, truth.still, &SpinSettings::default(), Some(&angle)).unwrap();
+    let scale = &found.scale_clockwise;
+    assert!((scale.value - 0.01).abs() < 4.0 * scale.sigma, "{scale:?}");
+    assert!(scale.sigma < 2e-3);
+    assert!(!found.scale_counter_clockwise.is_known());
+}
+
+#[test]
+fn a_spin_without_rest_or_without_turn_has_no_result() {
+    let truth = Truth::usual();
+    let stream = truth.stream((0.02, 0.002), 0.0, 1);
+    let settings = SpinSettings::<f64>::default();
+    assert_eq!(solve(&stream, 0.0, &settings, None), Err(Failure::NoRest));
+    let standing = &stream[..480];
+    assert!(matches!(
+        solve(standing, 4.0, &settings, None),
+        Err(Failure::NoTurn { .. })
+    ));
+}

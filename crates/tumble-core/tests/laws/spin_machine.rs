@@ -1,0 +1,290 @@
+//! The procedure on a device: what it waits for, what it refuses, and that nothing makes it panic.
+
+use nalgebra::Vector3;
+use proptest::prelude::*;
+use tumble_core::sample::Sample;
+use tumble_core::spin::compensation::Compensation;
+use tumble_core::spin::failure::Failure;
+use tumble_core::spin::machine::{Event, SpinMachine, State, Wheels};
+use tumble_core::spin::settings::SpinSettings;
+
+use crate::common::{Draws, cases};
+use crate::spin_stream::{Truth, narrowed};
+
+const NOISE: (f64, f64) = (0.02, 0.002);
+
+fn run(
+    stream: &[Sample<f64>],
+    settings: &SpinSettings<f32>,
+    wheels: impl Fn(u64) -> Wheels,
+) -> (SpinMachine<f32>, Vec<Event>) {
+    let mut machine = SpinMachine::new(settings);
+    machine.start();
+    let events = narrowed::<f32>(stream)
+        .filter_map(|sample| machine.push(&sample, wheels(sample.time)))
+        .collect();
+    (machine, events)
+}
+
+fn unknown(_: u64) -> Wheels {
+    Wheels::Unknown
+}
+
+fn two_turns() -> Truth {
+    Truth {
+        turns: vec![2.0],
+        still: 7.0,
+        ..Truth::usual()
+    }
+}
+
+fn failure(stream: &[Sample<f64>]) -> Failure<f32> {
+    match run(stream, &SpinSettings::default(), unknown).0.state() {
+        State::Failed(failure) => *failure,
+        state => panic!("{state:?}"),
+    }
+}
+
+#[test]
+fn a_good_spin_goes_from_still_to_done_and_compensates() {
+    let truth = two_turns();
+    let (machine, events) = run(&truth.stream(NOISE, 3.0, 1), &SpinSettings::default(), unknown);
+    assert_eq!(
+        events,
+        [Event::StillBegan, Event::StillDone, Event::SpinBegan, Event::Done]
+    );
+    let estimate = machine.solve(None).unwrap();
+    let compensation = Compensation::updated(&Compensation::none(), &estimate);
+    let resting: Vec<_> = narrowed::<f32>(&truth.stream(NOISE, 0.0, 2)).take(500).collect();
+    let mean = resting
+        .iter()
+        .map(|sample| compensation.apply(sample).angular_rate)
+        .sum::<Vector3<f32>>()
+        / 500.0;
+    assert!(mean.norm() < 1e-3, "{mean:?}");
+}
+
+#[test]
+fn before_it_is_started_it_takes_nothing_in() {
+    let mut machine = SpinMachine::<f32>::new(&SpinSettings::default());
+    for sample in narrowed(&two_turns().stream(NOISE, 0.0, 1)) {
+        assert_eq!(machine.push(&sample, Wheels::Unknown), None);
+    }
+    assert_eq!(*machine.state(), State::Idle);
+}
+
+#[test]
+fn moved_while_still_it_waits_anew() {
+    let mut stream = Truth {
+        still: 12.0,
+        ..two_turns()
+    }
+    .stream(NOISE, 3.0, 1);
+    for sample in &mut stream[300..330] {
+        sample.angular_rate.x += 0.3;
+        sample.specific_force.y += 1.0;
+    }
+    let (_, events) = run(&stream, &SpinSettings::default(), unknown);
+    assert_eq!(
+        events,
+        [
+            Event::StillBegan,
+            Event::StillBroken,
+            Event::StillBegan,
+            Event::StillDone,
+            Event::SpinBegan,
+            Event::Done
+        ]
+    );
+}
+
+#[test]
+fn never_still_it_fails_in_time() {
+    let mut draws = Draws::new(3);
+    let shaken: Vec<_> = two_turns()
+        .stream(NOISE, 80.0, 1)
+        .into_iter()
+        .map(|sample| Sample {
+            specific_force: sample.specific_force
+                + draws.normals::<3>()
+                    * if sample.time / 1_000_000 % 2 == 0 {
+                        3.0
+                    } else {
+                        0.0
+                    },
+            ..sample
+        })
+        .collect();
+    assert!(matches!(failure(&shaken), Failure::NeverStill { .. }));
+}
+
+#[test]
+fn turned_less_than_asked_it_fails_in_time() {
+    let stream = Truth {
+        turns: vec![1.0],
+        ..two_turns()
+    }
+    .stream(NOISE, 125.0, 1);
+    let Failure::TurnedTooLittle { turned, .. } = failure(&stream) else {
+        panic!()
+    };
+    assert!((turned - core::f32::consts::TAU).abs() < 0.05, "{turned}");
+}
+
+#[test]
+fn lifted_picked_up_or_turned_too_fast_for_its_samples_it_fails() {
+    let good = two_turns().stream(NOISE, 0.0, 1);
+    let spoilt = |change: &dyn Fn(&mut Sample<f64>)| {
+        let mut stream = good.clone();
+        stream[1000..1050].iter_mut().for_each(change);
+        failure(&stream)
+    };
+    assert!(matches!(
+        spoilt(&|s| s.specific_force.z += 2.0),
+        Failure::Lifted { .. }
+    ));
+    assert!(matches!(
+        spoilt(&|s| s.angular_rate.x += 0.5),
+        Failure::NotOneAxis { .. }
+    ));
+    let sparse: Vec<_> = Truth {
+        rate: 3.0,
+        ..two_turns()
+    }
+    .stream(NOISE, 0.0, 1)
+    .into_iter()
+    .step_by(10)
+    .collect();
+    assert!(matches!(failure(&sparse), Failure::SampleRateTooLow { .. }));
+    let mut torn = good.clone();
+    torn.drain(1000..1100);
+    assert!(matches!(failure(&torn), Failure::SamplesMissing { .. }));
+}
+
+#[test]
+fn a_sensor_at_the_end_of_its_range_fails_and_a_single_spike_does_not() {
+    let settings = SpinSettings {
+        specific_force_range: Some(19.6),
+        ..SpinSettings::default()
+    };
+    for (samples, fails) in [(1, false), (5, true)] {
+        let mut stream = two_turns().stream(NOISE, 3.0, 1);
+        stream[1000..1000 + samples]
+            .iter_mut()
+            .for_each(|s| s.specific_force.x = 19.61);
+        let (machine, _) = run(&stream, &settings, unknown);
+        let failed = matches!(
+            machine.state(),
+            State::Failed(Failure::Saturated { channel: 0, .. })
+        );
+        assert_eq!(failed, fails, "{:?}", machine.state());
+    }
+}
+
+#[test]
+fn a_floor_beyond_the_limit_fails_with_its_tilt() {
+    let truth = Truth {
+        floor_tilt: 12_f64.to_radians(),
+        ..two_turns()
+    };
+    let Failure::FloorTooSteep { tilt, .. } = failure(&truth.stream(NOISE, 3.0, 1)) else {
+        panic!()
+    };
+    assert!((tilt.to_degrees() - 12.0).abs() < 0.1, "{tilt}");
+}
+
+#[test]
+fn a_stream_that_stops_half_way_fails_and_the_compensation_of_before_stays() {
+    let mut stream = two_turns().stream(NOISE, 0.0, 1);
+    stream.truncate(1200);
+    let (mut machine, _) = run(&stream, &SpinSettings::default(), unknown);
+    assert_eq!(machine.tick(12_100_000), None);
+    assert_eq!(machine.tick(13_000_000), Some(Event::Failed));
+    assert!(matches!(
+        machine.state(),
+        State::Failed(Failure::StreamStopped { .. })
+    ));
+    assert_eq!(machine.tick(14_000_000), None);
+}
+
+#[test]
+fn a_bias_above_any_gate_still_calibrates_and_uneven_wheels_do_too() {
+    for truth in [
+        Truth {
+            gyroscope_bias: Vector3::new(0.3, -0.2, 0.25),
+            accelerometer_bias: Vector3::new(2.0, -1.0, 1.5),
+            ..two_turns()
+        },
+        Truth {
+            uneven: (0.5, 1.3),
+            ..two_turns()
+        },
+    ] {
+        let (machine, _) = run(&truth.stream(NOISE, 3.0, 4), &SpinSettings::default(), unknown);
+        let found = machine.solve(None).unwrap();
+        assert_eq!(*machine.state(), State::Done);
+        let error = found.level_free.value.map(f64::from) - truth.accelerometer_bias;
+        assert!(error.norm() < 0.01, "{error:?}");
+    }
+}
+
+#[test]
+fn wheels_that_turn_are_no_rest_however_steady_the_robot_turns() {
+    let truth = Truth {
+        slow_turn: 0.02,
+        floor_tilt: 0.0,
+        still: 20.0,
+        ..two_turns()
+    };
+    let stream = truth.stream(NOISE, 0.0, 1);
+    let (_, fooled) = run(&stream, &SpinSettings::default(), unknown);
+    assert!(fooled.contains(&Event::StillDone));
+    let (machine, told) = run(&stream, &SpinSettings::default(), |_| Wheels::Turning);
+    assert_eq!(told, []);
+    assert_eq!(*machine.state(), State::Still);
+    // Vibration of a running fan is no motion where the wheels say so.
+    let mut draws = Draws::new(1);
+    let mut shaken = two_turns().stream(NOISE, 3.0, 1);
+    shaken
+        .iter_mut()
+        .filter(|s| s.time / 200_000 % 2 == 0)
+        .for_each(|s| s.specific_force += draws.normals::<3>());
+    let stopped = |time: u64| {
+        if time < 6_500_000 {
+            Wheels::Stopped
+        } else {
+            Wheels::Unknown
+        }
+    };
+    let (_, events) = run(&shaken, &SpinSettings::default(), stopped);
+    assert!(events.contains(&Event::StillDone), "{events:?}");
+}
+
+proptest! {
+    #![proptest_config(cases(64))]
+
+    #[test]
+    fn no_stream_however_hostile_makes_it_panic(
+        seed in any::<u64>(), kinds in prop::collection::vec(0_u8..9, 400..1200), still in 0_u64..2_000_000
+    ) {
+        let settings = SpinSettings::<f32> { still, turn: 1.0, ..SpinSettings::default() };
+        let mut machine = SpinMachine::new(&settings);
+        machine.start();
+        let mut draws = Draws::new(seed);
+        let mut time = 0_u64;
+        for kind in kinds {
+            let scale = match kind { 0 => f32::MAX, 1 => f32::NAN, 2 => 1e-38, 3 => f32::INFINITY, 4 => 0.0, _ => 1.0 };
+            time = match kind { 5 => time / 2, 6 => time.saturating_add(u64::MAX / 3), _ => time.saturating_add(10_000) };
+            let draw = |draws: &mut Draws| draws.normals::<3>().map(|x| x as f32) * scale;
+            let sample = Sample { time, specific_force: draw(&mut draws), angular_rate: draw(&mut draws) };
+            let wheels = match kind % 3 { 0 => Wheels::Stopped, 1 => Wheels::Turning, _ => Wheels::Unknown };
+            machine.push(&sample, wheels);
+            // Whatever is solved is no number or a number, and says which.
+            let _ = machine.solve(None);
+            machine.tick(time);
+            if matches!(machine.state(), State::Done | State::Failed(_)) {
+                machine.start();
+            }
+        }
+    }
+}
