@@ -102,7 +102,7 @@ def test_other_wishes_are_passed_on(run_live, session, tmp_path):
     _, errors = process.communicate()
     assert process.returncode == 0
     assert "stand still for 2 s" in errors
-    assert "about 0.8 rad/s (46 deg/s): 1 turns" in errors
+    assert "about 0.8 rad/s (46 deg/s), 1 turn." in errors
     calibration = Calibration.load(tmp_path / "drive.yaml")
     options = calibration.method.options
     assert (options["still"], options["turns"], options["rate"]) == (2.0, 1.0, 0.8)

@@ -25,11 +25,13 @@ if TYPE_CHECKING:
 Show: TypeAlias = "Callable[[Step], None]"
 """Told every step of the procedure."""
 
+BAR_WIDTH = 18
+"""Leaves room for the readings on a line of 80 columns."""
 HINTS = {
     "none": "",
     "good": "good",
-    "too slow": "too slow: turn faster",
-    "too fast": "too fast: turn more slowly",
+    "too slow": "turn faster",
+    "too fast": "turn more slowly",
 }
 """What to say of each pace of the turn."""
 
@@ -143,9 +145,10 @@ def _prompt(step: Step, source: str, wishes: Wishes) -> str:
     if step.kind == "still broken":
         return f"It moved. Let it {still}, from the beginning."
     if step.kind == "still done":
+        turns = "1 turn" if wishes.turns == 1.0 else f"{wishes.turns:g} turns"
         return (
             f"Now turn on the spot, either way, at about {wishes.rate:g} rad/s "
-            f"({math.degrees(wishes.rate):.0f} deg/s): {wishes.turns:g} turns."
+            f"({math.degrees(wishes.rate):.0f} deg/s), {turns}."
         )
     return "Done." if step.kind == "done" else ""
 
@@ -155,7 +158,11 @@ def _bars(console: Console, source: str, wishes: Wishes) -> Iterator[Show]:
     """Show a bar for standing and one for turning, with the rate of turn and how it pleases."""
     from rich.progress import BarColumn, Progress, TextColumn
 
-    columns = (TextColumn("{task.description:12}"), BarColumn(), TextColumn("{task.fields[reading]}"))
+    columns = (
+        TextColumn("{task.description:12}"),
+        BarColumn(BAR_WIDTH),
+        TextColumn("{task.fields[reading]}"),
+    )
     with Progress(*columns, console=console, auto_refresh=False) as bars:
         standing = bars.add_task("stand still", total=wishes.still, reading="")
         turning = bars.add_task("turn", total=None, reading="", visible=False)
@@ -189,4 +196,4 @@ def _turn_reading(step: Step) -> str:
     wanted = f"{math.degrees(progress['turned_wanted']):.0f}"
     hint = "stands still: turn now" if progress["at_rest"] else HINTS[step.pace]
     rate = f"{progress['rate']:+.2f} rad/s"
-    return f"{turned} of {wanted} deg, {rate}  {hint}"
+    return ", ".join(filter(None, (f"{turned} of {wanted} deg", rate, hint)))
