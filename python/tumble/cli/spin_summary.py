@@ -137,14 +137,16 @@ def _quantity(value: float, sigma: float, unit: str) -> str:
 
 
 def _unobserved(result: SpinResult) -> Iterator[str]:
-    """Say what a spin does not show, with its reason; parameters of one reason together."""
+    """Say what spins do not show, with its reason; what goes for several in one line."""
+    by_reason: dict[tuple[str, tuple[str, ...]], list[str]] = {}
     for spin in result.spins:
-        by_reason: dict[str, list[str]] = {}
-        for parameter in spin.parameters:
-            if not parameter.observable:
-                by_reason.setdefault(parameter.reason, []).append(parameter.name)
-        for reason, names in by_reason.items():
-            yield f"{spin.label}: {', '.join(names)}: {reason}"
+        hidden = [parameter for parameter in spin.parameters if not parameter.observable]
+        for reason in dict.fromkeys(parameter.reason for parameter in hidden):
+            names = tuple(parameter.name for parameter in hidden if parameter.reason == reason)
+            by_reason.setdefault((reason, names), []).append(spin.label)
+    for (reason, names), labels in by_reason.items():
+        whose = "" if len(labels) == len(result.spins) else f"{', '.join(labels)}: "
+        yield f"{whose}{', '.join(names)}: {reason}"
 
 
 def _spin_content(spin: Spin) -> dict[str, Any]:

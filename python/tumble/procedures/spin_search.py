@@ -1,4 +1,4 @@
-"""Which motions of a recording are spins: what the robot did between two rests, judged by what it showed."""
+"""Rests and motions in turn become spins: linked, fitted, and freed of what spoils the fit."""
 
 from __future__ import annotations
 
@@ -9,7 +9,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from tumble import _core
-from tumble.procedures.spin_objections import CHANNELS, in_words
+from tumble.procedures.spin_motions import (
+    FEWEST_SAMPLES,
+    SMALLEST_SPIN,
+    Fault,
+    first_turn,
+    is_nudge,
+    motion_fault,
+    nearest,
+)
+from tumble.procedures.spin_objections import in_words
 from tumble.procedures.spin_stretches import Samples, Stretch
 from tumble.procedures.spin_turns import Angle, TrueTurns
 from tumble.recording import FloatArray
@@ -17,26 +26,10 @@ from tumble.results import Rest
 
 Refusal = tuple[float, float, str]
 """Start and end, s, and why what lies between is no spin that can be used."""
-Fault = tuple[str, str, float, float, float]
-"""Channel, kind, value, first and last time, s, as `Acquired.faults` has them."""
 
-SMALLEST_PART = math.radians(10.0)
-"""A robot that stops between turns at least so far at a time."""
-SMALLEST_SPIN = math.radians(45.0)
 FULL_TURN = 2.0 * math.pi
 LARGEST_SCALE_ERROR = 0.1
 """Of a gyroscope; a true angle further off than that was counted wrongly."""
-NUDGE_SECONDS, NUDGE_ANGLE, NUDGE_SPEED = 1.0, math.radians(2.0), 0.1
-"""s, rad and m/s: what is shorter, and turns and pushes less, leaves the robot where it was."""
-FEWEST_SAMPLES = 12
-"""What is shorter is the edge of a rest, of which the segmenter leaves out ten samples or 0.05 s."""
-BLOCK_SECONDS = 0.1
-PAUSE_SECONDS, PAUSE_SHARE, SLOWEST_TURN = 0.5, 0.3, 0.05
-"""s, share of the fastest, and rad/s: whoever turns more slowly for as long has stopped to turn."""
-LARGEST_RATE = 20.0
-"""rad/s: three times round in a second."""
-LARGEST_ACROSS = 0.5
-"""Angular rate across the vertical against that about it, root mean square: what is more was no turn."""
 LARGEST_SPEED = 0.3
 """m/s that the accelerometers show while the robot should have stayed on the spot."""
 LARGEST_MISFIT = 0.005
@@ -125,7 +118,7 @@ def chains_of(
     links: list[Stretch] = []
     for stretch, ends_here in stretches:
         is_motion = stretch.rest is None and len(stretch.samples) >= FEWEST_SAMPLES
-        why = motion_fault(stretch, _nearest(stretch, rests), faults, given) if is_motion else ""
+        why = motion_fault(stretch, nearest(stretch, rests), faults, given) if is_motion else ""
         if not why and (is_motion or stretch.rest):
             links.append(stretch)
         if why or ends_here:
@@ -134,39 +127,6 @@ def chains_of(
         if why:
             yield (stretch.start, stretch.end, why)
     yield Chain(tuple(links), given)
-
-
-def motion_fault(motion: Stretch, beside: Rest, faults: Sequence[Fault], given: bool) -> str:
-    """Say why a motion cannot be part of a spin; empty if it can. `beside` is a rest next to it."""
-    saturated = _saturated(motion, faults)
-    if saturated or given or is_nudge(motion, beside):
-        return saturated
-    about, across = _rates(motion, beside)
-    turned = _turned(motion, beside)
-    if turned < SMALLEST_PART:
-        seconds = motion.end - motion.start
-        return f"drove or was pushed: turned only {math.degrees(turned):.0f} deg in {seconds:.1f} s"
-    if _rms(about) > LARGEST_RATE:
-        return (
-            f"turned at {_rms(about):.0f} rad/s, which no robot does: deg/s were taken for rad/s; say "
-            "--gyroscope-unit deg/s"
-        )
-    if _rms(across) > LARGEST_ACROSS * _rms(about):
-        return f"was tipped, lifted or carried: {_rms(across):.2g} rad/s across the vertical"
-    return ""
-
-
-def is_nudge(motion: Stretch, beside: Rest) -> bool:
-    """Whether a motion left the robot where it was, such as a knock or a motor that was switched on."""
-    seconds = motion.end - motion.start
-    if seconds > NUDGE_SECONDS:
-        return False
-    about, across = _rates(motion, beside)
-    push = motion.samples.accelerometer.mean(axis=0) - beside.specific_force
-    return (
-        float(np.hypot(about, across).sum()) * BLOCK_SECONDS < NUDGE_ANGLE
-        and float(np.linalg.norm(push)) * seconds < NUDGE_SPEED
-    )
 
 
 def fit_or_split(chain: Chain, criteria: Criteria) -> Iterator[Fitted | Refusal]:
@@ -194,13 +154,13 @@ def fit_or_split(chain: Chain, criteria: Criteria) -> Iterator[Fitted | Refusal]
 def _moves(chain: Chain) -> bool:
     """Whether there is a rest, and a motion that is more than a knock."""
     rests = chain.rests
-    return bool(rests) and not all(is_nudge(motion, _nearest(motion, rests)) for motion in chain.motions)
+    return bool(rests) and not all(is_nudge(motion, nearest(motion, rests)) for motion in chain.motions)
 
 
 def _without(culprit: Stretch, why: str, chain: Chain, criteria: Criteria) -> Iterator[Fitted | Refusal]:
     """Fit what lies before and after a motion, and the turn it began with, if it did not only turn."""
     at = chain.stretches.index(culprit)
-    first = _first_turn(culprit, _nearest(culprit, chain.rests))
+    first = first_turn(culprit, nearest(culprit, chain.rests))
     yield from fit_or_split(Chain((*chain.stretches[:at], *first)), criteria)
     yield (first[0].end if first else culprit.start, culprit.end, why)
     yield from fit_or_split(Chain(chain.stretches[at + 1 :]), criteria)
@@ -250,35 +210,6 @@ def _contradiction(turned: tuple[float, float], known: Angle) -> str:
                 f"{truth / FULL_TURN:g} times by --true-turns; count again, or mend the unit with "
                 "--gyroscope-unit"
             )
-    return ""
-
-
-def _first_turn(motion: Stretch, beside: Rest) -> tuple[Stretch, ...]:
-    """Cut out what a motion turns without a pause from its beginning; nothing if that is little or all.
-
-    A robot that drives off as soon as it has turned gives no rest between.
-    """
-    about, _ = _rates(motion, beside)
-    slow = np.abs(about) < max(SLOWEST_TURN, PAUSE_SHARE * float(np.abs(about).max()))
-    steps = round(PAUSE_SECONDS / BLOCK_SECONDS)
-    pauses = np.flatnonzero(np.convolve(slow, np.ones(steps), "valid") == steps)
-    if len(pauses) == 0:
-        return ()
-    first = motion.between(motion.start, motion.start + BLOCK_SECONDS * float(pauses[0]))
-    return (first,) if _turned(first, beside) >= SMALLEST_SPIN else ()
-
-
-def _nearest(motion: Stretch, rests: Sequence[Rest]) -> Rest:
-    middle = 0.5 * (motion.start + motion.end)
-    return min(rests, key=lambda rest: min(abs(rest.start - middle), abs(rest.end - middle)))
-
-
-def _saturated(motion: Stretch, faults: Sequence[Fault]) -> str:
-    for channel, kind, value, first, last in faults:
-        if kind != "stuck" and first <= motion.end and motion.start <= last:
-            when = max(first, motion.start)
-            figures = {"time": when, "channel": float(CHANNELS.index(channel)), "value": value}
-            return in_words("saturated", figures)
     return ""
 
 
@@ -342,34 +273,3 @@ def _at(chain: Chain, time: float | None) -> Stretch | None:
     if time is None:
         return None
     return min(chain.motions, key=lambda each: max(each.start - time, time - each.end, 0.0))
-
-
-def _rates(motion: Stretch, beside: Rest) -> tuple[FloatArray, FloatArray]:
-    """(k,) rad/s about the vertical and across it, of successive blocks of a motion."""
-    rate = _block_means(motion.samples.time, motion.samples.gyroscope - beside.angular_rate)
-    up = beside.specific_force / np.linalg.norm(beside.specific_force)
-    about: FloatArray = rate @ up
-    across: FloatArray = np.linalg.norm(rate - np.outer(about, up), axis=1)
-    return about, across
-
-
-def _turned(motion: Stretch, beside: Rest) -> float:
-    """Angle turned about the vertical, rad, both directions counted."""
-    if len(motion.samples) < FEWEST_SAMPLES:
-        return 0.0
-    about, _ = _rates(motion, beside)
-    return float(np.abs(about).sum()) * BLOCK_SECONDS
-
-
-def _block_means(time: FloatArray, values: FloatArray) -> FloatArray:
-    """(k, 3) means over stretches of equal length, so that noise does not add up to an angle."""
-    count = max(1, round(float(time[-1] - time[0]) / BLOCK_SECONDS))
-    edges = np.searchsorted(time, np.linspace(time[0], time[-1], count + 1)[:-1])
-    edges = np.unique(edges)
-    lengths = np.diff(np.append(edges, len(time)))
-    means: FloatArray = np.add.reduceat(values, edges, axis=0) / lengths[:, None]
-    return means
-
-
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
