@@ -29,12 +29,16 @@ class Scripted:
 
     def __init__(self, pieces, whole=False):
         self.whole = whole
+        self.sent = []
         self._pieces = list(pieces)
 
     def receive(self, wait):
         if not self._pieces:
             raise ScriptIsOverError
         return self._pieces.pop(0)
+
+    def send(self, data):
+        self.sent.append(data)
 
     def __enter__(self):
         return self

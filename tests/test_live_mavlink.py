@@ -197,3 +197,61 @@ def test_that_an_autopilot_may_correct_its_samples_is_said():
     source = scripted(highres(TABLE))
     samples_of(source)
     assert any("calibration of its own" in remark for remark in source.remarks)
+
+
+def asked(transport):
+    """What was asked of whom: system, component, command, message, interval in us."""
+    commands = mavlink.MAVLink(None).parse_buffer(b"".join(transport.sent)) or []
+    return [
+        (each.target_system, each.target_component, each.command, each.param1, each.param2)
+        for each in commands
+    ]
+
+
+def answer(result):
+    """What an autopilot answers to a request for a message."""
+    command = mavlink.MAV_CMD_SET_MESSAGE_INTERVAL
+    return mavlink.MAVLink_command_ack_message(command, result).pack(autopilot())
+
+
+def test_an_autopilot_is_asked_for_a_rate_once_and_let_go_of_at_the_end():
+    pieces = [*heartbeats(2), answer(mavlink.MAV_RESULT_ACCEPTED), *highres(TABLE), *heartbeats(2)]
+    transport = Scripted(pieces, whole=True)
+    source = MavlinkSource(parse_address(f"{UDP}?rate=200"), ReadOptions(), transport, "test")
+    assert near(samples_of(source), TABLE, 1e-6)
+    command, number = mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, mavlink.MAVLINK_MSG_ID_HIGHRES_IMU
+    assert asked(transport) == [(1, 1, command, number, 5000.0), (1, 1, command, number, 0.0)]
+
+
+def test_nothing_is_sent_to_a_vehicle_unless_a_rate_is_asked_for():
+    transport = Scripted([*heartbeats(2), *highres(TABLE)], whole=True)
+    samples_of(MavlinkSource(parse_address(UDP), ReadOptions(), transport, "test"))
+    assert transport.sent == []
+
+
+def test_neither_a_ground_station_nor_another_vehicle_is_asked_for_samples():
+    other = mavlink.MAVLink(None, srcSystem=255, srcComponent=190)
+    station = mavlink.MAVLink_heartbeat_message(6, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 4, 3).pack(other)
+    transport = Scripted([station, *heartbeats(1, autopilot(2)), *highres(TABLE)], whole=True)
+    address = parse_address(f"{UDP}?rate=200&system=1")
+    samples_of(MavlinkSource(address, ReadOptions(), transport, "test"))
+    assert transport.sent == []
+
+
+def test_an_autopilot_that_will_not_send_it_is_refused_with_what_to_do():
+    denied = [*heartbeats(1), answer(mavlink.MAV_RESULT_UNSUPPORTED)]
+    message = refusal(denied, f"{UDP}?rate=200&message=SCALED_IMU3")
+    assert "the autopilot will not send SCALED_IMU3 at that rate" in message
+
+
+def test_a_request_reaches_the_autopilot_over_udp():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as vehicle:
+        vehicle.bind(("127.0.0.1", 0))
+        with open_source(f"mavlink:udpin:127.0.0.1:{port}?rate=50") as source:
+            vehicle.sendto(heartbeats(1)[0], ("127.0.0.1", port))
+            next(iter(source))
+            request = mavlink.MAVLink(None).parse_buffer(vehicle.recv(1000))
+    assert [each.param2 for each in request] == [20000.0]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import PurePath
 from types import TracebackType
@@ -15,6 +16,7 @@ import numpy as np
 from tumble.errors import LogError
 from tumble.live.address import Address, host_and_port
 from tumble.live.conditioning import EMPTY, Conditioner
+from tumble.live.mavlink_request import MessageRequest
 from tumble.live.optional import optional
 from tumble.live.readings import Readings, StreamFacts
 from tumble.live.source import HEARTBEAT, LiveChunk
@@ -73,9 +75,9 @@ class _Sender:
 def open_mavlink(address: Address, options: ReadOptions) -> MavlinkSource:
     """Make a source of `mavlink:udpin:HOST:PORT` or `mavlink:DEVICE?baud=115200`.
 
-    `message=SCALED_IMU2` and `system=1` pick one of several.
+    `message=SCALED_IMU2` and `system=1` pick one of several; `rate=100` asks for so many a second.
     """
-    address.refuse_other_settings("baud", "message", "system")
+    address.refuse_other_settings("baud", "message", "system", "rate")
     message = address.settings.get("message")
     if message is not None and message not in KINDS:
         raise LogError(f"{address.text}: message={message}: give one of {', '.join(KINDS)}")
@@ -101,6 +103,8 @@ class MavlinkSource:
         self._heard: dict[_Sender, list[Message]] = {}
         self._chosen: _Sender | None = None
         self._others = 0
+        self._rate = address.number("rate", math.nan)
+        self._request: MessageRequest | None = None
         self._conditioner = Conditioner(options)
 
     @property
@@ -114,14 +118,22 @@ class MavlinkSource:
         return self._conditioner.gyroscope_unit_is_assumed
 
     def __enter__(self) -> MavlinkSource:
-        self._parser = optional(_DIALECT, self._address).MAVLink(None)
+        dialect = optional(_DIALECT, self._address)
+        self._parser = dialect.MAVLink(None)
         self._parser.robust_parsing = True
+        if not math.isnan(self._rate):
+            wanted = self._wanted or next(iter(KINDS))
+            self._request = MessageRequest(self._address, dialect, wanted, self._system, self._rate)
         self._transport.__enter__()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        if self._request is not None:
+            # A line that was lost cannot carry a request either.
+            with suppress(LogError):
+                self._request.withdraw(self._transport)
         self._transport.__exit__(kind, error, trace)
 
     def __iter__(self) -> Iterator[LiveChunk]:
@@ -139,6 +151,8 @@ class MavlinkSource:
         """Give the messages of the chosen sender; keep them back until there is one."""
         mine = []
         for message in messages:
+            if self._request is not None:
+                self._request.follow(message, self._transport)
             sender = self._sender(message)
             if sender is None:
                 self._count_other()

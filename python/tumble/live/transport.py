@@ -5,7 +5,7 @@ from __future__ import annotations
 import select
 import socket
 from types import TracebackType
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from tumble.errors import LogError
 from tumble.live.address import Address
@@ -34,6 +34,9 @@ class Transport(Protocol):
 
         Raises `LogError` where the line is lost.
         """
+
+    def send(self, data: bytes) -> None:
+        """Answer whoever sends here; raises `LogError` where the line is lost."""
 
     def __enter__(self) -> Transport: ...
 
@@ -78,10 +81,22 @@ class SerialLine:
             first = self._port.read(1)
             return bytes(first + self._port.read(self._port.in_waiting)) if first else b""
         except (serial.SerialException, OSError) as error:
-            raise LogError(
-                f"{self._address.text}: the line went dead: was the device unplugged or reset? "
-                "Plug it in and begin again"
-            ) from error
+            raise self._lost() from error
+
+    def send(self, data: bytes) -> None:
+        """Send bytes to the device."""
+        assert self._port is not None, "a serial line is written to while it is open"
+        serial = optional("serial", self._address)
+        try:
+            self._port.write(data)
+        except (serial.SerialException, OSError) as error:
+            raise self._lost() from error
+
+    def _lost(self) -> LogError:
+        return LogError(
+            f"{self._address.text}: the line went dead: was the device unplugged or reset? "
+            "Plug it in and begin again"
+        )
 
 
 class DatagramSocket:
@@ -94,15 +109,16 @@ class DatagramSocket:
         self._host = host
         self._port = port
         self._socket: socket.socket | None = None
-        self._sender: str | None = None
+        self._sender: tuple[Any, ...] | None = None
+        """Address of the first that sent anything, its host first."""
         self._from_others = 0
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """Say that others sent as well: samples of two devices in turn would be those of none."""
-        if not self._from_others:
+        if self._sender is None or not self._from_others:
             return ()
-        return (f"left out {self._from_others} datagrams that were not from {self._sender}",)
+        return (f"left out {self._from_others} datagrams that were not from {self._sender[0]}",)
 
     def __enter__(self) -> DatagramSocket:
         try:
@@ -133,11 +149,24 @@ class DatagramSocket:
         if not ready:
             return b""
         datagram, sender = self._socket.recvfrom(LARGEST_DATAGRAM)
-        self._sender = self._sender or sender[0]
-        if sender[0] != self._sender:
+        self._sender = self._sender or sender
+        if sender[0] != self._sender[0]:
             self._from_others += 1
             return b""
         return datagram
+
+    def send(self, data: bytes) -> None:
+        """Send a datagram to where the first one came from; before that there is nobody to send to."""
+        assert self._socket is not None, "a socket is written to while it is open"
+        if self._sender is None:
+            return
+        try:
+            self._socket.sendto(data, self._sender)
+        except OSError as error:
+            raise LogError(
+                f"{self._address.text}: cannot send to {self._sender[0]}: {error.strerror or error}; check the "
+                "network"
+            ) from error
 
 
 def _cannot_open(device: str, error: Exception) -> str:
