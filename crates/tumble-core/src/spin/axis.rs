@@ -42,17 +42,21 @@ impl<T: Real> Cloud<T> {
 
 /// Frame of the floor: forward, left, up, as columns in the case frame. Forward is the case's x, laid onto the floor.
 pub fn floor_frame<T: Real>(up: &Vector3<T>) -> Matrix3<T> {
-    let (roll, pitch) = tilt(up);
-    let ((sr, cr), (sp, cp)) = (roll.sin_cos(), pitch.sin_cos());
-    let forward = Vector3::new(cp, sr * sp, cr * sp);
-    let left = Vector3::new(T::zero(), cr, -sr);
-    Matrix3::from_columns(&[forward, left, forward.cross(&left)])
+    let level = up.y.hypot(up.z);
+    // Where x points up or down there is no forward, and roll counts as zero.
+    let (sine, cosine) = if level > T::zero() {
+        (up.y / level, up.z / level)
+    } else {
+        (T::zero(), T::one())
+    };
+    let forward = Vector3::new(level, -up.x * sine, -up.x * cosine);
+    let left = Vector3::new(T::zero(), cosine, -sine);
+    Matrix3::from_columns(&[forward, left, *up])
 }
 
 /// Roll and pitch, rad, of a case in which `up` points up: `floor_from_case = R_y(pitch) R_x(roll)`.
 pub fn tilt<T: Real>(up: &Vector3<T>) -> (T, T) {
-    let level = (up.y * up.y + up.z * up.z).sqrt();
-    (up.y.atan2(up.z), (-up.x).atan2(level))
+    (up.y.atan2(up.z), (-up.x).atan2(up.y.hypot(up.z)))
 }
 
 /// The rest that the line starts from.

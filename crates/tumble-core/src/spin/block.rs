@@ -6,7 +6,7 @@
 use nalgebra::Vector3;
 
 use crate::moments::RunningSums;
-use crate::real::{Real, count, real, seconds};
+use crate::real::{Real, real, seconds};
 use crate::sample::{CHANNELS, Sample};
 use crate::stillness::UnitMoments;
 
@@ -99,12 +99,8 @@ struct Open<T: Real> {
     start: u64,
     first: u64,
     began: T,
-    headings: T,
-    rates: T,
-    /// Cosine, sine and squared rate: sums, and sums times age.
-    functions: [T; 3],
-    aged: [T; 3],
-    ages: T,
+    /// Cosine, sine, squared rate, rate, heading: sums about the first, so that single precision holds many.
+    course: RunningSums<T, 5>,
 }
 
 /// Gathers samples into blocks.
@@ -191,42 +187,32 @@ impl<T: Real> BlockBuilder<T> {
     fn gather(&mut self, sample: &Sample<T>, rate: T, start: u64, began: T) {
         let heading = self.heading.angle;
         let (sine, cosine) = (heading + self.correction(sample.time, heading)).sin_cos();
-        let functions = [cosine, sine, rate * rate];
+        let course = [cosine, sine, rate * rate, rate, heading];
         let y = sample.channels();
-        let Some(open) = self.open.as_mut() else {
-            self.open = Some(Open {
-                sums: RunningSums::start(&y),
-                start,
-                first: sample.time,
-                began,
-                headings: heading,
-                rates: rate,
-                functions,
-                aged: [T::zero(); 3],
-                ages: T::zero(),
-            });
-            return;
-        };
-        let age = seconds::<T>(sample.time.saturating_sub(open.first));
-        open.sums.push(&y, age);
-        open.headings += heading;
-        open.rates += rate;
-        open.ages += age;
-        for (i, value) in functions.into_iter().enumerate() {
-            open.functions[i] += value;
-            open.aged[i] += value * age;
+        match self.open.as_mut() {
+            Some(open) => {
+                let age = seconds::<T>(sample.time.saturating_sub(open.first));
+                open.sums.push(&y, age);
+                open.course.push(&course, age);
+            }
+            None => {
+                self.open = Some(Open {
+                    sums: RunningSums::start(&y),
+                    start,
+                    first: sample.time,
+                    began,
+                    course: RunningSums::start(&course),
+                });
+            }
         }
     }
 
     fn finish(&mut self, end: u64) -> Option<Block<T>> {
         let open = self.open.take()?;
-        let share = T::one() / count(open.sums.samples());
         let middle = open.first + (end.saturating_sub(open.first)) / 2;
-        let mean_heading = open.headings * share;
-        let [cosine, sine, rate_squared] = open.functions.map(|sum| sum * share);
-        let mean_age = open.ages * share;
+        let [cosine, sine, rate_squared, rate, heading] = *open.course.moments().mean();
         let [fx, fy, fz, ..] = open.sums.mean_lever();
-        let aged = |i: usize, mean: T| open.aged[i] * share - mean * mean_age;
+        let [of_cosine, of_sine, of_square, ..] = open.course.mean_lever();
         Some(Block {
             start: open.start,
             end,
@@ -235,13 +221,13 @@ impl<T: Real> BlockBuilder<T> {
                 .as_ref()
                 .map_or(T::zero(), |guide| since(guide.origin, middle)),
             moments: open.sums.moments(),
-            heading: mean_heading,
-            correction: self.correction(middle, mean_heading),
+            heading,
+            correction: self.correction(middle, heading),
             cosine,
             sine,
-            rate: open.rates * share,
+            rate,
             rate_squared,
-            levers: [fx, fy, fz, aged(0, cosine), aged(1, sine), aged(2, rate_squared)],
+            levers: [fx, fy, fz, of_cosine, of_sine, of_square],
             gained: self.heading.angle - open.began,
         })
     }
