@@ -315,3 +315,21 @@ def test_remarks_on_the_stream_are_warnings_of_the_result():
     data = pieces_of(b"".join([*lines[:300], b"torn,line\r\n", *lines[300:]]), 2048)
     _, result = run(scripted(data))
     assert "left out 1 lines that hold no sample" in result.warnings
+
+
+def test_a_device_without_a_clock_is_calibrated_by_the_time_of_arrival(monkeypatch):
+    session = record([still(6.0), turn(2.5)], seed=23)
+    delays = np.random.default_rng(23).uniform(0.0, 0.008, len(session.time))
+    arrivals = iter(np.concatenate([[0.0], session.time + delays]))
+    monkeypatch.setattr("tumble.live.text.time.monotonic", lambda: next(arrivals))
+    lines = text_lines(session.table[:, 1:], header="ax,ay,az,gx,gy,gz").splitlines(keepends=True)
+    _, result = run(scripted(lines, whole=True))
+    assert any("that of their arrival is used" in warning for warning in result.warnings)
+    assert np.allclose(result.accelerometer_bias.value, session.robot.accelerometer_bias, atol=0.02)
+    assert np.allclose(result.gyroscope_bias.value, session.robot.gyroscope_bias, atol=1e-3)
+
+
+def test_what_a_spin_cannot_tell_is_a_warning_as_for_a_log():
+    session = record([still(6.0), turn(2.5)], seed=24)
+    _, result = run(Fed(session))
+    assert any("a scale error of the accelerometer" in warning for warning in result.warnings)

@@ -73,7 +73,15 @@ def run_live(
             "--true-turns counts from rest to rest, and a live spin is done while the robot still turns; "
             "record a log and give it instead of --live"
         )
-    wishes = Wishes(still, turns, rate, level_floor, gravity, latitude, height)
+    wishes = Wishes(
+        still=still,
+        turns=turns,
+        rate=rate,
+        level_floor=level_floor,
+        gravity=gravity,
+        latitude=latitude,
+        height=height,
+    )
     stream = open_source(source, read_options)
     folder = prepare_folder(output)
     live = LiveSpin(

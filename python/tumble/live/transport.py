@@ -164,8 +164,8 @@ class DatagramSocket:
             self._socket.sendto(data, self._sender)
         except OSError as error:
             raise LogError(
-                f"{self._address.text}: cannot send to {self._sender[0]}: {error.strerror or error}; check the "
-                "network"
+                f"{self._address.text}: cannot send to {self._sender[0]}: {error.strerror or error}; "
+                "check the network"
             ) from error
 
 

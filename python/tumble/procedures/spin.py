@@ -128,7 +128,7 @@ def spin(
             "level-floor": level_floor,
             "at": [list(span) for span in at],
         },
-        warnings=(*_remarks(unit), *combined.warnings, *_scale_warning(combined, spins, brought, strength)),
+        warnings=(*_remarks(unit), *combined.warnings, *scale_warning(combined, spins, brought, strength)),
         software=f"tumble {_core.__version__}",
     )
 
@@ -255,7 +255,7 @@ def _remarks(unit: Imu) -> Iterator[str]:
         yield "the log was corrected before it was written: this finds what the correction left"
 
 
-def _scale_warning(
+def scale_warning(
     combined: Combined, spins: Sequence[Spin], brought: Calibration | None, gravity: float
 ) -> Iterator[str]:
     """Say what a scale error does to the accelerometer bias, unless an earlier calibration has seen to it."""

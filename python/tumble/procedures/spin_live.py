@@ -16,6 +16,7 @@ from tumble.errors import LogError, ProcedureError
 from tumble.live import LiveChunk, Source
 from tumble.procedures.acquire import corrected, refuse_if_misread, rests_of, trace_of
 from tumble.procedures.gravity import local_gravity
+from tumble.procedures.spin import scale_warning
 from tumble.procedures.spin_combination import combine
 from tumble.procedures.spin_figures import describe_spin
 from tumble.procedures.spin_objections import in_words
@@ -199,7 +200,11 @@ class LiveSpin:
                 "level-floor": self._wishes.level_floor,
                 "precision": self._precision,
             },
-            warnings=(*self._source.remarks, *combined.warnings),
+            warnings=(
+                *self._source.remarks,
+                *combined.warnings,
+                *scale_warning(combined, [spin], self._calibration, self._gravity),
+            ),
             software=f"tumble {_core.__version__}",
         )
 
