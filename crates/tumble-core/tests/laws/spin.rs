@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
+use tumble_core::gravity::STANDARD;
 use tumble_core::real::Real;
 use tumble_core::sample::Sample;
 use tumble_core::spin::collector::Collector;
@@ -9,7 +10,7 @@ use tumble_core::spin::estimate::{SpinEstimate, TrueAngle};
 use tumble_core::spin::failure::Failure;
 use tumble_core::spin::settings::SpinSettings;
 
-use crate::common::{assert_close, cases};
+use crate::common::{assert_close, cases, rounding};
 use crate::spin_stream::{Truth, narrowed, truths};
 
 /// Everything before the first turn is rest, everything after is not.
@@ -50,7 +51,7 @@ proptest! {
         let found: SpinEstimate<f64> = estimate(&truth, (0.0, 0.0), 0);
         // What is left is the error of the trapezoidal rule over the samples, 1e-5 of heading.
         assert_close!(found.level_free.value, truth.accelerometer_bias, 2e-3);
-        assert_close!(found.gyroscope_bias.value, truth.gyroscope_bias, 1e-5);
+        assert_close!(found.gyroscope_bias.value, truth.gyroscope_bias, 3e-5);
         assert_close!(found.up, truth.up, 1e-6);
         assert_close!(found.lever_arm.value, truth.arm(), 1e-3);
         prop_assert!((found.floor_tilt.value - truth.floor_tilt).abs() < 1e-4, "{:?}", found.floor_tilt);
@@ -63,19 +64,20 @@ proptest! {
     }
 
     #[test]
-    fn single_precision_differs_by_less_than_a_hundredth_of_a_sigma(truth in truths(), seed in any::<u64>()) {
+    fn single_precision_differs_by_a_hundredth_of_a_sigma_or_by_a_few_roundings(truth in truths(), seed in any::<u64>()) {
         let stream = truth.stream((0.02, 0.002), 0.0, seed);
         let solved = solve(&stream, truth.still, &SpinSettings::<f64>::default(), None);
         let single = solve(&stream, truth.still, &SpinSettings::<f32>::default(), None);
         let (Ok(double), Ok(single)) = (solved, single) else {
             return Err(TestCaseError::reject("no spin"));
         };
-        for (a, b) in [
-            (&double.level_free, &single.level_free),
-            (&double.gyroscope_bias, &single.gyroscope_bias),
+        for (a, b, size) in [
+            (&double.level_free, &single.level_free, STANDARD),
+            (&double.gyroscope_bias, &single.gyroscope_bias, truth.rate),
         ] {
-            let apart = (a.value - b.value.map(f64::from)).component_div(&a.sigma);
-            prop_assert!(apart.amax() < 0.01, "{apart:?} {:?} {truth:?}", a.sigma);
+            let apart = (a.value - b.value.map(f64::from)).abs();
+            let allowed = a.sigma * 0.01 + Vector3::repeat(rounding::<f32>(12.0) * size);
+            prop_assert!(apart <= allowed, "{apart:?} {:?}", a.sigma);
         }
     }
 
