@@ -78,8 +78,8 @@ def test_a_log_that_does_not_exist_cannot_be_replayed():
 
 def test_a_port_that_is_not_there_is_said_to_be_missing():
     message = refusal("serial:/dev/no_such_port")
-    assert "/dev/no_such_port cannot be opened" in message
-    assert "plugged in" in message
+    assert "/dev/no_such_port cannot be opened: there is no such device; is it plugged in?" in message
+    assert "is it a serial port?" in refusal("serial:/dev/null")
 
 
 def test_a_port_in_use_is_said_to_be_in_use():
@@ -99,6 +99,11 @@ def test_a_silent_line_says_so_with_empty_chunks():
     with serial_device() as device, open_source(f"serial:{device.path}") as source:
         assert len(next(iter(source))) == 0
     assert HEARTBEAT < 1.0
+
+
+def test_a_line_that_another_program_reads_is_refused():
+    with serial_device() as device, open_source(f"serial:{device.path}"):
+        assert "another program has it open" in refusal(f"serial:{device.path}")
 
 
 def test_an_unplugged_device_is_said_to_be_gone():

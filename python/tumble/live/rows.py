@@ -105,10 +105,7 @@ class RowReader:
             self._first = False
             return []
         if self._layout_is_doubtful:
-            self._layout_is_doubtful = False
-            assert self._layout is not None, "a layout that is in doubt is there"
-            if self._row_of_fields(text) is None:
-                self._layout = None
+            self._settle_doubt(text)
         if self._layout is None and not self._find_layout_without_names(text):
             return []
         kept_back, self._unnamed = self._unnamed or [text], []
@@ -125,6 +122,12 @@ class RowReader:
         elif self._layout is not None and self._layout.names != tuple(names):
             self._count_unreadable(delimiter.join(names))
         self._first = False
+
+    def _settle_doubt(self, row: str) -> None:
+        """Drop names that do not fit the first row after them."""
+        self._layout_is_doubtful = False
+        if self._row_of_fields(row) is None:
+            self._layout = None
 
     def _may_be_torn(self, names: list[str]) -> bool:
         """Whether names may have lost those before them, or the first of them its front."""

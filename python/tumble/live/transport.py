@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import select
 import socket
 from types import TracebackType
@@ -60,7 +61,8 @@ class SerialLine:
     def __enter__(self) -> SerialLine:
         serial = optional("serial", self._address)
         try:
-            self._port = serial.Serial(self._device, self._baud, timeout=0.0)
+            # Two programs that read one line would each get half of it.
+            self._port = serial.Serial(self._device, self._baud, timeout=0.0, exclusive=True)
         except (serial.SerialException, OSError, ValueError) as error:
             raise LogError(f"{self._address.text}: {_cannot_open(self._device, error)}") from error
         return self
@@ -170,7 +172,13 @@ class DatagramSocket:
 
 
 def _cannot_open(device: str, error: Exception) -> str:
-    cause = getattr(error, "strerror", None) or str(error)
     if isinstance(error, ValueError):
-        return f"cannot be opened: {cause}; check the baud rate"
-    return f"{device} cannot be opened: {cause.rstrip('.')}; is it plugged in, free, and may you read it?"
+        return f"{device} cannot be opened: {error}; check the baud rate"
+    remedies = {
+        errno.ENOENT: "there is no such device; is it plugged in?",
+        errno.EACCES: "you may not read it; on Linux join the group that owns it, often dialout",
+        errno.EAGAIN: "another program has it open; close that first",
+        errno.EBUSY: "another program has it open; close that first",
+    }
+    remedy = remedies.get(getattr(error, "errno", None) or 0, f"{error}; is it a serial port?")
+    return f"{device} cannot be opened: {remedy}"
