@@ -32,18 +32,22 @@ from tumble.procedures.spin_stretches import (
     Progress,
     Span,
     Stretch,
+    as_rest,
     places_within,
     read_spans,
     standing,
 )
 from tumble.procedures.spin_turns import TrueTurns
 from tumble.recording import Recording
+from tumble.results import Rest
 from tumble.results_spin import Spin, SpinResult
 
 Source: TypeAlias = Recording | str | Path
 
 SHORTEST_STILL = 2.0
 """s that at least one rest of a spin lasts, if not said otherwise."""
+DIFFERS = "angular rate differs from the rests beside it"
+"""Why `Acquired.refused` has it that something quiet was no rest."""
 MOST_NAMED = 3
 """Stretches that the line of an error names; the rest it counts."""
 
@@ -157,7 +161,7 @@ def _search(
     progress: Progress | None,
 ) -> list[Fitted | Refusal]:
     """Read the recording again, and fit what may be spins as soon as their samples are there."""
-    rests = standing(rests_of(unit.acquired))
+    rests = standing(sorted([*rests_of(unit.acquired), *_doubted(unit, brought)], key=_start_of))
     if not rests:
         return [(start, end, f"is no rest: {why}") for start, end, why in unit.acquired.refused]
     logged = _logged(unit)
@@ -177,6 +181,20 @@ def _search(
     for link in chains_of(stretches, rests, criteria.faults, given=bool(at)):
         found += fit_or_split(link, criteria) if isinstance(link, Chain) else [link]
     return found
+
+
+def _doubted(unit: Imu, brought: Calibration | None) -> list[Rest]:
+    """Find rests refused for another rate than those beside them: a robot that turns evenly outvotes them."""
+    spans = [Span(start, end) for start, end, why in unit.acquired.refused if DIFFERS in why]
+    if not spans:
+        return []
+    spans.sort(key=lambda span: span.start)
+    pieces = read_spans(unit.recording, brought, spans)
+    return [as_rest(samples) for samples in pieces if len(samples) > 1]
+
+
+def _start_of(rest: Rest) -> float:
+    return rest.start
 
 
 def _logged(unit: Imu) -> Span:

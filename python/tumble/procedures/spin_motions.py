@@ -37,7 +37,7 @@ def motion_fault(motion: Stretch, beside: Rest, faults: Sequence[Fault], given: 
     if saturated or given or is_nudge(motion, beside):
         return saturated
     about, across = _rates(motion, beside)
-    turned = _turned(motion, beside)
+    turned = turned_about(motion, beside)
     if turned < SMALLEST_PART:
         seconds = motion.end - motion.start
         return f"drove or was pushed: turned only {math.degrees(turned):.0f} deg in {seconds:.1f} s"
@@ -76,7 +76,7 @@ def first_turn(motion: Stretch, beside: Rest) -> tuple[Stretch, ...]:
     if len(pauses) == 0:
         return ()
     first = motion.between(motion.start, motion.start + BLOCK_SECONDS * float(pauses[0]))
-    return (first,) if _turned(first, beside) >= SMALLEST_SPIN else ()
+    return (first,) if turned_about(first, beside) >= SMALLEST_SPIN else ()
 
 
 def nearest(motion: Stretch, rests: Sequence[Rest]) -> Rest:
@@ -103,7 +103,7 @@ def _rates(motion: Stretch, beside: Rest) -> tuple[FloatArray, FloatArray]:
     return about, across
 
 
-def _turned(motion: Stretch, beside: Rest) -> float:
+def turned_about(motion: Stretch, beside: Rest) -> float:
     """Angle turned about the vertical, rad, both directions counted."""
     if len(motion.samples) < FEWEST_SAMPLES:
         return 0.0

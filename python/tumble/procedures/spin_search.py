@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tumble import _core
+from tumble.procedures.gravity import STANDARD_GRAVITY
 from tumble.procedures.spin_motions import (
     FEWEST_SAMPLES,
     SMALLEST_SPIN,
@@ -17,6 +18,7 @@ from tumble.procedures.spin_motions import (
     is_nudge,
     motion_fault,
     nearest,
+    turned_about,
 )
 from tumble.procedures.spin_objections import in_words
 from tumble.procedures.spin_stretches import Samples, Stretch
@@ -30,12 +32,14 @@ Refusal = tuple[float, float, str]
 FULL_TURN = 2.0 * math.pi
 LARGEST_SCALE_ERROR = 0.1
 """Of a gyroscope; a true angle further off than that was counted wrongly."""
-LARGEST_SPEED = 0.3
+LARGEST_SPEED = 0.25
 """m/s that the accelerometers show while the robot should have stayed on the spot."""
 LARGEST_MISFIT = 0.005
 """m/s^2 that a fit may be off for long and adds up to a speed nobody drove."""
-LARGEST_LEVER_ARM = 2.0
+LARGEST_LEVER_ARM = 1.0
 """m; what seems to be further off its turning axis drove a circle."""
+LARGEST_AXIS_CHANGE = 0.3
+"""m by which the turning axis of a robot may shift from one turn to the next."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,6 +146,14 @@ def fit_or_split(chain: Chain, criteria: Criteria) -> Iterator[Fitted | Refusal]
             yield (first.start, first.end, "moved before it had stood still; stand still first")
         yield from fit_or_split(Chain(tuple(others), chain.given), criteria)
         return
+    turned = sum(turned_about(motion, nearest(motion, chain.rests)) for motion in chain.motions)
+    if turned < SMALLEST_SPIN:
+        yield (chain.start, chain.end, in_words("no turn", {"turned": turned}))
+        return
+    stray = _stray_alone(chain, criteria)
+    if stray is not None:
+        yield from _without(*stray, chain, criteria)
+        return
     attempt = _attempt(chain, criteria)
     if isinstance(attempt, Fitted):
         yield attempt
@@ -155,6 +167,46 @@ def _moves(chain: Chain) -> bool:
     """Whether there is a rest, and a motion that is more than a knock."""
     rests = chain.rests
     return bool(rests) and not all(is_nudge(motion, nearest(motion, rests)) for motion in chain.motions)
+
+
+def _stray_alone(chain: Chain, criteria: Criteria) -> tuple[Stretch, str] | None:
+    """Find a motion that was no turn on the spot by itself: beside others it would spoil their fit."""
+    if chain.given or len(chain.motions) < 2:
+        return None
+    arms: list[tuple[Stretch, FloatArray]] = []
+    for motion in chain.motions:
+        if is_nudge(motion, nearest(motion, chain.rests)):
+            continue
+        at = chain.stretches.index(motion)
+        alone = Chain(chain.stretches[at - 1 : at + 2])
+        try:
+            figures, blocks = _fit(alone, criteria.settings)
+        except _core.CoreError:
+            # What is too little by itself, or spoilt for another reason, is seen with the others.
+            continue
+        failed = _astray(alone, figures, blocks)
+        if failed is not None:
+            return motion, failed.why
+        arms.append((motion, figures["lever_arm"]))
+    return _another_axis(arms)
+
+
+def _another_axis(arms: Sequence[tuple[Stretch, FloatArray]]) -> tuple[Stretch, str] | None:
+    """Find a motion about another axis than most, the one furthest from the IMU first; `arms` are (3,) m."""
+    if not arms:
+        return None
+    vectors = np.array([arm for _, arm in arms])
+    apart = np.linalg.norm(vectors[:, None] - vectors[None], axis=2) > LARGEST_AXIS_CHANGE
+    odd = apart.sum(axis=1)
+    if not odd.any():
+        return None
+    last = max(range(len(arms)), key=lambda k: (odd[k], np.linalg.norm(vectors[k])))
+    return arms[last][0], _circle(vectors[last])
+
+
+def _circle(arm: FloatArray) -> str:
+    radius = float(np.linalg.norm(arm))
+    return f"drove a circle of {radius:.1f} m radius; turn on the spot, or name the spin with --at"
 
 
 def _without(culprit: Stretch, why: str, chain: Chain, criteria: Criteria) -> Iterator[Fitted | Refusal]:
@@ -220,8 +272,6 @@ def _too_little(figures: _core.SpinFigures, criteria: Criteria) -> _Failed | Non
     # A robot told to turn by so much stops a little early or late, and its gyroscope has a scale error.
     if turned < 0.98 * wanted:
         return _Failed(in_words("turned too little", {"turned": turned, "wanted": wanted}))
-    if turned < SMALLEST_SPIN:
-        return _Failed(in_words("no turn", {"turned": turned}))
     return None
 
 
@@ -239,33 +289,56 @@ def _too_restless(chain: Chain, criteria: Criteria) -> _Failed | None:
 
 def _astray(chain: Chain, figures: _core.SpinFigures, blocks: _core.SpinBlockFigures) -> _Failed | None:
     """Find the motion in which the robot left the spot."""
-    speeds = [_speed(motion, chain, blocks) for motion in chain.motions]
+    speeds = [_speed(motion, chain, figures, blocks) for motion in chain.motions]
     fastest = int(np.argmax(speeds))
     culprit = chain.motions[fastest]
     if speeds[fastest] > LARGEST_SPEED + LARGEST_MISFIT * (culprit.end - culprit.start):
         remedy = "" if chain.given else ", or name the spin with --at"
         return _Failed(f"drove: reached about {speeds[fastest]:.1f} m/s; stay on the spot{remedy}", culprit)
-    arm = float(np.linalg.norm(figures["lever_arm"]))
-    if arm > LARGEST_LEVER_ARM:
-        return _Failed(f"drove a circle of {arm:.1f} m radius; turn on the spot")
+    if not chain.given and np.linalg.norm(figures["lever_arm"]) > LARGEST_LEVER_ARM:
+        return _Failed(_circle(figures["lever_arm"]), culprit if len(chain.motions) == 1 else None)
     return None
 
 
-def _speed(motion: Stretch, chain: Chain, blocks: _core.SpinBlockFigures) -> float:
-    """Largest horizontal speed, m/s, by what the fit leaves of the specific force over one motion."""
+def _speed(
+    motion: Stretch, chain: Chain, figures: _core.SpinFigures, blocks: _core.SpinBlockFigures
+) -> float:
+    """Largest horizontal speed of the turning axis over one motion, m/s, by what the accelerometers say.
+
+    That is the speed of the IMU, integrated from rest, less what turning about the axis gives it.
+    """
     kept = (blocks["time"] >= motion.start) & (blocks["time"] <= motion.end)
     if kept.sum() < 2:
         return 0.0
     heading = blocks["heading"][kept]
-    forward, left = (blocks["force"] - blocks["fit"])[kept, :2].T
-    east = np.cos(heading) * forward - np.sin(heading) * left
-    north = np.sin(heading) * forward + np.cos(heading) * left
-    spacing = np.gradient(blocks["time"][kept])[:, None]
-    velocity: FloatArray = np.cumsum(np.column_stack([east, north]) * spacing, axis=0)
+    spacing = np.gradient(blocks["time"])[kept]
+    pull = (blocks["force"][kept, :2] - _gravity_along(heading, figures)) @ [1.0, 1.0j]
+    # Forward and left as one complex number, which the heading turns into a direction of the floor.
+    gained = pull * np.exp(1j * heading) * spacing
+    velocity = np.cumsum(gained) - 0.5 * gained
+    turning = 1j * _arm_along_floor(figures) * blocks["rate"][kept] * np.exp(1j * heading)
+    velocity -= turning
     if motion is not chain.stretches[-1]:
         # It stands again afterwards: what the sum has gathered until then is drift.
-        velocity -= np.linspace(0.0, 1.0, len(velocity))[:, None] * velocity[-1]
-    return float(np.linalg.norm(velocity, axis=1).max())
+        velocity -= np.linspace(0.0, 1.0, len(velocity)) * velocity[-1]
+    return float(np.abs(velocity).max())
+
+
+def _gravity_along(heading: FloatArray, figures: _core.SpinFigures) -> FloatArray:
+    """(n, 2) specific force that a tilted floor puts forward and left, m/s^2."""
+    (tilt, _), (bearing, _) = figures["floor_tilt"], figures["uphill_bearing"]
+    if not (math.isfinite(tilt) and math.isfinite(bearing)):
+        return np.zeros((len(heading), 2))
+    uphill = np.column_stack([np.cos(bearing - heading), np.sin(bearing - heading)])
+    return STANDARD_GRAVITY * math.sin(tilt) * uphill
+
+
+def _arm_along_floor(figures: _core.SpinFigures) -> complex:
+    """Lever arm forward and left as one complex number, m; the frame is that of the blocks."""
+    up, arm = figures["up"], figures["lever_arm"]
+    forward = np.array([1.0, 0.0, 0.0]) - up[0] * up
+    forward /= np.linalg.norm(forward)
+    return complex(arm @ forward, arm @ np.cross(up, forward))
 
 
 def _at(chain: Chain, time: float | None) -> Stretch | None:

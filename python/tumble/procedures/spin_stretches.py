@@ -102,6 +102,20 @@ class Stretch:
         return Stretch(self.samples.between(start, end), self.rest)
 
 
+def as_rest(samples: Samples) -> Rest:
+    """Describe samples, at least two, as a rest; the noise is taken to be white."""
+    root = math.sqrt(len(samples))
+    return Rest(
+        start=float(samples.time[0]),
+        end=float(samples.time[-1]),
+        samples=len(samples),
+        specific_force=samples.accelerometer.mean(axis=0),
+        angular_rate=samples.gyroscope.mean(axis=0),
+        specific_force_sigma=samples.accelerometer.std(axis=0) / root,
+        angular_rate_sigma=samples.gyroscope.std(axis=0) / root,
+    )
+
+
 def standing(rests: Sequence[Rest]) -> list[Rest]:
     """Leave out what is as quiet as a rest and yet turns, which a robot on a level floor does.
 
