@@ -1,4 +1,4 @@
-"""Logs of robots that turn, stop and drive by chance: every turn on the spot is found, and the biases with it."""
+"""Logs of robots that turn, stop and drive by chance: every turn on the spot is found, and the biases."""
 
 from __future__ import annotations
 
