@@ -32,11 +32,12 @@ def test_a_sample_overtaken_where_a_counter_begins_again_keeps_its_time():
     clock = DeviceClock()
     found = np.concatenate([clock.stamp(truth[k : k + 1] % COUNTER) for k in range(len(truth))])
     assert np.array_equal(found, truth)
+    assert np.array_equal(DeviceClock().stamp(truth % COUNTER), truth)
 
 
 def test_stamps_larger_than_a_counter_are_left_as_they_are():
     stamps = 1.7e15 + np.array([0.0, 1e4, 2e4, -3e9, 3e4])
-    assert np.array_equal(DeviceClock().stamp(stamps)[:3], stamps[:3])
+    assert np.array_equal(DeviceClock().stamp(stamps), stamps)
     leap = np.array([10.0, 20.0, 1.7e15, 1.7e15 + 10.0])
     assert np.array_equal(DeviceClock().stamp(leap), leap)
 

@@ -23,9 +23,11 @@ class DeviceClock:
         """Give (n,) stamps, in the unit of the device, without the leaps of a counter."""
         before = stamps[0] if self._last is None else self._last
         steps = np.diff(stamps, prepend=before)
+        # Stamps beyond a counter are those of a wider one, which does not begin again.
+        again = (steps < -COUNTER / 2.0) & (stamps - steps < COUNTER)
         # A sample that was overtaken on the way comes from the round before.
-        back = (steps > COUNTER / 2.0) & (stamps < COUNTER) & (self._rounds > 0.0)
-        leaps = (steps < -COUNTER / 2.0).astype(np.float64) - back
+        back = (steps > COUNTER / 2.0) & (self._rounds + np.cumsum(again) > 0.0)
+        leaps = again.astype(np.float64) - back
         rounds = self._rounds + np.cumsum(leaps)
         finite = np.flatnonzero(np.isfinite(stamps))
         if len(finite):
