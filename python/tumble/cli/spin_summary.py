@@ -23,15 +23,15 @@ SMALLEST_SHOWN = math.radians(10.0)
 """What a gyroscope shows of a direction in which the robot did not turn."""
 MOST_SPINS = 4
 """With more spins than this, only what they agree on is shown; all are in the report."""
+MOST_REFUSED = 8
+"""Stretches that are no spins; a day of driving has hundreds."""
 
 
 def screen_summary(result: SpinResult) -> RenderableType:
     """Say what a person wants to know at once: what was found of each spin, and what to beware of."""
     head = [Text(_about(spin)) for spin in result.spins]
     notes = [Text(f"Not observable: {line}", "yellow") for line in _unobserved(result)]
-    notes += [
-        Text(f"Not used: {start:.1f} to {end:.1f} s {why}", "yellow") for start, end, why in result.refused
-    ]
+    notes += [Text(f"Not used: {line}", "yellow") for line in _refused(result)]
     notes += [
         Text(f"Warning: {spin.label}: {line}", "yellow") for spin in result.spins for line in spin.warnings
     ]
@@ -134,6 +134,15 @@ def _shown(parameter: Parameter) -> str:
 def _quantity(value: float, sigma: float, unit: str) -> str:
     scale = readable_scale(unit, max(abs(value), sigma))
     return measurement(scale.factor * value, scale.factor * sigma, scale.unit)
+
+
+def _refused(result: SpinResult) -> Iterator[str]:
+    """List what lies between the spins, the longest of it where it is much."""
+    longest = sorted(result.refused, key=lambda each: each[0] - each[1])[:MOST_REFUSED]
+    for start, end, why in sorted(longest):
+        yield f"{start:.1f} to {end:.1f} s {why}"
+    if len(result.refused) > MOST_REFUSED:
+        yield f"{len(result.refused) - MOST_REFUSED} shorter stretches; --json has all of them"
 
 
 def _unobserved(result: SpinResult) -> Iterator[str]:

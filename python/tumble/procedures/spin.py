@@ -178,7 +178,7 @@ def _search(
         for samples, (number, place), following in zip(pieces, kept, [*kept[1:], None], strict=True)
     )
     found: list[Fitted | Refusal] = [_too_long(place.span.within(logged)) for place in endless]
-    for link in chains_of(stretches, rests, criteria.faults, given=bool(at)):
+    for link in chains_of(stretches, rests, criteria, given=bool(at)):
         found += fit_or_split(link, criteria) if isinstance(link, Chain) else [link]
     return found
 

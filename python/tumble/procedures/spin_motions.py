@@ -38,7 +38,8 @@ def motion_fault(motion: Stretch, beside: Rest, faults: Sequence[Fault], given: 
         return saturated
     about, across = _rates(motion, beside)
     turned = turned_about(motion, beside)
-    if turned < SMALLEST_PART:
+    wobbled = _rms(across) > LARGEST_ACROSS * _rms(about)
+    if turned < SMALLEST_PART or (wobbled and _rms(across) < SLOWEST_TURN):
         seconds = motion.end - motion.start
         return f"drove or was pushed: turned only {math.degrees(turned):.0f} deg in {seconds:.1f} s"
     if _rms(about) > LARGEST_RATE:
@@ -46,7 +47,7 @@ def motion_fault(motion: Stretch, beside: Rest, faults: Sequence[Fault], given: 
             f"turned at {_rms(about):.0f} rad/s, which no robot does: deg/s were taken for rad/s; say "
             "--gyroscope-unit deg/s"
         )
-    if _rms(across) > LARGEST_ACROSS * _rms(about):
+    if wobbled:
         return f"was tipped, lifted or carried: {_rms(across):.2g} rad/s across the vertical"
     return ""
 

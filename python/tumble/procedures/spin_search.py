@@ -113,21 +113,25 @@ class _Failed:
 
 
 def chains_of(
-    stretches: Iterable[tuple[Stretch, bool]], rests: Sequence[Rest], faults: Sequence[Fault], given: bool
+    stretches: Iterable[tuple[Stretch, bool]], rests: Sequence[Rest], criteria: Criteria, given: bool
 ) -> Iterator[Chain | Refusal]:
     """Link rests and motions to chains; a motion that cannot be part of a spin ends one and is refused.
 
     With each stretch comes whether the chain ends there. `rests` are those of the recording, at least one.
+    A drive ends a chain as soon as it is known to be one, so that a day of driving need not be kept.
     """
     links: list[Stretch] = []
     for stretch, ends_here in stretches:
         is_motion = stretch.rest is None and len(stretch.samples) >= FEWEST_SAMPLES
-        why = motion_fault(stretch, nearest(stretch, rests), faults, given) if is_motion else ""
+        why = motion_fault(stretch, nearest(stretch, rests), criteria.faults, given) if is_motion else ""
         if not why and (is_motion or stretch.rest):
             links.append(stretch)
         if why or ends_here:
             yield Chain(tuple(links), given)
             links = []
+        elif stretch.rest and not given and _alone(Chain(tuple(links[-3:])), criteria)[1]:
+            yield Chain(tuple(links))
+            links = [stretch]
         if why:
             yield (stretch.start, stretch.end, why)
     yield Chain(tuple(links), given)
@@ -175,20 +179,29 @@ def _stray_alone(chain: Chain, criteria: Criteria) -> tuple[Stretch, str] | None
         return None
     arms: list[tuple[Stretch, FloatArray]] = []
     for motion in chain.motions:
-        if is_nudge(motion, nearest(motion, chain.rests)):
-            continue
         at = chain.stretches.index(motion)
-        alone = Chain(chain.stretches[at - 1 : at + 2])
-        try:
-            figures, blocks = _fit(alone, criteria.settings)
-        except _core.CoreError:
-            # What is too little by itself, or spoilt for another reason, is seen with the others.
-            continue
-        failed = _astray(alone, figures, blocks)
+        arm, failed = _alone(Chain(chain.stretches[at - 1 : at + 2]), criteria)
         if failed is not None:
             return motion, failed.why
-        arms.append((motion, figures["lever_arm"]))
+        if arm is not None:
+            arms.append((motion, arm))
     return _another_axis(arms)
+
+
+def _alone(chain: Chain, criteria: Criteria) -> tuple[FloatArray | None, _Failed | None]:
+    """Fit a single motion with the rests beside it: its lever arm, (3,) m, and whether it was a drive."""
+    if (
+        chain.stretches[0].rest is None
+        or len(chain.motions) != 1
+        or is_nudge(chain.motions[0], chain.rests[0])
+    ):
+        return None, None
+    try:
+        figures, blocks = _fit(chain, criteria.settings)
+    except _core.CoreError:
+        # What is too little by itself, or spoilt for another reason, is seen with the others.
+        return None, None
+    return figures["lever_arm"], _astray(chain, figures, blocks)
 
 
 def _another_axis(arms: Sequence[tuple[Stretch, FloatArray]]) -> tuple[Stretch, str] | None:
