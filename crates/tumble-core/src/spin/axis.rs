@@ -34,6 +34,15 @@ impl<T: Real> Cloud<T> {
         self.spread += before * (point - self.mean).transpose();
     }
 
+    /// The same points in another frame: `to_from` turns what was into what is.
+    pub fn turned(&self, to_from: &Matrix3<T>) -> Self {
+        Self {
+            points: self.points,
+            mean: to_from * self.mean,
+            spread: to_from * self.spread * to_from.transpose(),
+        }
+    }
+
     /// Points taken in.
     pub fn points(&self) -> u32 {
         self.points

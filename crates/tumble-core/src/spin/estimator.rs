@@ -172,7 +172,7 @@ impl<T: Real> SpinEstimator<T> {
         &self.cloud
     }
 
-    /// Forward, left, up at the first rest, if the floor were level: columns in the case frame.
+    /// Forward, left, up as they were known when the robot began to turn: columns in the case frame.
     pub fn frame(&self) -> &Matrix3<T> {
         &self.frame
     }
@@ -264,6 +264,9 @@ impl<T: Real> SpinEstimator<T> {
             // So far the angle was counted about the specific force at rest, which on a slope is another axis.
             let lost = vector.norm() - vector.dot(&guide.up);
             self.lost = if block.gained < T::zero() { -lost } else { lost };
+            let frame = floor_frame(&vector.normalize());
+            self.cloud = self.cloud.turned(&frame.tr_mul(&self.frame));
+            self.frame = frame;
         }
         if let Some(guide) = self.guide.as_mut() {
             guide.up = vector.normalize();

@@ -49,12 +49,13 @@ proptest! {
     #[test]
     fn without_noise_every_spin_gives_back_its_truth_whatever_mounting_floor_and_speed(truth in truths()) {
         let found: SpinEstimate<f64> = estimate(&truth, (0.0, 0.0), 0);
-        // What is left is the error of the trapezoidal rule over the samples, 1e-5 of heading.
-        assert_close!(found.level_free.value, truth.accelerometer_bias, 2e-3);
+        // What is left is the error of the trapezoidal rule over the samples where the rate has a kink.
+        let pull = truth.arm().norm() * truth.rate * truth.rate;
+        assert_close!(found.level_free.value, truth.accelerometer_bias, 1e-3 + 3e-3 * pull);
         assert_close!(found.gyroscope_bias.value, truth.gyroscope_bias, 3e-5);
         assert_close!(found.up, truth.up, 1e-6);
         assert_close!(found.lever_arm.value, truth.arm(), 1e-3);
-        prop_assert!((found.floor_tilt.value - truth.floor_tilt).abs() < 1e-4, "{:?}", found.floor_tilt);
+        prop_assert!((found.floor_tilt.value - truth.floor_tilt).abs() < 1e-4 + 2e-4 * pull, "{:?}", found.floor_tilt);
         prop_assert!(!found.turned_while_still);
         // An IMU that stands on its x axis has no forward to count the bearing from.
         if found.uphill_bearing.is_known() && truth.floor_tilt > 0.01 && truth.up.x.abs() < 0.99 {
