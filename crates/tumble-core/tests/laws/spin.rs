@@ -54,7 +54,7 @@ proptest! {
         assert_close!(found.level_free.value, truth.accelerometer_bias, 1e-3 + 3e-3 * pull);
         assert_close!(found.gyroscope_bias.value, truth.gyroscope_bias, 3e-5);
         assert_close!(found.up, truth.up, 1e-6);
-        assert_close!(found.lever_arm.value, truth.arm(), 1e-3);
+        assert_close!(found.lever_arm.value, truth.arm(), 1e-4 + 1e-2 * truth.arm().norm());
         prop_assert!((found.floor_tilt.value - truth.floor_tilt).abs() < 1e-4 + 2e-4 * pull, "{:?}", found.floor_tilt);
         prop_assert!(!found.turned_while_still);
         // An IMU that stands on its x axis has no forward to count the bearing from.
