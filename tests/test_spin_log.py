@@ -88,6 +88,20 @@ def test_a_robot_may_turn_as_it_can(tmp_path, moves):
     assert_recovered(found, session.robot)
 
 
+@pytest.mark.parametrize(
+    "moves",
+    [
+        (still(), turn(1)),
+        (still(), *(move for _ in range(8) for move in (turn(0.25), still(2)))),
+        (still(), turn(2, 1.0, unevenness=0.5), still()),
+    ],
+    ids=["one turn", "stops every quarter", "uneven speed"],
+)
+def test_inspect_says_beforehand_that_the_log_serves(tmp_path, moves):
+    log = record(moves, 47).write(tmp_path / "robot.csv")
+    assert "spin: yes" in typed("inspect", log).text
+
+
 def test_the_angle_turned_is_told_apart_by_direction(tmp_path):
     (spin,) = spun(record((still(), turn(3), still(), turn(-2), still()), 24), tmp_path)["spins"]
     assert spin["turned_counter_clockwise"] == pytest.approx(3 * 2 * np.pi, rel=1e-3)

@@ -16,12 +16,14 @@ from tumble.results import Rest
 _APART = np.deg2rad(20.0)
 _SMALLEST_SPREAD = 0.1
 _SHORTEST_STILL = 2.0
-_FULL_TURN = 2.0 * np.pi
+_FULL_TURN = np.deg2rad(350.0)
 _SMALLEST_TURN = 0.1
 _LARGEST_TILT = np.deg2rad(15.0)
 _SLOWEST_SPIN = 0.1
-_STEADY = 0.3
-"""Share by which the angular rate may wander from its mean during a spin."""
+_LARGEST_ACROSS = 0.3
+"""Angular rate across the vertical against that about it, while a robot turns on the spot."""
+_LONGEST_PAUSE = 1.5
+"""s besides rests between two turns of one spin: to speed up and slow down."""
 
 
 def directions_of(rests: Sequence[Rest]) -> list[FloatArray]:
@@ -84,16 +86,16 @@ def _lacking_spin(rests: Sequence[Rest], trace: tuple[FloatArray, FloatArray, Fl
     still = [rest for rest in rests if rest.end - rest.start >= _SHORTEST_STILL]
     if not still:
         return (f"a rest of at least {_SHORTEST_STILL:g} s", "a full turn on the spot after it")
-    angle = max(_longest_spin(rest, trace) for rest in still)
+    angle = max(_longest_spin(rest, rests, trace) for rest in still)
     if angle < _FULL_TURN:
-        return (
-            f"a full turn on the spot at a steady rate, the longest found is {np.rad2deg(angle):.0f} deg",
-        )
+        return (f"a full turn on the spot, the longest found is {np.rad2deg(angle):.0f} deg",)
     return ()
 
 
-def _longest_spin(rest: Rest, trace: tuple[FloatArray, FloatArray, FloatArray]) -> float:
-    """Largest angle turned steadily about the vertical of that rest without leaving level, rad."""
+def _longest_spin(
+    rest: Rest, rests: Sequence[Rest], trace: tuple[FloatArray, FloatArray, FloatArray]
+) -> float:
+    """Largest angle turned about the vertical of that rest without leaving level, rad, stops between allowed."""
     time, force, rate = trace
     if len(time) < 2:
         return 0.0
@@ -103,27 +105,29 @@ def _longest_spin(rest: Rest, trace: tuple[FloatArray, FloatArray, FloatArray]) 
     across = np.linalg.norm(turning - np.outer(about_up, up), axis=1)
     lengths = np.maximum(np.linalg.norm(force, axis=1), np.finfo(np.float64).tiny)
     level = np.arccos(np.clip(force @ up / lengths, -1.0, 1.0)) < _LARGEST_TILT
-    spinning = level & (np.abs(about_up) > _SLOWEST_SPIN) & (across < _STEADY * np.abs(about_up))
+    spinning = level & (np.abs(about_up) > _SLOWEST_SPIN) & (across < _LARGEST_ACROSS * np.abs(about_up))
     spacing = float(np.median(np.diff(time)))
-    return spacing * max((_steady_angle(about_up, run) for run in _runs(spinning)), default=0.0)
+    longest = angle = 0.0
+    before = -np.inf
+    for run in _runs(spinning):
+        # The points just before and after belong to it in part.
+        gained = spacing * float(np.abs(about_up[max(0, run.start - 1) : run.stop + 1]).sum())
+        angle = gained + (angle if _is_pause(before, float(time[run.start]), rests) else 0.0)
+        longest = max(longest, angle)
+        before = float(time[run.stop - 1])
+    return longest
+
+
+def _is_pause(start: float, end: float, rests: Sequence[Rest]) -> bool:
+    """Whether a robot stood for all the time between two turns, but for what slowing down and speeding up take."""
+    stood = sum(max(0.0, min(end, rest.end) - max(start, rest.start)) for rest in rests)
+    return end - start - stood < _LONGEST_PAUSE
 
 
 def _runs(mask: NDArray[np.bool_]) -> list[slice]:
     """Stretches over which a (n,) mask is true."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
     return [slice(int(start), int(end)) for start, end in edges.reshape(-1, 2)]
-
-
-def _steady_angle(rate: FloatArray, run: slice) -> float:
-    """Sum of the rates of the longest part of a stretch that keeps to its typical rate.
-
-    Driving round a bend does not keep to it. The points just before and after belong to it in part.
-    """
-    steady = np.zeros(len(rate), np.bool_)
-    typical = float(np.median(rate[run]))
-    steady[run] = np.abs(rate[run] - typical) < _STEADY * abs(typical)
-    parts = (slice(max(0, part.start - 1), part.stop + 1) for part in _runs(steady))
-    return max((abs(float(rate[part].sum())) for part in parts), default=0.0)
 
 
 def _lacking_partner(imus: int) -> tuple[str, ...]:
