@@ -95,7 +95,7 @@ def _lacking_spin(rests: Sequence[Rest], trace: tuple[FloatArray, FloatArray, Fl
 def _longest_spin(
     rest: Rest, rests: Sequence[Rest], trace: tuple[FloatArray, FloatArray, FloatArray]
 ) -> float:
-    """Largest angle turned about the vertical of that rest without leaving level, rad, stops between allowed."""
+    """Largest angle turned about the vertical of that rest without leaving level, rad; stops may lie between."""
     time, force, rate = trace
     if len(time) < 2:
         return 0.0
@@ -119,7 +119,7 @@ def _longest_spin(
 
 
 def _is_pause(start: float, end: float, rests: Sequence[Rest]) -> bool:
-    """Whether a robot stood for all the time between two turns, but for what slowing down and speeding up take."""
+    """Whether a robot stood for all the time between two turns but what slowing down and speeding up take."""
     stood = sum(max(0.0, min(end, rest.end) - max(start, rest.start)) for rest in rests)
     return end - start - stood < _LONGEST_PAUSE
 
