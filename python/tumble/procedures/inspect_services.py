@@ -95,7 +95,7 @@ def _lacking_spin(rests: Sequence[Rest], trace: tuple[FloatArray, FloatArray, Fl
 def _longest_spin(
     rest: Rest, rests: Sequence[Rest], trace: tuple[FloatArray, FloatArray, FloatArray]
 ) -> float:
-    """Largest angle turned about the vertical of that rest without leaving level, rad; stops may lie between."""
+    """Largest angle turned about the vertical of that rest without leaving level, rad, stops included."""
     time, force, rate = trace
     if len(time) < 2:
         return 0.0
