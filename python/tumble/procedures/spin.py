@@ -247,7 +247,8 @@ def _nothing_found(refused: Sequence[Refusal], unit: Imu) -> str:
     if not refused:
         return f"{in_words('no turn', {})}"
     hint = ""
-    if unit.recording.metadata.gyroscope_unit.name == "deg/s":
+    little = any("turned only" in why for _, _, why in refused)
+    if little and unit.recording.metadata.gyroscope_unit.name == "deg/s":
         hint = "; if its gyroscope was logged in rad/s, say --gyroscope-unit rad/s"
     if len(refused) == 1 and ";" in refused[0][2]:
         return f"shows no spin that can be used: {_named(refused)}{hint}"
