@@ -53,8 +53,8 @@ _MOST_REST_LABELS = 40
 def axis_reading_figure(reading: AxisReading, prefix: str) -> Markup:
     """Draw the readings of one axis over the poses, and below them how far each is from its ideal."""
     figure = new_figure(HALF_WIDTH, 3.65)
-    upper = bare_axes(figure, _box(HALF_WIDTH, bottom=2.35, height=1.05))
-    lower = bare_axes(figure, _box(HALF_WIDTH, bottom=LABEL_ROOM + 0.06, height=1.3))
+    upper = bare_axes(figure, box(HALF_WIDTH, bottom=2.35, height=1.05))
+    lower = bare_axes(figure, box(HALF_WIDTH, bottom=LABEL_ROOM + 0.06, height=1.3))
     place = np.arange(len(reading.labels), dtype=float)
 
     low, high = span(reading.ideal, reading.uncompensated, reading.compensated, at_least=(0.0,), margin=0.12)
@@ -65,7 +65,7 @@ def axis_reading_figure(reading: AxisReading, prefix: str) -> Markup:
 
     before, after = deviations(reading)
     scale = deviation_scale(reading)
-    _value_axis_in(lower, scale, "deviation from the ideal", before, after)
+    value_axis_in(lower, scale, "deviation from the ideal", before, after)
     category_axis(lower, reading.labels)
     _draw_readings(lower, place, scale.factor * before, scale.factor * after, scale.factor * reading.sigma)
     label = (
@@ -82,21 +82,21 @@ def deviations(reading: AxisReading) -> tuple[FloatArray, FloatArray]:
 
 def deviation_scale(reading: AxisReading) -> Scale:
     """Choose the unit that deviations of this axis are shown in, in its figure and in what is said of it."""
-    return readable_scale("m/s^2", _largest(*deviations(reading)))
+    return readable_scale("m/s^2", largest(*deviations(reading)))
 
 
 def residual_figure(triad: TriadResult, prefix: str) -> Markup:
     """Draw the residual of each axis at each rest and turn with its error bar, and below it in sigmas."""
     figure = new_figure(HALF_WIDTH, 3.95)
-    upper = bare_axes(figure, _box(HALF_WIDTH, bottom=2.32, height=1.38))
-    lower = bare_axes(figure, _box(HALF_WIDTH, bottom=LABEL_ROOM + 0.14, height=1.2))
-    scale = readable_scale(triad.unit, _largest(triad.residuals))
+    upper = bare_axes(figure, box(HALF_WIDTH, bottom=2.32, height=1.38))
+    lower = bare_axes(figure, box(HALF_WIDTH, bottom=LABEL_ROOM + 0.14, height=1.2))
+    scale = readable_scale(triad.unit, largest(triad.residuals))
     known = np.where(triad.residual_sigma > 0, triad.residual_sigma, np.nan)
     normalised = triad.residuals / known
     place = np.arange(len(triad.residual_labels), dtype=float)
 
     bars = triad.residual_sigma
-    _value_axis_in(upper, scale, "residual", triad.residuals - bars, triad.residuals + bars)
+    value_axis_in(upper, scale, "residual", triad.residuals - bars, triad.residuals + bars)
     upper.set_xlim(-0.6, len(place) - 0.4)
     low, high = span(normalised, at_least=(-3.2, 3.2))
     lower.axhspan(-2.0, 2.0, color=PANEL, linewidth=0, zorder=-1)
@@ -118,18 +118,18 @@ def recording_figure(trace: Trace, rests: Sequence[Rest], prefix: str) -> Markup
     """Draw specific force and angular rate over the recording, rests shaded and named, unused hatched."""
     figure = new_figure(FULL_WIDTH, 4.3)
     width = FULL_WIDTH - ROOM_FOR_LAST_NAME
-    upper = bare_axes(figure, _box(width, bottom=2.1, height=1.4))
-    lower = bare_axes(figure, _box(width, bottom=0.42, height=1.25))
+    upper = bare_axes(figure, box(width, bottom=2.1, height=1.4))
+    lower = bare_axes(figure, box(width, bottom=0.42, height=1.25))
     start, end = span(trace.time, np.array([[rest.start, rest.end] for rest in rests]), margin=0.0)
     for axes, values, title, unit in (
         (upper, trace.accelerometer, "specific force", "m/s^2"),
         (lower, trace.gyroscope, "angular rate", "rad/s"),
     ):
-        scale = readable_scale(unit, _largest(values))
-        _value_axis_in(axes, scale, title, values)
+        scale = readable_scale(unit, largest(values))
+        value_axis_in(axes, scale, title, values)
         axes.set_xlim(start, end)
-        _shade(axes, [rest for rest in rests if rest.used], REST, "")
-        _shade(axes, [rest for rest in rests if not rest.used], UNUSED, "////")
+        shade(axes, [(rest.start, rest.end) for rest in rests if rest.used], REST, "")
+        shade(axes, [(rest.start, rest.end) for rest in rests if not rest.used], UNUSED, "////")
         for axis, colour in enumerate(AXIS_COLOURS):
             axes.plot(trace.time, scale.factor * values[:, axis], color=colour, linewidth=0.8)
     horizontal_axis(lower, start, end, "time, s", most=12)
@@ -140,17 +140,21 @@ def recording_figure(trace: Trace, rests: Sequence[Rest], prefix: str) -> Markup
     )
 
 
-def _box(width: float, *, bottom: float, height: float) -> Box:
+def box(width: float, *, bottom: float, height: float) -> Box:
+    """Place a panel across a figure of that width, all in inches."""
     return LEFT, bottom, width - LEFT - RIGHT, height
 
 
-def _largest(*arrays: FloatArray) -> float:
+def largest(*arrays: FloatArray) -> float:
+    """Return the largest finite magnitude in all arrays; 0 if there is none."""
+    """Return the largest finite magnitude; 0 for none."""
     numbers = np.abs(np.concatenate([np.ravel(array) for array in arrays]))
     numbers = numbers[np.isfinite(numbers)]
     return float(numbers.max()) if numbers.size else 0.0
 
 
-def _value_axis_in(axes: Axes, scale: Scale, title: str, *values: FloatArray) -> None:
+def value_axis_in(axes: Axes, scale: Scale, title: str, *values: FloatArray) -> None:
+    """Set a vertical range that holds zero and all `values`, which are in SI, shown in another unit."""
     low, high = span(*(scale.factor * array for array in values), at_least=(0.0,))
     value_axis(axes, low, high, f"{title}, {scale.unit}")
 
@@ -164,12 +168,13 @@ def _draw_readings(
     markers(axes, place + 0.12, after, COMPENSATED, "D")
 
 
-def _shade(axes: Axes, rests: Sequence[Rest], colour: str, hatch: str) -> None:
-    if not rests:
+def shade(axes: Axes, spans: Sequence[tuple[float, float]], colour: str, hatch: str) -> None:
+    """Colour what lies between those places of the horizontal axis, over the height the axes have by now."""
+    if not spans:
         return
     low, high = axes.get_ylim()
     axes.broken_barh(
-        [(rest.start, rest.end - rest.start) for rest in rests],
+        [(start, end - start) for start, end in spans],
         (low, high - low),
         facecolor=colour,
         edgecolor=SOFT if hatch else "none",

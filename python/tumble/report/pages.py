@@ -56,14 +56,14 @@ def render_target(result: TurntableResult, target: TargetResult) -> str:
     """Render the page of one target as HTML."""
     with house_style():
         page = target_page(result, target)
-    return _environment().get_template("target.html.j2").render(page=page, batch_page=BATCH_PAGE)
+    return environment().get_template("target.html.j2").render(page=page, batch_page=BATCH_PAGE)
 
 
 def render_batch(result: TurntableResult, names: Sequence[str]) -> str:
     """Render the page of the batch as HTML, with links to the targets' pages of those file names."""
     with house_style():
         page = batch_page(result, names)
-    return _environment().get_template("batch.html.j2").render(page=page)
+    return environment().get_template("batch.html.j2").render(page=page)
 
 
 def page_names(targets: Sequence[TargetResult]) -> list[str]:
@@ -85,14 +85,15 @@ def _write_target(task: tuple[TurntableResult, TargetResult, Path]) -> None:
 
 
 @cache
-def _environment() -> Environment:
-    environment = Environment(
+def environment() -> Environment:
+    """Give what fills the templates, with the words they share."""
+    found = Environment(
         loader=PackageLoader("tumble.report"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.globals["verdict_signs"] = words.VERDICT_SIGNS
-    environment.globals["verdict_titles"] = words.VERDICT_TITLES
-    return environment
+    found.globals["verdict_signs"] = words.VERDICT_SIGNS
+    found.globals["verdict_titles"] = words.VERDICT_TITLES
+    return found

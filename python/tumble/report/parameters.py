@@ -93,7 +93,9 @@ def parameter_groups(triad: TriadResult, checks: Sequence[LimitCheck]) -> tuple[
     """Print the parameter table of a triad, held against the limits that name its parameters."""
     by_name = {check.parameter: check for check in checks}
     return tuple(
-        _group(name, members, [by_name.get(f"{triad.triad} {member.name}") for member in members])
+        printed_group(
+            group_title(name), members, [by_name.get(f"{triad.triad} {member.name}") for member in members]
+        )
         for name, members in groups_of(triad).items()
     )
 
@@ -143,7 +145,10 @@ def noise_rows(triad: TriadResult) -> tuple[NoiseRow, ...]:
     )
 
 
-def _group(name: str, members: Sequence[Parameter], checks: Sequence[LimitCheck | None]) -> ParameterGroup:
+def printed_group(
+    title: str, members: Sequence[Parameter], checks: Sequence[LimitCheck | None]
+) -> ParameterGroup:
+    """Print parameters of one kind and unit on a common ruler, each held against its limit, if it has one."""
     seen = [member for member in members if member.observable]
     values = [abs(shown_value(member, member.value)) for member in seen]
     ends = [shown_value(member, end) for member in seen for end in (member.low, member.high)]
@@ -151,7 +156,7 @@ def _group(name: str, members: Sequence[Parameter], checks: Sequence[LimitCheck 
     scale = readable_scale(members[0].unit, max(limits or values, default=0.0))
     ruler = Ruler.about_zero(scale.factor * number for number in (*ends, *limits))
     return ParameterGroup(
-        title=group_title(name),
+        title=title,
         unit=scale.unit,
         low=_tick(ruler.low),
         high=_tick(ruler.high),
