@@ -174,7 +174,8 @@ def test_raw_imu_is_not_believed_to_be_in_any_unit():
 
 
 def test_a_message_that_renews_no_gyroscope_is_no_sample():
-    pressure_only = highres(TABLE, updated=0x0E00)
+    between = TABLE + np.array([0.005, *[1.0] * 6])
+    pressure_only = highres(between, updated=0x0E00)
     good = highres(TABLE)
     assert near(samples_of(scripted(interleaved(good, pressure_only))), TABLE, 1e-6)
 

@@ -210,12 +210,16 @@ def test_a_robot_that_moves_while_it_is_to_stand_has_to_stand_again():
 
 
 def test_the_state_of_the_wheels_tells_a_slow_turn_from_rest():
-    session = record([turn(0.25, rate=0.08), still(8.0), turn(2.5)], seed=11)
+    session = record([turn(0.25, rate=0.08), still(8.0), turn(2.5)], seed=11, floor_tilt=0.0)
     moving = np.where(session.during(1), 0.0, 1.0)
     steps, result = run(Fed(session, moving=moving))
     began = [step.time for step in steps if step.kind == "still began"]
     assert began[-1] >= session.spans[1][0] - 0.5
     assert (np.abs(off(result, session)) < 4.0).all()
+    # On a level floor nothing but the wheels can tell.
+    blind, fooled = run(Fed(session))
+    assert min(step.time for step in blind if step.kind == "still began") < 5.0
+    assert np.abs(off(fooled, session)[3:]).max() > 20.0
 
 
 def test_a_calibration_from_before_is_applied_first():
@@ -243,7 +247,7 @@ def test_a_stream_that_ends_half_way_fails():
 def test_a_stall_that_is_made_up_for_does_no_harm():
     session = record([still(6.0), turn(2.5)], seed=14)
     chunks = list(Fed(session))
-    stalled = [*chunks[:100], *[NOTHING] * 5, *chunks[100:]]
+    stalled = [*chunks[:100], *[NOTHING] * 5, *chunks[100:110], *[NOTHING] * 5, *chunks[110:]]
     steps, _ = run(Silence(stalled), clock=Wall(PATIENCE / 8.0))
     assert events(steps)[-1] == "done"
 

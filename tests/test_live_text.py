@@ -70,6 +70,12 @@ def test_fields_may_be_separated_as_in_logs(separator):
     assert np.array_equal(samples_of(scripted([data])), TABLE)
 
 
+@pytest.mark.parametrize("end", [b"\n", b"\r", b"\r\n"])
+def test_lines_may_end_as_devices_end_them(end):
+    data = text_lines(TABLE).replace(b"\r\n", end)
+    assert np.array_equal(samples_of(scripted(pieces_of(data, 100))), TABLE)
+
+
 def test_columns_may_be_named_by_the_user():
     data = text_lines(TABLE[:, [4, 5, 6, 0, 1, 2, 3]], header=None)
     columns = {"gx": "1", "gy": "2", "gz": "3", "time": "4", "ax": "5", "ay": "6", "az": "7"}
