@@ -146,7 +146,6 @@ def box(width: float, *, bottom: float, height: float) -> Box:
 
 
 def largest(*arrays: FloatArray) -> float:
-    """Return the largest finite magnitude in all arrays; 0 if there is none."""
     """Return the largest finite magnitude; 0 for none."""
     numbers = np.abs(np.concatenate([np.ravel(array) for array in arrays]))
     numbers = numbers[np.isfinite(numbers)]
