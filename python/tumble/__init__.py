@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from tumble.procedures.apply import apply
     from tumble.procedures.inspect import inspect
     from tumble.procedures.limits import Limits
-    from tumble.procedures.simulate import simulate_turntable
+    from tumble.procedures.simulate import simulate_spin, simulate_turntable
     from tumble.procedures.spin import spin
     from tumble.procedures.turntable import turntable
     from tumble.recording import Chunk, Recording
@@ -54,6 +54,7 @@ __all__ = [
     "list_imus",
     "open_recording",
     "open_writer",
+    "simulate_spin",
     "simulate_turntable",
     "spin",
     "turntable",
@@ -66,7 +67,7 @@ _HOMES = {
     "tumble.logs": ("ReadOptions", "list_imus", "open_recording", "open_writer"),
     "tumble.procedures.apply": ("apply",),
     "tumble.procedures.inspect": ("inspect",),
-    "tumble.procedures.simulate": ("simulate_turntable",),
+    "tumble.procedures.simulate": ("simulate_spin", "simulate_turntable"),
     "tumble.poses": ("Pose", "PoseList"),
     "tumble.procedures.limits": ("Limits",),
     "tumble.procedures.spin": ("spin",),

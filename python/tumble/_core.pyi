@@ -233,6 +233,24 @@ class SimulatedSession(TypedDict):
 
 def sensor_grades() -> list[str]: ...
 def sensor_grade(name: str) -> GradeFigures: ...
+
+class SimulatedSpinFigures(TypedDict):
+    """A robot that turned on the spot; see `tumble.procedures.simulate.SimulatedSpin`."""
+
+    unit: SimulatedUnitFigures
+    duration: float
+    up: FloatArray
+    roll: float
+    pitch: float
+    uphill_bearing: float
+    lever_arm: FloatArray
+    heading: FloatArray
+    moving: FloatArray
+    rests: FloatArray
+    turns: FloatArray
+    turned: FloatArray
+
+def simulate_spin(scenario: Mapping[str, Any]) -> SimulatedSpinFigures: ...
 def simulate_turntable(scenario: Mapping[str, Any]) -> SimulatedSession: ...
 
 class SpinSettings:
@@ -328,9 +346,10 @@ class SpinMachine:
         gyroscope: FloatArray,
         moving: FloatArray | None = None,
     ) -> list[tuple[float, str]]:
-        """Take in successive samples; `moving` (n,) is 1 where the wheels turn, 0 where not, NaN where unknown.
+        """Take in successive samples, and say what happened, with its time.
 
-        What happened, with its time: `still began`, `still broken`, `still done`, `spin began`, `done`, `failed`.
+        `moving` (n,) is 1 where the wheels turn, 0 where not, NaN where unknown. What can happen: `still
+        began`, `still broken`, `still done`, `spin began`, `done`, `failed`.
         """
     def tick(self, time: float) -> str | None:
         """Say that time has passed, s of the samples' clock: a stream that stops fails the procedure."""
@@ -343,7 +362,7 @@ class SpinMachine:
     @property
     def progress(self) -> SpinProgress: ...
     def figures(self, true_angle: tuple[float, float, float] | None = None) -> SpinFigures:
-        """What was found so far; `CoreError` where nothing can be."""
+        """Give what was found so far; `CoreError` where nothing can be."""
     @staticmethod
     def state_bytes(precision: str = "f32") -> int: ...
 

@@ -86,6 +86,11 @@ class Spin:
     blocks: SpinBlocks
     warnings: tuple[str, ...] = ()
 
+    def _repr_html_(self) -> str:
+        from tumble.report.notebook import spin_html
+
+        return spin_html(self)
+
     @property
     def accelerometer_bias(self) -> BiasEstimate:
         """Accelerometer bias by the method of choice."""
@@ -135,3 +140,13 @@ class SpinResult:
             if each.observable
         ]
         return "\n  ".join([f"SpinResult({self.name}: {len(self.spins)} spins)", *shown])
+
+    def _repr_html_(self) -> str:
+        from tumble.report.notebook import spin_html
+
+        return spin_html(self)
+
+    def _repr_html_(self) -> str:
+        from tumble.report.notebook import spins_html
+
+        return spins_html(self)

@@ -6,6 +6,7 @@ mod acquisition;
 mod convert;
 mod correct;
 mod simulate;
+mod simulate_spin;
 mod spin;
 mod turntable;
 
@@ -15,6 +16,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     acquisition::register(module)?;
     correct::register(module)?;
     simulate::register(module)?;
+    simulate_spin::register(module)?;
     spin::register(module)?;
     turntable::register(module)?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))

@@ -46,7 +46,7 @@ struct TriadInput {
 
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-struct GradeInput {
+pub(crate) struct GradeInput {
     accelerometer: TriadInput,
     gyroscope: TriadInput,
     temperature_step: f64,
@@ -63,7 +63,7 @@ struct ClockInput {
 
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-struct FaultInput {
+pub(crate) struct FaultInput {
     kind: String,
     channels: String,
     axis: usize,
@@ -141,6 +141,16 @@ impl From<TriadInput> for TriadGrade {
     }
 }
 
+impl From<GradeInput> for Grade {
+    fn from(input: GradeInput) -> Self {
+        Grade {
+            accelerometer: input.accelerometer.into(),
+            gyroscope: input.gyroscope.into(),
+            temperature_step: input.temperature_step,
+        }
+    }
+}
+
 impl From<ClockInput> for ClockSetup {
     fn from(input: ClockInput) -> Self {
         let ClockInput {
@@ -212,11 +222,7 @@ impl TryFrom<UnitInput> for Unit {
 
     fn try_from(input: UnitInput) -> PyResult<Self> {
         Ok(Unit {
-            grade: Grade {
-                accelerometer: input.grade.accelerometer.into(),
-                gyroscope: input.grade.gyroscope.into(),
-                temperature_step: input.grade.temperature_step,
-            },
+            grade: input.grade.into(),
             geometry: if input.perfect {
                 Geometry::Perfect
             } else {
@@ -224,6 +230,7 @@ impl TryFrom<UnitInput> for Unit {
             },
             rate: input.rate,
             package_from_case: input.mounting.into(),
+            biases: [None; 2],
             lever_arm: input.lever_arm.into(),
             clock: input.clock.into(),
             faults: input
@@ -292,7 +299,7 @@ impl TryFrom<ScenarioInput> for Scenario {
     }
 }
 
-fn unknown(what: &str, name: &str) -> PyErr {
+pub(crate) fn unknown(what: &str, name: &str) -> PyErr {
     PyValueError::new_err(format!("unknown {what} {name:?}"))
 }
 
@@ -342,7 +349,7 @@ fn rests<'py>(py: Python<'py>, session: &Session) -> PyResult<Bound<'py, PyDict>
     Ok(figures)
 }
 
-fn unit(py: Python<'_>, record: UnitRecord) -> PyResult<Bound<'_, PyDict>> {
+pub(crate) fn unit(py: Python<'_>, record: UnitRecord) -> PyResult<Bound<'_, PyDict>> {
     let UnitRecord { samples, truth } = record;
     let figures = PyDict::new(py);
     let Samples {

@@ -170,14 +170,19 @@ def _faults(specs: list[str]) -> dict[str, list[Fault]]:
 
 def _fault(spec: str) -> tuple[str, Fault]:
     """Read `target_2:stuck:axis=y:start=20`."""
+    unit, _, rest = spec.partition(":")
+    return unit, fault_of(f"--fault {spec}", rest, "UNIT:KIND[:KEY=VALUE]...")
+
+
+def fault_of(option: str, text: str, form: str) -> Fault:
+    """Read `stuck:axis=y:start=20`; `option` and `form` are for the error."""
     from tumble.procedures.simulate import Fault
 
-    unit, _, rest = spec.partition(":")
-    kind, *settings = rest.split(":")
+    kind, *settings = text.split(":")
     try:
-        return unit, Fault(kind, **dict(_setting(text) for text in settings))  # type: ignore[arg-type]
+        return Fault(kind, **dict(_setting(text) for text in settings))  # type: ignore[arg-type]
     except ValueError as error:
-        raise TumbleError(f"--fault {spec}: {error}; write UNIT:KIND[:KEY=VALUE]...") from error
+        raise TumbleError(f"{option}: {error}; write {form}") from error
 
 
 def _setting(text: str) -> tuple[str, str | float]:

@@ -8,7 +8,8 @@
 //! 4. [`sensor`]: what a triad of sensors says about that truth, `y = M u + b`;
 //! 5. [`fault`]: what can be wrong with a recording;
 //! 6. [`unit`]: one unit, its clock and its recording;
-//! 7. [`turntable`]: a whole session, one reference and its targets.
+//! 7. [`turntable`]: a whole session, one reference and its targets;
+//! 8. [`spot`]: a wheeled robot that turns on the spot, recorded by the same units.
 //!
 //! Everything is drawn from one seed. Each unit and each purpose has a random stream of its own ([`stream`]), so that
 //! adding a target, or switching bias instability on, leaves every other draw as it was.
@@ -22,6 +23,7 @@ pub mod grade;
 pub mod motion;
 pub mod noise;
 pub mod sensor;
+pub mod spot;
 pub mod stream;
 pub mod turn;
 pub mod turntable;

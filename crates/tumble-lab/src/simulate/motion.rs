@@ -78,6 +78,25 @@ pub struct Truth {
     pub turn_acceleration: Vector3<f64>,
 }
 
+/// A motion that a unit can record.
+pub trait Course {
+    /// Truth at time `t`, s.
+    fn truth(&self, t: f64) -> Truth;
+
+    /// End, s.
+    fn duration(&self) -> f64;
+}
+
+impl Course for Motion {
+    fn truth(&self, t: f64) -> Truth {
+        Motion::truth(self, t)
+    }
+
+    fn duration(&self) -> f64 {
+        Motion::duration(self)
+    }
+}
+
 #[derive(Clone, Copy, Debug)]
 enum Phase {
     Rest {

@@ -26,6 +26,8 @@ pub enum Purpose {
     GyroscopeWhite = 6,
     /// Bias instability of the gyroscope.
     GyroscopeFlicker = 7,
+    /// Slip of wheels and vibration of motors.
+    Floor = 8,
 }
 
 /// Stream of `unit` (0 is the reference) for `purpose`.

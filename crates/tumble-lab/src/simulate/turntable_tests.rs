@@ -27,6 +27,7 @@ fn unit(grade: Grade) -> Unit {
         geometry: Geometry::Drawn,
         rate: 200.0,
         package_from_case: Mounting::Angle(0.02),
+        biases: [None; 2],
         lever_arm: Vector3::zeros(),
         clock: ClockSetup::Given(Clock::SESSION),
         faults: vec![],

@@ -5,7 +5,7 @@ use rand::RngExt;
 
 use crate::simulate::fault::{Fault, Samples};
 use crate::simulate::grade::Grade;
-use crate::simulate::motion::{Motion, Truth};
+use crate::simulate::motion::{Course, Truth};
 use crate::simulate::noise::{flicker, white};
 use crate::simulate::sensor::{Geometry, REFERENCE_TEMPERATURE, Triad, quantised};
 use crate::simulate::stream::{Purpose, Stream, direction, normal_vector, stream};
@@ -109,6 +109,8 @@ pub struct Unit {
     pub rate: f64,
     /// Its package against the case of the reference.
     pub package_from_case: Mounting,
+    /// Biases of accelerometers and gyroscopes, m/s^2 and rad/s, where they are not to be drawn.
+    pub biases: [Option<Vector3<f64>>; 2],
     /// Its place against the turning centre, m, case frame.
     pub lever_arm: Vector3<f64>,
     /// Its clock.
@@ -178,7 +180,7 @@ pub struct UnitRecord {
 }
 
 /// Draws a unit and lets it record the motion; `number` 0 is the reference.
-pub fn record(conditions: &Conditions, motion: &Motion, unit: &Unit, number: u64) -> UnitRecord {
+pub fn record(conditions: &Conditions, motion: &impl Course, unit: &Unit, number: u64) -> UnitRecord {
     let streams = |purpose| stream(conditions.seed, number, purpose);
     let [accelerometer, gyroscope] = unit.draw(conditions, &mut streams(Purpose::Geometry));
     let clock = unit.clock.clock(&mut streams(Purpose::Clock));
@@ -255,6 +257,9 @@ impl Unit {
         let package = self.package_from_case.rotation(stream);
         let mut triads = [&self.grade.accelerometer, &self.grade.gyroscope]
             .map(|grade| Triad::draw(grade, self.geometry, &package, stream));
+        for (triad, bias) in triads.iter_mut().zip(self.biases) {
+            triad.model.bias = bias.unwrap_or(triad.model.bias);
+        }
         for fault in &self.faults {
             if let Fault::Scale {
                 channels,

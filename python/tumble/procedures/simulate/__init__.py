@@ -2,7 +2,7 @@
 
 Read in this order: `grade` (how good a sensor is), `fault` (what can be wrong with it), `scenario`
 (everything a session is made of), `session` (what comes out), `play` (from the one to the other), `files` (a
-session on disk).
+session on disk); `spin_scenario`, `spin` and `spin_files` are the same for a robot that turns on the spot.
 
 >>> from tumble.procedures.simulate import simulate_turntable
 >>> session = simulate_turntable(seed=7, grades=("consumer", "tactical"))
@@ -24,21 +24,31 @@ from tumble.procedures.simulate.session import (
     TriadTruth,
     TrueRest,
 )
+from tumble.procedures.simulate.spin import SimulatedSpin, simulate_spin
+from tumble.procedures.simulate.spin_files import write_spin
+from tumble.procedures.simulate.spin_scenario import Disturbance, SpinScenario, Step, parse_plan
 
 __all__ = [
     "FAULTS",
     "ClockTruth",
+    "Disturbance",
     "Fault",
     "FaultKind",
     "Grade",
     "ScenarioError",
+    "SimulatedSpin",
     "SimulatedTurntable",
     "SimulatedUnit",
+    "SpinScenario",
+    "Step",
     "TriadGrade",
     "TriadTruth",
     "TrueRest",
     "TurntableScenario",
     "grade_names",
+    "parse_plan",
+    "simulate_spin",
     "simulate_turntable",
+    "write_spin",
     "write_turntable",
 ]

@@ -40,7 +40,7 @@ def write_turntable(
     for unit in session.units:
         paths[unit.name] = folder / f"{unit.name}.{format}"
         with open_writer(paths[unit.name], format, Facts(serial=unit.recording.metadata.serial)) as writer:
-            for chunk in _pieces(unit.samples):
+            for chunk in pieces(unit.samples):
                 writer.write(chunk)
     paths["poses"] = folder / "poses.yaml"
     session.scenario.poses.save(paths["poses"])
@@ -58,14 +58,15 @@ def truth_content(session: SimulatedTurntable) -> dict[str, Any]:
         "mounting_deg": np.degrees(session.mounting),
         "earth_rate_level": session.earth_rate,
         "gravity": session.scenario.gravity,
-        "rests": [_without_none(asdict(rest)) for rest in session.rests],
+        "rests": [without_none(asdict(rest)) for rest in session.rests],
         "units": {unit.name: _unit(unit) for unit in session.units},
         "options": _options(session),
     }
     return {key: plain(value) for key, value in content.items()}
 
 
-def _pieces(samples: Chunk) -> Iterator[Chunk]:
+def pieces(samples: Chunk) -> Iterator[Chunk]:
+    """Cut samples to what is written at a time."""
     for start in range(0, len(samples), ROWS):
         rows = slice(start, start + ROWS)
         temperature = None if samples.temperature is None else samples.temperature[rows]
@@ -76,14 +77,15 @@ def _unit(unit: SimulatedUnit) -> dict[str, Any]:
     return {
         "serial": unit.recording.metadata.serial,
         "grade": unit.grade.name,
-        "accelerometer": _triad(unit.accelerometer),
-        "gyroscope": _triad(unit.gyroscope),
+        "accelerometer": triad_content(unit.accelerometer),
+        "gyroscope": triad_content(unit.gyroscope),
         "clock": {"offset": unit.clock.offset, "skew_ppm": unit.clock.skew, "phase": unit.clock.phase},
-        "faults": [_without_none(asdict(fault)) for fault in unit.faults],
+        "faults": [without_none(asdict(fault)) for fault in unit.faults],
     }
 
 
-def _triad(triad: TriadTruth) -> dict[str, Any]:
+def triad_content(triad: TriadTruth) -> dict[str, Any]:
+    """Give the truth of a triad as plain figures, angles in deg beside those in rad."""
     figures = {field.name: getattr(triad, field.name) for field in fields(triad)}
     angles = {
         "non_orthogonality_deg": np.degrees(triad.non_orthogonality),
@@ -94,20 +96,22 @@ def _triad(triad: TriadTruth) -> dict[str, Any]:
 
 def _options(session: SimulatedTurntable) -> dict[str, Any]:
     scenario = session.scenario
-    return {field.name: _in_plain_words(getattr(scenario, field.name)) for field in fields(scenario)}
+    return {field.name: in_plain_words(getattr(scenario, field.name)) for field in fields(scenario)}
 
 
-def _in_plain_words(value: object) -> object:
+def in_plain_words(value: object) -> object:
+    """Give an option as mappings, lists, numbers and text."""
     if isinstance(value, PoseList):
         return {pose.name: pose.up for pose in value}
     if is_dataclass(value) and not isinstance(value, type):
-        return _without_none(asdict(value))
+        return without_none(asdict(value))
     if isinstance(value, Mapping):
-        return {key: _in_plain_words(item) for key, item in value.items()}
+        return {key: in_plain_words(item) for key, item in value.items()}
     if isinstance(value, tuple | list):
-        return [_in_plain_words(item) for item in value]
+        return [in_plain_words(item) for item in value]
     return value
 
 
-def _without_none(content: Mapping[str, Any]) -> dict[str, Any]:
+def without_none(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Leave out what was not given."""
     return {key: value for key, value in content.items() if value is not None}

@@ -165,14 +165,15 @@ def _unit(scenario: TurntableScenario, name: str, figures: _core.SimulatedUnitFi
             serial=f"SIM-{scenario.seed}-{scenario.unit_names.index(name)}",
             clock="turntable" if scenario.clocks == "shared" else "",
         ),
-        accelerometer=_triad(figures["accelerometer_truth"]),
-        gyroscope=_triad(figures["gyroscope_truth"]),
+        accelerometer=triad_truth(figures["accelerometer_truth"]),
+        gyroscope=triad_truth(figures["gyroscope_truth"]),
         clock=ClockTruth(offset, skew / PPM, phase),
         faults=scenario.faults_of(name),
     )
 
 
-def _triad(figures: _core.TriadTruthFigures) -> TriadTruth:
+def triad_truth(figures: _core.TriadTruthFigures) -> TriadTruth:
+    """Put the truth of a triad together from what the native simulator gives."""
     return TriadTruth(
         M=figures["M"],
         b=figures["b"],

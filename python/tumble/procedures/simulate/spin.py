@@ -1,0 +1,204 @@
+"""A simulated spin: scenario in, recording and truth out."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field, replace
+from math import degrees, radians, sqrt
+from typing import Any
+
+import numpy as np
+
+from tumble import _core
+from tumble.procedures.simulate.fault import AXES, Fault
+from tumble.procedures.simulate.grade import Grade, TriadGrade
+from tumble.procedures.simulate.play import triad_truth
+from tumble.procedures.simulate.scenario import STANDARD_GRAVITY, ScenarioError
+from tumble.procedures.simulate.session import TriadTruth
+from tumble.procedures.simulate.spin_scenario import SpinScenario, Step
+from tumble.recording import Chunk, FloatArray, Recording
+
+
+@dataclass(frozen=True, slots=True)
+class SimulatedSpin:
+    """A recording of a robot that turned on the spot, and what is true of it."""
+
+    scenario: SpinScenario
+    samples: Chunk = field(repr=False)
+    recording: Recording
+    accelerometer: TriadTruth
+    gyroscope: TriadTruth
+    up: FloatArray
+    """(3,) turning axis upwards across the floor, unit length, case frame."""
+    roll: float
+    pitch: float
+    """rad, mounting of the IMU as `tumble spin` states it."""
+    uphill_bearing: float
+    """rad counter-clockwise from the case's x laid onto the floor, at the first heading."""
+    lever_arm: FloatArray
+    """(3,) m, case frame: the IMU from the turning axis, across it."""
+    heading: FloatArray = field(repr=False)
+    """(n,) rad at each sample, counter-clockwise, never folded."""
+    moving: FloatArray = field(repr=False)
+    """(n,) 1 where the wheels turn."""
+    rests: FloatArray
+    """(k, 2) start and end of each rest, s."""
+    turns: FloatArray
+    """(m, 2) start and end of each turn, s."""
+    turned: FloatArray
+    """(m,) rad truly turned in each, counter-clockwise positive."""
+
+    @property
+    def accelerometer_bias(self) -> FloatArray:
+        """(3,) m/s^2, mean over the recording."""
+        bias: FloatArray = self.accelerometer.b + self.accelerometer.drift
+        return bias
+
+    @property
+    def gyroscope_bias(self) -> FloatArray:
+        """(3,) rad/s, mean over the recording."""
+        bias: FloatArray = self.gyroscope.b + self.gyroscope.drift
+        return bias
+
+    @property
+    def floor_tilt(self) -> float:
+        """Give the tilt of the first floor, rad."""
+        return radians(self.scenario.floor_tilt_deg)
+
+
+def simulate_spin(scenario: SpinScenario | None = None, **changes: Any) -> SimulatedSpin:  # noqa: ANN401
+    """Play a scenario; `changes` are fields of `SpinScenario`, set on top of it or of its defaults.
+
+    Raises `ScenarioError`, in one line, where a figure makes no sense.
+    """
+    scenario = replace(scenario or SpinScenario(), **changes)
+    try:
+        played = _core.simulate_spin(_plain(scenario))
+    except ValueError as error:
+        raise ScenarioError(f"the spin cannot be played: {error}; change that option") from error
+    unit = played["unit"]
+    samples = Chunk(unit["time"], unit["accelerometer"], unit["gyroscope"], unit["temperature"])
+    return SimulatedSpin(
+        scenario=scenario,
+        samples=samples,
+        recording=Recording.from_arrays(
+            "spin",
+            samples.time,
+            samples.accelerometer,
+            samples.gyroscope,
+            samples.temperature,
+            serial=f"SIM-{scenario.seed}",
+        ),
+        accelerometer=triad_truth(unit["accelerometer_truth"]),
+        gyroscope=triad_truth(unit["gyroscope_truth"]),
+        up=played["up"],
+        roll=played["roll"],
+        pitch=played["pitch"],
+        uphill_bearing=played["uphill_bearing"],
+        lever_arm=played["lever_arm"],
+        heading=played["heading"],
+        moving=played["moving"],
+        rests=played["rests"],
+        turns=played["turns"],
+        turned=played["turned"],
+    )
+
+
+def _plain(scenario: SpinScenario) -> dict[str, Any]:
+    """Put together what `_core.simulate_spin` asks for."""
+    latitude = scenario.latitude_deg
+    first_turn = next((i for i, step in enumerate(scenario.plan) if step.kind == "turn"), len(scenario.plan))
+    return {
+        "seed": scenario.seed,
+        "grade": asdict(_grade(scenario)),
+        "perfect": scenario.matrix_errors == 0.0,
+        "gyroscope_scale": scenario.gyroscope_scale,
+        "accelerometer_bias": scenario.accelerometer_bias,
+        "gyroscope_bias": scenario.gyroscope_bias,
+        "bias_instability": scenario.bias_instability,
+        "quantisation": scenario.quantisation,
+        "rate": scenario.rate_hz,
+        "mounting": [radians(a) for a in (scenario.roll_deg, scenario.pitch_deg, scenario.yaw_deg)],
+        "lever_arm": scenario.lever_arm_m,
+        "steps": [_step(scenario, step, i < first_turn) for i, step in enumerate(scenario.plan)],
+        "floor_tilt": radians(scenario.floor_tilt_deg),
+        "uphill": radians(scenario.uphill_deg),
+        "acceleration": scenario.turn_acceleration,
+        "unevenness": (scenario.unevenness, scenario.unevenness_hz),
+        "slips": scenario.slips,
+        "vibration": scenario.vibration,
+        "disturbances": [
+            {"start": d.start, "duration": d.seconds, "tilt": radians(d.tilt_deg), "lift": d.lift_m}
+            for d in scenario.disturbances
+        ],
+        "faults": [_fault(scenario, fault) for fault in scenario.faults],
+        "gravity": scenario.gravity,
+        "latitude": None if latitude is None else radians(latitude),
+        "temperature": scenario.temperature_celsius,
+    }
+
+
+def _step(scenario: SpinScenario, step: Step, before_first_turn: bool) -> dict[str, Any]:
+    speeds = {
+        "rest": scenario.slow_turn if before_first_turn else 0.0,
+        "turn": scenario.turn_rate,
+        "drive": scenario.drive_speed,
+    }
+    same = step.floor_tilt_deg is None
+    return {
+        "kind": step.kind,
+        "duration": step.seconds,
+        "angle": step.turns * 2.0 * np.pi,
+        "rate": speeds[step.kind],
+        "floor_tilt": radians(
+            scenario.floor_tilt_deg if step.floor_tilt_deg is None else step.floor_tilt_deg
+        ),
+        "uphill": radians(scenario.uphill_deg if same else step.uphill_deg),
+    }
+
+
+def _grade(scenario: SpinScenario) -> Grade:
+    grade, share = scenario.unit_grade, scenario.matrix_errors
+
+    def triad(of: TriadGrade, noise: float | None, largest: float | None) -> TriadGrade:
+        return replace(
+            of,
+            noise_density=of.noise_density if noise is None else noise / sqrt(scenario.rate_hz),
+            scale_error=of.scale_error * share,
+            non_orthogonality=of.non_orthogonality * share,
+            alignment=of.alignment * share,
+            range=of.range if largest is None else largest,
+        )
+
+    return replace(
+        grade,
+        accelerometer=triad(grade.accelerometer, scenario.accelerometer_noise, scenario.accelerometer_range),
+        gyroscope=triad(grade.gyroscope, scenario.gyroscope_noise, None),
+    )
+
+
+def _fault(scenario: SpinScenario, fault: Fault) -> dict[str, Any]:
+    start = scenario.plan[0].seconds / 2 if fault.start is None else fault.start
+    axis = AXES.index(fault.axis)
+    return {
+        "kind": fault.kind,
+        "channels": fault.triad,
+        "axis": axis,
+        "other_axis": (axis + 1) % 3,
+        "start": start,
+        "end": start + 1.0 if fault.end is None else fault.end,
+        "size": _fault_size(scenario, fault),
+    }
+
+
+def _fault_size(scenario: SpinScenario, fault: Fault) -> float:
+    """In the unit the simulator asks for."""
+    of_accelerometer = fault.triad == "accelerometer"
+    match fault.kind:
+        case "moved":
+            return radians(2.0 if fault.size is None else fault.size)
+        case "saturated":
+            largest = scenario.gravity if of_accelerometer else scenario.turn_rate
+            return largest * (0.8 if fault.size is None else fault.size)
+        case "wrong-unit":
+            return 1.0 / STANDARD_GRAVITY if of_accelerometer else degrees(1.0)
+    return 1.0 if fault.size is None else fault.size
