@@ -82,14 +82,9 @@ class Spin:
     covariance: FloatArray
     """(6, 6) of [accelerometer bias, gyroscope bias] by the method of choice; NaN where not observable."""
     noise: FloatArray
-    """(4, 3) scatter of one sample: accelerometer at rest, turning (m/s^2), gyroscope at rest, turning (rad/s)."""
+    """(4, 3) scatter of one sample: accelerometer at rest and turning, m/s^2, gyroscope likewise, rad/s."""
     blocks: SpinBlocks
     warnings: tuple[str, ...] = ()
-
-    def _repr_html_(self) -> str:
-        from tumble.report.notebook import spin_html
-
-        return spin_html(self)
 
     @property
     def accelerometer_bias(self) -> BiasEstimate:
@@ -145,8 +140,3 @@ class SpinResult:
         from tumble.report.notebook import spin_html
 
         return spin_html(self)
-
-    def _repr_html_(self) -> str:
-        from tumble.report.notebook import spins_html
-
-        return spins_html(self)

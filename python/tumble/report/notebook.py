@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from markupsafe import Markup, escape
 
-from tumble.report import words
+from tumble.report import spin_words, words
 from tumble.report.improvement import improvement
 from tumble.report.parameters import ParameterRow, parameter_groups
+from tumble.report.spin_parameters import spin_groups
 from tumble.results import TargetResult, TriadResult, TurntableResult
+from tumble.results_spin import SpinResult
 
 
 def target_html(target: TargetResult) -> str:
@@ -17,7 +21,7 @@ def target_html(target: TargetResult) -> str:
     )
     rows = [row for triad in (target.accelerometer, target.gyroscope) if triad for row in _triad_rows(triad)]
     head = _row("th", ("", "parameter", "value", "± sigma", "unit")) if rows else Markup()
-    notes = Markup().join(Markup("<p>{}</p>").format(note) for note in words.unobserved_sentences(target))
+    notes = _paragraphs(words.unobserved_sentences(target))
     return Markup("<table>{}{}{}</table>{}").format(caption, head, Markup().join(rows), notes)
 
 
@@ -28,6 +32,25 @@ def batch_html(result: TurntableResult) -> str:
     head = _row("th", ("target", "verdict", "why", "error at rest, before → after"))
     rows = Markup().join(_target_row(target, result.gravity) for target in result.targets)
     return Markup("<table>{}{}{}</table>").format(caption, head, rows)
+
+
+def spin_html(result: SpinResult) -> str:
+    """Print the biases that the spins agree on, and every parameter of each spin with sigma."""
+    _, title = spin_words.verdict(result)
+    caption = Markup("<caption><b>{}</b> {}</caption>").format(result.name, title)
+    biases = (
+        spin_words.bias_sentence("Accelerometer bias", "m/s^2", result.accelerometer_bias),
+        spin_words.bias_sentence("Gyroscope bias", "rad/s", result.gyroscope_bias),
+    )
+    head = _row("th", ("", "parameter", "value", "± sigma", "unit"))
+    rows = [
+        _row("td", (spin.label, row.name, *_figures(row, group.unit)))
+        for spin in result.spins
+        for group in spin_groups(spin)
+        for row in group.rows
+    ]
+    notes = (*biases, *spin_words.trust_sentences(result), *spin_words.unobserved_sentences(result))
+    return Markup("<table>{}{}{}</table>{}").format(caption, head, Markup().join(rows), _paragraphs(notes))
 
 
 def _triad_rows(triad: TriadResult) -> list[Markup]:
@@ -46,6 +69,10 @@ def _target_row(target: TargetResult, gravity: float) -> Markup:
     gain = improvement(target, gravity)
     verdict, why = words.VERDICT_TITLES[target.verdict], words.verdict_sentence(target)
     return _row("td", (target.name, verdict, why, gain.text() if gain else "not known"))
+
+
+def _paragraphs(sentences: Iterable[str]) -> Markup:
+    return Markup().join(Markup("<p>{}</p>").format(sentence) for sentence in sentences)
 
 
 def _row(tag: str, cells: tuple[str, ...]) -> Markup:
