@@ -148,6 +148,7 @@ def test_what_a_device_finds_in_f32_is_what_a_workstation_finds():
         (fine.gyroscope_bias, coarse.gyroscope_bias),
     ):
         assert (np.abs(one.value - other.value) < 0.01 * one.sigma).all()
+        assert (one.value != other.value).any()
     assert coarse.options["precision"] == "f32"
 
 
