@@ -24,8 +24,8 @@ def spin_command(
         str | None,
         typer.Option(
             metavar="STEP,...",
-            help="What the robot does: `rest S`, `N turns` (counter-clockwise positive), `drive S`; such as "
-            "'rest 6, 3 turns, -3 turns, drive 8, rest 6, 2 turns'. Instead of --still, --turns, --both-ways.",
+            help="What the robot does, instead of --still, --turns, --both-ways: `rest S`, `N turns` "
+            "(counter-clockwise positive), `drive S`; such as 'rest 6, 3 turns, -3 turns, drive 8'.",
         ),
     ] = None,
     still: Annotated[float, typer.Option(help="Time at rest before it turns, s.")] = 6.0,
@@ -70,8 +70,8 @@ def spin_command(
         list[str] | None,
         typer.Option(
             metavar="KIND[:KEY=VALUE]...",
-            help="Something wrong with the log, such as gap:start=20:end=99; repeatable. Kinds and keys as of "
-            "tumble simulate turntable.",
+            help="Something wrong with the log, such as gap:start=20:end=99; repeatable. Kinds and keys as "
+            "of tumble simulate turntable.",
         ),
     ] = None,
     gravity: Annotated[float, typer.Option(help="Local gravity in m/s^2.")] = 9.80665,

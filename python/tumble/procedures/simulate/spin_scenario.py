@@ -44,7 +44,8 @@ class Step:
         if len(words) == 2 and words[1] in ("turn", "turns") and re.fullmatch(number, words[0]):
             return cls("turn", turns=float(words[0]))
         raise ScenarioError(
-            f"step {text.strip()!r} is none; write `rest 5`, `3 turns`, `-3 turns` or `drive 8`, with commas between"
+            f"step {text.strip()!r} is none; write `rest 5`, `3 turns`, `-3 turns` or `drive 8`, "
+            "with commas between"
         )
 
 
@@ -168,7 +169,8 @@ class SpinScenario:
         if not 0.0 <= self.unevenness < 1.0:
             yield f"unevenness is {self.unevenness:g}; give a share from 0 to below 1"
         if not SLOWEST_RATE_HZ <= self.rate_hz <= FASTEST_RATE_HZ:
-            yield f"rate_hz is {self.rate_hz:g}; give {SLOWEST_RATE_HZ:g} to {FASTEST_RATE_HZ:g} samples a second"
+            limits = f"{SLOWEST_RATE_HZ:g} to {FASTEST_RATE_HZ:g}"
+            yield f"rate_hz is {self.rate_hz:g}; give {limits} samples a second"
         if not 0.0 <= self.floor_tilt_deg < 60.0:
             yield f"floor_tilt_deg is {self.floor_tilt_deg:g}; give 0 to 60 deg"
         if not -1.0 < self.gyroscope_scale < 1.0:
