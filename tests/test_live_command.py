@@ -13,6 +13,7 @@ import threading
 
 import numpy as np
 import pytest
+import yaml
 from pymavlink.dialects.v20 import common as mavlink
 
 from live_fixtures import serial_device, text_lines
@@ -93,6 +94,20 @@ def test_a_robot_on_a_serial_line_is_told_what_to_do_and_calibrated(run_live, se
     assert str(path) in out
     assert "gyroscope bias x" in out
     assert near(path, session)
+
+
+def test_a_simulated_robot_can_be_tried_as_the_page_says(run_live, tmp_path):
+    simulated = tmp_path / "simulated"
+    code = "from tumble.cli.main import main; main()"
+    subprocess.run([sys.executable, "-c", code, "simulate", "spin", "-o", simulated], check=True)
+    process = run_live(f"replay:{simulated}/spin.csv?speed=max", "-o", tmp_path)
+    _, errors = process.communicate()
+    assert process.returncode == 0
+    assert errors.endswith("Done.\n")
+    live, truth = (yaml.safe_load(p.read_text()) for p in (tmp_path / "spin.yaml", simulated / "truth.yaml"))
+    for triad, share in (("accelerometer", 0.1), ("gyroscope", 0.02)):
+        left = np.array(live[triad]["b"]) - truth[triad]["b"]
+        assert np.linalg.norm(left) < share * np.linalg.norm(truth[triad]["b"])
 
 
 def test_other_wishes_are_passed_on(run_live, session, tmp_path):
