@@ -51,7 +51,7 @@ MODULES: dict[str, set[str]] = {
 }
 """Which parts of the package each part may import, besides itself. `tumble` itself may import all of them."""
 
-WHEN_ASKED = {("results", "report")}
+WHEN_ASKED = {("results", "report"), ("results_spin", "report")}
 """What one part may fetch of another inside a function only: a notebook asks a result for its table."""
 
 NO_MATHEMATICS = {"numpy", "scipy"}

@@ -80,10 +80,15 @@ def value_axis(axes: Axes, low: float, high: float, title: str, *, most: int = 5
     axes.text(0, 1, title, transform=above, ha="left", va="baseline", size=LABEL_SIZE + 0.5, color=INK)
 
 
-def horizontal_axis(axes: Axes, low: float, high: float, title: str, *, most: int = 8) -> None:
-    """Set the horizontal range, with grid lines, numbers below and the quantity and its unit below them."""
+def horizontal_axis(
+    axes: Axes, low: float, high: float, title: str, *, most: int = 8, ticks: Sequence[float] = ()
+) -> None:
+    """Set the horizontal range, with grid lines, numbers below and the quantity and its unit below them.
+
+    `ticks` are the numbers to write; where there are none, round ones are chosen, at most about `most`.
+    """
     axes.set_xlim(low, high)
-    ticks = ticks_between(low, high, most)
+    ticks = ticks or ticks_between(low, high, most)
     grid = LineCollection(
         [((tick, 0.0), (tick, 1.0)) for tick in ticks],
         colors=[SOFT if tick == 0 else GRID for tick in ticks],

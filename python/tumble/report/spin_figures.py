@@ -52,6 +52,7 @@ MOST_POINTS = 240
 RADIUS_95 = math.sqrt(-2.0 * math.log(0.05))
 """Radius in sigmas of the circle that holds 95 of 100 points, which scatter alike in both directions."""
 
+_QUARTER_TURNS = (0.0, 90.0, 180.0, 270.0, 360.0)
 _SQUARE = 3.3
 """Inches, side of a panel with the same scale both ways."""
 
@@ -92,7 +93,7 @@ def heading_figure(spin: Spin, gravity: float, prefix: str) -> Markup:
         axes = bare_axes(figure, (left, 0.45, width, 2.2))
         shown = [blocks.force[:, :2], blocks.fit[:, :2], *([] if level is None else [level])]
         value_axis_in(axes, scale, f"specific force {name}, less bias", *shown)
-        horizontal_axis(axes, 0.0, 360.0, "heading, deg, counter-clockwise", most=8)
+        horizontal_axis(axes, 0.0, 360.0, "heading, deg, counter-clockwise", ticks=_QUARTER_TURNS)
         _draw_over_heading(axes, degrees, scale.factor * blocks.fit[:, side], INK, "-")
         if level is not None:
             _draw_over_heading(axes, degrees, scale.factor * level[:, side], SOFT, "--")
@@ -156,13 +157,21 @@ def noise_radii(spin: Spin) -> tuple[float | None, float | None]:
     if len(spin.blocks.time) < 2 or seconds <= 0 or samples == 0:
         return None, None
     each = float(np.median(np.diff(spin.blocks.time))) * samples / seconds
-    across = np.eye(3) - np.outer(spin.up, spin.up)
-    sigmas = [
-        math.sqrt(float(np.trace(across @ np.diag(spin.noise[row] ** 2) @ across)) / 2.0 / max(each, 1.0))
-        for row in (2, 3)
-    ]
+    sigmas = [_noise_across(spin.noise[row], spin.up) / math.sqrt(max(each, 1.0)) for row in (2, 3)]
     at_rest, turning = (RADIUS_95 * sigma if math.isfinite(sigma) else None for sigma in sigmas)
     return at_rest, turning
+
+
+def _noise_across(scatter: FloatArray, up: FloatArray) -> float:
+    """Return what noise alone is in the scatter of three gyroscopes, rad/s; NaN where that is not known.
+
+    Speeding up and slowing down scatter too, but along the turning axis only: the scatter squared is that of
+    the noise, alike on all axes, and a share of the rest by how far each axis leans to the turning axis.
+    """
+    if not np.all(np.isfinite(scatter)):
+        return math.nan
+    shares, *_ = np.linalg.lstsq(np.column_stack([np.ones(3), up**2]), scatter**2, rcond=None)
+    return math.sqrt(max(float(shares[0]), 0.0))
 
 
 def improvement_figure(spin: Spin, gravity: float, prefix: str) -> Markup:
@@ -177,7 +186,6 @@ def improvement_figure(spin: Spin, gravity: float, prefix: str) -> Markup:
     ):
         scale = readable_scale(unit, largest(before, after))
         value_axis_in(axes, scale, title, before - sigma, before + sigma, after - sigma, after + sigma)
-        category_axis(axes, [f"rest {n}" for n in range(1, len(place) + 1)] if axes is lower else [])
         axes.set_xlim(-0.6, len(place) - 0.4)
         for aside, values, colour, marker in (
             (-0.1, before, UNCOMPENSATED, "o"),
@@ -185,6 +193,7 @@ def improvement_figure(spin: Spin, gravity: float, prefix: str) -> Markup:
         ):
             error_bars(axes, place + aside, scale.factor * values, scale.factor * sigma, colour)
             markers(axes, place + aside, scale.factor * values, colour, marker, hollow=marker == "o")
+    category_axis(lower, [f"rest {n}" for n in range(1, len(place) + 1)])
     return inline_svg(figure, prefix, f"{spin.label}: errors at rest, without and with compensation")
 
 

@@ -33,6 +33,8 @@ from tumble.report.svg import (
 from tumble.results_spin import BiasEstimate, Spin, SpinResult
 
 _SIDE_BY_SIDE = (-0.2, 0.0, 0.2)
+_REACH = 1.8
+"""Inches that the sketch reaches up and down from the turning axis; one unit of it is an inch."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,18 +70,17 @@ def lever_arm(spin: Spin) -> LeverArm | None:
 
 def top_view_figure(spin: Spin, prefix: str) -> Markup:
     """Draw the robot from above: forward, uphill, the turning axis and the IMU with its 1-sigma ellipse."""
-    side = 4.1
-    figure = new_figure(HALF_WIDTH, side)
-    axes = bare_axes(figure, ((HALF_WIDTH - side) / 2, 0.0, side, side))
-    axes.set_xlim(-1.6, 1.6)
-    axes.set_ylim(-1.6, 1.6)
+    figure = new_figure(HALF_WIDTH, 2 * _REACH)
+    axes = bare_axes(figure, (0.0, 0.0, HALF_WIDTH, 2 * _REACH))
+    axes.set_xlim(-HALF_WIDTH / 2, HALF_WIDTH / 2)
+    axes.set_ylim(-_REACH, _REACH)
     # Forward is upwards on paper, so left is to the left: x = -left, y = forward.
     body = FancyBboxPatch(
         (-0.8, -0.95), 1.6, 1.9, boxstyle="round,pad=0,rounding_size=0.25", facecolor=PANEL, edgecolor=SOFT
     )
     axes.add_patch(body)
-    _arrow(axes, (0.0, 0.95), (0.0, 1.3), INK)
-    axes.text(0.0, 1.36, "forward", ha="center", va="bottom", size=8, color=INK)
+    _arrow(axes, (0.0, 0.66), (0.0, 0.9), INK)
+    axes.text(0.1, 0.78, "forward", ha="left", va="center", size=8, color=INK)
     axes.plot([-0.07, 0.07, np.nan, 0.0, 0.0], [0.0, 0.0, np.nan, -0.07, 0.07], color=INK, linewidth=1.2)
     arm = lever_arm(spin)
     _draw_uphill(axes, spin)
@@ -153,10 +154,10 @@ def _draw_uphill(axes: Axes, spin: Spin) -> None:
         return
     bearing = math.radians(uphill.value)
     right, up = -math.sin(bearing), math.cos(bearing)
-    _arrow(axes, (1.02 * right, 1.02 * up), (1.38 * right, 1.38 * up), Z_AXIS)
-    text = f"uphill {measurement(tilt.value, tilt.sigma, tilt.unit)}"
+    _arrow(axes, (1.2 * right, 1.2 * up), (1.46 * right, 1.46 * up), Z_AXIS)
+    text = f"uphill\n{measurement(tilt.value, tilt.sigma, tilt.unit)}"
     beside = "right" if right < -0.3 else "left" if right > 0.3 else "center"
-    axes.text(1.44 * right, 1.44 * up, text, ha=beside, va="center", size=8, color=Z_AXIS)
+    axes.text(1.54 * right, 1.6 * up, text, ha=beside, va="center", size=8, color=Z_AXIS)
 
 
 def _draw_arm(axes: Axes, arm: LeverArm) -> None:
