@@ -34,9 +34,10 @@ def still(seconds=6.0):
     return Move(seconds)
 
 
-def turn(turns=3.0, rate=1.0, unevenness=0.0):
+def turn(turns=3.0, rate=1.0, unevenness=0.0, vibration=0.0):
     """So many turns, counter-clockwise positive; the ramps make it last a little longer."""
-    return Move(abs(turns) * 2.0 * np.pi / rate + RAMP, turns=turns, unevenness=unevenness)
+    seconds = abs(turns) * 2.0 * np.pi / rate + RAMP
+    return Move(seconds, turns=turns, unevenness=unevenness, vibration=vibration)
 
 
 def drive(seconds=12.0, speed=0.6, turns=0.0, vibration=0.0):

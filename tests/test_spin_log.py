@@ -113,6 +113,15 @@ def test_a_bias_far_above_that_of_any_rest_gate_is_found(tmp_path):
     assert_recovered(spun(session, tmp_path), session.robot)
 
 
+@pytest.mark.parametrize("vibration", [0.1, 0.3, 1.0, 3.0])
+def test_a_robot_that_shakes_while_it_turns_is_not_taken_for_lifted_or_driven(tmp_path, vibration):
+    moves = (still(), turn(3, vibration=vibration), still(3), turn(-3, vibration=vibration), still())
+    session = record(moves, 48)
+    found = spun(session, tmp_path)
+    assert len(found["spins"]) == 1
+    assert_recovered(found, session.robot)
+
+
 @pytest.mark.parametrize("vibration", [0.0, 0.3])
 def test_several_spins_with_driving_between_are_found_and_agree(tmp_path, vibration):
     moves = (still(), turn(2), still(), drive(turns=0.4, vibration=vibration), still(), turn(-2), still())
@@ -231,6 +240,27 @@ def test_a_slow_turn_at_the_start_does_not_become_bias(tmp_path):
     found = spun(session, tmp_path)
     assert any("while it seemed to stand still" in line for line in found["spins"][0]["warnings"])
     assert_recovered(found, session.robot, ["gyroscope"])
+
+
+def test_a_gyroscope_that_warms_up_is_worth_a_word(tmp_path):
+    session = record(BOTH_WAYS, 49)
+    session.gyroscope[:, 0] += 3e-5 * session.time
+    warnings = spun(session, tmp_path)["spins"][0]["warnings"]
+    assert any("bias wandered by 0.00" in line for line in warnings)
+    steady = spun(record(BOTH_WAYS, 49), tmp_path)["spins"][0]["warnings"]
+    assert not any("wandered" in line for line in steady)
+
+
+def test_a_coarse_sensor_that_shows_one_value_at_rest_serves(tmp_path):
+    session = record(BOTH_WAYS, 50, accelerometer_noise=1e-3, gyroscope_noise=1e-4)
+    force_step, rate_step = 9.80665 / 4096, np.radians(1.0 / 16.4)
+    session.accelerometer = np.round(session.accelerometer / force_step) * force_step
+    session.gyroscope = np.round(session.gyroscope / rate_step) * rate_step
+    found = spun(session, tmp_path)
+    # Rounding is no noise that averages out: it may be wrong by half a step all along.
+    for bias, step in (("accelerometer_bias", force_step), ("gyroscope_bias", rate_step)):
+        miss = np.abs(np.array(found[bias]["value"]) - getattr(session.robot, bias))
+        assert np.all(miss < 0.6 * step)
 
 
 def test_slow_turning_is_worth_a_word(tmp_path):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,9 @@ from tumble.procedures.gravity import STANDARD_GRAVITY
 from tumble.procedures.imu import Imu, pose_files
 from tumble.recording import Chunk, FloatArray, Recording
 from tumble.results import Rest, Trace
+
+Fault = tuple[str, str, float, float, float]
+"""Channel, kind, value, first and last time, s, as `Acquired.faults` has them."""
 
 FEWEST_RESTS = 4
 """Four directions determine three axes and a bias."""
@@ -61,7 +64,7 @@ def corrected(chunk: Chunk, calibration: Calibration | None) -> tuple[FloatArray
 
 def refuse_if_unfit(name: str, unit: _core.Acquired, gravity: float) -> None:
     """Raise `ProcedureError`, in one line, for the first thing that makes the recording unfit for poses."""
-    refuse_if_damaged(name, unit)
+    refuse_if_damaged(name, unit, unit.faults)
     for check in (_saturated_turns, _rests):
         problem = check(unit)
         if problem:
@@ -71,12 +74,11 @@ def refuse_if_unfit(name: str, unit: _core.Acquired, gravity: float) -> None:
         raise ProcedureError(misread.line(name))
 
 
-def refuse_if_damaged(name: str, unit: _core.Acquired) -> None:
+def refuse_if_damaged(name: str, unit: _core.Acquired, faults: Sequence[Fault]) -> None:
     """Raise `ProcedureError`, in one line, where samples, time or a channel cannot serve any procedure."""
-    for check in (_samples, _time, _dead_channels):
-        problem = check(unit)
-        if problem:
-            raise ProcedureError(f"{name}: {problem}")
+    problem = _samples(unit) or _time(unit) or _dead_channel(faults)
+    if problem:
+        raise ProcedureError(f"{name}: {problem}")
 
 
 def refuse_if_misread(name: str, unit: _core.Acquired, gravity: float) -> None:
@@ -101,9 +103,9 @@ def _time(unit: _core.Acquired) -> str:
     return f"time does not advance at {when}; sort the samples and drop doubled time stamps"
 
 
-def _dead_channels(unit: _core.Acquired) -> str:
-    """Name a channel that shows nothing, or nothing at rest."""
-    for channel, kind, value, first, last in unit.faults:
+def _dead_channel(faults: Sequence[Fault]) -> str:
+    """Name a channel that shows nothing, or nothing at rest; empty if there is none."""
+    for channel, kind, value, first, last in faults:
         if kind == "stuck":
             span = f"from {first:.1f} to {last:.1f} s"
             seen = f"{channel} is stuck at {value:.6g} {si_unit(channel)}"

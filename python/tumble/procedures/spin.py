@@ -24,6 +24,7 @@ from tumble.procedures.gravity import local_gravity
 from tumble.procedures.imu import Imu
 from tumble.procedures.spin_combination import Combined, combine
 from tumble.procedures.spin_figures import describe_spin
+from tumble.procedures.spin_motions import believable
 from tumble.procedures.spin_objections import in_words
 from tumble.procedures.spin_search import Chain, Criteria, Fitted, Refusal, chains_of, fit_or_split
 from tumble.procedures.spin_stretches import (
@@ -91,7 +92,7 @@ def spin(
     )
     unit = _acquired(recording, brought, strength, progress)
     known = TrueTurns.parse(true_turns) if isinstance(true_turns, str) else true_turns
-    criteria = Criteria(settings, still, turns, known, tuple(unit.acquired.faults))
+    criteria = Criteria(settings, still, turns, known, believable(unit.acquired.faults))
     found = _search(unit, brought, criteria, at, progress)
     refused = tuple(sorted(each for each in found if isinstance(each, tuple)))
     fitted = sorted((each for each in found if isinstance(each, Fitted)), key=lambda each: each.chain.start)
@@ -147,7 +148,7 @@ def _acquired(
             "which the robot stands and turns"
         )
     unit = acquire(recording, brought, _first_half(progress))
-    refuse_if_damaged(unit.name, unit.acquired)
+    refuse_if_damaged(unit.name, unit.acquired, believable(unit.acquired.faults))
     if len(unit.acquired.rest_times):
         refuse_if_misread(unit.name, unit.acquired, gravity)
     return unit

@@ -21,6 +21,8 @@ USUAL_TILT = math.radians(1.0)
 """Of a floor that nobody has measured."""
 NOTABLE_LEVER_ARM = 1.0
 """m; few robots are so large."""
+NOTABLE_WANDERING = 1e-4
+"""rad/s, 20 deg/h: bias instability does as much in any MEMS gyroscope."""
 SLOW = 0.2
 """rad/s: below, a spin takes so long that the gyroscope's bias wanders, and the lever arm hardly shows."""
 CONTRADICTION = 5.0
@@ -63,7 +65,7 @@ def describe_spin(
         covariance=covariance,
         noise=figures["noise"],
         blocks=SpinBlocks(**blocks) if blocks else _no_blocks(),
-        warnings=tuple(_warnings(figures, gravity, level_floor)),
+        warnings=(*_warnings(figures, gravity, level_floor), *_about_the_rests(rests)),
     )
 
 
@@ -181,6 +183,21 @@ def _warnings(figures: _core.SpinFigures, gravity: float, level_floor: bool) -> 
         yield (
             f"the specific force differs from the model by more than its noise (chi-square "
             f"{figures['chi_square']:.3g} for {freedom}): slipping wheels, an uneven floor or a swaying robot"
+        )
+
+
+def _about_the_rests(rests: tuple[Rest, ...]) -> Iterator[str]:
+    """Say that the gyroscope's bias did not stay where it was."""
+    if len(rests) < 2:
+        return
+    rates = np.array([rest.angular_rate for rest in rests])
+    sigmas = np.array([rest.angular_rate_sigma for rest in rests])
+    apart = np.abs(rates[:, None] - rates[None])
+    chance = CONTRADICTION * np.hypot(sigmas[:, None], sigmas[None])
+    if (apart > chance + NOTABLE_WANDERING).any():
+        yield (
+            f"the gyroscope's bias wandered by {apart.max():.2g} rad/s between the rests, which its sigma "
+            "does not know: let the unit warm up, or turn for less long"
         )
 
 

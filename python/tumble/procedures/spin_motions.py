@@ -7,13 +7,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tumble.procedures.acquire import Fault, si_unit
 from tumble.procedures.spin_objections import CHANNELS, in_words
 from tumble.procedures.spin_stretches import Stretch
 from tumble.recording import FloatArray
 from tumble.results import Rest
-
-Fault = tuple[str, str, float, float, float]
-"""Channel, kind, value, first and last time, s, as `Acquired.faults` has them."""
 
 SMALLEST_PART = math.radians(10.0)
 """A robot that stops between turns at least so far at a time."""
@@ -25,10 +23,21 @@ FEWEST_SAMPLES = 12
 BLOCK_SECONDS = 0.1
 PAUSE_SECONDS, PAUSE_SHARE, SLOWEST_TURN = 0.5, 0.3, 0.05
 """s, share of the fastest, and rad/s: whoever turns more slowly for as long has stopped to turn."""
+SMALLEST_RANGE = {"m/s^2": 15.0, "rad/s": 0.5}
+"""No accelerometer or gyroscope on a robot has less; a coarse one may show a smaller value throughout."""
 LARGEST_RATE = 20.0
 """rad/s: three times round in a second."""
 LARGEST_ACROSS = 0.5
 """Angular rate across the vertical against that about it, root mean square: what is more was no turn."""
+
+
+def believable(faults: Sequence[Fault]) -> tuple[Fault, ...]:
+    """Leave out readings that pile up at the smallest value of a robot that turned one way only."""
+    return tuple(
+        (channel, kind, value, first, last)
+        for channel, kind, value, first, last in faults
+        if kind == "stuck" or abs(value) > SMALLEST_RANGE[si_unit(channel)]
+    )
 
 
 def motion_fault(motion: Stretch, beside: Rest, faults: Sequence[Fault], given: bool) -> str:

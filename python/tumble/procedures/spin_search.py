@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from tumble import _core
+from tumble.procedures.acquire import Fault
 from tumble.procedures.gravity import STANDARD_GRAVITY
 from tumble.procedures.spin_motions import (
     FEWEST_SAMPLES,
     SMALLEST_SPIN,
-    Fault,
     first_turn,
     is_nudge,
     motion_fault,
@@ -34,8 +34,9 @@ LARGEST_SCALE_ERROR = 0.1
 """Of a gyroscope; a true angle further off than that was counted wrongly."""
 LARGEST_SPEED = 0.25
 """m/s that the accelerometers show while the robot should have stayed on the spot."""
-LARGEST_MISFIT = 0.005
+LARGEST_MISFIT = 0.003
 """m/s^2 that a fit may be off for long and adds up to a speed nobody drove."""
+SIGMAS_OF_WALK = 2.0
 LARGEST_LEVER_ARM = 1.0
 """m; what seems to be further off its turning axis drove a circle."""
 LARGEST_AXIS_CHANGE = 0.3
@@ -305,7 +306,7 @@ def _astray(chain: Chain, figures: _core.SpinFigures, blocks: _core.SpinBlockFig
     speeds = [_speed(motion, chain, figures, blocks) for motion in chain.motions]
     fastest = int(np.argmax(speeds))
     culprit = chain.motions[fastest]
-    if speeds[fastest] > LARGEST_SPEED + LARGEST_MISFIT * (culprit.end - culprit.start):
+    if speeds[fastest] > _largest_speed(culprit, chain, figures):
         remedy = "" if chain.given else ", or name the spin with --at"
         return _Failed(f"drove: reached about {speeds[fastest]:.1f} m/s; stay on the spot{remedy}", culprit)
     if not chain.given and np.linalg.norm(figures["lever_arm"]) > LARGEST_LEVER_ARM:
@@ -335,6 +336,17 @@ def _speed(
         # It stands again afterwards: what the sum has gathered until then is drift.
         velocity -= np.linspace(0.0, 1.0, len(velocity)) * velocity[-1]
     return float(np.abs(velocity).max())
+
+
+def _largest_speed(motion: Stretch, chain: Chain, figures: _core.SpinFigures) -> float:
+    """Speed that a motion on the spot may seem to reach, m/s: misfit adds up, and integrated noise walks."""
+    seconds = motion.end - motion.start
+    noise = float(np.linalg.norm(figures["noise"][1])) * math.sqrt(2.0 / 3.0)
+    walk = noise * seconds / math.sqrt(len(motion.samples))
+    if motion is not chain.stretches[-1]:
+        # Zero at both ends, it walks half as far.
+        walk *= 0.5
+    return LARGEST_SPEED + LARGEST_MISFIT * seconds + SIGMAS_OF_WALK * walk
 
 
 def _gravity_along(heading: FloatArray, figures: _core.SpinFigures) -> FloatArray:
