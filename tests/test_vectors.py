@@ -15,9 +15,9 @@ from tumble import _core
 VECTORS = Path(__file__).parents[1] / "vectors"
 
 
-def vectors(name):
+def vectors(name, precision="f64"):
     content = json.loads((VECTORS / f"{name}.json").read_text())
-    return content["cases"], {key: each["f64"] for key, each in content["tolerance"].items()}
+    return content["cases"], {key: each[precision] for key, each in content["tolerance"].items()}
 
 
 def generator():
@@ -84,3 +84,21 @@ def test_rests_and_turns_agree_with_their_vectors_whatever_the_chunks(chunk):
     between = unit.rest_times[1, 0] - unit.rest_times[0, 1]
     turned = unit.turn_angles[0] - between * np.array(case["bias"])
     np.testing.assert_allclose(turned, case["turn_angle"], rtol=0, atol=tolerance["turn_angle"])
+
+
+@pytest.mark.parametrize("precision", ["f64", "f32"])
+def test_a_spin_agrees_with_its_vectors(precision):
+    case, tolerance = vectors("spin", precision)
+    counts = np.array(case["counts"], dtype=np.float64)
+    time = np.arange(len(counts)) * case["interval_us"] * 1e-6
+    force = np.ascontiguousarray(counts[:, :3] * case["force_step"])
+    rate = np.ascontiguousarray(counts[:, 3:] * case["rate_step"])
+    settings = _core.SpinSettings(case["gravity"])
+    found, _ = _core.fit_spin(time, force, rate, np.array(case["rests_s"]), settings, precision)
+    for quantity, bias in (
+        ("accelerometer_bias", found["level_free"]["value"]),
+        ("gyroscope_bias", found["gyroscope_bias"]["value"]),
+        ("floor_tilt", found["floor_tilt"][0]),
+    ):
+        apart = (bias - np.array(case[quantity])) / np.array(case[f"{quantity}_sigma"])
+        assert np.abs(apart).max() < tolerance[quantity], quantity

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -211,6 +211,92 @@ def stream() -> dict[str, Any]:
     }
 
 
+@dataclass(frozen=True)
+class Robot:
+    """A robot on a floor of 2 deg: what is true of it, and of the noise of one sample."""
+
+    rate: int = 50
+    still: float = 6.0
+    accelerometer_bias: Array = field(default_factory=lambda: np.array([0.25, -0.15, 0.1]))
+    gyroscope_bias: Array = field(default_factory=lambda: np.array([0.02, -0.01, 0.03]))
+    up: Array = field(default_factory=lambda: np.array([0.06, 0.04, 0.9974]))
+    tilt: float = float(np.radians(2.0))
+    arm: Array = field(default_factory=lambda: np.array([0.12, -0.05]))
+    noise: tuple[float, float] = (0.02, 0.002)
+
+    def motion(self) -> tuple[Array, Array, Array, Array]:
+        """Time, heading, rate and its change: two turns and a half, faster and slower, then 2 s at rest."""
+        duration, angle = 12.0, 5.0 * np.pi
+        time = np.arange(int((self.still + duration + 2.0) * self.rate)) / self.rate
+        share = ((time - self.still) / duration).clip(0.0, 1.0)
+        wave, speed = 2.0 * np.pi * share, 2.0 * np.pi / duration
+        heading = angle * (share - np.sin(wave) / (2.0 * np.pi))
+        rate = angle / duration * (1.0 - np.cos(wave))
+        return time, heading, rate, angle / duration * speed * np.sin(wave)
+
+    def frame(self, up: Array) -> Array:
+        """(3, 3) forward, left, up as columns."""
+        up = up / np.linalg.norm(up)
+        forward = np.array([1.0, 0.0, 0.0]) - up[0] * up
+        forward /= np.linalg.norm(forward)
+        return np.column_stack([forward, np.cross(up, forward), up])
+
+    def force(self, up: Array, uphill: Array, arm: Array, motion: tuple[Array, Array, Array, Array]) -> Array:
+        """(n, 3) specific force without bias; `uphill` (2,) is the pull of gravity across the axis."""
+        _, heading, rate, change = motion
+        frame = self.frame(up)
+        up = frame[:, 2]
+        pull, lever = frame[:, :2] @ uphill, frame[:, :2] @ arm
+        vertical = np.sqrt(GRAVITY**2 - uphill @ uphill)
+        return np.asarray(
+            vertical * up
+            + np.outer(np.cos(heading), pull)
+            - np.outer(np.sin(heading), np.cross(up, pull))
+            - np.outer(rate**2, lever)
+            + np.outer(change, np.cross(up, lever))
+        )
+
+
+def spin() -> dict[str, Any]:
+    """Biases from all samples at once, with the true motion known; the rate along the axis tells at rest only."""
+    rng = np.random.default_rng(8)
+    robot = Robot()
+    motion = robot.motion()
+    time, _, rate, _ = motion
+    uphill = GRAVITY * np.sin(robot.tilt) * np.array([np.cos(0.7), np.sin(0.7)])
+    axis = robot.frame(robot.up)[:, 2]
+    force = robot.force(axis, uphill, robot.arm, motion) + robot.accelerometer_bias
+    turning = np.outer(rate, axis) + robot.gyroscope_bias
+    counts_force = np.round((force + rng.normal(0, robot.noise[0], force.shape)) / 1e-4).astype(int)
+    counts_rate = np.round((turning + rng.normal(0, robot.noise[1], force.shape)) / 1e-5).astype(int)
+    measured, rates = counts_force * 1e-4, counts_rate * 1e-5
+    resting = (time < robot.still) | (rate == 0.0)
+
+    def misses(x: Array) -> Array:
+        up = robot.frame(np.array([x[6], x[7], 1.0]))[:, 2]
+        of_force = measured - x[:3] - robot.force(up, x[8:10], x[10:12], motion)
+        of_rate = rates - x[3:6] - np.outer(rate, up)
+        across = of_rate - np.outer(of_rate @ up, up) * ~resting[:, None]
+        return np.concatenate([(of_force / robot.noise[0]).ravel(), (across / robot.noise[1]).ravel()])
+
+    found = least_squares(misses, np.zeros(12), x_scale="jac", xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    sigma = np.sqrt(np.diag(np.linalg.inv(found.jac.T @ found.jac)))
+    return {
+        "interval_us": 1_000_000 // robot.rate,
+        "force_step": 1e-4,
+        "rate_step": 1e-5,
+        "gravity": GRAVITY,
+        "rests_s": [[0.0, robot.still], [float(time[-1]) - 1.9, float(time[-1])]],
+        "counts": np.hstack([counts_force, counts_rate]),
+        "accelerometer_bias": found.x[:3],
+        "accelerometer_bias_sigma": sigma[:3],
+        "gyroscope_bias": found.x[3:6],
+        "gyroscope_bias_sigma": sigma[3:6],
+        "floor_tilt": float(np.arcsin(np.linalg.norm(found.x[8:10]) / GRAVITY)),
+        "floor_tilt_sigma": float(sigma[8:10].max() / GRAVITY),
+    }
+
+
 def plain(value: object) -> object:
     """Turn arrays into lists, so that JSON takes them."""
     if isinstance(value, np.ndarray):
@@ -254,6 +340,10 @@ VECTORS = {
     "triad": Vectors(triad, {"M": (0.02, 0.02), "b": (0.02, 0.02), "sigma": (2e-4, 2e-4)}),
     # A rest may lose two blocks of 0.1 s at an end; the others are three sigma of the noise put in.
     "stream": Vectors(stream, {"rests_s": (0.2, 0.2), "bias": (1.5e-4, 1.5e-4), "turn_angle": (5e-4, 5e-4)}),
+    # In units of sigma, twice what was seen: the core has to find the motion by itself, and averages over blocks.
+    "spin": Vectors(
+        spin, {"accelerometer_bias": (0.4, 0.4), "gyroscope_bias": (1.0, 1.0), "floor_tilt": (0.2, 0.2)}
+    ),
 }
 
 

@@ -9,8 +9,10 @@ use tumble_core::model::ErrorModel;
 use tumble_core::moments::Moments;
 use tumble_core::noise::{AllanLadder, Interval, Noise};
 use tumble_core::real::{Real, real};
-use tumble_core::sample::CHANNELS;
+use tumble_core::sample::{CHANNELS, Sample};
 use tumble_core::segmenter::{Segment, Segmenter, SegmenterSettings, Stretch};
+use tumble_core::spin::collector::Collector;
+use tumble_core::spin::settings::SpinSettings;
 use tumble_core::turntable::fit::{Knowledge, fit};
 use tumble_core::turntable::mounting::{PoseMean, fit_mounting};
 use tumble_core::turntable::reference::fit_sphere;
@@ -303,6 +305,67 @@ fn stream<T: Named>() {
     vectors.check(cases, "turn_angle", angle.iter().copied());
 }
 
+/// Whether sample `k` was taken while the robot stood.
+fn resting(cases: &Value, time: u64) -> bool {
+    let within = |rest: &Value| {
+        let [start, end] = [&rest[0], &rest[1]].map(|time| time.as_f64().expect("a time"));
+        (start..=end).contains(&(time as f64 * 1e-6))
+    };
+    cases["rests_s"].as_array().expect("rests").iter().any(within)
+}
+
+fn spin<T: Named>() {
+    let vectors = read("spin");
+    let cases = &vectors.cases;
+    let (force, rate): (T, T) = (number(&cases["force_step"]), number(&cases["rate_step"]));
+    let mut collector = Collector::new(&SpinSettings {
+        gravity: number(&cases["gravity"]),
+        ..SpinSettings::default()
+    });
+    let interval = cases["interval_us"].as_u64().expect("an interval");
+    let mut stood = true;
+    for (k, counts) in (0..).zip(cases["counts"].as_array().expect("counts")) {
+        let triad = |first: usize, step: T| Vector3::from_fn(|i, _| number::<T>(&counts[first + i]) * step);
+        let sample = Sample {
+            time: k * interval,
+            specific_force: triad(0, force),
+            angular_rate: triad(3, rate),
+        };
+        let stands = resting(cases, sample.time);
+        if stood != stands {
+            let block = collector.cut().expect("a block");
+            collector.take(&block, stood).expect("a robot on its wheels");
+            collector.end_stop();
+            stood = stands;
+        }
+        if let Some(block) = collector.push(&sample).expect("samples in range") {
+            collector.take(&block, stands).expect("a robot on its wheels");
+        }
+    }
+    let block = collector.cut().expect("a block");
+    collector.take(&block, stood).expect("a robot on its wheels");
+    collector.end_stop();
+    let found = collector.solve(None).expect("a spin");
+    let biases = [
+        ("accelerometer_bias", found.level_free.value),
+        ("gyroscope_bias", found.gyroscope_bias.value),
+    ];
+    for (quantity, bias) in biases {
+        let (expected, sigma) = (&cases[quantity], &cases[format!("{quantity}_sigma")]);
+        let apart = (bias - vector::<T>(expected)).component_div(&vector::<T>(sigma));
+        assert!(
+            apart.amax().wide() <= vectors.tolerance::<T>(quantity),
+            "{quantity}: {apart:?}"
+        );
+    }
+    let apart: T =
+        (found.floor_tilt.value - number(&cases["floor_tilt"])) / number(&cases["floor_tilt_sigma"]);
+    assert!(
+        apart.abs().wide() <= vectors.tolerance::<T>("floor_tilt"),
+        "floor tilt: {apart:?}"
+    );
+}
+
 macro_rules! in_both_precisions {
     ($($name:ident: $law:ident),+ $(,)?) => {$(
         #[test]
@@ -322,4 +385,5 @@ in_both_precisions! {
     the_mounting_angle_agrees_with_its_vectors: mounting,
     a_triad_agrees_with_its_vectors: triad,
     rests_and_turns_agree_with_their_vectors: stream,
+    a_spin_agrees_with_its_vectors: spin,
 }
