@@ -38,9 +38,9 @@ from tumble.report.spin_parameters import parameter_named
 from tumble.report.svg import (
     INK,
     REST,
-    SOFT,
     X_AXIS,
     Y_AXIS,
+    Z_AXIS,
     inline_svg,
     new_figure,
 )
@@ -53,6 +53,9 @@ RADIUS_95 = math.sqrt(-2.0 * math.log(0.05))
 """Radius in sigmas of the circle that holds 95 of 100 points, which scatter alike in both directions."""
 
 _QUARTER_TURNS = (0.0, 90.0, 180.0, 270.0, 360.0)
+LEVEL_FLOOR = Z_AXIS
+"""Told from the fit by colour: over several turns the gaps of a dashed line fill each other."""
+
 _SQUARE = 3.3
 """Inches, side of a panel with the same scale both ways."""
 
@@ -94,9 +97,9 @@ def heading_figure(spin: Spin, gravity: float, prefix: str) -> Markup:
         shown = [blocks.force[:, :2], blocks.fit[:, :2], *([] if level is None else [level])]
         value_axis_in(axes, scale, f"specific force {name}, less bias", *shown)
         horizontal_axis(axes, 0.0, 360.0, "heading, deg, counter-clockwise", ticks=_QUARTER_TURNS)
-        _draw_over_heading(axes, degrees, scale.factor * blocks.fit[:, side], INK, "-")
         if level is not None:
-            _draw_over_heading(axes, degrees, scale.factor * level[:, side], SOFT, "--")
+            _draw_over_heading(axes, degrees, scale.factor * level[:, side], LEVEL_FLOOR)
+        _draw_over_heading(axes, degrees, scale.factor * blocks.fit[:, side], INK)
         turning = blocks.resting < 0.5
         for chosen, hollow in ((kept & turning, False), (kept & ~turning, True)):
             small_markers(
@@ -240,7 +243,7 @@ def small_markers(axes: Axes, x: FloatArray, y: FloatArray, colour: str, marker:
     )
 
 
-def _draw_over_heading(axes: Axes, degrees: FloatArray, values: FloatArray, colour: str, style: str) -> None:
+def _draw_over_heading(axes: Axes, degrees: FloatArray, values: FloatArray, colour: str) -> None:
     """Draw a line over folded heading, in the order of time, broken where it passes 360 deg."""
     if len(degrees) == 0:
         return
@@ -250,7 +253,6 @@ def _draw_over_heading(axes: Axes, degrees: FloatArray, values: FloatArray, colo
         np.insert(values, breaks, np.nan),
         color=colour,
         linewidth=0.9,
-        linestyle=style,
         zorder=1.6,
     )
 
