@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::moments::Moments;
-use crate::real::{Real, real};
+use crate::real::{Real, count, real};
 use crate::sample::CHANNELS;
 use crate::spin::axis::{Cloud, floor_frame};
 use crate::spin::block::{Block, Guide};
@@ -313,15 +313,28 @@ impl<T: Real> SpinEstimator<T> {
         let Some(rests) = &self.rests else {
             return Err(Failure::NoRest);
         };
-        let sigmas = |first: usize| rests.block_variance(first).sum().sqrt() * real(SIGMAS);
+        // A robot that turns shakes more than one that stands: by how much, the scatter within the block tells.
+        let within = block.moments.variance();
+        let share = T::one() / count(block.moments.samples().max(1));
+        let shaking = |first: usize, along: T, across: T| {
+            let axes = guide.up.iter().zip(within.iter().skip(first));
+            axes.fold(T::zero(), |sum, (cosine, variance)| {
+                let square = *cosine * *cosine;
+                sum + *variance * share * (along * square + across * (T::one() - square))
+            })
+        };
+        let sigmas =
+            |first: usize, shaking: T| (rests.block_variance(first).sum() + shaking).sqrt() * real(SIGMAS);
         let rate = block.angular_rate() - guide.bias;
         let across = (rate - guide.up * guide.up.dot(&rate)).norm();
-        let share = if self.axis_shown() {
+        let allowed = if self.axis_shown() {
             self.settings.largest_share_across
         } else {
             real(SHARE_WHILE_GUESSED)
         };
-        let limit = self.settings.largest_rate_across + share * block.rate.abs() + sigmas(3);
+        let limit = self.settings.largest_rate_across
+            + allowed * block.rate.abs()
+            + sigmas(3, shaking(3, T::zero(), T::one()));
         let time = block.end;
         if across > limit {
             return Err(Failure::NotOneAxis { time, across, limit });
@@ -329,7 +342,7 @@ impl<T: Real> SpinEstimator<T> {
         let change = (block.specific_force() - rests.first_force().0)
             .dot(&guide.up)
             .abs();
-        let limit = self.settings.largest_lift + sigmas(0);
+        let limit = self.settings.largest_lift + sigmas(0, shaking(0, T::one(), T::zero()));
         if change > limit {
             return Err(Failure::Lifted { time, change, limit });
         }
