@@ -20,8 +20,8 @@ from tumble.report.batch_figures import distribution_figure, strip_groups
 from tumble.report.figures import axis_reading_figure, recording_figure, residual_figure
 from tumble.report.improvement import improvement
 from tumble.report.overview import calibrated_deviation
-from tumble.report.panel import tick_texts, ticks_between
-from tumble.report.svg import PAGE_COLOURS, house_style, inline_svg, new_figure
+from tumble.report.panel import bare_axes, markers, tick_texts, ticks_between
+from tumble.report.svg import PAGE_COLOURS, X_AXIS, house_style, inline_svg, new_figure
 from tumble.report.whisker import WIDTH, Ruler, round_up, whisker
 
 
@@ -211,3 +211,17 @@ def test_ticks_lie_inside_their_span_and_their_texts_tell_them_apart(low, length
     texts = tick_texts(ticks)
     assert all(low <= tick <= low + length for tick in ticks)
     assert len(set(texts)) == len(ticks)
+
+
+def test_the_style_that_many_markers_share_is_written_once():
+    with house_style():
+        figure = new_figure(2.0, 2.0)
+        axes = bare_axes(figure, (0.0, 0.0, 2.0, 2.0))
+        markers(axes, np.arange(50.0), np.arange(50.0), X_AXIS, "o")
+        root = ElementTree.fromstring(inline_svg(figure, "m", "markers"))
+    groups = [group for group in root.iter() if any(child.tag.endswith("use") for child in group)]
+    group = max(groups, key=len)
+    points = [child for child in group if child.tag.endswith("use")]
+    assert len(points) == 50
+    assert "var(--x)" in group.get("style")
+    assert all(child.get("style") is None for child in points)

@@ -30,7 +30,7 @@ from tumble.report.svg import house_style
 from tumble.report.target_page import Picture, RestRow, rest_rows
 from tumble.results_spin import Spin, SpinResult
 
-MOST_DRAWN = 8
+MOST_DRAWN = 4
 """Spins with pictures; of a day with more, the further ones are tables only, or the page grows too heavy."""
 
 _NO_BLOCKS = "No samples of this spin were kept to draw."
@@ -168,8 +168,9 @@ def _heading_picture(spin: Spin, gravity: float, prefix: str) -> Picture:
         )
     else:
         level = (
-            "Solid: the fit. Dashed: the same on a level floor; it differs from zero by what the lever arm "
-            "does while turning."
+            "Line through the points: the fit. Green line: the same on a level floor; it differs from zero "
+            "by what the lever arm does while turning. Where the robot speeds up or slows down the lines are "
+            "drawn from the rates of neighbouring stretches, which blunts them."
         )
     return Picture(
         heading_figure(spin, gravity, f"{prefix}-heading"),

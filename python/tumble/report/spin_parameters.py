@@ -43,7 +43,7 @@ class MethodRow:
 
 @dataclass(frozen=True, slots=True)
 class Methods:
-    """Level-free beside published; `remark` says what their difference means."""
+    """Level-free beside published: which is the result, and what their difference means."""
 
     unit: str
     rows: tuple[MethodRow, ...]
@@ -101,7 +101,12 @@ def methods(spin: Spin, gravity: float) -> Methods:
         )
         for k, axis in enumerate("xyz")
     )
-    return Methods(scale.unit, rows, spin.method, _tilt_remark(spin, gravity))
+    chosen = (
+        f"The {spin.method} bias is the result."
+        if spin.accelerometer_bias.observable
+        else "Neither is known well enough to be the result."
+    )
+    return Methods(scale.unit, rows, chosen, _tilt_remark(spin, gravity))
 
 
 def overview(result: SpinResult) -> Overview:

@@ -161,9 +161,9 @@ def _draw_uphill(axes: Axes, spin: Spin) -> None:
 
 
 def _draw_arm(axes: Axes, arm: LeverArm) -> None:
-    reach = math.hypot(arm.forward, arm.left)
-    # The arm is drawn half as long as the robot is wide, whatever it is: nobody told us the robot's size.
-    factor = 0.5 / reach if reach > 0 else 1.0
+    spread = max(arm.forward_sigma, arm.left_sigma)
+    # Arm and ellipse together take a third of the robot, whatever they are: nobody told us the robot's size.
+    factor = 0.55 / (math.hypot(arm.forward, arm.left) + spread)
     right, up = -factor * arm.left, factor * arm.forward
     axes.plot([0.0, right], [0.0, up], color=X_AXIS, linewidth=1.2)
     angle = np.linspace(0.0, 2.0 * np.pi, 61)
@@ -174,7 +174,8 @@ def _draw_arm(axes: Axes, arm: LeverArm) -> None:
         linewidth=1.0,
     )
     markers(axes, np.array([right]), np.array([up]), X_AXIS, "o")
-    axes.text(right, up - 0.1 if up < 0 else up + 0.1, "IMU", ha="center", va="center", size=8, color=X_AXIS)
+    beside = right + factor * arm.left_sigma + 0.08
+    axes.text(beside, up, "IMU", ha="left", va="center", size=8, color=X_AXIS)
 
 
 def _arrow(axes: Axes, tail: tuple[float, float], head: tuple[float, float], colour: str) -> None:

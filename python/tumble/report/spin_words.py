@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from tumble.report.numbers import measurement, readable_scale, significant
 from tumble.report.spin_parameters import FULL_TURN, turns_text
@@ -59,9 +59,15 @@ def unobserved_sentences(result: SpinResult) -> list[str]:
             names = tuple(parameter.name for parameter in hidden if parameter.reason == reason)
             by_reason.setdefault((reason, names), []).append(spin.label)
     return [
-        f"{join(labels).capitalize()}: {join(names)}: {reason or 'the data do not show it'}."
+        f"{_whose(labels, result)}: {join(names)}: {reason or 'the data do not show it'}."
         for (reason, names), labels in by_reason.items()
     ]
+
+
+def _whose(labels: Sequence[str], result: SpinResult) -> str:
+    if len(labels) == len(result.spins) > 1:
+        return "All spins"
+    return join(labels).capitalize()
 
 
 def spin_sentence(spin: Spin) -> str:

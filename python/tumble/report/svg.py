@@ -148,6 +148,19 @@ def _tidy(root: ElementTree.Element, prefix: str, *, page_colours: bool) -> None
         if element.tag != "text" and element.text and not element.text.strip():
             element.text = None
         element.tail = None if not (element.tail or "").strip() else element.tail
+    for element in root.iter("g"):
+        _say_style_once(element)
+
+
+def _say_style_once(group: ElementTree.Element) -> None:
+    """Let the group carry the style that its many markers share: half the weight of a cloud of points."""
+    uses = group.findall("use")
+    styles = {each.get("style") for each in uses}
+    if len(uses) < 2 or len(styles) > 1 or None in styles or "style" in group.attrib:
+        return
+    group.set("style", str(styles.pop()))
+    for each in uses:
+        del each.attrib["style"]
 
 
 def _names_in_use(root: ElementTree.Element, prefix: str) -> dict[str, str]:
