@@ -65,7 +65,7 @@ def describe_spin(
         covariance=covariance,
         noise=figures["noise"],
         blocks=SpinBlocks(**blocks) if blocks else _no_blocks(),
-        warnings=(*_warnings(figures, gravity, level_floor), *_about_the_rests(rests)),
+        warnings=(*_warnings(figures, gravity, level_floor), *_about_the_rests(figures, rests)),
     )
 
 
@@ -186,9 +186,9 @@ def _warnings(figures: _core.SpinFigures, gravity: float, level_floor: bool) -> 
         )
 
 
-def _about_the_rests(rests: tuple[Rest, ...]) -> Iterator[str]:
-    """Say that the gyroscope's bias did not stay where it was."""
-    if len(rests) < 2:
+def _about_the_rests(figures: _core.SpinFigures, rests: tuple[Rest, ...]) -> Iterator[str]:
+    """Say that the gyroscope's bias did not stay where it was, unless a slow turn explains that."""
+    if len(rests) < 2 or figures["turned_while_still"]:
         return
     rates = np.array([rest.angular_rate for rest in rests])
     sigmas = np.array([rest.angular_rate_sigma for rest in rests])
