@@ -6,11 +6,10 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tumble_lab::simulate::fault::{Channels, Fault};
+use tumble_lab::simulate::floor::Floor;
 use tumble_lab::simulate::motion::Course;
 use tumble_lab::simulate::sensor::Geometry;
-use tumble_lab::simulate::spot::{
-    Disturbance, Floor, Plan, Span, SpotMotion, Step, mounted, reported_bearing,
-};
+use tumble_lab::simulate::spot::{Disturbance, Plan, Span, SpotMotion, Step, mounted, reported_bearing};
 use tumble_lab::simulate::stream::{Purpose, stream};
 use tumble_lab::simulate::unit::{Clock, ClockSetup, Conditions, Mounting, Unit, Warming, record};
 

@@ -9,7 +9,8 @@
 //! 5. [`fault`]: what can be wrong with a recording;
 //! 6. [`unit`]: one unit, its clock and its recording;
 //! 7. [`turntable`]: a whole session, one reference and its targets;
-//! 8. [`spot`]: a wheeled robot that turns on the spot, recorded by the same units.
+//! 8. [`spot`]: a wheeled robot that turns on the spot, recorded by the same units ([`heading`]: where it points,
+//!    [`floor`]: what it stands on).
 //!
 //! Everything is drawn from one seed. Each unit and each purpose has a random stream of its own ([`stream`]), so that
 //! adding a target, or switching bias instability on, leaves every other draw as it was.
@@ -19,7 +20,9 @@
 //! last bit.
 
 pub mod fault;
+pub mod floor;
 pub mod grade;
+pub mod heading;
 pub mod motion;
 pub mod noise;
 pub mod sensor;

@@ -1,15 +1,16 @@
 //! A wheeled robot: it stands, turns on the spot, drives to another, and is treated badly, as truth at any time.
 //!
 //! Frames: *floor* (forward, left, up; turns with the robot), *case* (the IMU's, fixed to the robot by
-//! `case_from_floor`). Heading, its rate and its change are functions of time that are each other's exact derivatives.
+//! `case_from_floor`). On a drive the floor bends from one tilt to the next, and the robot with it; its heading is turned
+//! about the floor's normal alone.
 
-use core::f64::consts::{PI, TAU};
+use core::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use nalgebra::{Rotation3, Unit, Vector3};
-use rand::RngExt;
-use tumble_core::gravity::EARTH_RATE;
 use tumble_core::spin::axis::floor_frame;
 
+use crate::simulate::floor::{Floor, Lie, Turned};
+use crate::simulate::heading::{Slip, Turning, eased, ramped};
 use crate::simulate::motion::{Course, Truth};
 use crate::simulate::stream::Stream;
 
@@ -43,15 +44,6 @@ pub enum Step {
     },
 }
 
-/// The floor at one spot.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Floor {
-    /// rad.
-    pub tilt: f64,
-    /// Uphill, rad counter-clockwise from forward at heading zero.
-    pub uphill: f64,
-}
-
 /// Something that lifts and tilts the robot for a while, and sets it down as it was: `sin^2` over its duration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disturbance {
@@ -72,9 +64,9 @@ pub struct Plan {
     pub steps: Vec<Step>,
     /// Floor at the first spot.
     pub floor: Floor,
-    /// Angular acceleration, rad/s^2, at which a turn begins and ends.
+    /// Largest angular acceleration, rad/s^2, as a turn begins and ends; unevenness and slips come on top.
     pub acceleration: f64,
-    /// Share by which the rate goes up and down, and how often, Hz.
+    /// Share, below 1, by which the rate goes up and down, and how often at full rate, Hz.
     pub unevenness: (f64, f64),
     /// Slips of the wheels a turn.
     pub slips: f64,
@@ -86,7 +78,7 @@ pub struct Plan {
     pub case_from_floor: Rotation3<f64>,
     /// m/s^2.
     pub gravity: f64,
-    /// rad; `None` for an Earth that does not turn.
+    /// rad; `None` for an Earth that does not turn. The robot faces north at heading zero.
     pub latitude: Option<f64>,
 }
 
@@ -108,25 +100,8 @@ struct Phase {
     slips: Vec<Slip>,
 }
 
-/// A dip of the rate: `-depth sin^2` over its width.
-#[derive(Clone, Copy, Debug)]
-struct Slip {
-    start: f64,
-    width: f64,
-    depth: f64,
-}
-
-/// Heading and its two derivatives.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Turning {
-    /// rad.
-    pub heading: f64,
-    /// rad/s.
-    pub rate: f64,
-    /// rad/s^2.
-    pub acceleration: f64,
-}
-
+/// Room that a slip needs, s.
+const SHORTEST_SLIP: f64 = 0.1;
 /// Frequencies of the vibration, Hz, and its phases.
 const VIBRATION: [(f64, f64); 3] = [(23.0, 0.4), (37.0, 2.1), (58.0, 4.4)];
 
@@ -172,25 +147,33 @@ impl SpotMotion {
         match *step {
             Step::Rest { duration, .. } | Step::Drive { duration, .. } => duration,
             Step::Turn { angle, rate } => {
-                let rate = rate.min((angle.abs() * self.plan.acceleration).sqrt());
-                angle.abs() / rate + rate / self.plan.acceleration
+                let (rate, ramp) = self.reached(angle, rate);
+                angle.abs() / rate + ramp
             }
         }
     }
 
-    /// Slips short and deep, evenly likely over the middle of a turn.
+    /// Rate that a turn gets up to, rad/s, and how long it takes to, s: half a cosine, at most `acceleration` steep.
+    fn reached(&self, angle: f64, rate: f64) -> (f64, f64) {
+        let rate = rate.min((angle.abs() * self.plan.acceleration / FRAC_PI_2).sqrt());
+        (rate, FRAC_PI_2 * rate / self.plan.acceleration)
+    }
+
+    /// Slips while a turn is at its full rate, one in each of as many equal parts of that time; none where it has none.
     fn draw_slips(&self, step: &Step, span: &Span, stream: &mut Stream) -> Vec<Slip> {
         let Step::Turn { angle, rate } = *step else {
             return Vec::new();
         };
+        let (rate, ramp) = self.reached(angle, rate);
+        let slowest = rate * (1.0 - self.plan.unevenness.0) * angle.signum();
         let count = (self.plan.slips * angle.abs() / TAU).round() as usize;
-        let (from, length) = (span.start + 1.0, (span.end - span.start - 2.5).max(0.0));
+        let part = (span.end - span.start - 2.0 * ramp).max(0.0) / count.max(1) as f64;
+        if part < SHORTEST_SLIP {
+            return Vec::new();
+        }
+        let start = |index: usize| span.start + ramp + part * index as f64;
         (0..count)
-            .map(|_| Slip {
-                start: from + length * stream.random::<f64>(),
-                width: 0.3 + 0.4 * stream.random::<f64>(),
-                depth: rate * angle.signum() * (0.1 + 0.3 * stream.random::<f64>()),
-            })
+            .map(|index| Slip::draw(start(index), part, slowest, stream))
             .collect()
     }
 
@@ -221,9 +204,10 @@ impl SpotMotion {
                 acceleration: 0.0,
             },
             Step::Turn { angle, rate } => {
-                let rate = rate.min((angle.abs() * self.plan.acceleration).sqrt());
-                let ramp = rate / self.plan.acceleration;
-                uneven(angle, duration, ramp, elapsed, self.plan.unevenness)
+                let (_, ramp) = self.reached(angle, rate);
+                let (depth, frequency) = self.plan.unevenness;
+                let waves = (frequency * (duration - ramp)).round().max(1.0);
+                ramped(angle, duration, ramp, elapsed).uneven(depth, TAU * waves / angle)
             }
             Step::Drive { bend, .. } => eased(bend, duration, elapsed),
         };
@@ -264,34 +248,29 @@ impl SpotMotion {
         })
     }
 
-    /// Direction of up in the floor frame at heading `heading`: up leans uphill.
-    fn up_in_floor(&self, phase: &Phase, heading: f64, progress: f64) -> Vector3<f64> {
-        let lean = |floor: &Floor| {
-            let sine = libm::sin(floor.tilt);
-            Vector3::new(
-                sine * libm::cos(floor.uphill),
-                sine * libm::sin(floor.uphill),
-                0.0,
-            )
+    /// How the floor lies at time `t`, s.
+    fn lie(phase: &Phase, t: f64) -> Lie {
+        let level = phase.floor.lean();
+        let Step::Drive { floor, duration, .. } = &phase.step else {
+            return Lie::new(level, Vector3::zeros(), Vector3::zeros());
         };
-        let mut level = lean(&phase.floor);
-        if let Step::Drive { floor, .. } = &phase.step {
-            level += (lean(floor) - level) * progress;
-        }
-        let up = level + Vector3::z() * (1.0 - level.norm_squared()).max(0.0).sqrt();
-        Rotation3::from_axis_angle(&Vector3::z_axis(), -heading) * up
+        let change = floor.lean() - level;
+        let bend = eased(1.0, *duration, t - phase.span.start);
+        Lie::new(
+            level + change * bend.heading,
+            change * bend.rate,
+            change * bend.acceleration,
+        )
     }
 
-    /// Acceleration of the turning centre on a drive, floor frame.
-    fn acceleration(phase: &Phase, turning: &Turning, elapsed: f64) -> Vector3<f64> {
+    /// Acceleration of the turning centre on a drive, floor frame; the robot turns at `rate`, rad/s.
+    fn acceleration(phase: &Phase, rate: &Vector3<f64>, t: f64) -> Vector3<f64> {
         let Step::Drive { duration, speed, .. } = phase.step else {
             return Vector3::zeros();
         };
-        // Up to speed and down again, as half a wave of a raised cosine.
-        let angle = TAU * elapsed / duration;
-        let forward = speed / 2.0 * (1.0 - libm::cos(angle));
-        let pull = speed / 2.0 * TAU / duration * libm::sin(angle);
-        Vector3::new(pull, forward * turning.rate, 0.0)
+        // Up to speed and down again: the rate of an eased way.
+        let way = eased(speed * duration / 2.0, duration, t - phase.span.start);
+        Vector3::x() * way.acceleration + rate.cross(&(Vector3::x() * way.rate))
     }
 
     fn vibration(&self, phase: &Phase, t: f64, elapsed: f64) -> Vector3<f64> {
@@ -319,14 +298,15 @@ impl Course for SpotMotion {
         };
         let Some(phase) = self.phase(t) else { return still };
         let turning = self.turning_in(phase, t);
-        let elapsed = t - phase.span.start;
-        let progress = eased(1.0, phase.span.end - phase.span.start, elapsed).heading;
-        let up = self.up_in_floor(phase, turning.heading, progress);
+        let Turned {
+            up,
+            earth,
+            mut rate,
+            mut acceleration,
+        } = Self::lie(phase, t).turned(&turning, self.plan.latitude);
         let mut force = up * self.plan.gravity
-            + Self::acceleration(phase, &turning, elapsed)
-            + self.vibration(phase, t, elapsed);
-        let mut rate = Vector3::z() * turning.rate;
-        let mut acceleration = Vector3::z() * turning.acceleration;
+            + Self::acceleration(phase, &rate, t)
+            + self.vibration(phase, t, t - phase.span.start);
         let mut robot = Rotation3::identity();
         for disturbance in &self.plan.disturbances {
             let bump = disturbance.at(t);
@@ -339,14 +319,10 @@ impl Course for SpotMotion {
             robot = tilted * robot;
         }
         let to_case = |v: Vector3<f64>| self.plan.case_from_floor * v;
-        let earth = self
-            .plan
-            .latitude
-            .map_or(0.0, |latitude| EARTH_RATE * libm::sin(latitude));
         let turn_rate = to_case(rate);
         Truth {
             specific_force: to_case(robot * force),
-            angular_rate: turn_rate + to_case(robot * up) * earth,
+            angular_rate: turn_rate + to_case(robot * earth),
             turn_rate,
             turn_acceleration: to_case(acceleration),
         }
@@ -384,62 +360,6 @@ impl Disturbance {
     }
 }
 
-impl Slip {
-    fn take_off(&self, turning: &mut Turning, t: f64) {
-        let elapsed = (t - self.start).clamp(0.0, self.width);
-        let speed = TAU / self.width;
-        let (sine, cosine) = libm::sincos(speed * elapsed);
-        turning.heading -= self.depth / 2.0 * (elapsed - sine / speed);
-        if (self.start..=self.start + self.width).contains(&t) {
-            turning.rate -= self.depth / 2.0 * (1.0 - cosine);
-            turning.acceleration -= self.depth / 2.0 * speed * sine;
-        }
-    }
-}
-
-/// From rest to rest by `angle` in `duration`, as a raised cosine.
-fn eased(angle: f64, duration: f64, elapsed: f64) -> Turning {
-    let speed = TAU / duration;
-    let (sine, cosine) = libm::sincos(speed * elapsed.clamp(0.0, duration));
-    let mean = angle / duration;
-    Turning {
-        heading: mean * (elapsed.clamp(0.0, duration) - sine / speed),
-        rate: mean * (1.0 - cosine),
-        acceleration: mean * speed * sine,
-    }
-}
-
-/// From rest to rest by `angle` in `duration`, up to speed and down again over `ramp` as half a cosine, with a ripple
-/// of whole periods on top, which leaves the angle as it is.
-fn uneven(angle: f64, duration: f64, ramp: f64, elapsed: f64, (depth, frequency): (f64, f64)) -> Turning {
-    let top = angle / (duration - ramp);
-    let rising = |t: f64| {
-        if t >= ramp {
-            return (t - ramp / 2.0, 1.0, 0.0);
-        }
-        let (sine, cosine) = libm::sincos(PI * t / ramp);
-        (
-            (t - sine * ramp / PI) / 2.0,
-            (1.0 - cosine) / 2.0,
-            PI / ramp * sine / 2.0,
-        )
-    };
-    let (gained, rate, change) = if elapsed <= duration - ramp {
-        rising(elapsed)
-    } else {
-        let (gained, rate, change) = rising(duration - elapsed);
-        (duration - ramp - gained, rate, -change)
-    };
-    let periods = (frequency * duration).round().max(1.0);
-    let speed = TAU * periods / duration;
-    let (sine, cosine) = libm::sincos(speed * elapsed);
-    Turning {
-        heading: top * (gained + depth * (1.0 - cosine) / speed),
-        rate: top * (rate + depth * sine),
-        acceleration: top * (change + depth * speed * cosine),
-    }
-}
-
 /// `case_from_floor` of an IMU mounted with roll, pitch and yaw, rad: `floor_from_case = R_z(yaw) R_y(pitch) R_x(roll)`.
 pub fn mounted(roll: f64, pitch: f64, yaw: f64) -> Rotation3<f64> {
     let about = |axis: Unit<Vector3<f64>>, angle| Rotation3::from_axis_angle(&axis, angle);
@@ -455,3 +375,7 @@ pub fn reported_bearing(case_from_floor: &Rotation3<f64>, bearing: f64) -> f64 {
     let reported = floor_frame(&up).tr_mul(&direction);
     libm::atan2(reported.y, reported.x)
 }
+
+#[cfg(test)]
+#[path = "spot_tests.rs"]
+mod tests;

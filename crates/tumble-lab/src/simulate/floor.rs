@@ -1,0 +1,84 @@
+//! The floor under a robot: how it tilts, and how it bends from one tilt to the next.
+//!
+//! Frame: *floor* (forward, left, up across the floor), which turns with the robot.
+
+use nalgebra::{Rotation3, Vector3};
+use tumble_core::gravity::EARTH_RATE;
+
+use crate::simulate::heading::Turning;
+
+/// The floor at one spot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Floor {
+    /// rad.
+    pub tilt: f64,
+    /// Uphill, rad counter-clockwise from forward at heading zero.
+    pub uphill: f64,
+}
+
+impl Floor {
+    /// Level part of up in the floor frame at heading zero: up leans uphill.
+    pub fn lean(&self) -> Vector3<f64> {
+        let sine = libm::sin(self.tilt);
+        Vector3::new(sine * libm::cos(self.uphill), sine * libm::sin(self.uphill), 0.0)
+    }
+}
+
+/// How the floor lies: up, and the rate at which the floor bends under the robot, at heading zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lie {
+    up: Vector3<f64>,
+    bend_rate: Vector3<f64>,
+    bend_acceleration: Vector3<f64>,
+}
+
+/// What a robot on it feels, floor frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turned {
+    /// Up, unit length.
+    pub up: Vector3<f64>,
+    /// Earth's rate, rad/s.
+    pub earth: Vector3<f64>,
+    /// Rate at which the robot turns against the Earth, rad/s.
+    pub rate: Vector3<f64>,
+    /// Its derivative, rad/s^2.
+    pub acceleration: Vector3<f64>,
+}
+
+impl Lie {
+    /// `level` is the level part of up, with its first and second derivative.
+    ///
+    /// Up is fixed in the world: `d(up)/dt = -e x up`. Of the rates `e` that do this, the one with no part about the
+    /// floor's normal is `(u_y', -u_x', 0) / u_z`.
+    pub fn new(level: Vector3<f64>, rate: Vector3<f64>, acceleration: Vector3<f64>) -> Self {
+        let height = (1.0 - level.norm_squared()).sqrt();
+        let height_rate = -level.dot(&rate) / height;
+        let across = |v: Vector3<f64>| Vector3::new(v.y, -v.x, 0.0);
+        let bend_rate = across(rate) / height;
+        Self {
+            up: level + Vector3::z() * height,
+            bend_rate,
+            bend_acceleration: (across(acceleration) - bend_rate * height_rate) / height,
+        }
+    }
+
+    /// For a robot that turns on the floor; latitude in rad, `None` for an Earth that does not turn.
+    pub fn turned(&self, turning: &Turning, latitude: Option<f64>) -> Turned {
+        let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), -turning.heading);
+        let bend_rate = turn * self.bend_rate;
+        let about = Vector3::z() * turning.rate;
+        Turned {
+            up: turn * self.up,
+            earth: turn * latitude.map_or(Vector3::zeros(), |latitude| self.earth_rate(latitude)),
+            rate: about + bend_rate,
+            acceleration: Vector3::z() * turning.acceleration + turn * self.bend_acceleration
+                - about.cross(&bend_rate),
+        }
+    }
+
+    /// The Earth's rate: north is where x points, laid level.
+    fn earth_rate(&self, latitude: f64) -> Vector3<f64> {
+        let north = (Vector3::x() - self.up * self.up.x).normalize();
+        (north * libm::cos(latitude) + self.up * libm::sin(latitude)) * EARTH_RATE
+    }
+}
