@@ -9,7 +9,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
-from benchmarks import spin_bound  # noqa: E402
+from benchmarks import results, spin_bound, spin_chart, spin_enough  # noqa: E402
 from benchmarks.spin_session import Course, Motion, course, draw_unit, fit, ideal, play  # noqa: E402
 
 SEED = 61_523
@@ -98,3 +98,18 @@ def test_without_noise_the_estimator_finds_the_simulated_truth():
     np.testing.assert_allclose(found["level_free"]["value"], unit.accelerometer_bias, atol=1e-4)
     np.testing.assert_allclose(found["lever_arm"], unit.lever_arm, atol=1e-4)
     assert found["heading_scale"][0] == pytest.approx(unit.scale, abs=1e-4)
+
+
+def test_the_chart_is_the_same_in_every_run_and_follows_the_figures():
+    figures = results.load("spin_enough")
+    drawn = spin_chart.chart(figures)
+    assert drawn == spin_chart.chart(figures)
+    figures["motions"][0]["stated"][0] *= 1.5
+    assert drawn != spin_chart.chart(figures)
+
+
+def test_how_much_is_enough_is_measured_and_is_close_to_the_bound():
+    motion = spin_enough.USUAL
+    found = spin_enough.sigmas((motion, 1, 3))
+    for stated, least in zip(found["stated"], found["bound"], strict=True):
+        assert 0.8 * least < stated < 1.5 * least
