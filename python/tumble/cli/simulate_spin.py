@@ -25,7 +25,8 @@ def spin_command(
         typer.Option(
             metavar="STEP,...",
             help="What the robot does, instead of --still, --turns, --both-ways: `rest S`, `N turns` "
-            "(counter-clockwise positive), `drive S`; such as 'rest 6, 3 turns, -3 turns, drive 8'.",
+            "(counter-clockwise positive), `drive S [tilt DEG] [uphill DEG] [bend DEG]` to another floor; "
+            "such as 'rest 6, 3 turns, -3 turns, drive 8 tilt 2'.",
         ),
     ] = None,
     still: Annotated[float, typer.Option(help="Time at rest before it turns, s.")] = 6.0,
@@ -33,6 +34,9 @@ def spin_command(
     both_ways: Annotated[bool, typer.Option(help="Turn back again, or turn one way only.")] = True,
     pause: Annotated[float, typer.Option(help="Rest between the two, s; none where 0.")] = 0.0,
     rate: Annotated[float, typer.Option(help="Speed of the turns, rad/s.")] = 1.0,
+    turn_acceleration: Annotated[
+        float, typer.Option(help="Largest acceleration as a turn begins and ends, rad/s^2.")
+    ] = 2.0,
     unevenness: Annotated[float, typer.Option(help="Share by which the speed goes up and down.")] = 0.0,
     slips: Annotated[float, typer.Option(help="Slips of the wheels a turn.")] = 0.0,
     slow_turn: Annotated[
@@ -50,6 +54,21 @@ def spin_command(
         str, typer.Option(metavar="X,Y", help="IMU from the turning axis, forward and left, m.")
     ] = "0.10,-0.06",
     grade: Annotated[str, typer.Option(help="consumer, industrial, tactical or reference.")] = "consumer",
+    accelerometer_bias: Annotated[
+        str | None, typer.Option(metavar="X,Y,Z", help="m/s^2; drawn from the grade where not given.")
+    ] = None,
+    gyroscope_bias: Annotated[
+        str | None, typer.Option(metavar="X,Y,Z", help="rad/s; drawn from the grade where not given.")
+    ] = None,
+    accelerometer_noise: Annotated[
+        float | None, typer.Option(help="Of one sample, m/s^2; that of the grade where not given.")
+    ] = None,
+    gyroscope_noise: Annotated[
+        float | None, typer.Option(help="Of one sample, rad/s; that of the grade where not given.")
+    ] = None,
+    accelerometer_range: Annotated[
+        float | None, typer.Option(help="Largest reading, m/s^2; that of the grade where not given.")
+    ] = None,
     gyroscope_scale: Annotated[float, typer.Option(help="Scale error of the gyroscope, 0.01 for 1 %.")] = 0.0,
     matrix_errors: Annotated[
         float,
@@ -81,6 +100,7 @@ def spin_command(
     bias_instability: Annotated[
         bool, typer.Option(help="Noise with bias instability, or white noise alone.")
     ] = True,
+    quantisation: Annotated[bool, typer.Option(help="Readings in steps, or unrounded.")] = True,
     seed: Annotated[int, typer.Option(help="All that is random follows from it.")] = 1,
     format_name: Annotated[Format, typer.Option("--format", help="Format of the log.")] = Format.CSV,
     as_json: Annotated[
@@ -102,6 +122,7 @@ def spin_command(
         seed=seed,
         plan=parse_plan(steps),
         turn_rate=rate,
+        turn_acceleration=turn_acceleration,
         unevenness=unevenness,
         slips=slips,
         slow_turn=slow_turn,
@@ -114,6 +135,11 @@ def spin_command(
         yaw_deg=yaw,
         lever_arm_m=(forward, left, 0.0),
         grade=grade,
+        accelerometer_bias=_vector("--accelerometer-bias", accelerometer_bias),
+        gyroscope_bias=_vector("--gyroscope-bias", gyroscope_bias),
+        accelerometer_noise=accelerometer_noise,
+        gyroscope_noise=gyroscope_noise,
+        accelerometer_range=accelerometer_range,
         gyroscope_scale=gyroscope_scale,
         matrix_errors=matrix_errors,
         rate_hz=sample_rate,
@@ -121,6 +147,7 @@ def spin_command(
         gravity=gravity,
         latitude_deg=latitude,
         bias_instability=bias_instability,
+        quantisation=quantisation,
     )
     paths = write_spin(spin, output, format_name.value)
     _show(spin, {name: str(path) for name, path in paths.items()}, as_json)
@@ -140,6 +167,13 @@ def _numbers(option: str, text: str, count: int) -> list[float]:
     if len(numbers) != count:
         raise TumbleError(f"{option} {text}: needs {count} numbers with commas between")
     return numbers
+
+
+def _vector(option: str, text: str | None) -> tuple[float, float, float] | None:
+    if text is None:
+        return None
+    x, y, z = _numbers(option, text, 3)
+    return x, y, z
 
 
 def _disturbance(text: str) -> Disturbance:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field, replace
 from math import degrees, radians, sqrt
 from typing import Any
@@ -14,7 +15,7 @@ from tumble.procedures.simulate.grade import Grade, TriadGrade
 from tumble.procedures.simulate.play import triad_truth
 from tumble.procedures.simulate.scenario import STANDARD_GRAVITY, ScenarioError
 from tumble.procedures.simulate.session import TriadTruth
-from tumble.procedures.simulate.spin_scenario import SpinScenario, Step
+from tumble.procedures.simulate.spin_scenario import SpinScenario
 from tumble.recording import Chunk, FloatArray, Recording
 
 
@@ -106,7 +107,6 @@ def simulate_spin(scenario: SpinScenario | None = None, **changes: Any) -> Simul
 def _plain(scenario: SpinScenario) -> dict[str, Any]:
     """Put together what `_core.simulate_spin` asks for."""
     latitude = scenario.latitude_deg
-    first_turn = next((i for i, step in enumerate(scenario.plan) if step.kind == "turn"), len(scenario.plan))
     return {
         "seed": scenario.seed,
         "grade": asdict(_grade(scenario)),
@@ -119,7 +119,7 @@ def _plain(scenario: SpinScenario) -> dict[str, Any]:
         "rate": scenario.rate_hz,
         "mounting": [radians(a) for a in (scenario.roll_deg, scenario.pitch_deg, scenario.yaw_deg)],
         "lever_arm": scenario.lever_arm_m,
-        "steps": [_step(scenario, step, i < first_turn) for i, step in enumerate(scenario.plan)],
+        "steps": list(_steps(scenario)),
         "floor_tilt": radians(scenario.floor_tilt_deg),
         "uphill": radians(scenario.uphill_deg),
         "acceleration": scenario.turn_acceleration,
@@ -137,23 +137,22 @@ def _plain(scenario: SpinScenario) -> dict[str, Any]:
     }
 
 
-def _step(scenario: SpinScenario, step: Step, before_first_turn: bool) -> dict[str, Any]:
-    speeds = {
-        "rest": scenario.slow_turn if before_first_turn else 0.0,
-        "turn": scenario.turn_rate,
-        "drive": scenario.drive_speed,
-    }
-    same = step.floor_tilt_deg is None
-    return {
-        "kind": step.kind,
-        "duration": step.seconds,
-        "angle": step.turns * 2.0 * np.pi,
-        "rate": speeds[step.kind],
-        "floor_tilt": radians(
-            scenario.floor_tilt_deg if step.floor_tilt_deg is None else step.floor_tilt_deg
-        ),
-        "uphill": radians(scenario.uphill_deg if same else step.uphill_deg),
-    }
+def _steps(scenario: SpinScenario) -> Iterator[dict[str, Any]]:
+    tilt_deg, uphill_deg = scenario.floor_tilt_deg, scenario.uphill_deg
+    speeds = {"rest": scenario.slow_turn, "turn": scenario.turn_rate, "drive": scenario.drive_speed}
+    for step in scenario.plan:
+        tilt_deg = tilt_deg if step.floor_tilt_deg is None else step.floor_tilt_deg
+        uphill_deg = uphill_deg if step.uphill_deg is None else step.uphill_deg
+        yield {
+            "kind": step.kind,
+            "duration": step.seconds,
+            "angle": step.turns * 2.0 * np.pi,
+            "rate": speeds[step.kind],
+            "floor_tilt": radians(tilt_deg),
+            "uphill": radians(uphill_deg),
+        }
+        if step.kind == "turn":
+            speeds["rest"] = 0.0
 
 
 def _grade(scenario: SpinScenario) -> Grade:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field, fields
 from typing import Literal, TypeAlias
 
-from tumble.procedures.simulate.fault import Fault
+from tumble.procedures.simulate.fault import AXES, Fault
 from tumble.procedures.simulate.grade import Grade, grade_names
 from tumble.procedures.simulate.scenario import STANDARD_GRAVITY, ScenarioError
 
@@ -18,11 +18,22 @@ StepKind: TypeAlias = Literal["rest", "turn", "drive"]
 SHORTEST_STEP = 0.1
 """s."""
 SLOWEST_RATE_HZ, FASTEST_RATE_HZ = 1.0, 10_000.0
+STEEPEST_DEG = 60.0
+
+_NUMBER = r"[-+]?\d+(?:\.\d+)?"
+_FORMS: dict[StepKind, re.Pattern[str]] = {
+    "rest": re.compile(rf"rest\s+(?P<seconds>{_NUMBER})"),
+    "turn": re.compile(rf"(?P<turns>{_NUMBER})\s+turns?"),
+    "drive": re.compile(
+        rf"drive\s+(?P<seconds>{_NUMBER})(?:\s+tilt\s+(?P<floor_tilt_deg>{_NUMBER}))?"
+        rf"(?:\s+uphill\s+(?P<uphill_deg>{_NUMBER}))?(?:\s+bend\s+(?P<bend_deg>{_NUMBER}))?"
+    ),
+}
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """What the robot does next: `rest 5`, `3 turns`, `drive 8`."""
+    """What the robot does next: `rest 5`, `3 turns`, `drive 8`, `drive 8 tilt 2 uphill 90 bend 45`."""
 
     kind: StepKind
     seconds: float = 0.0
@@ -30,22 +41,22 @@ class Step:
     turns: float = 0.0
     """Turn: counter-clockwise positive. Drive: bend on the way."""
     floor_tilt_deg: float | None = None
-    """Drive: floor at its end; as before where not given."""
-    uphill_deg: float = 0.0
-    """Drive: uphill at its end, counter-clockwise from forward at the first heading."""
+    """Drive: tilt of the floor at its end; as before where not given."""
+    uphill_deg: float | None = None
+    """Drive: uphill at its end, counter-clockwise from the first forward; as before where not given."""
 
     @classmethod
     def parse(cls, text: str) -> Step:
         """Read one step; raises `ScenarioError` in one line."""
-        words = text.split()
-        number = r"[-+]?\d+(?:\.\d+)?"
-        if len(words) == 2 and words[0] in ("rest", "drive") and re.fullmatch(number, words[1]):
-            return cls("rest" if words[0] == "rest" else "drive", seconds=float(words[1]))
-        if len(words) == 2 and words[1] in ("turn", "turns") and re.fullmatch(number, words[0]):
-            return cls("turn", turns=float(words[0]))
+        for kind, form in _FORMS.items():
+            if found := form.fullmatch(text.strip()):
+                figures = {name: float(figure) for name, figure in found.groupdict().items() if figure}
+                if "bend_deg" in figures:
+                    figures["turns"] = figures.pop("bend_deg") / 360.0
+                return cls(kind, **figures)
         raise ScenarioError(
-            f"step {text.strip()!r} is none; write `rest 5`, `3 turns`, `-3 turns` or `drive 8`, "
-            "with commas between"
+            f"step {text.strip()!r} is none; write `rest 5`, `3 turns`, `-3 turns`, `drive 8` or "
+            "`drive 8 tilt 2 uphill 90 bend 45` (deg), with commas between"
         )
 
 
@@ -91,15 +102,15 @@ class SpinScenario:
     turn_rate: float = 1.0
     """rad/s, once the robot has got up to it."""
     turn_acceleration: float = 2.0
-    """rad/s^2, while it gets up to it."""
+    """rad/s^2 at most, while it gets up to it and stops; unevenness and slips come on top."""
     drive_speed: float = 0.5
     """m/s."""
     unevenness: float = 0.0
-    """Share by which the rate goes up and down."""
+    """Share by which the rate goes up and down, as of wheels out of round."""
     unevenness_hz: float = 0.9
-    """How often it does."""
+    """How often it does at full rate."""
     slips: float = 0.0
-    """Slips of the wheels a turn, each a dip of the rate."""
+    """Slips of the wheels a turn, each a dip of the rate: the robot turns less than its wheels do."""
     slow_turn: float = 0.0
     """rad/s that the robot turns with while it seems to stand still before the first turn."""
     vibration: float = 0.0
@@ -141,7 +152,7 @@ class SpinScenario:
     gravity: float = STANDARD_GRAVITY
     """m/s^2."""
     latitude_deg: float | None = None
-    """Sets the upward part of the Earth's rate; `None` for an Earth that does not turn."""
+    """Sets the Earth's rate, for a robot that faces north at first; `None` for none."""
     temperature_celsius: float = 25.0
 
     def __post_init__(self) -> None:
@@ -156,28 +167,43 @@ class SpinScenario:
         if not self.plan:
             yield "the plan has no step; give at least a rest and a turn"
         for step in self.plan:
-            if step.kind != "turn" and not SHORTEST_STEP <= step.seconds < math.inf:
-                yield f"a {step.kind} of {step.seconds:g} s; make it {SHORTEST_STEP:g} s or longer"
-            if step.kind == "turn" and not 0.0 < abs(step.turns) < math.inf:
-                yield f"a turn of {step.turns:g} turns; give how often, counter-clockwise positive"
-        for name in ("turn_rate", "turn_acceleration", "unevenness_hz", "gravity"):
-            if not 0.0 < getattr(self, name) < math.inf:
-                yield f"{name} is {getattr(self, name):g}; make it positive"
-        for name in ("slips", "vibration", "matrix_errors", "drive_speed"):
-            if not 0.0 <= getattr(self, name) < math.inf:
-                yield f"{name} is {getattr(self, name):g}; make it zero or more"
+            yield from _step_objections(step)
+        for each in fields(self):
+            if not _finite(getattr(self, each.name)):
+                yield f"{each.name} is {getattr(self, each.name)}; give finite numbers"
+        for name in ("turn_rate", "turn_acceleration", "unevenness_hz", "gravity", "accelerometer_range"):
+            if (value := getattr(self, name)) is not None and not value > 0.0:
+                yield f"{name} is {value:g}; make it positive"
+        not_negative = (
+            "accelerometer_noise",
+            "gyroscope_noise",
+            "slips",
+            "vibration",
+            "matrix_errors",
+            "drive_speed",
+        )
+        for name in not_negative:
+            if (value := getattr(self, name)) is not None and not value >= 0.0:
+                yield f"{name} is {value:g}; make it zero or more"
+        for name in ("lever_arm_m", "accelerometer_bias", "gyroscope_bias"):
+            if (vector := getattr(self, name)) is not None and len(vector) != len(AXES):
+                yield f"{name} has {len(vector)} numbers; give one for each of x, y and z"
         if not 0.0 <= self.unevenness < 1.0:
             yield f"unevenness is {self.unevenness:g}; give a share from 0 to below 1"
         if not SLOWEST_RATE_HZ <= self.rate_hz <= FASTEST_RATE_HZ:
             limits = f"{SLOWEST_RATE_HZ:g} to {FASTEST_RATE_HZ:g}"
             yield f"rate_hz is {self.rate_hz:g}; give {limits} samples a second"
-        if not 0.0 <= self.floor_tilt_deg < 60.0:
-            yield f"floor_tilt_deg is {self.floor_tilt_deg:g}; give 0 to 60 deg"
+        if not 0.0 <= self.floor_tilt_deg < STEEPEST_DEG:
+            yield f"floor_tilt_deg is {self.floor_tilt_deg:g}; give 0 to {STEEPEST_DEG:g} deg"
         if not -1.0 < self.gyroscope_scale < 1.0:
             yield f"gyroscope_scale is {self.gyroscope_scale:g}; give the error, such as 0.01 for 1 %"
-        for each in self.disturbances:
-            if not SHORTEST_STEP <= each.seconds < math.inf:
-                yield f"a disturbance of {each.seconds:g} s; make it {SHORTEST_STEP:g} s or longer"
+        if self.latitude_deg is not None and not -90.0 <= self.latitude_deg <= 90.0:
+            yield f"latitude_deg is {self.latitude_deg:g}; give -90 to 90 deg"
+        for each_time in self.disturbances:
+            if not all(math.isfinite(figure) for figure in astuple(each_time)):
+                yield f"{each_time} holds a number that is not finite"
+            if not each_time.seconds >= SHORTEST_STEP:
+                yield f"a disturbance of {each_time.seconds:g} s; make it {SHORTEST_STEP:g} s or longer"
 
     @property
     def unit_grade(self) -> Grade:
@@ -188,3 +214,21 @@ class SpinScenario:
 def parse_plan(text: str) -> tuple[Step, ...]:
     """Read `rest 5, 3 turns, -3 turns, rest 2`; raises `ScenarioError` in one line."""
     return tuple(Step.parse(part) for part in text.split(",") if part.strip())
+
+
+def _step_objections(step: Step) -> Iterator[str]:
+    if step.kind != "turn" and not SHORTEST_STEP <= step.seconds < math.inf:
+        yield f"a {step.kind} of {step.seconds:g} s; make it {SHORTEST_STEP:g} s or longer"
+    if step.kind == "turn" and not 0.0 < abs(step.turns) < math.inf:
+        yield f"a turn of {step.turns:g} turns; give how often, counter-clockwise positive"
+    if step.floor_tilt_deg is not None and not 0.0 <= step.floor_tilt_deg < STEEPEST_DEG:
+        yield f"a drive to a floor that tilts by {step.floor_tilt_deg:g} deg; give 0 to {STEEPEST_DEG:g} deg"
+    if not _finite((step.turns, step.uphill_deg or 0.0)):
+        yield f"a {step.kind} with a number that is not finite; give finite numbers"
+
+
+def _finite(value: object) -> bool:
+    """Say whether a field holds no number that is not finite; what holds no numbers does not."""
+    if isinstance(value, (tuple, list)):
+        return all(map(_finite, value))
+    return not isinstance(value, float) or math.isfinite(value)
