@@ -272,6 +272,7 @@ class SpinSettings:
         spin_timeout: float = 120.0,
         longest_gap: float = 0.25,
         latitude: float | None = None,
+        bias_instability: tuple[float, float] | None = None,
     ) -> None: ...
 
 class BiasFigures(TypedDict):

@@ -257,6 +257,16 @@ class Calibration(Document):
             gyroscope = _core.correct(gyroscope, self.gyroscope.M, self.gyroscope.b)
         return accelerometer, gyroscope
 
+    @property
+    def bias_instability(self) -> tuple[float, float] | None:
+        """B of accelerometer, m/s^2, and gyroscope, rad/s, root mean square over the axes.
+
+        None unless the file states both.
+        """
+        stated = [triad.bias_instability for _, triad in self._triads()]
+        known = [float(np.sqrt(np.mean(values**2))) for values in stated if values is not None]
+        return (known[0], known[1]) if len(known) == 2 and np.isfinite(known).all() else None
+
     def hash(self) -> str:
         """sha256, in hexadecimal, of the content: the same however the file is laid out."""
         canonical = json.dumps(self.content(), sort_keys=True, separators=(",", ":"), allow_nan=False)

@@ -1,7 +1,8 @@
 //! A spin out of a recording whose rests are known: the device's estimator over arrays, with what pictures need.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
-use tumble_core::real::{Real, real};
+use tumble_core::noise::AllanLadder;
+use tumble_core::real::{Real, real, seconds};
 use tumble_core::sample::Sample;
 use tumble_core::spin::block::Block;
 use tumble_core::spin::collector::Collector;
@@ -40,11 +41,46 @@ pub struct Fitted<T: Real> {
     pub drawn: Vec<Drawn<T>>,
 }
 
-/// Estimates from the samples of one spin, in order of time, given when the robot stood still.
+/// Estimates from the samples of one spin, in order of time, given when the robot stood still. Bias instability is read
+/// off the residuals where it is not given.
 ///
 /// # Errors
 /// [`Failure`] where the samples are no spin that can be used.
 pub fn fit<T: Real>(
+    samples: impl Iterator<Item = Sample<T>> + Clone,
+    rests: &[RestTimes],
+    settings: &SpinSettings<T>,
+    bias_instability: Option<(T, T)>,
+    true_angle: Option<&TrueAngle<T>>,
+) -> Result<Fitted<T>, Failure<T>> {
+    let with = |bias_instability: (T, T)| SpinSettings {
+        bias_instability,
+        ..*settings
+    };
+    if let Some(known) = bias_instability {
+        return fit_once(samples, rests, &with(known), true_angle);
+    }
+    let first = fit_once(samples.clone(), rests, settings, true_angle)?;
+    fit_once(samples, rests, &with(instability(&first.drawn)), true_angle)
+}
+
+/// Bias instability of accelerometer and gyroscope that the residuals show: of the force along the turning axis, which
+/// no motion changes, and of the rate across it (docs/theory/noise.md, eq. 7).
+fn instability<T: Real>(blocks: &[Drawn<T>]) -> (T, T) {
+    let mut ladder = AllanLadder::new();
+    for pair in blocks.windows(2) {
+        let [block, next] = pair else { continue };
+        let up = block.force.z - block.fit.z;
+        let zero = T::zero();
+        let channels = [up, zero, zero, block.across.x, block.across.y, zero];
+        ladder.push(&channels, seconds(next.time - block.time));
+    }
+    let [of_force] = ladder.fit_jointly([0]);
+    let [of_rate, _] = ladder.fit_jointly([3, 4]);
+    (of_force.flicker.sqrt(), of_rate.flicker.sqrt())
+}
+
+fn fit_once<T: Real>(
     samples: impl Iterator<Item = Sample<T>>,
     rests: &[RestTimes],
     settings: &SpinSettings<T>,

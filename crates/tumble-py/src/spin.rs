@@ -21,6 +21,7 @@ use crate::turntable::CoreError;
 #[pyclass(module = "tumble._core", name = "SpinSettings", frozen)]
 pub struct PySpinSettings {
     inner: SpinSettings<f64>,
+    bias_instability: Option<(f64, f64)>,
 }
 
 #[pymethods]
@@ -28,7 +29,7 @@ impl PySpinSettings {
     #[new]
     #[pyo3(signature = (gravity=9.80665, *, still=5.0, turns=2.0, rate=1.0, level_floor=false,
         largest_floor_tilt=0.1745, gyroscope_scale_sigma=0.01, accelerometer_range=None, gyroscope_range=None,
-        still_timeout=60.0, spin_timeout=120.0, longest_gap=0.25, latitude=None))]
+        still_timeout=60.0, spin_timeout=120.0, longest_gap=0.25, latitude=None, bias_instability=None))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         gravity: f64,
@@ -44,8 +45,10 @@ impl PySpinSettings {
         spin_timeout: f64,
         longest_gap: f64,
         latitude: Option<f64>,
+        bias_instability: Option<(f64, f64)>,
     ) -> Self {
         Self {
+            bias_instability,
             inner: SpinSettings {
                 gravity,
                 still: microseconds(still),
@@ -60,6 +63,7 @@ impl PySpinSettings {
                 spin_timeout: microseconds(spin_timeout),
                 longest_gap: microseconds(longest_gap),
                 earth_rate_up: latitude.map_or(0.0, vertical_earth_rate),
+                bias_instability: bias_instability.unwrap_or_default(),
                 ..SpinSettings::default()
             },
         }
@@ -221,12 +225,14 @@ fn fit_spin<'py>(
         .into_iter()
         .map(|row| (microseconds(row[0] - origin), microseconds(row[1] - origin)))
         .collect();
-    let settings = &settings.inner;
+    let (settings, instability) = (&settings.inner, settings.bias_instability);
     if is_single(precision)? {
-        let fitted = py.detach(|| samples.fit::<f32>(origin, &rests, &converted(settings), true_angle));
+        let narrow = instability.map(|(a, g)| (real(a), real(g)));
+        let fitted =
+            py.detach(|| samples.fit::<f32>(origin, &rests, &converted(settings), narrow, true_angle));
         both(py, fitted, origin)
     } else {
-        let fitted = py.detach(|| samples.fit::<f64>(origin, &rests, settings, true_angle));
+        let fitted = py.detach(|| samples.fit::<f64>(origin, &rests, settings, instability, true_angle));
         both(py, fitted, origin)
     }
 }
@@ -257,7 +263,7 @@ impl<'a> Samples<'a> {
         Ok(Self { time, force, rate })
     }
 
-    fn iter<T: Real>(&self, origin: f64) -> impl Iterator<Item = Sample<T>> {
+    fn iter<T: Real>(&self, origin: f64) -> impl Iterator<Item = Sample<T>> + Clone {
         self.time
             .iter()
             .zip(self.force.iter().zip(self.rate))
@@ -289,9 +295,16 @@ impl<'a> Samples<'a> {
         origin: f64,
         rests: &[(u64, u64)],
         settings: &SpinSettings<T>,
+        instability: Option<(T, T)>,
         angle: Option<(f64, f64, f64)>,
     ) -> Result<Fitted<T>, Failure<T>> {
-        fit(self.iter(origin), rests, settings, true_angle(angle).as_ref())
+        fit(
+            self.iter(origin),
+            rests,
+            settings,
+            instability,
+            true_angle(angle).as_ref(),
+        )
     }
 }
 
@@ -324,6 +337,10 @@ fn converted(settings: &SpinSettings<f64>) -> SpinSettings<f32> {
         spin_timeout: settings.spin_timeout,
         longest_gap: settings.longest_gap,
         earth_rate_up: narrow(settings.earth_rate_up),
+        bias_instability: (
+            narrow(settings.bias_instability.0),
+            narrow(settings.bias_instability.1),
+        ),
         ..SpinSettings::default()
     }
 }

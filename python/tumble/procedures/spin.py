@@ -89,6 +89,7 @@ def spin(
         still=still,
         level_floor=level_floor,
         latitude=None if latitude is None else math.radians(latitude),
+        bias_instability=brought.bias_instability if brought else None,
     )
     unit = _acquired(recording, brought, strength, progress)
     known = TrueTurns.parse(true_turns) if isinstance(true_turns, str) else true_turns

@@ -127,6 +127,7 @@ class LiveSpin:
             rate=wanted.rate,
             level_floor=wanted.level_floor,
             latitude=None if wanted.latitude is None else math.radians(wanted.latitude),
+            bias_instability=calibration.bias_instability if calibration else None,
         )
         self._machine = _core.SpinMachine(self._settings, precision)
         self._segmenter = _core.Segmenter()

@@ -179,7 +179,8 @@ fn prepare<T: Real>(
         frame: *spin.frame(),
         counted_bias: guide.bias,
     };
-    let axis = axis::fit(&rates, &rests.rate(), &guide.up);
+    let (_, instability) = spin.settings().bias_instability;
+    let axis = axis::fit(&rates, &rests.rate(instability), &guide.up);
     let walk = walk(&axis, turned, spin.cloud().points());
     let scales = scales(&axis, &guide.bias, turned, true_angle, walk);
     let knowledge = knowledge(spin, rests, &axis, &guide.bias, walk, &scales);
@@ -226,13 +227,13 @@ fn knowledge<T: Real>(
     let half = real::<T>(0.5);
     Knowledge {
         gravity: spin.settings().gravity,
-        origin: rests.first_force().0,
+        origin: rests.first_force(),
         axis: *axis,
         counted_bias: *counted_bias,
         scale: common_scale(scales, spin.settings().scale_sigma),
         bias_variance: axis.covariance[(2, 2)],
         walk_variance: walk * real(WALK_SHARE) / spin.turned().duration(),
-        rest_variance: floored(&rest_variance),
+        rest_variance: floored(&rests.line_variance(spin.settings().bias_instability.0)),
         turning_variance: floored(&spin.turning().variance().unwrap_or(rest_variance * half)),
     }
 }

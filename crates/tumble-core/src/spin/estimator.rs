@@ -117,6 +117,9 @@ pub struct SpinEstimator<T: Real> {
 /// Turned angle from which on the axis is taken from the gyroscope rather than from gravity, rad.
 const AXIS_SHOWN: f64 = 0.05;
 
+/// Turning blocks from which on their mean scatter is known.
+const BLOCKS_TO_KNOW_SHAKING: u32 = 5;
+
 /// Largest share across the axis while that is only guessed from gravity: the floor tilts.
 const SHARE_WHILE_GUESSED: f64 = 0.3;
 
@@ -298,10 +301,7 @@ impl<T: Real> SpinEstimator<T> {
 
     /// Specific force from that of the first rest: in single precision gravity would cost three digits.
     fn push_row(&mut self, row: Row<T>) {
-        let origin = self
-            .rests
-            .as_ref()
-            .map_or(Vector3::zeros(), |rests| rests.first_force().0);
+        let origin = self.rests.as_ref().map_or(Vector3::zeros(), Rests::first_force);
         self.turning.push(&Row {
             specific_force: row.specific_force - origin,
             ..row
@@ -313,8 +313,13 @@ impl<T: Real> SpinEstimator<T> {
         let Some(rests) = &self.rests else {
             return Err(Failure::NoRest);
         };
-        // A robot that turns shakes more than one that stands: by how much, the scatter within the block tells.
-        let within = block.moments.variance();
+        // A robot that turns shakes more than one that stands: by how much, the scatter within its blocks tells. Of the
+        // block at hand it tells only at first, since what is looked for here scatters too.
+        let within = if self.noise.samples() < BLOCKS_TO_KNOW_SHAKING {
+            block.moments.variance()
+        } else {
+            *self.noise.mean()
+        };
         let share = T::one() / count(block.moments.samples().max(1));
         let shaking = |first: usize, along: T, across: T| {
             let axes = guide.up.iter().zip(within.iter().skip(first));
@@ -339,7 +344,7 @@ impl<T: Real> SpinEstimator<T> {
         if across > limit {
             return Err(Failure::NotOneAxis { time, across, limit });
         }
-        let change = (block.specific_force() - rests.first_force().0)
+        let change = (block.specific_force() - rests.first_force())
             .dot(&guide.up)
             .abs();
         let limit = self.settings.largest_lift + sigmas(0, shaking(0, T::one(), T::zero()));

@@ -2,7 +2,7 @@
 //!
 //! Gravity turns with the heading and bias does not; the centripetal and the tangential pull of an IMU mounted off the
 //! turning axis go with the squared rate and with its change. What the gyroscope showed of axis and bias comes in as
-//! prior knowledge, with its covariance (docs/theory/spin.md, eq. 7 to 14).
+//! prior knowledge, with its covariance (docs/theory/spin.md, eq. 7 to 12).
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 

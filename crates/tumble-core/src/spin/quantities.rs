@@ -19,7 +19,7 @@ const LARGEST_USEFUL_SIGMA: f64 = 0.5;
 /// to be level to 0.1 deg.
 const TRUSTED_SIGMA: f64 = 0.02;
 
-/// Everything a fit says, in the quantities people ask for (docs/theory/spin.md, eq. 13).
+/// Everything a fit says, in the quantities people ask for (docs/theory/spin.md, eq. 14).
 pub(super) fn assemble<T: Real>(
     spin: &SpinEstimator<T>,
     knowledge: &Knowledge<T>,
@@ -122,15 +122,24 @@ fn published<T: Real>(
     joint: &SMatrix<T, 6, 6>,
 ) -> (Bias<T>, SMatrix<T, 6, 6>) {
     let turned = spin.turned();
-    let (rate, (force, force_variance)) = spin.rests().map_or(
+    let (of_force, of_rate) = spin.settings().bias_instability;
+    let nothing = Vector3::zeros();
+    let (rate, force, force_variance) = spin.rests().map_or(
         (
             RestingRate {
-                mean: Vector3::zeros(),
-                variance: Vector3::zeros(),
+                mean: nothing,
+                variance: nothing,
             },
-            (Vector3::zeros(), Vector3::zeros()),
+            nothing,
+            nothing,
         ),
-        |rests| (rests.rate(), rests.first_force()),
+        |rests| {
+            (
+                rests.rate(of_rate),
+                rests.first_force(),
+                rests.first_force_variance(of_force),
+            )
+        },
     );
     let net_duration = turned.counter_clockwise.duration - turned.clockwise.duration;
     let found = published::estimate(&Readings {

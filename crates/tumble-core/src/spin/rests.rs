@@ -89,6 +89,7 @@ pub struct Rests<T: Real> {
     time: u64,
     first_force: Vector3<T>,
     first_blocks: u32,
+    stops: u32,
     freedom: u32,
     block_squares: [T; CHANNELS],
     sample_squares: [T; CHANNELS],
@@ -109,6 +110,7 @@ impl<T: Real> Rests<T> {
             time: 0,
             first_force: stop.specific_force(),
             first_blocks: stop.blocks.samples(),
+            stops: 0,
             freedom: 0,
             block_squares: [T::zero(); CHANNELS],
             sample_squares: [T::zero(); CHANNELS],
@@ -123,6 +125,7 @@ impl<T: Real> Rests<T> {
     pub fn push(&mut self, stop: &Stop<T>) {
         let blocks = stop.blocks.samples();
         self.blocks += blocks;
+        self.stops += 1;
         self.samples += stop.samples.samples();
         self.time += stop.duration();
         self.rate += (stop.angular_rate() - self.rate) * (count::<T>(blocks) / count(self.blocks));
@@ -156,20 +159,33 @@ impl<T: Real> Rests<T> {
         self.samples
     }
 
-    /// Mean angular rate over all stops, and the variance of that mean.
-    pub fn rate(&self) -> RestingRate<T> {
+    /// Mean angular rate over all stops, and the variance of that mean, given the bias instability, rad/s.
+    ///
+    /// The mean over a stop of some seconds differs from that over the spin by about B (docs/theory/spin.md, eq. 13).
+    pub fn rate(&self, instability: T) -> RestingRate<T> {
+        let wandering = instability * instability / count(self.stops.max(1));
         RestingRate {
             mean: self.rate,
-            variance: self.block_variance(3) / count::<T>(self.blocks.max(1)),
+            variance: (self.block_variance(3) / count::<T>(self.blocks.max(1))).add_scalar(wandering),
         }
     }
 
-    /// Mean specific force of the first stop, m/s^2, and the variance of that mean.
-    pub fn first_force(&self) -> (Vector3<T>, Vector3<T>) {
-        (
-            self.first_force,
-            self.block_variance(0) / count::<T>(self.first_blocks.max(1)),
-        )
+    /// Mean specific force of the first stop, m/s^2.
+    pub fn first_force(&self) -> Vector3<T> {
+        self.first_force
+    }
+
+    /// Variance of that mean, given the bias instability, m/s^2.
+    pub fn first_force_variance(&self, instability: T) -> Vector3<T> {
+        let white = self.block_variance(0) / count::<T>(self.first_blocks.max(1));
+        white.add_scalar(instability * instability)
+    }
+
+    /// Variance of the lines of [`Self::harmonics`], given the bias instability, m/s^2.
+    pub fn line_variance(&self, instability: T) -> Vector3<T> {
+        let blocks_a_stop = count::<T>(self.blocks) / count(self.stops.max(1));
+        self.block_variance(0)
+            .add_scalar(instability * instability * blocks_a_stop)
     }
 
     /// Variance of the mean over a block, for the three channels from `first` on.

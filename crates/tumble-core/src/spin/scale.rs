@@ -1,4 +1,4 @@
-//! Scale error of the gyroscope about the turning axis, from angles truly turned (docs/theory/spin.md, eq. 15).
+//! Scale error of the gyroscope about the turning axis, from angles truly turned (docs/theory/spin.md, eq. 16).
 
 use nalgebra::Vector3;
 

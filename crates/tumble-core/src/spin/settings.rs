@@ -21,6 +21,9 @@ pub struct SpinSettings<T: Real> {
     pub largest_floor_tilt: T,
     /// 1-sigma of the gyroscope's scale error about the turning axis, before anything is known of it.
     pub scale_sigma: T,
+    /// Bias instability B (docs/theory/noise.md) of accelerometer, m/s^2, and gyroscope, rad/s; zero where it is not
+    /// known or does not matter.
+    pub bias_instability: (T, T),
     /// End of the accelerometer's range, m/s^2, where known.
     pub specific_force_range: Option<T>,
     /// End of the gyroscope's range, rad/s, where known.
@@ -64,6 +67,7 @@ impl<T: Real> Default for SpinSettings<T> {
             level_floor: false,
             largest_floor_tilt: real(10.0_f64.to_radians()),
             scale_sigma: real(0.01),
+            bias_instability: (T::zero(), T::zero()),
             specific_force_range: None,
             angular_rate_range: None,
             still_timeout: 60_000_000,
