@@ -7,7 +7,7 @@
 //! 3. [`noise`]: white noise and bias instability;
 //! 4. [`sensor`]: what a triad of sensors says about that truth, `y = M u + b`;
 //! 5. [`fault`]: what can be wrong with a recording;
-//! 6. [`unit`]: one unit, its clock and its recording;
+//! 6. [`mod@unit`]: one unit, its clock and its recording;
 //! 7. [`turntable`]: a whole session, one reference and its targets;
 //! 8. [`spot`]: a wheeled robot that turns on the spot, recorded by the same units ([`heading`]: where it points,
 //!    [`floor`]: what it stands on).
