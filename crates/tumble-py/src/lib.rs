@@ -8,6 +8,8 @@ mod correct;
 mod simulate;
 mod simulate_spin;
 mod spin;
+mod spin_figures;
+mod spin_machine;
 mod turntable;
 
 /// Module entry point.
@@ -18,6 +20,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     simulate::register(module)?;
     simulate_spin::register(module)?;
     spin::register(module)?;
+    spin_machine::register(module)?;
     turntable::register(module)?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))
 }
