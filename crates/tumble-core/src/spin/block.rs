@@ -234,7 +234,7 @@ impl<T: Real> BlockBuilder<T> {
 }
 
 /// Signed seconds from one time to another.
-pub(super) fn since<T: Real>(origin: u64, time: u64) -> T {
+fn since<T: Real>(origin: u64, time: u64) -> T {
     if time >= origin {
         seconds(time - origin)
     } else {
