@@ -24,9 +24,12 @@ test: $(VENV)/.native $(VENV)/.requirements-test  ## Run the Rust, Python and do
 	$(BIN)/python -m pytest
 	$(BIN)/python scripts/check_readme.py --run
 
-bench: $(VENV)/.native  ## Measure accuracy, speed and memory, print the README tables (half an hour)
+bench: $(VENV)/.native  ## Measure accuracy, speed and memory, print the README tables (forty minutes)
 	$(BIN)/python -m benchmarks.accuracy
 	$(BIN)/python -m benchmarks.truths
+	$(BIN)/python -m benchmarks.spin
+	$(BIN)/python -m benchmarks.spin_enough
+	$(BIN)/python -m benchmarks.spin_chart
 	$(BIN)/python -m benchmarks.speed
 	$(BIN)/python -m benchmarks.memory
 	$(BIN)/python -m benchmarks.report

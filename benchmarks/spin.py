@@ -132,7 +132,7 @@ def grouped(outcomes: FloatArray) -> Content:
     figures: Content = {}
     for group, columns in GROUPS.items():
         error, sigma, least = (outcomes[:, k, columns] for k in range(3))
-        # On a level floor nothing shows the scale, and a tilt of zero has no sigma.
+        # On a level floor a tilt of zero has no sigma, and little or nothing shows the scale.
         used = np.isfinite(error).all(axis=1) & np.isfinite(least).all(axis=1)
         if used.sum() < 2:
             continue

@@ -9,7 +9,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
-from benchmarks import accuracy, bound, memory, noise, report, results, speed, truths  # noqa: E402
+from benchmarks import accuracy, bound, memory, noise, report, results, speed, spin, truths  # noqa: E402
 from benchmarks.settings import cells  # noqa: E402
 
 
@@ -22,6 +22,7 @@ def measured(tmp_path_factory):
     keep.setattr(results.load, "__defaults__", (folder,))
     accuracy.main(["--sessions", "2", "--cells", "4,13,22,31"])
     truths.main(["--sessions", "2"])
+    spin.main(["--sessions", "2"])
     speed.main(["--tiny"])
     memory.main(["--tiny"])
     yield folder
@@ -49,6 +50,7 @@ def test_the_readme_shows_a_table_for_each_benchmark(measured, tmp_path):
     assert text.endswith("after\n")
     assert "| accelerometer | bias |" in text
     assert "| `rotate-truth` |" in text
+    assert "| gyroscope bias |" in text
     assert "`numpy.copyto`" in text
     assert "| ROS 1 bag |" in text
     assert report.main(["--readme", str(readme), "--check"]) == 0
