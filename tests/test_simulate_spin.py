@@ -219,6 +219,8 @@ def test_a_log_that_is_cut_off_ends_there():
         ({"accelerometer_range": 0.0}, "accelerometer_range is 0"),
         ({"latitude_deg": 91.0}, "latitude_deg is 91"),
         ({"disturbances": [Disturbance.lifted(float("nan"))]}, "not finite"),
+        ({"disturbances": [Disturbance.lifted(-3.0)]}, "a disturbance at -3 s, before the recording"),
+        ({"disturbances": [Disturbance.lifted(500.0)]}, "at 500 s, but the recording ends at 47.26 s"),
     ],
 )
 def test_nonsense_is_refused_in_one_line(changes, words):
@@ -234,6 +236,14 @@ def test_the_command_writes_a_log_and_its_truth(tmp_path):
     assert truth["floor_tilt_deg"] == 2.0
     assert truth["turned"] == pytest.approx([4.0 * np.pi])
     assert (tmp_path / "spin.csv").read_text().count("\n") > 1500
+
+
+def test_turns_typed_are_turned_to_the_last_digit(tmp_path):
+    done = typed("simulate", "spin", "--turns", "1.23456789", "-o", tmp_path)
+    assert done.code == 0, done.err
+    truth = yaml.safe_load((tmp_path / "truth.yaml").read_text())
+    expected = 1.23456789 * 2.0 * np.pi
+    assert truth["turned"] == pytest.approx([expected, -expected], rel=1e-9)
 
 
 def test_biases_and_noise_typed_are_those_of_the_unit(tmp_path):
@@ -267,6 +277,10 @@ def test_the_command_says_as_json_what_it_wrote(tmp_path):
         (["--disturb", "sill@soon"], "--disturb sill@soon"),
         (["--mounting", "1,2"], "--mounting 1,2: needs 3 numbers"),
         (["--fault", "gone"], "unknown fault 'gone'"),
+        (["--fault", "saturated:size=-1"], "size needs to be positive, found -1"),
+        (["--fault", "scale:size=nan"], "size needs to be a finite number, found nan"),
+        (["--plan", ""], "the plan has no step"),
+        (["--still", "nan"], "a rest of nan s"),
         (["--rate", "-1"], "turn_rate is -1"),
     ],
 )

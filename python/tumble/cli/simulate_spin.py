@@ -12,7 +12,7 @@ from tumble.cli.simulate import Format, fault_of, simulate_app
 from tumble.errors import TumbleError
 
 if TYPE_CHECKING:
-    from tumble.procedures.simulate import Disturbance, Fault, SimulatedSpin
+    from tumble.procedures.simulate import Disturbance, Fault, SimulatedSpin, Step
 
 DISTURBANCES = ("picked-up", "sill", "lifted")
 
@@ -117,10 +117,10 @@ def spin_command(
 
     roll, pitch, yaw = _numbers("--mounting", mounting, 3)
     forward, left = _numbers("--lever-arm", lever_arm, 2)
-    steps = plan or ", ".join(_steps(still, turns, both_ways, pause))
+    steps = _steps(still, turns, both_ways, pause) if plan is None else parse_plan(plan)
     spin = simulate_spin(
         seed=seed,
-        plan=parse_plan(steps),
+        plan=steps,
         turn_rate=rate,
         turn_acceleration=turn_acceleration,
         unevenness=unevenness,
@@ -153,10 +153,12 @@ def spin_command(
     _show(spin, {name: str(path) for name, path in paths.items()}, as_json)
 
 
-def _steps(still: float, turns: float, both_ways: bool, pause: float) -> list[str]:
-    between = [f"rest {pause:g}"] if pause else []
-    back = [*between, f"{-turns:g} turns"] if both_ways else []
-    return [f"rest {still:g}", f"{turns:g} turns", *back, "rest 2"]
+def _steps(still: float, turns: float, both_ways: bool, pause: float) -> tuple[Step, ...]:
+    from tumble.procedures.simulate import Step
+
+    between = [Step("rest", pause)] if pause else []
+    back = [*between, Step("turn", turns=-turns)] if both_ways else []
+    return (Step("rest", still), Step("turn", turns=turns), *back, Step("rest", 2.0))
 
 
 def _numbers(option: str, text: str, count: int) -> list[float]:

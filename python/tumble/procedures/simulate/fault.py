@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -63,3 +64,7 @@ class Fault:
         if self.triad not in get_args(TriadName):
             known = " or ".join(get_args(TriadName))
             raise ValueError(f"fault {self.kind!r}: triad needs to be {known}, found {self.triad!r}")
+        if self.size is not None and not math.isfinite(self.size):
+            raise ValueError(f"fault {self.kind!r}: size needs to be a finite number, found {self.size:g}")
+        if self.kind == "saturated" and self.size is not None and not self.size > 0.0:
+            raise ValueError(f"fault {self.kind!r}: size needs to be positive, found {self.size:g}")

@@ -78,6 +78,7 @@ def simulate_spin(scenario: SpinScenario | None = None, **changes: Any) -> Simul
         raise ScenarioError(f"the spin cannot be played: {error}; change that option") from error
     unit = played["unit"]
     samples = Chunk(unit["time"], unit["accelerometer"], unit["gyroscope"], unit["temperature"])
+    _refuse_unrecorded(scenario, samples)
     return SimulatedSpin(
         scenario=scenario,
         samples=samples,
@@ -102,6 +103,17 @@ def simulate_spin(scenario: SpinScenario | None = None, **changes: Any) -> Simul
         turns=played["turns"],
         turned=played["turned"],
     )
+
+
+def _refuse_unrecorded(scenario: SpinScenario, samples: Chunk) -> None:
+    """Raise `ScenarioError` where a disturbance begins after the last sample: nothing would show it."""
+    end = float(samples.time.max(initial=0.0))
+    for disturbance in scenario.disturbances:
+        if disturbance.start > end:
+            raise ScenarioError(
+                f"a disturbance at {disturbance.start:g} s, but the recording ends at {end:.2f} s; "
+                "give an earlier time or a longer plan"
+            )
 
 
 def _plain(scenario: SpinScenario) -> dict[str, Any]:

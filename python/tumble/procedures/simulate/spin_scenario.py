@@ -202,6 +202,8 @@ class SpinScenario:
         for each_time in self.disturbances:
             if not all(math.isfinite(figure) for figure in astuple(each_time)):
                 yield f"{each_time} holds a number that is not finite"
+            if each_time.start < 0.0:
+                yield f"a disturbance at {each_time.start:g} s, before the recording; give a time from 0 on"
             if not each_time.seconds >= SHORTEST_STEP:
                 yield f"a disturbance of {each_time.seconds:g} s; make it {SHORTEST_STEP:g} s or longer"
 
