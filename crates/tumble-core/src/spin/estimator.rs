@@ -252,10 +252,12 @@ impl<T: Real> SpinEstimator<T> {
     }
 
     fn turn(&mut self, block: &Block<T>, guide: &Guide<T>) {
-        // About the rest, and with most of the rate on one axis: so single precision keeps what is seen across it.
-        self.cloud
-            .push(&self.frame.tr_mul(&(block.angular_rate() - guide.bias)));
-        self.noise.push(&block.moments.variance());
+        if !self.rests.as_ref().is_some_and(|rests| rests.is_short(block)) {
+            // About the rest, and with most of the rate on one axis: so single precision keeps what is seen across it.
+            self.cloud
+                .push(&self.frame.tr_mul(&(block.angular_rate() - guide.bias)));
+            self.noise.push(&block.moments.variance());
+        }
         self.turning_samples = self.turning_samples.saturating_add(block.moments.samples());
         let guessed = !self.axis_shown();
         self.turned.push(block, &(block.angular_rate() - guide.bias));

@@ -37,9 +37,12 @@ impl<T: Real> Stop<T> {
         stop
     }
 
-    /// Goes on with the next block.
+    /// Goes on with the next block. One that was cut off short is left out: among whole ones it would pass for noise.
     pub fn push(&mut self, block: &Block<T>) {
         self.end = block.end;
+        if is_short(block, self.samples.samples(), self.blocks.samples()) {
+            return;
+        }
         self.samples.merge(&block.moments);
         self.blocks.push(block.moments.mean());
         self.functions += Row::of_block(block).functions;
@@ -78,6 +81,11 @@ impl<T: Real> Stop<T> {
             specific_force: (self.specific_force() - origin) * weight,
         }
     }
+}
+
+/// Whether a block has less than half the samples that `blocks` of `samples` in all have.
+fn is_short<T: Real>(block: &Block<T>, samples: u32, blocks: u32) -> bool {
+    u64::from(block.moments.samples()) * u64::from(blocks) * 2 < u64::from(samples)
 }
 
 /// All stops of one spin.
@@ -119,6 +127,11 @@ impl<T: Real> Rests<T> {
         };
         rests.push(stop);
         rests
+    }
+
+    /// Whether a block is shorter than half of those at rest.
+    pub fn is_short(&self, block: &Block<T>) -> bool {
+        is_short(block, self.samples, self.blocks)
     }
 
     /// Takes in another stop.

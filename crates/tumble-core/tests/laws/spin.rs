@@ -146,6 +146,28 @@ fn errors_are_as_large_as_their_sigmas_say() {
 }
 
 #[test]
+fn where_a_rest_is_cut_within_a_block_makes_no_difference_to_its_sigma() {
+    let truth = Truth::usual();
+    let stream = truth.stream((0.02, 0.002), 0.0, 11);
+    let settings = SpinSettings::<f64>::default();
+    let sigma = |still: f64| {
+        solve(&stream, still, &settings, None)
+            .unwrap()
+            .gyroscope_bias
+            .sigma
+    };
+    let whole = sigma(4.8);
+    // One sample, two, nearly a block.
+    for more in [0.01, 0.02, 0.05, 0.19] {
+        let ratio = sigma(4.8 + more).component_div(&whole);
+        assert!(
+            ratio.iter().all(|ratio| (ratio - 1.0).abs() < 0.1),
+            "{more} s: {ratio:?}"
+        );
+    }
+}
+
+#[test]
 fn a_part_of_a_turn_has_a_sigma_that_says_how_far_it_can_be_trusted() {
     let part = Truth {
         turns: vec![0.2],
