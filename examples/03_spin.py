@@ -1,4 +1,4 @@
-"""A wheeled robot turns on the spot on a floor that is not level: its log, its calibration, and how good it is.
+"""A robot turns on the spot on a floor that is not level: its log, its calibration, and how good that is.
 
 python examples/03_spin.py [FOLDER]
 """

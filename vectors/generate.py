@@ -258,7 +258,7 @@ class Robot:
 
 
 def spin() -> dict[str, Any]:
-    """Biases from all samples at once, with the true motion known; the rate along the axis tells at rest only."""
+    """Biases from all samples at once, the true motion known; the rate along the axis tells at rest only."""
     rng = np.random.default_rng(8)
     robot = Robot()
     motion = robot.motion()
@@ -340,7 +340,7 @@ VECTORS = {
     "triad": Vectors(triad, {"M": (0.02, 0.02), "b": (0.02, 0.02), "sigma": (2e-4, 2e-4)}),
     # A rest may lose two blocks of 0.1 s at an end; the others are three sigma of the noise put in.
     "stream": Vectors(stream, {"rests_s": (0.2, 0.2), "bias": (1.5e-4, 1.5e-4), "turn_angle": (5e-4, 5e-4)}),
-    # In units of sigma, twice what was seen: the core has to find the motion by itself, and averages over blocks.
+    # In units of sigma, twice what was seen: the core has to find the motion, and averages over blocks.
     "spin": Vectors(
         spin, {"accelerometer_bias": (0.4, 0.4), "gyroscope_bias": (1.0, 1.0), "floor_tilt": (0.2, 0.2)}
     ),
