@@ -155,6 +155,7 @@ impl<T: Real> SpinMachine<T> {
             return None;
         }
         if matches!(self.state, State::Still) && self.is_gap(sample.time) {
+            self.last = sample.time;
             return self.break_off();
         }
         let pushed = self.collector.push(sample);

@@ -99,6 +99,28 @@ fn moved_while_still_it_waits_anew() {
 }
 
 #[test]
+fn samples_missing_while_still_it_waits_anew_and_goes_on() {
+    let mut stream = Truth {
+        still: 12.0,
+        ..two_turns()
+    }
+    .stream(NOISE, 3.0, 1);
+    stream.drain(300..360);
+    let (_, events) = run(&stream, &SpinSettings::default(), unknown);
+    assert_eq!(
+        events,
+        [
+            Event::StillBegan,
+            Event::StillBroken,
+            Event::StillBegan,
+            Event::StillDone,
+            Event::SpinBegan,
+            Event::Done
+        ]
+    );
+}
+
+#[test]
 fn never_still_it_fails_in_time() {
     let mut draws = Draws::new(3);
     let shaken: Vec<_> = two_turns()
