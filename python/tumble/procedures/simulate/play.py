@@ -109,13 +109,26 @@ def _plain_unit(scenario: TurntableScenario, name: str) -> dict[str, Any]:
             "skew": scenario.clock_skew_ppm * PPM if apart else 0.0,
             "phase": 0.0,
         },
-        "faults": [_plain_fault(scenario, fault) for fault in scenario.faults_of(name)],
+        "faults": _plain_faults(scenario, name),
     }
 
 
-def _plain_fault(scenario: TurntableScenario, fault: Fault) -> dict[str, Any]:
+def _plain_faults(scenario: TurntableScenario, name: str) -> list[dict[str, Any]]:
+    largest = {"accelerometer": scenario.gravity, "gyroscope": radians(scenario.turn_rate_dps)}
+    return [
+        plain_fault(fault, scenario.rest_seconds / 2, largest[fault.triad])
+        for fault in scenario.faults_of(name)
+    ]
+
+
+def plain_fault(fault: Fault, middle: float, largest: float) -> dict[str, Any]:
+    """Give a fault as the native simulator asks for it.
+
+    `middle` of the first rest, s, is when it starts if it does not say; `largest` is what its triad reads at
+    most, m/s^2 or rad/s.
+    """
     axis = AXES.index(fault.axis)
-    start = scenario.rest_seconds / 2 if fault.start is None else fault.start
+    start = middle if fault.start is None else fault.start
     return {
         "kind": fault.kind,
         "channels": fault.triad,
@@ -123,14 +136,12 @@ def _plain_fault(scenario: TurntableScenario, fault: Fault) -> dict[str, Any]:
         "other_axis": (axis + 1) % 3,
         "start": start,
         "end": start + 1.0 if fault.end is None else fault.end,
-        "size": _fault_size(scenario, fault),
+        "size": _fault_size(fault, largest),
     }
 
 
-def _fault_size(scenario: TurntableScenario, fault: Fault) -> float:
+def _fault_size(fault: Fault, largest: float) -> float:
     """In the unit the simulator asks for."""
-    of_accelerometer = fault.triad == "accelerometer"
-    largest = scenario.gravity if of_accelerometer else radians(scenario.turn_rate_dps)
     match fault.kind:
         case "scale":
             return 1.2 if fault.size is None else fault.size
@@ -139,7 +150,7 @@ def _fault_size(scenario: TurntableScenario, fault: Fault) -> float:
         case "saturated":
             return largest * (0.8 if fault.size is None else fault.size)
         case "wrong-unit":
-            return 1.0 / STANDARD_GRAVITY if of_accelerometer else float(np.degrees(1.0))
+            return 1.0 / STANDARD_GRAVITY if fault.triad == "accelerometer" else float(np.degrees(1.0))
         case "time-backwards":
             return 1.0 if fault.size is None else fault.size
     return 0.0

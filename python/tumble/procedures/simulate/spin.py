@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field, replace
-from math import degrees, radians, sqrt
+from math import radians, sqrt
 from typing import Any
 
 import numpy as np
 
 from tumble import _core
-from tumble.procedures.simulate.fault import AXES, Fault
 from tumble.procedures.simulate.grade import Grade, TriadGrade
-from tumble.procedures.simulate.play import triad_truth
-from tumble.procedures.simulate.scenario import STANDARD_GRAVITY, ScenarioError
+from tumble.procedures.simulate.play import plain_fault, triad_truth
+from tumble.procedures.simulate.scenario import ScenarioError
 from tumble.procedures.simulate.session import TriadTruth
 from tumble.procedures.simulate.spin_scenario import SpinScenario
 from tumble.recording import Chunk, FloatArray, Recording
@@ -142,7 +141,7 @@ def _plain(scenario: SpinScenario) -> dict[str, Any]:
             {"start": d.start, "duration": d.seconds, "tilt": radians(d.tilt_deg), "lift": d.lift_m}
             for d in scenario.disturbances
         ],
-        "faults": [_fault(scenario, fault) for fault in scenario.faults],
+        "faults": _faults(scenario),
         "gravity": scenario.gravity,
         "latitude": None if latitude is None else radians(latitude),
         "temperature": scenario.temperature_celsius,
@@ -187,29 +186,7 @@ def _grade(scenario: SpinScenario) -> Grade:
     )
 
 
-def _fault(scenario: SpinScenario, fault: Fault) -> dict[str, Any]:
-    start = scenario.plan[0].seconds / 2 if fault.start is None else fault.start
-    axis = AXES.index(fault.axis)
-    return {
-        "kind": fault.kind,
-        "channels": fault.triad,
-        "axis": axis,
-        "other_axis": (axis + 1) % 3,
-        "start": start,
-        "end": start + 1.0 if fault.end is None else fault.end,
-        "size": _fault_size(scenario, fault),
-    }
-
-
-def _fault_size(scenario: SpinScenario, fault: Fault) -> float:
-    """In the unit the simulator asks for."""
-    of_accelerometer = fault.triad == "accelerometer"
-    match fault.kind:
-        case "moved":
-            return radians(2.0 if fault.size is None else fault.size)
-        case "saturated":
-            largest = scenario.gravity if of_accelerometer else scenario.turn_rate
-            return largest * (0.8 if fault.size is None else fault.size)
-        case "wrong-unit":
-            return 1.0 / STANDARD_GRAVITY if of_accelerometer else degrees(1.0)
-    return 1.0 if fault.size is None else fault.size
+def _faults(scenario: SpinScenario) -> list[dict[str, Any]]:
+    largest = {"accelerometer": scenario.gravity, "gyroscope": scenario.turn_rate}
+    middle = scenario.plan[0].seconds / 2
+    return [plain_fault(fault, middle, largest[fault.triad]) for fault in scenario.faults]
