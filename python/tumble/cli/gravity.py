@@ -2,7 +2,21 @@
 
 from __future__ import annotations
 
+from typing import Annotated, TypeAlias
+
+import typer
+
 from tumble.errors import ProcedureError
+
+Latitude: TypeAlias = Annotated[
+    float | None, typer.Option(help="Latitude in degrees, to work out local gravity.")
+]
+Height: TypeAlias = Annotated[
+    float | None, typer.Option(help="Height above the ellipsoid in m, with --latitude.")
+]
+Gravity: TypeAlias = Annotated[
+    float | None, typer.Option(help="Local gravity in m/s^2; 9.80665 where not given.")
+]
 
 
 def check_gravity(latitude: float | None, height: float | None, gravity: float | None) -> None:

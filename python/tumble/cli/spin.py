@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tumble.cli.gravity import check_gravity
+from tumble.cli.gravity import Gravity, Height, Latitude, check_gravity
 from tumble.cli.read_options import with_read_options
 from tumble.errors import ProcedureError
 from tumble.logs.options import ReadOptions
@@ -92,15 +92,9 @@ def spin_command(
             metavar="FILE", help="Calibration to apply first; its matrices are kept in the new one."
         ),
     ] = None,
-    latitude: Annotated[
-        float | None, typer.Option(help="Latitude in degrees, to work out local gravity.")
-    ] = None,
-    height: Annotated[
-        float | None, typer.Option(help="Height above the ellipsoid in m, with --latitude.")
-    ] = None,
-    gravity: Annotated[
-        float | None, typer.Option(help="Local gravity in m/s^2; 9.80665 where not given.")
-    ] = None,
+    latitude: Latitude = None,
+    height: Height = None,
+    gravity: Gravity = None,
     turn_rate: Annotated[
         float | None,
         typer.Option(

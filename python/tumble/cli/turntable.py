@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from tumble.cli.gravity import check_gravity
+from tumble.cli.gravity import Gravity, Height, Latitude, check_gravity
 from tumble.cli.read_options import read_options_for, with_read_options
 from tumble.logs.options import ReadOptions
 
@@ -68,15 +68,9 @@ def turntable_command(
         ),
     ] = None,
     truth: Annotated[Truth, typer.Option(help="What the targets are held against.")] = Truth.REFERENCE,
-    latitude: Annotated[
-        float | None, typer.Option(help="Latitude in degrees, to work out local gravity.")
-    ] = None,
-    height: Annotated[
-        float | None, typer.Option(help="Height above the ellipsoid in m, with --latitude.")
-    ] = None,
-    gravity: Annotated[
-        float | None, typer.Option(help="Local gravity in m/s^2; 9.80665 where not given.")
-    ] = None,
+    latitude: Latitude = None,
+    height: Height = None,
+    gravity: Gravity = None,
     limits: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Limits that targets pass or fail.")
     ] = None,
