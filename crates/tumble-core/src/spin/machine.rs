@@ -73,7 +73,6 @@ pub struct Progress<T: Real> {
 /// The state machine. All its memory is in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpinMachine<T: Real> {
-    settings: SpinSettings<T>,
     state: State<T>,
     collector: Collector<T>,
     stillness: Stillness<T>,
@@ -99,7 +98,6 @@ impl<T: Real> SpinMachine<T> {
     /// Idle.
     pub fn new(settings: &SpinSettings<T>) -> Self {
         Self {
-            settings: *settings,
             state: State::Idle,
             collector: Collector::new(settings),
             stillness: Stillness::new(settings.stillness),
@@ -116,7 +114,7 @@ impl<T: Real> SpinMachine<T> {
     pub fn start(&mut self) {
         *self = Self {
             state: State::Still,
-            ..Self::new(&self.settings)
+            ..Self::new(self.settings())
         };
     }
 
@@ -131,7 +129,7 @@ impl<T: Real> SpinMachine<T> {
         let still = match self.state {
             State::Idle => 0,
             State::Still => estimator.stop().map_or(0, |stop| stop.duration()),
-            State::Spin | State::Done | State::Failed(_) => self.settings.still,
+            State::Spin | State::Done | State::Failed(_) => self.settings().still,
         };
         Progress {
             still: seconds(still),
@@ -178,7 +176,7 @@ impl<T: Real> SpinMachine<T> {
     pub fn tick(&mut self, now: u64) -> Option<Event> {
         let begun = matches!(self.state, State::Still | State::Spin) && self.since.is_some();
         let pause = now.saturating_sub(self.last);
-        (begun && pause > self.settings.longest_gap).then(|| {
+        (begun && pause > self.settings().longest_gap).then(|| {
             self.fail(Failure::StreamStopped {
                 time: self.last,
                 gap: seconds(pause),
@@ -186,8 +184,12 @@ impl<T: Real> SpinMachine<T> {
         })
     }
 
+    fn settings(&self) -> &SpinSettings<T> {
+        self.collector.estimator().settings()
+    }
+
     fn is_gap(&self, time: u64) -> bool {
-        self.since.is_some() && time.saturating_sub(self.last) > self.settings.longest_gap
+        self.since.is_some() && time.saturating_sub(self.last) > self.settings().longest_gap
     }
 
     fn fail(&mut self, failure: Failure<T>) -> Event {
@@ -212,7 +214,7 @@ impl<T: Real> SpinMachine<T> {
 
     fn is_calm(&self, block: &Block<T>) -> bool {
         let scatter = Scatter::of(&block.moments);
-        let (force, rate) = self.settings.largest_scatter;
+        let (force, rate) = self.settings().largest_scatter;
         scatter.specific_force < force * force && scatter.angular_rate < rate * rate
     }
 
@@ -223,7 +225,7 @@ impl<T: Real> SpinMachine<T> {
         match self.state {
             State::Spin => block.rate.abs() < real(STOPPED) && estimator.stop().is_none_or(level),
             _ => {
-                block.angular_rate().norm() < self.settings.largest_rate_bias
+                block.angular_rate().norm() < self.settings().largest_rate_bias
                     && estimator.stop().is_none_or(level)
             }
         }
@@ -242,7 +244,7 @@ impl<T: Real> SpinMachine<T> {
             .estimator()
             .stop()
             .map_or(0, |stop| stop.duration());
-        if stood < self.settings.still {
+        if stood < self.settings().still {
             return began.then_some(Event::StillBegan);
         }
         self.collector.end_stop();
@@ -254,7 +256,7 @@ impl<T: Real> SpinMachine<T> {
     /// Gathers anew, with the noise floor learnt so far.
     fn break_off(&mut self) -> Option<Event> {
         let stood = self.collector.estimator().stop().is_some();
-        self.collector = Collector::new(&self.settings);
+        self.collector = Collector::new(self.settings());
         self.wheels = None;
         stood.then_some(Event::StillBroken)
     }
@@ -267,9 +269,9 @@ impl<T: Real> SpinMachine<T> {
         let turned = estimator.turned().angle();
         let stopped = estimator
             .stop()
-            .is_some_and(|stop| stop.duration() >= self.settings.shortest_stop);
-        let nearly = turned >= self.settings.turn * real(NEARLY) && stopped;
-        if turned >= self.settings.turn || nearly {
+            .is_some_and(|stop| stop.duration() >= self.settings().shortest_stop);
+        let nearly = turned >= self.settings().turn * real(NEARLY) && stopped;
+        if turned >= self.settings().turn || nearly {
             return Some(self.finish());
         }
         let begins = !self.began && turned >= real(BEGUN);
@@ -290,12 +292,12 @@ impl<T: Real> SpinMachine<T> {
     fn check_time(&mut self, since: u64) -> Option<Event> {
         let passed = self.last.saturating_sub(since);
         let failure = match self.state {
-            State::Still if passed > self.settings.still_timeout => Failure::NeverStill {
+            State::Still if passed > self.settings().still_timeout => Failure::NeverStill {
                 waited: seconds(passed),
             },
-            State::Spin if passed > self.settings.spin_timeout => Failure::TurnedTooLittle {
+            State::Spin if passed > self.settings().spin_timeout => Failure::TurnedTooLittle {
                 turned: self.collector.estimator().turned().angle(),
-                wanted: self.settings.turn,
+                wanted: self.settings().turn,
             },
             _ => return None,
         };
