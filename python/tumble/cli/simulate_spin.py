@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -209,7 +210,7 @@ def _show(spin: SimulatedSpin, paths: dict[str, str], as_json: bool) -> None:
         }
         print(json.dumps(content, indent=2, allow_nan=False))
         return
-    angles = ", ".join(f"{angle / 6.283185307179586:+.3f}" for angle in turned) or "none"
+    angles = ", ".join(f"{angle / math.tau:+.3f}" for angle in turned) or "none"
     print(f"{paths['log']}: {spin.scenario.unit_grade.name}, {len(spin.samples)} samples, turns {angles}")
     print(f"{paths['truth']}: what is true of all of it")
     print(f"Next: tumble spin {paths['log']} -o results")
