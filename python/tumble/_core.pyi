@@ -1,6 +1,6 @@
 """The numeric core. Arrays are C-contiguous float64; units are SI; frames as in docs/conventions.md."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypedDict
 
 from tumble.recording import FloatArray
@@ -383,3 +383,78 @@ def fit_spin(
 
     Raises `CoreError` with the same kinds as `SpinMachine.failure`.
     """
+
+class RedundancyUnit:
+    """One unit of a redundant set as the monitor is told of it; unit 0 is the primary."""
+
+    def __init__(
+        self,
+        identity: int,
+        *,
+        sensor_from_primary: FloatArray | None = None,
+        lever_arm: FloatArray | None = None,
+        time_offset: float = 0.0,
+        axes: tuple[bool, bool, bool, bool, bool, bool] = (True, True, True, True, True, True),
+        specific_force_range: float | None = None,
+        angular_rate_range: float | None = None,
+        calibration: Mapping[str, tuple[FloatArray, FloatArray]] | None = None,
+    ) -> None:
+        """Describe a unit.
+
+        `sensor_from_primary` (3, 3) is the nominal rotation; `lever_arm` (3,) m from the primary, its case frame,
+        where known; `time_offset` s is added to the unit's time; `calibration` is the primary's own, for each
+        of `accelerometer` and `gyroscope` the M (3, 3) and b (3,) of `y = M u + b`.
+        """
+
+class RedundancyMonitor:
+    """A primary and one to seven secondaries; `precision` is `f64`, or `f32` as on a device."""
+
+    def __init__(
+        self,
+        units: Sequence[RedundancyUnit],
+        settings: Mapping[str, object],
+        precision: str = "f64",
+    ) -> None:
+        """`CoreError` with args (`contradictory settings`, {...}) where settings contradict each other."""
+    @staticmethod
+    def default_settings() -> dict[str, object]:
+        """Every setting by name, SI units."""
+    def replay(
+        self,
+        times: Sequence[FloatArray],
+        specific_forces: Sequence[FloatArray],
+        angular_rates: Sequence[FloatArray],
+        commands: Sequence[tuple[float, str]] = (),
+        keep_output: bool = False,
+        progress: Callable[[float], None] | None = None,
+    ) -> RedundancyReplay:
+        """Push what all units said, in order of time, up to the end; may be called again with what follows.
+
+        Times (n,) s, specific forces (n, 3) m/s^2 and angular rates (n, 3) rad/s of each unit, primary first.
+        Commands are `evaluate` and `return to primary`. `progress` is told the share done, 0 to 1.
+        """
+    def restore(self, record: Mapping[str, object]) -> str | None:
+        """Take a stored error of a secondary; says why it was rejected, or `None`."""
+    def records(self) -> list[dict[str, object]]:
+        """Everything stored: identity, sensor, and the fields of `SecondaryError` but for unit and adopted."""
+    @staticmethod
+    def state_bytes(secondaries: int, precision: str = "f32") -> int: ...
+
+class RedundancyReplay(TypedDict):
+    """What a replay gave, besides what the monitor now holds."""
+
+    events: list[tuple[float, int, str, dict[str, float | int | str | bool | tuple[float, ...]]]]
+    """Time s, unit, event, figures."""
+    window_time: FloatArray
+    specific_force: list[FloatArray]
+    angular_rate: list[FloatArray]
+    specific_force_compensated: list[FloatArray]
+    angular_rate_compensated: list[FloatArray]
+    output_time: FloatArray
+    """(n,) s; empty unless asked for, like the other outputs."""
+    output_unit: FloatArray
+    """(n,) index of the source."""
+    output_specific_force: FloatArray
+    output_angular_rate: FloatArray
+    seconds: float
+    """Time the replay took."""
