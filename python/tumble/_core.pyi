@@ -401,9 +401,9 @@ class RedundancyUnit:
     ) -> None:
         """Describe a unit.
 
-        `sensor_from_primary` (3, 3) is the nominal rotation; `lever_arm` (3,) m from the primary, its case frame,
-        where known; `time_offset` s is added to the unit's time; `calibration` is the primary's own, for each
-        of `accelerometer` and `gyroscope` the M (3, 3) and b (3,) of `y = M u + b`.
+        `sensor_from_primary` (3, 3) is the nominal rotation; `lever_arm` (3,) m from the primary, in its case
+        frame, where known; `time_offset` s is added to the unit's time; `calibration` is the primary's own,
+        for each of `accelerometer` and `gyroscope` the M (3, 3) and b (3,) of `y = M u + b`.
         """
 
 class RedundancyMonitor:
@@ -436,7 +436,7 @@ class RedundancyMonitor:
     def restore(self, record: Mapping[str, object]) -> str | None:
         """Take a stored error of a secondary; says why it was rejected, or `None`."""
     def records(self) -> list[dict[str, object]]:
-        """Everything stored: identity, sensor, and the fields of `SecondaryError` but for unit and adopted."""
+        """Everything stored: identity, sensor, and the fields of `SecondaryError` from matrix to sequence."""
     @staticmethod
     def state_bytes(secondaries: int, precision: str = "f32") -> int: ...
 

@@ -21,6 +21,7 @@ pub mod model;
 pub mod moments;
 pub mod noise;
 pub mod real;
+pub mod redundancy;
 pub mod regression;
 pub mod rotation;
 pub mod sample;

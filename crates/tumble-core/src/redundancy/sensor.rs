@@ -1,0 +1,62 @@
+//! The two kinds of sensor in a unit, and the axes it has of each.
+
+use crate::sample::CHANNELS;
+
+/// Three axes of one kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Sensor {
+    /// Specific force, m/s^2.
+    Accelerometer,
+    /// Angular rate, rad/s.
+    Gyroscope,
+}
+
+/// Both, in the order of the channels.
+pub const SENSORS: [Sensor; 2] = [Sensor::Accelerometer, Sensor::Gyroscope];
+
+impl Sensor {
+    /// The first of its three channels in a sample.
+    pub fn first_channel(self) -> usize {
+        match self {
+            Sensor::Accelerometer => 0,
+            Sensor::Gyroscope => 3,
+        }
+    }
+
+    /// The sensor of a channel.
+    pub fn of_channel(channel: usize) -> Self {
+        if channel < 3 {
+            Sensor::Accelerometer
+        } else {
+            Sensor::Gyroscope
+        }
+    }
+}
+
+/// Which of the six channels a unit has: not every sensor has three axes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Axes(pub [bool; CHANNELS]);
+
+impl Axes {
+    /// Three of each.
+    pub const ALL: Self = Self([true; CHANNELS]);
+
+    /// The three of one sensor.
+    pub fn of(&self, sensor: Sensor) -> [bool; 3] {
+        let [fx, fy, fz, wx, wy, wz] = self.0;
+        match sensor {
+            Sensor::Accelerometer => [fx, fy, fz],
+            Sensor::Gyroscope => [wx, wy, wz],
+        }
+    }
+
+    /// Whether a sensor has all three.
+    pub fn complete(&self, sensor: Sensor) -> bool {
+        self.of(sensor) == [true; 3]
+    }
+
+    /// Whether a sensor has any.
+    pub fn any(&self, sensor: Sensor) -> bool {
+        self.of(sensor) != [false; 3]
+    }
+}
