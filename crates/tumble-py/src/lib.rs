@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 
 mod acquisition;
+mod align;
 mod convert;
 mod correct;
 mod simulate;
@@ -16,6 +17,7 @@ mod turntable;
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     acquisition::register(module)?;
+    align::register(module)?;
     correct::register(module)?;
     simulate::register(module)?;
     simulate_spin::register(module)?;

@@ -1,0 +1,206 @@
+//! Lever arm between two units, from their specific forces, once the rates have given clock and rotation.
+
+use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
+use tumble_core::rotation::cross_matrix;
+
+use crate::align::AlignSettings;
+use crate::align::grid::Pair;
+use crate::align::rates::{ABOVE_NOISE, HELD, RatesFit, directions_below, set_stretch, symmetric};
+use crate::align::robust::{Belief, Row, covariance, scale_of, step};
+use crate::align::track::{force_of, rate_of};
+
+/// Lever arm, bias, rotation between the triads, stretch, delay, and the primary's own gyroscope bias.
+const UNKNOWNS: usize = 19;
+const BIAS: usize = 3;
+const ROTATION: usize = 6;
+const STRETCH: usize = 9;
+const DELAY: usize = 15;
+const RATE_BIAS: usize = 16;
+
+const ROUNDS: usize = 20;
+/// Change of the lever arm, m, after which another round is not worth it.
+const SETTLED: f64 = 1e-9;
+
+/// 1-sigma of the lever arm before any data, m.
+const LARGEST_ARM: f64 = 10.0;
+/// 1-sigma of the bias before any data, m/s^2.
+const LARGEST_BIAS: f64 = 5.0;
+/// 1-sigma of the angle between what the two gyroscopes and what the two accelerometers show of the rotation, rad.
+const LARGEST_ANGLE: f64 = 0.02;
+/// 1-sigma of the time by which the accelerometers are later against each other than the gyroscopes, s.
+const LARGEST_DELAY: f64 = 0.005;
+
+/// What the specific forces of two units show, given the rates.
+#[derive(Clone, Debug)]
+pub struct ForcesFit {
+    /// From primary to secondary, m, the primary's frame; zero along what is not seen.
+    pub lever_arm: Vector3<f64>,
+    /// Covariance, m^2; that of the belief along what is not seen.
+    pub lever_arm_covariance: Matrix3<f64>,
+    /// Unit vectors, the primary's frame, along which the lever arm is not seen.
+    pub unseen: Vec<Vector3<f64>>,
+    /// Bias of the secondary less that of the primary as the secondary has it, m/s^2.
+    pub bias: Vector3<f64>,
+    /// 1-sigma.
+    pub bias_sigma: Vector3<f64>,
+    /// Small rotation of the accelerometers beyond that of the gyroscopes, rad, the secondary's frame.
+    pub angle: Vector3<f64>,
+    /// 1-sigma, that of the gyroscopes' rotation included.
+    pub angle_sigma: Vector3<f64>,
+    /// Time by which the accelerometers' offset is larger than that of the gyroscopes, s.
+    pub delay: f64,
+    /// 1-sigma.
+    pub delay_sigma: f64,
+    /// Symmetric S of `M = (1 + S) R`.
+    pub stretch: Matrix3<f64>,
+    /// 1-sigma of a component of a residual, m/s^2.
+    pub scale: f64,
+}
+
+struct Guess {
+    arm: Vector3<f64>,
+    bias: Vector3<f64>,
+    rotation: Rotation3<f64>,
+    angle: Vector3<f64>,
+    stretch: SVector<f64, 6>,
+    delay: f64,
+    rate_bias: Vector3<f64>,
+}
+
+/// Fits by Gauss and Newton (docs/theory/align.md, eq. 10, 11).
+pub fn fit(rates: &RatesFit, settings: &AlignSettings) -> Option<ForcesFit> {
+    let pairs = &rates.pairs;
+    let mut guess = Guess {
+        arm: Vector3::zeros(),
+        bias: Vector3::zeros(),
+        rotation: rates.rotation,
+        angle: Vector3::zeros(),
+        stretch: SVector::zeros(),
+        delay: 0.0,
+        rate_bias: settings.rate_bias.0,
+    };
+    let unseen = guess.unseen(pairs, rates.slope_scale);
+    for _ in 0..ROUNDS {
+        let row = |k: usize| guess.row(&pairs[k]);
+        let next = step(pairs.len(), row, &guess.belief(&unseen, settings))?;
+        guess.change(&next.change);
+        if next.change.fixed_rows::<3>(0).norm() < SETTLED {
+            break;
+        }
+    }
+    guess.finish(rates, &unseen, settings)
+}
+
+impl Guess {
+    fn turned(&self) -> Rotation3<f64> {
+        Rotation3::new(self.angle) * self.rotation
+    }
+
+    /// The matrix L of `L r`, mean of what a lever arm r adds to specific force (docs/theory/align.md, eq. 10).
+    fn lever(&self, pair: &Pair) -> Matrix3<f64> {
+        let w = rate_of(&pair.primary.mean);
+        let p = pair.primary.mean.fixed_rows::<6>(6);
+        let squares = Matrix3::new(p[0], p[1], p[2], p[1], p[3], p[4], p[2], p[4], p[5]);
+        let cross = w * self.rate_bias.transpose();
+        let freed = squares - cross - cross.transpose() + self.rate_bias * self.rate_bias.transpose();
+        cross_matrix(&rate_of(&pair.primary.slope)) + freed - Matrix3::identity() * freed.trace()
+    }
+
+    fn row(&self, pair: &Pair) -> Row<UNKNOWNS> {
+        let lever = self.lever(pair);
+        let turned = self.turned();
+        let stretched = Matrix3::identity() + symmetric(&self.stretch);
+        let force = turned * (force_of(&pair.primary.mean) + lever * self.arm);
+        let slope = force_of(&pair.secondary.slope);
+        let predicted = stretched * force + self.bias - slope * self.delay;
+        let rate = rate_of(&pair.primary.mean) - self.rate_bias;
+        let by_rate_bias =
+            cross_matrix(&rate.cross(&self.arm)) + cross_matrix(&rate) * cross_matrix(&self.arm);
+        let matrix = stretched * turned;
+        let mut design = SMatrix::<f64, 3, UNKNOWNS>::zeros();
+        design.fixed_view_mut::<3, 3>(0, 0).copy_from(&(matrix * lever));
+        design
+            .fixed_view_mut::<3, 3>(0, BIAS)
+            .copy_from(&Matrix3::identity());
+        design
+            .fixed_view_mut::<3, 3>(0, ROTATION)
+            .copy_from(&-cross_matrix(&force));
+        set_stretch(&mut design, STRETCH, &force);
+        design.set_column(DELAY, &-slope);
+        design
+            .fixed_view_mut::<3, 3>(0, RATE_BIAS)
+            .copy_from(&(matrix * by_rate_bias));
+        (design, force_of(&pair.secondary.mean) - predicted)
+    }
+
+    /// Directions of the primary along which only noise of the angular acceleration would show a lever arm.
+    fn unseen(&self, pairs: &[Pair], slope_scale: f64) -> Vec<Vector3<f64>> {
+        #[allow(clippy::cast_precision_loss)]
+        let share = 1.0 / pairs.len().max(1) as f64;
+        let levers = pairs.iter().map(|pair| self.lever(pair));
+        let information: Matrix3<f64> = levers.map(|lever| lever.tr_mul(&lever) * share).sum();
+        directions_below(&information, ABOVE_NOISE * 2.0 * slope_scale * slope_scale)
+    }
+
+    fn belief(&self, unseen: &[Vector3<f64>], settings: &AlignSettings) -> Belief<UNKNOWNS> {
+        let mut sigma = SVector::<f64, UNKNOWNS>::repeat(LARGEST_ARM);
+        sigma.fixed_rows_mut::<3>(BIAS).fill(LARGEST_BIAS);
+        sigma.fixed_rows_mut::<3>(ROTATION).fill(LARGEST_ANGLE);
+        sigma.fixed_rows_mut::<6>(STRETCH).copy_from(&settings.stretch_sigma());
+        sigma[DELAY] = LARGEST_DELAY;
+        sigma.fixed_rows_mut::<3>(RATE_BIAS).fill(settings.rate_bias.1);
+        let mut missing = SVector::<f64, UNKNOWNS>::zeros();
+        missing.fixed_rows_mut::<3>(0).copy_from(&-self.arm);
+        missing.fixed_rows_mut::<3>(BIAS).copy_from(&-self.bias);
+        missing.fixed_rows_mut::<3>(ROTATION).copy_from(&-self.angle);
+        missing.fixed_rows_mut::<6>(STRETCH).copy_from(&-self.stretch);
+        missing[DELAY] = -self.delay;
+        let rate_bias = settings.rate_bias.0 - self.rate_bias;
+        missing.fixed_rows_mut::<3>(RATE_BIAS).copy_from(&rate_bias);
+        let mut precision = SMatrix::from_diagonal(&sigma.map(|sigma| 1.0 / (sigma * sigma)));
+        for direction in unseen {
+            let mut arm = precision.fixed_view_mut::<3, 3>(0, 0);
+            arm += direction * direction.transpose() * HELD;
+        }
+        Belief { precision, missing }
+    }
+
+    fn change(&mut self, by: &SVector<f64, UNKNOWNS>) {
+        self.arm += by.fixed_rows::<3>(0);
+        self.bias += by.fixed_rows::<3>(BIAS);
+        self.angle = (Rotation3::new(by.fixed_rows::<3>(ROTATION).into_owned()) * Rotation3::new(self.angle))
+            .scaled_axis();
+        self.stretch += by.fixed_rows::<6>(STRETCH);
+        self.delay += by[DELAY];
+        self.rate_bias += by.fixed_rows::<3>(RATE_BIAS);
+    }
+
+    fn finish(
+        self,
+        rates: &RatesFit,
+        unseen: &[Vector3<f64>],
+        settings: &AlignSettings,
+    ) -> Option<ForcesFit> {
+        let pairs = &rates.pairs;
+        let row = |k: usize| self.row(&pairs[k]);
+        let scale = scale_of((0..pairs.len()).map(|k| row(k).1));
+        let belief = self.belief(unseen, settings);
+        let covariance = covariance(pairs.len(), row, |k| pairs[k].block, scale, &belief)?;
+        let variance = covariance.diagonal();
+        let sigma = variance.map(f64::sqrt);
+        let angle_variance = variance.fixed_rows::<3>(ROTATION) + rates.rotation_covariance.diagonal();
+        Some(ForcesFit {
+            lever_arm: self.arm,
+            lever_arm_covariance: covariance.fixed_view::<3, 3>(0, 0).into_owned(),
+            unseen: unseen.to_vec(),
+            bias: self.bias,
+            bias_sigma: sigma.fixed_rows::<3>(BIAS).into_owned(),
+            angle: self.angle,
+            angle_sigma: angle_variance.map(f64::sqrt),
+            delay: self.delay,
+            delay_sigma: sigma[DELAY],
+            stretch: symmetric(&self.stretch),
+            scale,
+        })
+    }
+}

@@ -1,0 +1,92 @@
+//! Both units side by side: pairs of means under the same triangle, by the primary's clock.
+
+use crate::align::track::{MEASURED, Track, Triangle, WITH_PRODUCTS, Window};
+
+/// How the secondary's clock goes beside the primary's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clock {
+    /// To be added to the secondary's time at the instant `reference`, s.
+    pub offset: f64,
+    /// Growth of the offset with the primary's time.
+    pub skew: f64,
+    /// An instant of the primary's clock, s.
+    pub reference: f64,
+}
+
+impl Clock {
+    /// What the secondary's clock shows at an instant of the primary's (docs/theory/align.md, eq. 4).
+    pub fn shown(&self, time: f64) -> f64 {
+        time - self.offset - self.skew * (time - self.reference)
+    }
+}
+
+/// The primary over successive windows.
+#[derive(Clone, Debug)]
+pub struct Grid {
+    /// Where the windows begin and end, s of the primary's clock.
+    pub edges: Vec<f64>,
+    /// Length of a window, s.
+    pub length: f64,
+    /// Windows that one block holds: what happens in different blocks is taken to be independent.
+    pub windows_per_block: usize,
+    /// The primary's means.
+    pub primary: Vec<Option<Window<WITH_PRODUCTS>>>,
+}
+
+/// The two units under one triangle.
+#[derive(Clone, Copy, Debug)]
+pub struct Pair {
+    /// Middle of the triangle, s of the primary's clock.
+    pub time: f64,
+    /// Block it lies in.
+    pub block: usize,
+    /// Of the primary.
+    pub primary: Triangle<WITH_PRODUCTS>,
+    /// Of the secondary.
+    pub secondary: Triangle<MEASURED>,
+}
+
+impl Grid {
+    /// Windows of a length over all of the primary, in so many blocks of at least half a second.
+    pub fn over(primary: &Track<'_>, length: f64, blocks: usize) -> Self {
+        let (start, end) = primary.span();
+        let count = whole((end - start) / length);
+        let edges = edges(start, count, length);
+        Self {
+            primary: primary.windows_with_products(&edges),
+            edges,
+            length,
+            windows_per_block: (count / blocks).max(whole(0.5 / length)).max(1),
+        }
+    }
+
+    /// Pairs in which both units can be used.
+    pub fn pairs(&self, secondary: &Track<'_>, clock: &Clock) -> Vec<Pair> {
+        let shown: Vec<f64> = self.edges.iter().map(|edge| clock.shown(*edge)).collect();
+        let theirs = secondary.windows(&shown);
+        let length = self.length * (1.0 - clock.skew);
+        let windows = self.primary.windows(2).zip(theirs.windows(2)).enumerate();
+        windows
+            .filter_map(|(k, (ours, theirs))| {
+                Some(Pair {
+                    time: self.edges[k + 1],
+                    block: k / self.windows_per_block,
+                    primary: Triangle::over(ours[0].as_ref()?, ours[1].as_ref()?, self.length),
+                    secondary: Triangle::over(theirs[0].as_ref()?, theirs[1].as_ref()?, length),
+                })
+            })
+            .collect()
+    }
+}
+
+/// Ends of successive windows.
+#[allow(clippy::cast_precision_loss)]
+pub fn edges(start: f64, count: usize, length: f64) -> Vec<f64> {
+    (0..=count).map(|k| start + k as f64 * length).collect()
+}
+
+/// Whole windows in a span of so many.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+pub fn whole(count: f64) -> usize {
+    count.max(0.0) as usize
+}

@@ -1,0 +1,247 @@
+//! How two units that move together sit beside each other: clock and rotation from their angular rates alone, then the
+//! lever arm from their specific forces. Derivation: docs/theory/align.md.
+//!
+//! [`track`] takes means of a unit's samples over windows, [`grid`] pairs those of two units, [`coarse`] finds clock and
+//! rotation roughly, [`rates`] finds them to the last digit, [`forces`] finds the lever arm. [`robust`] solves both.
+
+use nalgebra::{SVector, Vector3};
+
+use crate::align::coarse::Shift;
+use crate::align::forces::ForcesFit;
+use crate::align::grid::{Clock, Grid, edges, whole};
+use crate::align::rates::RatesFit;
+use crate::align::track::{Track, Window, rate_of};
+
+pub mod coarse;
+pub mod forces;
+pub mod grid;
+pub mod rates;
+pub mod robust;
+pub mod track;
+
+/// How to align.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AlignSettings {
+    /// Shortest window, s.
+    pub window: f64,
+    /// Largest offset of the secondary's clock, s, either way from `around`.
+    pub search: f64,
+    /// Offset around which to search, s.
+    pub around: f64,
+    /// Whether there is but one clock, so that one unit may be late but no clock fast.
+    pub one_clock: bool,
+    /// 1-sigma by which scales of the two units may differ.
+    pub scale_sigma: f64,
+    /// 1-sigma of the sensitivity of one unit across its axes, against the other, rad.
+    pub cross_sigma: f64,
+    /// The primary's own gyroscope bias, rad/s, with its 1-sigma an axis.
+    pub rate_bias: (Vector3<f64>, f64),
+}
+
+impl Default for AlignSettings {
+    fn default() -> Self {
+        Self {
+            window: 0.05,
+            search: 5.0,
+            around: 0.0,
+            one_clock: false,
+            scale_sigma: 0.02,
+            cross_sigma: 0.005,
+            rate_bias: (Vector3::zeros(), 0.1),
+        }
+    }
+}
+
+impl AlignSettings {
+    fn stretch_sigma(&self) -> SVector<f64, 6> {
+        let (scale, cross) = (self.scale_sigma, self.cross_sigma);
+        SVector::from([scale, scale, scale, cross, cross, cross])
+    }
+}
+
+/// What two units show of each other.
+#[derive(Clone, Debug)]
+pub struct Aligned {
+    /// Best correlation of their rates: 1 where both feel one motion.
+    pub correlation: f64,
+    /// Root mean square rate less its mean, rad/s.
+    pub motion: f64,
+    /// Length of a window, s.
+    pub window: f64,
+    /// From the rates.
+    pub rates: RatesFit,
+    /// From the specific forces.
+    pub forces: ForcesFit,
+}
+
+/// Why two units cannot be aligned.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Refusal {
+    /// They share too little time in which both can be used.
+    NothingInCommon,
+    /// Neither turned: root mean square rate, rad/s, and what is needed.
+    NoMotion {
+        /// Root mean square rate less its mean, rad/s.
+        found: f64,
+        /// Least of it.
+        needed: f64,
+    },
+    /// They do not feel one motion.
+    NotAlike {
+        /// Best correlation of their rates.
+        correlation: f64,
+    },
+    /// One of them is left-handed.
+    Mirrored,
+    /// One of them is in another unit.
+    Scaled {
+        /// Rate of the secondary over that of the primary.
+        ratio: f64,
+    },
+    /// The motion repeats itself, so that several offsets fit alike.
+    Ambiguous {
+        /// Offset that fits best, s.
+        offset: f64,
+        /// Another.
+        other: f64,
+    },
+    /// The equations have no solution.
+    Unsolvable,
+}
+
+/// Root mean square rate, rad/s, below which there was no motion to speak of: drift of biases turns as fast.
+pub const LEAST_MOTION: f64 = 0.02;
+/// Correlation below which two units do not feel one motion.
+pub const LEAST_CORRELATION: f64 = 0.7;
+/// Ratio of the rates of two units that no scale error explains.
+const LARGEST_RATIO: f64 = 1.25;
+/// A mirror image is one where a rotation leaves so many times what a reflection leaves.
+const MIRRORED: f64 = 4.0;
+/// Samples that a window holds at least.
+const SAMPLES: f64 = 3.0;
+/// Blocks of time that the residuals are cut into.
+const BLOCKS: usize = 60;
+/// Offsets that are tried.
+const CANDIDATES: usize = 6;
+/// Logarithm of the likelihood ratio, of independent blocks, above which the better of two offsets is certain.
+const CERTAIN: f64 = 10.0;
+
+/// Aligns a secondary with a primary.
+///
+/// # Errors
+/// [`Refusal`] where the motion does not show how the two sit beside each other.
+pub fn align(
+    primary: &Track<'_>,
+    secondary: &Track<'_>,
+    settings: &AlignSettings,
+) -> Result<Aligned, Refusal> {
+    let slowest = primary.interval.max(secondary.interval);
+    let grid = Grid::over(primary, settings.window.max(SAMPLES * slowest), BLOCKS);
+    let found = search(&grid, secondary, settings);
+    let best = *found.first().ok_or(Refusal::NothingInCommon)?;
+    refuse_if_unlike(&best)?;
+    let rates = refined(&grid, secondary, &found, settings)?;
+    let forces = forces::fit(&rates, settings).ok_or(Refusal::Unsolvable)?;
+    Ok(Aligned {
+        correlation: best.correlation,
+        motion: best.motion,
+        window: grid.length,
+        rates,
+        forces,
+    })
+}
+
+/// Shifts that may be right, best first; a shift of none is the earliest offset of the search.
+fn search(grid: &Grid, secondary: &Track<'_>, settings: &AlignSettings) -> Vec<Shift> {
+    let Some(start) = grid.edges.first() else { return Vec::new() };
+    let most = whole(settings.search / grid.length);
+    let count = grid.primary.len() + 2 * most;
+    let earliest = start - latest_offset(grid, settings);
+    let theirs = secondary.windows(&edges(earliest, count, grid.length));
+    let shifts = coarse::correlations(&rates_of(&grid.primary), &rates_of(&theirs), 2 * most);
+    coarse::peaks(&shifts)
+}
+
+/// Offset of the shift by no window, s.
+fn latest_offset(grid: &Grid, settings: &AlignSettings) -> f64 {
+    #[allow(clippy::cast_precision_loss)]
+    let most = whole(settings.search / grid.length) as f64;
+    settings.around + most * grid.length
+}
+
+fn rates_of<const N: usize>(windows: &[Option<Window<N>>]) -> Vec<Option<Vector3<f64>>> {
+    windows
+        .iter()
+        .map(|window| window.as_ref().map(|window| rate_of(&window.mean)))
+        .collect()
+}
+
+fn refuse_if_unlike(best: &Shift) -> Result<(), Refusal> {
+    let least = best.motion.min(best.motion * best.ratio);
+    if least < LEAST_MOTION {
+        return Err(Refusal::NoMotion {
+            found: least,
+            needed: LEAST_MOTION,
+        });
+    }
+    let left = |correlation: f64| (1.0 - correlation * correlation).max(0.0);
+    if best.mirrored > LEAST_CORRELATION && left(best.correlation) > MIRRORED * left(best.mirrored) + 1e-3 {
+        return Err(Refusal::Mirrored);
+    }
+    if best.correlation < LEAST_CORRELATION {
+        return Err(Refusal::NotAlike {
+            correlation: best.correlation,
+        });
+    }
+    if !(1.0 / LARGEST_RATIO..=LARGEST_RATIO).contains(&best.ratio) {
+        return Err(Refusal::Scaled { ratio: best.ratio });
+    }
+    Ok(())
+}
+
+/// The best of the offsets that the search has left, to the last digit.
+fn refined(
+    grid: &Grid,
+    secondary: &Track<'_>,
+    found: &[Shift],
+    settings: &AlignSettings,
+) -> Result<RatesFit, Refusal> {
+    let likely = |shift: &&Shift| shift.correlation >= LEAST_CORRELATION;
+    let reference = grid.edges.first().zip(grid.edges.last()).map_or(0.0, |(a, b)| 0.5 * (a + b));
+    let fits = found.iter().filter(likely).take(CANDIDATES).filter_map(|shift| {
+        #[allow(clippy::cast_precision_loss)]
+        let offset = latest_offset(grid, settings) - shift.windows as f64 * grid.length;
+        let clock = Clock {
+            offset,
+            skew: 0.0,
+            reference,
+        };
+        rates::fit(grid, secondary, shift.rotation, clock, settings)
+    });
+    let mut fits: Vec<RatesFit> = fits.collect();
+    fits.sort_by(|a, b| per_pair(a).total_cmp(&per_pair(b)));
+    let mut fits = fits.into_iter();
+    let best = fits.next().ok_or(Refusal::Unsolvable)?;
+    let rival = fits.find(|rival| (rival.clock.offset - best.clock.offset).abs() > grid.length);
+    match rival {
+        Some(rival) if !is_certain(&best, &rival) => Err(Refusal::Ambiguous {
+            offset: best.clock.offset,
+            other: rival.clock.offset,
+        }),
+        _ => Ok(best),
+    }
+}
+
+/// Minus twice the logarithm of the likelihood, of one pair: other offsets have other pairs in common.
+fn per_pair(fit: &RatesFit) -> f64 {
+    #[allow(clippy::cast_precision_loss)]
+    let pairs = fit.pairs.len().max(1) as f64;
+    fit.deviance / pairs
+}
+
+/// Neighbouring residuals are alike, so that only as many count as there are blocks.
+fn is_certain(best: &RatesFit, rival: &RatesFit) -> bool {
+    #[allow(clippy::cast_precision_loss)]
+    let blocks = BLOCKS as f64;
+    0.5 * blocks * (per_pair(rival) - per_pair(best)) > CERTAIN
+}

@@ -1,0 +1,237 @@
+//! Clock and rotation between two units, from their angular rates alone.
+
+use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
+use tumble_core::eigen;
+use tumble_core::rotation::cross_matrix;
+
+use crate::align::AlignSettings;
+use crate::align::grid::{Clock, Grid, Pair};
+use crate::align::robust::{Belief, Row, covariance, scale_of, step};
+use crate::align::track::{Track, rate_of};
+
+/// Rotation, stretch, bias, offset and skew of the clock.
+const UNKNOWNS: usize = 14;
+const STRETCH: usize = 3;
+const BIAS: usize = 9;
+const OFFSET: usize = 12;
+const SKEW: usize = 13;
+
+const ROUNDS: usize = 20;
+/// Changes of rotation, rad, and offset, s, after which another round is not worth it.
+const SETTLED: f64 = 1e-9;
+
+/// Rates about an axis count as seen where their energy is so many times that of noise.
+pub const ABOVE_NOISE: f64 = 10.0;
+
+/// Inverse variance, 1/rad^2 or 1/m^2, with which a direction that nothing shows is held where it is.
+pub const HELD: f64 = 1e12;
+
+/// 1-sigma of a bias before any data, rad/s: no sensor is so bad.
+const LARGEST_BIAS: f64 = 1.0;
+/// 1-sigma of a skew before any data: a thousand ppm, the worst of oscillators.
+const LARGEST_SKEW: f64 = 1e-3;
+/// The same where there is only one clock.
+const NO_SKEW: f64 = 1e-12;
+
+/// What the rates of two units show.
+#[derive(Clone, Debug)]
+pub struct RatesFit {
+    /// `secondary_from_primary`.
+    pub rotation: Rotation3<f64>,
+    /// Covariance of a small rotation that follows it, secondary's frame, rad^2.
+    pub rotation_covariance: Matrix3<f64>,
+    /// Unit vectors, secondary's frame, about which the rates do not show the rotation.
+    pub unseen: Vec<Vector3<f64>>,
+    /// Symmetric S of `M = (1 + S) R`: differences in scale and cross-axis sensitivity.
+    pub stretch: Matrix3<f64>,
+    /// Bias of the secondary less that of the primary as the secondary has it, rad/s.
+    pub bias: Vector3<f64>,
+    /// 1-sigma.
+    pub bias_sigma: Vector3<f64>,
+    /// Clock.
+    pub clock: Clock,
+    /// 1-sigma of offset, s, and of skew.
+    pub clock_sigma: (f64, f64),
+    /// 1-sigma of a component of a residual, rad/s.
+    pub scale: f64,
+    /// 1-sigma of a component of the difference of angular accelerations, rad/s^2.
+    pub slope_scale: f64,
+    /// Minus twice the logarithm of the likelihood.
+    pub deviance: f64,
+    /// Pairs, at the clock found.
+    pub pairs: Vec<Pair>,
+}
+
+/// The six unknowns of a symmetric matrix as entries (row, column).
+pub const ENTRIES: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+
+struct Guess {
+    rotation: Rotation3<f64>,
+    stretch: SVector<f64, 6>,
+    bias: Vector3<f64>,
+    clock: Clock,
+}
+
+/// Fits by Gauss and Newton, from a rotation and a clock that are roughly right (docs/theory/align.md, eq. 6, 7).
+pub fn fit(
+    grid: &Grid,
+    secondary: &Track<'_>,
+    rotation: Rotation3<f64>,
+    clock: Clock,
+    settings: &AlignSettings,
+) -> Option<RatesFit> {
+    let mut guess = Guess {
+        rotation,
+        stretch: SVector::zeros(),
+        bias: Vector3::zeros(),
+        clock,
+    };
+    let mut pairs = grid.pairs(secondary, &guess.clock);
+    guess.bias = guess.mean_residual(&pairs);
+    for _ in 0..ROUNDS {
+        let row = |k: usize| guess.row(&pairs[k]);
+        let scale = scale_of((0..pairs.len()).map(|k| row(k).1));
+        let unseen = guess.unseen(&pairs, scale);
+        let next = step(pairs.len(), row, &guess.belief(&clock, &unseen, grid.length, settings))?;
+        guess.change(&next.change, grid.length);
+        pairs = grid.pairs(secondary, &guess.clock);
+        if next.change.fixed_rows::<3>(0).norm() < SETTLED && next.change[OFFSET].abs() < SETTLED {
+            break;
+        }
+    }
+    guess.finish(&clock, pairs, grid, settings)
+}
+
+impl Guess {
+    fn matrix(&self) -> Matrix3<f64> {
+        (Matrix3::identity() + symmetric(&self.stretch)) * self.rotation
+    }
+
+    fn mean_residual(&self, pairs: &[Pair]) -> Vector3<f64> {
+        let residuals = pairs.iter().map(|pair| self.row(pair).1);
+        #[allow(clippy::cast_precision_loss)]
+        let share = 1.0 / pairs.len().max(1) as f64;
+        residuals.sum::<Vector3<f64>>() * share
+    }
+
+    fn row(&self, pair: &Pair) -> Row<UNKNOWNS> {
+        let turned = self.rotation * rate_of(&pair.primary.mean);
+        let predicted = turned + symmetric(&self.stretch) * turned + self.bias;
+        let slope = rate_of(&pair.secondary.slope);
+        let mut design = SMatrix::<f64, 3, UNKNOWNS>::zeros();
+        design
+            .fixed_view_mut::<3, 3>(0, 0)
+            .copy_from(&-cross_matrix(&turned));
+        set_stretch(&mut design, STRETCH, &turned);
+        design
+            .fixed_view_mut::<3, 3>(0, BIAS)
+            .copy_from(&Matrix3::identity());
+        design.set_column(OFFSET, &slope);
+        design.set_column(SKEW, &(slope * (pair.time - self.clock.reference)));
+        (design, rate_of(&pair.secondary.mean) - predicted)
+    }
+
+    /// Axes of the secondary about which only noise would show the rotation.
+    fn unseen(&self, pairs: &[Pair], scale: f64) -> Vec<Vector3<f64>> {
+        #[allow(clippy::cast_precision_loss)]
+        let share = 1.0 / pairs.len().max(1) as f64;
+        let rates = || pairs.iter().map(|pair| self.rotation * rate_of(&pair.primary.mean));
+        let mean = rates().sum::<Vector3<f64>>() * share;
+        let spread: Matrix3<f64> = rates().map(|w| (w - mean) * (w - mean).transpose() * share).sum();
+        let information = Matrix3::identity() * spread.trace() - spread;
+        directions_below(&information, ABOVE_NOISE * 2.0 * scale * scale)
+    }
+
+    fn belief(
+        &self,
+        start: &Clock,
+        unseen: &[Vector3<f64>],
+        window: f64,
+        settings: &AlignSettings,
+    ) -> Belief<UNKNOWNS> {
+        let mut sigma = SVector::<f64, UNKNOWNS>::repeat(1.0);
+        sigma.fixed_rows_mut::<6>(STRETCH).copy_from(&settings.stretch_sigma());
+        sigma.fixed_rows_mut::<3>(BIAS).fill(LARGEST_BIAS);
+        sigma[OFFSET] = 2.0 * window;
+        sigma[SKEW] = if settings.one_clock { NO_SKEW } else { LARGEST_SKEW };
+        let mut missing = SVector::<f64, UNKNOWNS>::zeros();
+        missing.fixed_rows_mut::<6>(STRETCH).copy_from(&-self.stretch);
+        missing.fixed_rows_mut::<3>(BIAS).copy_from(&-self.bias);
+        missing[OFFSET] = start.offset - self.clock.offset;
+        missing[SKEW] = start.skew - self.clock.skew;
+        let mut precision = SMatrix::from_diagonal(&sigma.map(|sigma| 1.0 / (sigma * sigma)));
+        for axis in unseen {
+            let mut rotation = precision.fixed_view_mut::<3, 3>(0, 0);
+            rotation += axis * axis.transpose() * HELD;
+        }
+        Belief { precision, missing }
+    }
+
+    fn change(&mut self, by: &SVector<f64, UNKNOWNS>, window: f64) {
+        self.rotation = Rotation3::new(by.fixed_rows::<3>(0).into_owned()) * self.rotation;
+        self.rotation.renormalize();
+        self.stretch += by.fixed_rows::<6>(STRETCH);
+        self.bias += by.fixed_rows::<3>(BIAS);
+        self.clock.offset += by[OFFSET].clamp(-window, window);
+        self.clock.skew += by[SKEW];
+    }
+
+    fn finish(
+        self,
+        start: &Clock,
+        pairs: Vec<Pair>,
+        grid: &Grid,
+        settings: &AlignSettings,
+    ) -> Option<RatesFit> {
+        let row = |k: usize| self.row(&pairs[k]);
+        let scale = scale_of((0..pairs.len()).map(|k| row(k).1));
+        let unseen = self.unseen(&pairs, scale);
+        let belief = self.belief(start, &unseen, grid.length, settings);
+        let deviance = step(pairs.len(), row, &belief)?.deviance;
+        let covariance = covariance(pairs.len(), row, |k| pairs[k].block, scale, &belief)?;
+        let sigma = covariance.diagonal().map(f64::sqrt);
+        let matrix = self.matrix();
+        let slopes = pairs
+            .iter()
+            .map(|pair| rate_of(&pair.secondary.slope) - matrix * rate_of(&pair.primary.slope));
+        Some(RatesFit {
+            rotation: self.rotation,
+            rotation_covariance: covariance.fixed_view::<3, 3>(0, 0).into_owned(),
+            unseen,
+            stretch: symmetric(&self.stretch),
+            bias: self.bias,
+            bias_sigma: sigma.fixed_rows::<3>(BIAS).into_owned(),
+            clock: self.clock,
+            clock_sigma: (sigma[OFFSET], sigma[SKEW]),
+            scale,
+            slope_scale: scale_of(slopes),
+            deviance,
+            pairs,
+        })
+    }
+}
+
+/// The symmetric matrix of six entries.
+pub fn symmetric(entries: &SVector<f64, 6>) -> Matrix3<f64> {
+    let mut matrix = Matrix3::zeros();
+    for (k, (i, j)) in ENTRIES.into_iter().enumerate() {
+        matrix[(i, j)] = entries[k];
+        matrix[(j, i)] = entries[k];
+    }
+    matrix
+}
+
+/// Writes the derivative of `S v` by the six entries of S.
+pub fn set_stretch<const N: usize>(design: &mut SMatrix<f64, 3, N>, column: usize, v: &Vector3<f64>) {
+    for (k, (i, j)) in ENTRIES.into_iter().enumerate() {
+        design[(i, column + k)] = v[j];
+        design[(j, column + k)] = v[i];
+    }
+}
+
+/// Eigenvectors of a symmetric matrix whose eigenvalues are not above a limit.
+pub fn directions_below(matrix: &Matrix3<f64>, limit: f64) -> Vec<Vector3<f64>> {
+    let (values, vectors) = eigen::symmetric(*matrix);
+    let below = |k: &usize| values[*k] <= limit;
+    (0..3).filter(below).map(|k| vectors.column(k).into_owned()).collect()
+}

@@ -1,0 +1,211 @@
+//! One unit's samples, less those that cannot be used, and means of them over windows.
+
+use nalgebra::{SVector, Vector3};
+
+/// Rate and specific force.
+pub const MEASURED: usize = 6;
+
+/// The same, and the six different products of two rates: xx, xy, xz, yy, yz, zz.
+pub const WITH_PRODUCTS: usize = 12;
+
+/// A step in time longer than so many usual ones is a gap.
+const LONGEST_STEP: f64 = 2.5;
+
+/// Share of the extreme from which a reading counts as near it.
+const NEAR: f64 = 0.98;
+
+/// A value is the end of a range only where it was reached so often.
+const PILED_UP: usize = 4;
+
+/// Specific force, m/s^2, and angular rate, rad/s, below which no range ends.
+const SMALLEST_RANGE: [f64; 2] = [15.0, 0.5];
+
+/// The samples of one unit, by its own clock.
+#[derive(Clone, Debug)]
+pub struct Track<'a> {
+    time: &'a [f64],
+    force: &'a [[f64; 3]],
+    rate: &'a [[f64; 3]],
+    /// Whether the step that begins with a sample may be used.
+    sound: Vec<bool>,
+    /// Usual time between two samples, s.
+    pub interval: f64,
+    /// Samples with a channel at the end of its range.
+    pub saturated: usize,
+    /// Samples with a channel that is not a number.
+    pub not_finite: usize,
+}
+
+/// Means over one window. The window is long, but two in a row make a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Window<const N: usize> {
+    /// Mean.
+    pub mean: SVector<f64, N>,
+    /// First moment about the middle, over the square of the length.
+    pub moment: SVector<f64, N>,
+}
+
+/// Means under a triangle over two windows in a row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Triangle<const N: usize> {
+    /// Mean (docs/theory/align.md, eq. 2).
+    pub mean: SVector<f64, N>,
+    /// Mean of the derivative in time (docs/theory/align.md, eq. 3).
+    pub slope: SVector<f64, N>,
+}
+
+impl<const N: usize> Triangle<N> {
+    /// Over a window and the following one, both `length` s long.
+    pub fn over(first: &Window<N>, second: &Window<N>, length: f64) -> Self {
+        Self {
+            mean: (first.mean + second.mean) * 0.5 + first.moment - second.moment,
+            slope: (second.mean - first.mean) / length,
+        }
+    }
+}
+
+impl<'a> Track<'a> {
+    /// Judges every sample; the three slices are of one length, times ascend.
+    pub fn new(time: &'a [f64], force: &'a [[f64; 3]], rate: &'a [[f64; 3]]) -> Self {
+        let interval = usual_step(time);
+        let ranges = [0, 1].map(|triad| {
+            let rows = if triad == 0 { force } else { rate };
+            core::array::from_fn::<_, 3, _>(|axis| range(rows, axis, SMALLEST_RANGE[triad]))
+        });
+        let at_end = |i: usize| {
+            let reached = |y: &[f64; 3], ends: &[(f64, f64); 3]| {
+                y.iter().zip(ends).any(|(y, (low, high))| y <= low || y >= high)
+            };
+            reached(&force[i], &ranges[0]) || reached(&rate[i], &ranges[1])
+        };
+        let finite = |i: usize| time[i].is_finite() && force[i].iter().chain(&rate[i]).all(|y| y.is_finite());
+        let saturated: Vec<bool> = (0..time.len()).map(at_end).collect();
+        let usable: Vec<bool> = (0..time.len()).map(|i| finite(i) && !saturated[i]).collect();
+        let longest = LONGEST_STEP * interval;
+        let sound = (1..time.len())
+            .map(|i| usable[i - 1] && usable[i] && (0.0..=longest).contains(&(time[i] - time[i - 1])))
+            .collect();
+        Self {
+            time,
+            force,
+            rate,
+            sound,
+            interval,
+            saturated: saturated.iter().filter(|found| **found).count(),
+            not_finite: (0..time.len()).filter(|i| !finite(*i)).count(),
+        }
+    }
+
+    /// First and last time, s; zero of a track without samples.
+    pub fn span(&self) -> (f64, f64) {
+        (
+            self.time.first().copied().unwrap_or(0.0),
+            self.time.last().copied().unwrap_or(0.0),
+        )
+    }
+
+    /// Means of rate and specific force over windows from each edge to the next; ascending edges, this track's clock.
+    pub fn windows(&self, edges: &[f64]) -> Vec<Option<Window<MEASURED>>> {
+        self.means(edges, |i| {
+            let (w, f) = (self.rate[i], self.force[i]);
+            SVector::from([w[0], w[1], w[2], f[0], f[1], f[2]])
+        })
+    }
+
+    /// The same, with the products of rates: formed sample by sample, so that they are filtered like the rest.
+    pub fn windows_with_products(&self, edges: &[f64]) -> Vec<Option<Window<WITH_PRODUCTS>>> {
+        self.means(edges, |i| {
+            let (w, f) = (self.rate[i], self.force[i]);
+            SVector::from([
+                w[0], w[1], w[2], f[0], f[1], f[2],
+                w[0] * w[0], w[0] * w[1], w[0] * w[2], w[1] * w[1], w[1] * w[2], w[2] * w[2],
+            ])
+        })
+    }
+
+    /// Integrals of the polygon through the samples; none over windows that hold a step that is not sound.
+    fn means<const N: usize>(
+        &self,
+        edges: &[f64],
+        sample: impl Fn(usize) -> SVector<f64, N>,
+    ) -> Vec<Option<Window<N>>> {
+        let mut step = 0;
+        edges
+            .windows(2)
+            .map(|pair| {
+                let (start, end) = (pair[0], pair[1]);
+                if !(start >= self.span().0 && end <= self.span().1) {
+                    return None;
+                }
+                while step + 1 < self.sound.len() && self.time[step + 1] <= start {
+                    step += 1;
+                }
+                self.mean(step, start, end, &sample)
+            })
+            .collect()
+    }
+
+    fn mean<const N: usize>(
+        &self,
+        mut step: usize,
+        start: f64,
+        end: f64,
+        sample: &impl Fn(usize) -> SVector<f64, N>,
+    ) -> Option<Window<N>> {
+        let (middle, length) = (0.5 * (start + end), end - start);
+        let (mut sum, mut moment) = (SVector::zeros(), SVector::zeros());
+        while step < self.sound.len() && self.time[step] < end {
+            if !self.sound[step] {
+                return None;
+            }
+            let (from, to) = (self.time[step].max(start), self.time[step + 1].min(end));
+            let (y, next) = (sample(step), sample(step + 1));
+            let slope = (next - y) / (self.time[step + 1] - self.time[step]);
+            // A straight piece: its mean is that of its middle, its moment that of its slope besides.
+            let (half, at) = (0.5 * (to - from), 0.5 * (from + to));
+            let value = y + slope * (at - self.time[step]);
+            sum += value * (2.0 * half);
+            moment += value * (2.0 * half * (at - middle)) + slope * (2.0 / 3.0 * half.powi(3));
+            step += 1;
+        }
+        Some(Window {
+            mean: sum / length,
+            moment: moment / (length * length),
+        })
+    }
+}
+
+/// The first three channels.
+pub fn rate_of<const N: usize>(channels: &SVector<f64, N>) -> Vector3<f64> {
+    Vector3::new(channels[0], channels[1], channels[2])
+}
+
+/// The next three channels.
+pub fn force_of<const N: usize>(channels: &SVector<f64, N>) -> Vector3<f64> {
+    Vector3::new(channels[3], channels[4], channels[5])
+}
+
+/// The step that nineteen of twenty do not exceed: stamps that come in bursts have a median near zero.
+fn usual_step(time: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.retain(|step| step.is_finite());
+    if steps.is_empty() {
+        return 0.0;
+    }
+    let most = (steps.len() * 19 / 20).min(steps.len() - 1);
+    let (_, usual, _) = steps.select_nth_unstable_by(most, f64::total_cmp);
+    *usual
+}
+
+/// Lowest and highest value that a channel can read, infinite where it did not get there.
+fn range(rows: &[[f64; 3]], axis: usize, smallest: f64) -> (f64, f64) {
+    let end = |sign: f64| {
+        let readings = || rows.iter().map(|row| sign * row[axis]).filter(|y| y.is_finite());
+        let extreme = readings().fold(f64::NEG_INFINITY, f64::max);
+        let at = readings().filter(|y| *y == extreme).count();
+        let near = readings().filter(|y| *y >= NEAR * extreme).count() - at;
+        let piled_up = extreme > smallest && at >= PILED_UP && at > near;
+        if piled_up { sign * extreme } else { sign * f64::INFINITY }
+    };
+    (end(-1.0), end(1.0))
+}

@@ -1,0 +1,123 @@
+//! Two units that move together: arrays in, clock, rotation and lever arm out.
+
+use nalgebra::Vector3;
+use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use tumble_lab::align::{AlignSettings, Aligned, Refusal, align};
+use tumble_lab::align::track::Track;
+
+use crate::turntable::CoreError;
+use crate::convert::{array1, array2, rows, stacked};
+
+/// Samples of one unit, borrowed.
+#[derive(FromPyObject)]
+struct Unit<'py>(
+    PyReadonlyArray1<'py, f64>,
+    PyReadonlyArray2<'py, f64>,
+    PyReadonlyArray2<'py, f64>,
+);
+
+impl Unit<'_> {
+    fn track(&self) -> PyResult<Track<'_>> {
+        let (time, force) = (self.0.as_slice()?, rows(&self.1, "accelerometer")?);
+        let rate = rows(&self.2, "gyroscope")?;
+        if time.len() != force.len() || time.len() != rate.len() {
+            return Err(PyValueError::new_err(
+                "time, accelerometer and gyroscope must have the same length",
+            ));
+        }
+        Ok(Track::new(time, force, rate))
+    }
+}
+
+/// Aligns a secondary with a primary; each is (time, accelerometer, gyroscope).
+#[pyfunction]
+#[pyo3(signature = (primary, secondary, *, search=5.0, around=0.0, one_clock=false, rate_bias=None,
+    rate_bias_sigma=0.1))]
+#[allow(clippy::too_many_arguments)]
+fn align_units<'py>(
+    py: Python<'py>,
+    primary: Unit<'py>,
+    secondary: Unit<'py>,
+    search: f64,
+    around: f64,
+    one_clock: bool,
+    rate_bias: Option<[f64; 3]>,
+    rate_bias_sigma: f64,
+) -> PyResult<Bound<'py, PyDict>> {
+    let settings = AlignSettings {
+        search,
+        around,
+        one_clock,
+        rate_bias: (rate_bias.map_or_else(Vector3::zeros, Vector3::from), rate_bias_sigma),
+        ..AlignSettings::default()
+    };
+    let (ours, theirs) = (primary.track()?, secondary.track()?);
+    let found = py.detach(|| align(&ours, &theirs, &settings));
+    let found = found.map_err(|refusal| error(py, &refusal))?;
+    let figures = figures(py, &found)?;
+    for (name, track) in [("primary", &ours), ("secondary", &theirs)] {
+        figures.set_item(format!("{name}_saturated"), track.saturated)?;
+        figures.set_item(format!("{name}_not_finite"), track.not_finite)?;
+    }
+    Ok(figures)
+}
+
+fn figures<'py>(py: Python<'py>, found: &Aligned) -> PyResult<Bound<'py, PyDict>> {
+    let (rates, forces) = (&found.rates, &found.forces);
+    let figures = PyDict::new(py);
+    figures.set_item("correlation", found.correlation)?;
+    figures.set_item("motion", found.motion)?;
+    figures.set_item("window", found.window)?;
+    figures.set_item("pairs", rates.pairs.len())?;
+    figures.set_item("sensor_from_primary", array2(py, rates.rotation.matrix()))?;
+    figures.set_item("rotation_covariance", array2(py, &rates.rotation_covariance))?;
+    figures.set_item("rotation_unseen", stacked(py, rates.unseen.iter().copied()))?;
+    figures.set_item("gyroscope_bias", array1(py, &rates.bias))?;
+    figures.set_item("gyroscope_bias_sigma", array1(py, &rates.bias_sigma))?;
+    figures.set_item("gyroscope_stretch", array2(py, &rates.stretch))?;
+    figures.set_item("time_offset", rates.clock.offset)?;
+    figures.set_item("time_offset_sigma", rates.clock_sigma.0)?;
+    figures.set_item("skew", rates.clock.skew)?;
+    figures.set_item("skew_sigma", rates.clock_sigma.1)?;
+    figures.set_item("reference_time", rates.clock.reference)?;
+    figures.set_item("gyroscope_residual", rates.scale)?;
+    figures.set_item("lever_arm", array1(py, &forces.lever_arm))?;
+    figures.set_item("lever_arm_covariance", array2(py, &forces.lever_arm_covariance))?;
+    figures.set_item("lever_arm_unseen", stacked(py, forces.unseen.iter().copied()))?;
+    figures.set_item("accelerometer_bias", array1(py, &forces.bias))?;
+    figures.set_item("accelerometer_bias_sigma", array1(py, &forces.bias_sigma))?;
+    figures.set_item("accelerometer_angle", array1(py, &forces.angle))?;
+    figures.set_item("accelerometer_angle_sigma", array1(py, &forces.angle_sigma))?;
+    figures.set_item("accelerometer_delay", forces.delay)?;
+    figures.set_item("accelerometer_delay_sigma", forces.delay_sigma)?;
+    figures.set_item("accelerometer_stretch", array2(py, &forces.stretch))?;
+    figures.set_item("accelerometer_residual", forces.scale)?;
+    Ok(figures)
+}
+
+fn error(py: Python<'_>, refusal: &Refusal) -> PyErr {
+    let figures = PyDict::new(py);
+    let (kind, values): (&str, Vec<(&str, f64)>) = match refusal {
+        Refusal::NothingInCommon => ("nothing in common", vec![]),
+        Refusal::NoMotion { found, needed } => ("no motion", vec![("found", *found), ("needed", *needed)]),
+        Refusal::NotAlike { correlation } => ("not alike", vec![("correlation", *correlation)]),
+        Refusal::Mirrored => ("mirrored", vec![]),
+        Refusal::Scaled { ratio } => ("scaled", vec![("ratio", *ratio)]),
+        Refusal::Ambiguous { offset, other } => ("ambiguous", vec![("offset", *offset), ("other", *other)]),
+        Refusal::Unsolvable => ("unsolvable", vec![]),
+    };
+    for (name, value) in values {
+        if let Err(failure) = figures.set_item(name, value) {
+            return failure;
+        }
+    }
+    CoreError::new_err((kind, figures.unbind()))
+}
+
+/// Adds what is here to the module.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(align_units, module)?)
+}
