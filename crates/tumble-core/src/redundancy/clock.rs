@@ -1,0 +1,220 @@
+//! One time for the whole set, from the time stamps of its units, none of which is trusted alone.
+//!
+//! A unit's samples have to get later, and stay near those of the others. One time stamp far away is dropped: it is
+//! more likely corrupted than true. When the units that agree on another time outnumber those that keep the old
+//! one, or when nobody keeps it any more, the time of the set jumps there.
+
+/// Extends 32-bit counters of microseconds, which wrap after 71.6 minutes, to 64 bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Unwrapper {
+    latest: Option<u64>,
+}
+
+impl Unwrapper {
+    /// No counter seen yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The counter in full: that time nearest to the latest seen so far which has these low 32 bits. Counters may come
+    /// out of order, also about the wrap.
+    pub fn extend(&mut self, counter: u32) -> u64 {
+        let Some(latest) = self.latest else {
+            self.latest = Some(counter.into());
+            return counter.into();
+        };
+        #[allow(clippy::cast_possible_truncation)]
+        let low = latest as u32;
+        let ahead = counter.wrapping_sub(low).cast_signed();
+        let time = latest.saturating_add_signed(ahead.into());
+        self.latest = Some(latest.max(time));
+        time
+    }
+}
+
+/// When a time stamp is believed, and when the set follows one that is far away; lengths of time in microseconds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ClockSettings {
+    /// A time stamp further from the time of the set is not believed at once.
+    pub largest_jump: u64,
+    /// How long a unit has to keep to another time, while no unit keeps to the old one, until it is believed alone.
+    pub lone_proof: u64,
+    /// How many successive samples make a unit persistent.
+    pub persistent: u8,
+}
+
+impl Default for ClockSettings {
+    fn default() -> Self {
+        Self {
+            largest_jump: 1_000_000,
+            lone_proof: 250_000,
+            persistent: 5,
+        }
+    }
+}
+
+/// What is to be done with a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Use it.
+    Accept,
+    /// Do not: it is not later than the one before, or too far away to be believed.
+    Drop,
+    /// Do not, and the clock of this unit is at fault: it keeps leaving that of the others, or stands.
+    Astray,
+    /// Use it, and begin anew: the time of the whole set has jumped.
+    Jumped {
+        /// Microseconds, negative if back.
+        by: i64,
+    },
+}
+
+/// What is kept of the time stamps of one unit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Track {
+    /// Latest that was accepted.
+    latest: Option<u64>,
+    /// Latest of those that agree with each other but not with the set.
+    suspect: u64,
+    /// Time over which these agreed while no other unit was accepted.
+    undisputed: u32,
+    /// How many of these agree, up to those that make it persistent; zero if the last sample was no suspect.
+    agreeing: u8,
+    /// Samples dropped in succession.
+    dropped: u8,
+    /// Whether another unit was accepted in the meantime.
+    disputed: bool,
+}
+
+impl Track {
+    fn suspect(&mut self, time: u64, settings: &ClockSettings) {
+        let step = time.saturating_sub(self.suspect);
+        let agrees = self.agreeing > 0 && time > self.suspect && step <= settings.largest_jump;
+        let step = u32::try_from(step).unwrap_or(u32::MAX);
+        (self.agreeing, self.undisputed) = if agrees {
+            (
+                self.agreeing.saturating_add(1),
+                self.undisputed.saturating_add(step),
+            )
+        } else {
+            (1, 0)
+        };
+        self.suspect = time;
+    }
+
+    /// Another unit keeps to the time of the set.
+    fn dispute(&mut self) {
+        self.undisputed = 0;
+        self.disputed |= self.dropped > 0;
+    }
+}
+
+/// The common clock of a set of units.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Clock<const UNITS: usize> {
+    now: Option<u64>,
+    tracks: [Track; UNITS],
+}
+
+impl<const UNITS: usize> Default for Clock<UNITS> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const UNITS: usize> Clock<UNITS> {
+    /// Not set: the first sample sets it.
+    pub fn new() -> Self {
+        Self {
+            now: None,
+            tracks: [Track::default(); UNITS],
+        }
+    }
+
+    /// Latest time believed, microseconds; `None` before the first sample.
+    pub fn now(&self) -> Option<u64> {
+        self.now
+    }
+
+    /// Judges the time stamp of a unit's next sample, microseconds of the common clock.
+    pub fn push(&mut self, unit: usize, time: u64, settings: &ClockSettings) -> Verdict {
+        let Some(track) = self.tracks.get_mut(unit) else {
+            return Verdict::Drop;
+        };
+        let now = *self.now.get_or_insert(time);
+        let near = time.abs_diff(now) <= settings.largest_jump;
+        match track.latest {
+            Some(latest) if near && time == latest => track.agreeing = 0,
+            Some(latest) if near && time > latest => return self.accept(unit, time),
+            None if near => return self.accept(unit, time),
+            _ => {
+                track.suspect(time, settings);
+                if self.is_believed(unit, time, settings) {
+                    return self.jump(unit, time);
+                }
+            }
+        }
+        self.drop(unit, settings)
+    }
+
+    fn accept(&mut self, unit: usize, time: u64) -> Verdict {
+        for (other, track) in self.tracks.iter_mut().enumerate() {
+            if other == unit {
+                *track = Track {
+                    latest: Some(time),
+                    ..Track::default()
+                };
+            } else {
+                track.dispute();
+            }
+        }
+        self.now = self.now.max(Some(time));
+        Verdict::Accept
+    }
+
+    fn drop(&mut self, unit: usize, settings: &ClockSettings) -> Verdict {
+        let Some(track) = self.tracks.get_mut(unit) else {
+            return Verdict::Drop;
+        };
+        track.dropped = track.dropped.saturating_add(1);
+        let stands = track.agreeing == 0;
+        if track.dropped >= settings.persistent && (stands || track.disputed) {
+            Verdict::Astray
+        } else {
+            Verdict::Drop
+        }
+    }
+
+    /// Whether the set follows the suspect time of a unit. Old samples may arrive late, and several units' at once, so
+    /// that a time further back takes persistent witnesses; that two units err ahead alike is too much of a chance.
+    fn is_believed(&self, unit: usize, time: u64, settings: &ClockSettings) -> bool {
+        let now = self.now.unwrap_or(time);
+        let least = if time > now { 1 } else { settings.persistent };
+        let near = |other: u64, time: u64| other.abs_diff(time) <= settings.largest_jump;
+        let witnesses = self.count(|track| track.agreeing >= least.max(1) && near(track.suspect, time));
+        let keepers =
+            self.count(|track| track.agreeing == 0 && track.latest.is_some_and(|latest| near(latest, now)));
+        let proven = self.tracks.get(unit).is_some_and(|track| {
+            track.agreeing >= settings.persistent && u64::from(track.undisputed) >= settings.lone_proof
+        });
+        proven || (witnesses > 1 && witnesses > keepers)
+    }
+
+    fn count(&self, is_one: impl Fn(&Track) -> bool) -> usize {
+        self.tracks.iter().filter(|track| is_one(track)).count()
+    }
+
+    fn jump(&mut self, unit: usize, time: u64) -> Verdict {
+        let before = self.now.unwrap_or(time);
+        *self = Self::new();
+        self.accept(unit, time);
+        let by = i64::try_from(time.abs_diff(before)).unwrap_or(i64::MAX);
+        Verdict::Jumped {
+            by: if time < before { -by } else { by },
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "clock_tests.rs"]
+mod tests;

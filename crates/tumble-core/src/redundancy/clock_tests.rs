@@ -1,0 +1,257 @@
+extern crate std;
+
+use std::vec::Vec;
+
+use proptest::prelude::*;
+
+use super::*;
+
+const PERIOD: u64 = 5_000;
+
+/// A set of units that send in turn, each with an offset of its clock.
+struct Set<const UNITS: usize> {
+    clock: Clock<UNITS>,
+    settings: ClockSettings,
+    true_time: u64,
+}
+
+impl<const UNITS: usize> Set<UNITS> {
+    /// That has run for a second.
+    fn running() -> Self {
+        let mut set = Self {
+            clock: Clock::new(),
+            settings: ClockSettings::default(),
+            true_time: 3_000_000_000,
+        };
+        for verdicts in set.run(1_000_000, [0; UNITS]) {
+            assert_eq!(verdicts, [Verdict::Accept; UNITS]);
+        }
+        set
+    }
+
+    fn push(&mut self, unit: usize, time: u64) -> Verdict {
+        self.clock.push(unit, time, &self.settings)
+    }
+
+    fn run(&mut self, length: u64, offsets: [i64; UNITS]) -> Vec<[Verdict; UNITS]> {
+        let rounds = length / PERIOD;
+        (0..rounds)
+            .map(|_| {
+                self.true_time += PERIOD;
+                core::array::from_fn(|unit| {
+                    let skew = i64::try_from(unit).unwrap() * 300;
+                    self.push(unit, self.true_time.saturating_add_signed(offsets[unit] + skew))
+                })
+            })
+            .collect()
+    }
+}
+
+fn jumps<const UNITS: usize>(verdicts: &[[Verdict; UNITS]]) -> Vec<i64> {
+    let jump = |verdict: &Verdict| match verdict {
+        Verdict::Jumped { by } => Some(*by),
+        _ => None,
+    };
+    verdicts.iter().flatten().filter_map(jump).collect()
+}
+
+fn of_unit<const UNITS: usize>(verdicts: &[[Verdict; UNITS]], unit: usize) -> Vec<Verdict> {
+    verdicts.iter().map(|verdicts| verdicts[unit]).collect()
+}
+
+#[test]
+fn one_time_far_ahead_is_dropped_and_nobody_else_looks_late() {
+    for corrupted in [u64::MAX, 4_000_000_000, 3_002_500_000] {
+        let mut set = Set::<3>::running();
+        assert_eq!(set.push(1, corrupted), Verdict::Drop);
+        for verdicts in set.run(1_000_000, [0; 3]) {
+            assert_eq!(verdicts, [Verdict::Accept; 3], "after {corrupted}");
+        }
+    }
+}
+
+#[test]
+fn a_corrupted_time_is_dropped_from_a_unit_alone_too() {
+    let mut set = Set::<1>::running();
+    assert_eq!(set.push(0, u64::MAX), Verdict::Drop);
+    assert_eq!(set.push(0, 0), Verdict::Drop);
+    assert_eq!(jumps(&set.run(1_000_000, [0])), [0_i64; 0]);
+}
+
+#[test]
+fn samples_that_are_not_later_are_dropped() {
+    let mut set = Set::<2>::running();
+    let latest = set.clock.now().unwrap();
+    assert_eq!(set.push(1, latest), Verdict::Drop);
+    assert_eq!(set.push(1, latest - 1), Verdict::Drop);
+    assert_eq!(set.push(1, latest + 1), Verdict::Accept);
+}
+
+#[test]
+fn when_all_jump_the_set_jumps_once_either_way() {
+    for by in [-2_000_000_000, -700_000, 2_000_000, 2_000_000_000_000] {
+        let mut set = Set::<3>::running();
+        let verdicts = set.run(1_000_000, [by; 3]);
+        let found = jumps(&verdicts);
+        assert!(
+            matches!(found[..], [found] if found.abs_diff(by) < 250_000),
+            "{by}: {found:?}"
+        );
+        assert_eq!(verdicts.last(), Some(&[Verdict::Accept; 3]), "{by}");
+        assert!(
+            !verdicts
+                .iter()
+                .flatten()
+                .any(|verdict| *verdict == Verdict::Astray),
+            "{by}"
+        );
+    }
+}
+
+#[test]
+fn a_unit_alone_that_jumps_is_followed_within_its_proof() {
+    for by in [-2_000_000_000, -400_000, 2_000_000] {
+        let mut set = Set::<1>::running();
+        let verdicts = set.run(300_000, [by]);
+        let found = jumps(&verdicts);
+        assert!(
+            matches!(found[..], [found] if found.abs_diff(by) <= 255_000),
+            "{by}: {found:?}"
+        );
+    }
+}
+
+fn leave_and_come_back<const UNITS: usize>(by: i64) {
+    let mut set = Set::<UNITS>::running();
+    let last = UNITS - 1;
+    let mut offsets = [0; UNITS];
+    offsets[last] = by;
+    let astray = set.run(500_000, offsets);
+    assert!(jumps(&astray).is_empty(), "{by}");
+    for unit in 0..last {
+        assert_eq!(of_unit(&astray, unit), [Verdict::Accept; 100], "{by}");
+    }
+    assert_eq!(of_unit(&astray, last)[20..], [Verdict::Astray; 80], "{by}");
+    let back = set.run(500_000, [0; UNITS]);
+    assert_eq!(of_unit(&back, last), [Verdict::Accept; 100], "{by}");
+}
+
+#[test]
+fn one_clock_that_leaves_the_others_is_dropped_and_reported_until_it_is_back() {
+    for by in [-2_000_000_000, -600_000, 2_000_000] {
+        leave_and_come_back::<2>(by);
+        leave_and_come_back::<3>(by);
+        leave_and_come_back::<8>(by);
+    }
+}
+
+#[test]
+fn a_clock_that_stands_is_reported() {
+    let mut set = Set::<1>::running();
+    let time = set.clock.now().unwrap();
+    let verdicts: Vec<_> = (0..10).map(|_| set.push(0, time)).collect();
+    assert_eq!(verdicts[..4], [Verdict::Drop; 4]);
+    assert_eq!(verdicts[4..], [Verdict::Astray; 6]);
+}
+
+#[test]
+fn a_first_time_that_was_corrupted_is_left_again() {
+    for corrupted in [0, u64::MAX] {
+        let mut set = Set::<2> {
+            clock: Clock::new(),
+            settings: ClockSettings::default(),
+            true_time: 3_000_000_000,
+        };
+        assert_eq!(set.push(0, corrupted), Verdict::Accept);
+        let verdicts = set.run(1_000_000, [0; 2]);
+        assert_eq!(jumps(&verdicts).len(), 1, "{corrupted}");
+        assert_eq!(verdicts.last(), Some(&[Verdict::Accept; 2]), "{corrupted}");
+    }
+}
+
+#[test]
+fn old_samples_delivered_late_move_nothing() {
+    let mut set = Set::<3>::running();
+    let now = set.clock.now().unwrap();
+    for back in [40_000, 30_000, 20_000] {
+        for unit in 0..2 {
+            assert_eq!(set.push(unit, now - back), Verdict::Drop);
+        }
+    }
+    assert!(jumps(&set.run(500_000, [0; 3])).is_empty());
+}
+
+#[test]
+fn a_set_whose_other_units_died_follows_the_one_that_is_left() {
+    let mut set = Set::<2>::running();
+    let start = set.true_time + 3_000_000;
+    let verdicts: Vec<_> = (0..100).map(|i| [set.push(0, start + i * PERIOD)]).collect();
+    assert_eq!(jumps(&verdicts).len(), 1);
+}
+
+#[test]
+fn a_unit_that_is_not_there_is_not_listened_to() {
+    let mut clock = Clock::<2>::new();
+    assert_eq!(clock.push(2, 5, &ClockSettings::default()), Verdict::Drop);
+    assert_eq!(clock.now(), None);
+}
+
+#[test]
+fn a_counter_wraps_in_and_out_of_order() {
+    let mut unwrapper = Unwrapper::new();
+    let wrap = 1_u64 << 32;
+    let times =
+        [u32::MAX - 10, 5, u32::MAX - 2, 7, 6, 2_000_000_000].map(|counter| unwrapper.extend(counter));
+    assert_eq!(
+        times,
+        [
+            wrap - 11,
+            wrap + 5,
+            wrap - 3,
+            wrap + 7,
+            wrap + 6,
+            wrap + 2_000_000_000
+        ]
+    );
+}
+
+proptest! {
+    #[test]
+    fn an_unwrapped_counter_is_the_true_time_however_long_it_runs(
+        start in 0..u64::from(u32::MAX), steps in prop::collection::vec(-1_000_i64..40_000_000, 0..500)
+    ) {
+        let mut unwrapper = Unwrapper::new();
+        let mut time = start + 2_000;
+        unwrapper.extend(u32::try_from(time & 0xffff_ffff).unwrap());
+        let whole = time & !0xffff_ffff;
+        for step in steps {
+            time = time.saturating_add_signed(step);
+            prop_assert_eq!(unwrapper.extend(u32::try_from(time & 0xffff_ffff).unwrap()), time - whole);
+        }
+    }
+
+    #[test]
+    fn no_times_whatever_make_it_panic_or_accept_what_is_not_later(
+        times in prop::collection::vec((0_usize..4, prop_oneof![
+            Just(0_u64), Just(u64::MAX), any::<u64>(), 0..3_000_000_u64, u64::MAX - 3_000_000..u64::MAX
+        ]), 0..300)
+    ) {
+        let mut clock = Clock::<3>::new();
+        let mut latest = [None; 4];
+        for (unit, time) in times {
+            match clock.push(unit, time, &ClockSettings::default()) {
+                Verdict::Accept => {
+                    prop_assert!(latest[unit] < Some(time), "{latest:?} {time}");
+                    latest[unit] = Some(time);
+                }
+                Verdict::Jumped { .. } => {
+                    latest = [None; 4];
+                    latest[unit] = Some(time);
+                    prop_assert_eq!(clock.now(), Some(time));
+                }
+                Verdict::Drop | Verdict::Astray => {}
+            }
+            prop_assert!(latest.iter().max() <= Some(&clock.now()));
+        }
+    }
+}

@@ -1,0 +1,92 @@
+use super::*;
+use proptest::prelude::*;
+
+fn member(mean: [f64; CHANNELS], scatter: [f64; 2]) -> Member<f64> {
+    Member {
+        mean,
+        scatter,
+        axes: Axes::ALL,
+    }
+}
+
+fn at(level: f64) -> Option<Member<f64>> {
+    Some(member([level; CHANNELS], [0.1, 0.01]))
+}
+
+#[test]
+fn two_units_hold_no_vote() {
+    assert_eq!(vote(&[at(0.0), at(1.0), None, None]), [[None; 2]; 4]);
+}
+
+#[test]
+fn the_odd_one_of_three_is_far_from_the_median_and_the_others_are_at_it() {
+    let comparisons = vote(&[at(1.0), at(9.0), at(1.0)]);
+    let apart = comparisons.map(|sensors| sensors.map(|comparison| comparison.unwrap().apart));
+    assert_eq!(apart[0], [0.0; 2]);
+    assert_eq!(apart[2], [0.0; 2]);
+    assert!(
+        apart[1]
+            .iter()
+            .all(|apart| (apart - 8.0 * 3.0_f64.sqrt()).abs() < 1e-12)
+    );
+}
+
+#[test]
+fn of_four_the_median_lies_between_the_middle_two() {
+    let comparisons = vote(&[at(1.0), at(2.0), at(100.0), at(-100.0)]);
+    for unit in 0..2 {
+        let apart = comparisons[unit][0].unwrap().apart;
+        assert!((apart - 0.5 * 3.0_f64.sqrt()).abs() < 1e-12, "{apart}");
+    }
+}
+
+#[test]
+fn scatter_is_compared_with_the_median_scatter() {
+    let mut members = [at(0.0); 3];
+    members[1] = Some(member([0.0; CHANNELS], [0.9, 0.01]));
+    let comparison = vote(&members)[1][0].unwrap();
+    assert_eq!((comparison.scatter, comparison.usual_scatter), (0.9, 0.1));
+}
+
+#[test]
+fn a_channel_that_fewer_than_three_have_is_not_voted_on() {
+    let mut single = member([50.0; CHANNELS], [0.1, 0.01]);
+    single.axes = Axes([false, false, true, false, false, false]);
+    let comparisons = vote(&[at(0.0), at(0.0), Some(single)]);
+    for unit in 0..3 {
+        let expected = if unit == 2 { 50.0 } else { 0.0 };
+        assert_eq!(comparisons[unit][0].unwrap().apart, expected, "unit {unit}");
+        assert_eq!(comparisons[unit][1], None);
+    }
+}
+
+#[test]
+fn means_that_are_not_numbers_have_no_vote() {
+    let bad = Some(member([f64::NAN; CHANNELS], [f64::INFINITY; 2]));
+    let comparisons = vote(&[at(1.0), at(1.0), at(1.0), bad]);
+    assert_eq!(comparisons[0][0].unwrap().apart, 0.0);
+    assert_eq!(vote(&[at(1.0), at(1.0), bad]), [[None; 2]; 3]);
+}
+
+proptest! {
+    #[test]
+    fn the_median_has_as_many_below_it_as_above(values in prop::collection::vec(-1e3..1e3_f64, 8)) {
+        let members: [_; 8] = core::array::from_fn(|i| at(values[i]));
+        let found = median(&members, |member| Some(member.mean[0])).unwrap();
+        let below = values.iter().filter(|x| **x < found).count();
+        let above = values.iter().filter(|x| **x > found).count();
+        prop_assert!(below <= 4 && above <= 4, "{found} {values:?}");
+    }
+
+    #[test]
+    fn nobody_is_moved_by_less_than_half_that_lie(
+        truth in prop::array::uniform6(-50.0..50.0_f64), lies in prop::collection::vec(prop::num::f64::ANY, 3)
+    ) {
+        let members: [_; 7] = core::array::from_fn(|i| {
+            Some(member(lies.get(i).map_or(truth, |lie| [*lie; CHANNELS]), [0.1, 0.01]))
+        });
+        for unit in 3..7 {
+            prop_assert!(vote(&members)[unit].iter().all(|comparison| comparison.unwrap().apart == 0.0));
+        }
+    }
+}

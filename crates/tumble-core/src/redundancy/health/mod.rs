@@ -1,0 +1,254 @@
+//! The health of one unit, at all times: late, frozen, at the end of its range, not finite, with spikes, unlike the
+//! others, implausible at rest, with a clock of its own.
+//!
+//! * One bad reading condemns nobody. Time with bad readings is counted, and drains slowly while readings are good.
+//! * A sensor is frozen when all its axes repeat their readings bit by bit for a time. One axis may repeat by chance:
+//!   quantised and at rest, an axis says the same for as long as its noise stays within a count. It is stuck when it
+//!   repeats over 32 readings at which another axis of the sensor moved by more than counts and noise at rest. The
+//!   eight-unit recording of our data (16 bits, 62.5 Hz) repeats up to seven times on an axis at rest.
+//! * A spike leaves by more than a limit, and by more than five times what readings usually change, and is back with
+//!   the next reading. What does not come back was no spike but motion.
+//! * A unit is healthy again when nothing has been wrong for a while. Only a later rest clears what a rest has shown.
+
+mod fault;
+mod leaky;
+mod settings;
+mod watch;
+
+pub use fault::Fault;
+pub use settings::HealthSettings;
+
+use crate::real::{Real, seconds};
+use crate::redundancy::family::Comparison;
+use crate::redundancy::health::leaky::{Lapse, ticks};
+use crate::redundancy::health::watch::{Reading, Watch};
+use crate::redundancy::platform::Range;
+use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
+use crate::sample::Sample;
+
+/// Whether accelerometer and gyroscope of a sample may be used in a mean.
+pub type Usable = [bool; 2];
+
+/// What is known of a unit's presence.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Presence {
+    /// Nothing.
+    Unknown,
+    /// It is waited for.
+    Awaited,
+    /// It sends samples.
+    Seen,
+}
+
+/// Health of one unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Health<T: Real> {
+    /// Of the latest sample, or when waiting for the first began.
+    time: u64,
+    /// When it became healthy, or when something was wrong last.
+    since: u64,
+    watches: [Watch<T>; 2],
+    fault: Option<Fault<T>>,
+    implausible: [bool; 2],
+    presence: Presence,
+}
+
+impl<T: Real> Default for Health<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real> Health<T> {
+    /// Nothing known of the unit: it is neither healthy nor at fault until a sample comes, or is late.
+    pub fn new() -> Self {
+        Self {
+            time: 0,
+            since: 0,
+            watches: [Watch::new(); 2],
+            fault: None,
+            implausible: [false; 2],
+            presence: Presence::Unknown,
+        }
+    }
+
+    /// What is wrong with the unit, or was until lately.
+    pub fn fault(&self) -> Option<Fault<T>> {
+        self.fault
+    }
+
+    /// Since when the unit has been healthy, microseconds; `None` while it is not.
+    pub fn healthy_since(&self) -> Option<u64> {
+        let healthy = self.fault.is_none() && self.presence == Presence::Seen;
+        healthy.then_some(self.since)
+    }
+
+    /// Takes in the next sample, later than the one before, and says what of it may be used.
+    pub fn push(
+        &mut self,
+        sample: &Sample<T>,
+        axes: &Axes,
+        range: &Range<T>,
+        settings: &HealthSettings<T>,
+    ) -> Usable {
+        let now = sample.time;
+        self.arrive(now, settings);
+        let lapse = Lapse::between(self.time, now);
+        self.time = now;
+        let mut usable = [false; 2];
+        let triads = [
+            (sample.specific_force, range.specific_force),
+            (sample.angular_rate, range.angular_rate),
+        ];
+        for (i, (sensor, (triad, end))) in SENSORS.into_iter().zip(triads).enumerate() {
+            let (Some(watch), Some(usable)) = (self.watches.get_mut(i), usable.get_mut(i)) else {
+                continue;
+            };
+            let judgement = watch.push(&Reading {
+                sensor,
+                values: triad.into(),
+                axes: axes.of(sensor),
+                end,
+                lapse,
+                settings,
+            });
+            *usable = judgement.usable;
+            match judgement.fault {
+                Some(fault) => self.condemn(fault, now),
+                None if judgement.lasts && self.fault.is_some() => self.since = now,
+                None => {}
+            }
+        }
+        self.settle(now, settings);
+        usable
+    }
+
+    /// Says what time it is, microseconds, whether samples came or not.
+    pub fn tick(&mut self, now: u64, settings: &HealthSettings<T>) {
+        if self.presence == Presence::Unknown {
+            self.presence = Presence::Awaited;
+            self.time = now;
+        }
+        self.find_late(now, settings);
+    }
+
+    /// Takes in how a sensor compared with the other units over a window of `span` microseconds.
+    pub fn family(
+        &mut self,
+        sensor: Sensor,
+        comparison: &Comparison<T>,
+        span: u64,
+        settings: &HealthSettings<T>,
+    ) {
+        let (apart, limit) = (comparison.apart, settings.family.of(sensor));
+        let ratio = comparison.scatter / settings.usual_scatter(sensor, comparison.usual_scatter);
+        let fault = if apart > limit {
+            Some(Fault::OutOfFamily { sensor, apart, limit })
+        } else if ratio > settings.noise_ratio {
+            Some(Fault::Noisy {
+                sensor,
+                ratio,
+                limit: settings.noise_ratio,
+            })
+        } else {
+            None
+        };
+        let Some(watch) = self.watches.get_mut(sensor as usize) else {
+            return;
+        };
+        let limit = ticks(settings.family_time);
+        match fault {
+            Some(_) => watch.odd.fill(ticks(span), limit, 1),
+            None => watch.odd.drain(ticks(span)),
+        }
+        if !watch.odd.is_over(limit) {
+            return;
+        }
+        match fault {
+            Some(fault) => self.condemn(fault, self.time),
+            None => self.since = self.since.max(self.time),
+        }
+    }
+
+    /// Takes in how far a sensor at rest deviates from gravity, m/s^2, or from zero, rad/s.
+    pub fn at_rest(&mut self, sensor: Sensor, deviation: T, settings: &HealthSettings<T>) {
+        let limit = settings.rest.of(sensor);
+        // What is no number is no plausible one.
+        let plausible = deviation <= limit;
+        if let Some(implausible) = self.implausible.get_mut(sensor as usize) {
+            *implausible = !plausible;
+        }
+        if !plausible {
+            self.condemn(
+                Fault::ImplausibleAtRest {
+                    sensor,
+                    deviation,
+                    limit,
+                },
+                self.time,
+            );
+        }
+    }
+
+    /// Says that the unit's clock has left that of the others, at the time `now` of these, microseconds.
+    pub fn clock_jumped(&mut self, now: u64) {
+        self.condemn(Fault::ClockJumped, now);
+    }
+
+    /// The time of the whole set has jumped: what was counted goes on from the next sample.
+    pub fn restart_time(&mut self, now: u64) {
+        self.time = now;
+        self.since = now;
+        self.watches.iter_mut().for_each(Watch::forget);
+    }
+
+    fn arrive(&mut self, now: u64, settings: &HealthSettings<T>) {
+        if self.presence == Presence::Seen {
+            self.find_late(now, settings);
+        } else {
+            self.presence = Presence::Seen;
+            self.time = now;
+            self.since = now;
+        }
+    }
+
+    fn find_late(&mut self, now: u64, settings: &HealthSettings<T>) {
+        let pause = now.saturating_sub(self.time);
+        if pause > settings.late {
+            self.condemn(
+                Fault::Late {
+                    pause: seconds(pause),
+                },
+                now,
+            );
+            self.watches.iter_mut().for_each(Watch::forget);
+        }
+    }
+
+    /// The latest finding is shown, except that what a rest has shown stays.
+    fn condemn(&mut self, fault: Fault<T>, now: u64) {
+        let at_rest = |fault: &Fault<T>| matches!(fault, Fault::ImplausibleAtRest { .. });
+        self.since = if self.fault.is_some() {
+            self.since.max(now)
+        } else {
+            now
+        };
+        let stays = self.implausible != [false; 2] && self.fault.as_ref().is_some_and(at_rest);
+        if !stays || at_rest(&fault) {
+            self.fault = Some(fault);
+        }
+    }
+
+    /// Nothing was wrong for long enough.
+    fn settle(&mut self, now: u64, settings: &HealthSettings<T>) {
+        let gone = now.saturating_sub(self.since) >= settings.recovery;
+        if self.fault.is_some() && gone && self.implausible == [false; 2] {
+            self.fault = None;
+            self.since = now;
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "tests.rs"]
+mod tests;

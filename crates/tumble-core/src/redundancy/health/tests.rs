@@ -1,0 +1,392 @@
+extern crate std;
+
+use std::vec::Vec;
+
+use nalgebra::Vector3;
+use rand::{RngExt, SeedableRng};
+use rand_distr::StandardNormal;
+use rand_pcg::Pcg64Dxsm;
+
+use super::*;
+use crate::redundancy::settings::Objection;
+
+const PERIOD: u64 = 5_000;
+const RANGE: Range<f32> = Range {
+    specific_force: Some(160.0),
+    angular_rate: Some(35.0),
+};
+
+/// A unit at rest that sends samples with noise.
+struct Bench {
+    health: Health<f32>,
+    settings: HealthSettings<f32>,
+    axes: Axes,
+    draws: Pcg64Dxsm,
+    time: u64,
+}
+
+impl Bench {
+    fn new() -> Self {
+        Self {
+            health: Health::new(),
+            settings: HealthSettings::default(),
+            axes: Axes::ALL,
+            draws: Pcg64Dxsm::seed_from_u64(1),
+            time: 1_000_000,
+        }
+    }
+
+    /// That has been healthy for a second.
+    fn running() -> Self {
+        let mut bench = Self::new();
+        bench.run(200, |_, _| {});
+        assert_eq!(bench.health.healthy_since(), Some(1_000_000 + PERIOD));
+        bench
+    }
+
+    fn noise(&mut self) -> f32 {
+        self.draws.sample(StandardNormal)
+    }
+
+    fn push(&mut self, spoil: impl Fn(&mut Sample<f32>)) -> Usable {
+        self.time += PERIOD;
+        let force = Vector3::from_fn(|_, _| 0.02 * self.noise());
+        let rate = Vector3::from_fn(|_, _| 0.002 * self.noise());
+        let mut sample = Sample {
+            time: self.time,
+            specific_force: Vector3::new(0.0, 0.0, 9.81) + force,
+            angular_rate: rate,
+        };
+        spoil(&mut sample);
+        self.health.push(&sample, &self.axes, &RANGE, &self.settings)
+    }
+
+    fn run(&mut self, samples: usize, spoil: impl Fn(usize, &mut Sample<f32>)) -> Vec<Usable> {
+        (0..samples)
+            .map(|i| self.push(|sample| spoil(i, sample)))
+            .collect()
+    }
+
+    /// Seconds until a fault is found.
+    fn time_to_fault(&mut self, spoil: impl Fn(usize, &mut Sample<f32>)) -> f32 {
+        let start = self.time;
+        for i in 0..2_000 {
+            self.push(|sample| spoil(i, sample));
+            if self.health.fault().is_some() {
+                return seconds(self.time - start);
+            }
+        }
+        f32::INFINITY
+    }
+}
+
+fn left_at_once(time: f32, limit: f32) -> bool {
+    let period: f32 = seconds(PERIOD);
+    time <= limit + 2.0 * period && time > 0.3 * limit
+}
+
+#[test]
+fn before_the_first_sample_a_unit_is_not_healthy_and_late_when_its_time_is_up() {
+    let mut health = Health::<f32>::new();
+    let settings = HealthSettings::default();
+    health.tick(7_000_000, &settings);
+    assert_eq!((health.fault(), health.healthy_since()), (None, None));
+    health.tick(7_100_001, &settings);
+    assert!(matches!(health.fault(), Some(Fault::Late { pause }) if pause > 0.1));
+}
+
+#[test]
+fn a_unit_that_pauses_is_late_and_healthy_again_after_the_recovery() {
+    let mut bench = Bench::running();
+    let paused = bench.time;
+    bench.health.tick(paused + 100_000, &bench.settings.clone());
+    assert_eq!(bench.health.fault(), None);
+    bench.health.tick(paused + 130_000, &bench.settings.clone());
+    assert_eq!(bench.health.fault(), Some(Fault::Late { pause: 0.13 }));
+    bench.time += 150_000;
+    bench.run(90, |_, _| {});
+    assert!(bench.health.fault().is_some());
+    bench.run(20, |_, _| {});
+    let since = bench.health.healthy_since().unwrap();
+    assert!(since > paused + 600_000 && since < paused + 700_000);
+}
+
+#[test]
+fn a_pause_shows_in_the_samples_without_a_tick() {
+    let mut bench = Bench::running();
+    bench.time += 200_000;
+    bench.push(|_| {});
+    assert!(matches!(bench.health.fault(), Some(Fault::Late { .. })));
+}
+
+#[test]
+fn a_frozen_sensor_is_found_in_its_time_and_not_used_from_then_on() {
+    for sensor in SENSORS {
+        let mut bench = Bench::running();
+        let freeze = |_: usize, sample: &mut Sample<f32>| match sensor {
+            Sensor::Accelerometer => sample.specific_force = Vector3::new(0.1, 0.2, 9.7),
+            Sensor::Gyroscope => sample.angular_rate = Vector3::zeros(),
+        };
+        let found = bench.time_to_fault(freeze);
+        assert!(left_at_once(found, 0.1), "{sensor:?} {found}");
+        assert!(matches!(
+            bench.health.fault(),
+            Some(Fault::Frozen { sensor: found, duration }) if found == sensor && duration > 0.09
+        ));
+        let usable = bench.run(1, freeze)[0];
+        assert_eq!(usable, SENSORS.map(|other| other != sensor));
+        bench.run(200, |_, _| {});
+        assert_eq!(bench.health.fault(), None);
+    }
+}
+
+#[test]
+fn an_axis_that_is_stuck_while_the_others_move_is_found() {
+    let mut bench = Bench::running();
+    let shake = |i: usize, sample: &mut Sample<f32>| {
+        sample.specific_force.z += if i.is_multiple_of(2) { 0.5 } else { -0.5 };
+        sample.specific_force.y = 0.25;
+    };
+    let found = bench.time_to_fault(shake);
+    assert!(found < 0.2, "{found}");
+    assert_eq!(
+        bench.health.fault(),
+        Some(Fault::Stuck {
+            channel: 1,
+            value: 0.25
+        })
+    );
+}
+
+#[test]
+fn axes_that_repeat_at_rest_because_they_are_coarse_are_healthy() {
+    let mut bench = Bench::running();
+    bench.run(20_000, |_, sample| {
+        sample.specific_force = sample.specific_force.map(|x| (x / 0.04).round() * 0.04);
+        sample.specific_force.x = 0.0;
+        sample.specific_force.y = 0.08;
+        sample.angular_rate = sample.angular_rate.map(|x| (x / 0.002).round() * 0.002);
+        sample.angular_rate.z = 0.002;
+    });
+    assert_eq!(bench.health.fault(), None);
+    assert!(bench.health.healthy_since().unwrap() < 1_100_000);
+}
+
+#[test]
+fn a_sensor_of_one_axis_may_repeat_three_times_as_long() {
+    let mut bench = Bench::running();
+    bench.axes = Axes([false, false, true, true, true, true]);
+    let found = bench.time_to_fault(|_, sample| sample.specific_force = Vector3::new(f32::NAN, 1.0, 9.7));
+    assert!(left_at_once(found, 0.3) && found > 0.2, "{found}");
+}
+
+#[test]
+fn channels_that_a_unit_does_not_have_are_not_looked_at() {
+    let mut bench = Bench::new();
+    bench.axes = Axes([false, false, true, false, false, false]);
+    let usable = bench.run(1_000, |_, sample| {
+        sample.specific_force.x = f32::NAN;
+        sample.specific_force.y = 1_000.0;
+        sample.angular_rate = Vector3::new(0.0, f32::INFINITY, 100.0);
+    });
+    assert_eq!(bench.health.fault(), None);
+    assert!(usable.iter().all(|usable| *usable == [true, false]));
+}
+
+#[test]
+fn one_bad_sample_is_not_used_and_condemns_nobody() {
+    let bad: [fn(&mut Sample<f32>); 4] = [
+        |sample| sample.specific_force.y = f32::NAN,
+        |sample| sample.specific_force.y = f32::NEG_INFINITY,
+        |sample| sample.specific_force.y = -160.0,
+        |sample| sample.specific_force.y = 60.0,
+    ];
+    for spoil in bad {
+        let mut bench = Bench::running();
+        assert_eq!(bench.push(spoil), [false, true]);
+        for usable in bench.run(500, |_, _| {}) {
+            assert_eq!(usable, [true; 2]);
+            assert_eq!(bench.health.fault(), None);
+        }
+    }
+}
+
+#[test]
+fn a_channel_at_the_end_of_its_range_is_found_in_its_time() {
+    let mut bench = Bench::running();
+    let found = bench.time_to_fault(|_, sample| sample.angular_rate.z = -35.0);
+    assert!(left_at_once(found, 0.05), "{found}");
+    assert_eq!(
+        bench.health.fault(),
+        Some(Fault::Saturated {
+            channel: 5,
+            value: -35.0
+        })
+    );
+}
+
+#[test]
+fn readings_that_are_often_no_numbers_are_found_though_others_lie_between() {
+    let mut bench = Bench::running();
+    let found = bench.time_to_fault(|i, sample| {
+        if i.is_multiple_of(2) {
+            sample.specific_force.x = f32::NAN;
+        }
+    });
+    assert!(found < 0.2, "{found}");
+    assert_eq!(bench.health.fault(), Some(Fault::NotFinite { channel: 0 }));
+}
+
+#[test]
+fn spikes_condemn_when_they_come_often_and_are_never_used() {
+    let mut bench = Bench::running();
+    let spoil = |i: usize, sample: &mut Sample<f32>| {
+        if i % 40 == 7 {
+            sample.angular_rate.x += 20.0;
+        }
+    };
+    let usable = bench.run(200, spoil);
+    for (i, usable) in usable.into_iter().enumerate() {
+        assert_eq!(usable, [true, i % 40 != 7], "{i}");
+    }
+    assert!(matches!(
+        bench.health.fault(),
+        Some(Fault::Spikes { channel: 3, value }) if (value - 20.0).abs() < 0.1
+    ));
+    bench.run(1_000, |i, sample| {
+        if i.is_multiple_of(150) {
+            sample.angular_rate.x = -20.0
+        }
+    });
+    assert!(
+        bench.health.fault().is_some(),
+        "spikes every 0.75 s keep it condemned"
+    );
+    bench.run(1_000, |_, _| {});
+    assert_eq!(bench.health.fault(), None);
+}
+
+#[test]
+fn a_step_is_no_spike_and_used_from_its_second_reading_on() {
+    let mut bench = Bench::running();
+    for _ in 0..20 {
+        let usable = bench.run(10, |_, sample| sample.specific_force.x += 80.0);
+        assert_eq!(usable[0], [false, true]);
+        assert_eq!(usable[1..], [[true; 2]; 9]);
+        bench.run(10, |_, _| {});
+    }
+    assert_eq!(bench.health.fault(), None);
+}
+
+fn comparison(apart: f32, scatter: f32) -> Comparison<f32> {
+    Comparison {
+        apart,
+        scatter,
+        usual_scatter: 0.3,
+    }
+}
+
+#[test]
+fn a_unit_away_from_its_family_for_long_enough_is_condemned_and_clears_when_back() {
+    let mut bench = Bench::running();
+    let settings = bench.settings;
+    let window = |bench: &mut Bench, apart, scatter| {
+        bench.run(10, |_, _| {});
+        bench.health.family(
+            Sensor::Accelerometer,
+            &comparison(apart, scatter),
+            50_000,
+            &settings,
+        );
+        bench.health.fault()
+    };
+    for _ in 0..9 {
+        assert_eq!(window(&mut bench, 1.5, 0.3), None);
+    }
+    // One window in the family does not absolve.
+    assert_eq!(window(&mut bench, 0.5, 0.3), None);
+    window(&mut bench, 1.5, 0.3);
+    window(&mut bench, 1.5, 0.3);
+    let found = Fault::OutOfFamily {
+        sensor: Sensor::Accelerometer,
+        apart: 1.5,
+        limit: 1.0,
+    };
+    assert_eq!(window(&mut bench, 1.5, 0.3), Some(found));
+    for _ in 0..40 {
+        window(&mut bench, 0.1, 0.3);
+    }
+    assert_eq!(bench.health.fault(), None);
+    for _ in 0..12 {
+        window(&mut bench, 0.1, 2.0);
+    }
+    assert!(matches!(bench.health.fault(), Some(Fault::Noisy { ratio, .. }) if ratio > 6.0));
+}
+
+#[test]
+fn what_a_rest_has_shown_only_a_later_rest_clears() {
+    let mut bench = Bench::running();
+    let settings = bench.settings;
+    bench.health.at_rest(Sensor::Gyroscope, 0.19, &settings);
+    assert_eq!(bench.health.fault(), None);
+    bench.health.at_rest(Sensor::Gyroscope, 0.3, &settings);
+    bench.health.at_rest(Sensor::Accelerometer, 0.1, &settings);
+    bench.health.clock_jumped(bench.time);
+    bench.run(10_000, |_, _| {});
+    let found = Fault::ImplausibleAtRest {
+        sensor: Sensor::Gyroscope,
+        deviation: 0.3,
+        limit: 0.2,
+    };
+    assert_eq!(bench.health.fault(), Some(found));
+    bench.health.at_rest(Sensor::Gyroscope, 0.01, &settings);
+    bench.run(1, |_, _| {});
+    assert_eq!(bench.health.fault(), None);
+    bench.health.at_rest(Sensor::Accelerometer, f32::NAN, &settings);
+    assert!(bench.health.fault().is_some());
+}
+
+#[test]
+fn a_clock_that_jumped_is_reported_until_it_has_kept_time_for_the_recovery() {
+    let mut bench = Bench::running();
+    bench.health.clock_jumped(bench.time);
+    bench.run(99, |_, _| {});
+    assert_eq!(bench.health.fault(), Some(Fault::ClockJumped));
+    bench.run(2, |_, _| {});
+    assert_eq!(bench.health.fault(), None);
+}
+
+type Spoil = fn(&mut HealthSettings<f32>);
+
+#[test]
+fn settings_that_cannot_be_meant_are_refused_by_name() {
+    let good = HealthSettings::<f32>::default();
+    assert_eq!(good.check(), Ok(()));
+    let cases: [(&str, Objection, Spoil); 6] = [
+        ("late", Objection::NotPositive, |s| s.late = 0),
+        ("spike_angular_rate", Objection::NotPositive, |s| {
+            s.spike.angular_rate = f32::NAN
+        }),
+        ("rest_specific_force", Objection::NotPositive, |s| {
+            s.rest.specific_force = f32::INFINITY;
+        }),
+        ("noise_ratio", Objection::AlwaysExceeded, |s| s.noise_ratio = 1.0),
+        ("frozen", Objection::TooLong(leaky::LONGEST / 3), |s| {
+            s.frozen = 3_000_000
+        }),
+        ("family_time", Objection::TooLong(leaky::LONGEST), |s| {
+            s.family_time = u64::MAX
+        }),
+    ];
+    for (setting, objection, spoil) in cases {
+        let mut settings = good;
+        spoil(&mut settings);
+        let refused = settings.check().unwrap_err();
+        assert_eq!((refused.setting, refused.objection), (setting, objection));
+    }
+}
+
+#[test]
+fn a_unit_takes_less_than_a_hundred_bytes() {
+    assert!(size_of::<Health<f32>>() <= 96, "{}", size_of::<Health<f32>>());
+}

@@ -1,0 +1,256 @@
+//! One sensor of a unit, reading by reading.
+
+use crate::real::{Real, real};
+use crate::redundancy::health::fault::Fault;
+use crate::redundancy::health::leaky::{Lapse, Leaky, ticks};
+use crate::redundancy::health::settings::HealthSettings;
+use crate::redundancy::sensor::Sensor;
+
+/// The next reading of a sensor, with what is known of it.
+pub(super) struct Reading<'a, T: Real> {
+    pub sensor: Sensor,
+    pub values: [T; 3],
+    pub axes: [bool; 3],
+    /// End of the range, where known.
+    pub end: Option<T>,
+    /// Time since the reading before.
+    pub lapse: Lapse,
+    pub settings: &'a HealthSettings<T>,
+}
+
+/// Share of the range from which on a reading is at its end: converters have a count less on one side than on the other.
+const END: f64 = 0.9995;
+
+impl<T: Real> Reading<'_, T> {
+    /// Axes that the sensor has, with their values.
+    fn present(&self) -> impl Iterator<Item = (u8, T)> {
+        let axes = (0_u8..).zip(self.values).zip(self.axes);
+        axes.filter_map(|(axis, has)| has.then_some(axis))
+    }
+
+    fn channel(&self, axis: u8) -> u8 {
+        match self.sensor {
+            Sensor::Accelerometer => axis,
+            Sensor::Gyroscope => axis.saturating_add(3),
+        }
+    }
+
+    fn not_finite(&self) -> Option<u8> {
+        let (axis, _) = self.present().find(|(_, value)| !value.is_finite())?;
+        Some(self.channel(axis))
+    }
+
+    fn is_at_end(&self, value: T) -> bool {
+        self.end.is_some_and(|end| value.abs() >= end * real(END))
+    }
+
+    fn saturated(&self) -> Option<(u8, T)> {
+        let (axis, value) = self.present().find(|(_, value)| self.is_at_end(*value))?;
+        Some((self.channel(axis), value))
+    }
+
+    fn spike(&self) -> T {
+        self.settings.spike.of(self.sensor)
+    }
+}
+
+/// What is thought of a reading.
+pub(super) struct Judgement<T: Real> {
+    /// Whether it may be used in a mean.
+    pub usable: bool,
+    /// What is wrong with the sensor.
+    pub fault: Option<Fault<T>>,
+    /// Whether what was wrong before cannot be called gone yet.
+    pub lasts: bool,
+}
+
+/// What is kept of a sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Watch<T: Real> {
+    /// Latest reading that was no spike; not a number before the first.
+    latest: [T; 3],
+    /// How much readings usually change from one to the next.
+    usual_change: T,
+    /// How far the latest reading had left.
+    departure: T,
+    /// Time over which all axes repeated.
+    repeating: Leaky,
+    /// Time without a reading that could be used.
+    useless: Leaky,
+    /// A fixed time for each spike.
+    spiking: Leaky,
+    /// Time away from the other units.
+    pub odd: Leaky,
+    /// Readings that each axis repeated while another axis moved.
+    stuck: [u8; 3],
+    /// The axis on which the latest reading left and has not come back yet, [`NONE`] if it did not.
+    departed: u8,
+}
+
+const NONE: u8 = 3;
+
+/// Bad readings, at least, that condemn a sensor, and repetitions of readings.
+const FEWEST: u16 = 4;
+
+/// Each spike counts as this long, and this much makes too many: four at a time, or more than one a second.
+const SPIKE: u64 = 1_000_000;
+const SPIKES: u64 = 3_500_000;
+
+/// A spike leaves by so many times the usual change of readings, at least: shaking is none.
+const TIMES_USUAL: f64 = 5.0;
+
+/// Having come back is being within this share of it.
+const BACK: f64 = 0.5;
+
+/// Readings over which the usual change is averaged.
+const AVERAGED: f64 = 16.0;
+
+/// Share of a spike by which an axis has to move for the others to be expected to: 0.1 m/s^2 and 0.025 rad/s by default.
+/// Counts of quantised readings are smaller, so that axes at rest may repeat as long as they like.
+const MOVING: f64 = 0.0025;
+
+/// Successive readings an axis may repeat while another moves.
+const STUCK: u8 = 32;
+
+impl<T: Real> Watch<T> {
+    pub fn new() -> Self {
+        Self {
+            latest: [real(f64::NAN); 3],
+            usual_change: T::zero(),
+            departure: T::zero(),
+            repeating: Leaky::default(),
+            useless: Leaky::default(),
+            spiking: Leaky::default(),
+            odd: Leaky::default(),
+            stuck: [0; 3],
+            departed: NONE,
+        }
+    }
+
+    /// Readings are missing: the next has nothing to be compared with.
+    pub fn forget(&mut self) {
+        self.latest = [real(f64::NAN); 3];
+        self.repeating.empty();
+        self.stuck = [0; 3];
+        self.departed = NONE;
+    }
+
+    pub fn push(&mut self, reading: &Reading<'_, T>) -> Judgement<T> {
+        if reading.axes == [false; 3] {
+            return Judgement {
+                usable: false,
+                fault: None,
+                lasts: false,
+            };
+        }
+        self.spiking.drain(reading.lapse.whole);
+        let (not_finite, saturated) = (reading.not_finite(), reading.saturated());
+        let useless = self.find_useless(not_finite.is_some() || saturated.is_some(), reading);
+        if let Some(channel) = not_finite {
+            return Judgement {
+                usable: false,
+                fault: useless.then_some(Fault::NotFinite { channel }),
+                lasts: useless,
+            };
+        }
+        let (axis, change) = self.largest_change(reading);
+        let frozen = self.find_frozen(change, reading);
+        let spikes = self.find_spikes(axis, change, reading);
+        let away = self.departed != NONE;
+        if !away {
+            self.latest = reading.values;
+        }
+        let worn = saturated.filter(|_| useless);
+        let worn = worn.map(|(channel, value)| Fault::Saturated { channel, value });
+        Judgement {
+            usable: !away && frozen.is_none() && saturated.is_none(),
+            fault: frozen.or(worn).or(spikes),
+            lasts: useless || self.spiking.is_over(ticks(SPIKES)),
+        }
+    }
+
+    /// Whether readings could not be used for too long.
+    fn find_useless(&mut self, is_useless: bool, reading: &Reading<'_, T>) -> bool {
+        let limit = ticks(reading.settings.saturated);
+        if is_useless {
+            self.useless.fill(reading.lapse.whole, limit, FEWEST);
+        } else {
+            self.useless.drain(reading.lapse.quarter);
+        }
+        self.useless.is_over(limit)
+    }
+
+    /// The axis that changed most, and by how much; by nothing where there is nothing to compare with.
+    fn largest_change(&self, reading: &Reading<'_, T>) -> (u8, T) {
+        let changes = reading.present().zip(self.present_latest(reading.axes));
+        changes.fold((0, T::zero()), |most, ((axis, value), before)| {
+            let change = (value - before).abs();
+            if change > most.1 { (axis, change) } else { most }
+        })
+    }
+
+    fn present_latest(&self, axes: [bool; 3]) -> impl Iterator<Item = T> {
+        let latest = self.latest.into_iter().zip(axes);
+        latest.filter_map(|(value, has)| has.then_some(value))
+    }
+
+    /// A spike is known when it is over: the reading after it is where the one before it was.
+    fn find_spikes(&mut self, axis: u8, change: T, reading: &Reading<'_, T>) -> Option<Fault<T>> {
+        let spike = reading.spike().max(self.usual_change * real(TIMES_USUAL));
+        let away = core::mem::replace(&mut self.departed, NONE);
+        if away == NONE && change > spike {
+            self.departed = axis;
+            self.departure = change;
+            return None;
+        }
+        if away == NONE || change > spike * real(BACK) {
+            self.usual_change += (change - self.usual_change) * real(1.0 / AVERAGED);
+            return None;
+        }
+        self.spiking.fill(ticks(SPIKE), ticks(SPIKES), 1);
+        self.spiking.is_over(ticks(SPIKES)).then(|| Fault::Spikes {
+            channel: reading.channel(away),
+            value: self.departure,
+        })
+    }
+
+    /// All axes repeating for a time, or one while the others move. The fewer axes, the less it means that all repeat.
+    fn find_frozen(&mut self, change: T, reading: &Reading<'_, T>) -> Option<Fault<T>> {
+        let moving = change > reading.spike() * real(MOVING);
+        let (mut present, mut repeats) = (0_u16, true);
+        for (((stuck, value), before), has) in self
+            .stuck
+            .iter_mut()
+            .zip(reading.values)
+            .zip(self.latest)
+            .zip(reading.axes)
+        {
+            present += u16::from(has);
+            if has && value == before && !reading.is_at_end(value) {
+                *stuck = stuck.saturating_add(u8::from(moving));
+            } else {
+                *stuck = 0;
+                repeats &= !has;
+            }
+        }
+        if !repeats {
+            self.repeating.empty();
+            return self.find_stuck(reading);
+        }
+        let limit = ticks(reading.settings.frozen).saturating_mul(3) / present.max(1);
+        self.repeating.fill(reading.lapse.whole, limit, FEWEST);
+        self.repeating.is_over(limit).then(|| Fault::Frozen {
+            sensor: reading.sensor,
+            duration: self.repeating.seconds(),
+        })
+    }
+
+    fn find_stuck(&self, reading: &Reading<'_, T>) -> Option<Fault<T>> {
+        let axes = (0_u8..).zip(self.stuck).zip(reading.values);
+        let ((axis, _), value) = axes.into_iter().find(|((_, stuck), _)| *stuck >= STUCK)?;
+        Some(Fault::Stuck {
+            channel: reading.channel(axis),
+            value,
+        })
+    }
+}

@@ -1,0 +1,245 @@
+//! Which unit is the source of the output.
+//!
+//! The primary, as long as it is healthy. A source that has been unhealthy for a while is replaced; the primary comes
+//! back on command or after a proven spell of health, and not because it looks well for a moment.
+
+use crate::real::Real;
+use crate::redundancy::settings::{Contradiction, Objection};
+
+/// When the source changes; lengths of time in microseconds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SelectionSettings {
+    /// How long the source has to be unhealthy to be replaced.
+    pub hold: u64,
+    /// How long the primary has to be healthy to become the source again; `None`: on command only.
+    pub return_after: Option<u64>,
+    /// Whether secondaries that were never calibrated against the primary are passed over.
+    pub calibrated_only: bool,
+}
+
+impl Default for SelectionSettings {
+    fn default() -> Self {
+        Self {
+            hold: 20_000,
+            return_after: None,
+            calibrated_only: false,
+        }
+    }
+}
+
+impl SelectionSettings {
+    /// Looks for contradictions.
+    ///
+    /// # Errors
+    /// [`Contradiction`] where the primary would come back sooner than it is replaced.
+    pub fn check(&self) -> Result<(), Contradiction> {
+        if self.return_after.is_none_or(|after| after > self.hold) {
+            return Ok(());
+        }
+        Err(Contradiction {
+            setting: "return_after",
+            objection: Objection::ShorterThan("hold"),
+        })
+    }
+}
+
+/// A unit that may become the source.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Candidate<T: Real> {
+    /// Whether it is.
+    pub healthy: bool,
+    /// For how long, microseconds.
+    pub healthy_for: u64,
+    /// Whether it is the primary, or was calibrated against it.
+    pub calibrated: bool,
+    /// Root mean square residual of its calibration, relative to what is allowed: smaller is better.
+    pub residual: T,
+}
+
+/// Why the source changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SelectionReason {
+    /// There was no source, and the primary is fit.
+    Start,
+    /// The primary was unhealthy for too long, or was so when a source was wanted.
+    PrimaryFailed,
+    /// A secondary that was the source was unhealthy for too long.
+    SourceFailed,
+    /// The primary has been healthy for long enough.
+    PrimaryProven,
+    /// The primary was asked for.
+    Command,
+    /// The source failed, and nobody else is fit.
+    NoneFit,
+}
+
+/// A change of the source.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Change {
+    /// Unit that is the source now, 0 the primary; `None` where nobody is fit.
+    pub source: Option<usize>,
+    /// Why.
+    pub reason: SelectionReason,
+}
+
+/// Who the source is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Source {
+    /// Never chosen.
+    Unset,
+    /// Nobody was fit.
+    Nobody,
+    /// This unit.
+    Unit(u8),
+}
+
+/// Chooses the source, and keeps to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Selection {
+    failing_since: Option<u64>,
+    source: Source,
+    commanded: bool,
+}
+
+impl Default for Selection {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Selection {
+    /// Nobody yet.
+    pub fn new() -> Self {
+        Self {
+            failing_since: None,
+            source: Source::Unset,
+            commanded: false,
+        }
+    }
+
+    /// The unit that is the source, 0 the primary; `None` where nobody is.
+    pub fn source(&self) -> Option<usize> {
+        match self.source {
+            Source::Unit(unit) => Some(unit.into()),
+            Source::Unset | Source::Nobody => None,
+        }
+    }
+
+    /// Asks for the primary at the next update; it takes over there if it is healthy, or else the asking is forgotten.
+    pub fn command_primary(&mut self) {
+        self.commanded = true;
+    }
+
+    /// Forgets for how long the source has been failing, which a jump of time makes meaningless.
+    pub fn restart_time(&mut self) {
+        self.failing_since = None;
+    }
+
+    /// Looks at all units, the primary first, and says whether the source changes. `now` is the time of the set,
+    /// microseconds. Units from number 255 on are not looked at.
+    pub fn update<T: Real>(
+        &mut self,
+        now: u64,
+        candidates: &[Candidate<T>],
+        settings: &SelectionSettings,
+    ) -> Option<Change> {
+        let primary = candidates.first().filter(|primary| primary.healthy);
+        let commanded = core::mem::take(&mut self.commanded);
+        let Some(source) = self.source() else {
+            return self.begin(now, candidates, settings);
+        };
+        if source != 0
+            && let Some(primary) = primary
+        {
+            if commanded {
+                return Some(self.change(Some(0), SelectionReason::Command));
+            }
+            if settings
+                .return_after
+                .is_some_and(|after| primary.healthy_for >= after)
+            {
+                return Some(self.change(Some(0), SelectionReason::PrimaryProven));
+            }
+        }
+        let healthy = candidates.get(source).is_some_and(|candidate| candidate.healthy);
+        if healthy {
+            self.failing_since = None;
+            return None;
+        }
+        self.has_failed(now, settings)
+            .then(|| self.replace(source, candidates, settings))
+    }
+
+    /// Until there is a source, whoever is fit becomes it; the primary is waited for at the very start.
+    fn begin<T: Real>(
+        &mut self,
+        now: u64,
+        candidates: &[Candidate<T>],
+        settings: &SelectionSettings,
+    ) -> Option<Change> {
+        if candidates.first().is_some_and(|primary| primary.healthy) {
+            return Some(self.change(Some(0), SelectionReason::Start));
+        }
+        let starting = self.source == Source::Unset;
+        if starting && !self.has_failed(now, settings) {
+            return None;
+        }
+        match best_secondary(candidates, settings) {
+            Some(best) => Some(self.change(Some(best), SelectionReason::PrimaryFailed)),
+            None => starting.then(|| self.change(None, SelectionReason::NoneFit)),
+        }
+    }
+
+    fn has_failed(&mut self, now: u64, settings: &SelectionSettings) -> bool {
+        let since = self.failing_since.get_or_insert(now);
+        *since = now.min(*since);
+        now - *since >= settings.hold
+    }
+
+    /// Other secondaries first: a primary that failed before and was not called back comes last.
+    fn replace<T: Real>(
+        &mut self,
+        failed: usize,
+        candidates: &[Candidate<T>],
+        settings: &SelectionSettings,
+    ) -> Change {
+        let primary = candidates.first().filter(|primary| primary.healthy).map(|_| 0);
+        match best_secondary(candidates, settings).or(primary) {
+            Some(next) if failed == 0 => self.change(Some(next), SelectionReason::PrimaryFailed),
+            Some(next) => self.change(Some(next), SelectionReason::SourceFailed),
+            None => self.change(None, SelectionReason::NoneFit),
+        }
+    }
+
+    fn change(&mut self, source: Option<usize>, reason: SelectionReason) -> Change {
+        self.failing_since = None;
+        self.source = source
+            .and_then(|unit| u8::try_from(unit).ok())
+            .map_or(Source::Nobody, Source::Unit);
+        Change { source, reason }
+    }
+}
+
+/// The healthy secondary that is calibrated, or else any; of these the one with the smallest residual, or else the first.
+fn best_secondary<T: Real>(candidates: &[Candidate<T>], settings: &SelectionSettings) -> Option<usize> {
+    let mut best: Option<(usize, &Candidate<T>)> = None;
+    for (unit, candidate) in candidates.iter().enumerate().take(usize::from(u8::MAX)).skip(1) {
+        let fit = candidate.healthy && (candidate.calibrated || !settings.calibrated_only);
+        if fit && best.is_none_or(|(_, other)| is_better(candidate, other)) {
+            best = Some((unit, candidate));
+        }
+    }
+    best.map(|(unit, _)| unit)
+}
+
+/// A residual that is not a number was never measured, and is worse than any.
+fn is_better<T: Real>(a: &Candidate<T>, b: &Candidate<T>) -> bool {
+    if a.calibrated != b.calibrated {
+        return a.calibrated;
+    }
+    a.residual < b.residual || (a.residual.is_finite() && !b.residual.is_finite())
+}
+
+#[cfg(test)]
+#[path = "selection_tests.rs"]
+mod tests;
