@@ -11,13 +11,15 @@ from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema
 
 from tumble import calibration, poses
-from tumble.procedures import limits
+from tumble.procedures import limits, redundancy_settings, redundancy_store
 
 FOLDER = Path(__file__).parents[1] / "docs" / "schema"
 MODELS: dict[str, tuple[type[BaseModel], str]] = {
     calibration.SCHEMA_FILE: (calibration.Calibration, calibration.SCHEMA),
     poses.SCHEMA_FILE: (poses.PoseFile, poses.SCHEMA),
     limits.SCHEMA_FILE: (limits.Limits, limits.SCHEMA),
+    redundancy_settings.SCHEMA_FILE: (redundancy_settings.RedundancySettings, redundancy_settings.SCHEMA),
+    redundancy_store.SCHEMA_FILE: (redundancy_store.StoredError, redundancy_store.SCHEMA),
 }
 
 

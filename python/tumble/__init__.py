@@ -25,11 +25,14 @@ if TYPE_CHECKING:
     from tumble.procedures.apply import apply
     from tumble.procedures.inspect import inspect
     from tumble.procedures.limits import Limits
+    from tumble.procedures.redundancy import redundancy
+    from tumble.procedures.redundancy_settings import RedundancySettings
     from tumble.procedures.simulate import simulate_spin, simulate_turntable
     from tumble.procedures.spin import spin
     from tumble.procedures.turntable import turntable
     from tumble.recording import Chunk, Recording
     from tumble.results import TargetResult, TurntableResult
+    from tumble.results_redundancy import RedundancyResult
     from tumble.results_spin import SpinResult
 
 __all__ = [
@@ -44,6 +47,8 @@ __all__ = [
     "ProcedureError",
     "ReadOptions",
     "Recording",
+    "RedundancyResult",
+    "RedundancySettings",
     "SpinResult",
     "TargetResult",
     "TumbleError",
@@ -54,6 +59,7 @@ __all__ = [
     "list_imus",
     "open_recording",
     "open_writer",
+    "redundancy",
     "simulate_spin",
     "simulate_turntable",
     "spin",
@@ -70,10 +76,13 @@ _HOMES = {
     "tumble.procedures.simulate": ("simulate_spin", "simulate_turntable"),
     "tumble.poses": ("Pose", "PoseList"),
     "tumble.procedures.limits": ("Limits",),
+    "tumble.procedures.redundancy": ("redundancy",),
+    "tumble.procedures.redundancy_settings": ("RedundancySettings",),
     "tumble.procedures.spin": ("spin",),
     "tumble.procedures.turntable": ("turntable",),
     "tumble.recording": ("Chunk", "Recording"),
     "tumble.results": ("TargetResult", "TurntableResult"),
+    "tumble.results_redundancy": ("RedundancyResult",),
     "tumble.results_spin": ("SpinResult",),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}

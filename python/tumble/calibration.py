@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 import numpy as np
 from pydantic import Field, JsonValue, model_validator
 
+from tumble.calibration_redundancy import redundancy_content
 from tumble.calibration_spin import spin_content
 from tumble.documents import (
     ArrayField,
@@ -28,6 +29,7 @@ from tumble.documents import (
 from tumble.errors import ProcedureError
 from tumble.recording import FloatArray
 from tumble.results import TargetResult, TriadResult, TurntableResult
+from tumble.results_redundancy import RedundancyResult
 from tumble.results_spin import SpinResult
 
 SCHEMA: Literal["tumble-calibration/1"] = "tumble-calibration/1"
@@ -241,6 +243,23 @@ class Calibration(Document):
                 f"{result.name}: its biases are those that another calibration left; give that one"
             )
         return cls.model_validate(spin_content(result, before.content() if before else {}))
+
+    @classmethod
+    def from_redundancy(
+        cls, result: RedundancyResult, unit: str, primary: Calibration | None = None
+    ) -> Calibration:
+        """Make the calibration file of a secondary; `primary` is the calibration of the primary.
+
+        It corrects the secondary's readings into the case frame of the primary. A triad without a stored
+        error is left out.
+
+        Raises `ProcedureError` where the secondary has no stored error, or `primary` is not what was used.
+        """
+        if (primary.hash() if primary else "") != result.calibration_hash:
+            raise ProcedureError(f"{result.primary}: was calibrated by another file; give that one")
+        if all(error.unit != unit for error in result.errors):
+            raise ProcedureError(f"{unit}: has no stored error, so there is no calibration to keep")
+        return cls.model_validate(redundancy_content(result, unit, primary.content() if primary else {}))
 
     def correct(self, accelerometer: FloatArray, gyroscope: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Specific force (n, 3), m/s^2, and angular rate (n, 3), rad/s, freed of the calibrated errors.

@@ -148,6 +148,18 @@ def write_document(path: Path | str, header: str, content: Mapping[str, Any]) ->
     write_text(path, comment + body)
 
 
+def read_value(text: str) -> Any:  # noqa: ANN401 - what YAML holds is for a model to say
+    """Read one value as it would stand in a file; raises `yaml.YAMLError` where it is no YAML."""
+    return _parse(text)[1]
+
+
+def mistake_in(error: ValidationError, model: type[BaseModel]) -> str:
+    """Say the first mistake in words: its key, what is wrong, and the known key that comes nearest."""
+    first = _first(error)
+    key = ".".join(map(str, first["loc"]))
+    return (f"{key} " if key else "") + _in_words(first, _known_keys(model))
+
+
 def plain(value: object) -> object:
     """Turn numpy values, tuples and paths, as options of a method hold them, into what YAML and JSON know."""
     if isinstance(value, np.ndarray | np.generic):
@@ -248,14 +260,16 @@ def _yaml_problem(error: yaml.YAMLError) -> str:
 
 def _problem(error: ValidationError, node: yaml.Node | None, model: type[BaseModel]) -> str:
     """First mistake in words, with its line and key path, and how many more there are."""
+    location = _first(error)["loc"]
+    more = error.error_count() - 1
+    rest = f" (and {more} more)" if more else ""
+    return f"line {_line(node, location)}: {mistake_in(error, model)}{rest}"
+
+
+def _first(error: ValidationError) -> dict[str, Any]:
     details = error.errors(include_url=False)
     # A misspelt key shows up twice, as unknown and as missing; the unknown one says more.
-    first = next((detail for detail in details if detail["type"] == "extra_forbidden"), details[0])
-    location = first["loc"]
-    key = ".".join(map(str, location))
-    where = f"line {_line(node, location)}: " + (f"{key} " if key else "")
-    rest = f" (and {len(details) - 1} more)" if len(details) > 1 else ""
-    return where + _in_words(dict(first), _known_keys(model)) + rest
+    return dict(next((detail for detail in details if detail["type"] == "extra_forbidden"), details[0]))
 
 
 def _known_keys(model: type[BaseModel]) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from tumble.recording import FloatArray
@@ -109,3 +109,10 @@ class RedundancyResult:
     selected: tuple[Selected, ...]
     replay_rate: float
     """Seconds of the log replayed in a second."""
+    warnings: tuple[str, ...] = ()
+    """What a user should know of the logs, the calibration and the store."""
+    calibration_hash: str = ""
+    """Of the primary's own calibration; empty if it had none."""
+    software: str = ""
+    serials: Mapping[str, str] = field(default_factory=dict)
+    """Of the units whose logs state them, by name."""

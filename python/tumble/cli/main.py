@@ -43,6 +43,11 @@ COMMANDS = {
     "spin": Entry(
         "tumble.cli.spin", "spin_command", "Find the biases of a robot's IMU from a turn on the spot."
     ),
+    "redundancy": Entry(
+        "tumble.cli.redundancy",
+        "redundancy_command",
+        "Replay a redundant set: a primary IMU keeps its secondaries calibrated.",
+    ),
     "apply": Entry("tumble.cli.apply", "apply_command", "Correct a log with a calibration."),
     "inspect": Entry("tumble.cli.inspect", "inspect_command", "Say what logs hold and what they can serve."),
     "simulate": Entry("tumble.cli.simulate_spin", "simulate_app", "Make recordings whose truth is known."),

@@ -134,7 +134,11 @@ def read_options_for(
 
 
 def _names(source: str) -> tuple[str, ...]:
-    spec = parse_spec(source)
+    try:
+        spec = parse_spec(source)
+    except LogError:
+        # The bare name of an IMU, where the log is named apart.
+        return (source,)
     imu = (spec.imu or "").strip("/").replace("/", "_")
     return source, spec.path.stem, f"{spec.path.stem}-{imu}"
 

@@ -46,10 +46,14 @@ def list_imus(path: str | Path, options: ReadOptions | None = None) -> tuple[str
     return formats.list_imus(path, options or ReadOptions())
 
 
-def open_recording(source: str | Path, options: ReadOptions | None = None) -> Recording:
+def open_recording(
+    source: str | Path, options: ReadOptions | None = None, *, keep_faults: bool = False
+) -> Recording:
     """Open a log: a file, a bag folder, or a folder with one log a pose; `LOG:NAME` picks one of its IMUs.
 
     The head of the log is read to decide its units; samples are read when `Recording.chunks` is called.
+    With `keep_faults`, readings that are no numbers and time that runs backwards are passed on to whoever
+    judges them; where a table holds several IMUs, a row without any number of this one is no sample of it.
 
     Raises `LogError`, in one line: what is wrong, where, and what to do.
     """
@@ -58,7 +62,7 @@ def open_recording(source: str | Path, options: ReadOptions | None = None) -> Re
     imu = _wanted(spec, options)
     if spec.path.is_dir() and formats.find_format(spec.path) == "folder":
         return _open_folder(spec.path, imu, options)
-    return _open_file(spec.path, imu, options)
+    return _open_file(spec.path, imu, options, keep_faults)
 
 
 def _wanted(spec: LogSpec, options: ReadOptions) -> str | None:
@@ -77,7 +81,7 @@ def _open_folder(folder: Path, imu: str | None, options: ReadOptions) -> Recordi
     return recording
 
 
-def _open_file(path: Path, imu: str | None, options: ReadOptions) -> Recording:
+def _open_file(path: Path, imu: str | None, options: ReadOptions, keep_faults: bool = False) -> Recording:
     track = formats.open_track(path, imu, options)
     head = track.head()
     if options.rate is not None:
@@ -89,15 +93,19 @@ def _open_file(path: Path, imu: str | None, options: ReadOptions) -> Recording:
         raise LogError(f"{path}: holds no time; give the sample rate with --rate, in Hz")
     conversion = conversion_for(track, options, head)
     return Recording(
-        _metadata(track, conversion, options, rate), lambda: _stream(track, conversion, options, rate)
+        _metadata(track, conversion, options, rate),
+        lambda: _stream(track, conversion, options, rate, keep_faults),
     )
 
 
-def _stream(track: Track, conversion: Conversion, options: ReadOptions, rate: float | None) -> ChunkStream:
+def _stream(
+    track: Track, conversion: Conversion, options: ReadOptions, rate: float | None, keep_faults: bool
+) -> ChunkStream:
     def transform(samples: Samples) -> Samples:
         return conversion(samples if options.rate is None else without_time(samples))
 
-    return ChunkStream(track, track.read(transform), rate, conversion.gyroscope_unit.reason == "assumed")
+    assumed = conversion.gyroscope_unit.reason == "assumed"
+    return ChunkStream(track, track.read(transform), rate, assumed, keep_faults)
 
 
 def _metadata(track: Track, conversion: Conversion, options: ReadOptions, rate: float | None) -> Metadata:

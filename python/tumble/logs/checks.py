@@ -62,17 +62,23 @@ class ChunkStream(Iterator[Chunk]):
     `expected` is the number of samples to come where that is known beforehand, for those who show progress.
 
     Raises `LogError` at the sample where time runs backwards, and at the end of a pass in which too many
-    samples had to be left out.
+    samples had to be left out; not so with `keep_faults`, which passes on all that has a time.
     """
 
     def __init__(
-        self, track: Track, pieces: Iterator[Samples], rate: float | None, gyroscope_unit_is_assumed: bool
+        self,
+        track: Track,
+        pieces: Iterator[Samples],
+        rate: float | None,
+        gyroscope_unit_is_assumed: bool,
+        keep_faults: bool = False,
     ) -> None:
         self.counts = Counts()
         self.expected = track.expected
         self._track = track
         self._rate = rate
         self._gyroscope_unit_is_assumed = gyroscope_unit_is_assumed
+        self._keep_faults = keep_faults
         self._last: Chunk | None = None
         self._chunks = self._generate(pieces)
 
@@ -87,7 +93,13 @@ class ChunkStream(Iterator[Chunk]):
         for piece in pieces:
             first = self.counts.read
             self.counts.read += len(piece)
-            chunk = self._drop_duplicates(self._drop_gaps_in_numbers(self._with_time(piece, first), first))
+            stamped = self._with_time(piece, first)
+            kept = (
+                self._drop_no_samples(stamped)
+                if self._keep_faults
+                else self._drop_gaps_in_numbers(stamped, first)
+            )
+            chunk = self._drop_duplicates(kept)
             if len(chunk):
                 chunk = self._hold_temperature(chunk)
                 self._last = chunk
@@ -118,6 +130,16 @@ class ChunkStream(Iterator[Chunk]):
                 "sort the log by time, or read it with --rate if its samples are in order"
             )
         return kept
+
+    def _drop_no_samples(self, chunk: Chunk) -> Chunk:
+        """Leave out what has no time, and rows in which only other IMUs of the table have numbers."""
+        stamped = np.isfinite(chunk.time)
+        if unstamped := int((~stamped).sum()):
+            self.counts.channels["time"] = self.counts.channels.get("time", 0) + unstamped
+            self.counts.without_number += unstamped
+        if not self._track.alone:
+            stamped &= np.isfinite(chunk.accelerometer).any(axis=1) | np.isfinite(chunk.gyroscope).any(axis=1)
+        return chunk if stamped.all() else _select(chunk, stamped)
 
     def _finite(self, chunk: Chunk) -> Mask:
         bad = {"time": ~np.isfinite(chunk.time)}
@@ -167,9 +189,12 @@ class ChunkStream(Iterator[Chunk]):
     def _check_rates(self, chunk: Chunk) -> None:
         if not self._gyroscope_unit_is_assumed:
             return
-        fastest = float(np.abs(chunk.gyroscope).max())
+        rates = np.abs(chunk.gyroscope)
+        if self._keep_faults:
+            rates = np.where(np.isfinite(rates), rates, 0.0)
+        fastest = float(rates.max())
         if fastest > IMPOSSIBLE_RAD_PER_S:
-            at = float(chunk.time[int(np.abs(chunk.gyroscope).max(axis=1).argmax())])
+            at = float(chunk.time[int(rates.max(axis=1).argmax())])
             raise LogError(
                 f"{self._track.source}: gyroscope was taken to be in rad/s for want of a unit, but reads "
                 f"{fastest:.6g} at {at:.6f} s; give --gyroscope-unit (deg/s?)"
@@ -179,6 +204,8 @@ class ChunkStream(Iterator[Chunk]):
         counts = self.counts
         if counts.read == 0:
             raise LogError(f"{self._track.source}: holds no samples")
+        if self._keep_faults:
+            return
         if counts.without_number > _LARGEST_SHARE_WITHOUT_NUMBER * counts.read:
             name, found = max(counts.channels.items(), key=lambda item: item[1])
             raise LogError(

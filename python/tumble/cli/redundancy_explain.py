@@ -1,0 +1,72 @@
+"""`tumble redundancy --explain`: every setting with its meaning, unit and default."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from tumble.procedures.redundancy_settings import Explained, explain
+from tumble.report.numbers import readable_unit
+
+FILE_WIDTH = 128
+"""What is no terminal has no width of its own, and a table folded to 80 columns is hard to read."""
+
+
+def show_settings(as_json: bool) -> None:
+    """Print all settings, as a table or for a machine."""
+    if as_json:
+        print(json.dumps([_content(setting) for setting in explain()], indent=2))
+        return
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=FILE_WIDTH)
+    console.print(_table())
+    print("State them with --set NAME=VALUE, or in a YAML file with --settings FILE.")
+
+
+def default_text(setting: Explained) -> str:
+    """Give the default as it would be typed."""
+    if setting.default is None:
+        return "none"
+    return str(setting.default).lower() if isinstance(setting.default, bool) else str(setting.default)
+
+
+def meaning_text(setting: Explained) -> str:
+    """Give the meaning, and the words that may be chosen from."""
+    choices = f" One of: {', '.join(setting.choices)}." if setting.choices else ""
+    return setting.meaning.replace("`", "") + choices
+
+
+def _content(setting: Explained) -> dict[str, object]:
+    return {
+        "name": setting.name,
+        "group": setting.group,
+        "meaning": setting.meaning,
+        "unit": setting.unit,
+        "choices": setting.choices,
+        "default": setting.default,
+    }
+
+
+def _table() -> Table:
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1), show_edge=False)
+    for title in ("setting", "default", "unit"):
+        table.add_column(title, no_wrap=True)
+    table.add_column("meaning")
+    for row in _rows():
+        table.add_row(*row)
+    return table
+
+
+def _rows() -> Iterator[tuple[str, ...]]:
+    group = ""
+    for setting in explain():
+        if setting.group != group:
+            group = setting.group
+            yield (f"[bold]{group}[/bold]", "", "", "")
+        unit = readable_unit(setting.unit)
+        yield (f"  {setting.name}", default_text(setting), unit, meaning_text(setting))

@@ -1,0 +1,270 @@
+"""The logs of a redundant set, read side by side: what all units said, in order of time, block by block."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+
+from tumble.errors import LogError, ProcedureError
+from tumble.logs import ChunkStream, ReadOptions, list_imus, open_recording, parse_spec
+from tumble.recording import Chunk, FloatArray, Recording
+
+Source: TypeAlias = Recording | str | Path
+Progress: TypeAlias = Callable[[int, int | None], None]
+"""Told samples done, and samples expected where they are known."""
+
+MOST_SECONDARIES = 7
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """One unit of the set, as its log has it."""
+
+    name: str
+    """As it was typed with the log it is in; the name of the recording where units have logs of their own."""
+    source: str
+    """What names it for certain: path and IMU."""
+    recording: Recording | None
+    """`None` for a unit that is missing: it never says anything."""
+    missing: str = ""
+    """Why it is missing."""
+
+
+def open_units(
+    sources: Sequence[Source],
+    log: str | Path | None = None,
+    read: ReadOptions | Mapping[str, ReadOptions] | None = None,
+    allow_missing: bool = False,
+) -> tuple[Unit, ...]:
+    """Open all units, primary first; each is the name of an IMU in `log`, or `LOG:NAME`, or a recording.
+
+    `read` says how to read all of them, or each by what was typed. With `allow_missing`, a unit that cannot
+    be read is taken to be silent.
+
+    Raises `TumbleError`, in one line, where a unit is not there, or is named twice.
+    """
+    if not 1 < len(sources) <= MOST_SECONDARIES + 1:
+        raise ProcedureError(
+            f"{max(len(sources) - 1, 0)} secondaries were named; give the primary 1 to {MOST_SECONDARIES}"
+        )
+    known = _Known.of(log, read) if log is not None else None
+    units = [_open_unit(source, known, read, allow_missing) for source in sources]
+    _refuse_twins(units)
+    names = [unit.name for unit in units]
+    # Two logs in different folders may have one name; what was typed tells them apart.
+    return tuple(unit if names.count(unit.name) == 1 else replace(unit, name=unit.source) for unit in units)
+
+
+@dataclass(frozen=True, slots=True)
+class _Known:
+    """A log that holds several IMUs, and their names."""
+
+    path: Path
+    names: tuple[str, ...]
+
+    @classmethod
+    def of(cls, log: str | Path, read: ReadOptions | Mapping[str, ReadOptions] | None) -> _Known:
+        spec = parse_spec(log)
+        if spec.imu is not None:
+            raise LogError(f"{log}: names one IMU; give the log alone, and its IMUs as units")
+        options = next(iter(read.values()), None) if isinstance(read, Mapping) else read
+        return cls(spec.path, list_imus(spec.path, options))
+
+    def placed(self, source: str) -> tuple[str, str]:
+        """Give `LOG:NAME` of what was typed, and the name alone if it is that of an IMU of this log."""
+        if source.strip("/") in {name.strip("/") for name in self.names}:
+            return f"{self.path}:{source}", source
+        if ":" in source or Path(source).exists():
+            return source, ""
+        named = ", ".join(name for name in self.names if name) or "only one IMU, without a name"
+        raise LogError(f"{self.path}: no IMU {source!r}; found: {named}")
+
+
+def _open_unit(
+    source: Source,
+    known: _Known | None,
+    read: ReadOptions | Mapping[str, ReadOptions] | None,
+    allow_missing: bool,
+) -> Unit:
+    if isinstance(source, Recording):
+        return Unit(source.name, source.metadata.source, _whole(source))
+    options = read.get(str(source)) if isinstance(read, Mapping) else read
+    place, name = str(source), ""
+    try:
+        if known is not None:
+            place, name = known.placed(place)
+        recording = _whole(open_recording(place, options, keep_faults=True))
+    except LogError as error:
+        if not allow_missing:
+            raise LogError(f"{error}; or go on without it, with --allow-missing") from error
+        return Unit(name or place, place, None, str(error))
+    return Unit(name or recording.name, recording.metadata.source, recording)
+
+
+def _whole(recording: Recording) -> Recording:
+    if recording.parts:
+        raise ProcedureError(
+            f"{recording.name}: is a folder of {len(recording.parts)} logs, one a pose; give one log of "
+            "the whole time"
+        )
+    return recording
+
+
+def _refuse_twins(units: Sequence[Unit]) -> None:
+    seen: dict[str, int] = {}
+    for index, unit in enumerate(units):
+        earlier = seen.setdefault(_whose(unit), index)
+        if earlier == index:
+            continue
+        if earlier == 0:
+            raise ProcedureError(
+                f"{unit.source}: is the primary and cannot be its own secondary; leave it out"
+            )
+        raise ProcedureError(f"{unit.source}: is named twice among the secondaries; leave one out")
+
+
+def _whose(unit: Unit) -> str:
+    """Give what two ways of writing the same log and IMU have in common."""
+    recording = unit.recording
+    if recording is None:
+        return unit.source
+    if recording.metadata.format == "arrays":
+        return f"recording {id(recording)}"
+    spec = parse_spec(recording.metadata.source)
+    return f"{spec.path.resolve()}:{(spec.imu or '').strip('/')}"
+
+
+@dataclass(slots=True)
+class _Reader:
+    """One unit's samples, taken off in order of arrival."""
+
+    unit: Unit
+    offset: float
+    """s, added to its time gives that of the common clock."""
+    stream: Iterator[Chunk]
+    waiting: Chunk | None = None
+    first: float | None = None
+    last: float = -np.inf
+    """Latest time so far: samples arrive in the order of the log, whatever time they carry."""
+    arrival: FloatArray | None = None
+    ended: bool = False
+    read: int = 0
+
+    def refill(self) -> None:
+        """Read on where nothing is waiting."""
+        while not self.ended and (self.waiting is None or len(self.waiting) == 0):
+            chunk = next(self.stream, None)
+            if chunk is None:
+                self.ended, self.waiting = True, None
+            elif len(chunk):
+                self._take_in(chunk)
+
+    def _take_in(self, chunk: Chunk) -> None:
+        time = chunk.time + self.offset
+        self.waiting = chunk
+        self.arrival = np.maximum(np.maximum.accumulate(time), self.last)
+        self.last = float(self.arrival[-1])
+        self.first = float(time[0]) if self.first is None else self.first
+        self.read += len(chunk)
+
+    def take(self, until: float) -> Samples:
+        """Take off what arrived up to a time."""
+        if self.waiting is None or self.arrival is None:
+            return _NOTHING
+        count = int(np.searchsorted(self.arrival, until, side="right"))
+        taken = self.waiting
+        self.waiting = _cut(taken, slice(count, None))
+        self.arrival = self.arrival[count:]
+        return _arrays(_cut(taken, slice(0, count)))
+
+
+Samples: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
+"""Time (n,) s, specific force (n, 3) m/s^2, angular rate (n, 3) rad/s."""
+
+_NOTHING: Samples = (np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
+
+
+def _cut(chunk: Chunk, part: slice) -> Chunk:
+    return Chunk(chunk.time[part], chunk.accelerometer[part], chunk.gyroscope[part])
+
+
+def _arrays(chunk: Chunk) -> Samples:
+    return (
+        np.ascontiguousarray(chunk.time),
+        np.ascontiguousarray(chunk.accelerometer),
+        np.ascontiguousarray(chunk.gyroscope),
+    )
+
+
+class SideBySide(Iterator[list[Samples]]):
+    """Blocks of what all units said since the block before, primary first; memory does not grow.
+
+    Samples carry the time of their log; `start` and `end` are the first and the last time given so far, s of
+    the common clock.
+
+    Raises `ProcedureError` as soon as it is seen that a secondary has no time in common with the primary,
+    and `LogError` where a log cannot be read.
+    """
+
+    def __init__(
+        self, units: Sequence[Unit], offsets: Sequence[float], progress: Progress | None = None
+    ) -> None:
+        self._readers = [
+            _Reader(unit, offset, iter(()) if unit.recording is None else unit.recording.chunks())
+            for unit, offset in zip(units, offsets, strict=True)
+        ]
+        self._progress = progress
+        self._expected = _expected(self._readers)
+        self.start, self.end = np.inf, -np.inf
+
+    def __next__(self) -> list[Samples]:
+        for reader in self._readers:
+            reader.refill()
+        self._refuse_if_apart()
+        live = [reader for reader in self._readers if reader.arrival is not None and not reader.ended]
+        if not live:
+            raise StopIteration
+        cut = min(reader.last for reader in live)
+        block = [reader.take(cut) for reader in self._readers]
+        self.start = min(reader.first for reader in self._readers if reader.first is not None)
+        self.end = max(self.end, cut)
+        if self._progress is not None:
+            self._progress(sum(reader.read for reader in self._readers), self._expected)
+        return block
+
+    def remarks(self) -> Iterator[str]:
+        """Say what was left out of each unit's log."""
+        for reader in self._readers:
+            if isinstance(reader.stream, ChunkStream):
+                yield from (f"{reader.unit.name}: {remark}" for remark in reader.stream.counts.remarks())
+
+    def _refuse_if_apart(self) -> None:
+        primary, *secondaries = self._readers
+        for secondary in secondaries:
+            for early, late in ((primary, secondary), (secondary, primary)):
+                if (
+                    early.ended
+                    and early.first is not None
+                    and late.first is not None
+                    and early.last < late.first
+                ):
+                    raise ProcedureError(_apart(primary, secondary, early, late))
+
+
+def _apart(primary: _Reader, secondary: _Reader, early: _Reader, late: _Reader) -> str:
+    name = secondary.unit.name
+    return (
+        f"{name}: shares no time with the primary {primary.unit.name}: {early.unit.name} ends at "
+        f"{early.last:.3f} s, {late.unit.name} begins at {late.first:.3f} s; if they were recorded together, "
+        f"give the offset of its clock with --set units.{name}.time_offset=SECONDS"
+    )
+
+
+def _expected(readers: Sequence[_Reader]) -> int | None:
+    counts = [reader.stream.expected for reader in readers if isinstance(reader.stream, ChunkStream)]
+    known = [count for count in counts if count is not None]
+    return sum(known) if known and len(known) == len(counts) else None

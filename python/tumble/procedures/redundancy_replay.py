@@ -1,0 +1,112 @@
+"""Blocks of samples go through the monitor; its events and traces come together again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from tumble import _core
+from tumble.errors import ProcedureError
+from tumble.procedures.redundancy_logs import Samples, SideBySide
+from tumble.recording import FloatArray
+from tumble.results_redundancy import RedundancyEvent, Selected, UnitTrace
+
+Command: TypeAlias = Literal["evaluate", "return to primary"]
+COMMANDS: tuple[Command, ...] = ("evaluate", "return to primary")
+NONE_FIT = "none fit"
+"""Reason of `selected` where nobody is the source any more."""
+
+_TRACES = ("specific_force", "angular_rate", "specific_force_compensated", "angular_rate_compensated")
+
+
+@dataclass(slots=True)
+class Replayed:
+    """What the monitor said, block after block."""
+
+    names: tuple[str, ...]
+    """Of the units, primary first."""
+    events: list[RedundancyEvent] = field(default_factory=list)
+    seconds: float = 0.0
+    """Time the replay took."""
+    parts: list[_core.RedundancyReplay] = field(default_factory=list)
+
+    def add(self, part: _core.RedundancyReplay) -> None:
+        """Take in what one block gave."""
+        self.seconds += part["seconds"]
+        self.parts.append(part)
+        self.events += [
+            RedundancyEvent(time, self.names[unit], event, figures)
+            for time, unit, event, figures in part["events"]
+        ]
+
+    @property
+    def window_time(self) -> FloatArray:
+        """(n,) s, middle of each window."""
+        return np.concatenate([part["window_time"] for part in self.parts])
+
+    def traces(self) -> tuple[UnitTrace, ...]:
+        """Means of each unit over all windows."""
+        return tuple(
+            UnitTrace(name, *(self._trace(which, unit) for which in _TRACES))
+            for unit, name in enumerate(self.names)
+        )
+
+    def _trace(self, which: str, unit: int) -> FloatArray:
+        return np.concatenate([part[which][unit] for part in self.parts])  # type: ignore[literal-required]
+
+    def selected(self, end: float) -> Iterator[Selected]:
+        """Spans in which one unit was the source, up to the end of the logs, s."""
+        changes = [event for event in self.events if event.event == "selected"]
+        for change, following in zip(changes, [*changes[1:], None], strict=True):
+            reason = str(change.figures["reason"])
+            unit = "" if reason == NONE_FIT else change.unit
+            yield Selected(change.time, following.time if following else end, unit, reason)
+
+
+def replay(
+    monitor: _core.RedundancyMonitor,
+    blocks: SideBySide,
+    commands: Sequence[tuple[float, Command]],
+    names: tuple[str, ...],
+) -> Replayed:
+    """Push all blocks into the monitor, with commands at their times, s of the common clock.
+
+    Raises `ProcedureError` where a command lies outside the logs.
+    """
+    replayed = Replayed(names)
+    waiting = sorted(commands)
+    for block in blocks:
+        _refuse_early(waiting, blocks.start)
+        due = [command for command in waiting if command[0] <= blocks.end]
+        waiting = waiting[len(due) :]
+        replayed.add(_push(monitor, block, due))
+    if not replayed.parts:
+        raise ProcedureError(f"{', '.join(names)}: none of these units says anything; check the logs")
+    if waiting:
+        raise ProcedureError(_outside(waiting[0], blocks))
+    return replayed
+
+
+def _push(
+    monitor: _core.RedundancyMonitor, block: Sequence[Samples], commands: Sequence[tuple[float, Command]]
+) -> _core.RedundancyReplay:
+    times, specific_forces, angular_rates = zip(*block, strict=True)
+    return monitor.replay(times, specific_forces, angular_rates, commands)
+
+
+def _refuse_early(commands: Sequence[tuple[float, Command]], start: float) -> None:
+    if commands and commands[0][0] < start:
+        time, command = commands[0]
+        raise ProcedureError(
+            f"command {command!r} at {time:g} s: the logs begin at {start:.3f} s; give a time of their clock"
+        )
+
+
+def _outside(command: tuple[float, Command], blocks: SideBySide) -> str:
+    return (
+        f"command {command[1]!r} at {command[0]:g} s: the logs end at {blocks.end:.3f} s; give a time of "
+        "their clock"
+    )

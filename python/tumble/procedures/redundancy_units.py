@@ -1,0 +1,108 @@
+"""What is known of each unit of a redundant set: its place, its mounting, its ranges, its identity."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeAlias
+
+import numpy as np
+from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, core_schema
+from scipy.spatial.transform import Rotation
+
+from tumble.documents import Document, Vector
+from tumble.recording import FloatArray
+
+Channel: TypeAlias = Literal["ax", "ay", "az", "gx", "gy", "gz"]
+CHANNELS: tuple[Channel, ...] = ("ax", "ay", "az", "gx", "gy", "gz")
+
+_ORTHONORMAL = 1e-3
+"""Largest departure of R R^T from the identity that is rounding by whoever typed it, not a mistake."""
+_LARGEST_ANGLE = 2.0 * np.pi
+"""rad; a longer rotation vector was written in degrees."""
+
+
+class _OrientationField:
+    """Marks a field as a rotation: a rotation vector, rad, a 3x3 matrix, or the name of a file."""
+
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(_orientation)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        row: JsonSchemaValue = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
+        matrix = {"type": "array", "items": row, "minItems": 3, "maxItems": 3}
+        return {"anyOf": [row, matrix, {"type": "string"}]}
+
+
+def _orientation(value: object) -> FloatArray | str:
+    if isinstance(value, str):
+        return value
+    wanted = "needs a rotation vector of 3 numbers in rad, a 3x3 matrix, or a file of tumble align"
+    try:
+        numbers = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"{wanted}, found {value!r}") from None
+    if numbers.shape == (3,) and np.isfinite(numbers).all():
+        if np.linalg.norm(numbers) > _LARGEST_ANGLE:
+            raise ValueError(f"{wanted}; a vector of length {np.linalg.norm(numbers):.3g} looks like degrees")
+        turned: FloatArray = Rotation.from_rotvec(numbers).as_matrix()
+        return turned
+    if numbers.shape != (3, 3) or not np.isfinite(numbers).all():
+        raise ValueError(f"{wanted}, found {value!r}")
+    if np.abs(numbers @ numbers.T - np.eye(3)).max() > _ORTHONORMAL or np.linalg.det(numbers) < 0.0:
+        raise ValueError(
+            f"{wanted}; this matrix is no rotation: its rows have to be orthonormal, right-handed"
+        )
+    # Rounded rows are made orthonormal again: the nearest rotation.
+    nearest: FloatArray = Rotation.from_matrix(numbers).as_matrix()
+    return nearest
+
+
+Orientation: TypeAlias = Annotated[Any, _OrientationField()]
+
+
+class UnitSettings(Document):
+    """What is known of one unit; all of it may be left out."""
+
+    sensor_from_primary: Orientation = None
+    """Nominal rotation from the primary's case frame to this unit's axes: a rotation vector (rad), a 3x3
+    matrix, or a file that `tumble align` wrote; none where not given. Not for the primary."""
+    lever_arm: Vector | None = None
+    """Place of this unit from the primary, m, in the primary's case frame. Not for the primary."""
+    time_offset: float = 0.0
+    """Added to this unit's time, s."""
+    axes: tuple[Channel, ...] = Field(default=CHANNELS, min_length=1, strict=False)
+    """Channels that the unit has, of ax ay az gx gy gz."""
+    specific_force_range: float | None = Field(default=None, gt=0.0)
+    """Largest reading of the accelerometer, m/s^2, from which on it is saturated."""
+    angular_rate_range: float | None = Field(default=None, gt=0.0)
+    """Largest reading of the gyroscope, rad/s, from which on it is saturated."""
+    identity: int | None = Field(default=None, ge=0, lt=2**64)
+    """Number by which stored errors know the unit; made from its name where not given."""
+
+    def with_paths_from(self, folder: Path) -> UnitSettings:
+        """Take the name of a file relative to a folder."""
+        named = self.sensor_from_primary
+        if not isinstance(named, str):
+            return self
+        return self.model_copy(update={"sensor_from_primary": str(folder / named)})
+
+
+def identity_of(name: str, unit: UnitSettings) -> int:
+    """Give the number by which stored errors know a unit: stated, or 64 bits of a digest of its name."""
+    if unit.identity is not None:
+        return unit.identity
+    return int.from_bytes(hashlib.sha256(name.encode()).digest()[:8], "big")
+
+
+def rotation_of(unit: UnitSettings) -> FloatArray | None:
+    """Give the (3, 3) nominal rotation from the primary's case frame to the unit's axes, if it is known."""
+    named = unit.sensor_from_primary
+    if isinstance(named, str):
+        raise NotImplementedError
+    stated: FloatArray | None = named
+    return stated
