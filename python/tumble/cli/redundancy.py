@@ -51,7 +51,12 @@ def redundancy_command(
         ),
     ] = None,
     settings: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Settings, and what is known of each unit (YAML).")
+        list[Path] | None,
+        typer.Option(
+            metavar="FILE",
+            help="Settings, and what is known of each unit, such as what tumble align wrote (YAML); "
+            "repeatable, a later one goes before an earlier one.",
+        ),
     ] = None,
     changes: Annotated[
         list[str] | None,
@@ -126,7 +131,7 @@ def redundancy_command(
     from tumble.files import prepare_folder
     from tumble.procedures.redundancy import redundancy
 
-    chosen = _settings(settings, changes or [])
+    chosen = _settings(settings or [], changes or [])
     brought = Calibration.load(calibration) if calibration else None
     commands = [_command(text) for text in command or ()]
     read = read_options_for(read_options, exceptions or [], [primary, *secondary])
@@ -153,10 +158,12 @@ def redundancy_command(
         raise typer.Exit(NOT_ALL_WELL)
 
 
-def _settings(path: Path | None, changes: list[str]) -> RedundancySettings:
+def _settings(paths: list[Path], changes: list[str]) -> RedundancySettings:
     from tumble.procedures.redundancy_settings import RedundancySettings
 
-    stated = RedundancySettings() if path is None else RedundancySettings.load(path)
+    stated = RedundancySettings()
+    for path in paths:
+        stated = stated.and_then(RedundancySettings.load(path))
     return stated.changed(changes)
 
 

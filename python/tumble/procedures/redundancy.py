@@ -20,7 +20,7 @@ from tumble.procedures.redundancy_objections import in_words
 from tumble.procedures.redundancy_replay import COMMANDS, Command, replay
 from tumble.procedures.redundancy_settings import RedundancySettings
 from tumble.procedures.redundancy_store import ErrorStore, Identified, Rejected, file_stem
-from tumble.procedures.redundancy_units import CHANNELS, UnitSettings, identity_of, rotation_of
+from tumble.procedures.redundancy_units import CHANNELS, UnitSettings, identity_of
 from tumble.recording import FloatArray
 from tumble.results_redundancy import RedundancyEvent, RedundancyResult, SecondaryError
 
@@ -127,11 +127,11 @@ def settings_from(settings: Settings | None) -> RedundancySettings:
     if settings is None:
         return RedundancySettings()
     if isinstance(settings, RedundancySettings):
-        return settings
+        return settings.with_rotations_read(Path())
     if isinstance(settings, str | Path):
         return RedundancySettings.load(settings)
     try:
-        return RedundancySettings.model_validate(dict(settings))
+        return RedundancySettings.model_validate(dict(settings)).with_rotations_read(Path())
     except ValidationError as error:
         raise ProcedureError(f"settings: {mistake_in(error, RedundancySettings)}") from error
 
@@ -182,7 +182,7 @@ def _monitor(
 def _arguments(unit: UnitSettings, calibration: Calibration | None) -> dict[str, Any]:
     has = [channel in unit.axes for channel in CHANNELS]
     return {
-        "sensor_from_primary": rotation_of(unit),
+        "sensor_from_primary": unit.sensor_from_primary,
         "lever_arm": unit.lever_arm,
         "time_offset": unit.time_offset,
         "axes": tuple(has),

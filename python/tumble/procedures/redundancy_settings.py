@@ -15,8 +15,9 @@ import yaml
 from pydantic import BeforeValidator, Field, ValidationError, WithJsonSchema
 
 from tumble.documents import Document, mistake_in, read_document, read_value
-from tumble.errors import ProcedureError
+from tumble.errors import CalibrationFileError, ProcedureError
 from tumble.procedures.redundancy_units import UnitSettings
+from tumble.recording import FloatArray
 
 SCHEMA: Literal["tumble-redundancy/1"] = "tumble-redundancy/1"
 SCHEMA_FILE = "redundancy.schema.json"
@@ -246,14 +247,32 @@ class RedundancySettings(
 
     @classmethod
     def load(cls, path: Path | str) -> RedundancySettings:
-        """Read a settings file; paths in it are taken from its folder.
+        """Read a settings file, and the files it names, from its folder.
 
         Raises `CalibrationFileError` in one line: file, line, key, what is wrong and what to do.
         """
-        found = read_document(path, cls, WHAT, SCHEMA_FILE)
-        folder = Path(path).parent
-        units = {name: unit.with_paths_from(folder) for name, unit in found.units.items()}
-        return found.model_copy(update={"units": units})
+        return read_document(path, cls, WHAT, SCHEMA_FILE).with_rotations_read(Path(path).parent)
+
+    def with_rotations_read(self, folder: Path) -> RedundancySettings:
+        """Put the rotation in place of each file that is named for one: settings that `tumble align` wrote.
+
+        Raises `CalibrationFileError` where such a file does not know the rotation of the unit.
+        """
+        units = dict(self.units)
+        for name, unit in units.items():
+            if isinstance(unit.sensor_from_primary, str):
+                rotation = _rotation_in(folder / unit.sensor_from_primary, name)
+                units[name] = unit.model_copy(update={"sensor_from_primary": rotation})
+        return self.model_copy(update={"units": units})
+
+    def and_then(self, later: RedundancySettings) -> RedundancySettings:
+        """Take in other settings, which go before these; units are joined setting by setting."""
+        content, more = _stated(self), _stated(later)
+        units = {
+            name: content["units"].get(name, {}) | more["units"].get(name, {})
+            for name in {**content["units"], **more["units"]}
+        }
+        return RedundancySettings.model_validate(content | more | {"units": units})
 
     def changed(self, changes: Sequence[str]) -> RedundancySettings:
         """Take in `NAME=VALUE`, or `units.UNIT.NAME=VALUE`, one after another; values are written as in YAML.
@@ -282,7 +301,7 @@ class RedundancySettings(
             place = place.setdefault(step, {})
         place[key] = value
         try:
-            return RedundancySettings.model_validate(content)
+            return RedundancySettings.model_validate(content).with_rotations_read(Path())
         except ValidationError as error:
             raise ProcedureError(
                 f"--set {text}: {mistake_in(error, RedundancySettings)}; tumble redundancy --explain lists "
@@ -292,6 +311,16 @@ class RedundancySettings(
     def by_name(self) -> dict[str, object]:
         """Every setting of the monitor by name, SI units, as the core takes it."""
         return {row.name: getattr(self, row.name) for row in explain()}
+
+
+def _rotation_in(path: Path, unit: str) -> FloatArray:
+    aligned = read_document(path, RedundancySettings, "file of tumble align", SCHEMA_FILE)
+    rotation = aligned.units[unit].sensor_from_primary if unit in aligned.units else None
+    if rotation is None or isinstance(rotation, str):
+        known = ", ".join(aligned.units) or "no unit"
+        raise CalibrationFileError(f"{path}: does not hold the rotation of {unit}; it knows {known}")
+    found: FloatArray = rotation
+    return found
 
 
 def _stated(document: Document) -> dict[str, Any]:

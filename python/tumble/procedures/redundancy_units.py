@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
@@ -84,25 +83,9 @@ class UnitSettings(Document):
     identity: int | None = Field(default=None, ge=0, lt=2**64)
     """Number by which stored errors know the unit; made from its name where not given."""
 
-    def with_paths_from(self, folder: Path) -> UnitSettings:
-        """Take the name of a file relative to a folder."""
-        named = self.sensor_from_primary
-        if not isinstance(named, str):
-            return self
-        return self.model_copy(update={"sensor_from_primary": str(folder / named)})
-
 
 def identity_of(name: str, unit: UnitSettings) -> int:
     """Give the number by which stored errors know a unit: stated, or 64 bits of a digest of its name."""
     if unit.identity is not None:
         return unit.identity
     return int.from_bytes(hashlib.sha256(name.encode()).digest()[:8], "big")
-
-
-def rotation_of(unit: UnitSettings) -> FloatArray | None:
-    """Give the (3, 3) nominal rotation from the primary's case frame to the unit's axes, if it is known."""
-    named = unit.sensor_from_primary
-    if isinstance(named, str):
-        raise NotImplementedError
-    stated: FloatArray | None = named
-    return stated
