@@ -29,7 +29,16 @@ CRATES = {
 DEVICE_CRATES = {"tumble-core", "tumble-store"}
 """No operating system, no heap, no unsafe code."""
 
-LEAVES = {"errors", "files", "recording", "documents", "results", "results_spin", "results_redundancy"}
+LEAVES = {
+    "errors",
+    "files",
+    "recording",
+    "documents",
+    "results",
+    "results_spin",
+    "results_align",
+    "results_redundancy",
+}
 """Shared data types and file access, which know nothing of ours above them."""
 
 MODULES: dict[str, set[str]] = {
@@ -39,6 +48,7 @@ MODULES: dict[str, set[str]] = {
     "documents": {"errors", "files", "recording"},
     "results": {"errors", "recording"},
     "results_spin": {"errors", "recording", "results"},
+    "results_align": {"errors", "recording", "results"},
     "results_redundancy": {"errors", "recording"},
     "calibration_spin": LEAVES,
     "calibration_redundancy": LEAVES,

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     )
     from tumble.logs import ReadOptions, list_imus, open_recording, open_writer
     from tumble.poses import Pose, PoseList
+    from tumble.procedures.align import align
     from tumble.procedures.apply import apply
     from tumble.procedures.inspect import inspect
     from tumble.procedures.limits import Limits
@@ -32,10 +33,12 @@ if TYPE_CHECKING:
     from tumble.procedures.turntable import turntable
     from tumble.recording import Chunk, Recording
     from tumble.results import TargetResult, TurntableResult
+    from tumble.results_align import AlignResult
     from tumble.results_redundancy import RedundancyResult
     from tumble.results_spin import SpinResult
 
 __all__ = [
+    "AlignResult",
     "Calibration",
     "CalibrationFileError",
     "Chunk",
@@ -54,6 +57,7 @@ __all__ = [
     "TumbleError",
     "TurntableResult",
     "__version__",
+    "align",
     "apply",
     "inspect",
     "list_imus",
@@ -71,6 +75,7 @@ _HOMES = {
     "tumble.calibration": ("Calibration",),
     "tumble.errors": ("CalibrationFileError", "LogError", "OutputError", "ProcedureError", "TumbleError"),
     "tumble.logs": ("ReadOptions", "list_imus", "open_recording", "open_writer"),
+    "tumble.procedures.align": ("align",),
     "tumble.procedures.apply": ("apply",),
     "tumble.procedures.inspect": ("inspect",),
     "tumble.procedures.simulate": ("simulate_spin", "simulate_turntable"),
@@ -82,6 +87,7 @@ _HOMES = {
     "tumble.procedures.turntable": ("turntable",),
     "tumble.recording": ("Chunk", "Recording"),
     "tumble.results": ("TargetResult", "TurntableResult"),
+    "tumble.results_align": ("AlignResult",),
     "tumble.results_redundancy": ("RedundancyResult",),
     "tumble.results_spin": ("SpinResult",),
 }

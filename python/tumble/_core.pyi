@@ -458,3 +458,60 @@ class RedundancyReplay(TypedDict):
     output_angular_rate: FloatArray
     seconds: float
     """Time the replay took."""
+
+class AlignFigures(TypedDict):
+    """How a secondary sits beside a primary; see `tumble.results_align.UnitAlignment`."""
+
+    correlation: float
+    motion: float
+    window: float
+    pairs: int
+    one_clock: bool
+    rotation_vector: FloatArray
+    rotation_vector_covariance: FloatArray
+    completed: bool
+    sensor_from_primary: FloatArray
+    rotation_covariance: FloatArray
+    rotation_unseen: FloatArray
+    gyroscope_bias: FloatArray
+    gyroscope_bias_sigma: FloatArray
+    gyroscope_stretch: FloatArray
+    time_offset: float
+    time_offset_sigma: float
+    skew: float
+    skew_sigma: float
+    reference_time: float
+    gyroscope_residual: float
+    lever_arm: FloatArray
+    lever_arm_covariance: FloatArray
+    lever_arm_unseen: FloatArray
+    accelerometer_bias: FloatArray
+    accelerometer_bias_sigma: FloatArray
+    accelerometer_angle: FloatArray
+    accelerometer_angle_sigma: FloatArray
+    accelerometer_delay: float
+    accelerometer_delay_sigma: float
+    accelerometer_stretch: FloatArray
+    accelerometer_residual: float
+    primary_saturated: int
+    primary_not_finite: int
+    secondary_saturated: int
+    secondary_not_finite: int
+
+def align_units(
+    primary: tuple[FloatArray, FloatArray, FloatArray],
+    secondary: tuple[FloatArray, FloatArray, FloatArray],
+    *,
+    search: float = 5.0,
+    around: float = 0.0,
+    one_clock: bool = False,
+    rate_bias: tuple[float, float, float] | None = None,
+    rate_bias_sigma: float = 0.1,
+) -> AlignFigures:
+    """Align a secondary with a primary; each is time (n,) s, ascending, specific force and rate (n, 3).
+
+    The secondary's offset, s, is searched for within `search` of `around`; with `one_clock` there is no skew.
+    `rate_bias`, rad/s, is the primary's own.
+
+    Raises `CoreError` with the kinds that `tumble.procedures.align_objections` puts in words.
+    """

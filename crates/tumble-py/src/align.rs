@@ -5,11 +5,11 @@ use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tumble_lab::align::{AlignSettings, Aligned, Refusal, align};
 use tumble_lab::align::track::Track;
+use tumble_lab::align::{AlignSettings, Aligned, Refusal, align};
 
-use crate::turntable::CoreError;
 use crate::convert::{array1, array2, rows, stacked};
+use crate::turntable::CoreError;
 
 /// Samples of one unit, borrowed.
 #[derive(FromPyObject)]
@@ -51,13 +51,17 @@ fn align_units<'py>(
         search,
         around,
         one_clock,
-        rate_bias: (rate_bias.map_or_else(Vector3::zeros, Vector3::from), rate_bias_sigma),
+        rate_bias: (
+            rate_bias.map_or_else(Vector3::zeros, Vector3::from),
+            rate_bias_sigma,
+        ),
         ..AlignSettings::default()
     };
     let (ours, theirs) = (primary.track()?, secondary.track()?);
     let found = py.detach(|| align(&ours, &theirs, &settings));
     let found = found.map_err(|refusal| error(py, &refusal))?;
     let figures = figures(py, &found)?;
+    figures.set_item("one_clock", one_clock)?;
     for (name, track) in [("primary", &ours), ("secondary", &theirs)] {
         figures.set_item(format!("{name}_saturated"), track.saturated)?;
         figures.set_item(format!("{name}_not_finite"), track.not_finite)?;
@@ -72,11 +76,18 @@ fn figures<'py>(py: Python<'py>, found: &Aligned) -> PyResult<Bound<'py, PyDict>
     figures.set_item("motion", found.motion)?;
     figures.set_item("window", found.window)?;
     figures.set_item("pairs", rates.pairs.len())?;
+    let (vector, covariance) = rates.rotation_vector();
+    figures.set_item("rotation_vector", array1(py, &vector))?;
+    figures.set_item("rotation_vector_covariance", array2(py, &covariance))?;
+    figures.set_item("completed", found.completed)?;
     figures.set_item("sensor_from_primary", array2(py, rates.rotation.matrix()))?;
     figures.set_item("rotation_covariance", array2(py, &rates.rotation_covariance))?;
     figures.set_item("rotation_unseen", stacked(py, rates.unseen.iter().copied()))?;
     figures.set_item("gyroscope_bias", array1(py, &rates.bias))?;
-    figures.set_item("gyroscope_bias_sigma", array1(py, &rates.bias_sigma))?;
+    figures.set_item(
+        "gyroscope_bias_sigma",
+        array1(py, &rates.bias_covariance.diagonal().map(f64::sqrt)),
+    )?;
     figures.set_item("gyroscope_stretch", array2(py, &rates.stretch))?;
     figures.set_item("time_offset", rates.clock.offset)?;
     figures.set_item("time_offset_sigma", rates.clock_sigma.0)?;
@@ -90,7 +101,11 @@ fn figures<'py>(py: Python<'py>, found: &Aligned) -> PyResult<Bound<'py, PyDict>
     figures.set_item("accelerometer_bias", array1(py, &forces.bias))?;
     figures.set_item("accelerometer_bias_sigma", array1(py, &forces.bias_sigma))?;
     figures.set_item("accelerometer_angle", array1(py, &forces.angle))?;
-    figures.set_item("accelerometer_angle_sigma", array1(py, &forces.angle_sigma))?;
+    let angle_variance = (forces.angle_covariance + rates.rotation_covariance).diagonal();
+    figures.set_item(
+        "accelerometer_angle_sigma",
+        array1(py, &angle_variance.map(f64::sqrt)),
+    )?;
     figures.set_item("accelerometer_delay", forces.delay)?;
     figures.set_item("accelerometer_delay_sigma", forces.delay_sigma)?;
     figures.set_item("accelerometer_stretch", array2(py, &forces.stretch))?;

@@ -48,6 +48,11 @@ COMMANDS = {
         "redundancy_command",
         "Replay a redundant set: a primary IMU keeps its secondaries calibrated.",
     ),
+    "align": Entry(
+        "tumble.cli.align",
+        "align_command",
+        "Find rotation, time offset and lever arm between units that moved together.",
+    ),
     "apply": Entry("tumble.cli.apply", "apply_command", "Correct a log with a calibration."),
     "inspect": Entry("tumble.cli.inspect", "inspect_command", "Say what logs hold and what they can serve."),
     "simulate": Entry("tumble.cli.simulate_spin", "simulate_app", "Make recordings whose truth is known."),

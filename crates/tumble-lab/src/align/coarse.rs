@@ -84,7 +84,10 @@ fn sums_at(primary: &[Option<Vector3<f64>>], secondary: &[Option<Vector3<f64>>],
         primary: sums.primary + p,
         secondary: sums.secondary + s,
         cross: sums.cross + s * p.transpose(),
-        squares: (sums.squares.0 + p.norm_squared(), sums.squares.1 + s.norm_squared()),
+        squares: (
+            sums.squares.0 + p.norm_squared(),
+            sums.squares.1 + s.norm_squared(),
+        ),
     })
 }
 
@@ -102,7 +105,10 @@ fn shift(windows: usize, sums: &Sums) -> Option<Shift> {
     let (left, right) = (svd.u?, svd.v_t?);
     // Singular values come in descending order; the least of them pays for a reflection.
     let handed = (left * right).determinant().signum();
-    let (others, least) = (svd.singular_values.sum() - svd.singular_values[2], svd.singular_values[2]);
+    let (others, least) = (
+        svd.singular_values.sum() - svd.singular_values[2],
+        svd.singular_values[2],
+    );
     let rotation = left * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, handed)) * right;
     Some(Shift {
         windows,

@@ -22,9 +22,11 @@ const ROUNDS: usize = 20;
 const SETTLED: f64 = 1e-9;
 
 /// 1-sigma of the lever arm before any data, m.
-const LARGEST_ARM: f64 = 10.0;
+const LARGEST_ARM: f64 = 3.0;
 /// 1-sigma of the bias before any data, m/s^2.
 const LARGEST_BIAS: f64 = 5.0;
+/// 1-sigma of the rotation about an axis of which the rates say nothing, once the forces have shown it roughly, rad.
+const UNKNOWN_ANGLE: f64 = 1.0;
 /// 1-sigma of the angle between what the two gyroscopes and what the two accelerometers show of the rotation, rad.
 const LARGEST_ANGLE: f64 = 0.02;
 /// 1-sigma of the time by which the accelerometers are later against each other than the gyroscopes, s.
@@ -35,7 +37,7 @@ const LARGEST_DELAY: f64 = 0.005;
 pub struct ForcesFit {
     /// From primary to secondary, m, the primary's frame; zero along what is not seen.
     pub lever_arm: Vector3<f64>,
-    /// Covariance, m^2; that of the belief along what is not seen.
+    /// Covariance, m^2; nine along what is not seen, as before any data.
     pub lever_arm_covariance: Matrix3<f64>,
     /// Unit vectors, the primary's frame, along which the lever arm is not seen.
     pub unseen: Vec<Vector3<f64>>,
@@ -45,8 +47,8 @@ pub struct ForcesFit {
     pub bias_sigma: Vector3<f64>,
     /// Small rotation of the accelerometers beyond that of the gyroscopes, rad, the secondary's frame.
     pub angle: Vector3<f64>,
-    /// 1-sigma, that of the gyroscopes' rotation included.
-    pub angle_sigma: Vector3<f64>,
+    /// Covariance, rad^2, without that of the gyroscopes' rotation.
+    pub angle_covariance: Matrix3<f64>,
     /// Time by which the accelerometers' offset is larger than that of the gyroscopes, s.
     pub delay: f64,
     /// 1-sigma.
@@ -61,6 +63,8 @@ struct Guess {
     arm: Vector3<f64>,
     bias: Vector3<f64>,
     rotation: Rotation3<f64>,
+    /// Axes of the secondary about which the rates do not show the rotation.
+    axes: Vec<Vector3<f64>>,
     angle: Vector3<f64>,
     stretch: SVector<f64, 6>,
     delay: f64,
@@ -74,6 +78,7 @@ pub fn fit(rates: &RatesFit, settings: &AlignSettings) -> Option<ForcesFit> {
         arm: Vector3::zeros(),
         bias: Vector3::zeros(),
         rotation: rates.rotation,
+        axes: rates.unseen.clone(),
         angle: Vector3::zeros(),
         stretch: SVector::zeros(),
         delay: 0.0,
@@ -146,7 +151,9 @@ impl Guess {
         let mut sigma = SVector::<f64, UNKNOWNS>::repeat(LARGEST_ARM);
         sigma.fixed_rows_mut::<3>(BIAS).fill(LARGEST_BIAS);
         sigma.fixed_rows_mut::<3>(ROTATION).fill(LARGEST_ANGLE);
-        sigma.fixed_rows_mut::<6>(STRETCH).copy_from(&settings.stretch_sigma());
+        sigma
+            .fixed_rows_mut::<6>(STRETCH)
+            .copy_from(&settings.stretch_sigma());
         sigma[DELAY] = LARGEST_DELAY;
         sigma.fixed_rows_mut::<3>(RATE_BIAS).fill(settings.rate_bias.1);
         let mut missing = SVector::<f64, UNKNOWNS>::zeros();
@@ -158,6 +165,11 @@ impl Guess {
         let rate_bias = settings.rate_bias.0 - self.rate_bias;
         missing.fixed_rows_mut::<3>(RATE_BIAS).copy_from(&rate_bias);
         let mut precision = SMatrix::from_diagonal(&sigma.map(|sigma| 1.0 / (sigma * sigma)));
+        let free = 1.0 / (UNKNOWN_ANGLE * UNKNOWN_ANGLE) - 1.0 / (LARGEST_ANGLE * LARGEST_ANGLE);
+        for axis in &self.axes {
+            let mut angle = precision.fixed_view_mut::<3, 3>(ROTATION, ROTATION);
+            angle += axis * axis.transpose() * free;
+        }
         for direction in unseen {
             let mut arm = precision.fixed_view_mut::<3, 3>(0, 0);
             arm += direction * direction.transpose() * HELD;
@@ -185,10 +197,12 @@ impl Guess {
         let row = |k: usize| self.row(&pairs[k]);
         let scale = scale_of((0..pairs.len()).map(|k| row(k).1));
         let belief = self.belief(unseen, settings);
-        let covariance = covariance(pairs.len(), row, |k| pairs[k].block, scale, &belief)?;
-        let variance = covariance.diagonal();
-        let sigma = variance.map(f64::sqrt);
-        let angle_variance = variance.fixed_rows::<3>(ROTATION) + rates.rotation_covariance.diagonal();
+        let mut covariance = covariance(pairs.len(), row, |k| pairs[k].block, scale, &belief)?;
+        for direction in unseen {
+            let mut arm = covariance.fixed_view_mut::<3, 3>(0, 0);
+            arm += direction * direction.transpose() * (LARGEST_ARM * LARGEST_ARM);
+        }
+        let sigma = covariance.diagonal().map(f64::sqrt);
         Some(ForcesFit {
             lever_arm: self.arm,
             lever_arm_covariance: covariance.fixed_view::<3, 3>(0, 0).into_owned(),
@@ -196,7 +210,7 @@ impl Guess {
             bias: self.bias,
             bias_sigma: sigma.fixed_rows::<3>(BIAS).into_owned(),
             angle: self.angle,
-            angle_sigma: angle_variance.map(f64::sqrt),
+            angle_covariance: covariance.fixed_view::<3, 3>(ROTATION, ROTATION).into_owned(),
             delay: self.delay,
             delay_sigma: sigma[DELAY],
             stretch: symmetric(&self.stretch),

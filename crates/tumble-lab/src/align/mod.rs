@@ -2,7 +2,8 @@
 //! lever arm from their specific forces. Derivation: docs/theory/align.md.
 //!
 //! [`track`] takes means of a unit's samples over windows, [`grid`] pairs those of two units, [`coarse`] finds clock and
-//! rotation roughly, [`rates`] finds them to the last digit, [`forces`] finds the lever arm. [`robust`] solves both.
+//! rotation roughly, [`rates`] finds them to the last digit, [`forces`] finds the lever arm. Where the
+//! motion was about one axis, [`gravity`] finds what the rates leave open. [`robust`] solves both fits.
 
 use nalgebra::{SVector, Vector3};
 
@@ -14,6 +15,7 @@ use crate::align::track::{Track, Window, rate_of};
 
 pub mod coarse;
 pub mod forces;
+pub mod gravity;
 pub mod grid;
 pub mod rates;
 pub mod robust;
@@ -68,6 +70,8 @@ pub struct Aligned {
     pub motion: f64,
     /// Length of a window, s.
     pub window: f64,
+    /// Whether the rates left the rotation open about an axis, and the specific forces showed it there.
+    pub completed: bool,
     /// From the rates.
     pub rates: RatesFit,
     /// From the specific forces.
@@ -140,9 +144,12 @@ pub fn align(
     let found = search(&grid, secondary, settings);
     let best = *found.first().ok_or(Refusal::NothingInCommon)?;
     refuse_if_unlike(&best)?;
-    let rates = refined(&grid, secondary, &found, settings)?;
+    let mut rates = refined(&grid, secondary, &found, settings)?;
+    gravity::turn_about_unseen(&mut rates);
     let forces = forces::fit(&rates, settings).ok_or(Refusal::Unsolvable)?;
+    let completed = gravity::complete(&mut rates, &forces);
     Ok(Aligned {
+        completed,
         correlation: best.correlation,
         motion: best.motion,
         window: grid.length,
@@ -153,7 +160,9 @@ pub fn align(
 
 /// Shifts that may be right, best first; a shift of none is the earliest offset of the search.
 fn search(grid: &Grid, secondary: &Track<'_>, settings: &AlignSettings) -> Vec<Shift> {
-    let Some(start) = grid.edges.first() else { return Vec::new() };
+    let Some(start) = grid.edges.first() else {
+        return Vec::new();
+    };
     let most = whole(settings.search / grid.length);
     let count = grid.primary.len() + 2 * most;
     let earliest = start - latest_offset(grid, settings);
@@ -207,7 +216,11 @@ fn refined(
     settings: &AlignSettings,
 ) -> Result<RatesFit, Refusal> {
     let likely = |shift: &&Shift| shift.correlation >= LEAST_CORRELATION;
-    let reference = grid.edges.first().zip(grid.edges.last()).map_or(0.0, |(a, b)| 0.5 * (a + b));
+    let reference = grid
+        .edges
+        .first()
+        .zip(grid.edges.last())
+        .map_or(0.0, |(a, b)| 0.5 * (a + b));
     let fits = found.iter().filter(likely).take(CANDIDATES).filter_map(|shift| {
         #[allow(clippy::cast_precision_loss)]
         let offset = latest_offset(grid, settings) - shift.windows as f64 * grid.length;

@@ -1,8 +1,10 @@
 //! Clock and rotation between two units, from their angular rates alone.
 
+use std::f64::consts::PI;
+
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 use tumble_core::eigen;
-use tumble_core::rotation::cross_matrix;
+use tumble_core::rotation::{cross_matrix, inverse_left_jacobian};
 
 use crate::align::AlignSettings;
 use crate::align::grid::{Clock, Grid, Pair};
@@ -38,7 +40,7 @@ const NO_SKEW: f64 = 1e-12;
 pub struct RatesFit {
     /// `secondary_from_primary`.
     pub rotation: Rotation3<f64>,
-    /// Covariance of a small rotation that follows it, secondary's frame, rad^2.
+    /// Covariance of a small rotation that follows it, secondary's frame, rad^2: pi squared about what is not seen.
     pub rotation_covariance: Matrix3<f64>,
     /// Unit vectors, secondary's frame, about which the rates do not show the rotation.
     pub unseen: Vec<Vector3<f64>>,
@@ -46,8 +48,8 @@ pub struct RatesFit {
     pub stretch: Matrix3<f64>,
     /// Bias of the secondary less that of the primary as the secondary has it, rad/s.
     pub bias: Vector3<f64>,
-    /// 1-sigma.
-    pub bias_sigma: Vector3<f64>,
+    /// Its covariance, (rad/s)^2.
+    pub bias_covariance: Matrix3<f64>,
     /// Clock.
     pub clock: Clock,
     /// 1-sigma of offset, s, and of skew.
@@ -60,6 +62,38 @@ pub struct RatesFit {
     pub deviance: f64,
     /// Pairs, at the clock found.
     pub pairs: Vec<Pair>,
+}
+
+impl RatesFit {
+    /// Rotation vector, rad, and its covariance (docs/theory/align.md, eq. 12).
+    pub fn rotation_vector(&self) -> (Vector3<f64>, Matrix3<f64>) {
+        let vector = self.rotation.scaled_axis();
+        let jacobian = inverse_left_jacobian(&vector);
+        (vector, jacobian * self.rotation_covariance * jacobian.transpose())
+    }
+
+    /// Turns the secondary about one of its axes, with the bias of the primary that it sees turned.
+    pub fn turn(&mut self, axis: &Vector3<f64>, angle: f64) {
+        let turn = Rotation3::new(axis * angle);
+        let mean = self.mean_rate();
+        self.bias += mean - turn * mean;
+        self.rotation = turn * self.rotation;
+    }
+
+    /// Adds a variance, rad^2, about one of the secondary's axes: to rotation, and to the bias that follows from it.
+    pub fn open(&mut self, axis: &Vector3<f64>, variance: f64) {
+        let influence = axis.cross(&self.mean_rate());
+        self.rotation_covariance += axis * axis.transpose() * variance;
+        self.bias_covariance += influence * influence.transpose() * variance;
+    }
+
+    /// Mean rate of the primary, in the secondary's axes, rad/s.
+    fn mean_rate(&self) -> Vector3<f64> {
+        #[allow(clippy::cast_precision_loss)]
+        let share = 1.0 / self.pairs.len().max(1) as f64;
+        let rates = self.pairs.iter().map(|pair| rate_of(&pair.primary.mean));
+        self.rotation * rates.sum::<Vector3<f64>>() * share
+    }
 }
 
 /// The six unknowns of a symmetric matrix as entries (row, column).
@@ -92,7 +126,11 @@ pub fn fit(
         let row = |k: usize| guess.row(&pairs[k]);
         let scale = scale_of((0..pairs.len()).map(|k| row(k).1));
         let unseen = guess.unseen(&pairs, scale);
-        let next = step(pairs.len(), row, &guess.belief(&clock, &unseen, grid.length, settings))?;
+        let next = step(
+            pairs.len(),
+            row,
+            &guess.belief(&clock, &unseen, grid.length, settings),
+        )?;
         guess.change(&next.change, grid.length);
         pairs = grid.pairs(secondary, &guess.clock);
         if next.change.fixed_rows::<3>(0).norm() < SETTLED && next.change[OFFSET].abs() < SETTLED {
@@ -135,7 +173,11 @@ impl Guess {
     fn unseen(&self, pairs: &[Pair], scale: f64) -> Vec<Vector3<f64>> {
         #[allow(clippy::cast_precision_loss)]
         let share = 1.0 / pairs.len().max(1) as f64;
-        let rates = || pairs.iter().map(|pair| self.rotation * rate_of(&pair.primary.mean));
+        let rates = || {
+            pairs
+                .iter()
+                .map(|pair| self.rotation * rate_of(&pair.primary.mean))
+        };
         let mean = rates().sum::<Vector3<f64>>() * share;
         let spread: Matrix3<f64> = rates().map(|w| (w - mean) * (w - mean).transpose() * share).sum();
         let information = Matrix3::identity() * spread.trace() - spread;
@@ -150,7 +192,9 @@ impl Guess {
         settings: &AlignSettings,
     ) -> Belief<UNKNOWNS> {
         let mut sigma = SVector::<f64, UNKNOWNS>::repeat(1.0);
-        sigma.fixed_rows_mut::<6>(STRETCH).copy_from(&settings.stretch_sigma());
+        sigma
+            .fixed_rows_mut::<6>(STRETCH)
+            .copy_from(&settings.stretch_sigma());
         sigma.fixed_rows_mut::<3>(BIAS).fill(LARGEST_BIAS);
         sigma[OFFSET] = 2.0 * window;
         sigma[SKEW] = if settings.one_clock { NO_SKEW } else { LARGEST_SKEW };
@@ -189,25 +233,31 @@ impl Guess {
         let belief = self.belief(start, &unseen, grid.length, settings);
         let deviance = step(pairs.len(), row, &belief)?.deviance;
         let covariance = covariance(pairs.len(), row, |k| pairs[k].block, scale, &belief)?;
-        let sigma = covariance.diagonal().map(f64::sqrt);
         let matrix = self.matrix();
         let slopes = pairs
             .iter()
             .map(|pair| rate_of(&pair.secondary.slope) - matrix * rate_of(&pair.primary.slope));
-        Some(RatesFit {
+        let mut fit = RatesFit {
             rotation: self.rotation,
             rotation_covariance: covariance.fixed_view::<3, 3>(0, 0).into_owned(),
             unseen,
             stretch: symmetric(&self.stretch),
             bias: self.bias,
-            bias_sigma: sigma.fixed_rows::<3>(BIAS).into_owned(),
+            bias_covariance: covariance.fixed_view::<3, 3>(BIAS, BIAS).into_owned(),
             clock: self.clock,
-            clock_sigma: (sigma[OFFSET], sigma[SKEW]),
+            clock_sigma: (
+                covariance[(OFFSET, OFFSET)].sqrt(),
+                covariance[(SKEW, SKEW)].sqrt(),
+            ),
             scale,
             slope_scale: scale_of(slopes),
             deviance,
             pairs,
-        })
+        };
+        for axis in fit.unseen.clone() {
+            fit.open(&axis, PI * PI);
+        }
+        Some(fit)
     }
 }
 
@@ -233,5 +283,8 @@ pub fn set_stretch<const N: usize>(design: &mut SMatrix<f64, 3, N>, column: usiz
 pub fn directions_below(matrix: &Matrix3<f64>, limit: f64) -> Vec<Vector3<f64>> {
     let (values, vectors) = eigen::symmetric(*matrix);
     let below = |k: &usize| values[*k] <= limit;
-    (0..3).filter(below).map(|k| vectors.column(k).into_owned()).collect()
+    (0..3)
+        .filter(below)
+        .map(|k| vectors.column(k).into_owned())
+        .collect()
 }

@@ -109,7 +109,8 @@ pub fn covariance<const N: usize>(
     let mut covariance = inverse * belief.precision * inverse;
     for (_, without, score) in &blocks {
         // A block without which nothing could be solved keeps the influence it has beside the others.
-        let change = Cholesky::new(normal - without).map_or_else(|| inverse * score, |rest| rest.solve(score));
+        let change =
+            Cholesky::new(normal - without).map_or_else(|| inverse * score, |rest| rest.solve(score));
         covariance += change * change.transpose() * share;
     }
     Some(covariance)

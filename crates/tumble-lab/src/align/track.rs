@@ -117,8 +117,18 @@ impl<'a> Track<'a> {
         self.means(edges, |i| {
             let (w, f) = (self.rate[i], self.force[i]);
             SVector::from([
-                w[0], w[1], w[2], f[0], f[1], f[2],
-                w[0] * w[0], w[0] * w[1], w[0] * w[2], w[1] * w[1], w[1] * w[2], w[2] * w[2],
+                w[0],
+                w[1],
+                w[2],
+                f[0],
+                f[1],
+                f[2],
+                w[0] * w[0],
+                w[0] * w[1],
+                w[0] * w[2],
+                w[1] * w[1],
+                w[1] * w[2],
+                w[2] * w[2],
             ])
         })
     }
@@ -159,6 +169,11 @@ impl<'a> Track<'a> {
                 return None;
             }
             let (from, to) = (self.time[step].max(start), self.time[step + 1].min(end));
+            // Two samples with one time stamp have no piece between them.
+            if to <= from {
+                step += 1;
+                continue;
+            }
             let (y, next) = (sample(step), sample(step + 1));
             let slope = (next - y) / (self.time[step + 1] - self.time[step]);
             // A straight piece: its mean is that of its middle, its moment that of its slope besides.
@@ -205,7 +220,11 @@ fn range(rows: &[[f64; 3]], axis: usize, smallest: f64) -> (f64, f64) {
         let at = readings().filter(|y| *y == extreme).count();
         let near = readings().filter(|y| *y >= NEAR * extreme).count() - at;
         let piled_up = extreme > smallest && at >= PILED_UP && at > near;
-        if piled_up { sign * extreme } else { sign * f64::INFINITY }
+        if piled_up {
+            sign * extreme
+        } else {
+            sign * f64::INFINITY
+        }
     };
     (end(-1.0), end(1.0))
 }
