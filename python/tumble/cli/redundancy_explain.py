@@ -32,13 +32,19 @@ def default_text(setting: Explained) -> str:
     """Give the default as it would be typed."""
     if setting.default is None:
         return "none"
-    return str(setting.default).lower() if isinstance(setting.default, bool) else str(setting.default)
+    if isinstance(setting.default, bool):
+        return str(setting.default).lower()
+    return f"{setting.default:.10g}" if isinstance(setting.default, float) else str(setting.default)
 
 
-def meaning_text(setting: Explained) -> str:
-    """Give the meaning, and the words that may be chosen from."""
-    choices = f" One of: {', '.join(setting.choices)}." if setting.choices else ""
-    return setting.meaning.replace("`", "") + choices
+def typed_choices(setting: Explained) -> str:
+    """Give the words that may be chosen from, as they would be typed."""
+    return ", ".join(f"`{choice}`" for choice in setting.choices)
+
+
+def _meaning(setting: Explained) -> str:
+    choices = f" One of {typed_choices(setting)}." if setting.choices else ""
+    return f"{setting.meaning}{choices}".replace("\n", " ").replace("`", "")
 
 
 def _content(setting: Explained) -> dict[str, object]:
@@ -69,4 +75,4 @@ def _rows() -> Iterator[tuple[str, ...]]:
             group = setting.group
             yield (f"[bold]{group}[/bold]", "", "", "")
         unit = readable_unit(setting.unit)
-        yield (f"  {setting.name}", default_text(setting), unit, meaning_text(setting))
+        yield (f"  {setting.name}", default_text(setting), unit, _meaning(setting))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -67,7 +66,7 @@ def redundancy(
     blocks = SideBySide(units, [own.time_offset for own in known], progress)
     replayed = replay(monitor, blocks, commands, tuple(unit.name for unit in units))
     events = (*_rejections(rejected, blocks.start), *replayed.events)
-    found = tuple(_errors(monitor, identities, events))
+    found = tuple(_errors(monitor, identities))
     if errors is not None:
         keep_adopted(errors, found, identities)
     return RedundancyResult(
@@ -155,6 +154,8 @@ def _known_units(settings: RedundancySettings, units: Sequence[Unit]) -> list[Un
             raise ProcedureError(
                 f"units: {names[0]}: is the primary, from which {stated} is counted; leave it out"
             )
+    if set(known[0].axes) != set(CHANNELS):
+        raise ProcedureError(f"units: {names[0]}: is the primary, which needs all of {' '.join(CHANNELS)}")
     return known
 
 
@@ -238,20 +239,12 @@ def _rejections(rejected: Sequence[Rejected], time: float) -> Iterator[Redundanc
         yield RedundancyEvent(time, each.unit, "record rejected", figures)
 
 
-def _errors(
-    monitor: _core.RedundancyMonitor, identities: Sequence[Identified], events: Sequence[RedundancyEvent]
-) -> Iterator[SecondaryError]:
-    """Give what the monitor holds, with the time at which it was adopted."""
+def _errors(monitor: _core.RedundancyMonitor, identities: Sequence[Identified]) -> Iterator[SecondaryError]:
+    """Give what the monitor holds."""
     names = {unit.identity: unit.name for unit in identities}
-    adopted = {
-        (event.unit, event.figures["sensor"], event.figures["sequence"]): event.time
-        for event in events
-        if event.event == "adopted"
-    }
     for record in monitor.records():
         fields: dict[str, Any] = dict(record)
-        error = SecondaryError(unit=names[fields.pop("identity")], adopted=None, **fields)
-        yield replace(error, adopted=adopted.get((error.unit, error.sensor, error.sequence)))
+        yield SecondaryError(unit=names[fields.pop("identity")], **fields)
 
 
 def _warnings(

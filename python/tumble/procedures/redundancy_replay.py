@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
@@ -32,11 +33,18 @@ class Replayed:
     seconds: float = 0.0
     """Time the replay took."""
     parts: list[_core.RedundancyReplay] = field(default_factory=list)
+    kept: list[slice] = field(default_factory=list)
+    """Windows of each part: one that lies across two blocks is told of in both."""
+    last_window: float = math.nan
 
     def add(self, part: _core.RedundancyReplay) -> None:
         """Take in what one block gave."""
         self.seconds += part["seconds"]
         self.parts.append(part)
+        times = part["window_time"]
+        again = len(times) > 0 and float(times[0]) == self.last_window
+        self.kept.append(slice(int(again), None))
+        self.last_window = float(times[-1]) if len(times) else self.last_window
         self.events += [
             RedundancyEvent(time, self.names[unit], event, figures)
             for time, unit, event, figures in part["events"]
@@ -45,7 +53,9 @@ class Replayed:
     @property
     def window_time(self) -> FloatArray:
         """(n,) s, middle of each window."""
-        return np.concatenate([part["window_time"] for part in self.parts])
+        return np.concatenate(
+            [part["window_time"][kept] for part, kept in zip(self.parts, self.kept, strict=True)]
+        )
 
     def traces(self) -> tuple[UnitTrace, ...]:
         """Means of each unit over all windows."""
@@ -55,7 +65,12 @@ class Replayed:
         )
 
     def _trace(self, which: str, unit: int) -> FloatArray:
-        return np.concatenate([part[which][unit] for part in self.parts])  # type: ignore[literal-required]
+        return np.concatenate(
+            [
+                part[which][unit][kept]  # type: ignore[literal-required]
+                for part, kept in zip(self.parts, self.kept, strict=True)
+            ]
+        )
 
     def selected(self, end: float) -> Iterator[Selected]:
         """Spans in which one unit was the source, up to the end of the logs, s."""
@@ -80,7 +95,9 @@ def replay(
     waiting = sorted(commands)
     for block in blocks:
         _refuse_early(waiting, blocks.start)
-        due = [command for command in waiting if command[0] <= blocks.end]
+        # A command is given with the first sample that is not before it, so there has to be one.
+        latest = max(float(time.max()) for time, _, _ in block if len(time))
+        due = [command for command in waiting if command[0] <= latest]
         waiting = waiting[len(due) :]
         replayed.add(_push(monitor, block, due))
     if not replayed.parts:

@@ -184,25 +184,28 @@ class HealthSettings(Document):
     late: float = _positive(0.1, "s")
     """Time without a sample after which a unit is late."""
     frozen: float = _positive(0.1, "s")
-    """Time without any change in its readings after which a unit is frozen."""
+    """Time in which all axes of a sensor repeat their readings, until it is frozen; three times that for one
+    axis alone."""
     saturated: float = _positive(0.05, "s")
-    """Time at the end of its range after which a unit is saturated."""
+    """Time at the end of its range, or without finite numbers, that a sensor may spend; forgiven slowly."""
     spike_specific_force: float = _positive(40.0, "m/s^2")
-    """Jump of specific force from sample to sample, and back, that is a spike."""
+    """Specific force that leaves by more, and is back with the next sample, is a spike."""
     spike_angular_rate: float = _positive(10.0, "rad/s")
-    """Jump of angular rate from sample to sample, and back, that is a spike."""
+    """Angular rate that leaves by more, and is back with the next sample, is a spike."""
     family_specific_force: float = _positive(1.0, "m/s^2")
     """Distance from the median of all units, from three up, beyond which specific force is out of family."""
     family_angular_rate: float = _positive(0.1, "rad/s")
     """Distance from the median of all units, from three up, beyond which angular rate is out of family."""
     family_time: float = _positive(0.5, "s")
-    """Time out of family after which a unit is unhealthy."""
+    """Time out of family, or too noisy, after which a unit is unhealthy."""
     noise_ratio: float = _setting(5.0, "", gt=1.0)
-    """Noise at rest, as a multiple of what it was, beyond which a unit is noisy."""
+    """Scatter of a unit, as a multiple of the median of all, beyond which it is noisy."""
     rest_specific_force: float = _positive(1.5, "m/s^2")
     """Deviation of specific force from gravity at rest that no error of a working unit explains."""
     rest_angular_rate: float = _positive(0.2, "rad/s")
     """Angular rate at rest that no error of a working unit explains."""
+    recovery: float = _positive(0.5, "s")
+    """Time in which nothing may have been wrong until a unit is healthy again."""
 
 
 class SelectionSettings(Document):
