@@ -133,7 +133,7 @@ impl<'a> Track<'a> {
         })
     }
 
-    /// Integrals of the polygon through the samples; none over windows that hold a step that is not sound.
+    /// Integrals of the smooth curve through the samples; none over windows that hold a step that is not sound.
     fn means<const N: usize>(
         &self,
         edges: &[f64],
@@ -168,25 +168,63 @@ impl<'a> Track<'a> {
             if !self.sound[step] {
                 return None;
             }
-            let (from, to) = (self.time[step].max(start), self.time[step + 1].min(end));
-            // Two samples with one time stamp have no piece between them.
-            if to <= from {
-                step += 1;
-                continue;
+            let duration = self.time[step + 1] - self.time[step];
+            // Two samples with one time stamp have nothing between them.
+            if duration > 0.0 {
+                let share = |time: f64| ((time - self.time[step]) / duration).clamp(0.0, 1.0);
+                let (of_one, of_share) = self.piece(step, sample).integrals(share(start), share(end));
+                sum += of_one * duration;
+                moment += (of_share * duration + of_one * (self.time[step] - middle)) * duration;
             }
-            let (y, next) = (sample(step), sample(step + 1));
-            let slope = (next - y) / (self.time[step + 1] - self.time[step]);
-            // A straight piece: its mean is that of its middle, its moment that of its slope besides.
-            let (half, at) = (0.5 * (to - from), 0.5 * (from + to));
-            let value = y + slope * (at - self.time[step]);
-            sum += value * (2.0 * half);
-            moment += value * (2.0 * half * (at - middle)) + slope * (2.0 / 3.0 * half.powi(3));
             step += 1;
         }
         Some(Window {
             mean: sum / length,
             moment: moment / (length * length),
         })
+    }
+
+    /// The cubic through two samples whose slopes at both are those of the parabolas through their neighbours: a
+    /// polygon takes a thousandth off a motion of 2 Hz at 100 Hz, which units at different rates would not share.
+    fn piece<const N: usize>(&self, step: usize, sample: &impl Fn(usize) -> SVector<f64, N>) -> Cubic<N> {
+        let (y, next) = (sample(step), sample(step + 1));
+        let duration = self.time[step + 1] - self.time[step];
+        let rise = next - y;
+        let bent = |neighbour: Option<usize>, rise_beyond: &dyn Fn(usize) -> SVector<f64, N>| {
+            let beyond = neighbour.filter(|other| self.sound.get(*other).copied().unwrap_or(false));
+            let Some(other) = beyond else { return rise };
+            let other_duration = self.time[other + 1] - self.time[other];
+            if other_duration <= 0.0 {
+                return rise;
+            }
+            let slope = rise_beyond(other) * (duration / other_duration);
+            (slope * duration + rise * other_duration) / (duration + other_duration)
+        };
+        let first = bent(step.checked_sub(1), &|before| y - sample(before));
+        let last = bent(Some(step + 1), &|after| sample(after + 1) - next);
+        Cubic([
+            y,
+            first,
+            rise * 3.0 - first * 2.0 - last,
+            first + last - rise * 2.0,
+        ])
+    }
+}
+
+/// Coefficients of a cubic in the share of a step.
+struct Cubic<const N: usize>([SVector<f64, N>; 4]);
+
+impl<const N: usize> Cubic<N> {
+    /// Integrals of the cubic, and of the cubic times the share, between two shares.
+    fn integrals(&self, from: f64, to: f64) -> (SVector<f64, N>, SVector<f64, N>) {
+        let (mut of_one, mut of_share) = (SVector::zeros(), SVector::zeros());
+        let (mut low, mut high) = (from, to);
+        for (coefficient, power) in self.0.iter().zip([1.0, 2.0, 3.0, 4.0]) {
+            of_one += coefficient * ((high - low) / power);
+            (low, high) = (low * from, high * to);
+            of_share += coefficient * ((high - low) / (power + 1.0));
+        }
+        (of_one, of_share)
     }
 }
 
