@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from tumble.procedures.limits import Limits
     from tumble.procedures.redundancy import redundancy
     from tumble.procedures.redundancy_settings import RedundancySettings
-    from tumble.procedures.simulate import simulate_spin, simulate_turntable
+    from tumble.procedures.simulate import simulate_flight, simulate_spin, simulate_turntable
     from tumble.procedures.spin import spin
     from tumble.procedures.turntable import turntable
     from tumble.recording import Chunk, Recording
@@ -64,6 +64,7 @@ __all__ = [
     "open_recording",
     "open_writer",
     "redundancy",
+    "simulate_flight",
     "simulate_spin",
     "simulate_turntable",
     "spin",
@@ -78,7 +79,7 @@ _HOMES = {
     "tumble.procedures.align": ("align",),
     "tumble.procedures.apply": ("apply",),
     "tumble.procedures.inspect": ("inspect",),
-    "tumble.procedures.simulate": ("simulate_spin", "simulate_turntable"),
+    "tumble.procedures.simulate": ("simulate_flight", "simulate_spin", "simulate_turntable"),
     "tumble.poses": ("Pose", "PoseList"),
     "tumble.procedures.limits": ("Limits",),
     "tumble.procedures.redundancy": ("redundancy",),

@@ -200,14 +200,20 @@ class TriadTruthFigures(TypedDict):
     quantisation: float
 
 class SimulatedUnitFigures(TypedDict):
-    """What a unit recorded, and its truth; `clock` is offset in s, skew without unit, phase in samples."""
+    """What a unit recorded, and its truth; `clock` is offset in s, skew without unit, phase in samples.
+
+    `arrival` is s of the session's clock; `ageing` m/s^2 and rad/s; `package_from_case` (3, 3).
+    """
 
     time: FloatArray
+    arrival: FloatArray
     accelerometer: FloatArray
     gyroscope: FloatArray
     temperature: FloatArray
     accelerometer_truth: TriadTruthFigures
     gyroscope_truth: TriadTruthFigures
+    ageing: tuple[FloatArray, FloatArray]
+    package_from_case: FloatArray
     clock: tuple[float, float, float]
 
 class TrueRestFigures(TypedDict):
@@ -250,6 +256,35 @@ class SimulatedSpinFigures(TypedDict):
     turns: FloatArray
     turned: FloatArray
 
+class TrueMotionFigures(TypedDict):
+    """True motion of the primary's place; see `tumble.procedures.simulate.FlightTruth`."""
+
+    specific_force: FloatArray
+    angular_rate: FloatArray
+    angular_acceleration: FloatArray
+
+class TruePathFigures(TypedDict):
+    """See `tumble.procedures.simulate.FlightPath`."""
+
+    level_from_case: FloatArray
+    velocity: FloatArray
+
+class FlightMotion:
+    """The true motion of the primary's place at times (n,) s."""
+
+    def truth(self, time: FloatArray) -> TrueMotionFigures: ...
+    def path(self, time: FloatArray) -> TruePathFigures: ...
+
+class SimulatedFlightFigures(TypedDict):
+    """A flight with its truth; see `tumble.procedures.simulate.SimulatedFlight`."""
+
+    duration: float
+    rests: FloatArray
+    manoeuvres: FloatArray
+    units: list[SimulatedUnitFigures]
+    motion: FlightMotion
+
+def simulate_flight(scenario: Mapping[str, Any]) -> SimulatedFlightFigures: ...
 def simulate_spin(scenario: Mapping[str, Any]) -> SimulatedSpinFigures: ...
 def simulate_turntable(scenario: Mapping[str, Any]) -> SimulatedSession: ...
 

@@ -7,6 +7,7 @@ mod align;
 mod convert;
 mod correct;
 mod simulate;
+mod simulate_flight;
 mod simulate_spin;
 mod spin;
 mod spin_figures;
@@ -20,6 +21,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     align::register(module)?;
     correct::register(module)?;
     simulate::register(module)?;
+    simulate_flight::register(module)?;
     simulate_spin::register(module)?;
     spin::register(module)?;
     spin_machine::register(module)?;

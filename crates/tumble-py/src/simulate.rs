@@ -11,7 +11,9 @@ use tumble_lab::simulate::motion::{Pose, Table};
 use tumble_lab::simulate::sensor::{Geometry, Triad};
 use tumble_lab::simulate::turn::{Limits, Profile};
 use tumble_lab::simulate::turntable::{Scenario, Session, simulate};
-use tumble_lab::simulate::unit::{Clock, ClockSetup, Conditions, Mounting, Unit, UnitRecord, Warming};
+use tumble_lab::simulate::unit::{
+    Ageing, Clock, ClockSetup, Conditions, Mounting, Unit, UnitRecord, Warming,
+};
 
 use crate::convert::{array1, array2, stacked};
 
@@ -58,7 +60,14 @@ struct ClockInput {
     drawn: bool,
     offset: f64,
     skew: f64,
-    phase: f64,
+    phase: Option<f64>,
+}
+
+/// What a bias has moved by, or a multiple of the turn-on bias that it has moved by, drawn.
+#[derive(FromPyObject)]
+enum AgeingInput {
+    Multiple(f64),
+    Vector([f64; 3]),
 }
 
 #[derive(FromPyObject)]
@@ -75,13 +84,15 @@ pub(crate) struct FaultInput {
 
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-struct UnitInput {
+pub(crate) struct UnitInput {
     grade: GradeInput,
     perfect: bool,
     rate: f64,
     mounting: RotationInput,
+    ageing: [AgeingInput; 2],
     lever_arm: [f64; 3],
     clock: ClockInput,
+    latency: f64,
     faults: Vec<FaultInput>,
 }
 
@@ -159,10 +170,19 @@ impl From<ClockInput> for ClockSetup {
             skew,
             phase,
         } = input;
-        if drawn {
-            ClockSetup::Drawn { offset, skew }
-        } else {
-            ClockSetup::Given(Clock { offset, skew, phase })
+        match phase {
+            _ if drawn => ClockSetup::Drawn { offset, skew },
+            None => ClockSetup::Unphased { offset, skew },
+            Some(phase) => ClockSetup::Given(Clock { offset, skew, phase }),
+        }
+    }
+}
+
+impl From<AgeingInput> for Ageing {
+    fn from(input: AgeingInput) -> Self {
+        match input {
+            AgeingInput::Multiple(multiple) => Ageing::Drawn(multiple),
+            AgeingInput::Vector(bias) => Ageing::Given(bias.into()),
         }
     }
 }
@@ -193,6 +213,29 @@ impl TryFrom<FaultInput> for Fault {
             "saturated" => Fault::Saturated {
                 channels,
                 limit: size,
+                from,
+                to,
+            },
+            "frozen" => Fault::Frozen { from, to },
+            "spikes" => Fault::Spikes {
+                channels,
+                axis,
+                from,
+                to,
+                size,
+            },
+            "bias" => Fault::BiasMoves {
+                channels,
+                axis,
+                from,
+                to,
+                by: size,
+            },
+            "noise" => Fault::Noise {
+                channels,
+                from,
+                to,
+                sigma: size,
             },
             "nan" => Fault::NotANumber {
                 channels,
@@ -211,7 +254,8 @@ impl TryFrom<FaultInput> for Fault {
             },
             "gap" => Fault::Gap { from, to },
             "doubled" => Fault::Doubled { from, to },
-            "time-backwards" => Fault::TimeBackwards { at: from, by: size },
+            "late" => Fault::Late { from, to, by: size },
+            "clock-jump" => Fault::ClockJump { at: from, by: size },
             name => return Err(unknown("fault", name)),
         })
     }
@@ -231,8 +275,10 @@ impl TryFrom<UnitInput> for Unit {
             rate: input.rate,
             package_from_case: input.mounting.into(),
             biases: [None; 2],
+            ageing: input.ageing.map(Ageing::from),
             lever_arm: input.lever_arm.into(),
             clock: input.clock.into(),
+            latency: input.latency,
             faults: input
                 .faults
                 .into_iter()
@@ -354,11 +400,13 @@ pub(crate) fn unit(py: Python<'_>, record: UnitRecord) -> PyResult<Bound<'_, PyD
     let figures = PyDict::new(py);
     let Samples {
         time,
+        arrival,
         accelerometer,
         gyroscope,
         temperature,
     } = samples;
     figures.set_item("time", PyArray1::from_vec(py, time))?;
+    figures.set_item("arrival", PyArray1::from_vec(py, arrival))?;
     figures.set_item("accelerometer", table(py, accelerometer)?)?;
     figures.set_item("gyroscope", table(py, gyroscope)?)?;
     figures.set_item("temperature", PyArray1::from_vec(py, temperature))?;
@@ -366,6 +414,10 @@ pub(crate) fn unit(py: Python<'_>, record: UnitRecord) -> PyResult<Bound<'_, PyD
     figures.set_item("accelerometer_truth", triad(py, &truth.accelerometer, drift)?)?;
     let drift = &truth.gyroscope_drift;
     figures.set_item("gyroscope_truth", triad(py, &truth.gyroscope, drift)?)?;
+    let [accelerometer, gyroscope] = truth.ageing.map(|bias| array1(py, &bias));
+    figures.set_item("ageing", (accelerometer, gyroscope))?;
+    let package = array2(py, truth.package_from_case.matrix());
+    figures.set_item("package_from_case", package)?;
     let clock = truth.clock;
     figures.set_item("clock", (clock.offset, clock.skew, clock.phase))?;
     Ok(figures)

@@ -1,7 +1,7 @@
 //! Robots that turn on the spot, with known truth: plain mappings in, arrays out.
 
 use nalgebra::Vector3;
-use numpy::{PyArray1, PyArray2};
+use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -9,11 +9,12 @@ use tumble_lab::simulate::fault::{Channels, Fault};
 use tumble_lab::simulate::floor::Floor;
 use tumble_lab::simulate::motion::Course;
 use tumble_lab::simulate::sensor::Geometry;
-use tumble_lab::simulate::spot::{Disturbance, Plan, Span, SpotMotion, Step, mounted, reported_bearing};
+use tumble_lab::simulate::span::Span;
+use tumble_lab::simulate::spot::{Disturbance, Plan, SpotMotion, Step, mounted, reported_bearing};
 use tumble_lab::simulate::stream::{Purpose, stream};
-use tumble_lab::simulate::unit::{Clock, ClockSetup, Conditions, Mounting, Unit, Warming, record};
+use tumble_lab::simulate::unit::{Ageing, Clock, ClockSetup, Conditions, Mounting, Unit, Warming, record};
 
-use crate::convert::array1;
+use crate::convert::{array1, spans};
 use crate::simulate::{FaultInput, GradeInput, unit, unknown};
 
 #[derive(FromPyObject)]
@@ -64,7 +65,7 @@ struct SpinInput {
     temperature: f64,
 }
 
-/// Largest number of samples; one takes 64 bytes.
+/// Largest number of samples; one takes 72 bytes.
 const MOST_SAMPLES: f64 = 1e8;
 
 impl TryFrom<StepInput> for Step {
@@ -144,8 +145,10 @@ fn imu(input: SpinInput, lever_arm: Vector3<f64>) -> PyResult<Unit> {
         rate: input.rate,
         package_from_case: Mounting::Given(Vector3::zeros()),
         biases: [input.accelerometer_bias, input.gyroscope_bias].map(|bias| bias.map(Vector3::from)),
+        ageing: [Ageing::NONE; 2],
         lever_arm,
         clock: ClockSetup::Given(Clock::SESSION),
+        latency: 0.0,
         faults,
     })
 }
@@ -191,21 +194,13 @@ fn simulate_spin(py: Python<'_>, mut plan_of: SpinInput) -> PyResult<Py<PyDict>>
     result.set_item("heading", PyArray1::from_iter(py, heading))?;
     let moving = time.iter().map(|t| f64::from(u8::from(motion.wheels_turn(*t))));
     result.set_item("moving", PyArray1::from_iter(py, moving))?;
-    result.set_item("rests", spans(py, motion.rests())?)?;
+    result.set_item("rests", spans(py, &motion.rests())?)?;
     let turns = motion.turns();
-    result.set_item("turns", spans(py, turns.iter().map(|(span, _)| *span).collect())?)?;
+    let turning: Vec<Span> = turns.iter().map(|(span, _)| *span).collect();
+    result.set_item("turns", spans(py, &turning)?)?;
     let angles = turns.iter().map(|(_, angle)| *angle);
     result.set_item("turned", PyArray1::from_iter(py, angles))?;
     Ok(result.unbind())
-}
-
-/// (k, 2) start and end, s.
-fn spans(py: Python<'_>, spans: Vec<Span>) -> PyResult<Py<PyArray2<f64>>> {
-    if spans.is_empty() {
-        return Ok(PyArray2::zeros(py, [0, 2], false).unbind());
-    }
-    let rows: Vec<Vec<f64>> = spans.iter().map(|span| vec![span.start, span.end]).collect();
-    Ok(PyArray2::from_vec2(py, &rows)?.unbind())
 }
 
 /// Adds what is here to the module.

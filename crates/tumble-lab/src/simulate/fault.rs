@@ -3,6 +3,12 @@
 //! Times are those of the session, in seconds; each unit meets them on its own clock.
 
 use nalgebra::{Rotation3, Vector3};
+use rand::RngExt;
+
+use crate::simulate::stream::{Stream, normal_vector};
+
+/// Share of the readings that spike.
+const SPIKES: f64 = 0.05;
 
 /// Accelerometers or gyroscopes of a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,12 +49,60 @@ pub enum Fault {
         /// rad.
         angle: f64,
     },
-    /// Readings end at a magnitude below the range.
+    /// All axes of both triads repeat their last reading for a while.
+    Frozen {
+        /// s.
+        from: f64,
+        /// s.
+        to: f64,
+    },
+    /// Readings end, for a while, at a magnitude below the range.
     Saturated {
         /// Triad it is in.
         channels: Channels,
         /// Unit of the triad.
         limit: f64,
+        /// s.
+        from: f64,
+        /// s.
+        to: f64,
+    },
+    /// Single readings of one axis are far off, either way: the first of a while, and one in twenty after it.
+    Spikes {
+        /// Triad it is in.
+        channels: Channels,
+        /// 0, 1 or 2.
+        axis: usize,
+        /// s.
+        from: f64,
+        /// s.
+        to: f64,
+        /// Unit of the triad.
+        size: f64,
+    },
+    /// The bias of one axis moves evenly to another value, or at once, and stays there.
+    BiasMoves {
+        /// Triad it is in.
+        channels: Channels,
+        /// 0, 1 or 2.
+        axis: usize,
+        /// s.
+        from: f64,
+        /// s.
+        to: f64,
+        /// Unit of the triad.
+        by: f64,
+    },
+    /// White noise comes on top, more and more of it, and stays.
+    Noise {
+        /// Triad it is in.
+        channels: Channels,
+        /// s.
+        from: f64,
+        /// s.
+        to: f64,
+        /// Scatter of a sample from `to` on, unit of the triad.
+        sigma: f64,
     },
     /// One axis says nothing for a while.
     NotANumber {
@@ -94,11 +148,20 @@ pub enum Fault {
         /// s.
         to: f64,
     },
-    /// The clock jumps backwards.
-    TimeBackwards {
+    /// Samples arrive late; their time stamps are as before.
+    Late {
+        /// s.
+        from: f64,
+        /// s.
+        to: f64,
+        /// s.
+        by: f64,
+    },
+    /// The clock jumps.
+    ClockJump {
         /// s.
         at: f64,
-        /// s.
+        /// Backwards where negative, s.
         by: f64,
     },
 }
@@ -108,6 +171,8 @@ pub enum Fault {
 pub struct Samples {
     /// s, the unit's own clock.
     pub time: Vec<f64>,
+    /// When each was at hand, s, the clock of the session; never descends.
+    pub arrival: Vec<f64>,
     /// m/s^2.
     pub accelerometer: Vec<[f64; 3]>,
     /// rad/s.
@@ -141,6 +206,7 @@ impl Samples {
     /// The samples of these indices, in this order.
     fn select(&mut self, rows: &[usize]) {
         self.time = rows.iter().map(|&row| self.time[row]).collect();
+        self.arrival = rows.iter().map(|&row| self.arrival[row]).collect();
         self.accelerometer = rows.iter().map(|&row| self.accelerometer[row]).collect();
         self.gyroscope = rows.iter().map(|&row| self.gyroscope[row]).collect();
         self.temperature = rows.iter().map(|&row| self.temperature[row]).collect();
@@ -170,19 +236,73 @@ impl Fault {
         }
     }
 
-    /// Spoils finished readings; `clock` turns session time into that of the unit.
-    pub fn spoil(&self, samples: &mut Samples, clock: impl Fn(f64) -> f64) {
+    /// Stirs what is added to the readings of a triad before they are rounded and end at the range.
+    ///
+    /// `rows` are samples at the session times `time`, s.
+    pub fn stir(
+        &self,
+        of: Channels,
+        rows: &mut [[f64; 3]],
+        time: impl Fn(usize) -> f64,
+        random: &mut Stream,
+    ) {
         match *self {
-            // These two are in the readings from the start.
-            Fault::Scale { .. } | Fault::Moved { .. } => {}
+            Fault::BiasMoves {
+                channels,
+                axis,
+                from,
+                to,
+                by,
+            } if channels == of => {
+                let moved = |index| by * grown(time(index), from, to);
+                rows.iter_mut()
+                    .enumerate()
+                    .for_each(|(index, row)| row[axis] += moved(index));
+            }
+            Fault::Noise {
+                channels,
+                from,
+                to,
+                sigma,
+            } if channels == of => {
+                for (index, row) in rows.iter_mut().enumerate() {
+                    let noise = normal_vector(random) * (sigma * grown(time(index), from, to));
+                    *row = (Vector3::from(*row) + noise).into();
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Spoils finished readings; `clock` turns session time into that of the unit.
+    pub fn spoil(&self, samples: &mut Samples, clock: impl Fn(f64) -> f64, random: &mut Stream) {
+        match *self {
+            // These are in the readings from the start.
+            Fault::Scale { .. } | Fault::Moved { .. } | Fault::BiasMoves { .. } | Fault::Noise { .. } => {}
             Fault::Stuck { channels, axis, from } => {
                 let start = samples.index(clock(from));
                 let rows = samples.channels(channels);
                 let held = rows.get(start.saturating_sub(1)).map_or(0.0, |row| row[axis]);
                 rows.iter_mut().skip(start).for_each(|row| row[axis] = held);
             }
-            Fault::Saturated { channels, limit } => {
-                let rows = samples.channels(channels).iter_mut().flatten();
+            Fault::Frozen { from, to } => {
+                let window = samples.window(clock(from), clock(to));
+                for rows in [&mut samples.accelerometer, &mut samples.gyroscope] {
+                    let held = rows
+                        .get(window.start.saturating_sub(1))
+                        .copied()
+                        .unwrap_or_default();
+                    rows[window.clone()].fill(held);
+                }
+            }
+            Fault::Saturated {
+                channels,
+                limit,
+                from,
+                to,
+            } => {
+                let window = samples.window(clock(from), clock(to));
+                let rows = samples.channels(channels)[window].iter_mut().flatten();
                 rows.for_each(|value| *value = value.clamp(-limit, limit));
             }
             Fault::NotANumber {
@@ -195,6 +315,21 @@ impl Fault {
                 samples.channels(channels)[window]
                     .iter_mut()
                     .for_each(|row| row[axis] = f64::NAN);
+            }
+            Fault::Spikes {
+                channels,
+                axis,
+                from,
+                to,
+                size,
+            } => {
+                let window = samples.window(clock(from), clock(to));
+                for (index, row) in samples.channels(channels)[window].iter_mut().enumerate() {
+                    let (strikes, up) = (random.random_bool(SPIKES), random.random_bool(0.5));
+                    if strikes || index == 0 {
+                        row[axis] += if up { size } else { -size };
+                    }
+                }
             }
             Fault::SwappedAxes { first, second } => samples.both().for_each(|row| row.swap(first, second)),
             Fault::LeftHanded { axis } => samples.both().for_each(|row| row[axis] = -row[axis]),
@@ -218,131 +353,35 @@ impl Fault {
                     .collect();
                 samples.select(&rows);
             }
-            Fault::TimeBackwards { at, by } => {
+            Fault::Late { from, to, by } => {
+                let window = samples.window(clock(from), clock(to));
+                samples.arrival[window]
+                    .iter_mut()
+                    .for_each(|arrival| *arrival += by);
+                // What comes after waits for what is late.
+                let mut latest = f64::NEG_INFINITY;
+                for arrival in &mut samples.arrival {
+                    latest = arrival.max(latest);
+                    *arrival = latest;
+                }
+            }
+            Fault::ClockJump { at, by } => {
                 let start = samples.index(clock(at));
-                samples.time[start..].iter_mut().for_each(|time| *time -= by);
+                samples.time[start..].iter_mut().for_each(|time| *time += by);
             }
         }
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn samples() -> Samples {
-        let row = |i: usize| [i as f64, 10.0 + i as f64, -(i as f64)];
-        Samples {
-            time: (0..100).map(|i| i as f64 * 0.1).collect(),
-            accelerometer: (0..100).map(row).collect(),
-            gyroscope: (0..100).map(row).collect(),
-            temperature: vec![25.0; 100],
-        }
-    }
-
-    fn spoiled(fault: Fault) -> Samples {
-        let mut samples = samples();
-        fault.spoil(&mut samples, |t| t);
-        samples
-    }
-
-    #[test]
-    fn a_stuck_axis_repeats_the_reading_before_the_fault_and_leaves_the_others_alone() {
-        let stuck = spoiled(Fault::Stuck {
-            channels: Channels::Gyroscope,
-            axis: 1,
-            from: 4.95,
-        });
-        assert!(stuck.gyroscope[50..].iter().all(|row| row[1] == 59.0));
-        assert_eq!(stuck.gyroscope[80][0], 80.0);
-        assert_eq!(stuck.accelerometer, samples().accelerometer);
-    }
-
-    #[test]
-    fn a_gap_removes_its_samples_from_every_column() {
-        let gap = spoiled(Fault::Gap { from: 1.95, to: 2.95 });
-        assert_eq!(gap.len(), 90);
-        assert_eq!(gap.accelerometer[20], [30.0, 40.0, -30.0]);
-        assert_eq!(gap.temperature.len(), 90);
-        assert!((gap.time[20] - gap.time[19] - 1.1).abs() < 1e-12);
-    }
-
-    #[test]
-    fn doubled_samples_have_the_same_time_twice() {
-        let doubled = spoiled(Fault::Doubled { from: 0.95, to: 1.95 });
-        assert_eq!(doubled.len(), 110);
-        assert_eq!(doubled.time[10], doubled.time[11]);
-    }
-
-    #[test]
-    fn time_goes_backwards_once() {
-        let back = spoiled(Fault::TimeBackwards { at: 4.95, by: 1.0 });
-        assert_eq!(back.time.windows(2).filter(|pair| pair[1] < pair[0]).count(), 1);
-    }
-
-    #[test]
-    fn numbers_are_missing_only_in_their_window_and_axis() {
-        let fault = Fault::NotANumber {
-            channels: Channels::Accelerometer,
-            axis: 2,
-            from: 0.95,
-            to: 1.45,
-        };
-        let missing = spoiled(fault);
-        assert_eq!(
-            missing
-                .accelerometer
-                .iter()
-                .flatten()
-                .filter(|v| v.is_nan())
-                .count(),
-            5
-        );
-        assert!(missing.accelerometer[10][2].is_nan() && missing.accelerometer[14][2].is_nan());
-    }
-
-    #[test]
-    fn a_window_outside_the_recording_spoils_nothing() {
-        assert_eq!(spoiled(Fault::Gap { from: 50.0, to: 60.0 }), samples());
-        assert_eq!(spoiled(Fault::Gap { from: 5.0, to: 4.0 }), samples());
-        let stuck = Fault::Stuck {
-            channels: Channels::Gyroscope,
-            axis: 0,
-            from: 50.0,
-        };
-        assert_eq!(spoiled(stuck), samples());
-    }
-
-    #[test]
-    fn sign_order_unit_and_range_change_as_named() {
-        assert_eq!(
-            spoiled(Fault::LeftHanded { axis: 1 }).gyroscope[3],
-            [3.0, -13.0, -3.0]
-        );
-        assert_eq!(
-            spoiled(Fault::SwappedAxes { first: 0, second: 1 }).accelerometer[3],
-            [13.0, 3.0, -3.0]
-        );
-        let unit = Fault::WrongUnit {
-            channels: Channels::Gyroscope,
-            factor: 2.0,
-        };
-        assert_eq!(spoiled(unit).gyroscope[3], [6.0, 26.0, -6.0]);
-        let limit = Fault::Saturated {
-            channels: Channels::Accelerometer,
-            limit: 20.0,
-        };
-        assert_eq!(spoiled(limit).accelerometer[50], [20.0, 20.0, -20.0]);
-    }
-
-    #[test]
-    fn a_unit_slips_at_its_time_and_stays_there() {
-        let moved = Fault::Moved {
-            at: 3.0,
-            axis: 2,
-            angle: 0.1,
-        };
-        assert_eq!(moved.slip(2.9), None);
-        assert!((moved.slip(3.0).unwrap().angle() - 0.1).abs() < 1e-12);
+/// How far something has grown that begins at `from` and is whole at `to`.
+fn grown(t: f64, from: f64, to: f64) -> f64 {
+    if t >= to {
+        1.0
+    } else {
+        ((t - from) / (to - from)).max(0.0)
     }
 }
+
+#[cfg(test)]
+#[path = "fault_tests.rs"]
+mod tests;

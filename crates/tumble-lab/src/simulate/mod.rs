@@ -19,15 +19,24 @@
 //! distribution's tail (one draw in some thousands) takes a logarithm from the machine, which may differ there in the
 //! last bit.
 
+pub mod attitude;
 pub mod fault;
+pub mod flight;
 pub mod floor;
 pub mod grade;
 pub mod heading;
 pub mod motion;
 pub mod noise;
+pub mod quadrotor;
+pub mod ride;
 pub mod sensor;
+pub mod series;
+pub mod span;
 pub mod spot;
 pub mod stream;
+pub mod sway;
 pub mod turn;
 pub mod turntable;
 pub mod unit;
+pub mod vehicle;
+pub mod vibration;

@@ -12,6 +12,7 @@ use tumble_core::spin::axis::floor_frame;
 use crate::simulate::floor::{Floor, Lie, Turned};
 use crate::simulate::heading::{Slip, Turning, eased, ramped};
 use crate::simulate::motion::{Course, Truth};
+use crate::simulate::span::Span;
 use crate::simulate::stream::Stream;
 
 /// What the robot does next.
@@ -80,15 +81,6 @@ pub struct Plan {
     pub gravity: f64,
     /// rad; `None` for an Earth that does not turn. The robot faces north at heading zero.
     pub latitude: Option<f64>,
-}
-
-/// A stretch of time between two others.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Span {
-    /// s.
-    pub start: f64,
-    /// s.
-    pub end: f64,
 }
 
 #[derive(Clone, Debug)]

@@ -28,6 +28,14 @@ pub enum Purpose {
     GyroscopeFlicker = 7,
     /// Slip of wheels and vibration of motors.
     Floor = 8,
+    /// What a unit has aged by.
+    Ageing = 9,
+    /// Faults of a unit that scatter.
+    Faults = 10,
+    /// Way of a quadrotor or a vehicle.
+    Ride = 11,
+    /// Vibration of the structure.
+    Vibration = 12,
 }
 
 /// Stream of `unit` (0 is the reference) for `purpose`.

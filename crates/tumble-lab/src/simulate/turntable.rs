@@ -96,7 +96,7 @@ impl fmt::Display for ScenarioError {
 
 impl core::error::Error for ScenarioError {}
 
-/// Most samples of one unit; one takes 64 bytes.
+/// Most samples of one unit; one takes 72 bytes.
 const MOST_SAMPLES: f64 = 1e8;
 
 /// Plays a scenario.
@@ -108,10 +108,7 @@ pub fn simulate(scenario: &Scenario) -> Result<Session, ScenarioError> {
     let mut random = stream(scenario.conditions.seed, 0, Purpose::Table);
     let case_from_table = scenario.mounting.rotation(&mut random);
     let motion = Motion::new(&scenario.table, case_from_table, &mut random);
-    let samples = motion.duration() * scenario.rates().fold(0.0, f64::max);
-    if samples > MOST_SAMPLES {
-        return Err(ScenarioError::TooLong { samples });
-    }
+    check_samples(motion.duration(), scenario.units())?;
     let units: Vec<&Unit> = scenario.units().collect();
     let mut records: Vec<UnitRecord> = units
         .par_iter()
@@ -129,12 +126,8 @@ pub fn simulate(scenario: &Scenario) -> Result<Session, ScenarioError> {
 }
 
 impl Scenario {
-    fn units(&self) -> impl Iterator<Item = &Unit> {
+    fn units(&self) -> impl Iterator<Item = &Unit> + Clone {
         core::iter::once(&self.reference).chain(&self.targets)
-    }
-
-    fn rates(&self) -> impl Iterator<Item = f64> {
-        self.units().map(|unit| unit.rate)
     }
 }
 
@@ -157,8 +150,15 @@ fn check(scenario: &Scenario) -> Result<(), ScenarioError> {
         scenario.conditions.warming.time_constant,
     )?;
     not_negative("error of the table, rad,", table.error)?;
-    scenario.units().try_for_each(check_unit)?;
-    let faults = || scenario.units().flat_map(|unit| &unit.faults);
+    check_units(scenario.units())
+}
+
+/// Checks figures and faults of units.
+pub(crate) fn check_units<'a>(
+    units: impl IntoIterator<Item = &'a Unit> + Clone,
+) -> Result<(), ScenarioError> {
+    units.clone().into_iter().try_for_each(check_unit)?;
+    let faults = || units.clone().into_iter().flat_map(|unit| &unit.faults);
     faults()
         .filter_map(scale_factor)
         .try_for_each(|factor| positive("factor of a scale fault", factor))?;
@@ -182,7 +182,20 @@ fn check_unit(unit: &Unit) -> Result<(), ScenarioError> {
     Ok(())
 }
 
-fn positive(what: &'static str, found: f64) -> Result<(), ScenarioError> {
+/// Checks that what all units record fits into memory.
+pub(crate) fn check_samples<'a>(
+    duration: f64,
+    units: impl IntoIterator<Item = &'a Unit>,
+) -> Result<(), ScenarioError> {
+    let fastest = units.into_iter().map(|unit| unit.rate).fold(0.0, f64::max);
+    let samples = duration * fastest;
+    if samples > MOST_SAMPLES {
+        return Err(ScenarioError::TooLong { samples });
+    }
+    Ok(())
+}
+
+pub(crate) fn positive(what: &'static str, found: f64) -> Result<(), ScenarioError> {
     let holds = found > 0.0 && found.is_finite();
     if holds {
         Ok(())
@@ -213,6 +226,8 @@ fn axes(fault: &Fault) -> Vec<usize> {
         | Fault::Stuck { axis, .. }
         | Fault::Moved { axis, .. }
         | Fault::NotANumber { axis, .. }
+        | Fault::Spikes { axis, .. }
+        | Fault::BiasMoves { axis, .. }
         | Fault::LeftHanded { axis } => vec![axis],
         Fault::SwappedAxes { first, second } => vec![first, second],
         _ => vec![],

@@ -8,7 +8,7 @@ use crate::simulate::grade::TriadGrade;
 use crate::simulate::motion::Pose;
 use crate::simulate::sensor::{Geometry, REFERENCE_TEMPERATURE};
 use crate::simulate::turn::{Limits, Profile};
-use crate::simulate::unit::{Clock, Warming};
+use crate::simulate::unit::{Ageing, Clock, Warming};
 
 fn six_faces() -> Vec<Pose> {
     let faces = [0, 1, 2].into_iter().flat_map(|axis| [(axis, 1.0), (axis, -1.0)]);
@@ -28,8 +28,10 @@ fn unit(grade: Grade) -> Unit {
         rate: 200.0,
         package_from_case: Mounting::Angle(0.02),
         biases: [None; 2],
+        ageing: [Ageing::NONE; 2],
         lever_arm: Vector3::zeros(),
         clock: ClockSetup::Given(Clock::SESSION),
+        latency: 0.0,
         faults: vec![],
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Rotation3, Vector3};
 use rand::RngExt;
 
-use crate::simulate::fault::{Fault, Samples};
+use crate::simulate::fault::{Channels, Fault, Samples};
 use crate::simulate::grade::Grade;
 use crate::simulate::motion::{Course, Truth};
 use crate::simulate::noise::{flicker, white};
@@ -76,6 +76,13 @@ impl Clock {
 pub enum ClockSetup {
     /// This one.
     Given(Clock),
+    /// This offset and skew, phase uniform.
+    Unphased {
+        /// s.
+        offset: f64,
+        /// Seconds gained in a second.
+        skew: f64,
+    },
     /// Offset uniform within `offset` s either way, skew normal with that sigma, phase uniform.
     Drawn {
         /// s.
@@ -89,11 +96,38 @@ impl ClockSetup {
     fn clock(&self, stream: &mut Stream) -> Clock {
         match *self {
             ClockSetup::Given(clock) => clock,
+            ClockSetup::Unphased { offset, skew } => Clock {
+                offset,
+                skew,
+                phase: stream.random(),
+            },
             ClockSetup::Drawn { offset, skew } => Clock {
                 offset: offset * (2.0 * stream.random::<f64>() - 1.0),
                 skew: skew * normal_vector(stream).x,
                 phase: stream.random(),
             },
+        }
+    }
+}
+
+/// What the bias of a triad has moved by since it left the factory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Ageing {
+    /// This, unit of the triad.
+    Given(Vector3<f64>),
+    /// Normal, with this multiple of the grade's turn-on bias as its sigma on each axis.
+    Drawn(f64),
+}
+
+impl Ageing {
+    /// None.
+    pub const NONE: Self = Self::Drawn(0.0);
+
+    fn bias(&self, turn_on_bias: f64, stream: &mut Stream) -> Vector3<f64> {
+        let drawn = normal_vector(stream);
+        match *self {
+            Ageing::Given(bias) => bias,
+            Ageing::Drawn(multiple) => drawn * (multiple * turn_on_bias),
         }
     }
 }
@@ -111,10 +145,14 @@ pub struct Unit {
     pub package_from_case: Mounting,
     /// Biases of accelerometers and gyroscopes, m/s^2 and rad/s, where they are not to be drawn.
     pub biases: [Option<Vector3<f64>>; 2],
+    /// What they have moved by since, for accelerometers and gyroscopes.
+    pub ageing: [Ageing; 2],
     /// Its place against the turning centre, m, case frame.
     pub lever_arm: Vector3<f64>,
     /// Its clock.
     pub clock: ClockSetup,
+    /// How long after it was taken a sample is at hand, s.
+    pub latency: f64,
     /// What is wrong with it.
     pub faults: Vec<Fault>,
 }
@@ -162,6 +200,10 @@ pub struct UnitTruth {
     pub accelerometer: Triad,
     /// Errors of the gyroscopes.
     pub gyroscope: Triad,
+    /// How the package is mounted, but for the alignment of the triads in it.
+    pub package_from_case: Rotation3<f64>,
+    /// What the biases in them have moved by since the factory, m/s^2 and rad/s.
+    pub ageing: [Vector3<f64>; 2],
     /// Clock against the session's.
     pub clock: Clock,
     /// Mean over the recording of what the accelerometer bias moved by (bias instability and temperature), m/s^2.
@@ -182,7 +224,12 @@ pub struct UnitRecord {
 /// Draws a unit and lets it record the motion; `number` 0 is the reference.
 pub fn record(conditions: &Conditions, motion: &impl Course, unit: &Unit, number: u64) -> UnitRecord {
     let streams = |purpose| stream(conditions.seed, number, purpose);
-    let [accelerometer, gyroscope] = unit.draw(conditions, &mut streams(Purpose::Geometry));
+    let (package_from_case, [mut accelerometer, mut gyroscope]) =
+        unit.draw(conditions, &mut streams(Purpose::Geometry));
+    let ageing = unit.age(
+        [&mut accelerometer, &mut gyroscope],
+        &mut streams(Purpose::Ageing),
+    );
     let clock = unit.clock.clock(&mut streams(Purpose::Clock));
     let count = clock.count(unit.rate, motion.duration());
     let noise = |triad, white, flicker| noise(triad, unit.rate, count, streams(white), streams(flicker));
@@ -193,10 +240,17 @@ pub fn record(conditions: &Conditions, motion: &impl Course, unit: &Unit, number
         Purpose::AccelerometerFlicker,
     );
     let (mut rates, rate_flicker) = noise(&gyroscope, Purpose::GyroscopeWhite, Purpose::GyroscopeFlicker);
-    let (mut time, mut temperatures) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    let mut faults = streams(Purpose::Faults);
+    let session_time = |index| clock.session_time(unit.rate, index);
+    for fault in &unit.faults {
+        fault.stir(Channels::Accelerometer, &mut forces, session_time, &mut faults);
+        fault.stir(Channels::Gyroscope, &mut rates, session_time, &mut faults);
+    }
+    let (mut time, mut arrival) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    let mut temperatures = Vec::with_capacity(count);
     let mut warmth_sum = 0.0;
     for (index, (force, rate)) in forces.iter_mut().zip(&mut rates).enumerate() {
-        let t = clock.session_time(unit.rate, index);
+        let t = session_time(index);
         let truth = unit.felt(motion.truth(t), t);
         let temperature = conditions.warming.temperature(t);
         let warmth = temperature - REFERENCE_TEMPERATURE;
@@ -206,24 +260,28 @@ pub fn record(conditions: &Conditions, motion: &impl Course, unit: &Unit, number
             .reading(&truth.angular_rate, f, warmth, &Vector3::from(*rate))
             .into();
         time.push(clock.own_time(unit.rate, index));
+        arrival.push(t + unit.latency);
         temperatures.push(quantised(temperature, unit.grade.temperature_step));
         warmth_sum += warmth;
     }
     let mean_warmth = warmth_sum / count.max(1) as f64;
     let mut samples = Samples {
         time,
+        arrival,
         accelerometer: forces,
         gyroscope: rates,
         temperature: temperatures,
     };
-    unit.faults
-        .iter()
-        .for_each(|fault| fault.spoil(&mut samples, |t| clock.own(t)));
+    for fault in &unit.faults {
+        fault.spoil(&mut samples, |t| clock.own(t), &mut faults);
+    }
     let truth = UnitTruth {
         accelerometer_drift: force_flicker + accelerometer.temperature_coefficient * mean_warmth,
         gyroscope_drift: rate_flicker + gyroscope.temperature_coefficient * mean_warmth,
         accelerometer,
         gyroscope,
+        package_from_case,
+        ageing,
         clock,
     };
     UnitRecord { samples, truth }
@@ -252,8 +310,8 @@ fn noise(
 }
 
 impl Unit {
-    /// Accelerometers and gyroscopes with their errors.
-    fn draw(&self, conditions: &Conditions, stream: &mut Stream) -> [Triad; 2] {
+    /// How its package is mounted, and accelerometers and gyroscopes with their errors.
+    fn draw(&self, conditions: &Conditions, stream: &mut Stream) -> (Rotation3<f64>, [Triad; 2]) {
         let package = self.package_from_case.rotation(stream);
         let mut triads = [&self.grade.accelerometer, &self.grade.gyroscope]
             .map(|grade| Triad::draw(grade, self.geometry, &package, stream));
@@ -283,7 +341,17 @@ impl Unit {
                 .iter_mut()
                 .for_each(|value| switch(conditions.g_sensitivity, value));
         }
-        triads
+        (package, triads)
+    }
+
+    /// Moves the biases on by what the unit has aged, and gives that.
+    fn age(&self, triads: [&mut Triad; 2], stream: &mut Stream) -> [Vector3<f64>; 2] {
+        let turn_on = [&self.grade.accelerometer, &self.grade.gyroscope].map(|grade| grade.turn_on_bias);
+        let aged = core::array::from_fn(|i| self.ageing[i].bias(turn_on[i], stream));
+        for (triad, bias) in triads.into_iter().zip(aged) {
+            triad.model.bias += bias;
+        }
+        aged
     }
 
     /// Truth where the unit sits and as it has slipped by session time `t`.

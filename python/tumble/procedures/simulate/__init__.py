@@ -2,7 +2,8 @@
 
 Read in this order: `grade` (how good a sensor is), `fault` (what can be wrong with it), `scenario`
 (everything a session is made of), `session` (what comes out), `play` (from the one to the other), `files` (a
-session on disk); `spin_scenario`, `spin` and `spin_files` are the same for a robot that turns on the spot.
+session on disk); `spin_scenario`, `spin` and `spin_files` are the same for a robot that turns on the spot,
+`flight_scenario`, `flight` and `flight_files` for several units on a quadrotor or a vehicle.
 
 >>> from tumble.procedures.simulate import simulate_turntable
 >>> session = simulate_turntable(seed=7, grades=("consumer", "tactical"))
@@ -14,6 +15,14 @@ from __future__ import annotations
 
 from tumble.procedures.simulate.fault import FAULTS, Fault, FaultKind
 from tumble.procedures.simulate.files import write_turntable
+from tumble.procedures.simulate.flight import (
+    FlightPath,
+    FlightTruth,
+    SimulatedFlight,
+    SimulatedFlightUnit,
+    simulate_flight,
+)
+from tumble.procedures.simulate.flight_scenario import FlightScenario, FlightUnit, Vibration
 from tumble.procedures.simulate.grade import Grade, TriadGrade, grade_names
 from tumble.procedures.simulate.play import simulate_turntable
 from tumble.procedures.simulate.scenario import ScenarioError, TurntableScenario
@@ -34,8 +43,14 @@ __all__ = [
     "Disturbance",
     "Fault",
     "FaultKind",
+    "FlightPath",
+    "FlightScenario",
+    "FlightTruth",
+    "FlightUnit",
     "Grade",
     "ScenarioError",
+    "SimulatedFlight",
+    "SimulatedFlightUnit",
     "SimulatedSpin",
     "SimulatedTurntable",
     "SimulatedUnit",
@@ -45,8 +60,10 @@ __all__ = [
     "TriadTruth",
     "TrueRest",
     "TurntableScenario",
+    "Vibration",
     "grade_names",
     "parse_plan",
+    "simulate_flight",
     "simulate_spin",
     "simulate_turntable",
     "write_spin",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
 from math import radians
 from typing import Any
@@ -11,6 +11,7 @@ import numpy as np
 
 from tumble import _core
 from tumble.procedures.simulate.fault import AXES, Fault
+from tumble.procedures.simulate.grade import Grade
 from tumble.procedures.simulate.scenario import (
     REFERENCE,
     STANDARD_GRAVITY,
@@ -28,6 +29,16 @@ from tumble.procedures.simulate.session import (
 from tumble.recording import Chunk, Recording
 
 PPM = 1e-6
+FOREVER = 1e9
+"""s, beyond any recording."""
+NATIVE_KINDS = {
+    "bias-jump": "bias",
+    "bias-drift": "bias",
+    "absent": "gap",
+    "dead": "gap",
+    "time-backwards": "clock-jump",
+}
+"""What the native simulator calls a fault, where it knows it as a case of another."""
 CENTRE = (0.0, 0.0, 0.0)
 
 
@@ -62,7 +73,7 @@ def _plain_scenario(scenario: TurntableScenario) -> dict[str, Any]:
     return {
         "seed": scenario.seed,
         "table": _plain_table(scenario),
-        "mounting": _in_radians(scenario.mounting_angle_deg),
+        "mounting": in_radians(scenario.mounting_angle_deg),
         "temperature_start": scenario.temperature_celsius,
         "temperature_rise": scenario.warm_up_kelvin,
         "warming_time": scenario.warm_up_seconds,
@@ -101,7 +112,8 @@ def _plain_unit(scenario: TurntableScenario, name: str) -> dict[str, Any]:
         "grade": asdict(scenario.grade_of(name)),
         "perfect": is_reference and scenario.perfect_reference,
         "rate": scenario.rate_of(name),
-        "mounting": _in_radians(scenario.mounting_of(name)),
+        "mounting": in_radians(scenario.mounting_of(name)),
+        "ageing": [0.0, 0.0],
         "lever_arm": scenario.lever_arm_m.get(name, CENTRE),
         "clock": {
             "drawn": apart,
@@ -109,6 +121,7 @@ def _plain_unit(scenario: TurntableScenario, name: str) -> dict[str, Any]:
             "skew": scenario.clock_skew_ppm * PPM if apart else 0.0,
             "phase": 0.0,
         },
+        "latency": 0.0,
         "faults": _plain_faults(scenario, name),
     }
 
@@ -128,44 +141,91 @@ def plain_fault(fault: Fault, middle: float, largest: float) -> dict[str, Any]:
     most, m/s^2 or rad/s.
     """
     axis = AXES.index(fault.axis)
-    start = middle if fault.start is None else fault.start
+    start, end = _fault_span(fault, middle)
     return {
-        "kind": fault.kind,
+        "kind": NATIVE_KINDS.get(fault.kind, fault.kind),
         "channels": fault.triad,
         "axis": axis,
         "other_axis": (axis + 1) % 3,
         "start": start,
-        "end": start + 1.0 if fault.end is None else fault.end,
+        "end": end,
         "size": _fault_size(fault, largest),
     }
 
 
+def _fault_span(fault: Fault, middle: float) -> tuple[float, float]:
+    start = middle if fault.start is None else fault.start
+    match fault.kind:
+        case "saturated":
+            return -FOREVER if fault.start is None else start, FOREVER if fault.end is None else fault.end
+        case "absent":
+            return -FOREVER, FOREVER if fault.end is None else fault.end
+        case "dead":
+            return start, FOREVER
+        case "bias-jump":
+            return start, start
+    return start, start + 1.0 if fault.end is None else fault.end
+
+
 def _fault_size(fault: Fault, largest: float) -> float:
     """In the unit the simulator asks for."""
+    accelerometer = fault.triad == "accelerometer"
+    usual = {
+        "scale": 1.2,
+        "moved": 2.0,
+        "bias-jump": 1.0 if accelerometer else 0.1,
+        "bias-drift": 1.0 if accelerometer else 0.1,
+        "noise": 1.0 if accelerometer else 0.1,
+        "spikes": 50.0 if accelerometer else 10.0,
+        "saturated": 0.8,
+        "late": 0.5,
+        "time-backwards": 1.0,
+        "clock-jump": 1.0,
+    }
+    size = usual.get(fault.kind, 0.0) if fault.size is None else fault.size
     match fault.kind:
-        case "scale":
-            return 1.2 if fault.size is None else fault.size
         case "moved":
-            return radians(2.0 if fault.size is None else fault.size)
+            return radians(size)
         case "saturated":
-            return largest * (0.8 if fault.size is None else fault.size)
+            return largest * size
         case "wrong-unit":
-            return 1.0 / STANDARD_GRAVITY if fault.triad == "accelerometer" else float(np.degrees(1.0))
+            return 1.0 / STANDARD_GRAVITY if accelerometer else float(np.degrees(1.0))
         case "time-backwards":
-            return 1.0 if fault.size is None else fault.size
-    return 0.0
+            return -size
+    return size
 
 
-def _in_radians(rotation: RotationDeg) -> float | list[float]:
+def in_radians(rotation: RotationDeg) -> float | list[float]:
+    """Give a rotation in rad."""
     return radians(rotation) if isinstance(rotation, int | float) else [radians(part) for part in rotation]
 
 
 def _unit(scenario: TurntableScenario, name: str, figures: _core.SimulatedUnitFigures) -> SimulatedUnit:
+    return simulated_unit(
+        figures,
+        name=name,
+        grade=scenario.grade_of(name),
+        serial=f"SIM-{scenario.seed}-{scenario.unit_names.index(name)}",
+        clock="turntable" if scenario.clocks == "shared" else "",
+        faults=scenario.faults_of(name),
+    )
+
+
+def simulated_unit(
+    figures: _core.SimulatedUnitFigures,
+    *,
+    name: str,
+    grade: Grade,
+    serial: str,
+    clock: str,
+    faults: Sequence[Fault],
+) -> SimulatedUnit:
+    """Put a unit together from what the native simulator gives; `clock` names the time base it shares."""
     samples = Chunk(figures["time"], figures["accelerometer"], figures["gyroscope"], figures["temperature"])
     offset, skew, phase = figures["clock"]
     return SimulatedUnit(
         name=name,
-        grade=scenario.grade_of(name),
+        grade=grade,
         samples=samples,
         recording=Recording.from_arrays(
             name,
@@ -173,13 +233,13 @@ def _unit(scenario: TurntableScenario, name: str, figures: _core.SimulatedUnitFi
             samples.accelerometer,
             samples.gyroscope,
             samples.temperature,
-            serial=f"SIM-{scenario.seed}-{scenario.unit_names.index(name)}",
-            clock="turntable" if scenario.clocks == "shared" else "",
+            serial=serial,
+            clock=clock,
         ),
         accelerometer=triad_truth(figures["accelerometer_truth"]),
         gyroscope=triad_truth(figures["gyroscope_truth"]),
         clock=ClockTruth(offset, skew / PPM, phase),
-        faults=scenario.faults_of(name),
+        faults=tuple(faults),
     )
 
 

@@ -169,7 +169,7 @@ class SpinScenario:
         for step in self.plan:
             yield from _step_objections(step)
         for each in fields(self):
-            if not _finite(getattr(self, each.name)):
+            if not is_finite(getattr(self, each.name)):
                 yield f"{each.name} is {getattr(self, each.name)}; give finite numbers"
         for name in ("turn_rate", "turn_acceleration", "unevenness_hz", "gravity", "accelerometer_range"):
             if (value := getattr(self, name)) is not None and not value > 0.0:
@@ -225,12 +225,12 @@ def _step_objections(step: Step) -> Iterator[str]:
         yield f"a turn of {step.turns:g} turns; give how often, counter-clockwise positive"
     if step.floor_tilt_deg is not None and not 0.0 <= step.floor_tilt_deg < STEEPEST_DEG:
         yield f"a drive to a floor that tilts by {step.floor_tilt_deg:g} deg; give 0 to {STEEPEST_DEG:g} deg"
-    if not _finite((step.turns, step.uphill_deg or 0.0)):
+    if not is_finite((step.turns, step.uphill_deg or 0.0)):
         yield f"a {step.kind} with a number that is not finite; give finite numbers"
 
 
-def _finite(value: object) -> bool:
+def is_finite(value: object) -> bool:
     """Say whether a field holds no number that is not finite; what holds no numbers does not."""
     if isinstance(value, (tuple, list)):
-        return all(map(_finite, value))
+        return all(map(is_finite, value))
     return not isinstance(value, float) or math.isfinite(value)

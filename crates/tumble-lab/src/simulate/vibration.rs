@@ -1,0 +1,173 @@
+//! Vibration of a structure: tones of motors, and a broad band around them.
+//!
+//! It is drawn once as a loop of evenly spaced values, between which it runs straight, so that it can be read at any
+//! time by any unit. The angular acceleration is the slope of the angular rate, exactly. The angle of the vibration,
+//! some 1e-4 rad, is left out of the direction of gravity.
+
+use core::f64::consts::TAU;
+
+use nalgebra::Vector3;
+use rand::RngExt;
+use rand_distr::StandardNormal;
+
+use crate::simulate::stream::Stream;
+
+/// Values in the loop.
+const NODES: usize = 1 << 15;
+/// Values a second, Hz.
+const RATE: f64 = 2000.0;
+/// Share of the mean square that is in the tones.
+const TONE_SHARE: f64 = 0.5;
+
+/// How a structure vibrates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shaking {
+    /// Root mean square of each axis of specific force, m/s^2.
+    pub specific_force: f64,
+    /// Root mean square of each axis of angular rate, rad/s.
+    pub angular_rate: f64,
+    /// Frequencies of the tones, Hz, which share half of the mean square between them.
+    pub tones: Vec<f64>,
+    /// Where the broad band, the other half, has half its power, Hz.
+    pub band: (f64, f64),
+}
+
+/// What vibration adds to the truth of a place, body frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Shake {
+    /// m/s^2.
+    pub specific_force: Vector3<f64>,
+    /// rad/s.
+    pub angular_rate: Vector3<f64>,
+    /// rad/s^2.
+    pub angular_acceleration: Vector3<f64>,
+}
+
+/// A drawn vibration; a structure without any has an empty loop.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Vibration {
+    nodes: Vec<[f64; 6]>,
+}
+
+impl Vibration {
+    /// Draws the loop.
+    pub fn draw(shaking: &Shaking, stream: &mut Stream) -> Self {
+        if shaking.specific_force == 0.0 && shaking.angular_rate == 0.0 {
+            return Self { nodes: Vec::new() };
+        }
+        let mut nodes = vec![[0.0; 6]; NODES];
+        for channel in 0..6 {
+            let size = if channel < 3 {
+                shaking.specific_force
+            } else {
+                shaking.angular_rate
+            };
+            let values = channel_loop(shaking, stream);
+            for (node, value) in nodes.iter_mut().zip(values) {
+                node[channel] = size * value;
+            }
+        }
+        Self { nodes }
+    }
+
+    /// Vibration at time `t`, s, round and round the loop.
+    pub fn at(&self, t: f64) -> Shake {
+        if self.nodes.is_empty() {
+            return Shake::default();
+        }
+        let position = (t * RATE).rem_euclid(NODES as f64);
+        let index = position as usize % NODES;
+        let part = position - position.floor();
+        let (from, to) = (&self.nodes[index], &self.nodes[(index + 1) % NODES]);
+        let between = |channel: usize| from[channel] + part * (to[channel] - from[channel]);
+        Shake {
+            specific_force: Vector3::from_fn(|axis, _| between(axis)),
+            angular_rate: Vector3::from_fn(|axis, _| between(3 + axis)),
+            angular_acceleration: Vector3::from_fn(|axis, _| (to[3 + axis] - from[3 + axis]) * RATE),
+        }
+    }
+}
+
+impl Shake {
+    /// This vibration `envelope` times as strong, where that changes by `slope` a second.
+    pub fn scaled(&self, envelope: f64, slope: f64) -> Self {
+        Self {
+            specific_force: self.specific_force * envelope,
+            angular_rate: self.angular_rate * envelope,
+            angular_acceleration: self.angular_acceleration * envelope + self.angular_rate * slope,
+        }
+    }
+
+    /// Both at once.
+    pub fn plus(&self, other: &Self) -> Self {
+        Self {
+            specific_force: self.specific_force + other.specific_force,
+            angular_rate: self.angular_rate + other.angular_rate,
+            angular_acceleration: self.angular_acceleration + other.angular_acceleration,
+        }
+    }
+}
+
+/// One channel with a mean square of 1: the tones, each with a phase of its own, and the band.
+fn channel_loop(shaking: &Shaking, stream: &mut Stream) -> Vec<f64> {
+    let tone_share = if shaking.tones.is_empty() { 0.0 } else { TONE_SHARE };
+    let mut values = band_loop(shaking.band, stream);
+    let mean_square = values.iter().map(|value| value * value).sum::<f64>() / NODES as f64;
+    let scale = ((1.0 - tone_share) / mean_square).sqrt();
+    values.iter_mut().for_each(|value| *value *= scale);
+    let amplitude = (2.0 * tone_share / shaking.tones.len().max(1) as f64).sqrt();
+    for tone in &shaking.tones {
+        // Whole waves in the loop.
+        let pace = TAU * (tone / RATE * NODES as f64).round() / NODES as f64;
+        let phase = TAU * stream.random::<f64>();
+        for (index, value) in values.iter_mut().enumerate() {
+            *value += amplitude * libm::sin(pace * index as f64 + phase);
+        }
+    }
+    values
+}
+
+/// White noise through a band-pass, twice.
+///
+/// A noise that repeats comes out as one that repeats, once the filter has gone round the loop.
+fn band_loop(band: (f64, f64), stream: &mut Stream) -> Vec<f64> {
+    let mut values: Vec<f64> = (0..NODES).map(|_| stream.sample(StandardNormal)).collect();
+    for _ in 0..2 {
+        let mut filter = BandPass::new(band);
+        values.iter().for_each(|value| {
+            filter.step(*value);
+        });
+        values.iter_mut().for_each(|value| *value = filter.step(*value));
+    }
+    values
+}
+
+/// Second-order band-pass (Bristow-Johnson, "Cookbook formulae for audio equaliser biquad filter coefficients").
+struct BandPass {
+    gain: f64,
+    feedback: (f64, f64),
+    inputs: (f64, f64),
+    outputs: (f64, f64),
+}
+
+impl BandPass {
+    fn new((low, high): (f64, f64)) -> Self {
+        let (sine, cosine) = libm::sincos(TAU * (low * high).sqrt() / RATE);
+        let width = sine * (high - low) / (2.0 * (low * high).sqrt());
+        Self {
+            gain: width / (1.0 + width),
+            feedback: (2.0 * cosine / (1.0 + width), -(1.0 - width) / (1.0 + width)),
+            inputs: (0.0, 0.0),
+            outputs: (0.0, 0.0),
+        }
+    }
+
+    fn step(&mut self, input: f64) -> f64 {
+        let output = self.gain * (input - self.inputs.1)
+            + self.feedback.0 * self.outputs.0
+            + self.feedback.1 * self.outputs.1;
+        self.inputs = (input, self.inputs.0);
+        self.outputs = (output, self.outputs.0);
+        output
+    }
+}
