@@ -89,8 +89,12 @@ pub(super) struct Watch<T: Real> {
 
 const NONE: u8 = 3;
 
-/// Bad readings, at least, that condemn a sensor, and repetitions of readings.
+/// Bad readings, at least, that condemn a sensor.
 const FEWEST: u16 = 4;
+
+/// Repetitions, at least, that make a sensor frozen: of one whose noise is half a count, all three axes repeat by chance
+/// every eighth time.
+const FEWEST_REPEATED: u16 = 16;
 
 /// Each spike counts as this long, and this much makes too many: four at a time, or more than one a second.
 const SPIKE: u64 = 1_000_000;
@@ -101,6 +105,9 @@ const TIMES_USUAL: f64 = 5.0;
 
 /// Having come back is being within this share of it.
 const BACK: f64 = 0.5;
+
+/// No change counts as more than so many spikes in what is usual: sums have to stay finite.
+const WILDEST: f64 = 100.0;
 
 /// Readings over which the usual change is averaged.
 const AVERAGED: f64 = 16.0;
@@ -204,6 +211,7 @@ impl<T: Real> Watch<T> {
             return None;
         }
         if away == NONE || change > spike * real(BACK) {
+            let change = change.min(reading.spike() * real(WILDEST));
             self.usual_change += (change - self.usual_change) * real(1.0 / AVERAGED);
             return None;
         }
@@ -238,7 +246,7 @@ impl<T: Real> Watch<T> {
             return self.find_stuck(reading);
         }
         let limit = ticks(reading.settings.frozen).saturating_mul(3) / present.max(1);
-        self.repeating.fill(reading.lapse.whole, limit, FEWEST);
+        self.repeating.fill(reading.lapse.whole, limit, FEWEST_REPEATED);
         self.repeating.is_over(limit).then(|| Fault::Frozen {
             sensor: reading.sensor,
             duration: self.repeating.seconds(),
