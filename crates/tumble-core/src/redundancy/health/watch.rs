@@ -22,12 +22,6 @@ pub(super) struct Reading<'a, T: Real> {
 const END: f64 = 0.9995;
 
 impl<T: Real> Reading<'_, T> {
-    /// Axes that the sensor has, with their values.
-    fn present(&self) -> impl Iterator<Item = (u8, T)> {
-        let axes = (0_u8..).zip(self.values).zip(self.axes);
-        axes.filter_map(|(axis, has)| has.then_some(axis))
-    }
-
     fn channel(&self, axis: u8) -> u8 {
         match self.sensor {
             Sensor::Accelerometer => axis,
@@ -35,23 +29,61 @@ impl<T: Real> Reading<'_, T> {
         }
     }
 
-    fn not_finite(&self) -> Option<u8> {
-        let (axis, _) = self.present().find(|(_, value)| !value.is_finite())?;
-        Some(self.channel(axis))
+    fn spike(&self) -> T {
+        self.settings.spike.of(self.sensor)
+    }
+
+    /// Looks at the axes that the sensor has, beside their latest values. Readings are random, and branches on them slow:
+    /// which axis it was is asked when something is wrong.
+    fn look(&self, latest: &[T; 3]) -> Look<T> {
+        let mut look = Look {
+            present: 0,
+            finite: true,
+            at_end: false,
+            change: T::zero(),
+            repeats: [false; 3],
+        };
+        let axes = self.values.iter().zip(&self.axes).zip(latest);
+        for (((value, has), before), repeats) in axes.zip(&mut look.repeats) {
+            let change = (*value - *before).abs();
+            let at_end = self.is_at_end(*value);
+            look.present += u16::from(*has);
+            look.finite &= value.is_finite() | !has;
+            look.at_end |= at_end & has;
+            look.change = if has & (change > look.change) {
+                change
+            } else {
+                look.change
+            };
+            *repeats = has & (value == before) & !at_end;
+        }
+        look
     }
 
     fn is_at_end(&self, value: T) -> bool {
         self.end.is_some_and(|end| value.abs() >= end * real(END))
     }
 
-    fn saturated(&self) -> Option<(u8, T)> {
-        let (axis, value) = self.present().find(|(_, value)| self.is_at_end(*value))?;
+    /// The first channel whose value is so, and that value.
+    fn first(&self, is_so: impl Fn(T) -> bool) -> Option<(u8, T)> {
+        let mut axes = (0..).zip(self.values).zip(self.axes);
+        let ((axis, value), _) = axes.find(|((_, value), has)| *has && is_so(*value))?;
         Some((self.channel(axis), value))
     }
+}
 
-    fn spike(&self) -> T {
-        self.settings.spike.of(self.sensor)
-    }
+/// What a look at the axes shows.
+struct Look<T: Real> {
+    /// How many there are.
+    present: u16,
+    /// Whether all are numbers.
+    finite: bool,
+    /// Whether one is at the end of its range.
+    at_end: bool,
+    /// The largest change; none where there is nothing to compare with.
+    change: T,
+    /// Those that say the same as before, though not because that is all they can say.
+    repeats: [bool; 3],
 }
 
 /// What is thought of a reading.
@@ -143,34 +175,27 @@ impl<T: Real> Watch<T> {
     }
 
     pub fn push(&mut self, reading: &Reading<'_, T>) -> Judgement<T> {
-        if reading.axes == [false; 3] {
-            return Judgement {
-                usable: false,
-                fault: None,
-                lasts: false,
-            };
-        }
+        let look = reading.look(&self.latest);
         self.spiking.drain(reading.lapse.whole);
-        let (not_finite, saturated) = (reading.not_finite(), reading.saturated());
-        let useless = self.find_useless(not_finite.is_some() || saturated.is_some(), reading);
-        if let Some(channel) = not_finite {
+        let useless = self.find_useless(look.at_end || !look.finite, reading);
+        if look.present == 0 || !look.finite {
+            let bad = reading.first(|value| useless && !value.is_finite());
             return Judgement {
                 usable: false,
-                fault: useless.then_some(Fault::NotFinite { channel }),
+                fault: bad.map(|(channel, _)| Fault::NotFinite { channel }),
                 lasts: useless,
             };
         }
-        let (axis, change) = self.largest_change(reading);
-        let frozen = self.find_frozen(change, reading);
-        let spikes = self.find_spikes(axis, change, reading);
+        let frozen = self.find_frozen(&look, reading);
+        let spikes = self.find_spikes(look.change, reading);
         let away = self.departed != NONE;
         if !away {
             self.latest = reading.values;
         }
-        let worn = saturated.filter(|_| useless);
+        let worn = reading.first(|value| useless && look.at_end && reading.is_at_end(value));
         let worn = worn.map(|(channel, value)| Fault::Saturated { channel, value });
         Judgement {
-            usable: !away && frozen.is_none() && saturated.is_none(),
+            usable: !away && frozen.is_none() && !look.at_end,
             fault: frozen.or(worn).or(spikes),
             lasts: useless || self.spiking.is_over(ticks(SPIKES)),
         }
@@ -187,27 +212,12 @@ impl<T: Real> Watch<T> {
         self.useless.is_over(limit)
     }
 
-    /// The axis that changed most, and by how much; by nothing where there is nothing to compare with.
-    fn largest_change(&self, reading: &Reading<'_, T>) -> (u8, T) {
-        let changes = reading.present().zip(self.present_latest(reading.axes));
-        changes.fold((0, T::zero()), |most, ((axis, value), before)| {
-            let change = (value - before).abs();
-            if change > most.1 { (axis, change) } else { most }
-        })
-    }
-
-    fn present_latest(&self, axes: [bool; 3]) -> impl Iterator<Item = T> {
-        let latest = self.latest.into_iter().zip(axes);
-        latest.filter_map(|(value, has)| has.then_some(value))
-    }
-
     /// A spike is known when it is over: the reading after it is where the one before it was.
-    fn find_spikes(&mut self, axis: u8, change: T, reading: &Reading<'_, T>) -> Option<Fault<T>> {
+    fn find_spikes(&mut self, change: T, reading: &Reading<'_, T>) -> Option<Fault<T>> {
         let spike = reading.spike().max(self.usual_change * real(TIMES_USUAL));
         let away = core::mem::replace(&mut self.departed, NONE);
         if away == NONE && change > spike {
-            self.departed = axis;
-            self.departure = change;
+            (self.departed, self.departure) = (self.farthest(reading), change);
             return None;
         }
         if away == NONE || change > spike * real(BACK) {
@@ -222,30 +232,36 @@ impl<T: Real> Watch<T> {
         })
     }
 
-    /// All axes repeating for a time, or one while the others move. The fewer axes, the less it means that all repeat.
-    fn find_frozen(&mut self, change: T, reading: &Reading<'_, T>) -> Option<Fault<T>> {
-        let moving = change > reading.spike() * real(MOVING);
-        let (mut present, mut repeats) = (0_u16, true);
-        for (((stuck, value), before), has) in self
-            .stuck
-            .iter_mut()
-            .zip(reading.values)
-            .zip(self.latest)
-            .zip(reading.axes)
-        {
-            present += u16::from(has);
-            if has && value == before && !reading.is_at_end(value) {
-                *stuck = stuck.saturating_add(u8::from(moving));
-            } else {
-                *stuck = 0;
-                repeats &= !has;
+    /// The axis that changed most.
+    fn farthest(&self, reading: &Reading<'_, T>) -> u8 {
+        let axes = reading.values.iter().zip(&self.latest).zip(reading.axes);
+        let mut most = (0, T::zero());
+        for (axis, ((value, before), has)) in (0..).zip(axes) {
+            let change = (*value - *before).abs();
+            if has && change > most.1 {
+                most = (axis, change);
             }
         }
-        if !repeats {
+        most.0
+    }
+
+    /// All axes repeating for a time, or one while the others move. The fewer axes, the less it means that all repeat.
+    fn find_frozen(&mut self, look: &Look<T>, reading: &Reading<'_, T>) -> Option<Fault<T>> {
+        let moving = look.change > reading.spike() * real(MOVING);
+        let mut repeating = 0_u16;
+        for (stuck, repeats) in self.stuck.iter_mut().zip(look.repeats) {
+            repeating += u16::from(repeats);
+            *stuck = if repeats {
+                stuck.saturating_add(u8::from(moving))
+            } else {
+                0
+            };
+        }
+        if repeating < look.present {
             self.repeating.empty();
             return self.find_stuck(reading);
         }
-        let limit = ticks(reading.settings.frozen).saturating_mul(3) / present.max(1);
+        let limit = ticks(reading.settings.frozen).saturating_mul(3) / look.present.max(1);
         self.repeating.fill(reading.lapse.whole, limit, FEWEST_REPEATED);
         self.repeating.is_over(limit).then(|| Fault::Frozen {
             sensor: reading.sensor,
