@@ -12,6 +12,7 @@ pub mod consistency;
 pub mod correct;
 pub mod health;
 pub mod pairing;
+pub mod redundancy;
 pub mod simulate;
 pub mod spin;
 pub mod trace;

@@ -6,6 +6,8 @@ mod acquisition;
 mod align;
 mod convert;
 mod correct;
+mod redundancy;
+mod redundancy_values;
 mod simulate;
 mod simulate_flight;
 mod simulate_spin;
@@ -20,6 +22,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     acquisition::register(module)?;
     align::register(module)?;
     correct::register(module)?;
+    redundancy::register(module)?;
     simulate::register(module)?;
     simulate_flight::register(module)?;
     simulate_spin::register(module)?;

@@ -1,0 +1,206 @@
+//! Whether a new calibration may replace the stored one.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::real::{Real, real};
+use crate::redundancy::fit::Fit;
+use crate::redundancy::relation::Relation;
+use crate::redundancy::residual::{Layout, Pairs, Residual};
+use crate::redundancy::sensor::Sensor;
+use crate::redundancy::settings::AdoptionSettings;
+
+/// Why a new calibration was refused; the stored one stays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Refusal<T: Real> {
+    /// Numbers failed.
+    Unsolvable,
+    /// Fewer pairs than there have to be.
+    TooFewPairs {
+        /// There were.
+        pairs: u32,
+        /// There have to be.
+        needed: u32,
+    },
+    /// Pairs kept from the fit are farther from it than any sound pair of sensors.
+    ResidualTooLarge(Excess<T>),
+    /// The bias is.
+    ImplausibleBias(Excess<T>),
+    /// A scale factor is farther from one.
+    ImplausibleScale(Excess<T>),
+    /// Axes are farther from where they are nominally, rad.
+    ImplausibleMisalignment(Excess<T>),
+    /// The lever arm is longer, m.
+    ImplausibleLeverArm(Excess<T>),
+    /// One of the two changed while pairs were collected.
+    Drifting(Excess<T>),
+    /// At the rest before, the two related otherwise.
+    DisagreesWithRest(Excess<T>),
+    /// The stored one explains the pairs kept from the fit as well, or better.
+    NotBetter(Excess<T>),
+}
+
+/// A figure and what it may be at most.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Excess<T: Real> {
+    /// It is.
+    pub value: T,
+    /// It may be.
+    pub limit: T,
+}
+
+impl<T: Real> Excess<T> {
+    /// Also where the value is not a number.
+    fn of(value: T, limit: T) -> Option<Self> {
+        let within = value <= limit;
+        (!within).then_some(Self { value, limit })
+    }
+}
+
+/// What both said at the rest before, in the axes of the secondary.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RestPair<T: Real> {
+    /// The primary.
+    pub first: Vector3<T>,
+    /// The secondary.
+    pub second: Vector3<T>,
+}
+
+/// A calibration on trial.
+pub struct Candidate<'a, T: Real> {
+    /// Which sensor.
+    pub sensor: Sensor,
+    /// Axes the sensor has.
+    pub axes: [bool; 3],
+    /// Channels of the pairs.
+    pub layout: Layout,
+    /// Fitted to the pairs of every other second.
+    pub half: &'a Fit<T>,
+    /// Fitted to all pairs: what would be stored.
+    pub whole: &'a Fit<T>,
+    /// What is stored.
+    pub stored: &'a Relation<T>,
+    /// Pairs of the other seconds.
+    pub held_out: &'a dyn Pairs<T>,
+    /// All pairs.
+    pub all: &'a dyn Pairs<T>,
+    /// The rest before.
+    pub rest: &'a RestPair<T>,
+}
+
+/// Root mean square residual of a channel on held-out pairs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Residuals<T: Real> {
+    /// With the candidate.
+    pub after: T,
+    /// With the stored error.
+    pub before: T,
+}
+
+impl<T: Real> Candidate<'_, T> {
+    /// How well it, and what is stored, explain pairs it was not fitted to.
+    pub fn residuals(&self) -> Residuals<T> {
+        Residuals {
+            after: self.root_mean_square(&self.half.relation),
+            before: self.root_mean_square(self.stored),
+        }
+    }
+
+    fn present(&self) -> impl Iterator<Item = usize> {
+        let axes = self.axes;
+        (0..3).filter(move |i| axes.get(*i) == Some(&true))
+    }
+
+    fn root_mean_square(&self, relation: &Relation<T>) -> T {
+        let (sum, axes) = self.present().fold((T::zero(), T::zero()), |(sum, axes), i| {
+            let square = Residual::new(relation, self.stored, &self.layout, i).mean_square(self.held_out);
+            (sum + square, axes + T::one())
+        });
+        (sum / axes.max(T::one())).sqrt()
+    }
+
+    /// Judges it.
+    ///
+    /// # Errors
+    /// The first [`Refusal`].
+    pub fn judge(&self, residuals: &Residuals<T>, settings: &AdoptionSettings<T>) -> Result<(), Refusal<T>> {
+        let refuse = |excess: Option<Excess<T>>, refusal: fn(Excess<T>) -> Refusal<T>| match excess {
+            Some(excess) => Err(refusal(excess)),
+            None => Ok(()),
+        };
+        let sensor = self.sensor;
+        refuse(
+            Excess::of(residuals.after, settings.residual.of(sensor)),
+            Refusal::ResidualTooLarge,
+        )?;
+        settings.allows(sensor, &self.whole.relation)?;
+        refuse(
+            Excess::of(self.drift(), settings.drift.of(sensor)),
+            Refusal::Drifting,
+        )?;
+        let apart = self.apart_at_rest();
+        refuse(
+            Excess::of(apart, settings.drift.of(sensor)),
+            Refusal::DisagreesWithRest,
+        )?;
+        let limit = residuals.before * (T::one() - settings.improvement);
+        refuse(Excess::of(residuals.after, limit), Refusal::NotBetter)
+    }
+
+    /// Change of the residual over the collection, as a straight line has it, largest axis. A step halfway shows as
+    /// one and a half times itself (docs/theory/redundancy.md, eq. 13).
+    fn drift(&self) -> T {
+        let time = self.layout.time;
+        let spread = self.all.covariance_of(time, time).max(T::default_epsilon());
+        let duration_over_spread = (spread * real(12.0)).sqrt() / spread;
+        self.present().fold(T::zero(), |most, i| {
+            let residual = Residual::new(&self.whole.relation, self.stored, &self.layout, i);
+            most.max(residual.covariance_with(self.all, time).abs() * duration_over_spread)
+        })
+    }
+
+    fn apart_at_rest(&self) -> T {
+        let apart = self.rest.second - self.whole.relation.predict(&self.rest.first);
+        self.present()
+            .fold(T::zero(), |sum, i| sum + apart[i] * apart[i])
+            .sqrt()
+    }
+}
+
+impl<T: Real> AdoptionSettings<T> {
+    /// Whether an error lies within plausible bounds.
+    ///
+    /// # Errors
+    /// The first [`Refusal`].
+    pub fn allows(&self, sensor: Sensor, relation: &Relation<T>) -> Result<(), Refusal<T>> {
+        let off = relation.matrix - Matrix3::from_diagonal(&relation.matrix.diagonal());
+        let scale = relation.matrix.row_iter().fold(T::zero(), |most, row| {
+            let apart = (row.norm() - T::one()).abs();
+            // The largest, and what is not a number above all.
+            if apart <= most { most } else { apart }
+        });
+        let figures = [
+            (
+                off.amax(),
+                self.misalignment,
+                Refusal::ImplausibleMisalignment as fn(_) -> _,
+            ),
+            (scale, self.scale, Refusal::ImplausibleScale),
+            (
+                relation.bias.norm(),
+                self.bias.of(sensor),
+                Refusal::ImplausibleBias,
+            ),
+            (
+                relation.lever_arm.norm(),
+                self.lever_arm,
+                Refusal::ImplausibleLeverArm,
+            ),
+        ];
+        for (value, limit, refusal) in figures {
+            if let Some(excess) = Excess::of(value, limit) {
+                return Err(refusal(excess));
+            }
+        }
+        Ok(())
+    }
+}

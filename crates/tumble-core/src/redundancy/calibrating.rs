@@ -1,0 +1,330 @@
+//! Calibration mode of one secondary: waits for motion, collects pairs, fits them, and has them judged.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::real::{Real, real, seconds};
+use crate::redundancy::adoption::{Candidate, Refusal, Residuals, RestPair};
+use crate::redundancy::evaluation::Stored;
+use crate::redundancy::event::Abandoned;
+use crate::redundancy::fit::{Fit, PrimaryNoise, Problem};
+use crate::redundancy::joint::JointMoments;
+use crate::redundancy::pairing::Pair;
+use crate::redundancy::platform::Unit;
+use crate::redundancy::relation::Relation;
+use crate::redundancy::residual::{FORCE_LAYOUT, Layout, Pairs, RATE_LAYOUT};
+use crate::redundancy::sensor::{SENSORS, Sensor};
+use crate::redundancy::settings::{CollectionSettings, Settings};
+use crate::sample::CHANNELS;
+
+/// Where it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// The platform has not moved yet.
+    WaitingForMotion,
+    /// Pairs are taken while it moves.
+    Collecting,
+}
+
+/// What was measured at the rest that triggered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RestBefore<T: Real> {
+    /// Means of the primary, as read.
+    pub primary: [T; CHANNELS],
+    /// Variance of its windows.
+    pub variance: [T; CHANNELS],
+    /// Means of the secondary, as read.
+    pub secondary: [T; CHANNELS],
+}
+
+/// Calibration mode of one secondary.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Calibration<T: Real> {
+    secondary: usize,
+    sensors: [bool; 2],
+    phase: Phase,
+    since: u64,
+    rest: RestBefore<T>,
+    forces: Halves<T, 16, 136>,
+    rates: Halves<T, 7, 28>,
+}
+
+/// Pairs of even seconds, to be fitted, and of odd ones, held out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Halves<T: Real, const K: usize, const PACKED: usize> {
+    fitted: JointMoments<T, K, PACKED>,
+    held_out: JointMoments<T, K, PACKED>,
+}
+
+impl<T: Real, const K: usize, const PACKED: usize> Halves<T, K, PACKED> {
+    fn new() -> Self {
+        Self {
+            fitted: JointMoments::new(),
+            held_out: JointMoments::new(),
+        }
+    }
+
+    fn push(&mut self, second: u64, channels: &[T; K]) {
+        if second.is_multiple_of(2) {
+            self.fitted.push(channels);
+        } else {
+            self.held_out.push(channels);
+        }
+    }
+
+    fn pairs(&self) -> u32 {
+        self.fitted.samples().saturating_add(self.held_out.samples())
+    }
+
+    fn whole(&self) -> JointMoments<T, K, PACKED> {
+        let mut whole = self.fitted;
+        whole.merge(&self.held_out);
+        whole
+    }
+}
+
+/// What a step led to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// Nothing new.
+    GoesOn,
+    /// There are enough pairs, or time is up and there are enough to try.
+    Complete,
+    /// Time is up.
+    Abandoned(Abandoned),
+}
+
+/// Outcome for one sensor: what was found, how well it does, and whether it is adopted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome<T: Real> {
+    /// Fitted to all pairs.
+    pub fit: Fit<T>,
+    /// On held-out pairs.
+    pub residuals: Residuals<T>,
+    /// Whether it is adopted.
+    pub verdict: Result<(), Refusal<T>>,
+}
+
+impl<T: Real> Calibration<T> {
+    /// Waits for motion from `time` on.
+    pub fn new(secondary: usize, sensors: [bool; 2], time: u64, rest: RestBefore<T>) -> Self {
+        Self {
+            secondary,
+            sensors,
+            phase: Phase::WaitingForMotion,
+            since: time,
+            rest,
+            forces: Halves::new(),
+            rates: Halves::new(),
+        }
+    }
+
+    /// Number of the secondary.
+    pub fn secondary(&self) -> usize {
+        self.secondary
+    }
+
+    /// Sensors that are to be calibrated, accelerometer first.
+    pub fn sensors(&self) -> [bool; 2] {
+        self.sensors
+    }
+
+    /// Where it is.
+    pub fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    fn calibrates(&self, sensor: Sensor) -> bool {
+        let [accelerometer, gyroscope] = self.sensors;
+        match sensor {
+            Sensor::Accelerometer => accelerometer,
+            Sensor::Gyroscope => gyroscope,
+        }
+    }
+
+    /// Takes in the primary's window, while nothing moved yet, and says whether it moves now.
+    pub fn watch(&mut self, time: u64, mean: &[T; CHANNELS], settings: &CollectionSettings<T>) -> bool {
+        let moved = |sensor: Sensor| {
+            let both = mean.iter().zip(&self.rest.primary);
+            let apart = both
+                .skip(sensor.first_channel())
+                .take(3)
+                .fold(T::zero(), |sum, (a, b)| sum + (*a - *b) * (*a - *b));
+            let limit = settings.motion.of(sensor);
+            apart >= limit * limit
+        };
+        let moves = SENSORS.into_iter().any(moved);
+        if moves {
+            self.phase = Phase::Collecting;
+            self.since = time;
+        }
+        moves
+    }
+
+    /// Takes in a pair; `usable` says which sensors of both may be used. What is `stored` must stay the same meanwhile.
+    pub fn take(&mut self, time: u64, pair: &Pair<T>, usable: [bool; 2], stored: &[Stored<T>; 2]) {
+        let second = time / 1_000_000;
+        let age = seconds::<T>(time.saturating_sub(self.since));
+        let [accelerometer, gyroscope] = usable;
+        let [force, rate] = stored;
+        if accelerometer && self.calibrates(Sensor::Accelerometer) {
+            self.forces.push(second, &pair.forces(age, &force.relation));
+        }
+        if gyroscope && self.calibrates(Sensor::Gyroscope) {
+            self.rates.push(second, &pair.rates(age, &rate.relation));
+        }
+    }
+
+    /// Whether there is enough, or no time left.
+    pub fn check(&self, time: u64, settings: &CollectionSettings<T>, window: u64) -> Progress {
+        let passed = time.saturating_sub(self.since);
+        if self.phase == Phase::WaitingForMotion {
+            let late = passed > settings.motion_timeout;
+            return if late {
+                Progress::Abandoned(Abandoned::NoMotion)
+            } else {
+                Progress::GoesOn
+            };
+        }
+        let sensors = SENSORS.into_iter().filter(|sensor| self.calibrates(*sensor));
+        let pairs = sensors.map(|sensor| self.pairs(sensor)).min().unwrap_or(0);
+        if u64::from(pairs).saturating_mul(window) >= settings.collect {
+            return Progress::Complete;
+        }
+        if passed <= settings.collect_timeout {
+            return Progress::GoesOn;
+        }
+        if pairs >= settings.fewest_pairs {
+            Progress::Complete
+        } else {
+            Progress::Abandoned(Abandoned::TimedOut)
+        }
+    }
+
+    /// Pairs taken of a sensor.
+    pub fn pairs(&self, sensor: Sensor) -> u32 {
+        match sensor {
+            Sensor::Accelerometer => self.forces.pairs(),
+            Sensor::Gyroscope => self.rates.pairs(),
+        }
+    }
+
+    /// Fits one sensor and judges the fit.
+    ///
+    /// # Errors
+    /// [`Refusal`] where there is no fit to be judged.
+    pub fn conclude(
+        &self,
+        sensor: Sensor,
+        unit: &Unit<T>,
+        stored: &Relation<T>,
+        settings: &Settings<T>,
+    ) -> Result<Outcome<T>, Refusal<T>> {
+        let trial = Trial {
+            sensor,
+            unit,
+            stored,
+            settings,
+            rest: self.rest_pair(sensor, unit),
+            noise: self.noise(sensor, unit, settings.window),
+        };
+        match sensor {
+            Sensor::Accelerometer => {
+                let Halves { fitted, held_out } = &self.forces;
+                trial.run(fitted, held_out, &self.forces.whole(), FORCE_LAYOUT)
+            }
+            Sensor::Gyroscope => {
+                let Halves { fitted, held_out } = &self.rates;
+                trial.run(fitted, held_out, &self.rates.whole(), RATE_LAYOUT)
+            }
+        }
+    }
+
+    fn rest_pair(&self, sensor: Sensor, unit: &Unit<T>) -> RestPair<T> {
+        RestPair {
+            first: unit.sensor_from_primary * of_sensor(&self.rest.primary, sensor),
+            second: of_sensor(&self.rest.secondary, sensor),
+        }
+    }
+
+    /// The primary's noise in a pair, from its windows at rest: two thirds of their variance in a triangle, and twice it
+    /// in the difference of two.
+    fn noise(&self, sensor: Sensor, unit: &Unit<T>, window: u64) -> PrimaryNoise<T> {
+        let turn = &unit.sensor_from_primary;
+        let of = |sensor| of_sensor(&self.rest.variance, sensor);
+        let length = seconds::<T>(window);
+        PrimaryNoise {
+            reading: turn * Matrix3::from_diagonal(&(of(sensor) * real::<T>(2.0 / 3.0))) * turn.transpose(),
+            angular_acceleration: of(Sensor::Gyroscope) * (real::<T>(2.0) / (length * length)),
+        }
+    }
+}
+
+/// The three channels of a sensor.
+pub fn of_sensor<T: Real>(channels: &[T; CHANNELS], sensor: Sensor) -> Vector3<T> {
+    let [fx, fy, fz, wx, wy, wz] = *channels;
+    match sensor {
+        Sensor::Accelerometer => Vector3::new(fx, fy, fz),
+        Sensor::Gyroscope => Vector3::new(wx, wy, wz),
+    }
+}
+
+/// A sensor whose pairs are complete.
+struct Trial<'a, T: Real> {
+    sensor: Sensor,
+    unit: &'a Unit<T>,
+    stored: &'a Relation<T>,
+    settings: &'a Settings<T>,
+    rest: RestPair<T>,
+    noise: PrimaryNoise<T>,
+}
+
+impl<T: Real> Trial<'_, T> {
+    fn run(
+        &self,
+        fitted: &dyn Pairs<T>,
+        held_out: &dyn Pairs<T>,
+        all: &dyn Pairs<T>,
+        layout: Layout,
+    ) -> Result<Outcome<T>, Refusal<T>> {
+        let needed = self.settings.collection.fewest_pairs;
+        let pairs = all.samples();
+        if pairs < needed || fitted.samples() == 0 || held_out.samples() == 0 {
+            return Err(Refusal::TooFewPairs { pairs, needed });
+        }
+        let half = self.fit(fitted, layout)?;
+        let whole = self.fit(all, layout)?;
+        let candidate = Candidate {
+            sensor: self.sensor,
+            axes: self.unit.axes.of(self.sensor),
+            layout,
+            half: &half,
+            whole: &whole,
+            stored: self.stored,
+            held_out,
+            all,
+            rest: &self.rest,
+        };
+        let residuals = candidate.residuals();
+        Ok(Outcome {
+            fit: whole,
+            residuals,
+            verdict: candidate.judge(&residuals, &self.settings.adoption),
+        })
+    }
+
+    fn fit(&self, pairs: &dyn Pairs<T>, layout: Layout) -> Result<Fit<T>, Refusal<T>> {
+        let settings = &self.settings.fit;
+        let unknown_arm = self.sensor == Sensor::Accelerometer && self.unit.lever_arm.is_none();
+        let problem = Problem {
+            pairs,
+            layout,
+            axes: self.unit.axes.of(self.sensor),
+            noise: self.noise,
+            stored: self.stored,
+            highest: settings.highest_rung,
+            excitation: settings.excitation.of(self.sensor),
+            lever_arm_excitation: unknown_arm.then_some(settings.lever_arm_excitation),
+        };
+        problem.solve().ok_or(Refusal::Unsolvable)
+    }
+}

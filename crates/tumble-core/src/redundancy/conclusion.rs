@@ -1,0 +1,119 @@
+//! The end of a calibration: fits are made, judged, and adopted or refused.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::real::{Real, real};
+use crate::redundancy::calibrating::{Calibration, Outcome};
+use crate::redundancy::evaluation::Stored;
+use crate::redundancy::event::{Event, What};
+use crate::redundancy::fit::Fit;
+use crate::redundancy::monitor::{Report, sensor_of_mut};
+use crate::redundancy::platform::Unit;
+use crate::redundancy::record::Record;
+use crate::redundancy::sensor::{SENSORS, Sensor};
+use crate::redundancy::settings::Settings;
+
+/// Share of an axis that has to lie in the directions shown for its figures to count as shown.
+const SHOWN: f64 = 0.75;
+
+/// Fits what was collected, and replaces what is stored where that is better.
+pub(super) fn conclude<T: Real>(
+    settings: &Settings<T>,
+    calibration: &Calibration<T>,
+    unit: &Unit<T>,
+    stored: &mut [Stored<T>; 2],
+    time: u64,
+    report: Report<'_, T>,
+) {
+    let number = calibration.secondary();
+    let wanted = SENSORS.into_iter().zip(calibration.sensors());
+    for (sensor, _) in wanted.filter(|(_, wanted)| *wanted) {
+        let stored = sensor_of_mut(stored, sensor);
+        let mut tell = |what| {
+            report(Event {
+                time,
+                unit: number,
+                what,
+            })
+        };
+        let outcome = match calibration.conclude(sensor, unit, &stored.relation, settings) {
+            Ok(outcome) => outcome,
+            Err(why) => {
+                tell(What::Refused { sensor, why });
+                continue;
+            }
+        };
+        tell(What::Fitted {
+            sensor,
+            rung: outcome.fit.rung,
+            directions: outcome.fit.directions,
+            pairs: outcome.fit.pairs,
+            residual: outcome.residuals.after,
+            residual_before: outcome.residuals.before,
+        });
+        match outcome.verdict {
+            Err(why) => tell(What::Refused { sensor, why }),
+            Ok(()) => {
+                let sequence = stored.sequence.saturating_add(1);
+                let record = record(sensor, unit, &outcome, sequence);
+                *stored = Stored {
+                    relation: outcome.fit.relation,
+                    residual: outcome.residuals.after,
+                    sequence,
+                    calibrated: true,
+                };
+                tell(What::Adopted { record });
+            }
+        }
+    }
+}
+
+/// What is to be stored, in the frames of records: the nominal rotation is part of M there.
+fn record<T: Real>(sensor: Sensor, unit: &Unit<T>, outcome: &Outcome<T>, sequence: u32) -> Record<T> {
+    let fit = &outcome.fit;
+    let arm_known = sensor == Sensor::Accelerometer && unit.lever_arm.is_some();
+    Record {
+        identity: unit.identity,
+        sensor,
+        model: fit.relation.model(&unit.sensor_from_primary),
+        matrix_sigma: matrix_sigma(fit, &unit.sensor_from_primary),
+        bias_sigma: fit.bias_sigma,
+        lever_arm: unit
+            .lever_arm
+            .filter(|_| arm_known)
+            .unwrap_or(fit.relation.lever_arm),
+        lever_arm_sigma: if arm_known {
+            Vector3::zeros()
+        } else {
+            sigma(&fit.lever_arm_covariance, &fit.lever_arm_shown)
+        },
+        rung: fit.rung,
+        directions: fit.directions,
+        residual: outcome.residuals.after,
+        residual_before: outcome.residuals.before,
+        pairs: fit.pairs,
+        sequence,
+    }
+}
+
+fn matrix_sigma<T: Real>(fit: &Fit<T>, turn: &Matrix3<T>) -> Matrix3<T> {
+    let mut sigmas = Matrix3::zeros();
+    for (i, (covariance, shown)) in fit.row_covariance.iter().zip(&fit.shown).enumerate() {
+        let turned = |matrix: &Matrix3<T>| turn.transpose() * matrix * turn;
+        sigmas.set_row(i, &sigma(&turned(covariance), &turned(shown)).transpose());
+    }
+    sigmas
+}
+
+/// 1-sigma of each axis; infinite where it does not lie in the directions shown.
+fn sigma<T: Real>(covariance: &Matrix3<T>, shown: &Matrix3<T>) -> Vector3<T> {
+    covariance
+        .diagonal()
+        .zip_map(&shown.diagonal(), |variance, shown| {
+            if shown > real(SHOWN) {
+                variance.max(T::zero()).sqrt()
+            } else {
+                T::one() / T::zero()
+            }
+        })
+}

@@ -1,0 +1,170 @@
+//! Deviations at rest, where physics says what a sensor has to say: |f| = g and w = 0.
+
+use nalgebra::Vector3;
+
+use crate::real::{Real, count};
+use crate::redundancy::platform::{PrimaryCalibration, Unit};
+use crate::redundancy::relation::Relation;
+use crate::redundancy::sensor::Sensor;
+use crate::redundancy::settings::{Data, EvaluationSettings};
+use crate::redundancy::thresholds::Threshold;
+
+/// A deviation and its threshold, m/s^2 or rad/s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Deviation<T: Real> {
+    /// How far from what it should be.
+    pub value: T,
+    /// As it is at the time.
+    pub threshold: T,
+}
+
+impl<T: Real> Deviation<T> {
+    /// Also where the deviation is not a number.
+    pub fn exceeds(&self) -> bool {
+        let within = self.value <= self.threshold;
+        !within
+    }
+}
+
+/// What is stored of one sensor of a secondary.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stored<T: Real> {
+    /// Its error.
+    pub relation: Relation<T>,
+    /// Root mean square residual of a channel on held-out pairs, m/s^2 or rad/s; zero before the first calibration.
+    pub residual: T,
+    /// Counts the calibrations; zero before the first, and for one given from outside.
+    pub sequence: u32,
+    /// Whether there was any.
+    pub calibrated: bool,
+}
+
+impl<T: Real> Stored<T> {
+    /// Nothing.
+    pub fn nothing() -> Self {
+        Self {
+            relation: Relation::none(),
+            residual: T::zero(),
+            sequence: 0,
+            calibrated: false,
+        }
+    }
+}
+
+/// The primary's sensor at rest.
+pub struct PrimaryAtRest<'a, T: Real> {
+    /// Which.
+    pub sensor: Sensor,
+    /// Its mean, as read.
+    pub mean: Vector3<T>,
+    /// Its own calibration.
+    pub calibration: &'a PrimaryCalibration<T>,
+    /// Its deviation when it was last found valid.
+    pub last_valid: T,
+}
+
+impl<T: Real> PrimaryAtRest<'_, T> {
+    /// Against the fifth or sixth threshold.
+    pub fn deviation(&self, settings: &EvaluationSettings<T>) -> Deviation<T> {
+        let corrected = self.calibration.correct(self.sensor, &self.mean);
+        let (data, last) = match settings.data {
+            Data::Raw => (self.mean, (self.mean - corrected).norm()),
+            Data::Compensated => (corrected, self.last_valid),
+        };
+        let threshold = match self.sensor {
+            Sensor::Accelerometer => &settings.thresholds.fifth,
+            Sensor::Gyroscope => &settings.thresholds.sixth,
+        };
+        Deviation {
+            value: from_physics(self.sensor, data.norm(), settings.gravity),
+            threshold: threshold.value(last),
+        }
+    }
+}
+
+/// A secondary's sensor at rest.
+pub struct SecondaryAtRest<'a, T: Real> {
+    /// Which.
+    pub sensor: Sensor,
+    /// How it is built in.
+    pub unit: &'a Unit<T>,
+    /// Its mean, as read.
+    pub mean: Vector3<T>,
+    /// What is stored of it.
+    pub stored: &'a Stored<T>,
+    /// The primary's own calibration.
+    pub calibration: &'a PrimaryCalibration<T>,
+}
+
+impl<T: Real> SecondaryAtRest<'_, T> {
+    /// Against physics; `None` where an axis is missing without which there is no magnitude of gravity.
+    pub fn norm(&self, settings: &EvaluationSettings<T>) -> Option<Deviation<T>> {
+        let complete = self.unit.axes.complete(self.sensor);
+        if self.sensor == Sensor::Accelerometer && !complete {
+            return None;
+        }
+        let magnitude = match (settings.data, self.sensor) {
+            (Data::Raw, _) => self.over_axes(&self.mean),
+            (Data::Compensated, Sensor::Accelerometer) => {
+                let as_primary = self.unit.sensor_from_primary.tr_mul(&self.compensated());
+                self.calibration.correct(self.sensor, &as_primary).norm()
+            }
+            // At rest the primary says its bias, whichever axes the secondary has.
+            (Data::Compensated, Sensor::Gyroscope) => {
+                let bias = self.unit.sensor_from_primary * self.calibration.model(self.sensor).bias;
+                self.over_axes(&(self.compensated() - bias))
+            }
+        };
+        Some(Deviation {
+            value: from_physics(self.sensor, magnitude, settings.gravity),
+            threshold: self.threshold(settings),
+        })
+    }
+
+    /// Against what the primary says at the same rest, `primary` as read.
+    pub fn vector(&self, primary: &Vector3<T>, settings: &EvaluationSettings<T>) -> Deviation<T> {
+        let data = match settings.data {
+            Data::Raw => self.mean,
+            Data::Compensated => self.compensated(),
+        };
+        Deviation {
+            value: self.over_axes(&(data - self.unit.sensor_from_primary * primary)),
+            threshold: self.threshold(settings),
+        }
+    }
+
+    /// As the primary would read, in the axes of the secondary.
+    fn compensated(&self) -> Vector3<T> {
+        self.stored.relation.correct(&self.mean)
+    }
+
+    fn over_axes(&self, v: &Vector3<T>) -> T {
+        let present = v.iter().zip(self.unit.axes.of(self.sensor));
+        let squares = present.fold(T::zero(), |sum, (x, has)| if has { sum + *x * *x } else { sum });
+        squares.sqrt()
+    }
+
+    /// The last error is, of raw data, what the stored error makes of this very reading; of compensated data, what the
+    /// stored error left on held-out pairs.
+    fn threshold(&self, settings: &EvaluationSettings<T>) -> T {
+        let last = match settings.data {
+            Data::Raw => self.over_axes(&(self.mean - self.compensated())),
+            Data::Compensated => {
+                let axes = self.unit.axes.of(self.sensor).iter().filter(|has| **has).count();
+                self.stored.residual * count::<T>(u32::try_from(axes).unwrap_or(3)).sqrt()
+            }
+        };
+        let threshold: &Threshold<T> = match self.sensor {
+            Sensor::Accelerometer => &settings.thresholds.third,
+            Sensor::Gyroscope => &settings.thresholds.fourth,
+        };
+        threshold.value(last)
+    }
+}
+
+fn from_physics<T: Real>(sensor: Sensor, magnitude: T, gravity: T) -> T {
+    match sensor {
+        Sensor::Accelerometer => (magnitude - gravity).abs(),
+        Sensor::Gyroscope => magnitude,
+    }
+}

@@ -1,0 +1,53 @@
+//! Directions along which something moved enough to show something.
+
+use nalgebra::Matrix3;
+
+use crate::eigen;
+use crate::real::Real;
+
+/// Inverse of a symmetric matrix over the directions along which it is at least `least`, and the projection onto them.
+pub(super) struct Excited<T: Real> {
+    pub inverse: Matrix3<T>,
+    /// Onto these directions.
+    pub projection: Matrix3<T>,
+    /// How many.
+    pub directions: u8,
+}
+
+impl<T: Real> Excited<T> {
+    /// Along which the motion is at least that large.
+    pub fn of(matrix: Matrix3<T>, least: T) -> Self {
+        let (values, vectors) = eigen::symmetric(matrix);
+        let mut excited = Self::nothing();
+        for (value, v) in values.iter().zip(vectors.column_iter()) {
+            if *value >= least {
+                let along = v * v.transpose();
+                excited.inverse += along / *value;
+                excited.projection += along;
+                excited.directions += 1;
+            }
+        }
+        excited
+    }
+
+    /// None at all.
+    pub fn nothing() -> Self {
+        Self {
+            inverse: Matrix3::zeros(),
+            projection: Matrix3::zeros(),
+            directions: 0,
+        }
+    }
+
+    /// Only along axis `i`.
+    pub fn along_axis(matrix: &Matrix3<T>, i: usize, least: T) -> Self {
+        let mut excited = Self::nothing();
+        let value = matrix[(i, i)];
+        if value >= least {
+            excited.inverse[(i, i)] = T::one() / value;
+            excited.projection[(i, i)] = T::one();
+            excited.directions = 1;
+        }
+        excited
+    }
+}

@@ -1,0 +1,296 @@
+//! The ladder: offsets, gains, matrix, lever arm, from the joint moments of pairs and nothing else.
+//!
+//! What is fitted is what the secondary says beyond the stored error: small numbers, of which single precision keeps
+//! enough digits.
+//!
+//! Along directions that the motion did not excite, the matrix and the lever arm stay what they were. All systems
+//! solved are 3 x 3: the rows of M share the covariance of the motion, and the lever arm remains by Schur complement
+//! (docs/theory/redundancy.md, eq. 5 to 11).
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::real::{Real, count, real};
+use crate::redundancy::excitation::Excited;
+use crate::redundancy::pairing::FORCE_CHANNELS;
+use crate::redundancy::relation::Relation;
+use crate::redundancy::residual::{Layout, Pairs, Residual};
+use crate::redundancy::settings::Rung;
+
+/// Variance of the primary's noise in a pair, measured at rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrimaryNoise<T: Real> {
+    /// Covariance of its reading, in the axes of the secondary, (m/s^2)^2 or (rad/s)^2.
+    pub reading: Matrix3<T>,
+    /// Variance of each axis of its angular acceleration, (rad/s^2)^2.
+    pub angular_acceleration: Vector3<T>,
+}
+
+/// What is to be fitted to what.
+pub struct Problem<'a, T: Real> {
+    /// The pairs.
+    pub pairs: &'a dyn Pairs<T>,
+    /// Their channels.
+    pub layout: Layout,
+    /// Axes that the sensor has.
+    pub axes: [bool; 3],
+    /// Noise of the primary.
+    pub noise: PrimaryNoise<T>,
+    /// What is stored, and stays where nothing is shown.
+    pub stored: &'a Relation<T>,
+    /// Top of the ladder.
+    pub highest: Rung,
+    /// Standard deviation of the motion along a direction from which on it counts, m/s^2 or rad/s.
+    pub excitation: T,
+    /// The same for the lever arm, m/s^2 per m; `None` where the lever arm is known.
+    pub lever_arm_excitation: Option<T>,
+}
+
+/// What was found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fit<T: Real> {
+    /// The error.
+    pub relation: Relation<T>,
+    /// How far up the ladder.
+    pub rung: Rung,
+    /// Directions along which M was fitted.
+    pub directions: u8,
+    /// For each row of M, the projection onto the directions along which it was fitted.
+    pub shown: [Matrix3<T>; 3],
+    /// Covariance of each row of M along these.
+    pub row_covariance: [Matrix3<T>; 3],
+    /// 1-sigma of the bias, given the parts of M that were left as they were.
+    pub bias_sigma: Vector3<T>,
+    /// The projection onto the directions along which the lever arm was fitted.
+    pub lever_arm_shown: Matrix3<T>,
+    /// Covariance of the lever arm along these, m^2.
+    pub lever_arm_covariance: Matrix3<T>,
+    /// Pairs fitted to.
+    pub pairs: u32,
+}
+
+/// The lever arm meets M only in products of small numbers: each pass takes nine tenths of what is left.
+const PASSES: u32 = 4;
+
+/// Neighbouring triangles share a window, which makes the variance of means 1 + 2/4 times that of independent ones
+/// (docs/theory/redundancy.md, eq. 12).
+const SHARED: f64 = 1.5;
+
+/// The moments a fit needs, taken out of the pairs.
+struct Sums<'a, 'b, T: Real> {
+    problem: &'a Problem<'b, T>,
+    motion: Matrix3<T>,
+}
+
+/// Row `i` of the pairs, for a given M: the channels of the lever are those of `M W`.
+struct Row<T: Real> {
+    /// Covariance of the motion with what is not explained yet.
+    motion: Vector3<T>,
+    /// Covariance of the motion with the lever.
+    motion_lever: Matrix3<T>,
+    /// Covariance of the lever with what is not explained yet.
+    lever: Vector3<T>,
+    /// Covariance of the lever with itself.
+    lever_lever: Matrix3<T>,
+}
+
+impl<'a, 'b, T: Real> Sums<'a, 'b, T> {
+    fn new(problem: &'a Problem<'b, T>) -> Self {
+        let motion = Matrix3::from_fn(|i, j| problem.pairs.covariance_of(i, j));
+        Self {
+            problem,
+            motion: motion - problem.noise.reading,
+        }
+    }
+
+    fn lever_channel(&self, l: usize, k: usize) -> usize {
+        self.problem
+            .layout
+            .lever
+            .map_or(FORCE_CHANNELS, |first| first + 3 * l + k)
+    }
+
+    fn second_channel(&self, i: usize) -> usize {
+        self.problem.layout.second + i
+    }
+
+    /// Covariance of the motion with row `i` of `A W`.
+    fn motion_with_lever(&self, a: &Matrix3<T>, i: usize) -> Matrix3<T> {
+        Matrix3::from_fn(|j, k| {
+            (0..3).fold(T::zero(), |sum, l| {
+                sum + a[(i, l)] * self.problem.pairs.covariance_of(j, self.lever_channel(l, k))
+            })
+        })
+    }
+
+    /// Covariance of row `i` of `A W` with row `i` of `B W`.
+    fn lever_with_lever(&self, a: &Matrix3<T>, b: &Matrix3<T>, i: usize) -> Matrix3<T> {
+        Matrix3::from_fn(|k, n| {
+            (0..9).fold(T::zero(), |sum, pair| {
+                let (l, o) = (pair / 3, pair % 3);
+                let (first, second) = (self.lever_channel(l, k), self.lever_channel(o, n));
+                sum + a[(i, l)] * b[(i, o)] * self.problem.pairs.covariance_of(first, second)
+            })
+        })
+    }
+
+    /// Row `i` (docs/theory/redundancy.md, eq. 7): the change of M, in which the stored lever arm has a part already, and
+    /// the primary's noise, which is in the motion and, through the stored M, in what is not explained.
+    fn row(&self, m: &Matrix3<T>, i: usize) -> Row<T> {
+        let Problem {
+            pairs, stored, noise, ..
+        } = self.problem;
+        let y = self.second_channel(i);
+        let change = m - stored.matrix;
+        let noise_in_y = noise.reading * stored.matrix.row(i).transpose();
+        let motion_y = Vector3::from_fn(|j, _| pairs.covariance_of(j, y));
+        let lever_y = Vector3::from_fn(|k, _| {
+            (0..3).fold(T::zero(), |sum, l| {
+                sum + m[(i, l)] * pairs.covariance_of(self.lever_channel(l, k), y)
+            })
+        });
+        Row {
+            motion: motion_y + noise_in_y - self.motion_with_lever(&change, i) * stored.lever_arm,
+            motion_lever: self.motion_with_lever(m, i),
+            lever: lever_y - self.lever_with_lever(m, &change, i) * stored.lever_arm,
+            lever_lever: self.lever_with_lever(m, m, i),
+        }
+    }
+}
+
+/// One pass of the ladder.
+struct Pass<T: Real> {
+    matrix: Matrix3<T>,
+    lever_arm: Vector3<T>,
+    lever: Excited<T>,
+    motion_lever: [Matrix3<T>; 3],
+}
+
+impl<T: Real> Problem<'_, T> {
+    /// Goes up the ladder as far as the motion excites it. `None` where numbers fail.
+    pub fn solve(&self) -> Option<Fit<T>> {
+        let sums = Sums::new(self);
+        let least = self.excitation * self.excitation;
+        let complete = self.axes == [true; 3];
+        let excited: [Excited<T>; 3] = core::array::from_fn(|i| match self.highest {
+            _ if !self.axes[i] => Excited::nothing(),
+            Rung::Offset => Excited::nothing(),
+            Rung::Affine | Rung::AffineAndLeverArm if complete => Excited::of(sums.motion, least),
+            Rung::Gain | Rung::Affine | Rung::AffineAndLeverArm => {
+                Excited::along_axis(&sums.motion, i, least)
+            }
+        });
+        let mut pass = self.pass(&sums, &excited, &self.stored.matrix);
+        for _ in 1..PASSES {
+            let matrix = pass.matrix;
+            pass = self.pass(&sums, &excited, &matrix);
+        }
+        self.conclude(&excited, &pass)
+    }
+
+    fn pass(&self, sums: &Sums<'_, '_, T>, excited: &[Excited<T>; 3], m: &Matrix3<T>) -> Pass<T> {
+        let rows: [Row<T>; 3] = core::array::from_fn(|i| sums.row(m, i));
+        let lever = self.lever(&rows, excited);
+        let unexplained = self
+            .present(&rows, excited)
+            .fold(Vector3::zeros(), |sum, (row, excited)| {
+                sum + row.lever - row.motion_lever.tr_mul(&(excited.inverse * row.motion))
+            });
+        let step = lever.inverse * unexplained;
+        let mut matrix = self.stored.matrix;
+        for ((i, row), excited) in rows.iter().enumerate().zip(excited) {
+            let change = excited.inverse * (row.motion - row.motion_lever * step);
+            matrix.set_row(i, &(matrix.row(i) + change.transpose()));
+        }
+        Pass {
+            matrix,
+            lever_arm: self.stored.lever_arm + step,
+            lever,
+            motion_lever: rows.map(|row| row.motion_lever),
+        }
+    }
+
+    fn present<'c>(
+        &'c self,
+        rows: &'c [Row<T>; 3],
+        excited: &'c [Excited<T>; 3],
+    ) -> impl Iterator<Item = (&'c Row<T>, &'c Excited<T>)> {
+        let all = rows.iter().zip(excited).zip(self.axes);
+        all.filter(|(_, present)| *present).map(|(row, _)| row)
+    }
+
+    /// What the lever arm shows beyond what the motion explains: the Schur complement, less the primary's noise.
+    fn lever(&self, rows: &[Row<T>; 3], excited: &[Excited<T>; 3]) -> Excited<T> {
+        let (Some(least), Rung::AffineAndLeverArm) = (self.lever_arm_excitation, self.highest) else {
+            return Excited::nothing();
+        };
+        let v = &self.noise.angular_acceleration;
+        let noise = Matrix3::from_diagonal(&Vector3::new(v.y + v.z, v.z + v.x, v.x + v.y));
+        let complement = self.present(rows, excited).fold(-noise, |sum, (row, excited)| {
+            sum + row.lever_lever - row.motion_lever.tr_mul(&(excited.inverse * row.motion_lever))
+        });
+        Excited::of(complement, least * least)
+    }
+
+    fn conclude(&self, excited: &[Excited<T>; 3], pass: &Pass<T>) -> Option<Fit<T>> {
+        let means = |first: usize| Vector3::from_fn(|i, _| self.pairs.mean_of(first + i));
+        let motion = means(0);
+        let lever = self.layout.lever.map_or(Matrix3::zeros(), |first| {
+            Matrix3::from_fn(|l, k| self.pairs.mean_of(first + 3 * l + k))
+        });
+        let stored = self.stored;
+        let beyond = means(self.layout.second) - (pass.matrix - stored.matrix) * motion;
+        let arms = pass.matrix * (lever * pass.lever_arm) - stored.matrix * (lever * stored.lever_arm);
+        let change = beyond - arms;
+        let bias = stored.bias + Vector3::from_fn(|i, _| if self.axes[i] { change[i] } else { T::zero() });
+        let relation = Relation::new(pass.matrix, bias, pass.lever_arm)?;
+        let directions = excited.iter().fold(0, |most, row| row.directions.max(most));
+        let pairs = self.pairs.samples();
+        let unknowns = 1 + u32::from(directions);
+        let share = real::<T>(SHARED) / count(pairs.saturating_sub(unknowns).max(1));
+        let variance: [T; 3] = core::array::from_fn(|i| self.residual_variance(&relation, i) * share);
+        let [x, y, z] = variance;
+        let lever_arm_covariance = pass.lever.inverse * ((x + y + z) * real(1.0 / 3.0));
+        let carried_by_lever: [Matrix3<T>; 3] =
+            core::array::from_fn(|i| excited[i].inverse * pass.motion_lever[i]);
+        let row_covariance: [Matrix3<T>; 3] = core::array::from_fn(|i| {
+            let by_lever = carried_by_lever[i] * lever_arm_covariance * carried_by_lever[i].transpose();
+            excited[i].inverse * variance[i] + by_lever
+        });
+        let bias_sigma = Vector3::from_fn(|i, _| {
+            let arm = (pass.matrix * lever).row(i).transpose();
+            let across = -carried_by_lever[i] * lever_arm_covariance * arm;
+            let spread = motion.dot(&(row_covariance[i] * motion)) + arm.dot(&(lever_arm_covariance * arm));
+            (variance[i] + spread + motion.dot(&across) * real(2.0))
+                .max(T::zero())
+                .sqrt()
+        });
+        Some(Fit {
+            relation,
+            rung: self.rung(directions, pass.lever.directions),
+            directions,
+            shown: core::array::from_fn(|i| excited[i].projection),
+            row_covariance,
+            bias_sigma,
+            lever_arm_shown: pass.lever.projection,
+            lever_arm_covariance,
+            pairs,
+        })
+    }
+
+    fn rung(&self, directions: u8, lever_directions: u8) -> Rung {
+        match (directions, lever_directions) {
+            (_, 1..) => Rung::AffineAndLeverArm,
+            (0, 0) => Rung::Offset,
+            _ if self.highest == Rung::Gain || self.axes != [true; 3] => Rung::Gain,
+            _ => Rung::Affine,
+        }
+    }
+
+    fn residual_variance(&self, relation: &Relation<T>, row: usize) -> T {
+        Residual::new(relation, self.stored, &self.layout, row).variance(self.pairs)
+    }
+}
+
+#[cfg(test)]
+#[path = "fit_tests.rs"]
+mod tests;

@@ -1,0 +1,376 @@
+//! The monitor: takes samples of any unit, and keeps the set calibrated and its output alive.
+
+use crate::real::Real;
+use crate::redundancy::calibrating::Calibration;
+use crate::redundancy::clock::{Clock, ClockSettings, Verdict};
+use crate::redundancy::evaluation::Stored;
+use crate::redundancy::event::{Abandoned, Event, Rejected, What};
+use crate::redundancy::health::Health;
+use crate::redundancy::output::{Carrier, Output, compensate, lever_arm};
+use crate::redundancy::pairing::products;
+use crate::redundancy::platform::{Platform, Unit};
+use crate::redundancy::record::Record;
+use crate::redundancy::relation::Relation;
+use crate::redundancy::rest::Rest;
+use crate::redundancy::selection::{Candidate, Selection};
+use crate::redundancy::sensor::{SENSORS, Sensor};
+use crate::redundancy::unit::{AtRest, Stream};
+use crate::sample::{CHANNELS, Sample};
+
+/// Who is told of what happened.
+pub type Report<'a, T> = &'a mut dyn FnMut(Event<T>);
+
+/// What somebody may ask for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Command {
+    /// Evaluate at the next rest, or at this one.
+    Evaluate,
+    /// Take the primary for the source again, if it is in health.
+    ReturnToPrimary,
+}
+
+/// Watches `UNITS` units, of which number 0 is the primary, and calibrates up to `AT_ONCE` secondaries at a time. All its
+/// memory is in it; the platform is handed in with every call, so that it may lie in read-only memory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize> {
+    clock: Clock<UNITS>,
+    pub(super) streams: [Stream<T>; UNITS],
+    pub(super) products: Stream<T>,
+    pub(super) health: [Health<T>; UNITS],
+    pub(super) at_rest: [AtRest<T>; UNITS],
+    pub(super) rest: Rest<T>,
+    pub(super) stored: [[Stored<T>; 2]; UNITS],
+    pub(super) calibrations: [Option<Calibration<T>>; AT_ONCE],
+    pub(super) step: Option<u64>,
+    known_healthy: [bool; UNITS],
+    selection: Selection,
+    carrier: Carrier<T>,
+}
+
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Default for Monitor<T, UNITS, AT_ONCE> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONCE> {
+    /// Knows nothing; give it stored records next, with [`Self::restore`].
+    pub fn new() -> Self {
+        Self {
+            clock: Clock::new(),
+            streams: [Stream::new(); UNITS],
+            products: Stream::new(),
+            health: [Health::new(); UNITS],
+            at_rest: [AtRest::new(); UNITS],
+            rest: Rest::new(),
+            stored: [[Stored::nothing(); 2]; UNITS],
+            calibrations: [None; AT_ONCE],
+            step: None,
+            known_healthy: [true; UNITS],
+            selection: Selection::new(),
+            carrier: Carrier::new(),
+        }
+    }
+
+    /// Takes a stored record of a sensor; says in an event what became of it.
+    pub fn restore(&mut self, platform: &Platform<T, UNITS>, record: &Record<T>, report: Report<'_, T>) {
+        let sensor = record.sensor;
+        let mut secondaries = platform.units().iter().zip(&mut self.stored).enumerate().skip(1);
+        let found =
+            secondaries.find(|(_, (unit, _))| unit.identity == record.identity && unit.axes.any(sensor));
+        let (unit, why) = match found {
+            None => (0, Some(Rejected::OfAnotherUnit)),
+            Some((number, (unit, stored))) => match accepted(platform, unit, record) {
+                Err(why) => (number, Some(why)),
+                Ok(relation) => {
+                    *sensor_of_mut(stored, sensor) = Stored {
+                        relation,
+                        residual: record.residual,
+                        sequence: record.sequence,
+                        calibrated: true,
+                    };
+                    (number, None)
+                }
+            },
+        };
+        let time = self.clock.now().unwrap_or(0);
+        for slot in &mut self.calibrations {
+            let concerned = slot.as_ref().is_some_and(|slot| slot.secondary() == unit);
+            if concerned && why.is_none() {
+                abandon(slot, time, Abandoned::RecordReplaced, report);
+            }
+        }
+        let sequence = record.sequence;
+        let restored = What::Restored { sensor, sequence };
+        report(Event {
+            time,
+            unit,
+            what: why.map_or(restored, |why| What::RecordRejected { sensor, why }),
+        });
+    }
+
+    /// Asks for something, from now on.
+    pub fn command(&mut self, command: Command) {
+        match command {
+            Command::Evaluate => self.rest.command(),
+            Command::ReturnToPrimary => self.selection.command_primary(),
+        }
+    }
+
+    /// What is stored of the two sensors of a unit, accelerometer first.
+    pub fn stored(&self, unit: usize) -> Option<&[Stored<T>; 2]> {
+        self.stored.get(unit)
+    }
+
+    /// The unit the output comes from.
+    pub fn source(&self) -> Option<usize> {
+        self.selection.source()
+    }
+
+    /// Number of the window on the common clock that was looked at last.
+    pub fn window(&self) -> Option<u64> {
+        self.step
+    }
+
+    /// What a unit said over that window, as read, m/s^2 and rad/s.
+    pub fn means(&self, unit: usize) -> Option<&[T; CHANNELS]> {
+        self.streams
+            .get(unit)?
+            .window(self.step?)
+            .map(|means| &means.mean)
+    }
+
+    /// Takes in the next sample of a unit, and gives the output it makes, if the unit is the source. Samples of different
+    /// units may come in any order as long as none is more than a window behind the others.
+    pub fn push(
+        &mut self,
+        platform: &Platform<T, UNITS>,
+        number: usize,
+        sample: &Sample<T>,
+        report: Report<'_, T>,
+    ) -> Option<Output<T>> {
+        let unit = platform.units().get(number)?;
+        let settings = &platform.settings().health;
+        let time = unit.common_time(sample.time);
+        let sample = Sample { time, ..*sample };
+        let accepted = match self.clock.push(number, time, &ClockSettings::default()) {
+            Verdict::Accept => true,
+            Verdict::Drop => false,
+            Verdict::Astray => {
+                self.health
+                    .get_mut(number)?
+                    .clock_jumped(self.clock.now().unwrap_or(time));
+                false
+            }
+            Verdict::Jumped { by } => {
+                self.restart(time, by, report);
+                true
+            }
+        };
+        let now = self.clock.now().unwrap_or(time);
+        let mut usable = [false; 2];
+        if accepted {
+            usable = self
+                .health
+                .get_mut(number)?
+                .push(&sample, &unit.axes, &unit.range, settings);
+            self.integrate(platform, number, &sample, usable, report);
+        }
+        for health in &mut self.health {
+            health.tick(now, settings);
+        }
+        self.report_health(now, report);
+        self.select(platform, now, report);
+        let fit = accepted && usable == [true; 2] && self.source() == Some(number);
+        fit.then(|| self.output(platform, number, &sample)).flatten()
+    }
+
+    fn integrate(
+        &mut self,
+        platform: &Platform<T, UNITS>,
+        number: usize,
+        sample: &Sample<T>,
+        usable: [bool; 2],
+        report: Report<'_, T>,
+    ) {
+        let length = platform.settings().window;
+        if number == 0 {
+            let products = products(platform.calibration(), &sample.angular_rate);
+            self.products.push(sample.time, &products, usable, length);
+        }
+        let Some(stream) = self.streams.get_mut(number) else {
+            return;
+        };
+        if stream
+            .push(sample.time, &sample.channels(), usable, length)
+            .is_some()
+        {
+            self.catch_up(platform, report);
+        }
+    }
+
+    /// Looks at windows in turn, each when all units in health have completed it, or when one is ahead by more than one.
+    fn catch_up(&mut self, platform: &Platform<T, UNITS>, report: Report<'_, T>) {
+        let Some(newest) = self.streams.iter().filter_map(Stream::newest).max() else {
+            return;
+        };
+        // Units keep three windows; what is older cannot be looked at any more.
+        for next in newest.saturating_sub(1)..=newest {
+            let done = self.step.is_some_and(|step| step >= next);
+            if !done && (next < newest || self.all_have(newest)) {
+                self.step = Some(next);
+                self.look_at(platform, next, report);
+            }
+        }
+    }
+
+    fn all_have(&self, window: u64) -> bool {
+        let mut units = self.streams.iter().zip(&self.health);
+        units.all(|(stream, health)| health.healthy_since().is_none() || stream.newest() >= Some(window))
+    }
+
+    fn restart(&mut self, time: u64, by: i64, report: Report<'_, T>) {
+        self.streams = [Stream::new(); UNITS];
+        self.products = Stream::new();
+        self.at_rest = [AtRest::new(); UNITS];
+        self.step = None;
+        self.carrier = Carrier::new();
+        self.rest.restart_time(time);
+        self.selection.restart_time();
+        for health in &mut self.health {
+            health.restart_time(time);
+        }
+        for slot in &mut self.calibrations {
+            abandon(slot, time, Abandoned::TimeJumped, report);
+        }
+        report(Event {
+            time,
+            unit: 0,
+            what: What::TimeJumped { by },
+        });
+    }
+
+    fn report_health(&mut self, time: u64, report: Report<'_, T>) {
+        for (unit, (health, known)) in self.health.iter().zip(&mut self.known_healthy).enumerate() {
+            let fault = health.fault();
+            if fault.is_none() == *known {
+                continue;
+            }
+            *known = fault.is_none();
+            let what = fault.map_or(What::Healthy, |fault| What::Unhealthy { fault });
+            report(Event { time, unit, what });
+            if *known {
+                continue;
+            }
+            for slot in &mut self.calibrations {
+                let concerns = slot.as_ref().map(Calibration::secondary);
+                match concerns {
+                    Some(_) if unit == 0 => abandon(slot, time, Abandoned::PrimaryUnhealthy, report),
+                    Some(secondary) if secondary == unit => {
+                        abandon(slot, time, Abandoned::SecondaryUnhealthy, report);
+                    }
+                    _ => {}
+                }
+            }
+        }
+    }
+
+    fn select(&mut self, platform: &Platform<T, UNITS>, now: u64, report: Report<'_, T>) {
+        let candidates: [Candidate<T>; UNITS] = core::array::from_fn(|i| {
+            let healthy_since = self.health[i].healthy_since();
+            let axes = &platform.units()[i].axes;
+            let [accelerometer, gyroscope] = &self.stored[i];
+            Candidate {
+                healthy: healthy_since.is_some() && SENSORS.iter().all(|sensor| axes.complete(*sensor)),
+                healthy_for: healthy_since.map_or(0, |since| now.saturating_sub(since)),
+                calibrated: accelerometer.calibrated && gyroscope.calibrated,
+                residual: accelerometer.residual,
+            }
+        });
+        let Some(change) = self
+            .selection
+            .update(now, &candidates, &platform.settings().selection)
+        else {
+            return;
+        };
+        self.carrier = Carrier::new();
+        let (unit, what) = match change.source {
+            Some(unit) => (
+                unit,
+                What::Selected {
+                    reason: change.reason,
+                },
+            ),
+            None => (0, What::NoneSelected),
+        };
+        report(Event {
+            time: now,
+            unit,
+            what,
+        });
+    }
+
+    fn output(
+        &mut self,
+        platform: &Platform<T, UNITS>,
+        number: usize,
+        sample: &Sample<T>,
+    ) -> Option<Output<T>> {
+        let (unit, stored) = (platform.units().get(number)?, self.stored.get(number)?);
+        let (f, w) = (&sample.specific_force, &sample.angular_rate);
+        let said = compensate(unit, stored, platform.calibration(), f, w);
+        let arm = lever_arm(unit, stored);
+        Some(Output {
+            time: sample.time,
+            specific_force: self.carrier.carry(sample.time, &said, &arm),
+            angular_rate: said.angular_rate,
+            source: number,
+        })
+    }
+}
+
+/// The error in a record, if it can be one of this unit.
+fn accepted<T: Real, const UNITS: usize>(
+    platform: &Platform<T, UNITS>,
+    unit: &Unit<T>,
+    record: &Record<T>,
+) -> Result<Relation<T>, Rejected> {
+    if !record.is_finite() {
+        return Err(Rejected::NotFinite);
+    }
+    let relation = Relation::of(record, &unit.sensor_from_primary).ok_or(Rejected::Implausible)?;
+    let allowed = platform.settings().adoption.allows(record.sensor, &relation);
+    allowed.map(|()| relation).map_err(|_| Rejected::Implausible)
+}
+
+/// Ends a calibration without a fit, where there is one.
+pub(super) fn abandon<T: Real>(
+    slot: &mut Option<Calibration<T>>,
+    time: u64,
+    why: Abandoned,
+    report: Report<'_, T>,
+) {
+    if let Some(calibration) = slot.take() {
+        report(Event {
+            time,
+            unit: calibration.secondary(),
+            what: What::Abandoned { why },
+        });
+    }
+}
+
+/// Of the two of a unit, that of a sensor.
+pub(super) fn sensor_of<S>([accelerometer, gyroscope]: &[S; 2], sensor: Sensor) -> &S {
+    match sensor {
+        Sensor::Accelerometer => accelerometer,
+        Sensor::Gyroscope => gyroscope,
+    }
+}
+
+/// Of the two of a unit, that of a sensor, to be changed.
+pub(super) fn sensor_of_mut<S>([accelerometer, gyroscope]: &mut [S; 2], sensor: Sensor) -> &mut S {
+    match sensor {
+        Sensor::Accelerometer => accelerometer,
+        Sensor::Gyroscope => gyroscope,
+    }
+}

@@ -1,0 +1,94 @@
+//! Third data, made to agree with what the primary gave.
+
+use nalgebra::Vector3;
+
+use crate::real::{Real, real, seconds};
+use crate::redundancy::evaluation::Stored;
+use crate::redundancy::platform::{PrimaryCalibration, Unit};
+use crate::redundancy::sensor::Sensor;
+
+/// What the set says, whoever says it: at the primary's place, in its case frame, with its own calibration applied.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Output<T: Real> {
+    /// Microseconds of the common clock.
+    pub time: u64,
+    /// m/s^2.
+    pub specific_force: Vector3<T>,
+    /// rad/s.
+    pub angular_rate: Vector3<T>,
+    /// The unit it comes from, 0 the primary.
+    pub source: usize,
+}
+
+/// What the secondary says, compensated, but still at its place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Compensated<T: Real> {
+    /// m/s^2.
+    pub specific_force: Vector3<T>,
+    /// rad/s.
+    pub angular_rate: Vector3<T>,
+}
+
+/// Takes off the stored error, then the primary's own calibration; of the primary itself nothing is stored (docs/theory/redundancy.md, eq. 14).
+pub fn compensate<T: Real>(
+    unit: &Unit<T>,
+    [accelerometer, gyroscope]: &[Stored<T>; 2],
+    calibration: &PrimaryCalibration<T>,
+    specific_force: &Vector3<T>,
+    angular_rate: &Vector3<T>,
+) -> Compensated<T> {
+    let as_primary =
+        |stored: &Stored<T>, y: &Vector3<T>| unit.sensor_from_primary.tr_mul(&stored.relation.correct(y));
+    Compensated {
+        specific_force: calibration
+            .correct(Sensor::Accelerometer, &as_primary(accelerometer, specific_force)),
+        angular_rate: calibration.correct(Sensor::Gyroscope, &as_primary(gyroscope, angular_rate)),
+    }
+}
+
+/// From the primary to a unit, m: as given, or else as found.
+pub fn lever_arm<T: Real>(unit: &Unit<T>, stored: &[Stored<T>; 2]) -> Vector3<T> {
+    let [accelerometer, _] = stored;
+    unit.lever_arm.unwrap_or(accelerometer.relation.lever_arm)
+}
+
+/// Time over which the angular acceleration of the source is smoothed, s: noise of the rate weighs with its inverse, the
+/// delay of what is taken off with it.
+const SMOOTHING: f64 = 0.01;
+
+/// Takes specific force from where the source is to where the primary is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Carrier<T: Real> {
+    latest: Option<(u64, Vector3<T>)>,
+    angular_acceleration: Vector3<T>,
+}
+
+impl<T: Real> Default for Carrier<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real> Carrier<T> {
+    /// Knows no angular acceleration yet.
+    pub fn new() -> Self {
+        Self {
+            latest: None,
+            angular_acceleration: Vector3::zeros(),
+        }
+    }
+
+    /// The specific force at the primary's place; `arm` is from there to the source.
+    pub fn carry(&mut self, time: u64, said: &Compensated<T>, arm: &Vector3<T>) -> Vector3<T> {
+        let w = said.angular_rate;
+        if let Some((before, rate)) = self.latest.replace((time, w)) {
+            let step = seconds::<T>(time.saturating_sub(before));
+            // The filter that forgets by exp(-step / smoothing), to first order, and holds for any step.
+            let share = step / (step + real(SMOOTHING));
+            let inverse = T::one() / step.max(real(1e-6));
+            let change = (w - rate) * inverse - self.angular_acceleration;
+            self.angular_acceleration += change * share;
+        }
+        said.specific_force - self.angular_acceleration.cross(arm) - w.cross(&w.cross(arm))
+    }
+}

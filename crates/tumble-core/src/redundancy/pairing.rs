@@ -1,0 +1,112 @@
+//! Pairs: what primary and secondary said over the same two windows.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::real::{Real, seconds};
+use crate::redundancy::joint::JointMoments;
+use crate::redundancy::platform::{PrimaryCalibration, Unit};
+use crate::redundancy::relation::Relation;
+use crate::redundancy::sensor::Sensor;
+use crate::redundancy::window::Means;
+use crate::sample::CHANNELS;
+
+/// Channels of a pair of accelerometers: primary 3, lever 9, time, secondary 3.
+pub const FORCE_CHANNELS: usize = 16;
+
+/// Channels of a pair of gyroscopes: primary 3, time, secondary 3.
+pub const RATE_CHANNELS: usize = 7;
+
+/// Joint moments of pairs of accelerometers.
+pub type ForceMoments<T> = JointMoments<T, FORCE_CHANNELS, 136>;
+
+/// Joint moments of pairs of gyroscopes.
+pub type RateMoments<T> = JointMoments<T, RATE_CHANNELS, 28>;
+
+/// Products of the primary's angular rates xx yy zz xy yz zx, formed of samples before any mean is taken.
+pub fn products<T: Real>(calibration: &PrimaryCalibration<T>, angular_rate: &Vector3<T>) -> [T; CHANNELS] {
+    let w = calibration.correct(Sensor::Gyroscope, angular_rate);
+    [w.x * w.x, w.y * w.y, w.z * w.z, w.x * w.y, w.y * w.z, w.z * w.x]
+}
+
+/// Two windows, one after the other.
+pub type Two<'a, T> = (&'a Means<T, CHANNELS>, &'a Means<T, CHANNELS>);
+
+/// What the primary says over two windows, and what a lever arm would add.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrimaryMeans<T: Real> {
+    /// m/s^2, as read.
+    pub specific_force: Vector3<T>,
+    /// rad/s, as read.
+    pub angular_rate: Vector3<T>,
+    /// Specific force as read for each metre of lever arm, 1/s^2: `M_p ([dw/dt]x + [w]x [w]x)`.
+    pub lever: Matrix3<T>,
+}
+
+impl<T: Real> PrimaryMeans<T> {
+    /// Of its readings and of the products of its rates (docs/theory/redundancy.md, eq. 2 to 4).
+    pub fn of(
+        calibration: &PrimaryCalibration<T>,
+        readings: Two<'_, T>,
+        products: Two<'_, T>,
+        window: u64,
+    ) -> Self {
+        let rate = |means: &Means<T, CHANNELS>| {
+            let [_, _, _, x, y, z] = means.mean;
+            calibration.correct(Sensor::Gyroscope, &Vector3::new(x, y, z))
+        };
+        let acceleration = (rate(readings.1) - rate(readings.0)) / seconds::<T>(window);
+        let [fx, fy, fz, wx, wy, wz] = readings.0.triangle(readings.1);
+        let [xx, yy, zz, xy, yz, zx] = products.0.triangle(products.1);
+        let centripetal = Matrix3::new(-yy - zz, xy, zx, xy, -zz - xx, yz, zx, yz, -xx - yy);
+        let matrix = &calibration.model(Sensor::Accelerometer).matrix;
+        Self {
+            specific_force: Vector3::new(fx, fy, fz),
+            angular_rate: Vector3::new(wx, wy, wz),
+            lever: matrix * (acceleration.cross_matrix() + centripetal),
+        }
+    }
+}
+
+/// One pair, in the axes of the secondary.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pair<T: Real> {
+    /// First data, of the primary: specific force, at the place of the secondary where that is known, and angular rate.
+    pub first: [Vector3<T>; 2],
+    /// What a lever arm that is not known would add; zero where it is known.
+    pub lever: Matrix3<T>,
+    /// Second data, of the secondary.
+    pub second: [Vector3<T>; 2],
+}
+
+impl<T: Real> Pair<T> {
+    /// Puts the primary's means beside the secondary's.
+    pub fn of(unit: &Unit<T>, primary: &PrimaryMeans<T>, second: &[T; CHANNELS]) -> Self {
+        let turn = &unit.sensor_from_primary;
+        let (carried, lever) = match &unit.lever_arm {
+            Some(arm) => (primary.specific_force + primary.lever * arm, Matrix3::zeros()),
+            None => (primary.specific_force, turn * primary.lever),
+        };
+        let [fx, fy, fz, wx, wy, wz] = *second;
+        Self {
+            first: [turn * carried, turn * primary.angular_rate],
+            lever,
+            second: [Vector3::new(fx, fy, fz), Vector3::new(wx, wy, wz)],
+        }
+    }
+
+    /// The channels of the accelerometers; `time` in s. Of the secondary, what it says beyond the stored error.
+    pub fn forces(&self, time: T, stored: &Relation<T>) -> [T; FORCE_CHANNELS] {
+        let ([u, _], w, [y, _]) = (&self.first, &self.lever, &self.second);
+        let d = y - stored.predict(&(u + w * stored.lever_arm));
+        [
+            u.x, u.y, u.z, w.m11, w.m12, w.m13, w.m21, w.m22, w.m23, w.m31, w.m32, w.m33, time, d.x, d.y, d.z,
+        ]
+    }
+
+    /// The channels of the gyroscopes; `time` in s. Of the secondary, what it says beyond the stored error.
+    pub fn rates(&self, time: T, stored: &Relation<T>) -> [T; RATE_CHANNELS] {
+        let ([_, u], [_, y]) = (&self.first, &self.second);
+        let d = y - stored.predict(u);
+        [u.x, u.y, u.z, time, d.x, d.y, d.z]
+    }
+}

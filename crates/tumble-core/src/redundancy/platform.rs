@@ -1,0 +1,185 @@
+//! The set as it is built: which units there are, how they are mounted, and the settings.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::model::{Correction, ErrorModel};
+use crate::real::{Real, real};
+use crate::redundancy::sensor::{Axes, Sensor};
+use crate::redundancy::settings::{Contradiction, Settings};
+
+/// Ends of the range of a unit's sensors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range<T: Real> {
+    /// m/s^2; `None` where nobody knows.
+    pub specific_force: Option<T>,
+    /// rad/s; `None` where nobody knows.
+    pub angular_rate: Option<T>,
+}
+
+/// A unit as it is built in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unit<T: Real> {
+    /// Serial number, or whatever tells it from others for life: records carry it.
+    pub identity: u64,
+    /// Which channels it has.
+    pub axes: Axes,
+    /// Where its readings end.
+    pub range: Range<T>,
+    /// Added to the time of its samples, microseconds.
+    pub time_offset: i64,
+    /// Nominal rotation to its axes from the primary's case frame.
+    pub sensor_from_primary: Matrix3<T>,
+    /// From the primary to it, m, primary's case frame; `None` where it is to be found.
+    pub lever_arm: Option<Vector3<T>>,
+}
+
+impl<T: Real> Unit<T> {
+    /// With six channels of unknown range on the common clock, mounted as the primary, lever arm unknown.
+    pub fn new(identity: u64) -> Self {
+        Self {
+            identity,
+            axes: Axes::ALL,
+            range: Range {
+                specific_force: None,
+                angular_rate: None,
+            },
+            time_offset: 0,
+            sensor_from_primary: Matrix3::identity(),
+            lever_arm: None,
+        }
+    }
+
+    /// Time on the common clock.
+    pub fn common_time(&self, time: u64) -> u64 {
+        time.saturating_add_signed(self.time_offset)
+    }
+
+    fn is_sound(&self) -> bool {
+        let r = &self.sensor_from_primary;
+        let off = r * r.transpose() - Matrix3::identity();
+        let finite = self.lever_arm.is_none_or(|r| r.iter().all(|x| x.is_finite()));
+        // What single precision leaves of a rotation written with four digits.
+        finite && off.norm() < real(1e-3) && r.determinant() > T::zero()
+    }
+}
+
+/// The primary's own calibration, with which the output is calibrated whoever is its source.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrimaryCalibration<T: Real> {
+    models: [ErrorModel<T>; 2],
+    corrections: [Correction<T>; 2],
+}
+
+impl<T: Real> PrimaryCalibration<T> {
+    /// None: its readings are taken for the truth.
+    pub fn none() -> Self {
+        let correction = Correction {
+            matrix: Matrix3::identity(),
+            bias: Vector3::zeros(),
+        };
+        Self {
+            models: [ErrorModel::identity(); 2],
+            corrections: [correction; 2],
+        }
+    }
+
+    /// `y = M u + b` of its accelerometer and of its gyroscope; `None` where one has no inverse.
+    pub fn new(accelerometer: ErrorModel<T>, gyroscope: ErrorModel<T>) -> Option<Self> {
+        let corrections = [accelerometer.correction().ok()?, gyroscope.correction().ok()?];
+        Some(Self {
+            models: [accelerometer, gyroscope],
+            corrections,
+        })
+    }
+
+    /// That of a sensor.
+    pub fn model(&self, sensor: Sensor) -> &ErrorModel<T> {
+        let [accelerometer, gyroscope] = &self.models;
+        match sensor {
+            Sensor::Accelerometer => accelerometer,
+            Sensor::Gyroscope => gyroscope,
+        }
+    }
+
+    /// The truth behind a reading of the primary, or behind what a secondary makes of one.
+    pub fn correct(&self, sensor: Sensor, y: &Vector3<T>) -> Vector3<T> {
+        let [accelerometer, gyroscope] = &self.corrections;
+        match sensor {
+            Sensor::Accelerometer => accelerometer.apply(y),
+            Sensor::Gyroscope => gyroscope.apply(y),
+        }
+    }
+}
+
+/// A checked set of a primary, unit 0, and its secondaries. Nothing in it changes, so that it may lie in read-only
+/// memory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Platform<T: Real, const UNITS: usize> {
+    settings: Settings<T>,
+    calibration: PrimaryCalibration<T>,
+    units: [Unit<T>; UNITS],
+}
+
+/// Why a platform cannot be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlatformError {
+    /// Settings contradict each other.
+    Settings(Contradiction),
+    /// A primary and at least one secondary make a set.
+    TooFewUnits,
+    /// The primary has not all six channels, or is said to be turned against itself.
+    Primary,
+    /// The rotation of this unit is none, or its lever arm is not finite.
+    Mounting(usize),
+    /// This unit has the identity of one before it.
+    SameIdentity(usize),
+}
+
+impl<T: Real, const UNITS: usize> Platform<T, UNITS> {
+    /// Checks the settings and the units.
+    ///
+    /// # Errors
+    /// [`PlatformError`] with the first thing that cannot be.
+    pub fn new(
+        settings: Settings<T>,
+        calibration: PrimaryCalibration<T>,
+        units: [Unit<T>; UNITS],
+    ) -> Result<Self, PlatformError> {
+        settings.check().map_err(PlatformError::Settings)?;
+        let primary = units
+            .first()
+            .filter(|_| UNITS > 1)
+            .ok_or(PlatformError::TooFewUnits)?;
+        if primary.axes != Axes::ALL || primary.sensor_from_primary != Matrix3::identity() {
+            return Err(PlatformError::Primary);
+        }
+        for (i, unit) in units.iter().enumerate() {
+            if !unit.is_sound() {
+                return Err(PlatformError::Mounting(i));
+            }
+            if units.iter().take(i).any(|other| other.identity == unit.identity) {
+                return Err(PlatformError::SameIdentity(i));
+            }
+        }
+        Ok(Self {
+            settings,
+            calibration,
+            units,
+        })
+    }
+
+    /// The settings.
+    pub fn settings(&self) -> &Settings<T> {
+        &self.settings
+    }
+
+    /// The primary's own calibration.
+    pub fn calibration(&self) -> &PrimaryCalibration<T> {
+        &self.calibration
+    }
+
+    /// The units, the primary first.
+    pub fn units(&self) -> &[Unit<T>; UNITS] {
+        &self.units
+    }
+}

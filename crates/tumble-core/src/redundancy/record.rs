@@ -1,0 +1,66 @@
+//! What is stored of a secondary: the error of one sensor against the primary.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::model::ErrorModel;
+use crate::real::Real;
+use crate::redundancy::sensor::Sensor;
+use crate::redundancy::settings::Rung;
+
+/// Error of one sensor of a secondary against the primary, both as read: `y_secondary = M y_primary + b`, where
+/// specific force of the primary is taken to the place of the secondary first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Record<T: Real> {
+    /// Of the unit.
+    pub identity: u64,
+    /// Which sensor of it.
+    pub sensor: Sensor,
+    /// M leads from the primary's case frame to the axes of the secondary, mounting included.
+    pub model: ErrorModel<T>,
+    /// 1-sigma of M; infinite where motion did not show it.
+    pub matrix_sigma: Matrix3<T>,
+    /// 1-sigma of b, given the elements of M that were left as they were.
+    pub bias_sigma: Vector3<T>,
+    /// From primary to secondary, m, primary's case frame; zero for gyroscopes, and where unknown.
+    pub lever_arm: Vector3<T>,
+    /// 1-sigma of it; zero where it was given, infinite where motion did not show it.
+    pub lever_arm_sigma: Vector3<T>,
+    /// What was fitted.
+    pub rung: Rung,
+    /// Directions of motion along which M was fitted.
+    pub directions: u8,
+    /// Root mean square of a channel on pairs kept from the fit, m/s^2 or rad/s.
+    pub residual: T,
+    /// The same with the error stored before.
+    pub residual_before: T,
+    /// Pairs it was fitted to.
+    pub pairs: u32,
+    /// Counts the calibrations of this sensor.
+    pub sequence: u32,
+}
+
+impl<T: Real> Record<T> {
+    /// Whether all that is used of it are numbers.
+    pub fn is_finite(&self) -> bool {
+        let vectors = self.model.bias.iter().chain(self.lever_arm.iter());
+        self.model.matrix.iter().chain(vectors).all(|x| x.is_finite())
+    }
+}
+
+/// Where records outlast a reset.
+pub trait Storage<T: Real> {
+    /// What can go wrong.
+    type Error;
+
+    /// The record of a sensor of a unit, if there is one.
+    ///
+    /// # Errors
+    /// Where there is one but it cannot be read.
+    fn load(&mut self, identity: u64, sensor: Sensor) -> Result<Option<Record<T>>, Self::Error>;
+
+    /// Replaces the record of its sensor and unit: afterwards, whatever happens, the old or the new one is there whole.
+    ///
+    /// # Errors
+    /// Where it could not be stored; the old one is still there.
+    fn save(&mut self, record: &Record<T>) -> Result<(), Self::Error>;
+}

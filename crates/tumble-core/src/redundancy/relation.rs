@@ -1,0 +1,69 @@
+//! What a secondary says where the primary says something, and back.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::model::ErrorModel;
+use crate::real::Real;
+use crate::redundancy::record::Record;
+
+/// Error of one sensor of a secondary in its own axes: `y = M (u + W r) + b`, `u` being what the primary reads turned
+/// into these axes by the nominal rotation, so that M is close to identity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Relation<T: Real> {
+    /// M.
+    pub matrix: Matrix3<T>,
+    /// b, m/s^2 or rad/s.
+    pub bias: Vector3<T>,
+    /// r, m, primary's case frame.
+    pub lever_arm: Vector3<T>,
+    inverse: Matrix3<T>,
+}
+
+impl<T: Real> Relation<T> {
+    /// No error.
+    pub fn none() -> Self {
+        Self {
+            matrix: Matrix3::identity(),
+            bias: Vector3::zeros(),
+            lever_arm: Vector3::zeros(),
+            inverse: Matrix3::identity(),
+        }
+    }
+
+    /// `None` where M has no inverse.
+    pub fn new(matrix: Matrix3<T>, bias: Vector3<T>, lever_arm: Vector3<T>) -> Option<Self> {
+        let inverse = matrix.try_inverse()?;
+        let mut numbers = inverse.iter().chain(bias.iter()).chain(lever_arm.iter());
+        let finite = numbers.all(|x| x.is_finite());
+        finite.then_some(Self {
+            matrix,
+            bias,
+            lever_arm,
+            inverse,
+        })
+    }
+
+    /// Of a record, which holds the nominal rotation too.
+    pub fn of(record: &Record<T>, sensor_from_primary: &Matrix3<T>) -> Option<Self> {
+        let matrix = record.model.matrix * sensor_from_primary.transpose();
+        Self::new(matrix, record.model.bias, record.lever_arm)
+    }
+
+    /// With the nominal rotation, as records hold it.
+    pub fn model(&self, sensor_from_primary: &Matrix3<T>) -> ErrorModel<T> {
+        ErrorModel {
+            matrix: self.matrix * sensor_from_primary,
+            bias: self.bias,
+        }
+    }
+
+    /// What the secondary says where the primary, at its place, says `u`.
+    pub fn predict(&self, u: &Vector3<T>) -> Vector3<T> {
+        self.matrix * u + self.bias
+    }
+
+    /// What the primary would say, at the place of the secondary and in its axes, where the secondary says `y`.
+    pub fn correct(&self, y: &Vector3<T>) -> Vector3<T> {
+        self.inverse * (y - self.bias)
+    }
+}

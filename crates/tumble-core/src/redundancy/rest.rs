@@ -1,0 +1,117 @@
+//! The platform at rest, and when it is due to be evaluated.
+
+use crate::real::Real;
+use crate::redundancy::sensor::Sensor;
+use crate::redundancy::settings::EvaluationSettings;
+
+/// How long the platform has rested, and when it was evaluated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rest<T: Real> {
+    windows: u64,
+    announced: bool,
+    evaluated: Option<u64>,
+    commanded: bool,
+    primary_deviation: [T; 2],
+}
+
+/// What a window at rest, or in motion, led to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Turn {
+    /// Nothing new: it still moves, or only just stopped.
+    Moving,
+    /// It came to rest: means are taken from the next window on.
+    Began,
+    /// It still rests.
+    Resting,
+    /// It moves again.
+    Ended,
+}
+
+impl<T: Real> Default for Rest<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real> Rest<T> {
+    /// Not at rest, and never evaluated.
+    pub fn new() -> Self {
+        Self {
+            windows: 0,
+            announced: false,
+            evaluated: None,
+            commanded: false,
+            primary_deviation: [T::zero(); 2],
+        }
+    }
+
+    /// The platform was still over one more window, or was not.
+    pub fn push(&mut self, still: bool, settle_windows: u64) -> Turn {
+        if !still {
+            self.windows = 0;
+            return if core::mem::take(&mut self.announced) {
+                Turn::Ended
+            } else {
+                Turn::Moving
+            };
+        }
+        self.windows = self.windows.saturating_add(1);
+        if self.announced {
+            return Turn::Resting;
+        }
+        if self.windows <= settle_windows {
+            return Turn::Moving;
+        }
+        self.announced = true;
+        Turn::Began
+    }
+
+    /// Whether the platform rests.
+    pub fn is_resting(&self) -> bool {
+        self.announced
+    }
+
+    /// Evaluate as soon as can be.
+    pub fn command(&mut self) {
+        self.commanded = true;
+    }
+
+    /// Whether an evaluation is wanted. Without one after start-up, the first comes as long after it as others after
+    /// one another.
+    pub fn is_due(&mut self, time: u64, settings: &EvaluationSettings<T>) -> bool {
+        if self.evaluated.is_none() && !settings.after_start_up {
+            self.evaluated = Some(time);
+        }
+        let by_itself = match self.evaluated {
+            None => true,
+            Some(last) => settings
+                .every
+                .is_some_and(|every| time.saturating_sub(last) >= every),
+        };
+        self.commanded || by_itself
+    }
+
+    /// It was evaluated.
+    pub fn evaluated(&mut self, time: u64) {
+        self.evaluated = Some(time);
+        self.commanded = false;
+    }
+
+    /// The deviation of the primary when it was last found valid, m/s^2 or rad/s.
+    pub fn primary_deviation(&mut self, sensor: Sensor) -> &mut T {
+        let [accelerometer, gyroscope] = &mut self.primary_deviation;
+        match sensor {
+            Sensor::Accelerometer => accelerometer,
+            Sensor::Gyroscope => gyroscope,
+        }
+    }
+
+    /// The common clock jumped to this time.
+    pub fn restart_time(&mut self, time: u64) {
+        self.windows = 0;
+        self.announced = false;
+        if let Some(evaluated) = &mut self.evaluated {
+            *evaluated = time;
+        }
+    }
+}

@@ -1,0 +1,396 @@
+//! How a redundant set watches, calibrates and replaces its units.
+
+use crate::gravity;
+use crate::real::{Real, real};
+use crate::redundancy::health::HealthSettings;
+use crate::redundancy::selection::SelectionSettings;
+use crate::redundancy::sensor::Sensor;
+use crate::redundancy::thresholds::{Threshold, Thresholds};
+
+/// Which data deviations at rest are taken from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Data {
+    /// As read: thresholds have to allow for the error that is known.
+    Raw,
+    /// After the stored error, and the primary's own calibration, were taken off.
+    Compensated,
+}
+
+/// Whose deviations let a calibration be triggered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Gate {
+    /// The secondary's alone.
+    SecondaryAlone,
+    /// The secondary's, with both sensors of the primary valid.
+    WholePrimary,
+    /// The secondary's, sensor by sensor, each with the primary's sensor of its kind valid.
+    SensorBySensor,
+}
+
+/// What a trigger has calibrated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scope {
+    /// Accelerometer and gyroscope of the secondary.
+    AllSensors,
+    /// Only the sensor that deviates.
+    TriggeringSensor,
+}
+
+/// How much a fit may find; each includes those before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Rung {
+    /// Three offsets.
+    Offset,
+    /// An offset and a gain for each axis.
+    Gain,
+    /// Offset and matrix.
+    Affine,
+    /// Offset, matrix and lever arm.
+    AffineAndLeverArm,
+}
+
+/// A figure for specific force, m/s^2, and one for angular rate, rad/s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Both<T: Real> {
+    /// m/s^2.
+    pub specific_force: T,
+    /// rad/s.
+    pub angular_rate: T,
+}
+
+impl<T: Real> Both<T> {
+    /// The one of a sensor.
+    pub fn of(&self, sensor: Sensor) -> T {
+        match sensor {
+            Sensor::Accelerometer => self.specific_force,
+            Sensor::Gyroscope => self.angular_rate,
+        }
+    }
+}
+
+fn is_positive<T: Real>(value: T) -> bool {
+    value.is_finite() && value > T::zero()
+}
+
+/// When and how units are looked at while they rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EvaluationSettings<T: Real> {
+    /// First to sixth.
+    pub thresholds: Thresholds<T>,
+    /// Magnitude of gravity, m/s^2.
+    pub gravity: T,
+    /// Rest that is let pass before readings count, microseconds.
+    pub settle: u64,
+    /// Rest over which readings are averaged, microseconds.
+    pub duration: u64,
+    /// Whether the first rest is evaluated.
+    pub after_start_up: bool,
+    /// Time after which a rest is evaluated again, microseconds; `None`: never by itself.
+    pub every: Option<u64>,
+    /// Which data deviations are taken from.
+    pub data: Data,
+    /// Whether secondaries are also compared with a valid primary, axis by axis.
+    pub vector_check: bool,
+    /// Whose deviations count.
+    pub gate: Gate,
+}
+
+/// How pairs are collected in motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CollectionSettings<T: Real> {
+    /// What is calibrated.
+    pub scope: Scope,
+    /// Change of the primary's means from those at rest that counts as motion; vibration moves no mean.
+    pub motion: Both<T>,
+    /// Longest wait for motion, microseconds.
+    pub motion_timeout: u64,
+    /// Motion to be collected, microseconds.
+    pub collect: u64,
+    /// Longest time for it, microseconds.
+    pub collect_timeout: u64,
+    /// Fewest pairs with which a fit is tried when time is up.
+    pub fewest_pairs: u32,
+}
+
+/// What a fit may find.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FitSettings<T: Real> {
+    /// Top of the ladder.
+    pub highest_rung: Rung,
+    /// Standard deviation of the motion along a direction from which on the matrix is fitted along it.
+    pub excitation: Both<T>,
+    /// Root mean square of the specific force that a lever arm of one metre would cause along a direction from which on
+    /// the lever arm is fitted along it, m/s^2 per m.
+    pub lever_arm_excitation: T,
+}
+
+/// What a new calibration has to be to replace the stored one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AdoptionSettings<T: Real> {
+    /// Share by which its root mean square residual on held-out pairs has to be smaller than the stored one's.
+    pub improvement: T,
+    /// Largest bias.
+    pub bias: Both<T>,
+    /// Largest deviation of a scale factor from one.
+    pub scale: T,
+    /// Largest element off the diagonal, rad.
+    pub misalignment: T,
+    /// Longest lever arm, m.
+    pub lever_arm: T,
+    /// Largest drift of the residual over the collection, and largest residual at the rest before.
+    pub drift: Both<T>,
+    /// Largest root mean square residual.
+    pub residual: Both<T>,
+}
+
+/// All settings of the monitor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings<T: Real> {
+    /// Length of a window, over which samples are averaged, microseconds.
+    pub window: u64,
+    /// While units rest.
+    pub evaluation: EvaluationSettings<T>,
+    /// In motion.
+    pub collection: CollectionSettings<T>,
+    /// The ladder.
+    pub fit: FitSettings<T>,
+    /// What is adopted.
+    pub adoption: AdoptionSettings<T>,
+    /// At all times.
+    pub health: HealthSettings<T>,
+    /// Who is the source.
+    pub selection: SelectionSettings,
+}
+
+const SECOND: u64 = 1_000_000;
+
+impl<T: Real> Default for Settings<T> {
+    fn default() -> Self {
+        let both = |specific_force, angular_rate| Both {
+            specific_force: real(specific_force),
+            angular_rate: real(angular_rate),
+        };
+        let fixed = |value| Threshold::Fixed(real(value));
+        Self {
+            window: SECOND / 20,
+            evaluation: EvaluationSettings {
+                thresholds: Thresholds {
+                    first: real(0.1),
+                    second: real(0.02),
+                    third: fixed(0.1),
+                    fourth: fixed(0.01),
+                    fifth: fixed(0.1),
+                    sixth: fixed(0.01),
+                },
+                gravity: real(gravity::STANDARD),
+                settle: SECOND / 2,
+                duration: 2 * SECOND,
+                after_start_up: true,
+                every: Some(600 * SECOND),
+                data: Data::Compensated,
+                vector_check: true,
+                gate: Gate::WholePrimary,
+            },
+            collection: CollectionSettings {
+                scope: Scope::AllSensors,
+                motion: both(0.5, 0.2),
+                motion_timeout: 300 * SECOND,
+                collect: 60 * SECOND,
+                collect_timeout: 600 * SECOND,
+                fewest_pairs: 200,
+            },
+            fit: FitSettings {
+                highest_rung: Rung::AffineAndLeverArm,
+                excitation: both(0.5, 0.2),
+                lever_arm_excitation: real(2.0),
+            },
+            adoption: AdoptionSettings {
+                improvement: real(0.05),
+                bias: both(3.0, 0.5),
+                scale: real(0.1),
+                misalignment: real(0.1),
+                lever_arm: real(1.0),
+                drift: both(0.1, 0.01),
+                residual: both(0.5, 0.05),
+            },
+            health: HealthSettings::default(),
+            selection: SelectionSettings::default(),
+        }
+    }
+}
+
+/// Why a setting cannot be meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Objection {
+    /// It has to be a number above zero.
+    NotPositive,
+    /// It has to be a share, from 0 up to below 1.
+    NotAShare,
+    /// A threshold by ratio has to be above one, others above zero: everything would exceed it.
+    AlwaysExceeded,
+    /// A ratio of the last error needs one, and the primary has none in compensated data.
+    NoLastError,
+    /// It has to be longer than the other.
+    ShorterThan(&'static str),
+    /// It has to be larger than the other.
+    SmallerThan(&'static str),
+    /// Not that many windows fit into the other.
+    MoreThanFit(&'static str),
+    /// It is longer than time is kept count of; at most this many microseconds.
+    TooLong(u64),
+    /// A second has to be a whole number of windows, since every other second is held out.
+    NotAPartOfASecond,
+}
+
+/// A setting that contradicts another, or itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Contradiction {
+    /// By its name.
+    pub setting: &'static str,
+    /// What is wrong with it.
+    pub objection: Objection,
+}
+
+impl<T: Real> Settings<T> {
+    /// Looks for contradictions.
+    ///
+    /// # Errors
+    /// The first [`Contradiction`] there is.
+    pub fn check(&self) -> Result<(), Contradiction> {
+        self.check_numbers()?;
+        self.check_thresholds()?;
+        self.check_times()?;
+        self.selection.check()?;
+        self.health.check()
+    }
+
+    fn check_numbers(&self) -> Result<(), Contradiction> {
+        let (motion, fit, adoption) = (&self.collection.motion, &self.fit, &self.adoption);
+        let positive = [
+            ("gravity", is_positive(self.evaluation.gravity)),
+            ("motion_specific_force", is_positive(motion.specific_force)),
+            ("motion_angular_rate", is_positive(motion.angular_rate)),
+            (
+                "excitation_specific_force",
+                is_positive(fit.excitation.specific_force),
+            ),
+            (
+                "excitation_angular_rate",
+                is_positive(fit.excitation.angular_rate),
+            ),
+            ("excitation_lever_arm", is_positive(fit.lever_arm_excitation)),
+            (
+                "largest_specific_force_bias",
+                is_positive(adoption.bias.specific_force),
+            ),
+            (
+                "largest_angular_rate_bias",
+                is_positive(adoption.bias.angular_rate),
+            ),
+            ("largest_scale_error", is_positive(adoption.scale)),
+            ("largest_misalignment", is_positive(adoption.misalignment)),
+            ("largest_lever_arm", is_positive(adoption.lever_arm)),
+            (
+                "largest_specific_force_drift",
+                is_positive(adoption.drift.specific_force),
+            ),
+            (
+                "largest_angular_rate_drift",
+                is_positive(adoption.drift.angular_rate),
+            ),
+            (
+                "largest_specific_force_residual",
+                is_positive(adoption.residual.specific_force),
+            ),
+            (
+                "largest_angular_rate_residual",
+                is_positive(adoption.residual.angular_rate),
+            ),
+            ("fewest_pairs", self.collection.fewest_pairs > 0),
+            ("window", self.window > 0),
+            ("rest_duration", self.evaluation.duration > 0),
+        ];
+        if let Some((setting, _)) = positive.iter().find(|(_, good)| !good) {
+            return object(setting, Objection::NotPositive);
+        }
+        let share = adoption.improvement;
+        require(
+            share >= T::zero() && share < T::one(),
+            "improvement",
+            Objection::NotAShare,
+        )
+    }
+
+    fn check_thresholds(&self) -> Result<(), Contradiction> {
+        let thresholds = &self.evaluation.thresholds;
+        require(
+            is_positive(thresholds.first),
+            "first_threshold",
+            Objection::NotPositive,
+        )?;
+        require(
+            is_positive(thresholds.second),
+            "second_threshold",
+            Objection::NotPositive,
+        )?;
+        let limits = [
+            ("third_threshold", &thresholds.third),
+            ("fourth_threshold", &thresholds.fourth),
+            ("fifth_threshold", &thresholds.fifth),
+            ("sixth_threshold", &thresholds.sixth),
+        ];
+        for (i, (setting, limit)) in limits.into_iter().enumerate() {
+            require(limit.is_possible(), setting, Objection::AlwaysExceeded)?;
+            let refers = matches!(limit, Threshold::VariableByRatio(_));
+            let primary = i >= 2 && self.evaluation.data == Data::Compensated;
+            require(!(refers && primary), setting, Objection::NoLastError)?;
+        }
+        let motion = &self.collection.motion;
+        let moves = Objection::SmallerThan("first_threshold");
+        require(
+            motion.specific_force > thresholds.first,
+            "motion_specific_force",
+            moves,
+        )?;
+        let turns = Objection::SmallerThan("second_threshold");
+        require(
+            motion.angular_rate > thresholds.second,
+            "motion_angular_rate",
+            turns,
+        )
+    }
+
+    fn check_times(&self) -> Result<(), Contradiction> {
+        let (evaluation, collection) = (&self.evaluation, &self.collection);
+        require(
+            SECOND.is_multiple_of(self.window),
+            "window",
+            Objection::NotAPartOfASecond,
+        )?;
+        let longer = |setting, time: u64, other, least: u64| {
+            require(time > least, setting, Objection::ShorterThan(other))
+        };
+        longer("rest_duration", evaluation.duration, "window", self.window)?;
+        longer("collect", collection.collect, "window", self.window)?;
+        longer("motion_timeout", collection.motion_timeout, "window", self.window)?;
+        longer(
+            "collect_timeout",
+            collection.collect_timeout,
+            "collect",
+            collection.collect,
+        )?;
+        if let Some(every) = evaluation.every {
+            longer("evaluate_every", every, "rest_duration", evaluation.duration)?;
+        }
+        let fits = u64::from(collection.fewest_pairs) <= collection.collect / self.window;
+        require(fits, "fewest_pairs", Objection::MoreThanFit("collect"))
+    }
+}
+
+fn object(setting: &'static str, objection: Objection) -> Result<(), Contradiction> {
+    Err(Contradiction { setting, objection })
+}
+
+fn require(good: bool, setting: &'static str, objection: Objection) -> Result<(), Contradiction> {
+    if good { Ok(()) } else { object(setting, objection) }
+}

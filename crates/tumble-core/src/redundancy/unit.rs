@@ -1,0 +1,125 @@
+//! What the monitor keeps of one unit: its latest windows, and its means at rest.
+
+use crate::moments::Moments;
+use crate::real::Real;
+use crate::redundancy::window::{Means, Windows};
+use crate::sample::CHANNELS;
+
+/// Windows that are kept of a unit, so that others may be one and a half windows behind.
+const KEPT: usize = 3;
+
+/// Windows of one unit, as they come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stream<T: Real> {
+    windows: Windows<T, CHANNELS>,
+    recent: [Option<Means<T, CHANNELS>>; KEPT],
+}
+
+impl<T: Real> Default for Stream<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real> Stream<T> {
+    /// Nothing seen.
+    pub fn new() -> Self {
+        Self {
+            windows: Windows::new(),
+            recent: [None; KEPT],
+        }
+    }
+
+    /// Takes in a reading; gives the number of the window it completes.
+    pub fn push(
+        &mut self,
+        time: u64,
+        channels: &[T; CHANNELS],
+        usable: [bool; 2],
+        length: u64,
+    ) -> Option<u64> {
+        let means = self.windows.push(time, channels, usable, length)?;
+        self.recent.rotate_right(1);
+        let index = means.index;
+        if let Some(newest) = self.recent.first_mut() {
+            *newest = Some(means);
+        }
+        Some(index)
+    }
+
+    /// The window of this number, if it is kept.
+    pub fn window(&self, index: u64) -> Option<&Means<T, CHANNELS>> {
+        self.recent.iter().flatten().find(|means| means.index == index)
+    }
+
+    /// This window and the one before.
+    pub fn pair(&self, index: u64) -> Option<(&Means<T, CHANNELS>, &Means<T, CHANNELS>)> {
+        Some((self.window(index.checked_sub(1)?)?, self.window(index)?))
+    }
+
+    /// Number of the newest window.
+    pub fn newest(&self) -> Option<u64> {
+        self.recent.first()?.as_ref().map(|means| means.index)
+    }
+}
+
+/// Means of the windows of one unit at rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AtRest<T: Real> {
+    reference: Option<[T; CHANNELS]>,
+    means: Moments<T, CHANNELS>,
+}
+
+impl<T: Real> Default for AtRest<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real> AtRest<T> {
+    /// Not at rest.
+    pub fn new() -> Self {
+        Self {
+            reference: None,
+            means: Moments::new(),
+        }
+    }
+
+    /// Whether a window is one at rest: little scatter, and means where the rest began. The first window of a rest says
+    /// where that is.
+    pub fn is_still(&mut self, mean: &[T; CHANNELS], scatter: [T; 2], first: T, second: T) -> bool {
+        let [force, rate] = scatter;
+        let reference = self.reference.get_or_insert(*mean);
+        let apart = |from: usize| {
+            let pairs = mean.iter().zip(reference.iter()).skip(from).take(3);
+            pairs.fold(T::zero(), |sum, (a, b)| sum + (*a - *b) * (*a - *b))
+        };
+        let quiet = force <= first * first && rate <= second * second;
+        quiet && apart(0) <= first * first && apart(3) <= second * second
+    }
+
+    /// Takes in the means of a window at rest.
+    pub fn push(&mut self, mean: &[T; CHANNELS]) {
+        self.means.push(mean);
+    }
+
+    /// Means from here on; where the rest began stays known.
+    pub fn restart(&mut self) {
+        self.means = Moments::new();
+    }
+
+    /// Windows taken in.
+    pub fn windows(&self) -> u32 {
+        self.means.samples()
+    }
+
+    /// Mean of each channel.
+    pub fn mean(&self) -> &[T; CHANNELS] {
+        self.means.mean()
+    }
+
+    /// Variance of the windows, each channel.
+    pub fn variance(&self) -> [T; CHANNELS] {
+        self.means.variance()
+    }
+}

@@ -1,0 +1,223 @@
+//! From samples to means over windows of a common grid of time.
+//!
+//! A unit's readings are taken to run straight from sample to sample, and are integrated over each window of the
+//! grid. Units of any rate, whose samples come at any time, thus give means over the very same spans, and a pair
+//! of them is synchronous by construction (docs/theory/redundancy.md, eq. 1 and 2).
+
+use crate::real::{Real, real, seconds};
+use crate::sample::CHANNELS;
+
+/// What is kept of K channels over one window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Means<T: Real, const K: usize> {
+    /// Number of the window in the grid.
+    pub index: u64,
+    /// Mean of each channel.
+    pub mean: [T; K],
+    /// Integral of each channel times the position in the window, 0 to 1: the rising half of a triangle.
+    pub rising: [T; K],
+    /// Half the mean squared step from sample to sample, mean over three channels, of the first and of the second
+    /// three: the variance of white noise, and next to nothing for smooth motion (von Neumann 1941).
+    pub scatter: [T; 2],
+    /// Whether every sample of the first three channels, and of the second three, was fit to be used.
+    pub usable: [bool; 2],
+}
+
+impl<T: Real, const K: usize> Means<T, K> {
+    /// Triangle-weighted means over this window, rising, and the next one, falling (docs/theory/redundancy.md, eq. 2).
+    pub fn triangle(&self, next: &Self) -> [T; K] {
+        core::array::from_fn(
+            |i| match (self.rising.get(i), next.mean.get(i), next.rising.get(i)) {
+                (Some(up), Some(mean), Some(rising)) => *up + (*mean - *rising),
+                _ => T::zero(),
+            },
+        )
+    }
+}
+
+/// The latest sample of a unit, as channels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Latest<T: Real, const K: usize> {
+    time: u64,
+    channels: [T; K],
+    usable: [bool; 2],
+}
+
+/// Sums over the window at hand, of differences to its first reading so that they lose no digits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Sums<T: Real, const K: usize> {
+    origin: [T; K],
+    integral: [T; K],
+    rising: [T; K],
+    squares: [T; 2],
+    steps: T,
+    usable: [bool; 2],
+    whole: bool,
+}
+
+/// Integrates the K channels of one unit, of which the first six are those of a sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Windows<T: Real, const K: usize> {
+    latest: Option<Latest<T, K>>,
+    sums: Sums<T, K>,
+}
+
+/// A piece of a straight line within a window: from position `s[0]` to `s[1]`, 0 to 1.
+struct Piece<'a, T: Real, const K: usize> {
+    s: [T; 2],
+    from: &'a [T; K],
+    to: &'a [T; K],
+}
+
+impl<T: Real, const K: usize> Default for Windows<T, K> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real, const K: usize> Windows<T, K> {
+    /// Nothing seen yet.
+    pub fn new() -> Self {
+        Self {
+            latest: None,
+            sums: Sums::starting(&[T::zero(); K], false),
+        }
+    }
+
+    /// Takes in the next reading, and gives the window it completes: never more than one, since a pause longer than a
+    /// window spoils those it touches. `length` is that of a window, microseconds.
+    pub fn push(
+        &mut self,
+        time: u64,
+        channels: &[T; K],
+        usable: [bool; 2],
+        length: u64,
+    ) -> Option<Means<T, K>> {
+        let now = Latest {
+            time,
+            channels: *channels,
+            usable,
+        };
+        let before = self.latest.replace(now);
+        match before {
+            Some(before) if time > before.time && time - before.time <= length => {
+                let closed = self.advance(&before, &now, length);
+                self.sums.step(&before.channels, channels);
+                closed
+            }
+            _ => {
+                self.sums = Sums::starting(channels, false);
+                None
+            }
+        }
+    }
+
+    fn advance(&mut self, before: &Latest<T, K>, now: &Latest<T, K>, length: u64) -> Option<Means<T, K>> {
+        let index = before.time / length.max(1);
+        let start = index.saturating_mul(length);
+        let end = start.saturating_add(length);
+        let position = |time: u64, start: u64| seconds::<T>(time.saturating_sub(start)) / seconds(length);
+        self.sums.spoil(before.usable, now.usable);
+        if now.time < end {
+            let s = [position(before.time, start), position(now.time, start)];
+            self.sums.add(&Piece {
+                s,
+                from: &before.channels,
+                to: &now.channels,
+            });
+            return None;
+        }
+        let share = position(end, before.time) / position(now.time, before.time);
+        let crossing = between(&before.channels, &now.channels, share);
+        self.sums.add(&Piece {
+            s: [position(before.time, start), T::one()],
+            from: &before.channels,
+            to: &crossing,
+        });
+        let closed = self.sums.whole.then(|| self.sums.means(index));
+        self.sums = Sums::starting(&crossing, true);
+        self.sums.spoil(before.usable, now.usable);
+        self.sums.add(&Piece {
+            s: [T::zero(), position(now.time, end)],
+            from: &crossing,
+            to: &now.channels,
+        });
+        closed
+    }
+}
+
+/// The reading a share of the way from one to the next.
+fn between<T: Real, const K: usize>(from: &[T; K], to: &[T; K], share: T) -> [T; K] {
+    let mut at = *from;
+    for (at, to) in at.iter_mut().zip(to) {
+        *at += (*to - *at) * share;
+    }
+    at
+}
+
+impl<T: Real, const K: usize> Sums<T, K> {
+    fn starting(origin: &[T; K], whole: bool) -> Self {
+        Self {
+            origin: *origin,
+            integral: [T::zero(); K],
+            rising: [T::zero(); K],
+            squares: [T::zero(); 2],
+            steps: T::zero(),
+            usable: [true; 2],
+            whole,
+        }
+    }
+
+    fn spoil(&mut self, before: [bool; 2], now: [bool; 2]) {
+        for ((usable, before), now) in self.usable.iter_mut().zip(before).zip(now) {
+            *usable &= before && now;
+        }
+    }
+
+    /// Integrals of `x` and of `x s` along a straight piece.
+    fn add(&mut self, piece: &Piece<'_, T, K>) {
+        let [s0, s1] = piece.s;
+        let half = (s1 - s0) * real(0.5);
+        let sixth = (s1 - s0) * real(1.0 / 6.0);
+        let (from_weight, to_weight) = (sixth * (s0 + s0 + s1), sixth * (s0 + s1 + s1));
+        let sums = self.integral.iter_mut().zip(&mut self.rising).zip(&self.origin);
+        for (((integral, rising), origin), (from, to)) in sums.zip(piece.from.iter().zip(piece.to)) {
+            let (a, b) = (*from - *origin, *to - *origin);
+            *integral += half * (a + b);
+            *rising += from_weight * a + to_weight * b;
+        }
+    }
+
+    fn step(&mut self, from: &[T; K], to: &[T; K]) {
+        self.steps += T::one();
+        for (i, (from, to)) in from.iter().zip(to).take(CHANNELS).enumerate() {
+            let step = *to - *from;
+            let [first, second] = &mut self.squares;
+            *(if i < 3 { first } else { second }) += step * step;
+        }
+    }
+
+    fn means(&self, index: u64) -> Means<T, K> {
+        let mut means = Means {
+            index,
+            mean: self.origin,
+            rising: self.integral,
+            scatter: self
+                .squares
+                .map(|squares| squares / (self.steps.max(T::one()) * real(6.0))),
+            usable: self.usable,
+        };
+        let half = real::<T>(0.5);
+        for (mean, integral) in means.mean.iter_mut().zip(&self.integral) {
+            *mean += *integral;
+        }
+        for ((risen, rising), origin) in means.rising.iter_mut().zip(&self.rising).zip(&self.origin) {
+            *risen = *rising + half * *origin;
+        }
+        means
+    }
+}
+
+#[cfg(test)]
+#[path = "window_tests.rs"]
+mod tests;

@@ -1,0 +1,122 @@
+extern crate std;
+
+use std::vec::Vec;
+
+use super::*;
+use proptest::prelude::*;
+
+const LENGTH: u64 = 50_000;
+
+/// Windows of one channel of which the reading at time t, s, is `signal(t)`, sampled at these microseconds.
+fn windows(times: impl Iterator<Item = u64>, signal: impl Fn(f64) -> f64) -> Vec<Means<f64, 1>> {
+    let mut windows = Windows::new();
+    times
+        .filter_map(|time| windows.push(time, &[signal(time as f64 * 1e-6)], [true; 2], LENGTH))
+        .collect()
+}
+
+/// Sample times with random intervals, none longer than a window.
+fn irregular() -> impl Strategy<Value = Vec<u64>> {
+    prop::collection::vec(500_u64..LENGTH, 20..200).prop_map(|steps| {
+        let mut time = 7_000;
+        steps
+            .iter()
+            .map(|step| {
+                time += step;
+                time
+            })
+            .collect()
+    })
+}
+
+proptest! {
+    #[test]
+    fn a_straight_line_is_integrated_exactly_whatever_the_sample_times(
+        times in irregular(), offset in -10.0..10.0_f64, slope in -5.0..5.0_f64
+    ) {
+        let length = LENGTH as f64 * 1e-6;
+        for means in windows(times.into_iter(), |t| offset + slope * t) {
+            let start = means.index as f64 * length;
+            let at = |t: f64| offset + slope * t;
+            prop_assert!((means.mean[0] - at(start + length / 2.0)).abs() < 1e-9);
+            let rising = at(start) / 2.0 + slope * length / 3.0;
+            prop_assert!((means.rising[0] - rising).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn windows_follow_one_another_without_a_gap(times in irregular()) {
+        let found = windows(times.into_iter(), |t| t);
+        for pair in found.windows(2) {
+            prop_assert_eq!(pair[1].index, pair[0].index + 1);
+        }
+    }
+
+    #[test]
+    fn units_of_different_rates_see_the_same_smooth_motion(first in irregular(), rate in 300_u64..1500) {
+        let motion = |t: f64| (3.0 * t).sin();
+        let end = *first.last().unwrap();
+        let slow = windows(first.iter().flat_map(|t| [*t, *t + 200]), motion);
+        let fast = windows((1..).map(|i| i * 1_000_000 / rate).take_while(|t| *t < end), motion);
+        for means in &slow {
+            let Some(other) = fast.iter().find(|other| other.index == means.index) else { continue };
+            // What a straight line leaves out over 50 ms: h^2 / 8 times the second derivative, 9, and less.
+            prop_assert!((means.mean[0] - other.mean[0]).abs() < 3e-3);
+        }
+    }
+}
+
+#[test]
+fn the_change_of_mean_rate_is_the_triangle_weighted_angular_acceleration() {
+    let rate = |t: f64| 2.0 * (4.0 * t).sin();
+    let acceleration = |t: f64| 8.0 * (4.0 * t).cos();
+    let times = || (0..4000).map(|i| i * 1000);
+    let (rates, accelerations) = (windows(times(), rate), windows(times(), acceleration));
+    for (pair, truth) in rates.windows(2).zip(accelerations.windows(2)) {
+        let change = (pair[1].mean[0] - pair[0].mean[0]) / (LENGTH as f64 * 1e-6);
+        assert!((change - truth[0].triangle(&truth[1])[0]).abs() < 1e-4);
+    }
+}
+
+#[test]
+fn a_pause_longer_than_a_window_spoils_the_windows_it_touches_and_no_others() {
+    let times = (0..100).map(|i| i * 5000).chain((150..250).map(|i| i * 5000));
+    let indices: Vec<u64> = windows(times, |t| t).iter().map(|means| means.index).collect();
+    // Samples stop at 495 ms, within window 9, and go on at 750 ms, on the edge of window 15.
+    assert_eq!(indices, [1, 2, 3, 4, 5, 6, 7, 8, 16, 17, 18, 19, 20, 21, 22, 23]);
+}
+
+#[test]
+fn a_reading_unfit_to_be_used_marks_its_window_for_its_own_sensor() {
+    let mut windows = Windows::<f64, 6>::new();
+    let mut found = Vec::new();
+    for i in 0..60_u64 {
+        let usable = [i != 25, true];
+        found.extend(windows.push(i * 5000, &[1.0; 6], usable, LENGTH));
+    }
+    for means in found {
+        assert_eq!(means.usable, [means.index != 2, true], "{}", means.index);
+    }
+}
+
+#[test]
+fn scatter_is_the_variance_of_white_noise_and_small_for_smooth_motion() {
+    let mut windows = Windows::<f64, 6>::new();
+    let mut noisy = Vec::new();
+    for i in 0..4000_u64 {
+        let t = i as f64 * 0.005;
+        // Alternating readings have the variance 1 and twice that from step to step.
+        let sign = if (i / 2) % 2 == 0 { 1.0 } else { -1.0 };
+        let smooth = (2.0 * t).sin();
+        noisy.extend(windows.push(
+            i * 5000,
+            &[sign, sign, sign, smooth, smooth, smooth],
+            [true; 2],
+            LENGTH,
+        ));
+    }
+    for means in noisy {
+        assert!((means.scatter[0] - 1.0).abs() < 0.3, "{:?}", means.scatter);
+        assert!(means.scatter[1] < 1e-4);
+    }
+}

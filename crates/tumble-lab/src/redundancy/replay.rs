@@ -1,0 +1,121 @@
+//! Arrays through the monitor, in order of time.
+
+use nalgebra::Vector3;
+use tumble_core::redundancy::monitor::Command;
+use tumble_core::sample::Sample;
+
+use crate::redundancy::set::{Heard, Said, Seen, Set};
+
+/// What one unit said; row `i` of each belongs to `time[i]`.
+#[derive(Clone, Copy, Debug)]
+pub struct Track<'a> {
+    /// s of the recordings' common clock.
+    pub time: &'a [f64],
+    /// m/s^2.
+    pub specific_force: &'a [[f64; 3]],
+    /// rad/s.
+    pub angular_rate: &'a [[f64; 3]],
+    /// Added to the time by the monitor, s: samples are handed over in the order this makes.
+    pub time_offset: f64,
+}
+
+/// All units over one window.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Window {
+    /// Its number on the common clock.
+    pub number: u64,
+    /// `None` of a unit that said nothing over it.
+    pub seen: Vec<Option<Seen>>,
+}
+
+/// What a replay gave.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Replay {
+    /// Events and adopted records.
+    pub heard: Heard,
+    /// Windows in turn.
+    pub windows: Vec<Window>,
+    /// The output, where it was asked for.
+    pub output: Vec<Said>,
+}
+
+/// What to do besides pushing samples.
+pub struct Wishes<'a> {
+    /// s, in order, with the command to give then.
+    pub commands: &'a [(f64, Command)],
+    /// Whether the output is kept.
+    pub keep_output: bool,
+    /// Time 0 of the monitor, s of the recordings' clock.
+    pub origin: f64,
+    /// Told the share that is done, now and then; `false` ends the replay.
+    pub progress: &'a mut dyn FnMut(f64) -> bool,
+}
+
+/// Samples after which progress is told.
+const TOLD_EVERY: usize = 1 << 16;
+
+/// Pushes all that the units said, in order of time. Rows that go back in time are pushed as they stand: what a clock does
+/// is for the monitor to judge.
+pub fn replay(set: &mut dyn Set, tracks: &[Track<'_>], wishes: &mut Wishes<'_>) -> Replay {
+    let mut replay = Replay::default();
+    let mut next = vec![0_usize; tracks.len()];
+    let mut commands = wishes.commands.iter().peekable();
+    let total: usize = tracks.iter().map(|track| track.time.len()).sum();
+    for pushed in 0..total {
+        if pushed.is_multiple_of(TOLD_EVERY) && !(wishes.progress)(share(pushed, total)) {
+            break;
+        }
+        let Some(unit) = earliest(tracks, &next) else {
+            break;
+        };
+        let (track, row) = (&tracks[unit], next[unit]);
+        next[unit] += 1;
+        while let Some((_, command)) = commands.next_if(|(time, _)| *time <= track.time[row]) {
+            set.command(*command);
+        }
+        let sample = Sample {
+            time: microseconds(track.time[row] - wishes.origin),
+            specific_force: Vector3::from(track.specific_force[row]),
+            angular_rate: Vector3::from(track.angular_rate[row]),
+        };
+        let said = set.push(unit, &sample, &mut replay.heard);
+        replay.output.extend(said.filter(|_| wishes.keep_output));
+        replay.look(set, tracks.len());
+    }
+    replay
+}
+
+impl Replay {
+    fn look(&mut self, set: &dyn Set, units: usize) {
+        let Some(number) = set.window() else { return };
+        if self.windows.last().is_none_or(|last| last.number != number) {
+            let seen = (0..units).map(|unit| set.seen(unit)).collect();
+            self.windows.push(Window { number, seen });
+        }
+    }
+}
+
+/// The unit whose next sample is earliest on the common clock.
+fn earliest(tracks: &[Track<'_>], next: &[usize]) -> Option<usize> {
+    let mut earliest: Option<(usize, f64)> = None;
+    for (unit, (track, row)) in tracks.iter().zip(next).enumerate() {
+        let Some(time) = track.time.get(*row) else {
+            continue;
+        };
+        let time = time + track.time_offset;
+        if earliest.is_none_or(|(_, other)| time < other) {
+            earliest = Some((unit, time));
+        }
+    }
+    earliest.map(|(unit, _)| unit)
+}
+
+#[allow(clippy::cast_precision_loss)]
+fn share(done: usize, total: usize) -> f64 {
+    done as f64 / total.max(1) as f64
+}
+
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+fn microseconds(seconds: f64) -> u64 {
+    (seconds * 1e6).round() as u64
+}

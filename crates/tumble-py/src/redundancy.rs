@@ -1,0 +1,273 @@
+//! The redundancy monitor, driven from Python.
+
+use nalgebra::{Matrix3, Vector3};
+use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use tumble_core::redundancy::monitor::Monitor;
+use tumble_core::redundancy::platform::{Range, Unit};
+use tumble_core::redundancy::record::Record;
+use tumble_core::redundancy::sensor::{Axes, Sensor};
+use tumble_core::redundancy::settings::Settings;
+use tumble_lab::redundancy::names::{self, in_seconds};
+use tumble_lab::redundancy::replay::{Track, Wishes, replay};
+use tumble_lab::redundancy::set::{Heard, MOST_UNITS, Model, Set, build};
+
+use crate::convert::{matrix, rows};
+use crate::redundancy_values::{
+    command, figures, model, name_error, offset, platform_error, read_record, rejection, results, values,
+    vector, write_record, write_value,
+};
+use crate::spin::is_single;
+
+/// A unit as the monitor is told of it.
+#[pyclass(module = "tumble._core", name = "RedundancyUnit", frozen)]
+pub struct PyUnit {
+    unit: Unit<f64>,
+    calibration: [Model; 2],
+}
+
+#[pymethods]
+impl PyUnit {
+    #[new]
+    #[pyo3(signature = (identity, *, sensor_from_primary=None, lever_arm=None, time_offset=0.0,
+        axes=[true; 6], specific_force_range=None, angular_rate_range=None, calibration=None))]
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        identity: u64,
+        sensor_from_primary: Option<PyReadonlyArray2<'_, f64>>,
+        lever_arm: Option<PyReadonlyArray1<'_, f64>>,
+        time_offset: f64,
+        axes: [bool; 6],
+        specific_force_range: Option<f64>,
+        angular_rate_range: Option<f64>,
+        calibration: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let turn = sensor_from_primary.map(|turn| matrix(&turn, "sensor_from_primary"));
+        let model = |sensor| calibration.map_or(Ok(None), |found| model(found, sensor));
+        let none = (Matrix3::identity(), Vector3::zeros());
+        Ok(Self {
+            unit: Unit {
+                identity,
+                axes: Axes(axes),
+                range: Range {
+                    specific_force: specific_force_range,
+                    angular_rate: angular_rate_range,
+                },
+                time_offset: offset(time_offset),
+                sensor_from_primary: turn.transpose()?.unwrap_or(Matrix3::identity()),
+                lever_arm: lever_arm.map(|arm| vector(&arm, "lever_arm")).transpose()?,
+            },
+            calibration: [
+                model(Sensor::Accelerometer)?.unwrap_or(none),
+                model(Sensor::Gyroscope)?.unwrap_or(none),
+            ],
+        })
+    }
+}
+
+/// A primary and its secondaries.
+#[pyclass(module = "tumble._core", name = "RedundancyMonitor")]
+pub struct PyMonitor {
+    set: Box<dyn Set>,
+    units: usize,
+    time_offsets: Vec<f64>,
+    window: f64,
+    origin: Option<f64>,
+    restored: Heard,
+    records: Vec<(Record<f64>, Option<f64>)>,
+}
+
+#[pymethods]
+impl PyMonitor {
+    #[new]
+    #[pyo3(signature = (units, settings, precision="f64"))]
+    fn new(units: Vec<PyRef<'_, PyUnit>>, settings: &Bound<'_, PyDict>, precision: &str) -> PyResult<Self> {
+        let built: Vec<Unit<f64>> = units.iter().map(|unit| unit.unit).collect();
+        let values = values(settings)?;
+        let primary = units.first().map(|unit| unit.calibration);
+        let calibration = primary.ok_or_else(|| PyValueError::new_err("a set has a primary"))?;
+        let named = || values.iter().map(|(name, value)| (name.as_str(), value.clone()));
+        let wide: Settings<f64> = names::settings(named()).map_err(|error| name_error(&error))?;
+        let window = in_seconds(wide.window);
+        let set = if is_single(precision)? {
+            let narrow: Settings<f32> = names::settings(named()).map_err(|error| name_error(&error))?;
+            build(&built, &calibration, narrow)
+        } else {
+            build(&built, &calibration, wide)
+        };
+        let set = set.ok_or_else(|| PyValueError::new_err(format!("a set has 2 to {MOST_UNITS} units")))?;
+        Ok(Self {
+            set: set.map_err(|error| platform_error(settings.py(), &error))?,
+            units: built.len(),
+            time_offsets: built.iter().map(|unit| unit.time_offset as f64 * 1e-6).collect(),
+            window,
+            origin: None,
+            restored: Heard::default(),
+            records: Vec::new(),
+        })
+    }
+
+    /// Every setting by name.
+    #[staticmethod]
+    fn default_settings(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+        let dict = PyDict::new(py);
+        let settings = Settings::<f64>::default();
+        for named in names::all::<f64>() {
+            dict.set_item(named.name, write_value(py, (named.get)(&settings))?)?;
+        }
+        Ok(dict)
+    }
+
+    /// Takes a stored error of a secondary; says why it was rejected.
+    fn restore(&mut self, record: &Bound<'_, PyDict>) -> PyResult<Option<&'static str>> {
+        let record = read_record(record)?;
+        self.set.restore(&record, &mut self.restored);
+        let why = self.restored.events.last().and_then(rejection);
+        if why.is_none() {
+            self.keep(record, None);
+        }
+        Ok(why)
+    }
+
+    /// Everything stored.
+    fn records<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        let record = |(record, adopted): &(Record<f64>, Option<f64>)| write_record(py, record, *adopted);
+        self.records.iter().map(record).collect()
+    }
+
+    /// Pushes what all units said, in order of time.
+    #[pyo3(signature = (times, specific_forces, angular_rates, commands=Vec::new(), keep_output=false, progress=None))]
+    #[allow(clippy::too_many_arguments)]
+    fn replay<'py>(
+        &mut self,
+        py: Python<'py>,
+        times: Vec<PyReadonlyArray1<'py, f64>>,
+        specific_forces: Vec<PyReadonlyArray2<'py, f64>>,
+        angular_rates: Vec<PyReadonlyArray2<'py, f64>>,
+        commands: Vec<(f64, String)>,
+        keep_output: bool,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let given = [times.len(), specific_forces.len(), angular_rates.len()];
+        if given != [self.units; 3] {
+            return Err(PyValueError::new_err(format!(
+                "arrays of {} units are wanted",
+                self.units
+            )));
+        }
+        let commands: Vec<_> = commands.iter().map(command).collect::<PyResult<_>>()?;
+        let mut tracks = Vec::new();
+        for (i, time) in times.iter().enumerate() {
+            let track = Track {
+                time: time.as_slice()?,
+                specific_force: rows(&specific_forces[i], "specific force")?,
+                angular_rate: rows(&angular_rates[i], "angular rate")?,
+                time_offset: self.time_offsets[i],
+            };
+            if track.specific_force.len() != track.time.len() || track.angular_rate.len() != track.time.len()
+            {
+                return Err(PyValueError::new_err(
+                    "arrays of a unit must have the same length",
+                ));
+            }
+            tracks.push(track);
+        }
+        let first = tracks.iter().filter_map(|track| track.time.first().copied());
+        let origin = *self
+            .origin
+            .get_or_insert(first.fold(f64::INFINITY, f64::min).floor() - 1.0);
+        let begun = std::time::Instant::now();
+        let mut failed = None;
+        let set = &mut self.set;
+        let done = py.detach(|| {
+            let mut tell = |share: f64| {
+                let Some(progress) = &progress else { return true };
+                match Python::attach(|py| progress.call1(py, (share,)).map(|_| py.check_signals())) {
+                    Ok(Ok(())) => true,
+                    Ok(Err(error)) | Err(error) => {
+                        failed = Some(error);
+                        false
+                    }
+                }
+            };
+            let mut wishes = Wishes {
+                commands: &commands,
+                keep_output,
+                origin,
+                progress: &mut tell,
+            };
+            replay(set.as_mut(), &tracks, &mut wishes)
+        });
+        if let Some(error) = failed {
+            return Err(error);
+        }
+        let seconds = begun.elapsed().as_secs_f64();
+        for (_, time, record) in &done.heard.adopted {
+            self.keep(*record, Some(in_seconds(*time) + origin));
+        }
+        let restored = core::mem::take(&mut self.restored.events);
+        let events = restored
+            .iter()
+            .map(|told| (true, told))
+            .chain(done.heard.events.iter().map(|told| (false, told)));
+        let mut listed = Vec::new();
+        for (at_start, told) in events {
+            let time = if at_start {
+                origin + 1.0
+            } else {
+                in_seconds(told.time) + origin
+            };
+            listed.push((time, told.unit, told.event, figures(py, told)?));
+        }
+        let dict = results(py, &done, self.units, origin, self.window)?;
+        dict.set_item("events", listed)?;
+        dict.set_item("seconds", seconds)?;
+        Ok(dict)
+    }
+
+    /// Memory of a monitor, bytes, that calibrates one secondary at a time.
+    #[staticmethod]
+    #[pyo3(signature = (secondaries, precision="f32"))]
+    fn state_bytes(secondaries: usize, precision: &str) -> PyResult<usize> {
+        let single = is_single(precision)?;
+        macro_rules! bytes {
+            ($units:literal) => {
+                if single {
+                    size_of::<Monitor<f32, $units, 1>>()
+                } else {
+                    size_of::<Monitor<f64, $units, 1>>()
+                }
+            };
+        }
+        match secondaries {
+            1 => Ok(bytes!(2)),
+            2 => Ok(bytes!(3)),
+            3 => Ok(bytes!(4)),
+            4 => Ok(bytes!(5)),
+            5 => Ok(bytes!(6)),
+            6 => Ok(bytes!(7)),
+            7 => Ok(bytes!(8)),
+            _ => Err(PyValueError::new_err("a set has 1 to 7 secondaries")),
+        }
+    }
+}
+
+impl PyMonitor {
+    fn keep(&mut self, record: Record<f64>, adopted: Option<f64>) {
+        let same = |(other, _): &(Record<f64>, _)| {
+            other.identity == record.identity && other.sensor == record.sensor
+        };
+        match self.records.iter_mut().find(|kept| same(kept)) {
+            Some(kept) => *kept = (record, adopted),
+            None => self.records.push((record, adopted)),
+        }
+    }
+}
+
+/// Adds this part to the module.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<PyUnit>()?;
+    module.add_class::<PyMonitor>()
+}

@@ -1,0 +1,273 @@
+//! Settings, records and results of the redundancy monitor, to and from Python.
+
+use nalgebra::{Matrix3, Vector3};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyString};
+use tumble_core::model::ErrorModel;
+use tumble_core::redundancy::monitor::Command;
+use tumble_core::redundancy::platform::PlatformError;
+use tumble_core::redundancy::record::Record;
+use tumble_core::redundancy::sensor::Sensor;
+use tumble_core::redundancy::settings::{Contradiction, Objection, Rung};
+use tumble_lab::redundancy::names::{NameError, RUNGS, Value, in_seconds, rung};
+use tumble_lab::redundancy::replay::{Replay, Window};
+use tumble_lab::redundancy::set::{Model, Said, Seen};
+use tumble_lab::redundancy::told::{Figure, Told, sensor_name};
+
+use crate::convert::{array1, array2, matrix};
+use crate::turntable::CoreError;
+
+/// Named values of a dictionary.
+pub(crate) fn values(settings: &Bound<'_, PyDict>) -> PyResult<Vec<(String, Value)>> {
+    settings
+        .iter()
+        .map(|(name, value)| Ok((name.extract()?, read_value(&value)?)))
+        .collect()
+}
+
+fn read_value(value: &Bound<'_, PyAny>) -> PyResult<Value> {
+    Ok(if value.is_none() {
+        Value::None
+    } else if value.is_instance_of::<PyBool>() {
+        Value::Flag(value.extract()?)
+    } else if value.is_instance_of::<PyString>() {
+        Value::Text(value.extract()?)
+    } else {
+        Value::Number(value.extract()?)
+    })
+}
+
+/// A setting for Python.
+pub(crate) fn write_value<'py>(py: Python<'py>, value: Value) -> PyResult<Bound<'py, PyAny>> {
+    Ok(match value {
+        Value::Number(number) => PyFloat::new(py, number).into_any(),
+        Value::Text(text) => PyString::new(py, &text).into_any(),
+        Value::Flag(flag) => PyBool::new(py, flag).to_owned().into_any(),
+        Value::None => py.None().into_bound(py),
+    })
+}
+
+/// A setting that cannot be.
+pub(crate) fn name_error(error: &NameError) -> PyErr {
+    PyValueError::new_err(match error {
+        NameError::Unknown(name) => format!("there is no setting '{name}'"),
+        NameError::Unfit(name) => format!("the setting '{name}' cannot have that value"),
+    })
+}
+
+/// A platform that cannot be, as `CoreError` with its figures.
+pub(crate) fn platform_error(py: Python<'_>, error: &PlatformError) -> PyErr {
+    let figures = PyDict::new(py);
+    let (kind, set) = match error {
+        PlatformError::Settings(Contradiction { setting, objection }) => {
+            let (why, other) = objection_in_words(objection);
+            let set = figures
+                .set_item("setting", setting)
+                .and_then(|()| figures.set_item("objection", why))
+                .and_then(|()| figures.set_item("other", other));
+            ("contradictory settings", set)
+        }
+        PlatformError::TooFewUnits => ("too few units", Ok(())),
+        PlatformError::Primary => ("unfit primary", Ok(())),
+        PlatformError::Mounting(unit) => ("unfit mounting", figures.set_item("unit", unit)),
+        PlatformError::SameIdentity(unit) => ("same identity", figures.set_item("unit", unit)),
+    };
+    match set {
+        Ok(()) => CoreError::new_err((kind, figures.unbind())),
+        Err(error) => error,
+    }
+}
+
+/// What is wrong, and the name or the figure, s, it refers to.
+fn objection_in_words(objection: &Objection) -> (&'static str, String) {
+    let (why, other) = match objection {
+        Objection::NotPositive => ("not positive", ""),
+        Objection::NotAShare => ("not a share", ""),
+        Objection::AlwaysExceeded => ("always exceeded", ""),
+        Objection::NoLastError => ("no last error", ""),
+        Objection::ShorterThan(other) => ("shorter than", *other),
+        Objection::SmallerThan(other) => ("smaller than", *other),
+        Objection::MoreThanFit(other) => ("more than fit", *other),
+        Objection::TooLong(most) => return ("too long", in_seconds(*most).to_string()),
+        Objection::NotAPartOfASecond => ("not a part of a second", ""),
+    };
+    (why, other.to_string())
+}
+
+/// A command by name.
+pub(crate) fn command((time, name): &(f64, String)) -> PyResult<(f64, Command)> {
+    let command = match name.as_str() {
+        "evaluate" => Command::Evaluate,
+        "return to primary" => Command::ReturnToPrimary,
+        other => return Err(PyValueError::new_err(format!("there is no command '{other}'"))),
+    };
+    Ok((*time, command))
+}
+
+/// `M` and `b` of a sensor, where a calibration has them.
+pub(crate) fn model(calibration: &Bound<'_, PyDict>, sensor: Sensor) -> PyResult<Option<Model>> {
+    let Some(found) = calibration.get_item(sensor_name(sensor))? else {
+        return Ok(None);
+    };
+    let (m, b): (PyReadonlyArray2<'_, f64>, PyReadonlyArray1<'_, f64>) = found.extract()?;
+    Ok(Some((matrix(&m, "M")?, vector(&b, "b")?)))
+}
+
+/// A vector of three.
+pub(crate) fn vector(array: &PyReadonlyArray1<'_, f64>, name: &str) -> PyResult<Vector3<f64>> {
+    match array.as_slice()? {
+        [x, y, z] => Ok(Vector3::new(*x, *y, *z)),
+        _ => Err(PyValueError::new_err(format!("{name} must have shape (3,)"))),
+    }
+}
+
+/// An offset of a clock in microseconds.
+#[allow(clippy::cast_possible_truncation)]
+pub(crate) fn offset(seconds: f64) -> i64 {
+    (seconds * 1e6).round() as i64
+}
+
+/// A record out of a dictionary.
+pub(crate) fn read_record(record: &Bound<'_, PyDict>) -> PyResult<Record<f64>> {
+    fn item<'py, V: FromPyObjectOwned<'py>>(record: &Bound<'py, PyDict>, name: &str) -> PyResult<V> {
+        let found = record.get_item(name)?;
+        let found = found.ok_or_else(|| PyValueError::new_err(format!("the record has no '{name}'")))?;
+        found.extract().map_err(Into::into)
+    }
+    let vector_of = |name| vector(&item(record, name)?, name);
+    let optional = |name, none: f64| match record.get_item(name)?.filter(|value| !value.is_none()) {
+        Some(_) => vector_of(name),
+        None => Ok(Vector3::repeat(none)),
+    };
+    let sensor: String = item(record, "sensor")?;
+    let rung: String = item(record, "rung")?;
+    let fits = |word: &&(&str, Rung)| word.0 == rung;
+    let unknown = || PyValueError::new_err(format!("there is no rung '{rung}'"));
+    Ok(Record {
+        identity: item(record, "identity")?,
+        sensor: match sensor.as_str() {
+            "accelerometer" => Sensor::Accelerometer,
+            "gyroscope" => Sensor::Gyroscope,
+            other => return Err(PyValueError::new_err(format!("there is no sensor '{other}'"))),
+        },
+        model: ErrorModel {
+            matrix: matrix(&item(record, "matrix")?, "matrix")?,
+            bias: vector_of("bias")?,
+        },
+        matrix_sigma: matrix(&item(record, "matrix_sigma")?, "matrix_sigma")?,
+        bias_sigma: vector_of("bias_sigma")?,
+        lever_arm: optional("lever_arm", 0.0)?,
+        lever_arm_sigma: optional("lever_arm_sigma", f64::INFINITY)?,
+        rung: RUNGS.iter().find(fits).ok_or_else(unknown)?.1,
+        directions: item(record, "directions")?,
+        residual: item(record, "residual")?,
+        residual_before: item(record, "residual_before")?,
+        pairs: item(record, "pairs")?,
+        sequence: item(record, "sequence")?,
+    })
+}
+
+/// A record for Python; gyroscopes have no lever arm.
+pub(crate) fn write_record<'py>(
+    py: Python<'py>,
+    record: &Record<f64>,
+    adopted: Option<f64>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    let matrix = |m: &Matrix3<f64>| array2(py, m);
+    let has_arm = record.sensor == Sensor::Accelerometer;
+    let arm = |v: &Vector3<f64>| has_arm.then(|| array1(py, v));
+    dict.set_item("identity", record.identity)?;
+    dict.set_item("sensor", sensor_name(record.sensor))?;
+    dict.set_item("matrix", matrix(&record.model.matrix))?;
+    dict.set_item("bias", array1(py, &record.model.bias))?;
+    dict.set_item("matrix_sigma", matrix(&record.matrix_sigma))?;
+    dict.set_item("bias_sigma", array1(py, &record.bias_sigma))?;
+    dict.set_item("lever_arm", arm(&record.lever_arm))?;
+    dict.set_item("lever_arm_sigma", arm(&record.lever_arm_sigma))?;
+    dict.set_item("rung", rung(record.rung))?;
+    dict.set_item("directions", record.directions)?;
+    dict.set_item("residual", record.residual)?;
+    dict.set_item("residual_before", record.residual_before)?;
+    dict.set_item("pairs", record.pairs)?;
+    dict.set_item("sequence", record.sequence)?;
+    dict.set_item("adopted", adopted)?;
+    Ok(dict)
+}
+
+/// Figures of an event.
+pub(crate) fn figures<'py>(py: Python<'py>, told: &Told) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    for (name, figure) in &told.figures {
+        match figure {
+            Figure::Number(number) => dict.set_item(name, number)?,
+            Figure::Count(count) => dict.set_item(name, count)?,
+            Figure::Text(text) => dict.set_item(name, text)?,
+            Figure::Flag(flag) => dict.set_item(name, flag)?,
+        }
+    }
+    Ok(dict)
+}
+
+/// Why a record was rejected, if it was.
+pub(crate) fn rejection(told: &Told) -> Option<&'static str> {
+    let reason = told.figures.iter().find_map(|(name, figure)| match figure {
+        Figure::Text(text) if *name == "reason" => Some(*text),
+        _ => None,
+    });
+    reason.filter(|_| told.event == "record rejected")
+}
+
+/// Three numbers of what a unit said over a window.
+type Column = fn(&Seen) -> &[f64];
+
+/// Windows and output of a replay as arrays; `length` is that of a window, s.
+pub(crate) fn results<'py>(
+    py: Python<'py>,
+    replay: &Replay,
+    units: usize,
+    origin: f64,
+    length: f64,
+) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    #[allow(clippy::cast_precision_loss)]
+    let middle = |window: &Window| (window.number as f64 + 0.5) * length + origin;
+    let times: Vec<f64> = replay.windows.iter().map(middle).collect();
+    dict.set_item("window_time", PyArray1::from_vec(py, times))?;
+    let columns: [(&str, Column); 4] = [
+        ("specific_force", |seen| &seen.read[..3]),
+        ("angular_rate", |seen| &seen.read[3..]),
+        ("specific_force_compensated", |seen| &seen.compensated[..3]),
+        ("angular_rate_compensated", |seen| &seen.compensated[3..]),
+    ];
+    for (name, column) in columns {
+        let of_unit = |unit: usize| {
+            let rows = replay
+                .windows
+                .iter()
+                .map(|window| window.seen.get(unit).and_then(Option::as_ref));
+            let nothing: &[f64] = &[f64::NAN; 3];
+            array_of(py, rows.flat_map(|seen| seen.map_or(nothing, column)).copied())
+        };
+        let arrays: PyResult<Vec<_>> = (0..units).map(of_unit).collect();
+        dict.set_item(name, arrays?)?;
+    }
+    let output = &replay.output;
+    let time = output.iter().map(|said| in_seconds(said.time) + origin).collect();
+    #[allow(clippy::cast_precision_loss)]
+    let source = output.iter().map(|said| said.source as f64).collect();
+    dict.set_item("output_time", PyArray1::<f64>::from_vec(py, time))?;
+    dict.set_item("output_unit", PyArray1::<f64>::from_vec(py, source))?;
+    let flat = |part: fn(&Said) -> &[f64; 3]| array_of(py, output.iter().flat_map(part).copied());
+    dict.set_item("output_specific_force", flat(|said| &said.specific_force)?)?;
+    dict.set_item("output_angular_rate", flat(|said| &said.angular_rate)?)?;
+    Ok(dict)
+}
+
+fn array_of(py: Python<'_>, flat: impl Iterator<Item = f64>) -> PyResult<Bound<'_, PyArray2<f64>>> {
+    let flat: Vec<f64> = flat.collect();
+    let rows = flat.len() / 3;
+    PyArray1::from_vec(py, flat).reshape([rows, 3])
+}
