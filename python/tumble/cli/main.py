@@ -55,7 +55,7 @@ COMMANDS = {
     ),
     "apply": Entry("tumble.cli.apply", "apply_command", "Correct a log with a calibration."),
     "inspect": Entry("tumble.cli.inspect", "inspect_command", "Say what logs hold and what they can serve."),
-    "simulate": Entry("tumble.cli.simulate_spin", "simulate_app", "Make recordings whose truth is known."),
+    "simulate": Entry("tumble.cli.simulations", "simulate_app", "Make recordings whose truth is known."),
 }
 
 

@@ -18,6 +18,13 @@ if TYPE_CHECKING:
 simulate_app = typer.Typer(no_args_is_help=True, help="Make recordings whose truth is known.")
 
 
+FAULTS_HELP = (
+    "Kinds: scale, stuck, frozen, moved, bias-jump, bias-drift, noise, spikes, saturated, nan, swapped-axes, "
+    "left-handed, wrong-unit, gap, absent, dead, late, doubled, time-backwards, clock-jump. Keys: triad, "
+    "axis, start (s), end (s), size."
+)
+
+
 class Format(str, Enum):
     """Format of the logs written."""
 
@@ -102,8 +109,7 @@ def turntable_command(
         typer.Option(
             metavar="UNIT:KIND[:KEY=VALUE]...",
             help="Something wrong with a unit, such as target_2:stuck:triad=gyroscope:axis=y; may be "
-            "repeated. Kinds: scale, stuck, moved, saturated, nan, swapped-axes, left-handed, wrong-unit, "
-            "gap, doubled, time-backwards. Keys: triad, axis, start (s), end (s), size.",
+            f"repeated. {FAULTS_HELP}",
         ),
     ] = None,
     seed: Annotated[int, typer.Option(help="All that is random follows from it.")] = 1,
@@ -143,7 +149,7 @@ def turntable_command(
         warm_up_kelvin=warm_up,
         bias_instability=bias_instability,
         g_sensitivity=g_sensitivity,
-        faults=_faults(fault or []),
+        faults=faults_by_unit(fault or []),
         **changes,
     )
     paths = write_turntable(session, output, format_name.value)
@@ -160,7 +166,8 @@ def _poses(path: Path) -> PoseList:
     return PoseList.load(path)
 
 
-def _faults(specs: list[str]) -> dict[str, list[Fault]]:
+def faults_by_unit(specs: list[str]) -> dict[str, list[Fault]]:
+    """Read `target_2:stuck:axis=y:start=20` and the like: what is wrong with each unit, by its name."""
     faults: dict[str, list[Fault]] = {}
     for spec in specs:
         unit, fault = _fault(spec)
@@ -183,6 +190,17 @@ def fault_of(option: str, text: str, form: str) -> Fault:
         return Fault(kind, **dict(_setting(text) for text in settings))  # type: ignore[arg-type]
     except ValueError as error:
         raise TumbleError(f"{option}: {error}; write {form}") from error
+
+
+def numbers_of(option: str, text: str, count: int) -> list[float]:
+    """Read numbers with commas between; `option` is for the error."""
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count:
+        raise TumbleError(f"{option} {text}: needs {count} numbers with commas between")
+    return numbers
 
 
 def _setting(text: str) -> tuple[str, str | float]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tumble.cli.simulate import Format, fault_of, simulate_app
+from tumble.cli.simulate import Format, fault_of, numbers_of, simulate_app
 from tumble.errors import TumbleError
 
 if TYPE_CHECKING:
@@ -116,8 +116,8 @@ def spin_command(
     """
     from tumble.procedures.simulate import parse_plan, simulate_spin, write_spin
 
-    roll, pitch, yaw = _numbers("--mounting", mounting, 3)
-    forward, left = _numbers("--lever-arm", lever_arm, 2)
+    roll, pitch, yaw = numbers_of("--mounting", mounting, 3)
+    forward, left = numbers_of("--lever-arm", lever_arm, 2)
     steps = _steps(still, turns, both_ways, pause) if plan is None else parse_plan(plan)
     spin = simulate_spin(
         seed=seed,
@@ -162,20 +162,10 @@ def _steps(still: float, turns: float, both_ways: bool, pause: float) -> tuple[S
     return (Step("rest", still), Step("turn", turns=turns), *back, Step("rest", 2.0))
 
 
-def _numbers(option: str, text: str, count: int) -> list[float]:
-    try:
-        numbers = [float(part) for part in text.split(",")]
-    except ValueError:
-        numbers = []
-    if len(numbers) != count:
-        raise TumbleError(f"{option} {text}: needs {count} numbers with commas between")
-    return numbers
-
-
 def _vector(option: str, text: str | None) -> tuple[float, float, float] | None:
     if text is None:
         return None
-    x, y, z = _numbers(option, text, 3)
+    x, y, z = numbers_of(option, text, 3)
     return x, y, z
 
 

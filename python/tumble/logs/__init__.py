@@ -17,7 +17,7 @@ from tumble.logs.folder import FolderStream, log_files, open_folder
 from tumble.logs.options import ReadOptions
 from tumble.logs.spec import LogSpec, parse_spec
 from tumble.logs.track import Samples, Track
-from tumble.logs.writers import Facts, Writer, open_writer
+from tumble.logs.writers import Facts, Writer, open_mcap_writer, open_writer
 from tumble.recording import Metadata, Recording
 
 __all__ = [
@@ -29,6 +29,7 @@ __all__ = [
     "ReadOptions",
     "Writer",
     "list_imus",
+    "open_mcap_writer",
     "open_recording",
     "open_writer",
     "parse_spec",

@@ -28,7 +28,7 @@ _STAMPS = (0.0, 2.0**31)
 
 
 class McapWriter:
-    """MCAP that ROS 2 tools and Foxglove open."""
+    """MCAP that ROS 2 tools and Foxglove open; it can hold several IMUs."""
 
     def __init__(self, path: Path, facts: Facts) -> None:
         self._path = path
@@ -36,24 +36,29 @@ class McapWriter:
         self._file = path.open("wb")
         self._writer = Writer(self._file)
         self._writer.start(profile="ros2", library="tumble")
-        self._imu = self._channel(IMU_TOPIC, "sensor_msgs/msg/Imu")
-        self._temperature: int | None = None
+        self._channels: dict[str, int] = {}
         self._sequence = 0
 
-    def write(self, chunk: Chunk) -> None:
-        """Append a message a sample, and its temperature just before it."""
+    def write(self, chunk: Chunk, imu: str = "", arrival: FloatArray | None = None) -> None:
+        """Append a message a sample, and its temperature just before it.
+
+        `imu` names one of several, which becomes its topic; `arrival` (n,) s is when each was received, the
+        time of the sample where not given.
+        """
+        imu_topic, temperature_topic = (
+            (f"/{imu}", f"/{imu}/temperature") if imu else (IMU_TOPIC, TEMPERATURE_TOPIC)
+        )
         stamps = self._nanoseconds(chunk.time)
-        messages = _bytes(stamps, self._facts.frame, _imu_numbers(chunk))
-        temperatures: list[bytes] = []
+        logged = (stamps if arrival is None else self._nanoseconds(arrival)).tolist()
+        channels = [self._channel(imu_topic, "sensor_msgs/msg/Imu")]
+        messages = [_bytes(stamps, self._facts.frame, _imu_numbers(chunk))]
         if chunk.temperature is not None:
-            if self._temperature is None:
-                self._temperature = self._channel(TEMPERATURE_TOPIC, "sensor_msgs/msg/Temperature")
             numbers = np.column_stack([chunk.temperature, np.zeros(len(chunk))])
-            temperatures = _bytes(stamps, self._facts.frame, numbers)
-        for index, stamp in enumerate(stamps.tolist()):
-            if temperatures and self._temperature is not None:
-                self._add(self._temperature, stamp, temperatures[index])
-            self._add(self._imu, stamp, messages[index])
+            channels.insert(0, self._channel(temperature_topic, "sensor_msgs/msg/Temperature"))
+            messages.insert(0, _bytes(stamps, self._facts.frame, numbers))
+        for time, stamp, *sample in zip(logged, stamps.tolist(), *messages, strict=True):
+            for channel, data in zip(channels, sample, strict=True):
+                self._writer.add_message(channel, time, data, stamp, self._sequence)
             self._sequence = (self._sequence + 1) & 0xFFFFFFFF
 
     def close(self) -> None:
@@ -64,18 +69,18 @@ class McapWriter:
         self._file.close()
 
     def _channel(self, topic: str, message_type: str) -> int:
-        definition, _ = get_typestore(Stores.ROS2_HUMBLE).generate_msgdef(message_type, ros_version=2)
-        schema = self._writer.register_schema(message_type, "ros2msg", definition.encode())
-        return self._writer.register_channel(topic, "cdr", schema)
-
-    def _add(self, channel: int, stamp: int, data: bytes) -> None:
-        self._writer.add_message(channel, stamp, data, stamp, self._sequence)
+        if topic not in self._channels:
+            definition, _ = get_typestore(Stores.ROS2_HUMBLE).generate_msgdef(message_type, ros_version=2)
+            schema = self._writer.register_schema(message_type, "ros2msg", definition.encode())
+            self._channels[topic] = self._writer.register_channel(topic, "cdr", schema)
+        return self._channels[topic]
 
     def _nanoseconds(self, time: FloatArray) -> NDArray[np.int64]:
         """Whole seconds apart from the rest, so that times from 1970 on keep all their digits."""
-        if not (_STAMPS[0] <= float(time[0]) and float(time[-1]) < _STAMPS[1]):
+        first, last = float(time.min()), float(time.max())
+        if not (_STAMPS[0] <= first and last < _STAMPS[1]):
             raise OutputError(
-                f"{self._path}: MCAP stamps hold 0 s to 2^31 s, not {time[0]:.9g} s to {time[-1]:.9g} s; "
+                f"{self._path}: MCAP stamps hold 0 s to 2^31 s, not {first:.9g} s to {last:.9g} s; "
                 "write CSV or Parquet instead"
             )
         whole = np.floor(time)

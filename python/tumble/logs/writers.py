@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 from tumble.errors import OutputError
 from tumble.files import replacing
@@ -38,6 +38,8 @@ class Writer(Protocol):
         """Finish the file."""
         ...
 
+
+AnyWriter = TypeVar("AnyWriter", bound=Writer)
 
 WRITERS: dict[str, Callable[[Path, Facts], Writer]] = {
     "csv": CsvWriter,
@@ -75,9 +77,24 @@ def open_writer(
     Raises `OutputError` where the format is unknown or the file cannot be written.
     """
     path = Path(path)
-    make = WRITERS[format_for(path, format_name)]
+    with _opened(path, WRITERS[format_for(path, format_name)], facts or Facts()) as writer:
+        yield writer
+
+
+@contextmanager
+def open_mcap_writer(path: str | Path, facts: Facts | None = None) -> Iterator[McapWriter]:
+    """Open an MCAP file to write several IMUs to; as `open_writer` else.
+
+    Each is a topic of its own, so that `LOG:NAME` reads it.
+    """
+    with _opened(Path(path), McapWriter, facts or Facts()) as writer:
+        yield writer
+
+
+@contextmanager
+def _opened(path: Path, make: Callable[[Path, Facts], AnyWriter], facts: Facts) -> Iterator[AnyWriter]:
     with replacing(path) as temporary:
-        writer = make(temporary, facts or Facts())
+        writer = make(temporary, facts)
         try:
             yield writer
         finally:

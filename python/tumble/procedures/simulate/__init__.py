@@ -22,7 +22,15 @@ from tumble.procedures.simulate.flight import (
     SimulatedFlightUnit,
     simulate_flight,
 )
-from tumble.procedures.simulate.flight_scenario import FlightScenario, FlightUnit, Vibration
+from tumble.procedures.simulate.flight_files import write_flight
+from tumble.procedures.simulate.flight_scenario import (
+    USUAL_UNITS,
+    VIBRATIONS,
+    FlightScenario,
+    FlightUnit,
+    Vibration,
+    unit_names,
+)
 from tumble.procedures.simulate.grade import Grade, TriadGrade, grade_names
 from tumble.procedures.simulate.play import simulate_turntable
 from tumble.procedures.simulate.scenario import ScenarioError, TurntableScenario
@@ -39,6 +47,8 @@ from tumble.procedures.simulate.spin_scenario import Disturbance, SpinScenario, 
 
 __all__ = [
     "FAULTS",
+    "USUAL_UNITS",
+    "VIBRATIONS",
     "ClockTruth",
     "Disturbance",
     "Fault",
@@ -66,6 +76,8 @@ __all__ = [
     "simulate_flight",
     "simulate_spin",
     "simulate_turntable",
+    "unit_names",
+    "write_flight",
     "write_spin",
     "write_turntable",
 ]

@@ -68,9 +68,13 @@ def truth_content(session: SimulatedTurntable) -> dict[str, Any]:
 def pieces(samples: Chunk) -> Iterator[Chunk]:
     """Cut samples to what is written at a time."""
     for start in range(0, len(samples), ROWS):
-        rows = slice(start, start + ROWS)
-        temperature = None if samples.temperature is None else samples.temperature[rows]
-        yield Chunk(samples.time[rows], samples.accelerometer[rows], samples.gyroscope[rows], temperature)
+        yield cut(samples, slice(start, start + ROWS))
+
+
+def cut(samples: Chunk, rows: slice) -> Chunk:
+    """Give some of the samples."""
+    temperature = None if samples.temperature is None else samples.temperature[rows]
+    return Chunk(samples.time[rows], samples.accelerometer[rows], samples.gyroscope[rows], temperature)
 
 
 def _unit(unit: SimulatedUnit) -> dict[str, Any]:

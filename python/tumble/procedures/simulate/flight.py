@@ -38,6 +38,8 @@ class SimulatedFlightUnit(SimulatedUnit):
     """(3,) m/s^2 by which b has moved since the factory."""
     gyroscope_ageing: FloatArray
     """(3,) rad/s."""
+    latency: float
+    """s."""
 
     @property
     def time(self) -> FloatArray:
@@ -204,6 +206,11 @@ def _fault(scenario: FlightScenario, fault: Fault) -> dict[str, Any]:
     return plain_fault(fault, scenario.rest_seconds / 2, largest)
 
 
+def _own_clock(unit: FlightUnit) -> bool:
+    """Say whether a unit's clock is another than the flight's."""
+    return unit.clock_offset_seconds != 0.0 or unit.clock_skew_ppm != 0.0
+
+
 def _unit(
     scenario: FlightScenario, name: str, unit: FlightUnit, figures: _core.SimulatedUnitFigures
 ) -> SimulatedFlightUnit:
@@ -212,7 +219,7 @@ def _unit(
         name=name,
         grade=unit.grade_figures,
         serial=f"SIM-{scenario.seed}-{scenario.names.index(name)}",
-        clock="",
+        clock="" if any(_own_clock(each) for each in scenario.units) else "flight",
         faults=unit.faults,
     )
     accelerometer_ageing, gyroscope_ageing = figures["ageing"]
@@ -223,4 +230,5 @@ def _unit(
         nominal_mounting=figures["package_from_case"],
         accelerometer_ageing=accelerometer_ageing,
         gyroscope_ageing=gyroscope_ageing,
+        latency=unit.latency_seconds,
     )

@@ -163,7 +163,7 @@ class FlightScenario:
     @property
     def names(self) -> tuple[str, ...]:
         """`primary`, `secondary_1`, `secondary_2` ..."""
-        return (PRIMARY, *(f"secondary_{number}" for number in range(1, len(self.units))))
+        return unit_names(len(self.units))
 
     @property
     def shaking(self) -> Vibration:
@@ -207,6 +207,11 @@ class FlightScenario:
             yield f"ground_tilt_deg is {self.ground_tilt_deg:g}; give 0 to {STEEPEST_DEG:g} deg"
         if self.latitude_deg is not None and not -90.0 <= self.latitude_deg <= 90.0:
             yield f"latitude_deg is {self.latitude_deg:g}; give -90 to 90 deg"
+
+
+def unit_names(count: int) -> tuple[str, ...]:
+    """Name that many units: `primary`, `secondary_1`, `secondary_2` ..."""
+    return (PRIMARY, *(f"secondary_{number}" for number in range(1, count)))
 
 
 def _vibration_objections(vibration: Vibration) -> Iterator[str]:
