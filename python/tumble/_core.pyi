@@ -494,6 +494,21 @@ class RedundancyReplay(TypedDict):
     seconds: float
     """Time the replay took."""
 
+class AlignForceFigures(TypedDict):
+    """What specific forces show, once the rotation is known."""
+
+    lever_arm: FloatArray
+    lever_arm_covariance: FloatArray
+    lever_arm_unseen: FloatArray
+    accelerometer_bias: FloatArray
+    accelerometer_bias_sigma: FloatArray
+    accelerometer_angle: FloatArray
+    accelerometer_angle_sigma: FloatArray
+    accelerometer_delay: float
+    accelerometer_delay_sigma: float
+    accelerometer_stretch: FloatArray
+    accelerometer_residual: float
+
 class AlignFigures(TypedDict):
     """How a secondary sits beside a primary; see `tumble.results_align.UnitAlignment`."""
 
@@ -517,17 +532,7 @@ class AlignFigures(TypedDict):
     skew_sigma: float
     reference_time: float
     gyroscope_residual: float
-    lever_arm: FloatArray
-    lever_arm_covariance: FloatArray
-    lever_arm_unseen: FloatArray
-    accelerometer_bias: FloatArray
-    accelerometer_bias_sigma: FloatArray
-    accelerometer_angle: FloatArray
-    accelerometer_angle_sigma: FloatArray
-    accelerometer_delay: float
-    accelerometer_delay_sigma: float
-    accelerometer_stretch: FloatArray
-    accelerometer_residual: float
+    forces: AlignForceFigures | None
     primary_saturated: int
     primary_not_finite: int
     secondary_saturated: int

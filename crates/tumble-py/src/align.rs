@@ -5,6 +5,8 @@ use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use tumble_lab::align::forces::ForcesFit;
+use tumble_lab::align::rates::RatesFit;
 use tumble_lab::align::track::Track;
 use tumble_lab::align::{AlignSettings, Aligned, Refusal, align};
 
@@ -70,7 +72,7 @@ fn align_units<'py>(
 }
 
 fn figures<'py>(py: Python<'py>, found: &Aligned) -> PyResult<Bound<'py, PyDict>> {
-    let (rates, forces) = (&found.rates, &found.forces);
+    let rates = &found.rates;
     let figures = PyDict::new(py);
     figures.set_item("correlation", found.correlation)?;
     figures.set_item("motion", found.motion)?;
@@ -95,6 +97,15 @@ fn figures<'py>(py: Python<'py>, found: &Aligned) -> PyResult<Bound<'py, PyDict>
     figures.set_item("skew_sigma", rates.clock_sigma.1)?;
     figures.set_item("reference_time", rates.clock.reference)?;
     figures.set_item("gyroscope_residual", rates.scale)?;
+    match &found.forces {
+        Some(forces) => figures.set_item("forces", force_figures(py, rates, forces)?)?,
+        None => figures.set_item("forces", py.None())?,
+    }
+    Ok(figures)
+}
+
+fn force_figures<'py>(py: Python<'py>, rates: &RatesFit, forces: &ForcesFit) -> PyResult<Bound<'py, PyDict>> {
+    let figures = PyDict::new(py);
     figures.set_item("lever_arm", array1(py, &forces.lever_arm))?;
     figures.set_item("lever_arm_covariance", array2(py, &forces.lever_arm_covariance))?;
     figures.set_item("lever_arm_unseen", stacked(py, forces.unseen.iter().copied()))?;

@@ -55,7 +55,7 @@ def align_command(
 
     Example: tumble align flight.parquet --primary imu1 --secondary imu2 --secondary imu3 -o results
 
-    Writes units.yaml, the settings of the units for tumble redundancy. The exit code is 0 if everything was
+    Writes align.yaml, the settings of the units for tumble redundancy. The exit code is 0 if everything was
     found, 3 if the motion left a rotation or a lever arm open, 2 if nothing could be done.
     """
     from tumble.cli.progress import sample_progress
@@ -67,7 +67,7 @@ def align_command(
     read = read_options_for(read_options, exceptions or (), sources)
     with sample_progress("reading") as advance:
         result = align(primary, secondary, log, search=search, read=read, progress=advance)
-    path = folder / "units.yaml"
+    path = folder / "align.yaml"
     write_settings(result, path)
     _show(result, {"settings": str(path)}, as_json)
     if any(

@@ -31,7 +31,8 @@ TURN_MORE = "turn the units about two axes or more"
 def describe_alignment(name: str, source: str, figures: _core.AlignFigures, around: float) -> UnitAlignment:
     """Put into a result what the core found; `around` is the offset, s, that the search began with."""
     rotation_seen = len(figures["rotation_unseen"]) == 0
-    arm_sigma = np.sqrt(np.diag(figures["lever_arm_covariance"]))
+    forces = figures["forces"] or _no_forces()
+    arm_sigma = np.sqrt(np.diag(forces["lever_arm_covariance"]))
     unknown = np.full(3, np.nan)
     return UnitAlignment(
         name=name,
@@ -46,17 +47,23 @@ def describe_alignment(name: str, source: str, figures: _core.AlignFigures, arou
         skew=_skew(figures)[0],
         skew_sigma=_skew(figures)[1],
         reference_time=figures["reference_time"],
-        lever_arm=np.where(arm_sigma < LARGEST_ARM_SIGMA, figures["lever_arm"], np.nan),
-        lever_arm_covariance=figures["lever_arm_covariance"],
-        lever_arm_unseen=figures["lever_arm_unseen"],
-        gyroscope_bias=figures["gyroscope_bias"],
+        lever_arm=_if_shown(forces["lever_arm"], arm_sigma, LARGEST_ARM_SIGMA),
+        lever_arm_covariance=forces["lever_arm_covariance"],
+        lever_arm_unseen=forces["lever_arm_unseen"],
+        gyroscope_bias=_if_shown(
+            figures["gyroscope_bias"], figures["gyroscope_bias_sigma"], LARGEST_BIAS_SIGMA["gyroscope"]
+        ),
         gyroscope_bias_sigma=figures["gyroscope_bias_sigma"],
-        accelerometer_bias=figures["accelerometer_bias"],
-        accelerometer_bias_sigma=figures["accelerometer_bias_sigma"],
-        accelerometer_angle=figures["accelerometer_angle"],
-        accelerometer_angle_sigma=figures["accelerometer_angle_sigma"],
+        accelerometer_bias=_if_shown(
+            forces["accelerometer_bias"],
+            forces["accelerometer_bias_sigma"],
+            LARGEST_BIAS_SIGMA["accelerometer"],
+        ),
+        accelerometer_bias_sigma=forces["accelerometer_bias_sigma"],
+        accelerometer_angle=forces["accelerometer_angle"],
+        accelerometer_angle_sigma=forces["accelerometer_angle_sigma"],
         gyroscope_residual=figures["gyroscope_residual"],
-        accelerometer_residual=figures["accelerometer_residual"],
+        accelerometer_residual=forces["accelerometer_residual"],
         correlation=figures["correlation"],
         motion=figures["motion"],
         window=figures["window"],
@@ -66,14 +73,21 @@ def describe_alignment(name: str, source: str, figures: _core.AlignFigures, arou
     )
 
 
+def _if_shown(value: FloatArray, sigma: FloatArray, limit: float) -> FloatArray:
+    """Put NaN for what is less certain than a limit."""
+    shown: FloatArray = np.where(sigma < limit, value, np.nan)
+    return shown
+
+
 def _parameters(figures: _core.AlignFigures) -> Iterator[Parameter]:
     yield from _rotation(figures)
     yield _parameter("time offset", "s", figures["time_offset"], figures["time_offset_sigma"])
     yield _parameter("clock skew", "1", *_skew(figures))
-    yield from _lever_arm(figures)
+    forces = figures["forces"] or _no_forces()
+    yield from _lever_arm(forces)
     yield from _bias("gyroscope", "rad/s", figures["gyroscope_bias"], figures["gyroscope_bias_sigma"])
     yield from _bias(
-        "accelerometer", "m/s^2", figures["accelerometer_bias"], figures["accelerometer_bias_sigma"]
+        "accelerometer", "m/s^2", forces["accelerometer_bias"], forces["accelerometer_bias_sigma"]
     )
 
 
@@ -94,18 +108,38 @@ def _skew(figures: _core.AlignFigures) -> tuple[float, float]:
     return (0.0, 0.0) if figures["one_clock"] else (figures["skew"], figures["skew_sigma"])
 
 
-def _lever_arm(figures: _core.AlignFigures) -> Iterator[Parameter]:
-    unseen = figures["lever_arm_unseen"]
-    sigma = np.sqrt(np.diag(figures["lever_arm_covariance"]))
+def _lever_arm(forces: _core.AlignForceFigures) -> Iterator[Parameter]:
+    unseen = forces["lever_arm_unseen"]
+    sigma = np.sqrt(np.diag(forces["lever_arm_covariance"]))
     for k, axis in enumerate("xyz"):
         name = f"lever arm {axis}"
         if sigma[k] < LARGEST_ARM_SIGMA:
-            yield _parameter(name, "m", figures["lever_arm"][k], sigma[k])
+            yield _parameter(name, "m", forces["lever_arm"][k], sigma[k])
+        elif len(unseen) == 3:
+            yield _unknown(name, "m", f"it goes with a rotation that was not shown; {TURN_MORE}")
         elif len(unseen) == 1:
             why = ONE_AXIS.format(_direction(unseen[0], "of the primary"))
             yield _unknown(name, "m", f"{why}, along which no lever arm acts; {TURN_MORE}")
         else:
             yield _unknown(name, "m", "the units turned too gently to feel it; turn them faster")
+
+
+def _no_forces() -> _core.AlignForceFigures:
+    """Give figures that say nothing."""
+    unknown, everywhere = np.full(3, np.nan), np.full(3, np.inf)
+    return {
+        "lever_arm": unknown,
+        "lever_arm_covariance": np.where(np.eye(3) > 0.0, np.inf, np.nan),
+        "lever_arm_unseen": np.eye(3),
+        "accelerometer_bias": unknown,
+        "accelerometer_bias_sigma": everywhere,
+        "accelerometer_angle": unknown,
+        "accelerometer_angle_sigma": everywhere,
+        "accelerometer_delay": math.nan,
+        "accelerometer_delay_sigma": math.inf,
+        "accelerometer_stretch": np.full((3, 3), np.nan),
+        "accelerometer_residual": math.nan,
+    }
 
 
 def _bias(triad: str, unit: str, value: FloatArray, sigma: FloatArray) -> Iterator[Parameter]:
@@ -129,8 +163,9 @@ def _unknown(name: str, unit: str, reason: str) -> Parameter:
 
 def _direction(axis: FloatArray, of: str) -> str:
     """Name a direction; an axis has no sign, so its largest component is given as positive."""
-    shown = axis * np.sign(axis[np.argmax(np.abs(axis))])
-    return f"({', '.join(f'{component:.2f}' for component in shown + 0.0)}) {of}"
+    # Adding zero makes a zero of the negative zero that rounding leaves.
+    shown = np.round(axis * np.sign(axis[np.argmax(np.abs(axis))]), 2) + 0.0
+    return f"({', '.join(f'{component:.2f}' for component in shown)}) {of}"
 
 
 def _warnings(figures: _core.AlignFigures, around: float) -> Iterator[str]:
@@ -150,18 +185,19 @@ def _warnings(figures: _core.AlignFigures, around: float) -> Iterator[str]:
             f"the clocks drift apart by {1e6 * figures['skew']:.1f} ppm: the offset holds at "
             f"{figures['reference_time']:.1f} s of the primary's clock"
         )
-    yield from _beside_gyroscopes(figures)
+    if figures["forces"] is not None:
+        yield from _beside_gyroscopes(figures["forces"], figures["completed"])
 
 
-def _beside_gyroscopes(figures: _core.AlignFigures) -> Iterator[str]:
+def _beside_gyroscopes(forces: _core.AlignForceFigures, one_axis: bool) -> Iterator[str]:
     """Remark on accelerometers that do not sit as the gyroscopes do, or are later."""
-    angle, sigma = figures["accelerometer_angle"], figures["accelerometer_angle_sigma"]
+    angle, sigma = forces["accelerometer_angle"], forces["accelerometer_angle_sigma"]
     length = float(np.linalg.norm(angle))
-    if not figures["completed"] and length > NOTABLE_ANGLE and length > SHOWN * float(np.max(sigma)):
+    if not one_axis and length > NOTABLE_ANGLE and length > SHOWN * float(np.max(sigma)):
         yield (
             f"the accelerometers are turned against each other by {math.degrees(length):.2f} deg beyond "
             "what the gyroscopes show"
         )
-    delay, delay_sigma = figures["accelerometer_delay"], figures["accelerometer_delay_sigma"]
+    delay, delay_sigma = forces["accelerometer_delay"], forces["accelerometer_delay_sigma"]
     if abs(delay) > NOTABLE_DELAY and abs(delay) > SHOWN * delay_sigma:
         yield f"the accelerometers are apart by {1e3 * delay:.2f} ms beyond the gyroscopes' time offset"

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use nalgebra::Vector3;
 
 use crate::align::forces::ForcesFit;
-use crate::align::rates::RatesFit;
+use crate::align::rates::{ABOVE_NOISE, RatesFit};
 use crate::align::track::force_of;
 
 /// 1-sigma, rad, up to which the forces' answer is one.
@@ -16,9 +16,9 @@ const LARGEST_SIGMA: f64 = 0.1;
 const BETWEEN_TRIADS: f64 = 0.005;
 
 /// Turns the rotation about the axis that the rates leave open to where the specific forces agree best
-/// (docs/theory/align.md, eq. 13).
-pub fn turn_about_unseen(rates: &mut RatesFit) {
-    let [axis] = rates.unseen[..] else { return };
+/// (docs/theory/align.md, eq. 13); gives the mean square of the primary's force across that axis, less its mean.
+pub fn turn_about_unseen(rates: &mut RatesFit) -> Option<f64> {
+    let [axis] = rates.unseen[..] else { return None };
     let pairs = || {
         let forces = rates
             .pairs
@@ -30,20 +30,24 @@ pub fn turn_about_unseen(rates: &mut RatesFit) {
     let share = 1.0 / rates.pairs.len().max(1) as f64;
     let mean_from = pairs().map(|(from, _)| from).sum::<Vector3<f64>>() * share;
     let mean_to = pairs().map(|(_, to)| to).sum::<Vector3<f64>>() * share;
-    let (mut sine, mut cosine) = (0.0, 0.0);
+    let (mut sine, mut cosine, mut across) = (0.0, 0.0, 0.0);
     for (from, to) in pairs() {
         let (from, to) = (from - mean_from, to - mean_to);
         sine += axis.dot(&from.cross(&to));
         cosine += from.dot(&to) - axis.dot(&from) * axis.dot(&to);
+        across += share * axis.cross(&from).norm_squared();
     }
     rates.turn(&axis, sine.atan2(cosine));
+    Some(across)
 }
 
-/// Takes over what the forces found about that axis; tells whether they found it.
-pub fn complete(rates: &mut RatesFit, forces: &ForcesFit) -> bool {
+/// Takes over what the forces found about that axis, given their mean square across it; tells whether they found it,
+/// rather than noise found itself.
+pub fn complete(rates: &mut RatesFit, forces: &ForcesFit, across: f64) -> bool {
     let [axis] = rates.unseen[..] else { return false };
     let variance = axis.dot(&(forces.angle_covariance * axis));
-    if !(variance < LARGEST_SIGMA * LARGEST_SIGMA) {
+    let noise = 2.0 * forces.scale * forces.scale;
+    if !(across > ABOVE_NOISE * noise && variance < LARGEST_SIGMA * LARGEST_SIGMA) {
         return false;
     }
     rates.turn(&axis, axis.dot(&forces.angle));

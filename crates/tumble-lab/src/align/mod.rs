@@ -74,8 +74,8 @@ pub struct Aligned {
     pub completed: bool,
     /// From the rates.
     pub rates: RatesFit,
-    /// From the specific forces.
-    pub forces: ForcesFit,
+    /// From the specific forces, where the rotation is known.
+    pub forces: Option<ForcesFit>,
 }
 
 /// Why two units cannot be aligned.
@@ -145,16 +145,18 @@ pub fn align(
     let best = *found.first().ok_or(Refusal::NothingInCommon)?;
     refuse_if_unlike(&best)?;
     let mut rates = refined(&grid, secondary, &found, settings)?;
-    gravity::turn_about_unseen(&mut rates);
+    let one_axis = !rates.unseen.is_empty();
+    let across = gravity::turn_about_unseen(&mut rates);
     let forces = forces::fit(&rates, settings).ok_or(Refusal::Unsolvable)?;
-    let completed = gravity::complete(&mut rates, &forces);
+    let completed = across.is_some_and(|across| gravity::complete(&mut rates, &forces, across));
     Ok(Aligned {
         completed,
         correlation: best.correlation,
         motion: best.motion,
         window: grid.length,
         rates,
-        forces,
+        // Without the rotation, the lever arm would be known in no frame.
+        forces: (completed || !one_axis).then_some(forces),
     })
 }
 
