@@ -56,11 +56,11 @@ def test_the_error_found_is_the_true_one(flown):
     _, _, result, _ = flown
     accelerometer = error_of(result, "imu2", "accelerometer")
     gyroscope = error_of(result, "imu2", "gyroscope")
-    # Measured over ten seeds: bias within 0.006 m/s^2 and 0.0002 rad/s, scale within 0.0006 and 0.0002.
-    np.testing.assert_allclose(accelerometer["bias"], BIASED.accelerometer_bias, atol=0.01)
-    np.testing.assert_allclose(gyroscope["bias"], BIASED.gyroscope_bias, atol=4e-4)
-    np.testing.assert_allclose(accelerometer["matrix"], 1.01 * np.eye(3), atol=0.002)
-    np.testing.assert_allclose(gyroscope["matrix"], 0.99 * np.eye(3), atol=5e-4)
+    # Largest over seeds 100 to 109: bias 0.0036 m/s^2 and 0.00012 rad/s, M 0.00052 and 0.00023.
+    np.testing.assert_allclose(accelerometer["bias"], BIASED.accelerometer_bias, atol=0.006)
+    np.testing.assert_allclose(gyroscope["bias"], BIASED.gyroscope_bias, atol=2.5e-4)
+    np.testing.assert_allclose(accelerometer["matrix"], 1.01 * np.eye(3), atol=8e-4)
+    np.testing.assert_allclose(gyroscope["matrix"], 0.99 * np.eye(3), atol=4e-4)
 
 
 def test_the_residual_on_pairs_kept_from_the_fit_falls_to_the_noise(flown):
@@ -83,7 +83,8 @@ def test_the_calibration_file_corrects_the_log_of_the_secondary(flown):
     folder, said, result, _ = flown
     done = typed("apply", result["files"]["imu2"], f"{folder / 'flight.csv'}:imu2", "-o", folder / "good.csv")
     assert done.code == 0, done.err
-    corrected = np.loadtxt(folder / "good.csv", delimiter=",", skiprows=1)[:, 1:7]
+    chunk = next(iter(tumble.open_recording(folder / "good.csv").chunks()))
+    corrected = np.hstack([chunk.accelerometer, chunk.gyroscope])
     before = np.abs((said["imu2"].readings - said["imu1"].readings).mean(axis=0))
     after = np.abs((corrected - said["imu1"].readings).mean(axis=0))
     assert (after[:3] < 0.005).all()
@@ -186,6 +187,8 @@ def test_units_of_different_rates_places_and_mountings_are_calibrated_all_the_sa
         "units.slow.time_offset=-12.5",
         "--set",
         f"units.slow.sensor_from_primary={FACING_DOWN.tolist()}",
+        "--set",
+        "excitation_lever_arm=0.5",
         "-o",
         tmp_path / "out",
     )

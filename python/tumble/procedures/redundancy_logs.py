@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -18,6 +18,8 @@ Progress: TypeAlias = Callable[[int, int | None], None]
 """Told samples done, and samples expected where they are known."""
 
 MOST_SECONDARIES = 7
+SHORT_BLOCK = 0.02
+"""s of a block where the time of a unit went back, so that units still take turns."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,8 +151,11 @@ class _Reader:
     waiting: Chunk | None = None
     first: float | None = None
     last: float = -np.inf
-    """Latest time so far: samples arrive in the order of the log, whatever time they carry."""
-    arrival: FloatArray | None = None
+    """When the last sample so far arrived, s of the common clock."""
+    arrival: FloatArray = field(default_factory=lambda: np.empty(0))
+    """When those that wait arrived: at their own time; where time went back, just after the one before."""
+    stepped_back: float = 0.0
+    """s by which time went back so far."""
     ended: bool = False
     read: int = 0
 
@@ -165,15 +170,20 @@ class _Reader:
 
     def _take_in(self, chunk: Chunk) -> None:
         time = chunk.time + self.offset
-        self.waiting = chunk
-        self.arrival = np.maximum(np.maximum.accumulate(time), self.last)
-        self.last = float(self.arrival[-1])
         self.first = float(time[0]) if self.first is None else self.first
+        before = time[0] if self.waiting is None else self.last - self.stepped_back
+        steps = np.diff(time, prepend=before)
+        usual = float(np.median(np.abs(steps)))
+        back = np.cumsum(np.where(steps < 0.0, usual - steps, 0.0))
+        self.waiting = chunk
+        self.arrival = time + (self.stepped_back + back)
+        self.stepped_back += float(back[-1])
+        self.last = float(self.arrival[-1])
         self.read += len(chunk)
 
     def take(self, until: float) -> Samples:
         """Take off what arrived up to a time."""
-        if self.waiting is None or self.arrival is None:
+        if self.waiting is None:
             return _NOTHING
         count = int(np.searchsorted(self.arrival, until, side="right"))
         taken = self.waiting
@@ -225,10 +235,13 @@ class SideBySide(Iterator[list[Samples]]):
         for reader in self._readers:
             reader.refill()
         self._refuse_if_apart()
-        live = [reader for reader in self._readers if reader.arrival is not None and not reader.ended]
+        live = [reader for reader in self._readers if not reader.ended]
         if not live:
             raise StopIteration
         cut = min(reader.last for reader in live)
+        if any(reader.stepped_back for reader in live):
+            # Within a block samples are taken by their time, which is no guide where it went back.
+            cut = min(cut, min(float(reader.arrival[0]) for reader in live) + SHORT_BLOCK)
         block = [reader.take(cut) for reader in self._readers]
         self.start = min(reader.first for reader in self._readers if reader.first is not None)
         self.end = max(self.end, cut)
