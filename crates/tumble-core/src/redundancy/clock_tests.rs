@@ -146,6 +146,45 @@ fn one_clock_that_leaves_the_others_is_dropped_and_reported_until_it_is_back() {
 }
 
 #[test]
+fn the_few_that_jump_alike_follow_the_many_that_stay() {
+    for by in [-2_000_000_000, 2_000_000] {
+        let mut set = Set::<5>::running();
+        let verdicts = set.run(500_000, [by, by, 0, 0, 0]);
+        assert!(jumps(&verdicts).is_empty(), "{by}");
+        let settled = &verdicts[20..];
+        for unit in 0..5 {
+            let expected = if unit < 2 {
+                Verdict::Astray
+            } else {
+                Verdict::Accept
+            };
+            assert_eq!(of_unit(settled, unit), [expected; 80], "{by}, unit {unit}");
+        }
+    }
+}
+
+#[test]
+fn the_many_that_jump_alike_take_the_set_with_them() {
+    for by in [-2_000_000_000, 2_000_000] {
+        let mut set = Set::<5>::running();
+        let verdicts = set.run(500_000, [0, 0, by, by, by]);
+        assert_eq!(jumps(&verdicts).len(), 1, "{by}");
+        for unit in 0..5 {
+            let expected = if unit < 2 {
+                Verdict::Astray
+            } else {
+                Verdict::Accept
+            };
+            assert_eq!(
+                of_unit(&verdicts[20..], unit),
+                [expected; 80],
+                "{by}, unit {unit}"
+            );
+        }
+    }
+}
+
+#[test]
 fn a_clock_that_stands_is_reported() {
     let mut set = Set::<1>::running();
     let time = set.clock.now().unwrap();

@@ -68,8 +68,8 @@ pub struct Fit<T: Real> {
     pub pairs: u32,
 }
 
-/// The lever arm meets M only in products of small numbers: each pass takes nine tenths of what is left.
-const PASSES: u32 = 4;
+/// M meets the change of the lever arm in products of small numbers: each pass leaves a tenth of what was wrong, or less.
+const PASSES: u32 = 5;
 
 /// Neighbouring triangles share a window, which makes the variance of means 1 + 2/4 times that of independent ones
 /// (docs/theory/redundancy.md, eq. 12).
@@ -122,25 +122,23 @@ impl<'a, 'b, T: Real> Sums<'a, 'b, T> {
         })
     }
 
-    /// Covariance of row `i` of `A W` with row `i` of `B W`.
-    fn lever_with_lever(&self, a: &Matrix3<T>, b: &Matrix3<T>, i: usize) -> Matrix3<T> {
+    fn lever_with_lever(&self, a: &Matrix3<T>, i: usize) -> Matrix3<T> {
         Matrix3::from_fn(|k, n| {
             (0..9).fold(T::zero(), |sum, pair| {
                 let (l, o) = (pair / 3, pair % 3);
                 let (first, second) = (self.lever_channel(l, k), self.lever_channel(o, n));
-                sum + a[(i, l)] * b[(i, o)] * self.problem.pairs.covariance_of(first, second)
+                sum + a[(i, l)] * a[(i, o)] * self.problem.pairs.covariance_of(first, second)
             })
         })
     }
 
-    /// Row `i` (docs/theory/redundancy.md, eq. 7): the change of M, in which the stored lever arm has a part already, and
-    /// the primary's noise, which is in the motion and, through the stored M, in what is not explained.
+    /// Row `i` (docs/theory/redundancy.md, eq. 7). The primary's noise is in the motion and, through the stored M, in what
+    /// is not explained.
     fn row(&self, m: &Matrix3<T>, i: usize) -> Row<T> {
         let Problem {
             pairs, stored, noise, ..
         } = self.problem;
         let y = self.second_channel(i);
-        let change = m - stored.matrix;
         let noise_in_y = noise.reading * stored.matrix.row(i).transpose();
         let motion_y = Vector3::from_fn(|j, _| pairs.covariance_of(j, y));
         let lever_y = Vector3::from_fn(|k, _| {
@@ -149,10 +147,10 @@ impl<'a, 'b, T: Real> Sums<'a, 'b, T> {
             })
         });
         Row {
-            motion: motion_y + noise_in_y - self.motion_with_lever(&change, i) * stored.lever_arm,
+            motion: motion_y + noise_in_y,
             motion_lever: self.motion_with_lever(m, i),
-            lever: lever_y - self.lever_with_lever(m, &change, i) * stored.lever_arm,
-            lever_lever: self.lever_with_lever(m, m, i),
+            lever: lever_y,
+            lever_lever: self.lever_with_lever(m, i),
         }
     }
 }
@@ -238,9 +236,9 @@ impl<T: Real> Problem<'_, T> {
             Matrix3::from_fn(|l, k| self.pairs.mean_of(first + 3 * l + k))
         });
         let stored = self.stored;
-        let beyond = means(self.layout.second) - (pass.matrix - stored.matrix) * motion;
-        let arms = pass.matrix * (lever * pass.lever_arm) - stored.matrix * (lever * stored.lever_arm);
-        let change = beyond - arms;
+        let explained = (pass.matrix - stored.matrix) * motion
+            + pass.matrix * (lever * (pass.lever_arm - stored.lever_arm));
+        let change = means(self.layout.second) - explained;
         let bias = stored.bias + Vector3::from_fn(|i, _| if self.axes[i] { change[i] } else { T::zero() });
         let relation = Relation::new(pass.matrix, bias, pass.lever_arm)?;
         let directions = excited.iter().fold(0, |most, row| row.directions.max(most));

@@ -64,17 +64,17 @@ fn problem<'a>(pairs: &'a dyn Pairs<f64>, layout: Layout, stored: &'a Relation<f
 proptest! {
     #[test]
     fn without_noise_every_error_of_a_sensor_is_found_whatever_is_stored(
-        m in matrix(0.03), b in vector(0.5), r in vector(0.2), m0 in matrix(0.03), b0 in vector(0.5), r0 in vector(0.2)
+        m in matrix(0.02), b in vector(0.5), r in vector(0.2), m0 in matrix(0.02), b0 in vector(0.5), r0 in vector(0.2)
     ) {
         let (truth, stored) = (relation(m, b, r), relation(m0, b0, r0));
         let (forces, rates) = pairs(&truth, &stored, &Matrix3::identity());
         let fit = problem(&forces, FORCE_LAYOUT, &stored).solve().unwrap();
         prop_assert_eq!((fit.rung, fit.directions), (Rung::AffineAndLeverArm, 3));
-        // M meets the lever arm in products of small numbers, of which each pass takes nine tenths.
-        prop_assert!((fit.relation.matrix - truth.matrix).amax() < 5e-5, "{}", fit.relation.matrix - truth.matrix);
+        // What five passes leave of a change of M times a change of the lever arm.
+        prop_assert!((fit.relation.matrix - truth.matrix).amax() < 1e-5, "{}", fit.relation.matrix - truth.matrix);
         let gravity = Vector3::new(0.0, 0.0, 9.8);
-        prop_assert!((fit.relation.predict(&gravity) - truth.predict(&gravity)).amax() < 5e-4);
-        prop_assert!((fit.relation.lever_arm - truth.lever_arm).amax() < 1e-3);
+        prop_assert!((fit.relation.predict(&gravity) - truth.predict(&gravity)).amax() < 1e-4);
+        prop_assert!((fit.relation.lever_arm - truth.lever_arm).amax() < 1e-4);
         let fit = problem(&rates, RATE_LAYOUT, &stored).solve().unwrap();
         prop_assert_eq!((fit.rung, fit.directions), (Rung::Affine, 3));
         prop_assert!((fit.relation.matrix - truth.matrix).amax() < 1e-9);

@@ -94,10 +94,12 @@ impl<T: Real> Pair<T> {
         }
     }
 
-    /// The channels of the accelerometers; `time` in s. Of the secondary, what it says beyond the stored error.
+    /// The channels of the accelerometers; `time` in s. The primary is taken to where the stored lever arm puts the
+    /// secondary; of the secondary, what it says beyond the stored error.
     pub fn forces(&self, time: T, stored: &Relation<T>) -> [T; FORCE_CHANNELS] {
         let ([u, _], w, [y, _]) = (&self.first, &self.lever, &self.second);
-        let d = y - stored.predict(&(u + w * stored.lever_arm));
+        let u = u + w * stored.lever_arm;
+        let d = y - stored.predict(&u);
         [
             u.x, u.y, u.z, w.m11, w.m12, w.m13, w.m21, w.m22, w.m23, w.m31, w.m32, w.m33, time, d.x, d.y, d.z,
         ]

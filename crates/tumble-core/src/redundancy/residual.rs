@@ -65,25 +65,25 @@ impl<T: Real> Residual<T> {
     /// Of a relation.
     pub fn new(relation: &Relation<T>, stored: &Relation<T>, layout: &Layout, row: usize) -> Self {
         let mut weights = [T::zero(); FORCE_CHANNELS];
-        let element = |relation: &Relation<T>, l: usize| relation.matrix.get((row, l)).copied();
-        let m = |relation: &Relation<T>, l: usize| element(relation, l).unwrap_or(T::zero());
-        let arm = |relation: &Relation<T>, k: usize| relation.lever_arm.get(k).copied().unwrap_or(T::zero());
-        let bias = |relation: &Relation<T>| relation.bias.get(row).copied().unwrap_or(T::zero());
+        let change = relation.lever_arm - stored.lever_arm;
+        let m = |relation: &Relation<T>, l: usize| relation.matrix.get((row, l)).copied();
         for (channel, weight) in weights.iter_mut().enumerate() {
             let lever = layout
                 .lever
                 .and_then(|first| channel.checked_sub(first))
                 .filter(|k| *k < 9);
-            *weight = match (channel, lever) {
-                (0..3, _) => m(stored, channel) - m(relation, channel),
-                (_, Some(at)) => {
-                    let (l, k) = (at / 3, at % 3);
-                    m(stored, l) * arm(stored, k) - m(relation, l) * arm(relation, k)
-                }
-                _ if channel == layout.second + row => T::one(),
-                _ => T::zero(),
+            let of_channel = match (channel, lever) {
+                (0..3, _) => m(stored, channel)
+                    .zip(m(relation, channel))
+                    .map(|(before, now)| before - now),
+                (_, Some(at)) => m(relation, at / 3)
+                    .zip(change.get(at % 3))
+                    .map(|(m, arm)| -m * *arm),
+                _ => (channel == layout.second + row).then(T::one),
             };
+            *weight = of_channel.unwrap_or(T::zero());
         }
+        let bias = |relation: &Relation<T>| relation.bias.get(row).copied().unwrap_or(T::zero());
         Self {
             weights,
             channels: layout.second + 3,

@@ -10,7 +10,8 @@ use crate::redundancy::settings::{Both, Contradiction, Objection};
 pub struct HealthSettings<T: Real> {
     /// Longest time without a sample.
     pub late: u64,
-    /// Longest time over which all three axes of a sensor may repeat their readings; one axis alone three times that.
+    /// Longest time over which all axes of a sensor may repeat their readings, and 16 readings at least; three times that
+    /// for a sensor of one axis.
     pub frozen: u64,
     /// Longest time that may be spent at the end of the range or with readings that are not numbers; a quarter of the
     /// good time after that is counted against it.

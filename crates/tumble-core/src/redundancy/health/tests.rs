@@ -120,6 +120,16 @@ fn a_pause_shows_in_the_samples_without_a_tick() {
 }
 
 #[test]
+fn after_a_pause_a_reading_may_be_anywhere() {
+    let mut bench = Bench::running();
+    bench.time += 200_000;
+    assert_eq!(bench.push(|sample| sample.specific_force.x = 90.0), [true; 2]);
+    bench.health.restart_time(5_000_000);
+    bench.time = 5_000_000;
+    assert_eq!(bench.push(|sample| sample.specific_force.x = -90.0), [true; 2]);
+}
+
+#[test]
 fn a_frozen_sensor_is_found_in_its_time_and_not_used_from_then_on() {
     for sensor in SENSORS {
         let mut bench = Bench::running();
@@ -253,17 +263,33 @@ fn spikes_condemn_when_they_come_often_and_are_never_used() {
         bench.health.fault(),
         Some(Fault::Spikes { channel: 3, value }) if (value - 20.0).abs() < 0.1
     ));
-    bench.run(1_000, |i, sample| {
-        if i.is_multiple_of(150) {
-            sample.angular_rate.x = -20.0
-        }
-    });
-    assert!(
-        bench.health.fault().is_some(),
-        "spikes every 0.75 s keep it condemned"
-    );
+    for i in 0..1_000_u32 {
+        bench.push(|sample| {
+            if i.is_multiple_of(150) {
+                sample.angular_rate.x = -20.0;
+            }
+        });
+        assert!(
+            bench.health.fault().is_some(),
+            "spikes every 0.75 s keep it condemned"
+        );
+    }
     bench.run(1_000, |_, _| {});
     assert_eq!(bench.health.fault(), None);
+}
+
+#[test]
+fn a_change_beyond_all_measure_does_not_hide_later_spikes() {
+    let mut bench = Bench::running();
+    bench.run(3, |_, sample| sample.angular_rate.x = f32::MAX);
+    bench.run(3, |_, sample| sample.angular_rate.x = f32::MIN);
+    bench.run(200, |_, _| {});
+    let found = bench.time_to_fault(|i, sample| {
+        if i % 4 == 1 {
+            sample.angular_rate.x = 30.0;
+        }
+    });
+    assert!(found < 0.1, "{found}");
 }
 
 #[test]
