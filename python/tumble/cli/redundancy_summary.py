@@ -22,7 +22,7 @@ FILE_WIDTH = 128
 """What is no terminal has no width of its own, and a table folded to 80 columns is hard to read."""
 SENSORS: tuple[Sensor, ...] = ("accelerometer", "gyroscope")
 UNITS = {"accelerometer": "m/s^2", "gyroscope": "rad/s"}
-MOST_SHOWN = 12
+MOST_SHOWN = 8
 """Spans and faults; a long day has hundreds, and events.jsonl has them all."""
 
 
@@ -128,11 +128,17 @@ def _quantity(value: float, sensor: Sensor) -> str:
 
 
 def _sources(result: RedundancyResult) -> Iterator[str]:
-    """Say which unit was the source, when and why."""
-    for span in result.selected[:MOST_SHOWN]:
-        yield f"Source {span.start:.2f} to {span.end:.2f} s: {span.unit or 'none'} ({span.reason})"
-    if len(result.selected) > MOST_SHOWN:
-        yield f"and {len(result.selected) - MOST_SHOWN} more changes of the source"
+    """Say which unit was the source, when and why; where it changed often, for how long in all."""
+    if len(result.selected) <= MOST_SHOWN:
+        for span in result.selected:
+            yield f"Source {span.start:.2f} to {span.end:.2f} s: {span.unit or 'none'} ({span.reason})"
+        return
+    lengths: dict[str, float] = {}
+    for span in result.selected:
+        unit = span.unit or "none"
+        lengths[unit] = lengths.get(unit, 0.0) + span.end - span.start
+    times = ", ".join(f"{unit} for {seconds:.1f} s" for unit, seconds in lengths.items())
+    yield f"Source changed {len(result.selected) - 1} times: {times}"
 
 
 _WHY = {
@@ -157,20 +163,30 @@ def _refusals(result: RedundancyResult) -> Iterator[str]:
 
 
 def _faults(result: RedundancyResult) -> Iterator[str]:
-    found = [event for event in result.events if event.event == "unhealthy"]
-    for event in found[:MOST_SHOWN]:
-        whose = event.figures.get("sensor", event.figures.get("channel", ""))
-        where = f" ({whose})" if whose else ""
-        yield f"Unhealthy: {event.unit} at {event.time:.2f} s: {_reason(event)}{where}"
-    if len(found) > MOST_SHOWN:
-        yield f"and {len(found) - MOST_SHOWN} more faults"
+    """Say what was wrong with units; what happened again and again once, with its first time."""
+    first: dict[tuple[str, str], RedundancyEvent] = {}
+    counts: Counter[tuple[str, str]] = Counter()
+    for event in result.events:
+        if event.event == "unhealthy":
+            whose = event.figures.get("sensor", event.figures.get("channel", ""))
+            which = (event.unit, f"{event.figures['reason']}{f' ({whose})' if whose else ''}")
+            first.setdefault(which, event)
+            counts[which] += 1
+    for (unit, fault), event in list(first.items())[:MOST_SHOWN]:
+        count = counts[unit, fault]
+        times = f", {count} times from then on" if count > 1 else ""
+        yield f"Unhealthy: {unit}: {fault} at {event.time:.2f} s{_against(event)}{times}"
+    if len(first) > MOST_SHOWN:
+        yield f"Unhealthy: {len(first) - MOST_SHOWN} more faults; events.jsonl has them all"
 
 
 def _reason(event: RedundancyEvent) -> str:
-    """Give the reason, with the value that broke its limit where there is one."""
-    figures = event.figures
-    reason = str(figures["reason"])
-    value, limit = figures.get("value"), figures.get("limit")
+    return f"{event.figures['reason']}{_against(event)}"
+
+
+def _against(event: RedundancyEvent) -> str:
+    """Give the value that broke its limit, where there is one."""
+    value, limit = event.figures.get("value"), event.figures.get("limit")
     if isinstance(value, float) and isinstance(limit, float):
-        return f"{reason}, {significant(value)} against {significant(limit)}"
-    return reason
+        return f", {significant(value)} against {significant(limit)}"
+    return ""
