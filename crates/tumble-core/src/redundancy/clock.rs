@@ -150,7 +150,7 @@ impl<const UNITS: usize> Clock<UNITS> {
             _ => {
                 track.suspect(time, settings);
                 if self.is_believed(unit, time, settings) {
-                    return self.jump(unit, time);
+                    return self.jump(unit, time, settings);
                 }
             }
         }
@@ -204,9 +204,16 @@ impl<const UNITS: usize> Clock<UNITS> {
         self.tracks.iter().filter(|track| is_one(track)).count()
     }
 
-    fn jump(&mut self, unit: usize, time: u64) -> Verdict {
-        let before = self.now.unwrap_or(time);
-        *self = Self::new();
+    /// Those that agree keep the new time from now on: those that do not would else take the set back.
+    fn jump(&mut self, unit: usize, time: u64, settings: &ClockSettings) -> Verdict {
+        let before = self.now.replace(time).unwrap_or(time);
+        for track in &mut self.tracks {
+            let agrees = track.agreeing > 0 && track.suspect.abs_diff(time) <= settings.largest_jump;
+            *track = Track {
+                latest: agrees.then_some(track.suspect),
+                ..Track::default()
+            };
+        }
         self.accept(unit, time);
         let by = i64::try_from(time.abs_diff(before)).unwrap_or(i64::MAX);
         Verdict::Jumped {

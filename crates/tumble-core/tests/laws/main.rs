@@ -9,6 +9,7 @@ mod gravity;
 mod model;
 mod mounting;
 mod noise;
+mod redundancy_health;
 mod reference;
 mod regression;
 mod rotation;

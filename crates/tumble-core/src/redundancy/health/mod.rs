@@ -170,9 +170,9 @@ impl<T: Real> Health<T> {
         }
     }
 
-    /// Takes in how far a sensor at rest deviates from gravity, m/s^2, or from zero, rad/s.
-    pub fn at_rest(&mut self, sensor: Sensor, deviation: T, settings: &HealthSettings<T>) {
-        let limit = settings.rest.of(sensor);
+    /// Takes in how far a sensor at rest deviates from gravity, m/s^2, or from zero, rad/s, and how far it may: one that
+    /// was never calibrated farther than others.
+    pub fn at_rest(&mut self, sensor: Sensor, deviation: T, limit: T) {
         // What is no number is no plausible one.
         let plausible = deviation <= limit;
         if let Some(implausible) = self.implausible.get_mut(sensor as usize) {

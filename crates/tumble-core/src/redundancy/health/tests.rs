@@ -350,6 +350,24 @@ fn a_unit_away_from_its_family_for_long_enough_is_condemned_and_clears_when_back
 }
 
 #[test]
+fn a_unit_of_lower_grade_is_not_noisy_at_rest() {
+    let mut bench = Bench::running();
+    let settings = bench.settings;
+    let beside_better_ones = Comparison {
+        apart: 0.0,
+        scatter: 0.1,
+        usual_scatter: 0.001,
+    };
+    for _ in 0..100 {
+        bench.run(10, |_, _| {});
+        bench
+            .health
+            .family(Sensor::Accelerometer, &beside_better_ones, 50_000, &settings);
+        assert_eq!(bench.health.fault(), None);
+    }
+}
+
+#[test]
 fn what_a_rest_has_shown_only_a_later_rest_clears() {
     let mut bench = Bench::running();
     let settings = bench.settings;
