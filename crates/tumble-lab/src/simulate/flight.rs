@@ -193,3 +193,7 @@ impl Course for Elsewhere<'_> {
         self.flight.duration()
     }
 }
+
+#[cfg(test)]
+#[path = "flight_tests.rs"]
+mod tests;

@@ -10,7 +10,10 @@
 //! 6. [`mod@unit`]: one unit, its clock and its recording;
 //! 7. [`turntable`]: a whole session, one reference and its targets;
 //! 8. [`spot`]: a wheeled robot that turns on the spot, recorded by the same units ([`heading`]: where it points,
-//!    [`floor`]: what it stands on).
+//!    [`floor`]: what it stands on);
+//! 9. [`flight`]: several units on a [`quadrotor`] or a [`vehicle`] ([`ride`]: what these have in common, [`attitude`] and
+//!    [`vibration`] of their body), whose ways are [`sway`]s and [`span`]s made of [`series`], so that all derivatives
+//!    belong together.
 //!
 //! Everything is drawn from one seed. Each unit and each purpose has a random stream of its own ([`stream`]), so that
 //! adding a target, or switching bias instability on, leaves every other draw as it was.

@@ -31,28 +31,28 @@ const DRAG: f64 = 0.35;
 
 /// Wide arcs: velocity, m/s.
 const ARCS: Swing = Swing {
-    size: 7.0,
+    size: 6.0,
     order: 1,
     band: (0.05, 0.1),
     waves: 2,
 };
 /// Quick swerves: acceleration, m/s^2.
 const SWERVES: Swing = Swing {
-    size: 4.0,
+    size: 3.5,
     order: 2,
     band: (0.25, 0.6),
     waves: 3,
 };
 /// Up and down: acceleration, m/s^2. Together these stay below gravity, so that no rotor ever pulls.
 const BOUNCES: Swing = Swing {
-    size: 2.5,
+    size: 2.0,
     order: 2,
     band: (0.15, 0.5),
     waves: 3,
 };
 /// Turns to and fro: angular rate, rad/s.
 const TURNS: Swing = Swing {
-    size: 1.5,
+    size: 1.2,
     order: 1,
     band: (0.1, 0.4),
     waves: 3,

@@ -62,3 +62,24 @@ impl Sway {
             .fold(Series::constant(0.0), |sum, each| sum + each)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulate::stream::{Purpose, stream};
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn the_derivative_named_has_the_root_mean_square_asked_for(
+            seed in any::<u64>(), size in 0.1..10.0f64, order in 0..3i32, waves in 1..5usize,
+        ) {
+            let swing = Swing { size, order, band: (0.1, 0.5), waves };
+            let sway = Sway::draw(&swing, &mut stream(seed, 0, Purpose::Ride));
+            let count = 200_000;
+            let at = |index: i32| sway.at(&Series::<3>::time(f64::from(index) * 0.1)).derivative(order as usize);
+            let square = (0..count).map(|index| at(index).powi(2)).sum::<f64>() / f64::from(count);
+            prop_assert!((square.sqrt() / size - 1.0).abs() < 0.03, "{square}");
+        }
+    }
+}

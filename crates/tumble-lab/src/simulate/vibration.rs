@@ -171,3 +171,89 @@ impl BandPass {
         output
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulate::stream::{Purpose, stream};
+
+    fn shaking() -> Shaking {
+        Shaking {
+            specific_force: 3.0,
+            angular_rate: 0.05,
+            tones: vec![87.0, 131.0],
+            band: (60.0, 140.0),
+        }
+    }
+
+    fn vibration(shaking: &Shaking) -> Vibration {
+        Vibration::draw(shaking, &mut stream(3, 0, Purpose::Vibration))
+    }
+
+    /// Power of specific force x in a tone of that many waves a loop, over the mean square.
+    fn share_at(vibration: &Vibration, hertz: f64) -> f64 {
+        let waves = (hertz / RATE * NODES as f64).round();
+        let (mut re, mut im) = (0.0, 0.0);
+        for (index, node) in vibration.nodes.iter().enumerate() {
+            let (sine, cosine) = libm::sincos(TAU * waves * index as f64 / NODES as f64);
+            re += node[0] * cosine / NODES as f64;
+            im += node[0] * sine / NODES as f64;
+        }
+        2.0 * (re * re + im * im) / 9.0
+    }
+
+    #[test]
+    fn every_axis_has_the_root_mean_square_asked_for() {
+        let vibration = vibration(&shaking());
+        for channel in 0..6 {
+            let size = if channel < 3 { 3.0 } else { 0.05 };
+            let sum: f64 = vibration.nodes.iter().map(|node| node[channel].powi(2)).sum();
+            let found = (sum / NODES as f64).sqrt();
+            // A tone and the band may by chance go together or against each other.
+            assert!((found / size - 1.0).abs() < 0.05, "channel {channel}: {found}");
+        }
+    }
+
+    #[test]
+    fn half_of_the_power_is_in_the_tones_and_hardly_any_far_from_the_band() {
+        let vibration = vibration(&shaking());
+        for tone in [87.0, 131.0] {
+            assert!((share_at(&vibration, tone) - 0.25).abs() < 0.03);
+        }
+        let low: f64 = (1..160)
+            .map(|waves| share_at(&vibration, f64::from(waves) * RATE / NODES as f64))
+            .sum();
+        assert!(low < 1e-3, "{low} below 10 Hz");
+    }
+
+    #[test]
+    fn the_loop_closes_and_the_angular_acceleration_is_the_slope_of_the_rate() {
+        let vibration = vibration(&shaking());
+        let loop_duration = NODES as f64 / RATE;
+        assert_eq!(vibration.at(1.0), vibration.at(1.0 + loop_duration));
+        let h = 1e-7;
+        for t in [0.000_12, 3.000_33, loop_duration - 0.000_11, 100.000_21] {
+            let slope = (vibration.at(t + h).angular_rate - vibration.at(t - h).angular_rate) / (2.0 * h);
+            assert!((slope - vibration.at(t).angular_acceleration).amax() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn a_vibration_that_swells_has_the_acceleration_that_belongs_to_its_rate() {
+        let vibration = vibration(&shaking());
+        let scaled = |t: f64| vibration.at(t).scaled(0.3 * t, 0.3);
+        let (t, h) = (2.000_12, 1e-7);
+        let slope = (scaled(t + h).angular_rate - scaled(t - h).angular_rate) / (2.0 * h);
+        assert!((slope - scaled(t).angular_acceleration).amax() < 1e-4);
+    }
+
+    #[test]
+    fn without_vibration_nothing_moves() {
+        let none = Shaking {
+            specific_force: 0.0,
+            angular_rate: 0.0,
+            ..shaking()
+        };
+        assert_eq!(vibration(&none).at(12.3), Shake::default());
+    }
+}
