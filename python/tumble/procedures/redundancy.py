@@ -13,14 +13,14 @@ from tumble import _core
 from tumble.calibration import Calibration
 from tumble.documents import mistake_in
 from tumble.errors import ProcedureError
-from tumble.logs import ReadOptions
+from tumble.logs import ReadOptions, parse_spec
 from tumble.procedures.redundancy_logs import Progress, SideBySide, Source, Unit, open_units
 from tumble.procedures.redundancy_objections import in_words
 from tumble.procedures.redundancy_replay import COMMANDS, Command, replay
 from tumble.procedures.redundancy_settings import RedundancySettings
 from tumble.procedures.redundancy_store import ErrorStore, Identified, Rejected, file_stem
 from tumble.procedures.redundancy_units import CHANNELS, UnitSettings, identity_of
-from tumble.recording import FloatArray
+from tumble.recording import FloatArray, Recording
 from tumble.results_redundancy import RedundancyEvent, RedundancyResult, SecondaryError
 
 Precision: TypeAlias = Literal["f64", "f32"]
@@ -247,6 +247,16 @@ def _errors(monitor: _core.RedundancyMonitor, identities: Sequence[Identified]) 
         yield SecondaryError(unit=names[fields.pop("identity")], **fields)
 
 
+def _may_differ_in_clock(recordings: Sequence[Recording]) -> bool:
+    """Whether neither the clocks that logs state nor the file they share says that one clock stamped all."""
+    clocks = {recording.metadata.clock for recording in recordings}
+    if len(clocks) == 1 and clocks != {""}:
+        return False
+    stated = [each.metadata.source for each in recordings if each.metadata.format != "arrays"]
+    files = {parse_spec(source).path.resolve() for source in stated}
+    return len(files) > 1 or len(stated) < len(recordings)
+
+
 def _warnings(
     units: Sequence[Unit], calibration: Calibration | None, rejected: Sequence[Rejected]
 ) -> Iterator[str]:
@@ -256,8 +266,7 @@ def _warnings(
             yield f"{unit.name}: is missing and replayed as a unit that says nothing: {unit.missing}"
         else:
             yield from (f"{unit.name}: {remark}" for remark in unit.recording.metadata.remarks)
-    clocks = {unit.recording.metadata.clock for unit in units if unit.recording is not None}
-    if len(clocks) > 1 or clocks == {""}:
+    if _may_differ_in_clock([unit.recording for unit in units if unit.recording is not None]):
         yield (
             "the logs do not say that one clock stamped them all, and are taken to share it; tumble align "
             "finds the offset between two"
