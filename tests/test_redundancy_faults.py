@@ -188,26 +188,21 @@ def test_a_turn_about_one_axis_shows_the_gyroscope_about_that_axis_only(tmp_path
 
 def test_a_unit_with_single_axes_is_calibrated_in_those_it_has(tmp_path):
     said = record([PRIMARY, BIASED], 46, MOVED)
-    has = [CHANNELS.index(name) for name in ("ax", "ay", "gz")]
-    lacking = [index for index in range(6) if index not in has]
-    said["imu2"].readings[:, lacking] = 0.0
-    log = tmp_path / "flight.csv"
-    write_table(log, said)
+    single = said["imu2"]
+    columns = [CHANNELS.index(name) for name in ("ax", "ay", "gz")]
+    rows = np.column_stack([single.time, single.readings[:, columns]]).tolist()
+    path = tmp_path / "single.csv"
+    path.write_text("\n".join(["time,ax,ay,gz", *(",".join(map(repr, row)) for row in rows)]) + "\n")
     result, events = replay(
-        log,
-        *units(said),
+        *units([said["imu1"].write(tmp_path / "imu1.csv"), path]),
         *QUICK,
-        "--set",
-        "units.imu2.axes=[ax, ay, gz]",
-        "--accelerometer-unit",
-        "m/s^2",
-        "--gyroscope-unit",
-        "rad/s",
-        "-o",
-        tmp_path / "out",
+        *("--for", "single:columns=az=ax,gx=gz,gy=gz", "--for", "single:accelerometer-unit=m/s^2"),
+        *("--for", "single:gyroscope-unit=rad/s", "--set", "units.single.axes=[ax, ay, gz]"),
+        *("-o", tmp_path / "out"),
         code=None,
     )
-    assert faults(events, "imu2") == []
+    assert faults(events, "single") == []
     found = {each["sensor"]: each for each in result["errors"]}
     assert found["gyroscope"]["bias"][2] == pytest.approx(BIASED.gyroscope_bias[2], abs=5e-4)
     np.testing.assert_allclose(found["accelerometer"]["bias"][:2], BIASED.accelerometer_bias[:2], atol=0.02)
+    assert all(span["unit"] == "imu1" for span in result["selected"])

@@ -16,6 +16,7 @@ from redundancy_sets import (
     motion,
     of,
     record,
+    refusal,
     replay,
     typed,
     units,
@@ -237,6 +238,14 @@ def test_a_replay_that_is_refused_leaves_the_store_as_it_was(flights, stored, tm
     )
     assert done.code == 2
     assert contents(stored) == before
+
+
+def test_a_store_that_cannot_be_written_to_is_refused_before_the_replay(flights, tmp_path):
+    path = tmp_path / "file"
+    path.write_text("")
+    names = units(["imu1", "imu2", "imu3"])
+    line = refusal(flights[1][1], *names, "--store", path, "-o", tmp_path / "out")
+    assert line.startswith(f"{path}: cannot write")
 
 
 def test_the_sequence_counts_on_over_flights(flights, stored, tmp_path):

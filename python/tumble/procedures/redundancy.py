@@ -13,6 +13,7 @@ from tumble import _core
 from tumble.calibration import Calibration
 from tumble.documents import mistake_in
 from tumble.errors import ProcedureError
+from tumble.files import prepare_folder
 from tumble.logs import ReadOptions, parse_spec
 from tumble.procedures.redundancy_logs import Progress, SideBySide, Source, Unit, open_units
 from tumble.procedures.redundancy_objections import in_words
@@ -61,7 +62,7 @@ def redundancy(
     known = _known_units(chosen, units)
     identities = identities_of(tuple(unit.name for unit in units), chosen)
     monitor = _monitor(identities, known, brought, chosen, precision)
-    errors = None if store is None else ErrorStore(store, identities[0])
+    errors = None if store is None else ErrorStore(prepare_folder(store), identities[0])
     rejected = [] if errors is None else list(_restore(monitor, errors, identities[1:]))
     blocks = SideBySide(units, [own.time_offset for own in known], progress)
     replayed = replay(monitor, blocks, commands, tuple(unit.name for unit in units))

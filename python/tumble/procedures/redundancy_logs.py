@@ -27,7 +27,7 @@ class Unit:
     """One unit of the set, as its log has it."""
 
     name: str
-    """As it was typed with the log it is in; the name of the recording where units have logs of their own."""
+    """That of the IMU in its log, without slashes about it; of the recording where units have own logs."""
     source: str
     """What names it for certain: path and IMU."""
     recording: Recording | None
@@ -78,8 +78,9 @@ class _Known:
 
     def placed(self, source: str) -> tuple[str, str]:
         """Give `LOG:NAME` of what was typed, and the name alone if it is that of an IMU of this log."""
-        if source.strip("/") in {name.strip("/") for name in self.names}:
-            return f"{self.path}:{source}", source
+        for name in self.names:
+            if name and name.strip("/") == source.strip("/"):
+                return f"{self.path}:{name}", name.strip("/")
         if ":" in source or Path(source).exists():
             return source, ""
         named = ", ".join(name for name in self.names if name) or "only one IMU, without a name"
