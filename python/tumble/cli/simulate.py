@@ -199,7 +199,8 @@ def numbers_of(option: str, text: str, count: int) -> list[float]:
     except ValueError:
         numbers = []
     if len(numbers) != count:
-        raise TumbleError(f"{option} {text}: needs {count} numbers with commas between")
+        wanted = "a number" if count == 1 else f"{count} numbers with commas between"
+        raise TumbleError(f"{option} {text}: needs {wanted}")
     return numbers
 
 

@@ -47,9 +47,9 @@ def flight_command(
             help="An IMU on board, the primary first; repeatable. Grades: consumer, industrial, tactical, "
             "reference. Keys: lever-arm=X,Y,Z (m from the primary, in its case frame), mounting=X,Y,Z "
             "(rotation vector from the primary's case, deg), rate (Hz), ageing (bias moved since the "
-            "factory, 1 sigma over the turn-on bias), phase (of the first sample, in periods), clock-offset (s), "
-            "clock-skew (ppm), latency (s). Where none is given: an industrial primary and two consumer "
-            "secondaries, one of them upside down.",
+            "factory, 1 sigma over the turn-on bias), phase (of the first sample, in periods), "
+            "clock-offset (s), clock-skew (ppm), latency (s). Where none is given: an industrial primary "
+            "and two consumer secondaries, one of them upside down.",
         ),
     ] = None,
     flights: Annotated[int, typer.Option(help="Flights or drives, with rests between.")] = 1,

@@ -1,0 +1,284 @@
+"""A simulated flight is what it says: motion, lever arms, vibration and clocks agree with each other."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from time import process_time
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from flight_units import CALM, GRAVITY, fly, ideal, within
+from tumble import simulate_flight
+from tumble.procedures.simulate import VIBRATIONS, Fault, FlightUnit, Grade, ScenarioError, Vibration
+
+motions = st.sampled_from(["quadrotor", "vehicle"])
+seeds = st.integers(0, 2**64 - 1)
+GRAVITY_UP = np.array([0.0, 0.0, GRAVITY])
+vectors = st.tuples(*[st.floats(-0.3, 0.3)] * 3)
+
+
+def rotation(vector):
+    """Rotation matrix (3, 3) of a rotation vector in rad (Rodrigues)."""
+    angle = np.linalg.norm(vector)
+    x, y, z = np.asarray(vector) / (angle or 1.0)
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+
+
+@given(motion=motions, seed=seeds, intensity=st.floats(0.0, 1.0))
+@settings(max_examples=15, deadline=None)
+def test_the_rate_turns_the_attitude(motion, seed, intensity):
+    flight = fly(motion=motion, seed=seed, intensity=intensity)
+    step = 0.01
+    time = np.arange(0.0, flight.duration, step)
+    attitude = flight.path(time).level_from_case
+    middle = flight.truth(time[:-1] + step / 2).angular_rate
+    turned = attitude[:-1].transpose(0, 2, 1) @ attitude[1:]
+    expected = np.array([rotation(rate * step) for rate in middle])
+    assert turned == pytest.approx(expected, abs=1e-5)
+
+
+@given(motion=motions, seed=seeds, intensity=st.floats(0.0, 1.0), arm=vectors)
+@settings(max_examples=15, deadline=None)
+def test_specific_force_at_a_place_is_the_second_derivative_of_its_position_less_gravity(
+    motion, seed, intensity, arm
+):
+    """Velocity of the place is that of the primary and of the lever arm that turns with it."""
+    flight = fly(motion=motion, seed=seed, intensity=intensity, units=(ideal(), ideal(lever_arm_m=arm)))
+    place = flight["secondary_1"]
+    step = 1e-4
+
+    def velocity(time):
+        path = flight.path(time)
+        swing = np.cross(flight.truth(time).angular_rate, arm)
+        return path.velocity + np.einsum("nij,nj->ni", path.level_from_case, swing)
+
+    pull = (velocity(place.time + step) - velocity(place.time - step)) / (2.0 * step)
+    level_from_case = flight.path(place.time).level_from_case
+    expected = np.einsum("nji,nj->ni", level_from_case, pull + GRAVITY_UP)
+    assert place.specific_force == pytest.approx(expected, abs=2e-4)
+
+
+@given(motion=motions, seed=seeds, arm=vectors, mounting=vectors)
+@settings(max_examples=15, deadline=None)
+def test_units_without_errors_differ_by_their_lever_arm_and_mounting_alone(motion, seed, arm, mounting):
+    mounting_deg = tuple(600.0 * part for part in mounting)
+    units = (ideal(), ideal(lever_arm_m=arm, mounting_deg=mounting_deg))
+    rigid = replace(VIBRATIONS[motion], flexing=0.0)
+    flight = fly(motion=motion, seed=seed, units=units, vibration=rigid)
+    primary, secondary = flight.units
+    rate, acceleration = primary.angular_rate, flight.truth(primary.time).angular_acceleration
+    placed = primary.specific_force + np.cross(acceleration, arm) + np.cross(rate, np.cross(rate, arm))
+    turn = rotation(np.radians(mounting_deg))
+    assert secondary.specific_force == pytest.approx(placed @ turn.T, abs=1e-10)
+    assert secondary.angular_rate == pytest.approx(rate @ turn.T, abs=1e-12)
+    assert secondary.nominal_mounting == pytest.approx(turn, abs=1e-12)
+
+
+@given(motion=motions, seed=seeds, tilt=st.floats(0.0, 30.0), flights=st.integers(1, 3))
+@settings(max_examples=15, deadline=None)
+def test_at_rest_a_unit_reads_gravity_and_no_turn(motion, seed, tilt, flights):
+    flight = fly(
+        motion=motion, seed=seed, ground_tilt_deg=tilt, flights=flights, motion_seconds=10.0, roll_deg=160.0
+    )
+    primary = flight["primary"]
+    assert len(flight.rests) == (flights + 1 if motion == "quadrotor" else 2 * flights + 1)
+    resting = within(primary.time, flight.rests)
+    force = np.linalg.norm(primary.specific_force[resting], axis=1)
+    assert force == pytest.approx(GRAVITY, abs=1e-9)
+    assert np.abs(primary.angular_rate[resting]).max() == 0.0
+    up = flight.path(primary.time[:1]).level_from_case[0] @ rotation([np.radians(-160.0), 0.0, 0.0])[:, 2]
+    assert np.degrees(np.arccos(min(1.0, up[2]))) == pytest.approx(tilt, abs=1e-5)
+
+
+def test_a_quadrotor_turns_about_all_axes_and_feels_its_thrust_and_drag():
+    flight = fly(motion_seconds=60.0)
+    time = np.arange(*flight.manoeuvres[0], 0.01)
+    truth = flight.truth(time)
+    assert np.all(truth.angular_rate.std(axis=0) > 0.3)
+    assert np.all(truth.specific_force.std(axis=0) > 0.7)
+    assert np.abs(truth.angular_rate).max() < 4.0
+
+
+def test_a_vehicle_hardly_pitches_or_rolls_but_brakes_and_corners():
+    flight = fly(motion="vehicle", motion_seconds=120.0)
+    time = np.arange(*flight.manoeuvres[0], 0.01)
+    truth = flight.truth(time)
+    assert np.all(truth.specific_force.std(axis=0)[:2] > 0.4)
+    assert np.all(truth.angular_rate.std(axis=0)[:2] < 0.15)
+
+
+def test_with_no_sway_a_quadrotor_turns_about_up_alone():
+    flight = fly(sway=(0.0, 0.0, 0.0), ground_tilt_deg=0.0)
+    truth = flight.truth(np.arange(*flight.manoeuvres[0], 0.01))
+    assert np.abs(truth.angular_rate[:, :2]).max() < 1e-12
+    assert np.abs(truth.angular_rate[:, 2]).max() > 0.1
+    assert truth.specific_force == pytest.approx(np.tile([0.0, 0.0, GRAVITY], (len(truth.time), 1)))
+
+
+def test_the_earths_rate_is_felt_at_rest_where_a_latitude_is_given():
+    flight = fly(latitude_deg=60.0, ground_tilt_deg=0.0)
+    expected = 7.292115e-5 * np.array([0.0, 0.5, np.sqrt(0.75)])
+    assert flight["primary"].angular_rate[7] == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("motion", ["quadrotor", "vehicle"])
+def test_vibration_shakes_in_motion_by_its_root_mean_square_and_not_at_rest(motion):
+    calm = fly(motion=motion)
+    shaken = fly(motion=motion, vibration=VIBRATIONS[motion])
+    apart = shaken["primary"].specific_force - calm["primary"].specific_force
+    turned = shaken["primary"].angular_rate - calm["primary"].angular_rate
+    time = calm["primary"].time
+    start, end = calm.manoeuvres[0]
+    running, resting = within(time, [[start + 1.5, end - 1.5]]), within(time, calm.rests)
+    usual = VIBRATIONS[motion]
+    assert apart[running].std(axis=0) == pytest.approx(usual.specific_force, rel=0.1)
+    assert turned[running].std(axis=0) == pytest.approx(usual.angular_rate, rel=0.1)
+    assert np.abs(apart[resting]).max() == np.abs(turned[resting]).max() == 0.0
+
+
+def test_what_is_never_still_shakes_at_rest_as_in_motion():
+    restless = replace(VIBRATIONS["quadrotor"], at_rest=1.0)
+    flight = fly(vibration=restless)
+    primary = flight["primary"]
+    resting = within(primary.time, flight.rests)
+    assert primary.specific_force[resting].std(axis=0) == pytest.approx(3.0, rel=0.1)
+
+
+def test_what_places_have_to_themselves_is_the_share_asked_for():
+    vibration = Vibration(
+        specific_force=2.0, angular_rate=0.0, tones_hz=(90.0,), band_hz=(60.0, 140.0), flexing=0.1
+    )
+    primary, *others = fly(vibration=vibration, units=(ideal(), ideal(), ideal())).units
+    running = within(primary.time, [[12.0, 30.0]])
+    apart = [(other.specific_force - primary.specific_force)[running] for other in others]
+    for each in apart:
+        assert each.std(axis=0) == pytest.approx(0.2, rel=0.1)
+    assert np.abs(apart[0] - apart[1]).max() > 0.1
+
+
+def test_truth_is_there_for_any_time_though_the_primary_has_died():
+    dead = fly(units=(ideal(faults=[Fault("dead", start=10.0)]), ideal()))
+    alive = fly(units=(ideal(), ideal()))
+    assert dead["primary"].time[-1] < 10.0
+    truth = dead.truth(alive["primary"].time)
+    assert truth.specific_force == pytest.approx(alive["primary"].specific_force, abs=1e-12)
+    assert truth.angular_rate == pytest.approx(alive["primary"].angular_rate, abs=1e-12)
+
+
+def test_a_clock_shows_its_offset_and_a_sample_arrives_after_its_latency():
+    units = (
+        ideal(latency_seconds=0.004),
+        ideal(clock_offset_seconds=2.5, clock_skew_ppm=100.0, rate_hz=50.0, latency_seconds=0.02),
+    )
+    primary, secondary = fly(units=units).units
+    assert primary.arrival - primary.time == pytest.approx(0.004)
+    taken = secondary.arrival - 0.02
+    assert secondary.time == pytest.approx(taken + 2.5 + 1e-4 * taken, abs=1e-9)
+    assert np.diff(secondary.time) == pytest.approx(0.02)
+    assert primary.recording.metadata.clock == secondary.recording.metadata.clock == ""
+    assert fly()["primary"].recording.metadata.clock == "flight"
+
+
+def test_phases_are_drawn_where_not_given_and_the_primary_starts_at_zero():
+    flight = fly(units=[replace(ideal(), phase=None)] * 3)
+    first = [unit.time[0] * 200.0 for unit in flight.units]
+    assert first[0] == 0.0
+    assert first[1] != first[2]
+    assert all(0.0 < phase < 1.0 for phase in first[1:])
+
+
+def test_biases_age_by_the_grade_or_by_what_is_given_and_the_truth_says_so():
+    grade = Grade.named("consumer")
+    drawn = [
+        fly(seed=seed, units=(FlightUnit(ageing=2.0),), motion_seconds=5.0)["primary"] for seed in range(60)
+    ]
+    scatter = np.sqrt(np.mean([unit.accelerometer_ageing**2 for unit in drawn]))
+    assert scatter == pytest.approx(2.0 * grade.accelerometer.turn_on_bias, rel=4.0 / np.sqrt(2 * 180))
+    young = fly(units=(FlightUnit(ageing=0.0),))["primary"]
+    old = fly(units=(FlightUnit(accelerometer_ageing=(0.3, 0.0, -0.1), gyroscope_ageing=(0.0, 0.02, 0.0)),))
+    aged = old["primary"]
+    assert aged.accelerometer.b - young.accelerometer.b == pytest.approx([0.3, 0.0, -0.1])
+    assert aged.gyroscope.b - young.gyroscope.b == pytest.approx([0.0, 0.02, 0.0])
+    assert aged.specific_force - young.specific_force == pytest.approx(
+        np.tile([0.3, 0.0, -0.1], (len(aged.time), 1)), abs=1e-9
+    )
+    assert np.array_equal(aged.accelerometer.M, young.accelerometer.M)
+
+
+def test_a_unit_that_warms_up_drifts_by_its_coefficient():
+    unit = FlightUnit(grade="consumer", ageing=0.0)
+    warming = {"warm_up_kelvin": 20.0, "warm_up_seconds": 15.0}
+    cold, warm = (fly(units=(unit,), **each)["primary"] for each in ({"warm_up_kelvin": 0.0}, warming))
+    rise = 20.0 * (1.0 - np.exp(-warm.time / 15.0))
+    expected = np.outer(rise, warm.accelerometer.temperature_coefficient)
+    assert warm.specific_force - cold.specific_force == pytest.approx(expected, abs=1e-9)
+    assert warm.accelerometer.drift == pytest.approx(expected.mean(axis=0))
+
+
+def test_one_seed_gives_one_flight_and_another_gives_another():
+    first, again, other = (simulate_flight(seed=seed, motion_seconds=5.0) for seed in (4, 4, 5))
+    for unit, same, different in zip(first.units, again.units, other.units, strict=True):
+        assert np.array_equal(unit.specific_force, same.specific_force)
+        assert np.array_equal(unit.arrival, same.arrival)
+        assert not np.array_equal(unit.specific_force[:1000], different.specific_force[:1000])
+
+
+def test_one_more_unit_changes_nothing_for_the_others():
+    units = (FlightUnit(), FlightUnit(grade="tactical"))
+    two = fly(units=units, vibration=None)
+    three = fly(units=(*units, FlightUnit()), vibration=None)
+    for unit, same in zip(two.units, three.units[:2], strict=True):
+        assert np.array_equal(unit.specific_force, same.specific_force)
+        assert np.array_equal(unit.time, same.time)
+
+
+def test_three_minutes_of_three_units_at_200_hz_take_less_than_half_a_second_of_computing():
+    spent = []
+    for seed in range(3):
+        start = process_time()
+        flight = simulate_flight(seed=seed, motion_seconds=140.0)
+        spent.append(process_time() - start)
+    assert flight.duration > 170.0
+    assert min(spent) < 0.5, spent
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"seed": -1}, "the seed is -1"),
+        ({"motion": "boat"}, "unknown motion 'boat'; known are quadrotor, vehicle"),
+        ({"units": ()}, "there is no unit"),
+        ({"units": (FlightUnit(), FlightUnit(grade="cheap"))}, "secondary_1: unknown grade 'cheap'"),
+        ({"units": (FlightUnit(rate_hz=0.0),)}, "primary: rate_hz is 0"),
+        ({"units": (FlightUnit(lever_arm_m=(0.1, float("nan"), 0.0)),)}, "primary: lever_arm_m is .*nan"),
+        ({"units": (FlightUnit(mounting_deg=(0.1, 0.0)),)}, "primary: mounting_deg has 2 numbers"),
+        ({"units": (FlightUnit(latency_seconds=-1.0),)}, "primary: latency_seconds is -1"),
+        ({"units": (FlightUnit(clock_skew_ppm=1e6),)}, "primary: clock_skew_ppm is 1e\\+06"),
+        ({"flights": 0}, "flights is 0"),
+        ({"stops": -1}, "stops is -1"),
+        ({"motion_seconds": 3.0, "stops": 9}, "motion_seconds is 3 with 9 stops"),
+        ({"rest_seconds": 0.0}, "rest_seconds is 0"),
+        ({"rest_seconds": 1e9}, "do not fit into memory"),
+        ({"intensity": 1.5}, "intensity is 1.5"),
+        ({"intensity": float("nan")}, "intensity is nan"),
+        ({"turning": -0.1}, "turning is -0.1"),
+        ({"sway": (1.0, 2.0, 0.0)}, "sway is"),
+        ({"sway": (1.0, 1.0)}, "sway is"),
+        ({"ground_tilt_deg": 70.0}, "ground_tilt_deg is 70"),
+        ({"latitude_deg": 91.0}, "latitude_deg is 91"),
+        ({"warm_up_seconds": 0.0}, "warm_up_seconds is 0"),
+        ({"vibration": replace(CALM, specific_force=-1.0)}, "vibration: specific_force is -1"),
+        ({"vibration": replace(CALM, at_rest=2.0)}, "vibration: at_rest is 2"),
+        ({"vibration": replace(CALM, band_hz=(90.0, 60.0))}, "vibration: band_hz is 90 to 60"),
+        ({"vibration": replace(CALM, tones_hz=(900.0,))}, "vibration: a tone at 900 Hz"),
+        ({"vibration": replace(CALM, angular_rate=float("inf"))}, "vibration: angular_rate is inf"),
+    ],
+)
+def test_nonsense_is_refused_in_one_line(changes, words):
+    with pytest.raises(ScenarioError, match=words) as caught:
+        simulate_flight(**changes)
+    assert "\n" not in str(caught.value)
