@@ -137,3 +137,32 @@ def drawn(seed, **changes):
         gyroscope_stretch=tuple(generator.uniform(-0.01, 0.01, 3)),
     )
     return replace(sensor, **changes)
+
+
+def errors(unit, primary, secondary, seconds):
+    """Estimated less true, with 1-sigma, of everything that `align` finds."""
+    truth = secondary.sensor_from_body * primary.sensor_from_body.inv()
+    middle = unit.reference_time - 0.5 * seconds
+    vector = truth.as_rotvec()
+    if np.dot(vector, unit.rotation_vector) < 0.0 and np.linalg.norm(vector) > 3.0:
+        # Close to half a turn, one rotation has two vectors.
+        vector *= 1.0 - 2.0 * np.pi / np.linalg.norm(vector)
+    arm = primary.sensor_from_body.apply(np.subtract(secondary.lever_arm, primary.lever_arm))
+    ours = truth.apply(primary.gyroscope_bias), truth.apply(primary.accelerometer_bias)
+    return {
+        "rotation": (unit.rotation_vector - vector, np.sqrt(np.diag(unit.rotation_covariance))),
+        "time offset": (
+            unit.time_offset - secondary.offset - secondary.skew * middle,
+            unit.time_offset_sigma,
+        ),
+        "skew": (unit.skew - secondary.skew, unit.skew_sigma),
+        "lever arm": (unit.lever_arm - arm, np.sqrt(np.diag(unit.lever_arm_covariance))),
+        "gyroscope bias": (
+            unit.gyroscope_bias - secondary.gyroscope_bias + ours[0],
+            unit.gyroscope_bias_sigma,
+        ),
+        "accelerometer bias": (
+            unit.accelerometer_bias - secondary.accelerometer_bias + ours[1],
+            unit.accelerometer_bias_sigma,
+        ),
+    }

@@ -55,21 +55,23 @@ def align_command(
 
     Example: tumble align flight.parquet --primary imu1 --secondary imu2 --secondary imu3 -o results
 
-    Writes align.yaml, the settings of the units for tumble redundancy. The exit code is 0 if everything was
-    found, 3 if the motion left a rotation or a lever arm open, 2 if nothing could be done.
+    Writes align.yaml, the settings of the units for tumble redundancy, and a page. The exit code is 0 if
+    everything was found, 3 if the motion left a rotation or a lever arm open, 2 if nothing could be done.
     """
     from tumble.cli.progress import sample_progress
     from tumble.files import prepare_folder
     from tumble.procedures.align import align, write_settings
+    from tumble.report.align_page import write_align_page
 
     folder = prepare_folder(output)
     sources = (primary, *secondary)
     read = read_options_for(read_options, exceptions or (), sources)
     with sample_progress("reading") as advance:
         result = align(primary, secondary, log, search=search, read=read, progress=advance)
-    path = folder / "align.yaml"
-    write_settings(result, path)
-    _show(result, {"settings": str(path)}, as_json)
+    settings, page = folder / "align.yaml", folder / "align.html"
+    write_align_page(result, page)
+    write_settings(result, settings)
+    _show(result, {"settings": str(settings), "report": str(page)}, as_json)
     if any(
         not parameter.observable for unit in result for parameter in unit.parameters if _asked(parameter.name)
     ):
@@ -94,3 +96,4 @@ def _show(result: AlignResult, files: dict[str, str], as_json: bool) -> None:
         console = Console(width=FILE_WIDTH)
     console.print(screen_summary(result))
     print(f"Settings: {files['settings']}")
+    print(f"Report: {files['report']}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import fields
 from typing import Any
 
@@ -12,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from tumble.cli.summary import finite
+from tumble.report.align_page import unobserved_sentences
 from tumble.report.numbers import NOT_OBSERVABLE, measurement, readable_scale, significant
 from tumble.results import Parameter
 from tumble.results_align import AlignResult, UnitAlignment
@@ -19,7 +19,7 @@ from tumble.results_align import AlignResult, UnitAlignment
 
 def screen_summary(result: AlignResult) -> RenderableType:
     """Say what a person wants to know at once: what was found of each unit, and what to beware of."""
-    notes = [Text(f"Not observable: {line}", "yellow") for line in _unobserved(result)]
+    notes = [Text(f"Not observable: {line}", "yellow") for line in unobserved_sentences(result)]
     notes += [Text(f"Warning: {unit.name}: {line}", "yellow") for unit in result for line in unit.warnings]
     notes += [Text(f"Warning: {line}", "yellow") for line in result.warnings]
     return Group(Text(f"Beside {result.primary}:"), "", _table(result), "", *notes)
@@ -67,19 +67,6 @@ def _shown(parameter: Parameter) -> str:
         return NOT_OBSERVABLE
     scale = readable_scale(parameter.unit, max(abs(parameter.value), parameter.sigma))
     return measurement(scale.factor * parameter.value, scale.factor * parameter.sigma, scale.unit)
-
-
-def _unobserved(result: AlignResult) -> Iterator[str]:
-    """Say what the motion does not show, with its reason; what goes for several units in one line."""
-    by_reason: dict[tuple[str, tuple[str, ...]], list[str]] = {}
-    for unit in result:
-        hidden = [parameter for parameter in unit.parameters if not parameter.observable]
-        for reason in dict.fromkeys(parameter.reason for parameter in hidden):
-            names = tuple(parameter.name for parameter in hidden if parameter.reason == reason)
-            by_reason.setdefault((reason, names), []).append(unit.name)
-    for (reason, names), units in by_reason.items():
-        whose = "" if len(units) == len(result.units) else f"{', '.join(units)}: "
-        yield f"{whose}{', '.join(names)}: {reason}"
 
 
 def _unit_content(unit: UnitAlignment) -> dict[str, Any]:

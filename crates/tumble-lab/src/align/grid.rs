@@ -47,7 +47,7 @@ pub struct Pair {
 }
 
 impl Grid {
-    /// Windows of a length over all of the primary, in so many blocks of at least half a second.
+    /// Windows of a length over all of the primary, in so many blocks of at least half a second and four windows.
     pub fn over(primary: &Track<'_>, length: f64, blocks: usize) -> Self {
         let (start, end) = primary.span();
         let count = whole((end - start) / length);
@@ -56,7 +56,7 @@ impl Grid {
             primary: primary.windows_with_products(&edges),
             edges,
             length,
-            windows_per_block: (count / blocks).max(whole(0.5 / length)).max(1),
+            windows_per_block: (count / blocks).max(whole(0.5 / length)).max(4),
         }
     }
 

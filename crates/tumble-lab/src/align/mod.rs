@@ -47,8 +47,8 @@ impl Default for AlignSettings {
             search: 5.0,
             around: 0.0,
             one_clock: false,
-            scale_sigma: 0.02,
-            cross_sigma: 0.005,
+            scale_sigma: 0.03,
+            cross_sigma: 0.01,
             rate_bias: (Vector3::zeros(), 0.1),
         }
     }
@@ -76,6 +76,17 @@ pub struct Aligned {
     pub rates: RatesFit,
     /// From the specific forces, where the rotation is known.
     pub forces: Option<ForcesFit>,
+}
+
+impl Aligned {
+    /// Sum of the variances of the lever arm, m^2, and of the rotation, rad^2, at a tenth of a metre.
+    fn doubt(&self) -> f64 {
+        let of_arm = self
+            .forces
+            .as_ref()
+            .map(|forces| forces.lever_arm_covariance.trace());
+        of_arm.unwrap_or(f64::MAX) + 0.01 * self.rates.rotation_covariance.trace()
+    }
 }
 
 /// Why two units cannot be aligned.
@@ -123,6 +134,11 @@ const LARGEST_RATIO: f64 = 1.25;
 const MIRRORED: f64 = 4.0;
 /// Samples that a window holds at least.
 const SAMPLES: f64 = 3.0;
+/// Vibration above half the sample rate is averaged out by longer windows, at the cost of quick motion: so many times
+/// the shortest are tried as well.
+const LONGER: [f64; 3] = [2.0, 4.0, 8.0];
+/// Share of the variance at which a longer window is preferred: by chance alone some window always looks a bit better.
+const WORTH_IT: f64 = 0.6;
 /// Blocks of time that the residuals are cut into.
 const BLOCKS: usize = 60;
 /// Offsets that are tried.
@@ -141,26 +157,45 @@ pub fn align(
 ) -> Result<Aligned, Refusal> {
     let slowest = primary.interval.max(secondary.interval);
     let grid = Grid::over(primary, settings.window.max(SAMPLES * slowest), BLOCKS);
-    let found = search(&grid, secondary, settings);
+    let shifts = search(&grid, secondary, settings);
+    let found = coarse::peaks(&shifts);
     let best = *found.first().ok_or(Refusal::NothingInCommon)?;
-    refuse_if_unlike(&best)?;
-    let mut rates = refined(&grid, secondary, &found, settings)?;
+    refuse_if_unlike(&best, &shifts)?;
+    let start = refined(&grid, secondary, &found, settings)?;
+    let (rotation, clock) = (start.rotation, start.clock);
+    let shortest = solved(start, best, grid.length, settings).ok_or(Refusal::Unsolvable)?;
+    let longer = LONGER.iter().filter_map(|factor| {
+        let grid = Grid::over(primary, factor * grid.length, BLOCKS);
+        let rates = rates::fit(&grid, secondary, rotation, clock, settings)?;
+        solved(rates, best, grid.length, settings)
+    });
+    Ok(longer.fold(shortest, |best, other| {
+        if other.doubt() < WORTH_IT * best.doubt() {
+            other
+        } else {
+            best
+        }
+    }))
+}
+
+/// Goes on from what the rates show to what the forces do.
+fn solved(mut rates: RatesFit, shift: Shift, window: f64, settings: &AlignSettings) -> Option<Aligned> {
     let one_axis = !rates.unseen.is_empty();
     let across = gravity::turn_about_unseen(&mut rates);
-    let forces = forces::fit(&rates, settings).ok_or(Refusal::Unsolvable)?;
+    let forces = forces::fit(&rates, settings)?;
     let completed = across.is_some_and(|across| gravity::complete(&mut rates, &forces, across));
-    Ok(Aligned {
+    Some(Aligned {
         completed,
-        correlation: best.correlation,
-        motion: best.motion,
-        window: grid.length,
+        correlation: shift.correlation,
+        motion: shift.motion,
+        window,
         rates,
         // Without the rotation, the lever arm would be known in no frame.
         forces: (completed || !one_axis).then_some(forces),
     })
 }
 
-/// Shifts that may be right, best first; a shift of none is the earliest offset of the search.
+/// All shifts within the search; the shift by no window is the latest offset.
 fn search(grid: &Grid, secondary: &Track<'_>, settings: &AlignSettings) -> Vec<Shift> {
     let Some(start) = grid.edges.first() else {
         return Vec::new();
@@ -169,8 +204,7 @@ fn search(grid: &Grid, secondary: &Track<'_>, settings: &AlignSettings) -> Vec<S
     let count = grid.primary.len() + 2 * most;
     let earliest = start - latest_offset(grid, settings);
     let theirs = secondary.windows(&edges(earliest, count, grid.length));
-    let shifts = coarse::correlations(&rates_of(&grid.primary), &rates_of(&theirs), 2 * most);
-    coarse::peaks(&shifts)
+    coarse::correlations(&rates_of(&grid.primary), &rates_of(&theirs), 2 * most)
 }
 
 /// Offset of the shift by no window, s.
@@ -187,7 +221,7 @@ fn rates_of<const N: usize>(windows: &[Option<Window<N>>]) -> Vec<Option<Vector3
         .collect()
 }
 
-fn refuse_if_unlike(best: &Shift) -> Result<(), Refusal> {
+fn refuse_if_unlike(best: &Shift, shifts: &[Shift]) -> Result<(), Refusal> {
     let least = best.motion.min(best.motion * best.ratio);
     if least < LEAST_MOTION {
         return Err(Refusal::NoMotion {
@@ -196,7 +230,8 @@ fn refuse_if_unlike(best: &Shift) -> Result<(), Refusal> {
         });
     }
     let left = |correlation: f64| (1.0 - correlation * correlation).max(0.0);
-    if best.mirrored > LEAST_CORRELATION && left(best.correlation) > MIRRORED * left(best.mirrored) + 1e-3 {
+    let mirrored = shifts.iter().fold(0.0, |most, shift| shift.mirrored.max(most));
+    if mirrored > LEAST_CORRELATION && left(best.correlation) > MIRRORED * left(mirrored) + 1e-3 {
         return Err(Refusal::Mirrored);
     }
     if best.correlation < LEAST_CORRELATION {

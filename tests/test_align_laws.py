@@ -1,0 +1,158 @@
+"""Two units on one body: rotation, offset and lever arm are found, as well as the sigmas say."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+import tumble
+from align_motions import Motion, Sensor, drawn, errors, record, recordings
+
+SIGMAS = 6.0
+"""A multiple of sigma that three thousand figures do not exceed."""
+
+coordinates = st.floats(-0.5, 0.5, width=32)
+rotation_vectors = st.tuples(*[st.floats(-3.0, 3.0, width=32)] * 3)
+
+
+def aligned(motion, primary, secondary, seconds=30.0, **options):
+    """The one secondary of a made-up log."""
+    first, second = recordings(motion, (primary, secondary), seconds)
+    return tumble.align(first, [second], **options).units[0]
+
+
+def assert_found(unit, motion, primary, secondary, seconds=30.0):
+    for name, (error, sigma) in errors(unit, primary, secondary, seconds).items():
+        assert np.all(np.abs(error) < SIGMAS * sigma), f"{name}: {error} of sigma {sigma}, seed {motion.seed}"
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10**6), rotation_vectors, st.floats(-2.0, 2.0), st.tuples(*[coordinates] * 3))
+def test_any_rotation_offset_and_lever_arm_is_found(seed, vector, offset, arm):
+    motion = Motion(seed)
+    secondary = drawn(
+        seed,
+        sensor_from_body=Rotation.from_rotvec(vector),
+        offset=offset,
+        lever_arm=arm,
+        rate_hz=100.0,
+    )
+    primary = Sensor(rate_hz=100.0)
+    assert_found(aligned(motion, primary, secondary), motion, primary, secondary)
+
+
+@pytest.mark.parametrize("axis", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, -1, 0), (0.6, 0.0, 0.8)])
+def test_a_unit_on_the_other_side_of_the_board_is_turned_by_half_a_turn(axis):
+    half = Rotation.from_rotvec(np.pi * np.array(axis) / np.linalg.norm(axis))
+    motion, secondary = Motion(11), drawn(11, sensor_from_body=half)
+    unit = aligned(motion, Sensor(), secondary)
+    assert np.abs(unit.sensor_from_primary - half.as_matrix()).max() < 1e-3
+    assert_found(unit, motion, Sensor(), secondary)
+
+
+@pytest.mark.parametrize(("ours", "theirs"), [(50.0, 400.0), (400.0, 50.0), (100.0, 250.0), (62.5, 1000.0)])
+def test_units_at_different_rates_are_aligned_as_well_as_their_sigmas_say(ours, theirs):
+    motion, primary = Motion(12), Sensor(rate_hz=ours)
+    secondary = drawn(12, rate_hz=theirs)
+    assert_found(aligned(motion, primary, secondary), motion, primary, secondary)
+
+
+def test_irregular_time_stamps_do_no_harm():
+    motion, primary = Motion(13), Sensor(jitter=0.9)
+    secondary = drawn(13, jitter=0.9, rate_hz=130.0)
+    assert_found(aligned(motion, primary, secondary), motion, primary, secondary)
+
+
+def test_a_primary_that_is_mounted_askew_keeps_the_lever_arm_in_its_own_frame():
+    motion = Motion(14)
+    primary = Sensor(sensor_from_body=Rotation.from_rotvec([0.4, -1.2, 2.0]), lever_arm=(0.05, 0.02, -0.3))
+    secondary = drawn(14)
+    assert_found(aligned(motion, primary, secondary), motion, primary, secondary)
+
+
+def test_clocks_of_which_one_is_fast_are_aligned_in_the_middle_of_the_log():
+    motion, secondary = Motion(15), drawn(15, skew=4e-4)
+    unit = aligned(motion, Sensor(), secondary, 120.0)
+    assert_found(unit, motion, Sensor(), secondary, 120.0)
+    (warning,) = unit.warnings
+    told = re.match(r"the clocks drift apart by ([\d.]+) ppm: the offset holds at 60\.0 s", warning)
+    assert float(told[1]) == pytest.approx(400.0, abs=1.0)
+
+
+def test_units_on_one_clock_have_no_skew_but_may_be_late():
+    motion, secondary = Motion(16), drawn(16, skew=0.0, offset=-0.0123)
+    first, second = recordings(motion, (Sensor(), secondary), 30.0, clock="one")
+    unit = tumble.align(first, [second]).units[0]
+    assert (unit.skew, unit.skew_sigma) == (0.0, 0.0)
+    assert unit.time_offset == pytest.approx(-0.0123, abs=SIGMAS * unit.time_offset_sigma)
+
+
+def test_clocks_of_different_epochs_are_aligned_by_the_beginnings_of_their_logs():
+    motion, secondary = Motion(17), drawn(17, skew=0.0, offset=1.7e9 + 0.4)
+    unit = aligned(motion, Sensor(), secondary)
+    assert unit.time_offset - 1.7e9 == pytest.approx(0.4, abs=1e-4)
+    assert any("no time in common" in warning for warning in unit.warnings)
+
+
+def test_the_primary_as_seen_from_the_secondary_is_the_same_alignment_turned_about():
+    exact = drawn(18, skew=0.0, gyroscope_stretch=(0.0, 0.0, 0.0))
+    first, second = recordings(Motion(18), (Sensor(), exact), 60.0)
+    there = tumble.align(first, [second]).units[0]
+    back = tumble.align(second, [first]).units[0]
+    assert np.abs(there.sensor_from_primary @ back.sensor_from_primary - np.eye(3)).max() < 1e-4
+    assert there.time_offset + back.time_offset == pytest.approx(0.0, abs=1e-5)
+    returned = there.lever_arm + there.sensor_from_primary.T @ back.lever_arm
+    assert np.abs(returned).max() < 3.0 * np.sqrt(np.diag(there.lever_arm_covariance)).max()
+
+
+def test_bias_put_on_the_secondary_is_found_again_and_changes_nothing_else():
+    motion, secondary = Motion(19), drawn(19)
+    before = aligned(motion, Sensor(), secondary)
+    put = np.array([0.2, -0.1, 0.05])
+    biased = replace(secondary, gyroscope_bias=tuple(secondary.gyroscope_bias + put))
+    after = aligned(motion, Sensor(), biased)
+    assert after.gyroscope_bias - before.gyroscope_bias == pytest.approx(put, abs=1e-6)
+    assert after.sensor_from_primary == pytest.approx(before.sensor_from_primary, abs=1e-6)
+    assert after.time_offset == pytest.approx(before.time_offset, abs=1e-7)
+    assert after.lever_arm == pytest.approx(before.lever_arm, abs=1e-6)
+
+
+def test_a_few_shocks_that_one_unit_alone_felt_hardly_matter():
+    motion, secondary = Motion(20), drawn(20)
+    arrays = [record(motion, sensor, 60.0, k) for k, sensor in enumerate((Sensor(), secondary))]
+    generator = np.random.default_rng(20)
+    struck = generator.integers(0, len(arrays[1][0]), 20)
+    arrays[1][1][struck] += generator.normal(0.0, 100.0, (20, 3))
+    arrays[1][2][struck] += generator.normal(0.0, 20.0, (20, 3))
+    first, second = (tumble.Recording.from_arrays(f"u{k}", *each) for k, each in enumerate(arrays))
+    assert_found(tumble.align(first, [second]).units[0], motion, Sensor(), secondary, 60.0)
+
+
+def test_errors_are_as_large_as_the_sigmas_say_and_intervals_hold_the_truth():
+    scores = {}
+    for seed in range(500, 540):
+        secondary = drawn(seed, rate_hz=120.0)
+        unit = aligned(Motion(seed), Sensor(rate_hz=100.0), secondary, 60.0)
+        for name, (error, sigma) in errors(unit, Sensor(), secondary, 60.0).items():
+            scores.setdefault(name, []).extend(np.atleast_1d(error / sigma))
+    assert {name: len(each) for name, each in scores.items()} == {
+        "rotation": 120,
+        "time offset": 40,
+        "skew": 40,
+        "lever arm": 120,
+        "gyroscope bias": 120,
+        "accelerometer bias": 120,
+    }
+    for name, each in scores.items():
+        score = np.array(each)
+        # Four sigmas of what such a sample has by chance.
+        spread = 4.0 / np.sqrt(2.0 * len(score))
+        assert 1.0 - spread < np.sqrt(np.mean(score**2)) < 1.0 + spread, name
+        assert abs(score.mean()) < 4.0 / np.sqrt(len(score)), name
+        assert np.mean(np.abs(score) < 1.96) > 0.95 - 4.0 * np.sqrt(0.95 * 0.05 / len(score)), name
