@@ -156,7 +156,7 @@ class FitSettings(Document):
 class AdoptionSettings(Document):
     """What a new calibration has to be to replace the stored one."""
 
-    improvement: float = _setting(0.05, "", ge=0.0, lt=1.0)
+    improvement: float = _setting(0.02, "", ge=0.0, lt=1.0)
     """Share by which its residual on held-out pairs has to be smaller than the stored one's."""
     largest_specific_force_bias: float = _positive(3.0, "m/s^2")
     """Largest bias of an accelerometer."""

@@ -172,15 +172,22 @@ impl<T: Real> AdoptionSettings<T> {
     /// # Errors
     /// The first [`Refusal`].
     pub fn allows(&self, sensor: Sensor, relation: &Relation<T>) -> Result<(), Refusal<T>> {
-        let off = relation.matrix - Matrix3::from_diagonal(&relation.matrix.diagonal());
-        let scale = relation.matrix.row_iter().fold(T::zero(), |most, row| {
-            let apart = (row.norm() - T::one()).abs();
-            // The largest, and what is not a number above all.
-            if apart <= most { most } else { apart }
-        });
+        // The largest, and what is not a number above all.
+        let larger = |most: T, value: T| if value <= most { most } else { value };
+        let (mut scale, mut misalignment) = (T::zero(), T::zero());
+        for (row, nominal) in relation
+            .matrix
+            .row_iter()
+            .zip(Matrix3::<T>::identity().row_iter())
+        {
+            let norm = row.norm();
+            scale = larger(scale, (norm - T::one()).abs());
+            // The chord to the nominal axis: the angle where it is small, two for an axis turned over.
+            misalignment = larger(misalignment, (row / norm - nominal).norm());
+        }
         let figures = [
             (
-                off.amax(),
+                misalignment,
                 self.misalignment,
                 Refusal::ImplausibleMisalignment as fn(_) -> _,
             ),

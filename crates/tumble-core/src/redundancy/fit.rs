@@ -68,20 +68,24 @@ pub struct Fit<T: Real> {
     pub pairs: u32,
 }
 
-/// M meets the change of the lever arm in products of small numbers: each pass leaves a tenth of what was wrong, or less.
-const PASSES: u32 = 5;
+/// M meets the lever arm in products, of which each pass leaves the square of what was wrong.
+const PASSES: u32 = 3;
 
 /// Neighbouring triangles share a window, which makes the variance of means 1 + 2/4 times that of independent ones
 /// (docs/theory/redundancy.md, eq. 12).
 const SHARED: f64 = 1.5;
 
-/// The moments a fit needs, taken out of the pairs.
+/// A weighted sum of channels of a pair.
+type Sum<T, const TERMS: usize> = [(usize, T); TERMS];
+
+/// The covariances a pass needs, with the primary taken to where the lever arm is believed to put the secondary.
 struct Sums<'a, 'b, T: Real> {
     problem: &'a Problem<'b, T>,
-    motion: Matrix3<T>,
+    /// Change of the lever arm so far.
+    change: Vector3<T>,
 }
 
-/// Row `i` of the pairs, for a given M: the channels of the lever are those of `M W`.
+/// Row `i` of the pairs (docs/theory/redundancy.md, eq. 7), for a given M: the channels of the lever are those of `M W`.
 struct Row<T: Real> {
     /// Covariance of the motion with what is not explained yet.
     motion: Vector3<T>,
@@ -93,64 +97,60 @@ struct Row<T: Real> {
     lever_lever: Matrix3<T>,
 }
 
-impl<'a, 'b, T: Real> Sums<'a, 'b, T> {
-    fn new(problem: &'a Problem<'b, T>) -> Self {
-        let motion = Matrix3::from_fn(|i, j| problem.pairs.covariance_of(i, j));
-        Self {
-            problem,
-            motion: motion - problem.noise.reading,
-        }
-    }
-
+impl<T: Real> Sums<'_, '_, T> {
     fn lever_channel(&self, l: usize, k: usize) -> usize {
-        self.problem
-            .layout
-            .lever
-            .map_or(FORCE_CHANNELS, |first| first + 3 * l + k)
+        // Where there is no lever, a channel there is not: its covariances are zero.
+        let first = self.problem.layout.lever;
+        first.map_or(FORCE_CHANNELS, |first| first + 3 * l + k)
     }
 
-    fn second_channel(&self, i: usize) -> usize {
-        self.problem.layout.second + i
-    }
-
-    /// Covariance of the motion with row `i` of `A W`.
-    fn motion_with_lever(&self, a: &Matrix3<T>, i: usize) -> Matrix3<T> {
-        Matrix3::from_fn(|j, k| {
-            (0..3).fold(T::zero(), |sum, l| {
-                sum + a[(i, l)] * self.problem.pairs.covariance_of(j, self.lever_channel(l, k))
-            })
+    /// Axis `j` of the motion at the secondary: `u + W change`.
+    fn moved(&self, j: usize) -> Sum<T, 4> {
+        core::array::from_fn(|term| match term.checked_sub(1) {
+            None => (j, T::one()),
+            Some(k) => (self.lever_channel(j, k), self.change[k]),
         })
     }
 
-    fn lever_with_lever(&self, a: &Matrix3<T>, i: usize) -> Matrix3<T> {
-        Matrix3::from_fn(|k, n| {
-            (0..9).fold(T::zero(), |sum, pair| {
-                let (l, o) = (pair / 3, pair % 3);
-                let (first, second) = (self.lever_channel(l, k), self.lever_channel(o, n));
-                sum + a[(i, l)] * a[(i, o)] * self.problem.pairs.covariance_of(first, second)
-            })
+    /// Element `i`, `k` of `M W`.
+    fn lever(&self, m: &Matrix3<T>, i: usize, k: usize) -> Sum<T, 3> {
+        core::array::from_fn(|l| (self.lever_channel(l, k), m[(i, l)]))
+    }
+
+    /// Row `i` of what the secondary says beyond what is stored, with the lever arm believed: less `M_0 W change`.
+    fn beyond(&self, i: usize) -> Sum<T, 10> {
+        core::array::from_fn(|term| match term.checked_sub(1) {
+            None => (self.problem.layout.second + i, T::one()),
+            Some(at) => {
+                let (l, k) = (at / 3, at % 3);
+                let weight = self.problem.stored.matrix[(i, l)] * self.change[k];
+                (self.lever_channel(l, k), -weight)
+            }
         })
     }
 
-    /// Row `i` (docs/theory/redundancy.md, eq. 7). The primary's noise is in the motion and, through the stored M, in what
-    /// is not explained.
+    fn covariance(&self, a: &[(usize, T)], b: &[(usize, T)]) -> T {
+        let pairs = a.iter().flat_map(|a| b.iter().map(move |b| (a, b)));
+        pairs.fold(T::zero(), |sum, ((i, a), (j, b))| {
+            sum + *a * *b * self.problem.pairs.covariance_of(*i, *j)
+        })
+    }
+
+    /// Covariance of the motion, less the primary's noise.
+    fn motion(&self) -> Matrix3<T> {
+        let all = Matrix3::from_fn(|i, j| self.covariance(&self.moved(i), &self.moved(j)));
+        all - self.problem.noise.reading
+    }
+
+    /// The primary's noise is in the motion and, through the stored M, in what is not explained.
     fn row(&self, m: &Matrix3<T>, i: usize) -> Row<T> {
-        let Problem {
-            pairs, stored, noise, ..
-        } = self.problem;
-        let y = self.second_channel(i);
-        let noise_in_y = noise.reading * stored.matrix.row(i).transpose();
-        let motion_y = Vector3::from_fn(|j, _| pairs.covariance_of(j, y));
-        let lever_y = Vector3::from_fn(|k, _| {
-            (0..3).fold(T::zero(), |sum, l| {
-                sum + m[(i, l)] * pairs.covariance_of(self.lever_channel(l, k), y)
-            })
-        });
+        let noise = self.problem.noise.reading * self.problem.stored.matrix.row(i).transpose();
+        let beyond = self.beyond(i);
         Row {
-            motion: motion_y + noise_in_y,
-            motion_lever: self.motion_with_lever(m, i),
-            lever: lever_y,
-            lever_lever: self.lever_with_lever(m, i),
+            motion: noise + Vector3::from_fn(|j, _| self.covariance(&self.moved(j), &beyond)),
+            motion_lever: Matrix3::from_fn(|j, k| self.covariance(&self.moved(j), &self.lever(m, i, k))),
+            lever: Vector3::from_fn(|k, _| self.covariance(&self.lever(m, i, k), &beyond)),
+            lever_lever: Matrix3::from_fn(|k, n| self.covariance(&self.lever(m, i, k), &self.lever(m, i, n))),
         }
     }
 }
@@ -159,6 +159,7 @@ impl<'a, 'b, T: Real> Sums<'a, 'b, T> {
 struct Pass<T: Real> {
     matrix: Matrix3<T>,
     lever_arm: Vector3<T>,
+    excited: [Excited<T>; 3],
     lever: Excited<T>,
     motion_lever: [Matrix3<T>; 3],
 }
@@ -166,45 +167,52 @@ struct Pass<T: Real> {
 impl<T: Real> Problem<'_, T> {
     /// Goes up the ladder as far as the motion excites it. `None` where numbers fail.
     pub fn solve(&self) -> Option<Fit<T>> {
-        let sums = Sums::new(self);
-        let least = self.excitation * self.excitation;
-        let complete = self.axes == [true; 3];
-        let excited: [Excited<T>; 3] = core::array::from_fn(|i| match self.highest {
-            _ if !self.axes[i] => Excited::nothing(),
-            Rung::Offset => Excited::nothing(),
-            Rung::Affine | Rung::AffineAndLeverArm if complete => Excited::of(sums.motion, least),
-            Rung::Gain | Rung::Affine | Rung::AffineAndLeverArm => {
-                Excited::along_axis(&sums.motion, i, least)
-            }
-        });
-        let mut pass = self.pass(&sums, &excited, &self.stored.matrix);
+        let mut pass = self.pass(&self.stored.matrix, &self.stored.lever_arm);
         for _ in 1..PASSES {
-            let matrix = pass.matrix;
-            pass = self.pass(&sums, &excited, &matrix);
+            pass = self.pass(&pass.matrix, &pass.lever_arm);
         }
-        self.conclude(&excited, &pass)
+        self.conclude(&pass)
     }
 
-    fn pass(&self, sums: &Sums<'_, '_, T>, excited: &[Excited<T>; 3], m: &Matrix3<T>) -> Pass<T> {
+    /// A step of Gauss and Newton from `m` and `arm`.
+    fn pass(&self, m: &Matrix3<T>, arm: &Vector3<T>) -> Pass<T> {
+        let sums = Sums {
+            problem: self,
+            change: arm - self.stored.lever_arm,
+        };
+        let excited = self.excited(&sums.motion());
         let rows: [Row<T>; 3] = core::array::from_fn(|i| sums.row(m, i));
-        let lever = self.lever(&rows, excited);
+        let lever = self.lever(&rows, &excited);
         let unexplained = self
-            .present(&rows, excited)
+            .present(&rows, &excited)
             .fold(Vector3::zeros(), |sum, (row, excited)| {
                 sum + row.lever - row.motion_lever.tr_mul(&(excited.inverse * row.motion))
             });
         let step = lever.inverse * unexplained;
         let mut matrix = self.stored.matrix;
-        for ((i, row), excited) in rows.iter().enumerate().zip(excited) {
+        for ((i, row), excited) in rows.iter().enumerate().zip(&excited) {
             let change = excited.inverse * (row.motion - row.motion_lever * step);
             matrix.set_row(i, &(matrix.row(i) + change.transpose()));
         }
         Pass {
             matrix,
-            lever_arm: self.stored.lever_arm + step,
+            lever_arm: arm + step,
+            excited,
             lever,
             motion_lever: rows.map(|row| row.motion_lever),
         }
+    }
+
+    /// For each row of M the directions it may be fitted along.
+    fn excited(&self, motion: &Matrix3<T>) -> [Excited<T>; 3] {
+        let least = self.excitation * self.excitation;
+        let complete = self.axes == [true; 3];
+        core::array::from_fn(|i| match self.highest {
+            _ if !self.axes[i] => Excited::nothing(),
+            Rung::Offset => Excited::nothing(),
+            Rung::Affine | Rung::AffineAndLeverArm if complete => Excited::of(*motion, least),
+            Rung::Gain | Rung::Affine | Rung::AffineAndLeverArm => Excited::along_axis(motion, i, least),
+        })
     }
 
     fn present<'c>(
@@ -229,7 +237,8 @@ impl<T: Real> Problem<'_, T> {
         Excited::of(complement, least * least)
     }
 
-    fn conclude(&self, excited: &[Excited<T>; 3], pass: &Pass<T>) -> Option<Fit<T>> {
+    fn conclude(&self, pass: &Pass<T>) -> Option<Fit<T>> {
+        let excited = &pass.excited;
         let means = |first: usize| Vector3::from_fn(|i, _| self.pairs.mean_of(first + i));
         let motion = means(0);
         let lever = self.layout.lever.map_or(Matrix3::zeros(), |first| {

@@ -209,7 +209,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         }
     }
 
-    /// Looks at windows in turn, each when all units in health have completed it, or when one is ahead by more than one.
+    /// Looks at windows in turn, each when all units that keep up have completed it, or when one is ahead by more than one.
     fn catch_up(&mut self, platform: &Platform<T, UNITS>, report: Report<'_, T>) {
         let Some(newest) = self.streams.iter().filter_map(Stream::newest).max() else {
             return;
@@ -224,9 +224,10 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         }
     }
 
+    /// Whether all units have completed a window, but for those that did not complete the one before either.
     fn all_have(&self, window: u64) -> bool {
-        let mut units = self.streams.iter().zip(&self.health);
-        units.all(|(stream, health)| health.healthy_since().is_none() || stream.newest() >= Some(window))
+        let mut newest = self.streams.iter().filter_map(Stream::newest);
+        newest.all(|newest| newest >= window || newest.saturating_add(1) < window)
     }
 
     fn restart(&mut self, time: u64, by: i64, report: Report<'_, T>) {

@@ -133,7 +133,7 @@ pub struct AdoptionSettings<T: Real> {
     pub bias: Both<T>,
     /// Largest deviation of a scale factor from one.
     pub scale: T,
-    /// Largest element off the diagonal, rad.
+    /// Largest angle between an axis and where it is nominally, rad.
     pub misalignment: T,
     /// Longest lever arm, m.
     pub lever_arm: T,
@@ -205,7 +205,7 @@ impl<T: Real> Default for Settings<T> {
                 lever_arm_excitation: real(2.0),
             },
             adoption: AdoptionSettings {
-                improvement: real(0.05),
+                improvement: real(0.02),
                 bias: both(3.0, 0.5),
                 scale: real(0.1),
                 misalignment: real(0.1),
@@ -262,6 +262,20 @@ impl<T: Real> Settings<T> {
         self.check_times()?;
         self.selection.check()?;
         self.health.check()
+    }
+
+    /// Largest deviation at rest, m/s^2 or rad/s, with which a secondary's sensor is still in order: what is wrong with one
+    /// that was never calibrated may be as large as calibration can find.
+    pub fn plausible_at_rest(&self, sensor: Sensor, calibrated: bool) -> T {
+        let limit = self.health.rest.of(sensor);
+        if calibrated {
+            return limit;
+        }
+        let scale = match sensor {
+            Sensor::Accelerometer => self.adoption.scale * self.evaluation.gravity,
+            Sensor::Gyroscope => T::zero(),
+        };
+        limit.max(self.adoption.bias.of(sensor) + scale)
     }
 
     fn check_numbers(&self) -> Result<(), Contradiction> {

@@ -1,6 +1,6 @@
 //! What the monitor does with each window: the vote, rest and its evaluation, calibration mode.
 
-use crate::real::{Real, seconds};
+use crate::real::{Real, real, seconds};
 use crate::redundancy::calibrating::{Calibration, Phase, Progress, RestBefore, of_sensor};
 use crate::redundancy::conclusion::conclude;
 use crate::redundancy::evaluation::{Deviation, PrimaryAtRest, SecondaryAtRest};
@@ -47,15 +47,18 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         self.give_up_in_time(platform, time, report);
     }
 
-    /// The vote of three or more units, each compensated and brought to the primary's place.
+    /// The vote of three or more units, each compensated and brought to the primary's place. What was never calibrated
+    /// has no say in what the set measures, and is not blamed for it.
     fn compare(&mut self, platform: &Platform<T, UNITS>, window: u64) {
         let settings = platform.settings();
         let members: [Option<Member<T>>; UNITS] = core::array::from_fn(|i| {
             let means = self.streams[i].window(window)?;
             let said = self.at_primary(platform, i, window)?;
             let (f, w) = (&said.specific_force, &said.angular_rate);
+            let [accelerometer, gyroscope] = &self.stored[i];
+            let knows = [i == 0 || accelerometer.calibrated, i == 0 || gyroscope.calibrated];
             Some(Member {
-                mean: [f.x, f.y, f.z, w.x, w.y, w.z],
+                mean: known([f.x, f.y, f.z, w.x, w.y, w.z], knows),
                 scatter: means.scatter.map(|variance| variance.sqrt()),
                 axes: comparable(&platform.units()[i].axes, means.usable),
             })
@@ -169,7 +172,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             if !deviation.exceeds() {
                 *last_valid = deviation.value;
             }
-            health.at_rest(sensor, deviation.value, &settings.health);
+            health.at_rest(sensor, deviation.value, settings.health.rest.of(sensor));
             report(Event {
                 time,
                 unit: 0,
@@ -240,7 +243,11 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                 });
             };
             if let Some(deviation) = secondary.norm(&settings.evaluation) {
-                health.at_rest(sensor, deviation.value, &settings.health);
+                health.at_rest(
+                    sensor,
+                    deviation.value,
+                    settings.plausible_at_rest(sensor, secondary.stored.calibrated),
+                );
                 tell(Check::Norm, &deviation);
             }
             if settings.evaluation.vector_check && valid && primary_healthy {
@@ -403,6 +410,20 @@ fn of_all<T: Real>(time: u64, what: What<T>) -> Event<T> {
 fn both(a: [bool; 2], b: [bool; 2]) -> [bool; 2] {
     let ([a0, a1], [b0, b1]) = (a, b);
     [a0 && b0, a1 && b1]
+}
+
+/// The channels of sensors of which something is known; not a number for others.
+fn known<T: Real>(mut mean: [T; CHANNELS], [accelerometer, gyroscope]: [bool; 2]) -> [T; CHANNELS] {
+    for (channel, x) in mean.iter_mut().enumerate() {
+        let knows = match Sensor::of_channel(channel) {
+            Sensor::Accelerometer => accelerometer,
+            Sensor::Gyroscope => gyroscope,
+        };
+        if !knows {
+            *x = real(f64::NAN);
+        }
+    }
+    mean
 }
 
 /// The axes there are, of the sensors that may be used.

@@ -133,7 +133,10 @@ fn perform<T: Real>(unit: &mut Unit<T>, act: &Act) -> Result<(), TestCaseError> 
             };
             unit.health.family(of(sensor), &comparison, span, &settings);
         }
-        Act::AtRest(sensor, deviation) => unit.health.at_rest(of(sensor), real(deviation), &settings),
+        Act::AtRest(sensor, deviation) => {
+            let limit = settings.rest.of(of(sensor));
+            unit.health.at_rest(of(sensor), real(deviation), limit);
+        }
         Act::ClockJumped => unit.health.clock_jumped(unit.time),
         Act::Restart(time) => {
             unit.time = time;

@@ -371,10 +371,16 @@ fn a_unit_of_lower_grade_is_not_noisy_at_rest() {
 fn what_a_rest_has_shown_only_a_later_rest_clears() {
     let mut bench = Bench::running();
     let settings = bench.settings;
-    bench.health.at_rest(Sensor::Gyroscope, 0.19, &settings);
+    bench
+        .health
+        .at_rest(Sensor::Gyroscope, 0.19, settings.rest.angular_rate);
     assert_eq!(bench.health.fault(), None);
-    bench.health.at_rest(Sensor::Gyroscope, 0.3, &settings);
-    bench.health.at_rest(Sensor::Accelerometer, 0.1, &settings);
+    bench
+        .health
+        .at_rest(Sensor::Gyroscope, 0.3, settings.rest.angular_rate);
+    bench
+        .health
+        .at_rest(Sensor::Accelerometer, 0.1, settings.rest.specific_force);
     bench.health.clock_jumped(bench.time);
     bench.run(10_000, |_, _| {});
     let found = Fault::ImplausibleAtRest {
@@ -383,10 +389,14 @@ fn what_a_rest_has_shown_only_a_later_rest_clears() {
         limit: 0.2,
     };
     assert_eq!(bench.health.fault(), Some(found));
-    bench.health.at_rest(Sensor::Gyroscope, 0.01, &settings);
+    bench
+        .health
+        .at_rest(Sensor::Gyroscope, 0.01, settings.rest.angular_rate);
     bench.run(1, |_, _| {});
     assert_eq!(bench.health.fault(), None);
-    bench.health.at_rest(Sensor::Accelerometer, f32::NAN, &settings);
+    bench
+        .health
+        .at_rest(Sensor::Accelerometer, f32::NAN, settings.rest.specific_force);
     assert!(bench.health.fault().is_some());
 }
 
