@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -73,12 +73,25 @@ class Replayed:
         )
 
     def selected(self, end: float) -> Iterator[Selected]:
-        """Spans in which one unit was the source, up to the end of the logs, s."""
-        changes = [event for event in self.events if event.event == "selected"]
-        for change, following in zip(changes, [*changes[1:], None], strict=True):
-            reason = str(change.figures["reason"])
-            unit = "" if reason == NONE_FIT else change.unit
-            yield Selected(change.time, following.time if following else end, unit, reason)
+        """Give the spans in which one unit was the source, up to the end, s; cut where time jumped."""
+        since: Selected | None = None
+        for event in self.events:
+            if event.event == "selected":
+                reason = str(event.figures["reason"])
+                unit = "" if reason == NONE_FIT else event.unit
+                if since is not None:
+                    yield _until(since, event.time)
+                since = Selected(event.time, event.time, unit, reason)
+            elif event.event == "time jumped" and since is not None:
+                yield _until(since, event.time - float(str(event.figures["by"])))
+                since = replace(since, start=event.time)
+        if since is not None:
+            yield _until(since, end)
+
+
+def _until(span: Selected, end: float) -> Selected:
+    """End a span; what ends it may carry the time of a clock that is slightly behind."""
+    return replace(span, end=max(span.start, end))
 
 
 def replay(
