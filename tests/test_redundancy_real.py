@@ -142,11 +142,28 @@ def test_until_the_board_is_shaken_all_units_are_healthy_and_the_primary_is_the_
 
 
 @pytest.mark.parametrize("primary", NUMBERS)
-def test_saturation_is_told_and_at_the_end_some_unit_is_the_source_again(results, primary):
+def test_shaken_units_that_contradict_each_other_are_told_and_at_the_end_one_is_the_source_again(
+    results, primary
+):
     result = results[primary]
-    reasons = {event.figures["reason"] for event in result.events if event.event == "unhealthy"}
-    assert "saturated" in reasons
+    assert any(event.event == "unhealthy" for event in result.events)
     assert result.selected[-1].unit
+
+
+@pytest.mark.parametrize(("primary", "secondary"), [(1, 3), (4, 2), (5, 7), (8, 6)])
+def test_of_two_units_that_are_shaken_beyond_their_range_both_are_told_to_be_saturated(primary, secondary):
+    names = [f"imu{primary}", f"imu{secondary}"]
+    units = {name: unit for name, unit in known(primary).items() if name in names}
+    result = tumble.redundancy(names[0], names[1:], log=LOG, settings={**SETTINGS, "units": units})
+    saturated = {
+        event.unit: event.figures
+        for event in result.events
+        if event.event == "unhealthy" and event.figures["reason"] == "saturated"
+    }
+    assert set(saturated) == set(names)
+    for figures in saturated.values():
+        assert figures["channel"].startswith("angular rate")
+        assert abs(figures["value"]) > np.radians(1990.0)
 
 
 def test_lever_arms_that_are_not_stated_are_found(tmp_path):
