@@ -15,7 +15,6 @@ from rich.text import Text
 
 from tumble.cli.summary import finite
 from tumble.report.numbers import NOT_OBSERVABLE, readable_scale, significant
-from tumble.report.words import count_of
 from tumble.results_redundancy import RedundancyEvent, RedundancyResult, SecondaryError, Sensor
 
 FILE_WIDTH = 128
@@ -117,7 +116,8 @@ def _calibrated(error: SecondaryError | None, sensor: Sensor) -> list[str]:
     if error is None:
         return ["no", "", ""]
     when = "stored before" if error.adopted is None else f"at {error.adopted:.1f} s"
-    how = f"{when}: {error.rung}, {count_of('direction', error.directions)}"
+    in_part = f", {error.directions} of 3 directions" if error.directions < 3 else ""
+    how = f"{when}: {error.rung}{in_part}"
     return [how, _quantity(error.residual_before, sensor), _quantity(error.residual, sensor)]
 
 
@@ -180,8 +180,19 @@ def _faults(result: RedundancyResult) -> Iterator[str]:
         yield f"Unhealthy: {len(first) - MOST_SHOWN} more faults; events.jsonl has them all"
 
 
+_REMEDIES = {
+    "primary invalid": "calibrate the primary and give --calibration, or raise fifth and sixth_threshold",
+    "implausible misalignment": "if it is mounted turned, say sensor_from_primary; tumble align finds it",
+    "no motion": "the platform has to move after it rested",
+    "timed out": "more motion is needed, or a smaller collect",
+}
+"""What helps, by the reason."""
+
+
 def _reason(event: RedundancyEvent) -> str:
-    return f"{event.figures['reason']}{_against(event)}"
+    reason = str(event.figures["reason"])
+    remedy = f"; {_REMEDIES[reason]}" if reason in _REMEDIES else ""
+    return f"{reason}{_against(event)}{remedy}"
 
 
 def _against(event: RedundancyEvent) -> str:
