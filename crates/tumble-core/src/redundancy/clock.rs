@@ -1,8 +1,8 @@
 //! One time for the whole set, from the time stamps of its units, none of which is trusted alone.
 //!
 //! A unit's samples have to get later, and stay near those of the others. One time stamp far away is dropped: it is
-//! more likely corrupted than true. When the units that agree on another time outnumber those that keep the old
-//! one, or when nobody keeps it any more, the time of the set jumps there.
+//! more likely corrupted than true, and would make the others look late. When the units that agree on another time
+//! outnumber those that keep the old one, or when nobody keeps it any more, the time of the set jumps there.
 
 /// Extends 32-bit counters of microseconds, which wrap after 71.6 minutes, to 64 bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -35,8 +35,11 @@ impl Unwrapper {
 /// When a time stamp is believed, and when the set follows one that is far away; lengths of time in microseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ClockSettings {
-    /// A time stamp further from the time of the set is not believed at once.
+    /// A time stamp further from the time of the set is not believed at once, and when it is, the set has jumped.
     pub largest_jump: u64,
+    /// A time stamp further ahead of the set, and by more than twice the interval of the unit's samples, is not believed
+    /// at once, or the others would look late; when it is, there was a pause.
+    pub largest_step: u64,
     /// How long a unit has to keep to another time, while no unit keeps to the old one, until it is believed alone.
     pub lone_proof: u64,
     /// How many successive samples make a unit persistent.
@@ -47,6 +50,7 @@ impl Default for ClockSettings {
     fn default() -> Self {
         Self {
             largest_jump: 1_000_000,
+            largest_step: 50_000,
             lone_proof: 250_000,
             persistent: 5,
         }
@@ -76,14 +80,18 @@ struct Track {
     latest: Option<u64>,
     /// Latest of those that agree with each other but not with the set.
     suspect: u64,
+    /// From one accepted sample to the next, microseconds.
+    interval: u32,
     /// Time over which these agreed while no other unit was accepted.
     undisputed: u32,
-    /// How many of these agree, up to those that make it persistent; zero if the last sample was no suspect.
+    /// How many of these agree in succession; zero if the last sample was no suspect.
     agreeing: u8,
     /// Samples dropped in succession.
     dropped: u8,
-    /// Whether another unit was accepted in the meantime.
+    /// Whether another unit was accepted while these were dropped.
     disputed: bool,
+    /// Whether another unit was accepted since the latest sample.
+    heard_others: bool,
 }
 
 impl Track {
@@ -91,20 +99,53 @@ impl Track {
         let step = time.saturating_sub(self.suspect);
         let agrees = self.agreeing > 0 && time > self.suspect && step <= settings.largest_jump;
         let step = u32::try_from(step).unwrap_or(u32::MAX);
-        (self.agreeing, self.undisputed) = if agrees {
-            (
-                self.agreeing.saturating_add(1),
-                self.undisputed.saturating_add(step),
-            )
+        // What was heard of others since the suspect before disputes the time up to now.
+        let undisputed = if core::mem::take(&mut self.heard_others) {
+            0
         } else {
-            (1, 0)
+            step
         };
+        if agrees {
+            self.agreeing = self.agreeing.saturating_add(1);
+            self.undisputed = self.undisputed.saturating_add(undisputed);
+        } else {
+            (self.agreeing, self.undisputed) = (1, 0);
+        }
         self.suspect = time;
+    }
+
+    /// Whether a time is so far after that of the set that samples seem to be missing.
+    fn leaps(&self, time: u64, now: u64, settings: &ClockSettings) -> bool {
+        let interval = u64::from(self.interval);
+        time.saturating_sub(now) > settings.largest_step.max(2 * interval)
+    }
+
+    /// A sample is used. Its interval is at most twice the one before, or a single pause would allow any leap.
+    fn accept(&mut self, time: u64) {
+        let passed = self.latest.map_or(0, |latest| time.saturating_sub(latest));
+        let passed = u32::try_from(passed).unwrap_or(u32::MAX);
+        let interval = match (self.interval, self.dropped) {
+            (0, 0) => passed,
+            (before, 0) => passed.min(before.saturating_mul(2)),
+            (before, _) => before,
+        };
+        *self = Self {
+            latest: Some(time),
+            interval,
+            ..Self::default()
+        };
+    }
+
+    /// Whether it keeps to the time of the set.
+    fn keeps(&self, now: u64, settings: &ClockSettings) -> bool {
+        let is_near = |latest: u64| latest.abs_diff(now) <= settings.largest_jump;
+        self.agreeing == 0 && self.latest.is_some_and(is_near)
     }
 
     /// Another unit keeps to the time of the set.
     fn dispute(&mut self) {
         self.undisputed = 0;
+        self.heard_others = true;
         self.disputed |= self.dropped > 0;
     }
 }
@@ -143,15 +184,16 @@ impl<const UNITS: usize> Clock<UNITS> {
         };
         let now = *self.now.get_or_insert(time);
         let near = time.abs_diff(now) <= settings.largest_jump;
-        match track.latest {
-            Some(latest) if near && time == latest => track.agreeing = 0,
-            Some(latest) if near && time > latest => return self.accept(unit, time),
-            None if near => return self.accept(unit, time),
-            _ => {
-                track.suspect(time, settings);
-                if self.is_believed(unit, time, settings) {
-                    return self.jump(unit, time, settings);
-                }
+        let later = track.latest.is_none_or(|latest| time > latest);
+        if near && later && !track.leaps(time, now, settings) {
+            return self.accept(unit, time);
+        }
+        if near && track.latest == Some(time) {
+            track.agreeing = 0;
+        } else {
+            track.suspect(time, settings);
+            if self.is_believed(unit, time, settings) {
+                return self.follow(time, settings);
             }
         }
         self.drop(unit, settings)
@@ -160,10 +202,7 @@ impl<const UNITS: usize> Clock<UNITS> {
     fn accept(&mut self, unit: usize, time: u64) -> Verdict {
         for (other, track) in self.tracks.iter_mut().enumerate() {
             if other == unit {
-                *track = Track {
-                    latest: Some(time),
-                    ..Track::default()
-                };
+                track.accept(time);
             } else {
                 track.dispute();
             }
@@ -185,19 +224,41 @@ impl<const UNITS: usize> Clock<UNITS> {
         }
     }
 
-    /// Whether the set follows the suspect time of a unit. Old samples may arrive late, and several units' at once, so
-    /// that a time further back takes persistent witnesses; that two units err ahead alike is too much of a chance.
+    /// Whether the set follows the suspect time of a unit: after a pause its next sample will do if no other unit was heard
+    /// in between. Old samples may arrive late, and several units' at once, so that a time further back takes persistent
+    /// witnesses; that two units err ahead alike is too much of a chance.
     fn is_believed(&self, unit: usize, time: u64, settings: &ClockSettings) -> bool {
         let now = self.now.unwrap_or(time);
-        let least = if time > now { 1 } else { settings.persistent };
-        let near = |other: u64, time: u64| other.abs_diff(time) <= settings.largest_jump;
-        let witnesses = self.count(|track| track.agreeing >= least.max(1) && near(track.suspect, time));
-        let keepers =
-            self.count(|track| track.agreeing == 0 && track.latest.is_some_and(|latest| near(latest, now)));
-        let proven = self.tracks.get(unit).is_some_and(|track| {
-            track.agreeing >= settings.persistent && u64::from(track.undisputed) >= settings.lone_proof
-        });
+        let (times, proof) = if self.is_pause(time, settings) {
+            (2, 1)
+        } else {
+            (settings.persistent, settings.lone_proof)
+        };
+        let least = if time > now { 1 } else { settings.persistent.max(1) };
+        let tolerance = self.tolerance(time, settings);
+        let witnesses =
+            self.count(|track| track.agreeing >= least && track.suspect.abs_diff(time) <= tolerance);
+        let keepers = self.count(|track| track.keeps(now, settings));
+        let proven = self
+            .tracks
+            .get(unit)
+            .is_some_and(|track| track.agreeing >= times && u64::from(track.undisputed) >= proof);
         proven || (witnesses > 1 && witnesses > keepers)
+    }
+
+    /// Whether a time is ahead of the set, but by no jump.
+    fn is_pause(&self, time: u64, settings: &ClockSettings) -> bool {
+        self.now
+            .is_some_and(|now| time > now && time - now <= settings.largest_jump)
+    }
+
+    /// How far from a suspect time others bear witness to it.
+    fn tolerance(&self, time: u64, settings: &ClockSettings) -> u64 {
+        if self.is_pause(time, settings) {
+            settings.largest_step
+        } else {
+            settings.largest_jump
+        }
     }
 
     fn count(&self, is_one: impl Fn(&Track) -> bool) -> usize {
@@ -205,16 +266,24 @@ impl<const UNITS: usize> Clock<UNITS> {
     }
 
     /// Those that agree keep the new time from now on: those that do not would else take the set back.
-    fn jump(&mut self, unit: usize, time: u64, settings: &ClockSettings) -> Verdict {
+    fn follow(&mut self, time: u64, settings: &ClockSettings) -> Verdict {
+        let (pause, tolerance) = (self.is_pause(time, settings), self.tolerance(time, settings));
         let before = self.now.replace(time).unwrap_or(time);
         for track in &mut self.tracks {
-            let agrees = track.agreeing > 0 && track.suspect.abs_diff(time) <= settings.largest_jump;
-            *track = Track {
-                latest: agrees.then_some(track.suspect),
-                ..Track::default()
-            };
+            if track.agreeing > 0 && track.suspect.abs_diff(time) <= tolerance {
+                let steps = u32::from(track.agreeing).saturating_sub(1);
+                *track = Track {
+                    latest: Some(track.suspect),
+                    interval: track.undisputed / steps.max(1),
+                    ..Track::default()
+                };
+            } else if !pause {
+                *track = Track::default();
+            }
         }
-        self.accept(unit, time);
+        if pause {
+            return Verdict::Accept;
+        }
         let by = i64::try_from(time.abs_diff(before)).unwrap_or(i64::MAX);
         Verdict::Jumped {
             by: if time < before { -by } else { by },

@@ -61,9 +61,11 @@ fn of_unit<const UNITS: usize>(verdicts: &[[Verdict; UNITS]], unit: usize) -> Ve
 
 #[test]
 fn one_time_far_ahead_is_dropped_and_nobody_else_looks_late() {
-    for corrupted in [u64::MAX, 4_000_000_000, 3_002_500_000] {
+    for corrupted in [u64::MAX, 4_000_000_000, 3_002_500_000, 3_001_100_000] {
         let mut set = Set::<3>::running();
+        let now = set.clock.now();
         assert_eq!(set.push(1, corrupted), Verdict::Drop);
+        assert_eq!(set.clock.now(), now);
         for verdicts in set.run(1_000_000, [0; 3]) {
             assert_eq!(verdicts, [Verdict::Accept; 3], "after {corrupted}");
         }
@@ -87,24 +89,28 @@ fn samples_that_are_not_later_are_dropped() {
     assert_eq!(set.push(1, latest + 1), Verdict::Accept);
 }
 
+fn jump_together<const UNITS: usize>(by: i64) {
+    let mut set = Set::<UNITS>::running();
+    let verdicts = set.run(1_000_000, [by; UNITS]);
+    let found = jumps(&verdicts);
+    assert!(
+        matches!(found[..], [found] if found.abs_diff(by) < 250_000),
+        "{by}: {found:?}"
+    );
+    assert_eq!(verdicts[10..], [[Verdict::Accept; UNITS]; 190], "{by}");
+    let astray = verdicts
+        .iter()
+        .flatten()
+        .any(|verdict| *verdict == Verdict::Astray);
+    assert!(!astray, "{by}");
+}
+
 #[test]
 fn when_all_jump_the_set_jumps_once_either_way() {
     for by in [-2_000_000_000, -700_000, 2_000_000, 2_000_000_000_000] {
-        let mut set = Set::<3>::running();
-        let verdicts = set.run(1_000_000, [by; 3]);
-        let found = jumps(&verdicts);
-        assert!(
-            matches!(found[..], [found] if found.abs_diff(by) < 250_000),
-            "{by}: {found:?}"
-        );
-        assert_eq!(verdicts.last(), Some(&[Verdict::Accept; 3]), "{by}");
-        assert!(
-            !verdicts
-                .iter()
-                .flatten()
-                .any(|verdict| *verdict == Verdict::Astray),
-            "{by}"
-        );
+        jump_together::<2>(by);
+        jump_together::<3>(by);
+        jump_together::<8>(by);
     }
 }
 
@@ -229,6 +235,37 @@ fn a_set_whose_other_units_died_follows_the_one_that_is_left() {
 }
 
 #[test]
+fn after_a_pause_of_all_the_set_goes_on_without_a_jump() {
+    let mut set = Set::<3>::running();
+    set.true_time += 400_000;
+    let verdicts = set.run(100_000, [0; 3]);
+    assert!(jumps(&verdicts).is_empty());
+    assert_eq!(verdicts[1..], [[Verdict::Accept; 3]; 19]);
+    let mut alone = Set::<1>::running();
+    alone.true_time += 400_000;
+    let verdicts = alone.run(100_000, [0]);
+    assert_eq!(verdicts[1..], [[Verdict::Accept]; 19]);
+}
+
+#[test]
+fn one_unit_that_leaps_while_others_go_on_is_astray() {
+    let mut set = Set::<2>::running();
+    let verdicts = set.run(300_000, [0, 400_000]);
+    assert_eq!(of_unit(&verdicts, 0), [Verdict::Accept; 60]);
+    assert_eq!(of_unit(&verdicts, 1)[5..], [Verdict::Astray; 55]);
+}
+
+#[test]
+fn a_slow_unit_alone_loses_one_sample_until_its_interval_is_known() {
+    let mut clock = Clock::<1>::new();
+    let verdicts: Vec<_> = (0..50)
+        .map(|i| clock.push(0, i * 200_000, &ClockSettings::default()))
+        .collect();
+    assert_eq!(verdicts[1], Verdict::Drop);
+    assert_eq!(verdicts[2..], [Verdict::Accept; 48]);
+}
+
+#[test]
 fn a_unit_that_is_not_there_is_not_listened_to() {
     let mut clock = Clock::<2>::new();
     assert_eq!(clock.push(2, 5, &ClockSettings::default()), Verdict::Drop);
@@ -266,6 +303,33 @@ proptest! {
         for step in steps {
             time = time.saturating_add_signed(step);
             prop_assert_eq!(unwrapper.extend(u32::try_from(time & 0xffff_ffff).unwrap()), time - whole);
+        }
+    }
+
+    #[test]
+    fn clocks_of_a_minority_may_do_what_they_will_as_long_as_most_keep_time(
+        wild in prop::collection::vec(prop::array::uniform2((0..5_u8, any::<u64>())), 1..200)
+    ) {
+        let mut set = Set::<5>::running();
+        let start = set.true_time;
+        for strays in wild {
+            set.true_time += PERIOD;
+            for unit in 0..3 {
+                prop_assert_eq!(set.push(unit, set.true_time), Verdict::Accept);
+            }
+            for (unit, (kind, any)) in (3..).zip(strays) {
+                let stray = match kind {
+                    0 => 0,
+                    1 => u64::MAX,
+                    2 => any,
+                    3 => set.true_time + 60_000 + any % 1_500_000,
+                    _ => start - any % 1_500_000,
+                };
+                let verdict = set.push(unit, stray);
+                let jumped = matches!(verdict, Verdict::Jumped { .. });
+                prop_assert!(!jumped, "to {stray} at {}", set.true_time);
+            }
+            prop_assert_eq!(set.clock.now(), Some(set.true_time));
         }
     }
 
