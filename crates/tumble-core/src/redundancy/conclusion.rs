@@ -16,7 +16,7 @@ use crate::redundancy::settings::Settings;
 /// Share of an axis that has to lie in the directions shown for its figures to count as shown.
 const SHOWN: f64 = 0.75;
 
-/// Fits what was collected, and replaces what is stored where that is better.
+/// Fits what was collected, replaces what is stored where that is better, and says whether anything was replaced.
 pub(super) fn conclude<T: Real>(
     settings: &Settings<T>,
     calibration: &Calibration<T>,
@@ -24,7 +24,8 @@ pub(super) fn conclude<T: Real>(
     stored: &mut [Stored<T>; 2],
     time: u64,
     report: Report<'_, T>,
-) {
+) -> bool {
+    let mut replaced = false;
     let number = calibration.secondary();
     let wanted = SENSORS.into_iter().zip(calibration.sensors());
     for (sensor, _) in wanted.filter(|(_, wanted)| *wanted) {
@@ -62,10 +63,12 @@ pub(super) fn conclude<T: Real>(
                     sequence,
                     calibrated: true,
                 };
+                replaced = true;
                 tell(What::Adopted { record });
             }
         }
     }
+    replaced
 }
 
 /// What is to be stored, in the frames of records: the nominal rotation is part of M there.

@@ -379,10 +379,13 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                 Progress::Abandoned(why) => abandon(slot, time, why, report),
                 Progress::Complete => {
                     let number = calibration.secondary();
-                    if let (Some(unit), Some(stored)) =
-                        (platform.units().get(number), self.stored.get_mut(number))
-                    {
-                        conclude(settings, calibration, unit, stored, time, report);
+                    let unit = platform.units().get(number).zip(self.stored.get_mut(number));
+                    let replaced = unit.is_some_and(|(unit, stored)| {
+                        conclude(settings, calibration, unit, stored, time, report)
+                    });
+                    // The next rest shows whether it was right.
+                    if replaced {
+                        self.rest.command();
                     }
                     *slot = None;
                 }
