@@ -129,7 +129,7 @@ impl Guess {
             .copy_from(&Matrix3::identity());
         design
             .fixed_view_mut::<3, 3>(0, ROTATION)
-            .copy_from(&-cross_matrix(&force));
+            .copy_from(&(-stretched * cross_matrix(&force)));
         set_stretch(&mut design, STRETCH, &force);
         design.set_column(DELAY, &-slope);
         design
@@ -218,3 +218,7 @@ impl Guess {
         })
     }
 }
+
+#[cfg(test)]
+#[path = "forces_tests.rs"]
+mod tests;

@@ -154,12 +154,13 @@ impl Guess {
 
     fn row(&self, pair: &Pair) -> Row<UNKNOWNS> {
         let turned = self.rotation * rate_of(&pair.primary.mean);
-        let predicted = turned + symmetric(&self.stretch) * turned + self.bias;
+        let stretched = Matrix3::identity() + symmetric(&self.stretch);
+        let predicted = stretched * turned + self.bias;
         let slope = rate_of(&pair.secondary.slope);
         let mut design = SMatrix::<f64, 3, UNKNOWNS>::zeros();
         design
             .fixed_view_mut::<3, 3>(0, 0)
-            .copy_from(&-cross_matrix(&turned));
+            .copy_from(&(-stretched * cross_matrix(&turned)));
         set_stretch(&mut design, STRETCH, &turned);
         design
             .fixed_view_mut::<3, 3>(0, BIAS)
@@ -288,3 +289,7 @@ pub fn directions_below(matrix: &Matrix3<f64>, limit: f64) -> Vec<Vector3<f64>> 
         .map(|k| vectors.column(k).into_owned())
         .collect()
 }
+
+#[cfg(test)]
+#[path = "rates_tests.rs"]
+mod tests;

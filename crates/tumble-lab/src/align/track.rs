@@ -254,10 +254,10 @@ fn usual_step(time: &[f64]) -> f64 {
 fn range(rows: &[[f64; 3]], axis: usize, smallest: f64) -> (f64, f64) {
     let end = |sign: f64| {
         let readings = || rows.iter().map(|row| sign * row[axis]).filter(|y| y.is_finite());
-        let extreme = readings().fold(f64::NEG_INFINITY, f64::max);
+        let extreme = readings().fold(smallest, f64::max);
         let at = readings().filter(|y| *y == extreme).count();
-        let near = readings().filter(|y| *y >= NEAR * extreme).count() - at;
-        let piled_up = extreme > smallest && at >= PILED_UP && at > near;
+        let at_or_near = readings().filter(|y| *y >= NEAR * extreme).count();
+        let piled_up = extreme > smallest && at >= PILED_UP && 2 * at > at_or_near;
         if piled_up {
             sign * extreme
         } else {

@@ -8,6 +8,7 @@ mod common;
 mod stream;
 
 mod acquisition;
+mod align;
 mod consistency;
 mod correct;
 mod health;
