@@ -102,6 +102,29 @@ def test_a_device_crate_that_needs_more_than_core_is_found(tmp_path, monkeypatch
     assert breach in found[0]
 
 
+@pytest.mark.parametrize(
+    ("declared", "breaches"),
+    [
+        ("#[cfg(test)]\nmod tests;", 0),
+        ('#[cfg(test)]\n#[path = "tests.rs"]\nmod laws;', 0),
+        ("mod tests;", 1),
+        ('#[path = "tests.rs"]\nmod laws;', 1),
+    ],
+)
+def test_a_file_of_tests_may_use_what_the_machine_has_if_it_is_compiled_for_tests_only(
+    tmp_path, monkeypatch, declared, breaches
+):
+    module = script("check_layers")
+    monkeypatch.setattr(module, "ROOT", tmp_path)
+    (tmp_path / "Cargo.toml").write_text('[workspace.lints.rust]\nunsafe_code = "forbid"\n')
+    crate = tmp_path / "crates" / "tumble-core"
+    (crate / "src").mkdir(parents=True)
+    (crate / "Cargo.toml").write_text("[lints]\nworkspace = true\n")
+    (crate / "src" / "lib.rs").write_text(f"#![no_std]\n{declared}\n")
+    (crate / "src" / "tests.rs").write_text("use std::vec::Vec;\n")
+    assert len(list(module.device_breaches(crate))) == breaches
+
+
 def test_the_readme_is_read_as_a_person_types_it():
     module = script("check_readme")
     shell = "```sh\n$ make demo   # a minute\ntumble turntable a.csv \\\n    b.csv -o out\n```\n"
