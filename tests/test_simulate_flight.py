@@ -145,7 +145,23 @@ def test_what_is_never_still_shakes_at_rest_as_in_motion():
     flight = fly(vibration=restless)
     primary = flight["primary"]
     resting = within(primary.time, flight.rests)
-    assert primary.specific_force[resting].std(axis=0) == pytest.approx(3.0, rel=0.1)
+    assert primary.specific_force[resting].std(axis=0) == pytest.approx(4.0, rel=0.1)
+
+
+def test_a_unit_with_a_filter_reads_the_mean_over_its_sample_period_and_one_without_the_instant():
+    units = (ideal(filtered=True), ideal(filtered=False), ideal(filtered=True, rate_hz=50.0))
+    rigid = replace(VIBRATIONS["quadrotor"], flexing=0.0)
+    flight = fly(units=units, vibration=rigid)
+    for unit, averaging in zip(flight.units, (0.005, 0.0, 0.02), strict=True):
+        truth = flight.truth(unit.time, averaging)
+        assert unit.specific_force == pytest.approx(truth.specific_force, abs=1e-12)
+        assert unit.angular_rate == pytest.approx(truth.angular_rate, abs=1e-12)
+    usual = flight.truth(flight["primary"].time)
+    assert np.array_equal(usual.specific_force, flight.truth(usual.time, 0.005).specific_force)
+    shaking = [
+        (unit.specific_force - fly(units=units)[unit.name].specific_force).std() for unit in flight.units
+    ]
+    assert shaking[1] > 1.3 * shaking[0] > 2.0 * shaking[2]
 
 
 def test_what_places_have_to_themselves_is_the_share_asked_for():

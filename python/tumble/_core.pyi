@@ -270,9 +270,9 @@ class TruePathFigures(TypedDict):
     velocity: FloatArray
 
 class FlightMotion:
-    """The true motion of the primary's place at times (n,) s."""
+    """The true motion of the primary's place at times (n,) s, vibration as its mean over `averaging` s."""
 
-    def truth(self, time: FloatArray) -> TrueMotionFigures: ...
+    def truth(self, time: FloatArray, averaging: float) -> TrueMotionFigures: ...
     def path(self, time: FloatArray) -> TruePathFigures: ...
 
 class SimulatedFlightFigures(TypedDict):

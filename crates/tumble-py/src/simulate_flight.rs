@@ -4,12 +4,12 @@ use numpy::{PyArray1, PyArray3, PyArrayMethods, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tumble_lab::simulate::flight::{Carrier, Flight, Flown, Mission, simulate};
+use tumble_lab::simulate::flight::{Carrier, Flight, Flown, Mission, OnBoard, simulate};
 use tumble_lab::simulate::floor::Floor;
 use tumble_lab::simulate::motion::Course;
 use tumble_lab::simulate::ride::Manner;
 use tumble_lab::simulate::spot::mounted;
-use tumble_lab::simulate::unit::{Conditions, Unit, Warming};
+use tumble_lab::simulate::unit::{Conditions, Warming};
 use tumble_lab::simulate::vibration::Shaking;
 
 use crate::convert::{spans, stacked};
@@ -52,6 +52,7 @@ struct MissionInput {
     quantisation: bool,
     g_sensitivity: bool,
     units: Vec<UnitInput>,
+    averaging: Vec<f64>,
 }
 
 impl TryFrom<MissionInput> for Mission {
@@ -105,7 +106,13 @@ impl TryFrom<MissionInput> for Mission {
             units: input
                 .units
                 .into_iter()
-                .map(Unit::try_from)
+                .zip(input.averaging)
+                .map(|(unit, averaging)| {
+                    Ok(OnBoard {
+                        unit: unit.try_into()?,
+                        averaging,
+                    })
+                })
                 .collect::<PyResult<_>>()?,
         })
     }
@@ -117,10 +124,16 @@ struct FlightMotion(Flight);
 
 #[pymethods]
 impl FlightMotion {
-    /// Specific force and angular rate in the primary's case frame, velocity and attitude in the level one.
-    fn truth<'py>(&self, py: Python<'py>, time: PyReadonlyArray1<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
+    /// Specific force, angular rate and angular acceleration in the primary's case frame, vibration as its mean over
+    /// `averaging` s.
+    fn truth<'py>(
+        &self,
+        py: Python<'py>,
+        time: PyReadonlyArray1<'py, f64>,
+        averaging: f64,
+    ) -> PyResult<Bound<'py, PyDict>> {
         let times = time.as_slice()?;
-        let truths = py.detach(|| self.0.truths(times));
+        let truths = py.detach(|| self.0.truths(times, averaging));
         let result = PyDict::new(py);
         let forces = truths.iter().map(|truth| truth.specific_force);
         result.set_item("specific_force", stacked(py, forces))?;

@@ -75,7 +75,7 @@ def flight_command(
     ] = "0,0,0",
     vibration: Annotated[
         float | None,
-        typer.Option(help="Vibration while motors run, m/s^2 rms; 3 for a quadrotor, 0.4 for a vehicle."),
+        typer.Option(help="Vibration while motors run, m/s^2 rms; 4 for a quadrotor, 0.4 for a vehicle."),
     ] = None,
     angular_vibration: Annotated[
         float | None, typer.Option(help="The same, rad/s rms; 0.05 for a quadrotor, 0.005 for a vehicle.")

@@ -44,7 +44,17 @@ pub struct Mission {
     /// Latitude, rad; `None` for an Earth that does not turn.
     pub latitude: Option<f64>,
     /// The primary first.
-    pub units: Vec<Unit>,
+    pub units: Vec<OnBoard>,
+}
+
+/// One unit on board.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OnBoard {
+    /// How it is built and mounted; its lever arm is from the primary.
+    pub unit: Unit,
+    /// Vibration comes as the mean over this time, s: the sample period for a unit with a filter against what is faster
+    /// than its samples, 0 for one without.
+    pub averaging: f64,
 }
 
 /// The motion of the primary's place.
@@ -60,6 +70,7 @@ pub struct Flight {
 /// Motion as a unit at another place feels it, but for its lever arm.
 struct Elsewhere<'a> {
     flight: &'a Flight,
+    averaging: f64,
     flexing: f64,
     /// s by which the vibration is read apart from the common one, so that it has nothing to do with it.
     apart: f64,
@@ -81,17 +92,19 @@ const APART: f64 = 1.2345;
 /// # Errors
 /// [`ScenarioError`] where a figure makes no sense.
 pub fn simulate(mission: &Mission) -> Result<Flown, ScenarioError> {
-    check_units(&mission.units)?;
+    let units = || mission.units.iter().map(|each| &each.unit);
+    check_units(units())?;
     positive("gravity, m/s^2,", mission.manner.gravity)?;
     let flight = Flight::new(mission);
-    check_samples(flight.duration(), &mission.units)?;
+    check_samples(flight.duration(), units())?;
     let units = mission
         .units
         .par_iter()
         .enumerate()
-        .map(|(number, unit)| {
+        .map(|(number, OnBoard { unit, averaging })| {
             let place = Elsewhere {
                 flight: &flight,
+                averaging: *averaging,
                 flexing: if number == 0 { 0.0 } else { mission.flexing },
                 apart: APART * number as f64,
             };
@@ -134,17 +147,16 @@ impl Flight {
         self.ride.moved(t).velocity
     }
 
-    /// Truth at each of these times, s.
-    pub fn truths(&self, times: &[f64]) -> Vec<Truth> {
-        times.par_iter().map(|t| self.truth(*t)).collect()
+    /// Truth at each of these times, s, vibration as its mean over `averaging` s.
+    pub fn truths(&self, times: &[f64], averaging: f64) -> Vec<Truth> {
+        let at = |t: &f64| self.shaken_truth(*t, &self.shake(*t, averaging, 0.0, 0.0));
+        times.par_iter().map(at).collect()
     }
 
-    /// Truth with vibration that a place has to itself, at time `apart` of the loop, `flexing` times as strong.
-    fn truth_at(&self, t: f64, flexing: f64, apart: f64) -> Truth {
+    fn shaken_truth(&self, t: f64, shake: &Shake) -> Truth {
         let moved = self.ride.moved(t);
         let (level_from_body, spin) = moved.angles.attitude();
         let to_body = |level: Vector3<f64>| level_from_body.inverse_transform_vector(&level);
-        let shake = self.shake(t, flexing, apart);
         let force = to_body(moved.acceleration + Vector3::z() * self.gravity) + shake.specific_force;
         let turn_rate = spin.rate + shake.angular_rate;
         let to_case = |body: Vector3<f64>| self.case_from_body * body;
@@ -156,7 +168,8 @@ impl Flight {
         }
     }
 
-    fn shake(&self, t: f64, flexing: f64, apart: f64) -> Shake {
+    /// Vibration of a place that has `flexing` times that at time `apart` of the loop to itself.
+    fn shake(&self, t: f64, averaging: f64, flexing: f64, apart: f64) -> Shake {
         let running = self.ride.running(t);
         let swing = 1.0 - self.shaking_at_rest;
         let (envelope, slope) = (
@@ -166,9 +179,9 @@ impl Flight {
         if envelope == 0.0 {
             return Shake::default();
         }
-        let mut shake = self.vibration.at(t);
+        let mut shake = self.vibration.mean(t, averaging);
         if flexing > 0.0 {
-            shake = shake.plus(&self.vibration.at(t + apart).scaled(flexing, 0.0));
+            shake = shake.plus(&self.vibration.mean(t + apart, averaging).scaled(flexing, 0.0));
         }
         shake.scaled(envelope, slope)
     }
@@ -176,7 +189,7 @@ impl Flight {
 
 impl Course for Flight {
     fn truth(&self, t: f64) -> Truth {
-        self.truth_at(t, 0.0, 0.0)
+        self.shaken_truth(t, &self.shake(t, 0.0, 0.0, 0.0))
     }
 
     fn duration(&self) -> f64 {
@@ -186,7 +199,8 @@ impl Course for Flight {
 
 impl Course for Elsewhere<'_> {
     fn truth(&self, t: f64) -> Truth {
-        self.flight.truth_at(t, self.flexing, self.apart)
+        let shake = self.flight.shake(t, self.averaging, self.flexing, self.apart);
+        self.flight.shaken_truth(t, &shake)
     }
 
     fn duration(&self) -> f64 {

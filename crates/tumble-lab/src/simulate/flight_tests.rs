@@ -10,14 +10,14 @@ use proptest::prelude::*;
 const GRAVITY: f64 = 9.81;
 const REST: f64 = 4.0;
 
-fn unit(lever_arm: Vector3<f64>, package: Vector3<f64>) -> Unit {
+fn unit(lever_arm: Vector3<f64>, package: Vector3<f64>) -> OnBoard {
     let mut grade = Grade::reference();
     for triad in [&mut grade.accelerometer, &mut grade.gyroscope] {
         triad.noise_density = 0.0;
         triad.turn_on_bias = 0.0;
         triad.range = 1e9;
     }
-    Unit {
+    let unit = Unit {
         grade,
         geometry: Geometry::Perfect,
         rate: 100.0,
@@ -28,7 +28,8 @@ fn unit(lever_arm: Vector3<f64>, package: Vector3<f64>) -> Unit {
         clock: ClockSetup::Given(Clock::SESSION),
         latency: 0.0,
         faults: vec![],
-    }
+    };
+    OnBoard { unit, averaging: 0.0 }
 }
 
 /// A lively mission of two units without errors.
@@ -174,7 +175,7 @@ proptest! {
     ) {
         let mission = mission(carrier, seed);
         let flown = simulate(&mission).unwrap();
-        let (arm, package) = (mission.units[1].lever_arm, Rotation3::new(Vector3::new(2.0, 0.5, -0.4)));
+        let (arm, package) = (mission.units[1].unit.lever_arm, Rotation3::new(Vector3::new(2.0, 0.5, -0.4)));
         let [primary, other] = [&flown.units[0].samples, &flown.units[1].samples];
         prop_assert_eq!(&primary.time, &other.time);
         for (row, t) in primary.time.iter().enumerate() {
@@ -233,6 +234,21 @@ fn each_place_has_its_share_of_vibration_to_itself_and_the_primary_has_none() {
 }
 
 #[test]
+fn a_unit_with_a_filter_reads_vibration_as_its_mean_over_the_sample_period() {
+    let mut mission = shaken(Carrier::Quadrotor);
+    mission.units[0].averaging = 0.01;
+    let flown = simulate(&mission).unwrap();
+    let samples = &flown.units[0].samples;
+    let truths = flown.flight.truths(&samples.time, 0.01);
+    for (row, truth) in truths.iter().enumerate() {
+        assert!((truth.specific_force - Vector3::from(samples.accelerometer[row])).amax() < 1e-12);
+    }
+    let at_an_instant = flown.flight.truths(&samples.time, 0.0);
+    let apart = |(mean, instant): (&Truth, &Truth)| (mean.specific_force - instant.specific_force).amax();
+    assert!(truths.iter().zip(&at_an_instant).map(apart).fold(0.0, f64::max) > 1.0);
+}
+
+#[test]
 fn less_intensity_is_less_motion_and_none_still_takes_off() {
     for carrier in [Carrier::Quadrotor, Carrier::Vehicle] {
         let liveliness = |intensity: f64| {
@@ -288,10 +304,10 @@ fn one_more_unit_changes_nothing_for_the_others() {
 #[test]
 fn ageing_moves_the_bias_by_what_it_says_and_leaves_every_other_draw_alone() {
     let mut mission = mission(Carrier::Vehicle, 8);
-    mission.units[1].grade = Grade::consumer();
-    mission.units[1].geometry = Geometry::Drawn;
+    mission.units[1].unit.grade = Grade::consumer();
+    mission.units[1].unit.geometry = Geometry::Drawn;
     let young = simulate(&mission).unwrap().units[1].clone();
-    mission.units[1].ageing = [Ageing::Drawn(2.0), Ageing::Given(Vector3::new(0.1, 0.0, -0.2))];
+    mission.units[1].unit.ageing = [Ageing::Drawn(2.0), Ageing::Given(Vector3::new(0.1, 0.0, -0.2))];
     let old = simulate(&mission).unwrap().units[1].clone();
     assert_eq!(young.truth.ageing, [Vector3::zeros(); 2]);
     assert_eq!(old.truth.ageing[1], Vector3::new(0.1, 0.0, -0.2));
@@ -314,12 +330,12 @@ fn ageing_moves_the_bias_by_what_it_says_and_leaves_every_other_draw_alone() {
 #[test]
 fn a_mission_that_makes_no_sense_is_refused_with_its_figure() {
     let mut mission = mission(Carrier::Vehicle, 8);
-    mission.units[1].rate = 0.0;
+    mission.units[1].unit.rate = 0.0;
     assert_eq!(
         simulate(&mission).err().map(|error| error.to_string()),
         Some("sample rate, Hz, has to be positive, found 0".into())
     );
-    mission.units[1].rate = 100.0;
+    mission.units[1].unit.rate = 100.0;
     mission.manner.rest = 1e9;
     assert!(matches!(simulate(&mission), Err(ScenarioError::TooLong { .. })));
 }

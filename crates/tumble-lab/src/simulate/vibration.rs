@@ -47,13 +47,18 @@ pub struct Shake {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vibration {
     nodes: Vec<[f64; 6]>,
+    /// Integral from the begin of the loop to each node, and to its end.
+    integrals: Vec<[f64; 6]>,
 }
 
 impl Vibration {
     /// Draws the loop.
     pub fn draw(shaking: &Shaking, stream: &mut Stream) -> Self {
         if shaking.specific_force == 0.0 && shaking.angular_rate == 0.0 {
-            return Self { nodes: Vec::new() };
+            return Self {
+                nodes: Vec::new(),
+                integrals: Vec::new(),
+            };
         }
         let mut nodes = vec![[0.0; 6]; NODES];
         for channel in 0..6 {
@@ -67,7 +72,10 @@ impl Vibration {
                 node[channel] = size * value;
             }
         }
-        Self { nodes }
+        Self {
+            integrals: integrals(&nodes),
+            nodes,
+        }
     }
 
     /// Vibration at time `t`, s, round and round the loop.
@@ -75,17 +83,63 @@ impl Vibration {
         if self.nodes.is_empty() {
             return Shake::default();
         }
+        let (from, to, part) = self.around(t);
+        let slope = |channel: usize| (to[channel] - from[channel]) * RATE;
+        let value = |channel: usize| from[channel] + part * (to[channel] - from[channel]);
+        Shake {
+            specific_force: Vector3::from_fn(|axis, _| value(axis)),
+            angular_rate: Vector3::from_fn(|axis, _| value(3 + axis)),
+            angular_acceleration: Vector3::from_fn(|axis, _| slope(3 + axis)),
+        }
+    }
+
+    /// Mean of the vibration over a while, s, with `t` in its middle.
+    pub fn mean(&self, t: f64, over: f64) -> Shake {
+        if self.nodes.is_empty() || over == 0.0 {
+            return self.at(t);
+        }
+        let (begin, end) = (t - over / 2.0, t + over / 2.0);
+        let (before, after) = (self.integral(begin), self.integral(end));
+        let mean = |channel: usize| (after[channel] - before[channel]) / over;
+        Shake {
+            specific_force: Vector3::from_fn(|axis, _| mean(axis)),
+            angular_rate: Vector3::from_fn(|axis, _| mean(3 + axis)),
+            angular_acceleration: (self.at(end).angular_rate - self.at(begin).angular_rate) / over,
+        }
+    }
+
+    /// The nodes before and after time `t`, and which part of the way between them it is.
+    fn around(&self, t: f64) -> (&[f64; 6], &[f64; 6], f64) {
         let position = (t * RATE).rem_euclid(NODES as f64);
         let index = position as usize % NODES;
         let part = position - position.floor();
-        let (from, to) = (&self.nodes[index], &self.nodes[(index + 1) % NODES]);
-        let between = |channel: usize| from[channel] + part * (to[channel] - from[channel]);
-        Shake {
-            specific_force: Vector3::from_fn(|axis, _| between(axis)),
-            angular_rate: Vector3::from_fn(|axis, _| between(3 + axis)),
-            angular_acceleration: Vector3::from_fn(|axis, _| (to[3 + axis] - from[3 + axis]) * RATE),
-        }
+        (&self.nodes[index], &self.nodes[(index + 1) % NODES], part)
     }
+
+    /// Integral of each channel from time 0 to `t`, s.
+    fn integral(&self, t: f64) -> [f64; 6] {
+        let (from, to, part) = self.around(t);
+        let rounds = (t * RATE / NODES as f64).floor();
+        let index = (t * RATE).rem_euclid(NODES as f64) as usize % NODES;
+        core::array::from_fn(|channel| {
+            let mean = from[channel] + part * (to[channel] - from[channel]) / 2.0;
+            rounds * self.integrals[NODES][channel] + self.integrals[index][channel] + mean * part / RATE
+        })
+    }
+}
+
+/// Integral of the loop from its begin to each node and to its end.
+fn integrals(nodes: &[[f64; 6]]) -> Vec<[f64; 6]> {
+    let mut sum = [0.0; 6];
+    let mut integrals = vec![sum];
+    for (index, from) in nodes.iter().enumerate() {
+        let to = &nodes[(index + 1) % nodes.len()];
+        for channel in 0..6 {
+            sum[channel] += (from[channel] + to[channel]) / (2.0 * RATE);
+        }
+        integrals.push(sum);
+    }
+    integrals
 }
 
 impl Shake {
@@ -245,6 +299,25 @@ mod tests {
         let (t, h) = (2.000_12, 1e-7);
         let slope = (scaled(t + h).angular_rate - scaled(t - h).angular_rate) / (2.0 * h);
         assert!((slope - scaled(t).angular_acceleration).amax() < 1e-4);
+    }
+
+    #[test]
+    fn a_mean_is_that_of_the_values_within_and_a_mean_over_nothing_the_value() {
+        let vibration = vibration(&shaking());
+        let loop_duration = NODES as f64 / RATE;
+        for t in [0.001, 3.000_33, loop_duration - 0.001, 5.0 * loop_duration + 2.3] {
+            let (over, count) = (0.005, 100_000);
+            let times = (0..count).map(|i| t + over * ((f64::from(i) + 0.5) / f64::from(count) - 0.5));
+            let mut sum = Shake::default();
+            for time in times {
+                sum = sum.plus(&vibration.at(time).scaled(1.0 / f64::from(count), 0.0));
+            }
+            let mean = vibration.mean(t, over);
+            assert!((mean.specific_force - sum.specific_force).amax() < 1e-6);
+            assert!((mean.angular_rate - sum.angular_rate).amax() < 1e-8);
+            assert!((mean.angular_acceleration - sum.angular_acceleration).amax() < 1e-3);
+            assert_eq!(vibration.mean(t, 0.0), vibration.at(t));
+        }
     }
 
     #[test]

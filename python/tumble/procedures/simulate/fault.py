@@ -38,13 +38,14 @@ FAULTS: dict[FaultKind, str] = {
     "frozen": "all axes repeat their last reading from `start` to `end`",
     "moved": "the unit slips about one axis by `size` deg at `start`, 2 where not given",
     "bias-jump": "the bias of one axis moves by `size` m/s^2 or rad/s at `start`, 1 or 0.1 where not given",
-    "bias-drift": "the bias of one axis moves by as much evenly from `start` to `end`, and stays",
+    "bias-drift": "the bias of one axis moves by `size` m/s^2 or rad/s, 1 or 0.1 where not given, evenly "
+    "from `start` to `end`, and stays",
     "noise": "white noise grows on a triad from `start` on; at `end` it scatters by `size` m/s^2 or rad/s, "
     "1 or 0.1 where not given, and stays",
     "spikes": "readings of one axis, one in twenty, are off by `size` m/s^2 or rad/s, 50 or 10 where not "
     "given, from `start` to `end`",
-    "saturated": "a triad reads no more than `size` of gravity or of the turn rate, 0.8 where not given; "
-    "always, or from `start`, or to `end`",
+    "saturated": "a triad reads no more than `size` of gravity or of the turn rate (1 rad/s in flight), 0.8 "
+    "where not given; always, or from `start`, or to `end`",
     "nan": "one axis reads not-a-number from `start` to `end`",
     "swapped-axes": "one axis and the next are exchanged in both triads",
     "left-handed": "one axis of both triads has its sign turned",

@@ -105,10 +105,16 @@ class SimulatedFlight:
                 return unit
         raise KeyError(name)
 
-    def truth(self, time: FloatArray) -> FlightTruth:
-        """Give the truth at the primary's place at times (n,) s of the flight's clock."""
+    def truth(self, time: FloatArray, averaging: float | None = None) -> FlightTruth:
+        """Give the truth at the primary's place at times (n,) s of the flight's clock.
+
+        Vibration comes as its mean over `averaging` s, 0 for its value at an instant; as the primary takes it
+        where not given.
+        """
         time = np.ascontiguousarray(time, dtype=np.float64)
-        figures = self.motion.truth(time)
+        if averaging is None:
+            averaging = self.scenario.units[0].averaging_seconds
+        figures = self.motion.truth(time, averaging)
         return FlightTruth(
             time, figures["specific_force"], figures["angular_rate"], figures["angular_acceleration"]
         )
@@ -178,6 +184,7 @@ def _plain(scenario: FlightScenario) -> dict[str, Any]:
             _plain_unit(scenario, name, unit)
             for name, unit in zip(scenario.names, scenario.units, strict=True)
         ],
+        "averaging": [unit.averaging_seconds for unit in scenario.units],
     }
 
 

@@ -30,10 +30,7 @@ MOST_PPM = 1e5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Vibration:
-    """Vibration of the structure while the motors run, the same at all places but for `flexing`.
-
-    The units take their samples at an instant, as if they had no filter against tones above half their rate.
-    """
+    """Vibration of the structure while the motors run, the same at all places but for `flexing`."""
 
     specific_force: float
     """Root mean square of each axis, m/s^2."""
@@ -51,7 +48,7 @@ class Vibration:
 
 VIBRATIONS: dict[Motion, Vibration] = {
     "quadrotor": Vibration(
-        specific_force=3.0, angular_rate=0.05, tones_hz=(87.0, 131.0, 174.0), band_hz=(60.0, 140.0)
+        specific_force=4.0, angular_rate=0.05, tones_hz=(87.0, 131.0, 174.0), band_hz=(60.0, 140.0)
     ),
     "vehicle": Vibration(specific_force=0.4, angular_rate=0.005, tones_hz=(27.0, 54.0), band_hz=(10.0, 40.0)),
 }
@@ -78,6 +75,9 @@ class FlightUnit:
     """rad/s."""
     rate_hz: float = 200.0
     """Samples a second."""
+    filtered: bool = True
+    """Whether vibration comes as its mean over a sample period, or as it is at an instant, so that what is
+    faster than half the sample rate looks slower than it is."""
     phase: float | None = None
     """First sample, in sample periods after the start; drawn where not given, 0 for the primary."""
     clock_offset_seconds: float = 0.0
@@ -87,6 +87,11 @@ class FlightUnit:
     """How long after it was taken a sample is at hand."""
     faults: Sequence[Fault] = ()
     """What is wrong with it; times in s after the start."""
+
+    @property
+    def averaging_seconds(self) -> float:
+        """Give the time over which vibration comes as its mean."""
+        return 1.0 / self.rate_hz if self.filtered else 0.0
 
     @property
     def grade_figures(self) -> Grade:
