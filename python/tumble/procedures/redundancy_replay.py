@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal, TypeAlias
@@ -21,6 +20,8 @@ NONE_FIT = "none fit"
 """Reason of `selected` where nobody is the source any more."""
 
 _TRACES = ("specific_force", "angular_rate", "specific_force_compensated", "angular_rate_compensated")
+_MOST_PARTS = 256
+"""Parts kept before they are joined: thousands of short ones would take more memory than what they hold."""
 
 
 @dataclass(slots=True)
@@ -32,44 +33,40 @@ class Replayed:
     events: list[RedundancyEvent] = field(default_factory=list)
     seconds: float = 0.0
     """Time the replay took."""
-    parts: list[_core.RedundancyReplay] = field(default_factory=list)
-    kept: list[slice] = field(default_factory=list)
-    """Windows of each part: one that lies across two blocks is told of in both."""
-    last_window: float = math.nan
+    blocks: int = 0
+    _times: list[FloatArray] = field(default_factory=lambda: [np.empty(0)])
+    _parts: dict[tuple[str, int], list[FloatArray]] = field(default_factory=dict)
+    """Parts of each trace of each unit."""
 
-    def add(self, part: _core.RedundancyReplay) -> None:
+    def add(self, block: _core.RedundancyReplay) -> None:
         """Take in what one block gave."""
-        self.seconds += part["seconds"]
-        self.parts.append(part)
-        times = part["window_time"]
-        again = len(times) > 0 and float(times[0]) == self.last_window
-        self.kept.append(slice(int(again), None))
-        self.last_window = float(times[-1]) if len(times) else self.last_window
+        self.blocks += 1
+        self.seconds += block["seconds"]
         self.events += [
             RedundancyEvent(time, self.names[unit], event, figures)
-            for time, unit, event, figures in part["events"]
+            for time, unit, event, figures in block["events"]
         ]
+        times, before = block["window_time"], self._times[-1]
+        # A window that lies across two blocks is told of in both.
+        new = slice(int(len(times) > 0 and len(before) > 0 and times[0] == before[-1]), None)
+        if not len(times[new]):
+            return
+        self._times = _with(self._times, times[new])
+        for which in _TRACES:
+            for unit, means in enumerate(block[which]):  # type: ignore[literal-required]
+                self._parts[which, unit] = _with(self._parts.get((which, unit), []), means[new])
 
     @property
     def window_time(self) -> FloatArray:
         """(n,) s, middle of each window."""
-        return np.concatenate(
-            [part["window_time"][kept] for part, kept in zip(self.parts, self.kept, strict=True)]
-        )
+        return np.concatenate(self._times)
 
     def traces(self) -> tuple[UnitTrace, ...]:
         """Means of each unit over all windows."""
+        nothing = [np.empty((0, 3))]
         return tuple(
-            UnitTrace(name, *(self._trace(which, unit) for which in _TRACES))
+            UnitTrace(name, *(np.concatenate(self._parts.get((which, unit), nothing)) for which in _TRACES))
             for unit, name in enumerate(self.names)
-        )
-
-    def _trace(self, which: str, unit: int) -> FloatArray:
-        return np.concatenate(
-            [
-                part[which][unit][kept]  # type: ignore[literal-required]
-                for part, kept in zip(self.parts, self.kept, strict=True)
-            ]
         )
 
     def selected(self, end: float) -> Iterator[Selected]:
@@ -87,6 +84,11 @@ class Replayed:
                 since = replace(since, start=event.time)
         if since is not None:
             yield _until(since, end)
+
+
+def _with(parts: list[FloatArray], part: FloatArray) -> list[FloatArray]:
+    joined = [np.concatenate(parts)] if len(parts) >= _MOST_PARTS else parts
+    return [*joined, part]
 
 
 def _until(span: Selected, end: float) -> Selected:
@@ -113,7 +115,7 @@ def replay(
         due = [command for command in waiting if command[0] <= latest]
         waiting = waiting[len(due) :]
         replayed.add(_push(monitor, block, due))
-    if not replayed.parts:
+    if not replayed.blocks:
         raise ProcedureError(f"{', '.join(names)}: none of these units says anything; check the logs")
     if waiting:
         raise ProcedureError(_outside(waiting[0], blocks))
