@@ -184,8 +184,8 @@ class HealthSettings(Document):
     late: float = _positive(0.1, "s")
     """Time without a sample after which a unit is late."""
     frozen: float = _positive(0.1, "s")
-    """Time in which all axes of a sensor repeat their readings, until it is frozen; three times that for one
-    axis alone."""
+    """Time in which all axes of a sensor repeat their readings, and 16 readings at least, until it is frozen;
+    three times that for a sensor of one axis."""
     saturated: float = _positive(0.05, "s")
     """Time at the end of its range, or without finite numbers, that a sensor may spend; forgiven slowly."""
     spike_specific_force: float = _positive(40.0, "m/s^2")

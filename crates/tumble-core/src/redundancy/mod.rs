@@ -2,7 +2,8 @@
 //!
 //! Read in this order:
 //!
-//! 1. [`sensor`], [`platform`] and [`settings`]: the set as it is built, and how it is to behave; [`thresholds`];
+//! 1. [`sensor`], [`platform`] and [`settings`]: the set as it is built, and how it is to behave; [`thresholds`], and what
+//!    [`contradiction`] there may be;
 //! 2. [`clock`], [`window`] and [`unit`]: samples of any unit become means over windows common to all;
 //! 3. [`rest`], [`evaluation`] and [`gate`]: what is found at rest, and whether it triggers;
 //! 4. [`calibrating`]: the mode that waits for motion and collects; [`pairing`] and [`joint`]: what it keeps of pairs;
@@ -17,6 +18,7 @@ pub mod adoption;
 pub mod calibrating;
 pub mod clock;
 mod conclusion;
+pub mod contradiction;
 pub mod evaluation;
 pub mod event;
 mod excitation;
@@ -33,6 +35,8 @@ pub mod record;
 pub mod relation;
 pub mod residual;
 pub mod rest;
+mod resting;
+mod restoring;
 pub mod selection;
 pub mod sensor;
 pub mod settings;

@@ -4,13 +4,11 @@ use crate::real::Real;
 use crate::redundancy::calibrating::Calibration;
 use crate::redundancy::clock::{Clock, ClockSettings, Verdict};
 use crate::redundancy::evaluation::Stored;
-use crate::redundancy::event::{Abandoned, Event, Rejected, What};
+use crate::redundancy::event::{Abandoned, Event, What};
 use crate::redundancy::health::Health;
 use crate::redundancy::output::{Carrier, Output, compensate, lever_arm};
 use crate::redundancy::pairing::products;
-use crate::redundancy::platform::{Platform, Unit};
-use crate::redundancy::record::Record;
-use crate::redundancy::relation::Relation;
+use crate::redundancy::platform::Platform;
 use crate::redundancy::rest::Rest;
 use crate::redundancy::selection::{Candidate, Selection};
 use crate::redundancy::sensor::{SENSORS, Sensor};
@@ -33,7 +31,7 @@ pub enum Command {
 /// memory is in it; the platform is handed in with every call, so that it may lie in read-only memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize> {
-    clock: Clock<UNITS>,
+    pub(super) clock: Clock<UNITS>,
     pub(super) streams: [Stream<T>; UNITS],
     pub(super) products: Stream<T>,
     pub(super) health: [Health<T>; UNITS],
@@ -70,43 +68,6 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             selection: Selection::new(),
             carrier: Carrier::new(),
         }
-    }
-
-    /// Takes a stored record of a sensor; says in an event what became of it.
-    pub fn restore(&mut self, platform: &Platform<T, UNITS>, record: &Record<T>, report: Report<'_, T>) {
-        let sensor = record.sensor;
-        let mut secondaries = platform.units().iter().zip(&mut self.stored).enumerate().skip(1);
-        let found =
-            secondaries.find(|(_, (unit, _))| unit.identity == record.identity && unit.axes.any(sensor));
-        let (unit, why) = match found {
-            None => (0, Some(Rejected::OfAnotherUnit)),
-            Some((number, (unit, stored))) => match accepted(platform, unit, record) {
-                Err(why) => (number, Some(why)),
-                Ok(relation) => {
-                    *sensor_of_mut(stored, sensor) = Stored {
-                        relation,
-                        residual: record.residual,
-                        sequence: record.sequence,
-                        calibrated: true,
-                    };
-                    (number, None)
-                }
-            },
-        };
-        let time = self.clock.now().unwrap_or(0);
-        for slot in &mut self.calibrations {
-            let concerned = slot.as_ref().is_some_and(|slot| slot.secondary() == unit);
-            if concerned && why.is_none() {
-                abandon(slot, time, Abandoned::RecordReplaced, report);
-            }
-        }
-        let sequence = record.sequence;
-        let restored = What::Restored { sensor, sequence };
-        report(Event {
-            time,
-            unit,
-            what: why.map_or(restored, |why| What::RecordRejected { sensor, why }),
-        });
     }
 
     /// Asks for something, from now on.
@@ -328,20 +289,6 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             source: number,
         })
     }
-}
-
-/// The error in a record, if it can be one of this unit.
-fn accepted<T: Real, const UNITS: usize>(
-    platform: &Platform<T, UNITS>,
-    unit: &Unit<T>,
-    record: &Record<T>,
-) -> Result<Relation<T>, Rejected> {
-    if !record.is_finite() {
-        return Err(Rejected::NotFinite);
-    }
-    let relation = Relation::of(record, &unit.sensor_from_primary).ok_or(Rejected::Implausible)?;
-    let allowed = platform.settings().adoption.allows(record.sensor, &relation);
-    allowed.map(|()| relation).map_err(|_| Rejected::Implausible)
 }
 
 /// Ends a calibration without a fit, where there is one.

@@ -4,7 +4,7 @@
 //! back on command or after a proven spell of health, and not because it looks well for a moment.
 
 use crate::real::Real;
-use crate::redundancy::settings::{Contradiction, Objection};
+use crate::redundancy::contradiction::{Contradiction, Objection};
 
 /// When the source changes; lengths of time in microseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,19 +1,16 @@
 //! What the monitor does with each window: the vote, rest and its evaluation, calibration mode.
 
 use crate::real::{Real, real, seconds};
-use crate::redundancy::calibrating::{Calibration, Phase, Progress, RestBefore, of_sensor};
+use crate::redundancy::calibrating::{Phase, Progress, of_sensor};
 use crate::redundancy::conclusion::conclude;
-use crate::redundancy::evaluation::{Deviation, PrimaryAtRest, SecondaryAtRest};
-use crate::redundancy::event::{Abandoned, Check, Event, What};
+use crate::redundancy::event::{Event, What};
 use crate::redundancy::family::{Member, vote};
-use crate::redundancy::gate::{Decision, Findings, Withheld};
-use crate::redundancy::monitor::{Monitor, Report, abandon, sensor_of};
+use crate::redundancy::monitor::{Monitor, Report, abandon};
 use crate::redundancy::output::{Compensated, compensate, lever_arm};
 use crate::redundancy::pairing::{Pair, PrimaryMeans};
 use crate::redundancy::platform::Platform;
 use crate::redundancy::rest::Turn;
 use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
-use crate::redundancy::settings::Scope;
 use crate::redundancy::unit::AtRest;
 use crate::redundancy::window::Means;
 use crate::sample::CHANNELS;
@@ -95,14 +92,15 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         })
     }
 
-    /// At rest if at least half of the units in health are: a unit cannot look still while it is moved, but it can look
-    /// moved while it is still.
+    /// At rest if at least half of the units are whose readings live: a unit cannot look still while it is moved, but it
+    /// can look moved while it is still. A unit that is wrong at rest has its say too, or no rest would ever clear it.
     fn is_still(&mut self, platform: &Platform<T, UNITS>, window: u64) -> bool {
         let thresholds = &platform.settings().evaluation.thresholds;
         let units = self.streams.iter().zip(&mut self.at_rest).zip(&self.health);
         let (mut still, mut voters) = (0_usize, 0_usize);
         for ((stream, at_rest), health) in units {
-            let Some(means) = stream.window(window).filter(|_| health.healthy_since().is_some()) else {
+            let lives = health.fault().is_none_or(|fault| fault.leaves_stillness());
+            let Some(means) = stream.window(window).filter(|_| lives) else {
                 continue;
             };
             voters += 1;
@@ -111,215 +109,6 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             still += usize::from(whole && quiet);
         }
         voters > 0 && 2 * still >= voters
-    }
-
-    fn rest_on(&mut self, platform: &Platform<T, UNITS>, window: u64, time: u64, report: Report<'_, T>) {
-        for (stream, at_rest) in self.streams.iter().zip(&mut self.at_rest) {
-            if let Some(means) = stream.window(window).filter(|means| means.usable == [true; 2]) {
-                at_rest.push(&means.mean);
-            }
-        }
-        let settings = platform.settings();
-        let needed = settings.evaluation.duration / settings.window;
-        let most = self.at_rest.iter().map(AtRest::windows).max().unwrap_or(0);
-        if u64::from(most) < needed {
-            return;
-        }
-        self.evaluate(platform, needed / 2, time, report);
-        self.at_rest.iter_mut().for_each(AtRest::restart);
-    }
-
-    /// Deviations of all units whose means are of at least so many windows.
-    fn evaluate(&mut self, platform: &Platform<T, UNITS>, fewest: u64, time: u64, report: Report<'_, T>) {
-        let due = self.rest.is_due(time, &platform.settings().evaluation);
-        if !due && self.calibrations.iter().all(Option::is_none) {
-            return;
-        }
-        let valid = self.evaluate_primary(platform, fewest, time, report);
-        self.distrust(platform, valid, time, report);
-        if !due {
-            return;
-        }
-        self.rest.evaluated(time);
-        for number in 1..UNITS {
-            self.evaluate_secondary(platform, number, fewest, valid, time, report);
-        }
-    }
-
-    fn evaluate_primary(
-        &mut self,
-        platform: &Platform<T, UNITS>,
-        fewest: u64,
-        time: u64,
-        report: Report<'_, T>,
-    ) -> [bool; 2] {
-        let settings = platform.settings();
-        let (Some(at_rest), Some(health)) = (self.at_rest.first(), self.health.first_mut()) else {
-            return [false; 2];
-        };
-        if u64::from(at_rest.windows()) < fewest.max(1) {
-            return [false; 2];
-        }
-        SENSORS.map(|sensor| {
-            let last_valid = self.rest.primary_deviation(sensor);
-            let primary = PrimaryAtRest {
-                sensor,
-                mean: of_sensor(at_rest.mean(), sensor),
-                calibration: platform.calibration(),
-                last_valid: *last_valid,
-            };
-            let deviation = primary.deviation(&settings.evaluation);
-            if !deviation.exceeds() {
-                *last_valid = deviation.value;
-            }
-            health.at_rest(sensor, deviation.value, settings.health.rest.of(sensor));
-            report(Event {
-                time,
-                unit: 0,
-                what: evaluated(sensor, Check::Norm, &deviation),
-            });
-            !deviation.exceeds()
-        })
-    }
-
-    /// Pairs with a primary that turned out invalid are worth nothing.
-    fn distrust(
-        &mut self,
-        platform: &Platform<T, UNITS>,
-        valid: [bool; 2],
-        time: u64,
-        report: Report<'_, T>,
-    ) {
-        let gate = platform.settings().evaluation.gate;
-        for slot in &mut self.calibrations {
-            let distrusted = slot.as_ref().is_some_and(|calibration| {
-                let sensors = SENSORS.into_iter().zip(calibration.sensors());
-                sensors
-                    .into_iter()
-                    .any(|(sensor, wanted)| wanted && !gate.trusts(valid, sensor))
-            });
-            if distrusted {
-                abandon(slot, time, Abandoned::PrimaryInvalid, report);
-            }
-        }
-    }
-
-    fn evaluate_secondary(
-        &mut self,
-        platform: &Platform<T, UNITS>,
-        number: usize,
-        fewest: u64,
-        primary_valid: [bool; 2],
-        time: u64,
-        report: Report<'_, T>,
-    ) -> Option<()> {
-        let settings = platform.settings();
-        let primary_healthy = self.health.first()?.healthy_since().is_some();
-        let primary = *self.at_rest.first()?.mean();
-        let (unit, at_rest) = (platform.units().get(number)?, self.at_rest.get(number)?);
-        if u64::from(at_rest.windows()) < fewest.max(1) {
-            return None;
-        }
-        let (stored, health) = (self.stored.get(number)?, self.health.get_mut(number)?);
-        let mut exceeded = [false; 2];
-        for ((sensor, exceeded), valid) in SENSORS.into_iter().zip(&mut exceeded).zip(primary_valid) {
-            if !unit.axes.any(sensor) {
-                continue;
-            }
-            let secondary = SecondaryAtRest {
-                sensor,
-                unit,
-                mean: of_sensor(at_rest.mean(), sensor),
-                stored: sensor_of(stored, sensor),
-                calibration: platform.calibration(),
-            };
-            let mut tell = |check, deviation: &Deviation<T>| {
-                *exceeded |= deviation.exceeds();
-                let what = evaluated(sensor, check, deviation);
-                report(Event {
-                    time,
-                    unit: number,
-                    what,
-                });
-            };
-            if let Some(deviation) = secondary.norm(&settings.evaluation) {
-                health.at_rest(
-                    sensor,
-                    deviation.value,
-                    settings.plausible_at_rest(sensor, secondary.stored.calibrated),
-                );
-                tell(Check::Norm, &deviation);
-            }
-            if settings.evaluation.vector_check && valid && primary_healthy {
-                tell(
-                    Check::Vector,
-                    &secondary.vector(&of_sensor(&primary, sensor), &settings.evaluation),
-                );
-            }
-        }
-        let findings = Findings {
-            exceeded,
-            primary_valid,
-            primary_healthy,
-            secondary_healthy: health.healthy_since().is_some(),
-        };
-        self.trigger(platform, number, &findings, time, report)
-    }
-
-    fn trigger(
-        &mut self,
-        platform: &Platform<T, UNITS>,
-        number: usize,
-        findings: &Findings,
-        time: u64,
-        report: Report<'_, T>,
-    ) -> Option<()> {
-        let evaluation = &platform.settings().evaluation;
-        let mut decisions = evaluation.gate.decide(findings);
-        let active = self.calibrations.iter().flatten();
-        let already = active
-            .map(Calibration::secondary)
-            .any(|secondary| secondary == number);
-        let full = self.calibrations.iter().all(Option::is_some);
-        for (sensor, decision) in SENSORS.into_iter().zip(&mut decisions) {
-            if *decision == Decision::Trigger && (already || full) {
-                *decision = Decision::Withheld(Withheld::AlreadyCalibrating);
-            }
-            if let Decision::Withheld(why) = *decision {
-                let what = What::Withheld { sensor, why };
-                report(Event {
-                    time,
-                    unit: number,
-                    what,
-                });
-            }
-        }
-        let triggers = decisions.map(|decision| decision == Decision::Trigger);
-        if triggers == [false; 2] {
-            return None;
-        }
-        let unit = platform.units().get(number)?;
-        let sensors = match platform.settings().collection.scope {
-            Scope::TriggeringSensor => triggers,
-            Scope::AllSensors => SENSORS.map(|sensor| {
-                unit.axes.any(sensor) && evaluation.gate.trusts(findings.primary_valid, sensor)
-            }),
-        };
-        let (primary, secondary) = (self.at_rest.first()?, self.at_rest.get(number)?);
-        let rest = RestBefore {
-            primary: *primary.mean(),
-            variance: primary.variance(),
-            secondary: *secondary.mean(),
-        };
-        let slot = self.calibrations.iter_mut().find(|slot| slot.is_none())?;
-        *slot = Some(Calibration::new(number, sensors, time, rest));
-        let what = What::Triggered { sensors };
-        report(Event {
-            time,
-            unit: number,
-            what,
-        });
-        Some(())
     }
 
     /// Takes the window, in motion, to the calibrations under way.
@@ -391,16 +180,6 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                 }
             }
         }
-    }
-}
-
-/// What was found at rest.
-fn evaluated<T: Real>(sensor: Sensor, check: Check, deviation: &Deviation<T>) -> What<T> {
-    What::Evaluated {
-        sensor,
-        check,
-        deviation: deviation.value,
-        threshold: deviation.threshold,
     }
 }
 

@@ -74,3 +74,21 @@ pub enum Fault<T: Real> {
     /// Its clock left that of the other units.
     ClockJumped,
 }
+
+impl<T: Real> Fault<T> {
+    /// Whether readings that do not change would show that nothing moves: what they say may be wrong, but they live.
+    pub fn leaves_stillness(&self) -> bool {
+        match self {
+            Self::OutOfFamily { .. }
+            | Self::Noisy { .. }
+            | Self::ImplausibleAtRest { .. }
+            | Self::Spikes { .. } => true,
+            Self::Late { .. }
+            | Self::Frozen { .. }
+            | Self::Stuck { .. }
+            | Self::Saturated { .. }
+            | Self::NotFinite { .. }
+            | Self::ClockJumped => false,
+        }
+    }
+}

@@ -1,9 +1,10 @@
 //! What condemns a unit.
 
 use crate::real::{Real, real};
+use crate::redundancy::contradiction::{Contradiction, Objection};
 use crate::redundancy::health::leaky::LONGEST;
 use crate::redundancy::sensor::Sensor;
-use crate::redundancy::settings::{Both, Contradiction, Objection};
+use crate::redundancy::settings::Both;
 
 /// Limits of what a healthy unit does; lengths of time in microseconds.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,7 +8,7 @@ use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Dxsm;
 
 use super::*;
-use crate::redundancy::settings::Objection;
+use crate::redundancy::contradiction::Objection;
 
 const PERIOD: u64 = 5_000;
 const RANGE: Range<f32> = Range {

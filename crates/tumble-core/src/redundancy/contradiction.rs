@@ -1,0 +1,188 @@
+//! Settings that cannot be meant, alone or together.
+
+use crate::real::Real;
+use crate::redundancy::settings::{Data, Settings};
+use crate::redundancy::thresholds::Threshold;
+
+/// Windows of which every other one's worth is held out, microseconds.
+const SECOND: u64 = 1_000_000;
+
+/// Why a setting cannot be meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Objection {
+    /// It has to be a number above zero.
+    NotPositive,
+    /// It has to be a share, from 0 up to below 1.
+    NotAShare,
+    /// A threshold by ratio has to be above one, others above zero: everything would exceed it.
+    AlwaysExceeded,
+    /// A ratio of the last error needs one, and the primary has none in compensated data.
+    NoLastError,
+    /// It has to be longer than the other.
+    ShorterThan(&'static str),
+    /// It has to be larger than the other.
+    SmallerThan(&'static str),
+    /// Not that many windows fit into the other.
+    MoreThanFit(&'static str),
+    /// It is longer than time is kept count of; at most this many microseconds.
+    TooLong(u64),
+    /// A second has to be a whole number of windows, since every other second is held out.
+    NotAPartOfASecond,
+}
+
+/// A setting that contradicts another, or itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Contradiction {
+    /// By its name.
+    pub setting: &'static str,
+    /// What is wrong with it.
+    pub objection: Objection,
+}
+
+impl<T: Real> Settings<T> {
+    /// Looks for contradictions.
+    ///
+    /// # Errors
+    /// The first [`Contradiction`] there is.
+    pub fn check(&self) -> Result<(), Contradiction> {
+        self.check_numbers()?;
+        self.check_thresholds()?;
+        self.check_times()?;
+        self.selection.check()?;
+        self.health.check()
+    }
+
+    fn check_numbers(&self) -> Result<(), Contradiction> {
+        let (motion, fit, adoption) = (&self.collection.motion, &self.fit, &self.adoption);
+        let positive = [
+            ("gravity", is_positive(self.evaluation.gravity)),
+            ("motion_specific_force", is_positive(motion.specific_force)),
+            ("motion_angular_rate", is_positive(motion.angular_rate)),
+            (
+                "excitation_specific_force",
+                is_positive(fit.excitation.specific_force),
+            ),
+            (
+                "excitation_angular_rate",
+                is_positive(fit.excitation.angular_rate),
+            ),
+            ("excitation_lever_arm", is_positive(fit.lever_arm_excitation)),
+            (
+                "largest_specific_force_bias",
+                is_positive(adoption.bias.specific_force),
+            ),
+            (
+                "largest_angular_rate_bias",
+                is_positive(adoption.bias.angular_rate),
+            ),
+            ("largest_scale_error", is_positive(adoption.scale)),
+            ("largest_misalignment", is_positive(adoption.misalignment)),
+            ("largest_lever_arm", is_positive(adoption.lever_arm)),
+            (
+                "largest_specific_force_drift",
+                is_positive(adoption.drift.specific_force),
+            ),
+            (
+                "largest_angular_rate_drift",
+                is_positive(adoption.drift.angular_rate),
+            ),
+            (
+                "largest_specific_force_residual",
+                is_positive(adoption.residual.specific_force),
+            ),
+            (
+                "largest_angular_rate_residual",
+                is_positive(adoption.residual.angular_rate),
+            ),
+            ("fewest_pairs", self.collection.fewest_pairs > 0),
+            ("window", self.window > 0),
+            ("rest_duration", self.evaluation.duration > 0),
+        ];
+        if let Some((setting, _)) = positive.iter().find(|(_, good)| !good) {
+            return object(setting, Objection::NotPositive);
+        }
+        let share = adoption.improvement;
+        require(
+            share >= T::zero() && share < T::one(),
+            "improvement",
+            Objection::NotAShare,
+        )
+    }
+
+    fn check_thresholds(&self) -> Result<(), Contradiction> {
+        let thresholds = &self.evaluation.thresholds;
+        require(
+            is_positive(thresholds.first),
+            "first_threshold",
+            Objection::NotPositive,
+        )?;
+        require(
+            is_positive(thresholds.second),
+            "second_threshold",
+            Objection::NotPositive,
+        )?;
+        let limits = [
+            ("third_threshold", &thresholds.third),
+            ("fourth_threshold", &thresholds.fourth),
+            ("fifth_threshold", &thresholds.fifth),
+            ("sixth_threshold", &thresholds.sixth),
+        ];
+        for (i, (setting, limit)) in limits.into_iter().enumerate() {
+            require(limit.is_possible(), setting, Objection::AlwaysExceeded)?;
+            let refers = matches!(limit, Threshold::VariableByRatio(_));
+            let primary = i >= 2 && self.evaluation.data == Data::Compensated;
+            require(!(refers && primary), setting, Objection::NoLastError)?;
+        }
+        let motion = &self.collection.motion;
+        let moves = Objection::SmallerThan("first_threshold");
+        require(
+            motion.specific_force > thresholds.first,
+            "motion_specific_force",
+            moves,
+        )?;
+        let turns = Objection::SmallerThan("second_threshold");
+        require(
+            motion.angular_rate > thresholds.second,
+            "motion_angular_rate",
+            turns,
+        )
+    }
+
+    fn check_times(&self) -> Result<(), Contradiction> {
+        let (evaluation, collection) = (&self.evaluation, &self.collection);
+        require(
+            SECOND.is_multiple_of(self.window),
+            "window",
+            Objection::NotAPartOfASecond,
+        )?;
+        let longer = |setting, time: u64, other, least: u64| {
+            require(time > least, setting, Objection::ShorterThan(other))
+        };
+        longer("rest_duration", evaluation.duration, "window", self.window)?;
+        longer("collect", collection.collect, "window", self.window)?;
+        longer("motion_timeout", collection.motion_timeout, "window", self.window)?;
+        longer(
+            "collect_timeout",
+            collection.collect_timeout,
+            "collect",
+            collection.collect,
+        )?;
+        if let Some(every) = evaluation.every {
+            longer("evaluate_every", every, "rest_duration", evaluation.duration)?;
+        }
+        let fits = u64::from(collection.fewest_pairs) <= collection.collect / self.window;
+        require(fits, "fewest_pairs", Objection::MoreThanFit("collect"))
+    }
+}
+
+fn object(setting: &'static str, objection: Objection) -> Result<(), Contradiction> {
+    Err(Contradiction { setting, objection })
+}
+
+fn require(good: bool, setting: &'static str, objection: Objection) -> Result<(), Contradiction> {
+    if good { Ok(()) } else { object(setting, objection) }
+}
+
+fn is_positive<T: Real>(value: T) -> bool {
+    value.is_finite() && value > T::zero()
+}

@@ -1,0 +1,87 @@
+//! What was stored before a reset, taken up again.
+
+use crate::real::Real;
+use crate::redundancy::evaluation::Stored;
+use crate::redundancy::event::{Abandoned, Event, Rejected, What};
+use crate::redundancy::monitor::{Monitor, Report, abandon, sensor_of_mut};
+use crate::redundancy::platform::{Platform, Unit};
+use crate::redundancy::record::{Record, Storage};
+use crate::redundancy::relation::Relation;
+use crate::redundancy::sensor::SENSORS;
+
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONCE> {
+    /// Takes all that is stored of the secondaries, as after a reset. What was adopted later, as an event tells, the caller
+    /// saves in the same storage when there is time to.
+    ///
+    /// # Errors
+    /// The first that storage gives; the other records are taken all the same.
+    pub fn restore_from<S: Storage<T>>(
+        &mut self,
+        platform: &Platform<T, UNITS>,
+        storage: &mut S,
+        report: Report<'_, T>,
+    ) -> Result<(), S::Error> {
+        let mut outcome = Ok(());
+        for unit in platform.units().iter().skip(1) {
+            for sensor in SENSORS.into_iter().filter(|sensor| unit.axes.any(*sensor)) {
+                match storage.load(unit.identity, sensor) {
+                    Ok(Some(record)) => self.restore(platform, &record, report),
+                    Ok(None) => {}
+                    Err(error) => outcome = outcome.and(Err(error)),
+                }
+            }
+        }
+        outcome
+    }
+
+    /// Takes a stored record of a sensor; says in an event what became of it.
+    pub fn restore(&mut self, platform: &Platform<T, UNITS>, record: &Record<T>, report: Report<'_, T>) {
+        let sensor = record.sensor;
+        let mut secondaries = platform.units().iter().zip(&mut self.stored).enumerate().skip(1);
+        let found =
+            secondaries.find(|(_, (unit, _))| unit.identity == record.identity && unit.axes.any(sensor));
+        let (unit, why) = match found {
+            None => (0, Some(Rejected::OfAnotherUnit)),
+            Some((number, (unit, stored))) => match accepted(platform, unit, record) {
+                Err(why) => (number, Some(why)),
+                Ok(relation) => {
+                    *sensor_of_mut(stored, sensor) = Stored {
+                        relation,
+                        residual: record.residual,
+                        sequence: record.sequence,
+                        calibrated: true,
+                    };
+                    (number, None)
+                }
+            },
+        };
+        let time = self.clock.now().unwrap_or(0);
+        for slot in &mut self.calibrations {
+            let concerned = slot.as_ref().is_some_and(|slot| slot.secondary() == unit);
+            if concerned && why.is_none() {
+                abandon(slot, time, Abandoned::RecordReplaced, report);
+            }
+        }
+        let sequence = record.sequence;
+        let restored = What::Restored { sensor, sequence };
+        report(Event {
+            time,
+            unit,
+            what: why.map_or(restored, |why| What::RecordRejected { sensor, why }),
+        });
+    }
+}
+
+/// The error in a record, if it can be one of this unit.
+fn accepted<T: Real, const UNITS: usize>(
+    platform: &Platform<T, UNITS>,
+    unit: &Unit<T>,
+    record: &Record<T>,
+) -> Result<Relation<T>, Rejected> {
+    if !record.is_finite() {
+        return Err(Rejected::NotFinite);
+    }
+    let relation = Relation::of(record, &unit.sensor_from_primary).ok_or(Rejected::Implausible)?;
+    let allowed = platform.settings().adoption.allows(record.sensor, &relation);
+    allowed.map(|()| relation).map_err(|_| Rejected::Implausible)
+}
