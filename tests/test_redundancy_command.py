@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,7 +25,7 @@ from redundancy_sets import (
     write_table,
 )
 from tumble.calibration import Calibration
-from turntable_sessions import contents
+from turntable_sessions import contents, one_line
 
 MOVED = motion()
 
@@ -282,3 +283,29 @@ def test_running_twice_writes_the_same_files(flown, tmp_path):
     a, b = contents(first), contents(second)
     assert set(a) == set(b)
     assert all(a[name] == b[name] for name in a if not name.endswith(".html"))
+
+
+@pytest.mark.parametrize("fails_at", range(1, 7))
+def test_a_disk_that_fills_up_leaves_every_file_whole_old_or_new(flown, tmp_path, monkeypatch, fails_at):
+    folder, said, _, _ = flown
+    words = [folder / "flight.csv", *units(said), *QUICK, "-o", tmp_path / "out"]
+    assert typed("redundancy", *words, "--set", "highest_rung=offset").code in (0, 3)
+    old = contents(tmp_path / "out")
+    assert typed("redundancy", *words[:-1], tmp_path / "new").code == 0
+    new = contents(tmp_path / "new")
+    assert all(new[name] != text for name, text in old.items())
+    replace, calls = Path.replace, []
+
+    def until_full(path, target):
+        calls.append(target)
+        if len(calls) == fails_at:
+            raise OSError(28, "No space left on device")
+        return replace(path, target)
+
+    monkeypatch.setattr(Path, "replace", until_full)
+    done = typed("redundancy", *words)
+    assert done.code == 2
+    assert "No space left on device" in one_line(done.err)
+    found = contents(tmp_path / "out")
+    assert set(found) == set(old)
+    assert all(text in (old[name], new[name]) for name, text in found.items())
