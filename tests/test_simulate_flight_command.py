@@ -141,6 +141,39 @@ def test_a_unit_that_said_nothing_has_no_log_and_is_in_the_truth(tmp_path):
     assert "/secondary_1" not in list_imus(tmp_path / "mcap" / "flight.mcap")
 
 
+@pytest.mark.parametrize("log_format", ["csv", "mcap"])
+def test_the_command_named_next_calibrates_the_secondaries_and_hands_over(tmp_path, monkeypatch, log_format):
+    monkeypatch.chdir(tmp_path)
+    words = ["--duration", "90", "--fault", "primary:dead:start=95", "--seed", "3", "--format", log_format]
+    done = typed("simulate", "flight", *words, "-o", "flight")
+    assert done.code == 0, done.err
+    (following,) = [line for line in done.out.splitlines() if line.startswith("Next: tumble ")]
+    replayed = typed(*following.removeprefix("Next: tumble ").split(), "--json")
+    assert replayed.code == 0, replayed.err
+    events = [json.loads(line) for line in (tmp_path / "results" / "events.jsonl").read_text().splitlines()]
+    adopted = {(event["unit"], event["figures"]["sensor"]) for event in events if event["event"] == "adopted"}
+    sensors = ("accelerometer", "gyroscope")
+    assert adopted == {(f"secondary_{number}", sensor) for number in (1, 2) for sensor in sensors}
+    selected = [event for event in events if event["event"] == "selected"]
+    assert selected[0]["unit"] == "primary"
+    assert selected[-1]["unit"].startswith("secondary_")
+    assert selected[-1]["time"] == pytest.approx(95.0, abs=0.3)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--unit", "consumer"],
+        ["--fault", "primary:absent"],
+        [word for unit in ("secondary_1", "secondary_2") for word in ("--fault", f"{unit}:absent")],
+    ],
+)
+def test_where_no_two_units_can_be_held_together_the_next_command_looks_at_what_there_is(tmp_path, words):
+    done = typed("simulate", "flight", *QUICK, *words, "-o", tmp_path)
+    assert done.code == 0, done.err
+    assert f"Next: tumble inspect {tmp_path / 'ideal.csv'}" in done.out
+
+
 def test_samples_of_an_mcap_are_logged_when_they_arrived(tmp_path):
     from mcap.reader import make_reader
 
@@ -162,7 +195,7 @@ def test_samples_of_an_mcap_are_logged_when_they_arrived(tmp_path):
 def test_the_command_says_as_json_what_it_wrote(tmp_path):
     done = typed("simulate", "flight", *QUICK, "--flights", "2", "--json", "-o", tmp_path)
     content = json.loads(done.out)
-    assert set(content["files"]) == {"primary", "secondary_1", "secondary_2", "ideal", "truth"}
+    assert set(content["files"]) == {"primary", "secondary_1", "secondary_2", "ideal", "units", "truth"}
     assert len(content["rests"]) == 3
     assert len(content["manoeuvres"]) == 2
     assert content["samples"]["primary"] == pytest.approx(200.0 * content["duration"], abs=2)

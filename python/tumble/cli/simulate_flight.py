@@ -115,8 +115,8 @@ def flight_command(
 
     Example: tumble simulate flight --motion vehicle --fault primary:dead:start=60 --seed 7 -o flight
 
-    Writes primary.csv, secondary_1.csv ..., ideal.csv of a unit without errors and, to hold results against,
-    truth.yaml.
+    Writes primary.csv, secondary_1.csv ..., units.yaml for tumble redundancy and, to hold results against,
+    ideal.csv of a unit without errors and truth.yaml.
     """
     from tumble.cli.progress import sample_progress
     from tumble.procedures.simulate import simulate_flight, write_flight
@@ -223,16 +223,31 @@ def _show(flight: SimulatedFlight, paths: dict[str, str], as_json: bool) -> None
         }
         print(json.dumps(content, indent=2, allow_nan=False))
         return
-    together = paths.get("log")
-    sources = {name: paths.get(name) or f"{together}:{name}" for name, count in samples.items() if count}
     for unit in flight.units:
         faults = ", ".join(fault.kind for fault in unit.faults)
         print(
-            f"{sources.get(unit.name, unit.name)}: {unit.grade.name}, {samples[unit.name]} samples"
+            f"{_source(unit.name, paths)}: {unit.grade.name}, {samples[unit.name]} samples"
             + (f", fault: {faults}" if faults else "")
         )
-    print(f"{paths.get('ideal') or f'{together}:ideal'}: a unit without errors, at the primary's place")
+    print(f"{_source('ideal', paths)}: a unit without errors, at the primary's place")
+    print(f"{paths['units']}: how the units are mounted, as their builder knows it")
     print(f"{paths['truth']}: what is true of all of it")
-    primary, *secondaries = (sources[name] for name in samples if name in sources)
-    words = "".join(f" --secondary {secondary}" for secondary in secondaries)
-    print(f"Next: tumble redundancy --primary {primary}{words} -o results")
+    print(f"Next: {_next(flight, paths)}")
+
+
+def _next(flight: SimulatedFlight, paths: dict[str, str]) -> str:
+    """Give the command that makes use of what was written; without primary and secondary, to look at it."""
+    log = paths.get("log")
+    primary, *others = flight.units
+    secondaries = [unit.name for unit in others if len(unit.samples)]
+    if not secondaries or not len(primary.samples):
+        return f"tumble inspect {log or paths['ideal']}"
+    named = {unit.name: unit.name if log else paths.get(unit.name) for unit in flight.units}
+    words = [*([log] if log else []), f"--primary {named[primary.name]}"]
+    words += [f"--secondary {named[name]}" for name in secondaries]
+    return f"tumble redundancy {' '.join(words)} --settings {paths['units']} -o results"
+
+
+def _source(name: str, paths: Mapping[str, str]) -> str:
+    """Say where a unit is found; one that said nothing has its name only."""
+    return paths.get(name) or (f"{paths['log']}:{name}" if "log" in paths else name)

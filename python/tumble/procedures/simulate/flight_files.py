@@ -38,6 +38,10 @@ and temperature add. T = start + rise (1 - exp(-t / time_constant)). The log `id
 errors at the primary's place, on the flight's clock."""
 
 
+_UNITS_HEADER = """\
+What the builder of this simulated flight knows of its units; for tumble redundancy --settings."""
+
+
 @dataclass(frozen=True, slots=True)
 class _Log:
     """What a unit recorded, and when it arrived."""
@@ -54,7 +58,9 @@ def write_flight(
     format: LogFormat = "csv",  # noqa: A002
     progress: Progress | None = None,
 ) -> dict[str, Path]:
-    """Write one log a unit and `truth.yaml`; give the path of each by what it is.
+    """Write one log a unit, `units.yaml` and `truth.yaml`; give the path of each by what it is.
+
+    `units.yaml` are settings of `tumble redundancy` that say what a builder knows of the units.
 
     MCAP is one log, `flight.mcap`, in which each unit is a topic and logged when it arrived. A unit that said
     nothing has no log. `progress` is told the samples written and those there are.
@@ -66,9 +72,39 @@ def write_flight(
     report = _counted(progress, sum(len(log.samples) for log in logs))
     write = _write_together if format == "mcap" else _write_apart
     paths = write(folder, logs, format, report)
+    paths["units"] = folder / "units.yaml"
+    write_document(paths["units"], _UNITS_HEADER, known_of_units(flight))
     paths["truth"] = folder / "truth.yaml"
     write_document(paths["truth"], _HEADER, flight_truth(flight))
     return paths
+
+
+def known_of_units(flight: SimulatedFlight) -> dict[str, Any]:
+    """Give what a builder knows of the units, in the form of settings of `tumble redundancy`.
+
+    That is nominal rotation, lever arm, range and time offset, but none of the errors.
+    """
+    primary, *_ = flight.units
+    content = {
+        "schema": "tumble-redundancy/1",
+        "units": {unit.name: _known(unit, primary) for unit in flight.units if len(unit.samples)},
+    }
+    return {key: plain(value) for key, value in content.items()}
+
+
+def _known(unit: SimulatedFlightUnit, primary: SimulatedFlightUnit) -> dict[str, Any]:
+    ranges = {
+        "specific_force_range": unit.grade.accelerometer.range,
+        "angular_rate_range": unit.grade.gyroscope.range,
+    }
+    if unit is primary:
+        return ranges
+    return {
+        "sensor_from_primary": unit.nominal_mounting,
+        "lever_arm": unit.lever_arm,
+        "time_offset": primary.clock.offset - unit.clock.offset,
+        **ranges,
+    }
 
 
 def flight_truth(flight: SimulatedFlight) -> dict[str, Any]:
