@@ -2,10 +2,12 @@
 //!
 //! Frame: *floor* (forward, left, up across the floor), which turns with the robot.
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::Vector3;
 use tumble_core::gravity::EARTH_RATE;
 
+use crate::simulate::attitude::Spin;
 use crate::simulate::heading::Turning;
+use crate::simulate::series::Series;
 
 /// The floor at one spot.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,8 +30,7 @@ impl Floor {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lie {
     up: Vector3<f64>,
-    bend_rate: Vector3<f64>,
-    bend_acceleration: Vector3<f64>,
+    bend: Spin,
 }
 
 /// What a robot on it feels, floor frame.
@@ -39,10 +40,8 @@ pub struct Turned {
     pub up: Vector3<f64>,
     /// Earth's rate, rad/s.
     pub earth: Vector3<f64>,
-    /// Rate at which the robot turns against the Earth, rad/s.
-    pub rate: Vector3<f64>,
-    /// Its derivative, rad/s^2.
-    pub acceleration: Vector3<f64>,
+    /// How the robot turns against the Earth.
+    pub spin: Spin,
 }
 
 impl Lie {
@@ -57,22 +56,22 @@ impl Lie {
         let bend_rate = across(rate) / height;
         Self {
             up: level + Vector3::z() * height,
-            bend_rate,
-            bend_acceleration: (across(acceleration) - bend_rate * height_rate) / height,
+            bend: Spin {
+                rate: bend_rate,
+                acceleration: (across(acceleration) - bend_rate * height_rate) / height,
+            },
         }
     }
 
     /// For a robot that turns on the floor; latitude in rad, `None` for an Earth that does not turn.
     pub fn turned(&self, turning: &Turning, latitude: Option<f64>) -> Turned {
-        let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), -turning.heading);
-        let bend_rate = turn * self.bend_rate;
-        let about = Vector3::z() * turning.rate;
+        let heading = Series::of([turning.heading, turning.rate, turning.acceleration]);
+        let (turn, spin) = self.bend.turned(&Vector3::z_axis(), &heading);
+        let earth = latitude.map_or(Vector3::zeros(), |latitude| self.earth_rate(latitude));
         Turned {
-            up: turn * self.up,
-            earth: turn * latitude.map_or(Vector3::zeros(), |latitude| self.earth_rate(latitude)),
-            rate: about + bend_rate,
-            acceleration: Vector3::z() * turning.acceleration + turn * self.bend_acceleration
-                - about.cross(&bend_rate),
+            up: turn.inverse_transform_vector(&self.up),
+            earth: turn.inverse_transform_vector(&earth),
+            spin,
         }
     }
 

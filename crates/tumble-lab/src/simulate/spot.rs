@@ -12,6 +12,7 @@ use tumble_core::spin::axis::floor_frame;
 use crate::simulate::floor::{Floor, Lie, Turned};
 use crate::simulate::heading::{Slip, Turning, eased, ramped};
 use crate::simulate::motion::{Course, Truth};
+use crate::simulate::series::Series;
 use crate::simulate::span::Span;
 use crate::simulate::stream::Stream;
 
@@ -290,42 +291,32 @@ impl Course for SpotMotion {
         };
         let Some(phase) = self.phase(t) else { return still };
         let turning = self.turning_in(phase, t);
-        let Turned {
-            up,
-            earth,
-            mut rate,
-            mut acceleration,
-        } = Self::lie(phase, t).turned(&turning, self.plan.latitude);
+        let Turned { up, earth, mut spin } = Self::lie(phase, t).turned(&turning, self.plan.latitude);
         let mut force = up * self.plan.gravity
-            + Self::acceleration(phase, &rate, t)
+            + Self::acceleration(phase, &spin.rate, t)
             + self.vibration(phase, t, t - phase.span.start);
         let mut robot = Rotation3::identity();
         for disturbance in &self.plan.disturbances {
             let bump = disturbance.at(t);
             force += up * bump.height_acceleration;
-            let tilted = Rotation3::from_axis_angle(&Vector3::y_axis(), -bump.tilt);
-            let spin = tilted * rate;
-            rate = spin + Vector3::y() * bump.tilt_rate;
-            acceleration = tilted * acceleration + Vector3::y() * bump.tilt_acceleration
-                - Vector3::y().cross(&spin) * bump.tilt_rate;
-            robot = tilted * robot;
+            let (tilted, turned) = spin.turned(&Vector3::y_axis(), &bump.tilt);
+            spin = turned;
+            robot = tilted.inverse() * robot;
         }
         let to_case = |v: Vector3<f64>| self.plan.case_from_floor * v;
-        let turn_rate = to_case(rate);
+        let turn_rate = to_case(spin.rate);
         Truth {
             specific_force: to_case(robot * force),
             angular_rate: turn_rate + to_case(robot * earth),
             turn_rate,
-            turn_acceleration: to_case(acceleration),
+            turn_acceleration: to_case(spin.acceleration),
         }
     }
 }
 
-/// Height and tilt of a disturbance, and their derivatives.
+/// Tilt of a disturbance, and how fast its height changes.
 struct Bump {
-    tilt: f64,
-    tilt_rate: f64,
-    tilt_acceleration: f64,
+    tilt: Series<3>,
     height_acceleration: f64,
 }
 
@@ -334,9 +325,7 @@ impl Disturbance {
         let phase = PI * (t - self.start) / self.duration;
         if !(0.0..=PI).contains(&phase) {
             return Bump {
-                tilt: 0.0,
-                tilt_rate: 0.0,
-                tilt_acceleration: 0.0,
+                tilt: Series::constant(0.0),
                 height_acceleration: 0.0,
             };
         }
@@ -344,9 +333,7 @@ impl Disturbance {
         let (sine, cosine) = libm::sincos(2.0 * phase);
         let bend = 2.0 * speed * speed * cosine;
         Bump {
-            tilt: self.tilt * (1.0 - cosine) / 2.0,
-            tilt_rate: self.tilt * speed * sine,
-            tilt_acceleration: self.tilt * bend,
+            tilt: Series::of([(1.0 - cosine) / 2.0, speed * sine, bend]) * self.tilt,
             height_acceleration: self.lift * bend,
         }
     }
