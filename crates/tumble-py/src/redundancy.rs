@@ -175,9 +175,8 @@ impl PyMonitor {
             tracks.push(track);
         }
         let first = tracks.iter().filter_map(|track| track.time.first().copied());
-        let origin = *self
-            .origin
-            .get_or_insert(first.fold(f64::INFINITY, f64::min).floor() - 1.0);
+        let first = first.fold(f64::INFINITY, f64::min);
+        let origin = *self.origin.get_or_insert(first.floor() - 1.0);
         let begun = std::time::Instant::now();
         let mut failed = None;
         let set = &mut self.set;
@@ -215,7 +214,7 @@ impl PyMonitor {
         let mut listed = Vec::new();
         for (at_start, told) in events {
             let time = if at_start {
-                origin + 1.0
+                first
             } else {
                 in_seconds(told.time) + origin
             };

@@ -21,8 +21,10 @@ pub struct Member<T: Real> {
 /// How a sensor compares with those of the other units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Comparison<T: Real> {
-    /// Distance of its means from the medians, m/s^2 or rad/s.
+    /// Distance of its means from the medians, m/s^2 or rad/s; not a number where there is none.
     pub apart: T,
+    /// Median of all units' distances, m/s^2 or rad/s.
+    pub usual_apart: T,
     /// Standard deviation of its samples, m/s^2 or rad/s.
     pub scatter: T,
     /// Median of all units' standard deviations, m/s^2 or rad/s.
@@ -43,10 +45,13 @@ pub fn vote<T: Real, const UNITS: usize>(
         }) else {
             continue;
         };
+        let usual_apart = median(members, |member| apart(member, sensor, &medians));
         for (comparisons, member) in comparisons.iter_mut().zip(members) {
-            let comparison = member.as_ref().and_then(|member| {
+            let having = member.as_ref().filter(|member| member.axes.any(sensor));
+            let comparison = having.and_then(|member| {
                 Some(Comparison {
-                    apart: apart(member, sensor, &medians)?,
+                    apart: apart(member, sensor, &medians).unwrap_or(real(f64::NAN)),
+                    usual_apart: usual_apart.unwrap_or(T::zero()),
                     scatter: *member.scatter.get(i)?,
                     usual_scatter,
                 })

@@ -90,3 +90,27 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn where_all_are_at_odds_each_is_about_as_far_from_the_median_as_is_usual() {
+    let comparisons = vote(&[at(1.0), at(4.0), at(-3.0), at(8.0), at(-7.0)]);
+    let usual = comparisons[0][0].unwrap().usual_apart;
+    for comparison in comparisons {
+        assert!(comparison[0].unwrap().apart <= 2.01 * usual);
+    }
+}
+
+#[test]
+fn the_odd_one_among_units_that_agree_is_many_times_as_far_as_is_usual() {
+    let comparisons = vote(&[at(1.0), at(1.01), at(9.0)]);
+    let odd = comparisons[2][0].unwrap();
+    assert!(odd.apart > 100.0 * odd.usual_apart, "{odd:?}");
+}
+
+#[test]
+fn a_unit_whose_means_are_not_known_is_still_compared_by_its_scatter() {
+    let unknown = Some(member([f64::NAN; CHANNELS], [0.9, 0.01]));
+    let comparisons = vote(&[at(1.0), at(1.0), unknown]);
+    assert_eq!(comparisons[2][0].unwrap().scatter, 0.9);
+    assert!(comparisons[2][0].unwrap().apart.is_nan());
+}

@@ -128,6 +128,7 @@ fn perform<T: Real>(unit: &mut Unit<T>, act: &Act) -> Result<(), TestCaseError> 
         Act::Family(sensor, [apart, scatter, usual_scatter], span) => {
             let comparison = Comparison {
                 apart: real(apart),
+                usual_apart: real(scatter),
                 scatter: real(scatter),
                 usual_scatter: real(usual_scatter),
             };

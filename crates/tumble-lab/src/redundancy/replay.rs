@@ -58,6 +58,7 @@ const TOLD_EVERY: usize = 1 << 16;
 /// is for the monitor to judge.
 pub fn replay(set: &mut dyn Set, tracks: &[Track<'_>], wishes: &mut Wishes<'_>) -> Replay {
     let mut replay = Replay::default();
+    let mut latest = set.window();
     let mut next = vec![0_usize; tracks.len()];
     let mut commands = wishes.commands.iter().peekable();
     let total: usize = tracks.iter().map(|track| track.time.len()).sum();
@@ -70,7 +71,8 @@ pub fn replay(set: &mut dyn Set, tracks: &[Track<'_>], wishes: &mut Wishes<'_>) 
         };
         let (track, row) = (&tracks[unit], next[unit]);
         next[unit] += 1;
-        while let Some((_, command)) = commands.next_if(|(time, _)| *time <= track.time[row]) {
+        let now = track.time[row] + track.time_offset;
+        while let Some((_, command)) = commands.next_if(|(time, _)| *time <= now) {
             set.command(*command);
         }
         let sample = Sample {
@@ -80,18 +82,20 @@ pub fn replay(set: &mut dyn Set, tracks: &[Track<'_>], wishes: &mut Wishes<'_>) 
         };
         let said = set.push(unit, &sample, &mut replay.heard);
         replay.output.extend(said.filter(|_| wishes.keep_output));
-        replay.look(set, tracks.len());
+        replay.look(set, tracks.len(), &mut latest);
     }
     replay
 }
 
 impl Replay {
-    fn look(&mut self, set: &dyn Set, units: usize) {
-        let Some(number) = set.window() else { return };
-        if self.windows.last().is_none_or(|last| last.number != number) {
+    /// Keeps the window looked at last, unless it is the `latest` one kept, be it in a replay before.
+    fn look(&mut self, set: &dyn Set, units: usize, latest: &mut Option<u64>) {
+        let window = set.window();
+        if let Some(number) = window.filter(|_| window != *latest) {
             let seen = (0..units).map(|unit| set.seen(unit)).collect();
             self.windows.push(Window { number, seen });
         }
+        *latest = window;
     }
 }
 

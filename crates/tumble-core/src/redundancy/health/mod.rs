@@ -18,13 +18,16 @@ mod watch;
 pub use fault::Fault;
 pub use settings::HealthSettings;
 
-use crate::real::{Real, seconds};
+use crate::real::{Real, real, seconds};
 use crate::redundancy::family::Comparison;
 use crate::redundancy::health::leaky::{Lapse, ticks};
 use crate::redundancy::health::watch::{Reading, Watch};
 use crate::redundancy::platform::Range;
 use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
 use crate::sample::Sample;
+
+/// A unit is out of its family where it is beyond the limit, and so many times as far from the median as is usual there.
+const TIMES_USUAL: f64 = 4.0;
 
 /// Whether accelerometer and gyroscope of a sample may be used in a mean.
 pub type Usable = [bool; 2];
@@ -140,7 +143,9 @@ impl<T: Real> Health<T> {
         span: u64,
         settings: &HealthSettings<T>,
     ) {
-        let (apart, limit) = (comparison.apart, settings.family.of(sensor));
+        // Where the whole family is at odds, as under hard shaking, the median says little of any of them.
+        let (apart, usual) = (comparison.apart, comparison.usual_apart * real(TIMES_USUAL));
+        let limit = settings.family.of(sensor).max(usual);
         let ratio = comparison.scatter / settings.usual_scatter(sensor, comparison.usual_scatter);
         let fault = if apart > limit {
             Some(Fault::OutOfFamily { sensor, apart, limit })

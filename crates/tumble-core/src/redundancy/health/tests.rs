@@ -307,9 +307,27 @@ fn a_step_is_no_spike_and_used_from_its_second_reading_on() {
 fn comparison(apart: f32, scatter: f32) -> Comparison<f32> {
     Comparison {
         apart,
+        usual_apart: 0.0,
         scatter,
         usual_scatter: 0.3,
     }
+}
+
+#[test]
+fn a_unit_as_far_from_the_median_as_is_usual_in_its_family_is_not_out_of_it() {
+    let mut bench = Bench::running();
+    let settings = bench.settings;
+    for _ in 0..100 {
+        bench.run(10, |_, _| {});
+        let shaken = Comparison {
+            usual_apart: 3.0,
+            ..comparison(9.0, 0.3)
+        };
+        bench
+            .health
+            .family(Sensor::Accelerometer, &shaken, 50_000, &settings);
+    }
+    assert_eq!(bench.health.fault(), None);
 }
 
 #[test]
@@ -355,6 +373,7 @@ fn a_unit_of_lower_grade_is_not_noisy_at_rest() {
     let settings = bench.settings;
     let beside_better_ones = Comparison {
         apart: 0.0,
+        usual_apart: 0.0,
         scatter: 0.1,
         usual_scatter: 0.001,
     };
