@@ -5,8 +5,10 @@ use tumble_core::rotation::cross_matrix;
 
 use crate::align::AlignSettings;
 use crate::align::grid::Pair;
-use crate::align::rates::{ABOVE_NOISE, HELD, RatesFit, directions_below, set_stretch, symmetric};
-use crate::align::robust::{Belief, Row, covariance, scale_of, step};
+use crate::align::rates::{
+    ABOVE_NOISE, HELD, RatesFit, directions_above_noise, directions_below, set_stretch, symmetric,
+};
+use crate::align::robust::{Belief, Row, covariance, covariance_of_neglected, scale_of, step};
 use crate::align::track::{force_of, rate_of};
 
 /// Lever arm, bias, rotation between the triads, stretch, delay, and the primary's own gyroscope bias.
@@ -53,7 +55,7 @@ pub struct ForcesFit {
     pub delay: f64,
     /// 1-sigma.
     pub delay_sigma: f64,
-    /// Symmetric S of `M = (1 + S) R`.
+    /// S of `M = (1 + S) R`, symmetric where all of it is seen.
     pub stretch: Matrix3<f64>,
     /// 1-sigma of a component of a residual, m/s^2.
     pub scale: f64,
@@ -67,11 +69,13 @@ struct Guess {
     axes: Vec<Vector3<f64>>,
     angle: Vector3<f64>,
     stretch: SVector<f64, 6>,
+    /// Leaves of a vector what lies along directions whose stretch the forces show.
+    stretchable: Matrix3<f64>,
     delay: f64,
     rate_bias: Vector3<f64>,
 }
 
-/// Fits by Gauss and Newton (docs/theory/align.md, eq. 10, 11).
+/// Fits by Gauss and Newton (docs/theory/align.md, eq. 11, 12).
 pub fn fit(rates: &RatesFit, settings: &AlignSettings) -> Option<ForcesFit> {
     let pairs = &rates.pairs;
     let mut guess = Guess {
@@ -81,11 +85,13 @@ pub fn fit(rates: &RatesFit, settings: &AlignSettings) -> Option<ForcesFit> {
         axes: rates.unseen.clone(),
         angle: Vector3::zeros(),
         stretch: SVector::zeros(),
+        stretchable: Matrix3::identity(),
         delay: 0.0,
         rate_bias: settings.rate_bias.0,
     };
     let unseen = guess.unseen(pairs, rates.slope_scale);
     for _ in 0..ROUNDS {
+        guess.stretchable = guess.stretchable_at(pairs);
         let row = |k: usize| guess.row(&pairs[k]);
         let next = step(pairs.len(), row, &guess.belief(&unseen, settings))?;
         guess.change(&next.change);
@@ -101,7 +107,18 @@ impl Guess {
         Rotation3::new(self.angle) * self.rotation
     }
 
-    /// The matrix L of `L r`, mean of what a lever arm r adds to specific force (docs/theory/align.md, eq. 10).
+    fn stretched(&self) -> Matrix3<f64> {
+        Matrix3::identity() + symmetric(&self.stretch) * self.stretchable
+    }
+
+    fn stretchable_at(&self, pairs: &[Pair]) -> Matrix3<f64> {
+        let scale = scale_of(pairs.iter().map(|pair| self.row(pair).1));
+        let turned = self.turned();
+        let forces = pairs.iter().map(|pair| turned * force_of(&pair.primary.mean));
+        directions_above_noise(forces, scale)
+    }
+
+    /// The matrix L of `L r`, mean of what a lever arm r adds to specific force (docs/theory/align.md, eq. 11).
     fn lever(&self, pair: &Pair) -> Matrix3<f64> {
         let w = rate_of(&pair.primary.mean);
         let p = pair.primary.mean.fixed_rows::<6>(6);
@@ -114,7 +131,7 @@ impl Guess {
     fn row(&self, pair: &Pair) -> Row<UNKNOWNS> {
         let lever = self.lever(pair);
         let turned = self.turned();
-        let stretched = Matrix3::identity() + symmetric(&self.stretch);
+        let stretched = self.stretched();
         let force = turned * (force_of(&pair.primary.mean) + lever * self.arm);
         let slope = force_of(&pair.secondary.slope);
         let predicted = stretched * force + self.bias - slope * self.delay;
@@ -130,12 +147,20 @@ impl Guess {
         design
             .fixed_view_mut::<3, 3>(0, ROTATION)
             .copy_from(&(-stretched * cross_matrix(&force)));
-        set_stretch(&mut design, STRETCH, &force);
+        set_stretch(&mut design, STRETCH, &(self.stretchable * force));
         design.set_column(DELAY, &-slope);
         design
             .fixed_view_mut::<3, 3>(0, RATE_BIAS)
             .copy_from(&(matrix * by_rate_bias));
         (design, force_of(&pair.secondary.mean) - predicted)
+    }
+
+    /// Derivative by the stretch that is not fitted, for it acts on little more than noise.
+    fn neglected(&self, pair: &Pair) -> SMatrix<f64, 3, 6> {
+        let turned = self.turned() * force_of(&pair.primary.mean);
+        let mut design = SMatrix::zeros();
+        set_stretch(&mut design, 0, &(turned - self.stretchable * turned));
+        design
     }
 
     /// Directions of the primary along which only noise of the angular acceleration would show a lever arm.
@@ -197,7 +222,10 @@ impl Guess {
         let row = |k: usize| self.row(&pairs[k]);
         let scale = scale_of((0..pairs.len()).map(|k| row(k).1));
         let belief = self.belief(unseen, settings);
-        let mut covariance = covariance(pairs.len(), row, |k| pairs[k].block, scale, &belief)?;
+        let neglected = |k: usize| self.neglected(&pairs[k]);
+        let sigma = settings.stretch_sigma();
+        let mut covariance = covariance(pairs.len(), row, |k| pairs[k].block, scale, &belief)?
+            + covariance_of_neglected(pairs.len(), row, neglected, scale, &belief, &sigma)?;
         for direction in unseen {
             let mut arm = covariance.fixed_view_mut::<3, 3>(0, 0);
             arm += direction * direction.transpose() * (LARGEST_ARM * LARGEST_ARM);
@@ -213,7 +241,7 @@ impl Guess {
             angle_covariance: covariance.fixed_view::<3, 3>(ROTATION, ROTATION).into_owned(),
             delay: self.delay,
             delay_sigma: sigma[DELAY],
-            stretch: symmetric(&self.stretch),
+            stretch: self.stretched() - Matrix3::identity(),
             scale,
         })
     }

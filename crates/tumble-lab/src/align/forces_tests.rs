@@ -31,6 +31,7 @@ fn guess(seed: &[f64]) -> Guess {
         axes: Vec::new(),
         angle: Vector3::new(seed[9], seed[10], seed[11]) * 0.02,
         stretch: SVector::from_fn(|i, _| 0.02 * seed[i]),
+        stretchable: Matrix3::from_diagonal(&Vector3::new(1.0, 0.0, 1.0)),
         delay: 1e-3 * seed[0],
         rate_bias: Vector3::new(seed[1], seed[2], seed[3]) * 0.1,
     }

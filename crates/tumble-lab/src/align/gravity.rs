@@ -1,8 +1,6 @@
 //! Rotation about an axis that is the only one the units turned about: the rates do not show it, but gravity and
 //! every push across that axis do.
 
-use std::f64::consts::PI;
-
 use nalgebra::Vector3;
 
 use crate::align::forces::ForcesFit;
@@ -16,7 +14,7 @@ const LARGEST_SIGMA: f64 = 0.1;
 const BETWEEN_TRIADS: f64 = 0.005;
 
 /// Turns the rotation about the axis that the rates leave open to where the specific forces agree best
-/// (docs/theory/align.md, eq. 13); gives the mean square of the primary's force across that axis, less its mean.
+/// (docs/theory/align.md, eq. 14); gives the mean square of the primary's force across that axis, less its mean.
 pub fn turn_about_unseen(rates: &mut RatesFit) -> Option<f64> {
     let [axis] = rates.unseen[..] else { return None };
     let pairs = || {
@@ -51,7 +49,7 @@ pub fn complete(rates: &mut RatesFit, forces: &ForcesFit, across: f64) -> bool {
         return false;
     }
     rates.turn(&axis, axis.dot(&forces.angle));
-    rates.open(&axis, variance + BETWEEN_TRIADS * BETWEEN_TRIADS - PI * PI);
+    rates.open(&axis, variance + BETWEEN_TRIADS * BETWEEN_TRIADS);
     rates.unseen.clear();
     true
 }

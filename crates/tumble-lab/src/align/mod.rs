@@ -5,6 +5,8 @@
 //! rotation roughly, [`rates`] finds them to the last digit, [`forces`] finds the lever arm. Where the
 //! motion was about one axis, [`gravity`] finds what the rates leave open. [`robust`] solves both fits.
 
+use std::f64::consts::PI;
+
 use nalgebra::{SVector, Vector3};
 
 use crate::align::coarse::Shift;
@@ -184,6 +186,9 @@ fn solved(mut rates: RatesFit, shift: Shift, window: f64, settings: &AlignSettin
     let across = gravity::turn_about_unseen(&mut rates);
     let forces = forces::fit(&rates, settings)?;
     let completed = across.is_some_and(|across| gravity::complete(&mut rates, &forces, across));
+    for axis in rates.unseen.clone() {
+        rates.open(&axis, PI * PI);
+    }
     Some(Aligned {
         completed,
         correlation: shift.correlation,

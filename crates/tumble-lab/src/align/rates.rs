@@ -1,14 +1,12 @@
 //! Clock and rotation between two units, from their angular rates alone.
 
-use std::f64::consts::PI;
-
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 use tumble_core::eigen;
 use tumble_core::rotation::{cross_matrix, inverse_left_jacobian};
 
 use crate::align::AlignSettings;
 use crate::align::grid::{Clock, Grid, Pair};
-use crate::align::robust::{Belief, Row, covariance, scale_of, step};
+use crate::align::robust::{Belief, Row, covariance, covariance_of_neglected, scale_of, step};
 use crate::align::track::{Track, rate_of};
 
 /// Rotation, stretch, bias, offset and skew of the clock.
@@ -25,6 +23,9 @@ const SETTLED: f64 = 1e-9;
 /// Rates about an axis count as seen where their energy is so many times that of noise.
 pub const ABOVE_NOISE: f64 = 10.0;
 
+/// The same for scale: noise in what is stretched makes it look shrunk, by the inverse of this.
+const STRETCH_ABOVE_NOISE: f64 = 100.0;
+
 /// Inverse variance, 1/rad^2 or 1/m^2, with which a direction that nothing shows is held where it is.
 pub const HELD: f64 = 1e12;
 
@@ -40,11 +41,12 @@ const NO_SKEW: f64 = 1e-12;
 pub struct RatesFit {
     /// `secondary_from_primary`.
     pub rotation: Rotation3<f64>,
-    /// Covariance of a small rotation that follows it, secondary's frame, rad^2: pi squared about what is not seen.
+    /// Covariance of a small rotation that follows it, secondary's frame, rad^2: none about what is not seen,
+    /// where the rotation is held, until [`RatesFit::open`] has put it there.
     pub rotation_covariance: Matrix3<f64>,
     /// Unit vectors, secondary's frame, about which the rates do not show the rotation.
     pub unseen: Vec<Vector3<f64>>,
-    /// Symmetric S of `M = (1 + S) R`: differences in scale and cross-axis sensitivity.
+    /// S of `M = (1 + S) R`: differences in scale and cross-axis sensitivity, symmetric where all of it is seen.
     pub stretch: Matrix3<f64>,
     /// Bias of the secondary less that of the primary as the secondary has it, rad/s.
     pub bias: Vector3<f64>,
@@ -65,7 +67,7 @@ pub struct RatesFit {
 }
 
 impl RatesFit {
-    /// Rotation vector, rad, and its covariance (docs/theory/align.md, eq. 12).
+    /// Rotation vector, rad, and its covariance (docs/theory/align.md, eq. 13).
     pub fn rotation_vector(&self) -> (Vector3<f64>, Matrix3<f64>) {
         let vector = self.rotation.scaled_axis();
         let jacobian = inverse_left_jacobian(&vector);
@@ -102,6 +104,8 @@ pub const ENTRIES: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2)
 struct Guess {
     rotation: Rotation3<f64>,
     stretch: SVector<f64, 6>,
+    /// Leaves of a vector what lies along directions whose stretch the rates show.
+    stretchable: Matrix3<f64>,
     bias: Vector3<f64>,
     clock: Clock,
 }
@@ -117,14 +121,16 @@ pub fn fit(
     let mut guess = Guess {
         rotation,
         stretch: SVector::zeros(),
+        stretchable: Matrix3::identity(),
         bias: Vector3::zeros(),
         clock,
     };
     let mut pairs = grid.pairs(secondary, &guess.clock);
     guess.bias = guess.mean_residual(&pairs);
     for _ in 0..ROUNDS {
+        let scale = guess.scale(&pairs);
+        guess.stretchable = guess.stretchable_at(&pairs, scale);
         let row = |k: usize| guess.row(&pairs[k]);
-        let scale = scale_of((0..pairs.len()).map(|k| row(k).1));
         let unseen = guess.unseen(&pairs, scale);
         let next = step(
             pairs.len(),
@@ -142,7 +148,22 @@ pub fn fit(
 
 impl Guess {
     fn matrix(&self) -> Matrix3<f64> {
-        (Matrix3::identity() + symmetric(&self.stretch)) * self.rotation
+        self.stretched() * self.rotation
+    }
+
+    fn stretched(&self) -> Matrix3<f64> {
+        Matrix3::identity() + symmetric(&self.stretch) * self.stretchable
+    }
+
+    fn scale(&self, pairs: &[Pair]) -> f64 {
+        scale_of(pairs.iter().map(|pair| self.row(pair).1))
+    }
+
+    fn stretchable_at(&self, pairs: &[Pair], scale: f64) -> Matrix3<f64> {
+        let rates = pairs
+            .iter()
+            .map(|pair| self.rotation * rate_of(&pair.primary.mean));
+        directions_above_noise(rates, scale)
     }
 
     fn mean_residual(&self, pairs: &[Pair]) -> Vector3<f64> {
@@ -154,20 +175,28 @@ impl Guess {
 
     fn row(&self, pair: &Pair) -> Row<UNKNOWNS> {
         let turned = self.rotation * rate_of(&pair.primary.mean);
-        let stretched = Matrix3::identity() + symmetric(&self.stretch);
+        let stretched = self.stretched();
         let predicted = stretched * turned + self.bias;
         let slope = rate_of(&pair.secondary.slope);
         let mut design = SMatrix::<f64, 3, UNKNOWNS>::zeros();
         design
             .fixed_view_mut::<3, 3>(0, 0)
             .copy_from(&(-stretched * cross_matrix(&turned)));
-        set_stretch(&mut design, STRETCH, &turned);
+        set_stretch(&mut design, STRETCH, &(self.stretchable * turned));
         design
             .fixed_view_mut::<3, 3>(0, BIAS)
             .copy_from(&Matrix3::identity());
         design.set_column(OFFSET, &slope);
         design.set_column(SKEW, &(slope * (pair.time - self.clock.reference)));
         (design, rate_of(&pair.secondary.mean) - predicted)
+    }
+
+    /// Derivative by the stretch that is not fitted, for it acts on little more than noise.
+    fn neglected(&self, pair: &Pair) -> SMatrix<f64, 3, 6> {
+        let turned = self.rotation * rate_of(&pair.primary.mean);
+        let mut design = SMatrix::zeros();
+        set_stretch(&mut design, 0, &(turned - self.stretchable * turned));
+        design
     }
 
     /// Axes of the secondary about which only noise would show the rotation.
@@ -229,20 +258,23 @@ impl Guess {
         settings: &AlignSettings,
     ) -> Option<RatesFit> {
         let row = |k: usize| self.row(&pairs[k]);
-        let scale = scale_of((0..pairs.len()).map(|k| row(k).1));
+        let scale = self.scale(&pairs);
         let unseen = self.unseen(&pairs, scale);
         let belief = self.belief(start, &unseen, grid.length, settings);
         let deviance = step(pairs.len(), row, &belief)?.deviance;
-        let covariance = covariance(pairs.len(), row, |k| pairs[k].block, scale, &belief)?;
+        let neglected = |k: usize| self.neglected(&pairs[k]);
+        let sigma = settings.stretch_sigma();
+        let covariance = covariance(pairs.len(), row, |k| pairs[k].block, scale, &belief)?
+            + covariance_of_neglected(pairs.len(), row, neglected, scale, &belief, &sigma)?;
         let matrix = self.matrix();
         let slopes = pairs
             .iter()
             .map(|pair| rate_of(&pair.secondary.slope) - matrix * rate_of(&pair.primary.slope));
-        let mut fit = RatesFit {
+        Some(RatesFit {
             rotation: self.rotation,
             rotation_covariance: covariance.fixed_view::<3, 3>(0, 0).into_owned(),
             unseen,
-            stretch: symmetric(&self.stretch),
+            stretch: self.stretched() - Matrix3::identity(),
             bias: self.bias,
             bias_covariance: covariance.fixed_view::<3, 3>(BIAS, BIAS).into_owned(),
             clock: self.clock,
@@ -254,11 +286,7 @@ impl Guess {
             slope_scale: scale_of(slopes),
             deviance,
             pairs,
-        };
-        for axis in fit.unseen.clone() {
-            fit.open(&axis, PI * PI);
-        }
-        Some(fit)
+        })
     }
 }
 
@@ -278,6 +306,18 @@ pub fn set_stretch<const N: usize>(design: &mut SMatrix<f64, 3, N>, column: usiz
         design[(i, column + k)] = v[j];
         design[(j, column + k)] = v[i];
     }
+}
+
+/// Projects on the directions along which vectors are so far above noise that it does not shrink their stretch.
+pub fn directions_above_noise(vectors: impl Iterator<Item = Vector3<f64>>, scale: f64) -> Matrix3<f64> {
+    let (mut moments, mut count) = (Matrix3::zeros(), 0.0);
+    for vector in vectors {
+        moments += vector * vector.transpose();
+        count += 1.0;
+    }
+    let below = directions_below(&moments, STRETCH_ABOVE_NOISE * scale * scale * count);
+    let noisy: Matrix3<f64> = below.iter().map(|axis| axis * axis.transpose()).sum();
+    Matrix3::identity() - noisy
 }
 
 /// Eigenvectors of a symmetric matrix whose eigenvalues are not above a limit.

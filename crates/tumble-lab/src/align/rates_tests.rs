@@ -24,6 +24,7 @@ fn guess(seed: &[f64]) -> Guess {
     Guess {
         rotation: Rotation3::new(Vector3::new(seed[0], seed[1], seed[2])),
         stretch: SVector::from_fn(|i, _| 0.02 * seed[i]),
+        stretchable: Matrix3::from_diagonal(&Vector3::new(1.0, 0.0, 1.0)),
         bias: Vector3::new(seed[3], seed[4], seed[5]),
         clock: Clock {
             offset: 0.1,

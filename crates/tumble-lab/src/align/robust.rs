@@ -115,3 +115,25 @@ pub fn covariance<const N: usize>(
     }
     Some(covariance)
 }
+
+/// What unknowns that are not fitted do to the covariance (docs/theory/align.md, eq. 10): `neglected` is the derivative
+/// of the model by them, `sigma` what they may be.
+pub fn covariance_of_neglected<const N: usize, const K: usize>(
+    count: usize,
+    row: impl Fn(usize) -> Row<N>,
+    neglected: impl Fn(usize) -> SMatrix<f64, 3, K>,
+    scale: f64,
+    belief: &Belief<N>,
+    sigma: &SVector<f64, K>,
+) -> Option<SMatrix<f64, N, N>> {
+    let mut normal = belief.precision;
+    let mut cross = SMatrix::<f64, N, K>::zeros();
+    for k in 0..count {
+        let (design, residual) = row(k);
+        let share = weight(residual.norm_squared() / (scale * scale)) / (scale * scale);
+        normal += design.tr_mul(&design) * share;
+        cross += design.tr_mul(&neglected(k)) * share;
+    }
+    let influence = Cholesky::<f64, Const<N>>::new(normal)?.solve(&cross);
+    Some(influence * SMatrix::from_diagonal(&sigma.map(|sigma| sigma * sigma)) * influence.transpose())
+}
