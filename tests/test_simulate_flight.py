@@ -225,8 +225,11 @@ def test_biases_age_by_the_grade_or_by_what_is_given_and_the_truth_says_so():
 def test_a_unit_that_warms_up_drifts_by_its_coefficient():
     unit = FlightUnit(grade="consumer", ageing=0.0)
     warming = {"warm_up_kelvin": 20.0, "warm_up_seconds": 15.0}
-    cold, warm = (fly(units=(unit,), **each)["primary"] for each in ({"warm_up_kelvin": 0.0}, warming))
+    flights = [fly(units=(unit,), **each) for each in ({"warm_up_kelvin": 0.0}, warming)]
+    cold, warm = (flight["primary"] for flight in flights)
     rise = 20.0 * (1.0 - np.exp(-warm.time / 15.0))
+    assert flights[1].temperature(warm.time) == pytest.approx(25.0 + rise)
+    assert warm.samples.temperature == pytest.approx(25.0 + rise, abs=0.01)
     expected = np.outer(rise, warm.accelerometer.temperature_coefficient)
     assert warm.specific_force - cold.specific_force == pytest.approx(expected, abs=1e-9)
     assert warm.accelerometer.drift == pytest.approx(expected.mean(axis=0))

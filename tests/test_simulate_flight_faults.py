@@ -174,3 +174,19 @@ def test_several_faults_add_up():
     moved = faulty.specific_force - clean.specific_force[: len(faulty.time)]
     assert faulty.time[-1] < END
     assert moved[-1] == pytest.approx([0.5, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("stated", "words"),
+    [
+        ({"start": float("nan")}, "start needs to be a finite number, found nan"),
+        ({"end": float("inf")}, "end needs to be a finite number, found inf"),
+        ({"size": float("inf")}, "size needs to be a finite number, found inf"),
+        ({"size": -0.5}, "size needs to be positive, found -0.5"),
+        ({"axis": "w"}, "axis needs to be x, y or z, found 'w'"),
+    ],
+)
+def test_a_fault_that_makes_no_sense_is_refused_in_one_line(stated, words):
+    with pytest.raises(ValueError, match=words) as caught:
+        Fault("late", **stated)
+    assert "\n" not in str(caught.value)

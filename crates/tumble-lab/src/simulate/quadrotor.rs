@@ -79,8 +79,10 @@ pub struct Quadrotor {
     hops: Vec<Hop>,
     rests: Vec<Span>,
     manoeuvres: Vec<Span>,
+    /// By which up on the ground differs from that in a hover, m/s^2.
     lean: Vector3<f64>,
-    gravity: f64,
+    /// Gravity, m/s^2.
+    upwards: Vector3<f64>,
 }
 
 impl Quadrotor {
@@ -94,7 +96,7 @@ impl Quadrotor {
             }],
             manoeuvres: Vec::new(),
             lean: (ground_normal(&manner.ground) - Vector3::z()) * manner.gravity,
-            gravity: manner.gravity,
+            upwards: Vector3::z() * manner.gravity,
         };
         let (mut time, mut heading) = (manner.rest, 0.0);
         for _ in 0..manner.flights {
@@ -175,28 +177,25 @@ impl Hop {
 
 impl Ride for Quadrotor {
     fn moved(&self, t: f64) -> Moved {
-        let (still, upwards) = ([0.0; 3], [0.0, 0.0, self.gravity]);
         let Some(hop) = self.hop(t) else {
-            return Moved::still(&(self.lean + Vector3::from(upwards)), 0.0);
+            return Moved::still(&(self.lean + self.upwards), 0.0);
         };
         if !hop.flies(t) {
             let heading = hop.heading + if t < hop.take_off.end { 0.0 } else { hop.turned };
-            return Moved::still(&(self.lean + Vector3::from(upwards)), heading);
+            return Moved::still(&(self.lean + self.upwards), heading);
         }
         let place = hop.place(t);
-        let mut moved_by = (still, still);
+        let velocity = place.map(|way| way.derived::<3>(1));
+        let acceleration = place.map(|way| way.derived::<3>(2));
         // On the ground it stands as the ground lies.
-        let on_ground = -(hop.take_off.rise(t) - hop.landing.rise(t)) + 1.0;
-        let up: [Series<3>; 3] = core::array::from_fn(|axis| {
-            let (velocity, acceleration) = (place[axis].derived::<3>(1), place[axis].derived::<3>(2));
-            moved_by.0[axis] = velocity.value();
-            moved_by.1[axis] = acceleration.value();
-            acceleration + velocity * DRAG + on_ground * self.lean[axis] + upwards[axis]
+        let on_ground = hop.landing.rise(t) - hop.take_off.rise(t) + 1.0;
+        let up = core::array::from_fn(|axis| {
+            acceleration[axis] + velocity[axis] * DRAG + on_ground * self.lean[axis] + self.upwards[axis]
         });
         Moved {
             angles: Angles::upright(&up, hop.heading(t)),
-            velocity: moved_by.0.into(),
-            acceleration: moved_by.1.into(),
+            velocity: velocity.map(|v| v.value()).into(),
+            acceleration: acceleration.map(|a| a.value()).into(),
         }
     }
 

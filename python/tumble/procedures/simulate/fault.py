@@ -53,13 +53,15 @@ FAULTS: dict[FaultKind, str] = {
     "gap": "samples from `start` to `end` are missing",
     "absent": "samples up to `end` are missing, or all where not given",
     "dead": "the samples end at `start`",
-    "late": "samples from `start` to `end` arrive late by `size` s, 0.5 where not given",
+    "late": "samples from `start` to `end` arrive late by `size` s, 0.5 where not given; their times stay",
     "doubled": "samples from `start` to `end` are written twice",
     "time-backwards": "the clock jumps back at `start` by `size` s, 1 where not given",
     "clock-jump": "the clock jumps ahead at `start` by `size` s, 1 where not given",
 }
 """What each kind does."""
 
+POSITIVE: tuple[FaultKind, ...] = ("saturated", "noise", "late", "time-backwards", "clock-jump")
+"""Kinds whose size is positive."""
 AXES: tuple[Axis, ...] = get_args(Axis)
 
 
@@ -86,7 +88,8 @@ class Fault:
         if self.triad not in get_args(TriadName):
             known = " or ".join(get_args(TriadName))
             raise ValueError(f"fault {self.kind!r}: triad needs to be {known}, found {self.triad!r}")
-        if self.size is not None and not math.isfinite(self.size):
-            raise ValueError(f"fault {self.kind!r}: size needs to be a finite number, found {self.size:g}")
-        if self.kind == "saturated" and self.size is not None and not self.size > 0.0:
+        for name in ("start", "end", "size"):
+            if (value := getattr(self, name)) is not None and not math.isfinite(value):
+                raise ValueError(f"fault {self.kind!r}: {name} needs to be a finite number, found {value:g}")
+        if self.kind in POSITIVE and self.size is not None and not self.size > 0.0:
             raise ValueError(f"fault {self.kind!r}: size needs to be positive, found {self.size:g}")

@@ -119,6 +119,13 @@ class SimulatedFlight:
             time, figures["specific_force"], figures["angular_rate"], figures["angular_acceleration"]
         )
 
+    def temperature(self, time: FloatArray) -> FloatArray:
+        """Give the temperature (n,) degC of all units; biases are `b + temperature_coefficient (T - 25)`."""
+        warming = self.scenario
+        rise = -np.expm1(-np.asarray(time) / warming.warm_up_seconds)
+        temperature: FloatArray = warming.temperature_celsius + warming.warm_up_kelvin * rise
+        return temperature
+
     def path(self, time: FloatArray) -> FlightPath:
         """Give attitude and velocity at times (n,) s of the flight's clock."""
         time = np.ascontiguousarray(time, dtype=np.float64)

@@ -195,7 +195,7 @@ class FlightScenario:
             yield f"flights is {self.flights}; give 1 to {MOST_FLIGHTS}"
         if self.stops < 0:
             yield f"stops is {self.stops}; make it zero or more"
-        if not self.motion_seconds / (self.stops + 1) >= SHORTEST_SECONDS:
+        elif not self.motion_seconds / (self.stops + 1) >= SHORTEST_SECONDS:
             yield (
                 f"motion_seconds is {self.motion_seconds:g} with {self.stops} stops; "
                 f"make each part {SHORTEST_SECONDS:g} s or longer"
