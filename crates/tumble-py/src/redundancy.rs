@@ -176,7 +176,10 @@ impl PyMonitor {
         }
         let first = tracks.iter().filter_map(|track| track.time.first().copied());
         let first = first.fold(f64::INFINITY, f64::min);
-        let origin = *self.origin.get_or_insert(first.floor() - 1.0);
+        if first.is_finite() {
+            self.origin.get_or_insert(first.floor() - 1.0);
+        }
+        let origin = self.origin.unwrap_or(0.0);
         let begun = std::time::Instant::now();
         let mut failed = None;
         let set = &mut self.set;

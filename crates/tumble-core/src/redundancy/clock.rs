@@ -224,13 +224,16 @@ impl<const UNITS: usize> Clock<UNITS> {
         }
     }
 
-    /// Whether the set follows the suspect time of a unit: after a pause its next sample will do if no other unit was heard
-    /// in between. Old samples may arrive late, and several units' at once, so that a time further back takes persistent
+    /// Whether the set follows the suspect time of a unit: after a pause its next samples will do if no other unit was heard
+    /// in between, for longer than samples that come in bursts are apart, or much longer if others did once keep to the
+    /// old time. Old samples may arrive late, and several units' at once, so that a time further back takes persistent
     /// witnesses; that two units err ahead alike is too much of a chance.
     fn is_believed(&self, unit: usize, time: u64, settings: &ClockSettings) -> bool {
         let now = self.now.unwrap_or(time);
-        let (times, proof) = if self.is_pause(time, settings) {
-            (2, 1)
+        let undisputed = self.tracks.get(unit).is_some_and(|track| !track.disputed);
+        let alone = self.count(|track| track.latest.is_some()) <= 1;
+        let (times, proof) = if undisputed && self.is_pause(time, settings) {
+            (2, if alone { 1 } else { settings.largest_step })
         } else {
             (settings.persistent, settings.lone_proof)
         };

@@ -358,3 +358,40 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn one_clock_that_leaps_takes_nobody_along_when_samples_come_in_bursts() {
+    let mut set = Set::<3>::running();
+    let settings = set.settings;
+    let start = set.true_time;
+    // Frames of 20 ms hold four samples of each unit, one unit after the other; unit 1 is 0.3 s ahead from now on.
+    for frame in 0..100 {
+        for unit in 0..3 {
+            for sample in 1..=4 {
+                let ahead = if unit == 1 { 300_000 } else { 0 };
+                let time = start + (4 * frame + sample) * PERIOD + ahead;
+                let verdict = set.clock.push(unit, time, &settings);
+                assert_eq!(
+                    verdict == Verdict::Accept,
+                    unit != 1,
+                    "frame {frame}, unit {unit}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn one_fast_clock_that_leaps_beside_a_slow_one_takes_it_nowhere() {
+    let mut clock = Clock::<2>::new();
+    let settings = ClockSettings::default();
+    for i in 0..20_000_u64 {
+        let time = 1_000_000 + i * 1000;
+        let ahead = if i > 2000 { 500_000 } else { 0 };
+        let fast = clock.push(1, time + ahead, &settings);
+        assert_eq!(fast == Verdict::Accept, i <= 2000, "sample {i}");
+        if i % 10 == 0 {
+            assert_eq!(clock.push(0, time, &settings), Verdict::Accept, "sample {i}");
+        }
+    }
+}
