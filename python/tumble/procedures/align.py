@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -49,10 +50,13 @@ def align(
             raise LogError(unit.missing)
     samples = read_samples(units, progress)
     ours, *theirs = zip(units, samples, strict=True)
+    # The core lets other threads run, and pairs have nothing to do with each other.
+    with ThreadPoolExecutor() as pool:
+        aligned = tuple(pool.map(lambda each: _aligned(ours, each, search), theirs))
     return AlignResult(
         primary=ours[0].name,
         source=ours[0].source,
-        units=tuple(_aligned(ours, each, search) for each in theirs),
+        units=aligned,
         options={"search": search},
         warnings=tuple(f"{unit.name}: {remark}" for unit, read in (ours, *theirs) for remark in read.remarks),
         software=f"tumble {_core.__version__}",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -52,9 +51,14 @@ def write_align_page(result: AlignResult, path: Path) -> None:
     The file takes its name only once it is whole. Raises `OutputError` where it cannot be written; what
     stood there before is untouched.
     """
+    write_text(path, render_align(result))
+
+
+def render_align(result: AlignResult) -> str:
+    """Render the page as HTML."""
     with house_style():
         page = align_page(result)
-    write_text(path, environment().get_template("align.html.j2").render(page=page))
+    return environment().get_template("align.html.j2").render(page=page)
 
 
 def align_page(result: AlignResult) -> AlignPage:
@@ -143,7 +147,7 @@ def _places(result: AlignResult) -> Picture | None:
 
 
 def _method(result: AlignResult) -> tuple[tuple[str, str], ...]:
-    options = ", ".join(f"{re.sub('_', '-', name)} {value}" for name, value in result.options.items())
+    options = ", ".join(f"{name} {value}" for name, value in result.options.items())
     return (
         (
             "Clock and rotation",

@@ -21,7 +21,7 @@ const RATE_BIAS: usize = 16;
 
 const ROUNDS: usize = 20;
 /// Change of the lever arm, m, after which another round is not worth it.
-const SETTLED: f64 = 1e-9;
+const SETTLED: f64 = 1e-7;
 
 /// 1-sigma of the lever arm before any data, m.
 const LARGEST_ARM: f64 = 3.0;

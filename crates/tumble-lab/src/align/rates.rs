@@ -18,7 +18,7 @@ const SKEW: usize = 13;
 
 const ROUNDS: usize = 20;
 /// Changes of rotation, rad, and offset, s, after which another round is not worth it.
-const SETTLED: f64 = 1e-9;
+const SETTLED: (f64, f64) = (1e-7, 1e-8);
 
 /// Rates about an axis count as seen where their energy is so many times that of noise.
 pub const ABOVE_NOISE: f64 = 10.0;
@@ -139,7 +139,7 @@ pub fn fit(
         )?;
         guess.change(&next.change, grid.length);
         pairs = grid.pairs(secondary, &guess.clock);
-        if next.change.fixed_rows::<3>(0).norm() < SETTLED && next.change[OFFSET].abs() < SETTLED {
+        if next.change.fixed_rows::<3>(0).norm() < SETTLED.0 && next.change[OFFSET].abs() < SETTLED.1 {
             break;
         }
     }
