@@ -118,7 +118,7 @@ def test_a_change_that_makes_no_sense_is_refused_by_name(change, says):
 @pytest.mark.parametrize(
     ("changes", "names", "says"),
     [
-        ({"collect_timeout": 30.0}, ("collect_timeout is 30", "collect is 60"), "longer"),
+        ({"collect_timeout": 20.0}, ("collect_timeout is 20", "collect is 30"), "longer"),
         ({"evaluate_every": 1.0}, ("evaluate_every is 1", "rest_duration is 2"), "longer"),
         (
             {"motion_specific_force": 0.05},

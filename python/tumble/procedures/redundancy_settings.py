@@ -130,7 +130,7 @@ class CalibrationSettings(Document):
     """Change of the primary's mean angular rate since the rest that counts as motion."""
     motion_timeout: float = _positive(300.0, "s")
     """Longest wait for motion; then the calibration is abandoned."""
-    collect: float = _positive(60.0, "s")
+    collect: float = _positive(30.0, "s")
     """Motion to be collected."""
     collect_timeout: float = _positive(600.0, "s")
     """Longest time for collecting; then what there is has to do, or the calibration is abandoned."""

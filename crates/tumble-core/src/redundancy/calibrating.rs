@@ -292,7 +292,9 @@ impl<T: Real> Trial<'_, T> {
             return Err(Refusal::TooFewPairs { pairs, needed });
         }
         let half = self.fit(fitted, layout)?;
-        let whole = self.fit(all, layout)?;
+        // Both halves hold every other second: what residuals have in common over a second shows between them.
+        let times = half.disagreement(&self.fit(held_out, layout)?).max(T::one());
+        let whole = self.fit(all, layout)?.less_certain(times);
         let candidate = Candidate {
             sensor: self.sensor,
             axes: self.unit.axes.of(self.sensor),

@@ -68,6 +68,45 @@ pub struct Fit<T: Real> {
     pub pairs: u32,
 }
 
+impl<T: Real> Fit<T> {
+    /// Mean square of what this fit and one to other pairs are apart, over what their covariances allow for: one, unless
+    /// residuals hang together for longer than a pair takes, as those of vibration do.
+    pub fn disagreement(&self, other: &Self) -> T {
+        let (mut sum, mut terms) = (T::zero(), T::zero());
+        let mut compare = |apart: T, variance: T| {
+            if variance > T::zero() {
+                sum += apart * apart / variance;
+                terms += T::one();
+            }
+        };
+        let matrix = self.relation.matrix - other.relation.matrix;
+        for (i, (one, another)) in self.row_covariance.iter().zip(&other.row_covariance).enumerate() {
+            for j in 0..3 {
+                compare(matrix[(i, j)], one[(j, j)] + another[(j, j)]);
+            }
+        }
+        let bias = self.relation.bias - other.relation.bias;
+        let arm = self.relation.lever_arm - other.relation.lever_arm;
+        let arms = self.lever_arm_covariance + other.lever_arm_covariance;
+        for j in 0..3 {
+            let (one, another) = (self.bias_sigma[j], other.bias_sigma[j]);
+            compare(bias[j], one * one + another * another);
+            compare(arm[j], arms[(j, j)]);
+        }
+        sum / terms.max(T::one())
+    }
+
+    /// With every variance so many times as large.
+    pub fn less_certain(mut self, times: T) -> Self {
+        for covariance in &mut self.row_covariance {
+            *covariance *= times;
+        }
+        self.lever_arm_covariance *= times;
+        self.bias_sigma *= times.sqrt();
+        self
+    }
+}
+
 /// M meets the lever arm in products, of which each pass leaves the square of what was wrong.
 const PASSES: u32 = 3;
 

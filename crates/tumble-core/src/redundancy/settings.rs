@@ -191,7 +191,7 @@ impl<T: Real> Default for Settings<T> {
                 scope: Scope::AllSensors,
                 motion: both(0.5, 0.2),
                 motion_timeout: 300 * SECOND,
-                collect: 60 * SECOND,
+                collect: 30 * SECOND,
                 collect_timeout: 600 * SECOND,
                 fewest_pairs: 200,
             },
