@@ -130,7 +130,7 @@ def test_a_change_that_makes_no_sense_is_refused_by_name(change, says):
             ("motion_angular_rate is 0.01", "second_threshold is 0.02"),
             "larger",
         ),
-        ({"fewest_pairs": 5000}, ("fewest_pairs is 5000", "collect is 60"), "do not fit"),
+        ({"fewest_pairs": 5000}, ("fewest_pairs is 5000", "collect is 30"), "do not fit"),
         (
             {"fifth_threshold": "last*2"},
             ("fifth_threshold is last*2", "data is compensated"),
