@@ -1,5 +1,5 @@
 #!/bin/sh
-# Proves that tumble-core builds for a Cortex-M4F: no operating system, no heap.
+# Proves that tumble-core and tumble-store build for a Cortex-M4F: no operating system, no heap.
 set -eu
 
 target=thumbv7em-none-eabihf
@@ -14,7 +14,7 @@ if ! has_core && command -v rustup >/dev/null; then
 fi
 
 if has_core; then
-    cargo build --locked --package tumble-core --target "$target"
+    cargo build --locked --package tumble-core --package tumble-store --target "$target"
     exit
 fi
 
@@ -29,5 +29,5 @@ if [ ! -d "$sources" ]; then
     exit 1
 fi
 # -Zbuild-std is not stable yet, and this variable is how a stable compiler is told to allow it.
-RUSTC_BOOTSTRAP=1 RUSTC=/usr/bin/rustc /usr/bin/cargo build --locked --package tumble-core --target "$target" \
-    -Zbuild-std=core --target-dir target/system-compiler
+RUSTC_BOOTSTRAP=1 RUSTC=/usr/bin/rustc /usr/bin/cargo build --locked --package tumble-core --package tumble-store \
+    --target "$target" -Zbuild-std=core --target-dir target/system-compiler

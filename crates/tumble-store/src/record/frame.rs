@@ -1,0 +1,60 @@
+//! What all versions share: how they begin, and the checksum at their end.
+
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+use serde::Serialize;
+
+use crate::record::{DecodeError, EncodeError};
+
+/// How every record begins: Tumble Record.
+const MAGIC: [u8; 2] = *b"TR";
+
+/// Bytes before the fields: [`MAGIC`] and the version.
+const HEAD: usize = MAGIC.len() + 1;
+
+/// Bytes after the fields.
+const CHECKSUM: usize = 4;
+
+/// Bytes around the fields.
+pub const FRAME: usize = HEAD + CHECKSUM;
+
+/// CRC-32 as in Ethernet and zip files; bit by bit, since a table of 1 KiB would outweigh the rest of this crate.
+pub const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+
+/// Frames the fields of a version.
+pub fn write<'b>(
+    version: u8,
+    fields: &impl Serialize,
+    buffer: &'b mut [u8],
+) -> Result<&'b [u8], EncodeError> {
+    let room = buffer.get_mut(HEAD..).ok_or(EncodeError::NoRoom)?;
+    let length = postcard::to_slice(fields, room)
+        .map_err(|_| EncodeError::NoRoom)?
+        .len();
+    let (used, _) = buffer
+        .split_at_mut_checked(length + FRAME)
+        .ok_or(EncodeError::NoRoom)?;
+    let (covered, checksum) = used
+        .split_last_chunk_mut::<CHECKSUM>()
+        .ok_or(EncodeError::NoRoom)?;
+    let (head, _) = covered
+        .split_first_chunk_mut::<HEAD>()
+        .ok_or(EncodeError::NoRoom)?;
+    let [t, r] = MAGIC;
+    *head = [t, r, version];
+    *checksum = CRC.checksum(covered).to_le_bytes();
+    Ok(used)
+}
+
+/// Takes the frame off: gives the version and the bytes of its fields.
+pub fn open(bytes: &[u8]) -> Result<(u8, &[u8]), DecodeError> {
+    let short = DecodeError::TooShort { found: bytes.len() };
+    let (covered, checksum) = bytes.split_last_chunk::<CHECKSUM>().ok_or(short)?;
+    let ([t, r, version], fields) = covered.split_first_chunk::<HEAD>().ok_or(short)?;
+    if [*t, *r] != MAGIC {
+        return Err(DecodeError::NotARecord);
+    }
+    if CRC.checksum(covered) != u32::from_le_bytes(*checksum) {
+        return Err(DecodeError::Corrupt);
+    }
+    Ok((*version, fields))
+}

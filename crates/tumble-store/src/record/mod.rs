@@ -1,0 +1,179 @@
+//! One calibration record as bytes: a frame with version and CRC-32 around fields in a fixed order.
+//!
+//! Numbers are single precision on the wire, whatever the core runs on. Its rounding, 6e-8 of a value, is some thousand
+//! times below the sigma of any calibration; devices compute in single precision anyway; and half the bytes are half
+//! the wear.
+
+mod frame;
+mod version_1;
+
+#[cfg(test)]
+mod older_version_tests;
+
+use nalgebra::{Matrix3, Vector3, convert, convert_unchecked};
+use tumble_core::model::ErrorModel;
+use tumble_core::real::Real;
+use tumble_core::redundancy::record::Record;
+
+/// The version that [`encode`] writes; [`decode`] reads it and all before it.
+pub const VERSION: u8 = 1;
+
+/// Most bytes that [`encode`] writes.
+pub const MAX_ENCODED: usize = frame::FRAME + version_1::MAX_PAYLOAD;
+
+/// A record of the core, with what the core does not need.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StoredRecord {
+    /// Error of one sensor of one unit.
+    pub record: Record<f32>,
+    /// Of the unit while it was calibrated, degC, if known.
+    pub temperature: Option<f32>,
+}
+
+/// Why a record cannot be written as bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EncodeError {
+    /// A number is not one that a record may hold in single precision.
+    NotFinite(Field),
+    /// The bytes given are fewer than the record needs; [`MAX_ENCODED`] are always enough.
+    NoRoom,
+}
+
+/// Why bytes are not a record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DecodeError {
+    /// Fewer bytes than any record has.
+    TooShort {
+        /// Bytes given.
+        found: usize,
+    },
+    /// They do not begin as records do.
+    NotARecord,
+    /// They are not as they were written.
+    Corrupt,
+    /// They are as written, by a newer version of this crate.
+    UnknownVersion {
+        /// Their version.
+        found: u8,
+    },
+    /// They are as written, but a code in them means nothing.
+    UnknownCode {
+        /// What it should say.
+        field: Field,
+        /// What it says.
+        found: u8,
+    },
+    /// They are as written, but a number in them is not one that a record may hold.
+    NotFinite(Field),
+}
+
+/// A part of a record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Field {
+    /// Accelerometer or gyroscope.
+    Sensor,
+    /// What was fitted.
+    Rung,
+    /// M.
+    Matrix,
+    /// b.
+    Bias,
+    /// From primary to secondary.
+    LeverArm,
+    /// 1-sigma of M, b and lever arm.
+    Sigmas,
+    /// Of the fit, and before it.
+    Residuals,
+    /// While it was calibrated.
+    Temperature,
+}
+
+/// Writes a record at the start of `buffer`; gives the bytes that are the record.
+///
+/// # Errors
+/// [`EncodeError`]; what is in `buffer` then is no record.
+pub fn encode<'b>(record: &StoredRecord, buffer: &'b mut [u8]) -> Result<&'b [u8], EncodeError> {
+    record.check().map_err(EncodeError::NotFinite)?;
+    frame::write(VERSION, &version_1::Payload::from(record), buffer)
+}
+
+/// Reads a record from the bytes that are it, neither more nor fewer.
+///
+/// # Errors
+/// [`DecodeError`], never another record than was written.
+pub fn decode(bytes: &[u8]) -> Result<StoredRecord, DecodeError> {
+    decode_by(&[(1, version_1::read)], bytes)
+}
+
+/// What reads the fields of one version.
+type Reader = fn(&[u8]) -> Result<StoredRecord, DecodeError>;
+
+/// Reads a record of any version that has a reader.
+fn decode_by(readers: &[(u8, Reader)], bytes: &[u8]) -> Result<StoredRecord, DecodeError> {
+    let (found, payload) = frame::open(bytes)?;
+    let mut readers = readers.iter().filter(|(version, _)| *version == found);
+    let (_, read) = readers.next().ok_or(DecodeError::UnknownVersion { found })?;
+    let record = read(payload)?;
+    record.check().map_err(DecodeError::NotFinite)?;
+    Ok(record)
+}
+
+impl StoredRecord {
+    /// Takes a record of the core in either precision.
+    pub fn of<T: Real>(record: &Record<T>, temperature: Option<T>) -> Self {
+        let single = convert_unchecked::<T, f32>;
+        Self {
+            record: in_numbers(record, single),
+            temperature: temperature.map(single),
+        }
+    }
+
+    /// Gives the record of the core in either precision.
+    pub fn record_in<T: Real>(&self) -> Record<T> {
+        in_numbers(&self.record, convert::<f32, T>)
+    }
+
+    /// Finds what is not a number that a record may hold. Sigmas and residuals may be infinite: nothing is known then.
+    fn check(&self) -> Result<(), Field> {
+        let record = &self.record;
+        let sigmas = record.matrix_sigma.iter().chain(&record.bias_sigma);
+        let sigmas = sigmas.chain(&record.lever_arm_sigma);
+        let faults = [
+            (Field::Matrix, record.model.matrix.iter().all(|x| x.is_finite())),
+            (Field::Bias, record.model.bias.iter().all(|x| x.is_finite())),
+            (Field::LeverArm, record.lever_arm.iter().all(|x| x.is_finite())),
+            (Field::Sigmas, sigmas.into_iter().all(|x| !x.is_nan())),
+            (
+                Field::Residuals,
+                !(record.residual.is_nan() || record.residual_before.is_nan()),
+            ),
+            (Field::Temperature, self.temperature.is_none_or(f32::is_finite)),
+        ];
+        let fault = faults.iter().find(|(_, sound)| !sound);
+        fault.map_or(Ok(()), |(field, _)| Err(*field))
+    }
+}
+
+/// The same record in other numbers.
+fn in_numbers<T: Real, U: Real>(record: &Record<T>, number: impl Fn(T) -> U + Copy) -> Record<U> {
+    let vector = |v: &Vector3<T>| v.map(number);
+    let matrix = |m: &Matrix3<T>| m.map(number);
+    Record {
+        identity: record.identity,
+        sensor: record.sensor,
+        model: ErrorModel {
+            matrix: matrix(&record.model.matrix),
+            bias: vector(&record.model.bias),
+        },
+        matrix_sigma: matrix(&record.matrix_sigma),
+        bias_sigma: vector(&record.bias_sigma),
+        lever_arm: vector(&record.lever_arm),
+        lever_arm_sigma: vector(&record.lever_arm_sigma),
+        rung: record.rung,
+        directions: record.directions,
+        residual: number(record.residual),
+        residual_before: number(record.residual_before),
+        pairs: record.pairs,
+        sequence: record.sequence,
+    }
+}

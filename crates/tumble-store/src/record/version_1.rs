@@ -1,0 +1,154 @@
+//! The fields of version 1, in the order of `docs/record-format.md`. What is here never changes: another order, or
+//! another field, is another version.
+
+use nalgebra::{Matrix3, Vector3};
+use postcard::fixint;
+use serde::{Deserialize, Serialize};
+use tumble_core::model::ErrorModel;
+use tumble_core::redundancy::record::Record;
+use tumble_core::redundancy::sensor::Sensor;
+use tumble_core::redundancy::settings::Rung;
+
+use crate::record::{DecodeError, Field, StoredRecord};
+
+/// Most bytes of the fields: a temperature is there.
+pub const MAX_PAYLOAD: usize = 152;
+
+/// As they are on the wire. Integers have all their bytes, so that every field has its place.
+#[derive(Serialize, Deserialize)]
+pub struct Payload {
+    #[serde(with = "fixint::le")]
+    identity: u64,
+    sensor: u8,
+    rung: u8,
+    directions: u8,
+    #[serde(with = "fixint::le")]
+    pairs: u32,
+    #[serde(with = "fixint::le")]
+    sequence: u32,
+    matrix: Rows,
+    bias: [f32; 3],
+    matrix_sigma: Rows,
+    bias_sigma: [f32; 3],
+    lever_arm: [f32; 3],
+    lever_arm_sigma: [f32; 3],
+    residual: f32,
+    residual_before: f32,
+    temperature: Option<f32>,
+}
+
+/// A matrix, row by row.
+type Rows = [[f32; 3]; 3];
+
+/// Reads the fields.
+pub fn read(fields: &[u8]) -> Result<StoredRecord, DecodeError> {
+    let (payload, rest) = postcard::take_from_bytes::<Payload>(fields).map_err(|_| DecodeError::Corrupt)?;
+    if rest.is_empty() {
+        StoredRecord::try_from(payload)
+    } else {
+        Err(DecodeError::Corrupt)
+    }
+}
+
+impl From<&StoredRecord> for Payload {
+    fn from(stored: &StoredRecord) -> Self {
+        let record = &stored.record;
+        Self {
+            identity: record.identity,
+            sensor: sensor_code(record.sensor),
+            rung: rung_code(record.rung),
+            directions: record.directions,
+            pairs: record.pairs,
+            sequence: record.sequence,
+            matrix: rows(&record.model.matrix),
+            bias: record.model.bias.into(),
+            matrix_sigma: rows(&record.matrix_sigma),
+            bias_sigma: record.bias_sigma.into(),
+            lever_arm: record.lever_arm.into(),
+            lever_arm_sigma: record.lever_arm_sigma.into(),
+            residual: record.residual,
+            residual_before: record.residual_before,
+            temperature: stored.temperature,
+        }
+    }
+}
+
+impl TryFrom<Payload> for StoredRecord {
+    type Error = DecodeError;
+
+    fn try_from(payload: Payload) -> Result<Self, DecodeError> {
+        let record = Record {
+            identity: payload.identity,
+            sensor: sensor(payload.sensor)?,
+            model: ErrorModel {
+                matrix: matrix(&payload.matrix),
+                bias: Vector3::from(payload.bias),
+            },
+            matrix_sigma: matrix(&payload.matrix_sigma),
+            bias_sigma: Vector3::from(payload.bias_sigma),
+            lever_arm: Vector3::from(payload.lever_arm),
+            lever_arm_sigma: Vector3::from(payload.lever_arm_sigma),
+            rung: rung(payload.rung)?,
+            directions: payload.directions,
+            residual: payload.residual,
+            residual_before: payload.residual_before,
+            pairs: payload.pairs,
+            sequence: payload.sequence,
+        };
+        Ok(Self {
+            record,
+            temperature: payload.temperature,
+        })
+    }
+}
+
+fn rows(m: &Matrix3<f32>) -> Rows {
+    // Columns are how nalgebra keeps a matrix.
+    m.transpose().into()
+}
+
+fn matrix(rows: &Rows) -> Matrix3<f32> {
+    Matrix3::from(*rows).transpose()
+}
+
+/// The code of a sensor.
+pub fn sensor_code(sensor: Sensor) -> u8 {
+    match sensor {
+        Sensor::Accelerometer => 0,
+        Sensor::Gyroscope => 1,
+    }
+}
+
+/// The sensor of a code.
+pub fn sensor(found: u8) -> Result<Sensor, DecodeError> {
+    match found {
+        0 => Ok(Sensor::Accelerometer),
+        1 => Ok(Sensor::Gyroscope),
+        _ => Err(DecodeError::UnknownCode {
+            field: Field::Sensor,
+            found,
+        }),
+    }
+}
+
+fn rung_code(rung: Rung) -> u8 {
+    match rung {
+        Rung::Offset => 0,
+        Rung::Gain => 1,
+        Rung::Affine => 2,
+        Rung::AffineAndLeverArm => 3,
+    }
+}
+
+fn rung(found: u8) -> Result<Rung, DecodeError> {
+    match found {
+        0 => Ok(Rung::Offset),
+        1 => Ok(Rung::Gain),
+        2 => Ok(Rung::Affine),
+        3 => Ok(Rung::AffineAndLeverArm),
+        _ => Err(DecodeError::UnknownCode {
+            field: Field::Rung,
+            found,
+        }),
+    }
+}

@@ -1,0 +1,94 @@
+//! Records to test with.
+#![allow(dead_code, reason = "every file of tests takes what it needs")]
+
+use nalgebra::{Matrix3, Vector3};
+use proptest::array::{uniform3, uniform9};
+use proptest::num::f32::{INFINITE, NEGATIVE, NORMAL, POSITIVE, SUBNORMAL, ZERO};
+use proptest::prelude::*;
+use tumble_core::model::ErrorModel;
+use tumble_core::redundancy::record::Record;
+use tumble_core::redundancy::sensor::{SENSORS, Sensor};
+use tumble_core::redundancy::settings::Rung;
+use tumble_store::record::StoredRecord;
+
+/// The example of `docs/record-format.md`.
+pub fn example() -> StoredRecord {
+    let seen = 1.0 / 8192.0;
+    let unseen = f32::INFINITY;
+    let record = Record {
+        identity: 0x0123_4567_89ab_cdef,
+        sensor: Sensor::Accelerometer,
+        model: ErrorModel {
+            matrix: Matrix3::new(
+                1.0 + 1.0 / 1024.0,
+                1.0 / 2048.0,
+                0.0,
+                -1.0 / 4096.0,
+                1.0 - 1.0 / 1024.0,
+                0.0,
+                0.0,
+                seen,
+                1.0,
+            ),
+            bias: Vector3::new(0.125, -0.0625, 0.03125),
+        },
+        matrix_sigma: Matrix3::new(seen, seen, seen, seen, seen, seen, unseen, unseen, unseen),
+        bias_sigma: Vector3::new(1.0 / 128.0, 1.0 / 128.0, 1.0 / 64.0),
+        lever_arm: Vector3::new(0.25, -0.125, 0.0625),
+        lever_arm_sigma: Vector3::repeat(1.0 / 512.0),
+        rung: Rung::AffineAndLeverArm,
+        directions: 3,
+        residual: 0.0625,
+        residual_before: 0.5,
+        pairs: 412,
+        sequence: 7,
+    };
+    StoredRecord {
+        record,
+        temperature: Some(36.5),
+    }
+}
+
+/// Any number that a record may hold.
+fn finite() -> impl Strategy<Value = f32> {
+    POSITIVE | NEGATIVE | NORMAL | SUBNORMAL | ZERO
+}
+
+/// Any number that says how much is known.
+fn sigma() -> impl Strategy<Value = f32> {
+    POSITIVE | NORMAL | SUBNORMAL | ZERO | INFINITE
+}
+
+prop_compose! {
+    /// Any record.
+    pub fn record()(
+        identity in any::<u64>(),
+        sensor in prop::sample::select(SENSORS.to_vec()),
+        matrix in uniform9(finite()),
+        vectors in uniform3(finite()),
+        lever_arm in uniform3(finite()),
+        matrix_sigma in uniform9(sigma()),
+        sigmas in (uniform3(sigma()), uniform3(sigma())),
+        rung in prop::sample::select(vec![Rung::Offset, Rung::Gain, Rung::Affine, Rung::AffineAndLeverArm]),
+        counts in any::<(u8, u32, u32)>(),
+        residuals in (sigma(), sigma()),
+        temperature in prop::option::of(finite()),
+    ) -> StoredRecord {
+        let record = Record {
+            identity,
+            sensor,
+            model: ErrorModel { matrix: Matrix3::from_row_slice(&matrix), bias: Vector3::from(vectors) },
+            matrix_sigma: Matrix3::from_row_slice(&matrix_sigma),
+            bias_sigma: Vector3::from(sigmas.0),
+            lever_arm: Vector3::from(lever_arm),
+            lever_arm_sigma: Vector3::from(sigmas.1),
+            rung,
+            directions: counts.0,
+            residual: residuals.0,
+            residual_before: residuals.1,
+            pairs: counts.1,
+            sequence: counts.2,
+        };
+        StoredRecord { record, temperature }
+    }
+}
