@@ -138,6 +138,22 @@ def test_a_unit_whose_axes_are_left_handed_is_refused_with_the_option_that_mends
     assert done.code == 0, done.err
 
 
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda force: force[:, [1, 0, 2]],
+        lambda force: force[::-1],
+        np.zeros_like,
+        lambda force: force / 9.80665,
+    ],
+    ids=["axes exchanged", "of another time", "dead", "in g"],
+)
+def test_an_accelerometer_that_does_not_fit_is_refused_though_the_gyroscopes_do(pair, spoil):
+    pair[1][:, 1:4] = spoil(pair[1][:, 1:4].copy())
+    with pytest.raises(tumble.ProcedureError, match=r"^u1: its accelerometer does not fit that of u0"):
+        aligned(pair)
+
+
 def test_logs_that_are_too_short_are_refused(tmp_path, pair):
     line = refused(*arguments([table[:150] for table in pair], tmp_path, "--search", "0"), folder=tmp_path)
     assert line.startswith("second: shares less than 2 s with first")

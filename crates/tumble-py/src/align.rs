@@ -133,6 +133,7 @@ fn error(py: Python<'_>, refusal: &Refusal) -> PyErr {
         Refusal::Mirrored => ("mirrored", vec![]),
         Refusal::Scaled { ratio } => ("scaled", vec![("ratio", *ratio)]),
         Refusal::Ambiguous { offset, other } => ("ambiguous", vec![("offset", *offset), ("other", *other)]),
+        Refusal::ForcesDisagree { apart } => ("forces disagree", vec![("apart", *apart)]),
         Refusal::Unsolvable => ("unsolvable", vec![]),
     };
     for (name, value) in values {

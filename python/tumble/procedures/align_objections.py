@@ -28,6 +28,11 @@ def in_words(error: _core.CoreError, primary: str, search: float) -> str:
             f"offsets of {figures['offset']:.3f} and {figures['other']:.3f} s fit alike, for the motion "
             f"repeats itself; move irregularly, or give a --search below {_half_way(figures):.2g}"
         )
+    if kind == "forces disagree":
+        return (
+            f"its accelerometer does not fit that of {primary}, turned as the gyroscopes are: they differ by "
+            f"{figures['apart']:.2g} m/s^2; check the axes, the unit and the columns of both accelerometers"
+        )
     return {
         "nothing in common": f"shares less than 2 s with {primary} in which both can be used; record both "
         "together, or give a larger --search",

@@ -13,7 +13,7 @@ use crate::align::coarse::Shift;
 use crate::align::forces::ForcesFit;
 use crate::align::grid::{Clock, Grid, edges, whole};
 use crate::align::rates::RatesFit;
-use crate::align::track::{Track, Window, rate_of};
+use crate::align::track::{Track, Window, force_of, rate_of};
 
 pub mod coarse;
 pub mod forces;
@@ -89,6 +89,19 @@ impl Aligned {
             .map(|forces| forces.lever_arm_covariance.trace());
         of_arm.unwrap_or(f64::MAX) + 0.01 * self.rates.rotation_covariance.trace()
     }
+
+    fn refuse_if_forces_disagree(&self) -> Result<(), Refusal> {
+        let Some(forces) = &self.forces else { return Ok(()) };
+        let felt = || self.rates.pairs.iter().map(|pair| force_of(&pair.secondary.mean));
+        #[allow(clippy::cast_precision_loss)]
+        let share = 1.0 / self.rates.pairs.len().max(1) as f64;
+        let mean = felt().sum::<Vector3<f64>>() * share;
+        let spread = (felt().map(|f| (f - mean).norm_squared()).sum::<f64>() * share / 3.0).sqrt();
+        if forces.scale > LARGEST_RESIDUAL && forces.scale > LARGEST_RESIDUAL_SHARE * spread {
+            return Err(Refusal::ForcesDisagree { apart: forces.scale });
+        }
+        Ok(())
+    }
 }
 
 /// Why two units cannot be aligned.
@@ -122,6 +135,11 @@ pub enum Refusal {
         /// Another.
         other: f64,
     },
+    /// The accelerometers do not feel one motion, turned as the gyroscopes are.
+    ForcesDisagree {
+        /// 1-sigma of a component of what remains between them, m/s^2.
+        apart: f64,
+    },
     /// The equations have no solution.
     Unsolvable,
 }
@@ -132,6 +150,9 @@ pub const LEAST_MOTION: f64 = 0.02;
 pub const LEAST_CORRELATION: f64 = 0.7;
 /// Ratio of the rates of two units that no scale error explains.
 const LARGEST_RATIO: f64 = 1.25;
+/// What remains between two accelerometers, m/s^2, and its share of what the secondary's feels, where both are sound.
+const LARGEST_RESIDUAL: f64 = 0.5;
+const LARGEST_RESIDUAL_SHARE: f64 = 0.4;
 /// A mirror image is one where a rotation leaves so many times what a reflection leaves.
 const MIRRORED: f64 = 4.0;
 /// Samples that a window holds at least.
@@ -171,13 +192,15 @@ pub fn align(
         let rates = rates::fit(&grid, secondary, rotation, clock, settings)?;
         solved(rates, best, grid.length, settings)
     });
-    Ok(longer.fold(shortest, |best, other| {
+    let best = longer.fold(shortest, |best, other| {
         if other.doubt() < WORTH_IT * best.doubt() {
             other
         } else {
             best
         }
-    }))
+    });
+    best.refuse_if_forces_disagree()?;
+    Ok(best)
 }
 
 /// Goes on from what the rates show to what the forces do.
