@@ -64,6 +64,7 @@ def replayed(flown, settings):
         folder / "flight.mcap",
         *_units(),
         *("--settings", settings, "--calibration", folder / "primary.yaml", "-o", folder / "out"),
+        *("--set", "collect=60"),
     )
 
 
