@@ -34,6 +34,7 @@ LEAVES = {
     "files",
     "recording",
     "documents",
+    "factors",
     "results",
     "results_spin",
     "results_align",
@@ -46,6 +47,7 @@ MODULES: dict[str, set[str]] = {
     "files": {"errors"},
     "recording": {"errors"},
     "documents": {"errors", "files", "recording"},
+    "factors": {"recording"},
     "results": {"errors", "recording"},
     "results_spin": {"errors", "recording", "results"},
     "results_align": {"errors", "recording", "results"},
@@ -63,7 +65,7 @@ MODULES: dict[str, set[str]] = {
 }
 """Which parts of the package each part may import, besides itself. `tumble` itself may import all of them."""
 
-WHEN_ASKED = {("results", "report"), ("results_spin", "report")}
+WHEN_ASKED = {("results", "report"), ("results_spin", "report"), ("results_redundancy", "report")}
 """What one part may fetch of another inside a function only: a notebook asks a result for its table."""
 
 NO_MATHEMATICS = {"numpy", "scipy"}

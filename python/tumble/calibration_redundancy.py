@@ -16,16 +16,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tumble.documents import plain
+from tumble.factors import PAIRS, factors, non_orthogonality, propagated, read_off_sigma
 from tumble.recording import FloatArray
 from tumble.results_redundancy import RedundancyResult, SecondaryError, Sensor
 
 _UNITS: dict[Sensor, str] = {"accelerometer": "m/s^2", "gyroscope": "rad/s"}
 _STIMULI: dict[Sensor, str] = {"accelerometer": "specific force along", "gyroscope": "angular rate about"}
-_PAIRS = ("xy", "yz", "zx")
-_STEP = 1e-6
-"""Change of an element of M over which derivatives are taken."""
-_NO_EFFECT = 1e-6
-"""Derivative below which what is unknown of one number says nothing of another."""
 
 
 def redundancy_content(result: RedundancyResult, unit: str, primary: Mapping[str, Any]) -> dict[str, Any]:
@@ -89,7 +85,7 @@ def _section(error: SecondaryError, primary: Mapping[str, Any], primary_name: st
     }
     if "matrix" in groups:
         # K, L and Q of a matrix that was shown in part would be numbers nobody measured.
-        K, L, Q = _factors(matrix)
+        K, L, Q = factors(matrix)
         content |= {"K": K, "L": L, "Q": Q, "angles": _angles(matrix, Q)}
     if "g_sensitivity" in primary:
         content["g_sensitivity"] = error.matrix @ np.array(primary["g_sensitivity"], dtype=np.float64)
@@ -106,73 +102,31 @@ def _covariance(
     of_relation[9:, :9] = np.kron(identity, first_bias[None])
     of_relation[9:, 9:] = identity
     variance = np.concatenate([error.matrix_sigma.ravel(), error.bias_sigma]) ** 2
-    covariance = _propagated(of_relation, np.diag(variance))
+    covariance = propagated(of_relation, np.diag(variance))
     if first is None:
         return covariance
     of_primary = np.zeros((12, 12))
     of_primary[:9, :9] = np.kron(error.matrix, identity)
     of_primary[9:, 9:] = error.matrix
-    return covariance + _propagated(of_primary, np.array(first, dtype=np.float64))
-
-
-def _propagated(jacobian: FloatArray, covariance: FloatArray) -> FloatArray:
-    """J C J^T; what depends on something unknown is NaN, what does not stays known."""
-    known = np.isfinite(np.diag(covariance))
-    inner = np.where(np.outer(known, known), covariance, 0.0)
-    found: FloatArray = jacobian @ np.nan_to_num(inner) @ jacobian.T
-    lost = (np.abs(jacobian[:, ~known]) > _NO_EFFECT).any(axis=1)
-    found[lost, :] = np.nan
-    found[:, lost] = np.nan
-    return found
+    return covariance + propagated(of_primary, np.array(first, dtype=np.float64))
 
 
 def _sigma(matrix: FloatArray, covariance: FloatArray) -> dict[str, Any]:
     """1-sigma of what people read off M and b."""
-    steps = _STEP * np.eye(9).reshape(9, 3, 3)
-    derivatives = [
-        (_read_off(matrix + step, matrix) - _read_off(matrix - step, matrix)) / (2.0 * _STEP)
-        for step in steps
-    ]
-    variance = np.diag(_propagated(np.array(derivatives).T, covariance[:9, :9]))
-    sigma = np.sqrt(variance)
+    sigma = read_off_sigma(matrix, covariance[:9, :9])
     angles = np.degrees(sigma[3:])
     return {
         "bias": np.sqrt(np.diag(covariance)[9:]),
         "scale": sigma[:3],
-        "non-orthogonality": {pair: _or_none(angle) for pair, angle in zip(_PAIRS, angles[:3], strict=True)},
+        "non-orthogonality": {pair: _or_none(angle) for pair, angle in zip(PAIRS, angles[:3], strict=True)},
         "mounting": angles[3:],
     }
 
 
-def _read_off(matrix: FloatArray, around: FloatArray) -> FloatArray:
-    """(9,) scales, non-orthogonalities and the turn of the mounting from that of `around`, rad."""
-    _, _, Q = _factors(matrix)
-    _, _, Q_around = _factors(around)
-    turned = Rotation.from_matrix(Q @ Q_around.T).as_rotvec()
-    return np.concatenate([np.linalg.norm(matrix, axis=1), _non_orthogonality(matrix), turned])
-
-
-def _factors(matrix: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """K, L and Q of M = K L Q, by the QR decomposition of M^T."""
-    Q, R = np.linalg.qr(matrix.T)
-    signs = np.sign(np.diag(R))
-    lower = R.T * signs
-    scale = np.linalg.norm(lower, axis=1)
-    # Adding zero turns -0.0, which a file would show, into 0.0.
-    return np.diag(scale), lower / scale[:, None] + 0.0, signs[:, None] * Q.T + 0.0
-
-
-def _non_orthogonality(matrix: FloatArray) -> FloatArray:
-    """(3,) of xy, yz and zx, rad: asin(s_i . s_j) of the unit sensing axes."""
-    x, y, z = matrix / np.linalg.norm(matrix, axis=1)[:, None]
-    angles: FloatArray = np.arcsin([x @ y, y @ z, z @ x])
-    return angles
-
-
 def _angles(matrix: FloatArray, Q: FloatArray) -> dict[str, Any]:
-    degrees = np.degrees(_non_orthogonality(matrix))
+    degrees = np.degrees(non_orthogonality(matrix))
     return {
-        "non-orthogonality": dict(zip(_PAIRS, map(float, degrees), strict=True)),
+        "non-orthogonality": dict(zip(PAIRS, map(float, degrees), strict=True)),
         "mounting": np.degrees(Rotation.from_matrix(Q).as_rotvec()) + 0.0,
     }
 

@@ -116,3 +116,10 @@ class RedundancyResult:
     software: str = ""
     serials: Mapping[str, str] = field(default_factory=dict)
     """Of the units whose logs state them, by name."""
+    defaults: Mapping[str, object] = field(default_factory=dict)
+    """What the settings are where nobody changes them, by name; empty if not known."""
+
+    def _repr_html_(self) -> str:
+        from tumble.report.notebook import redundancy_html
+
+        return redundancy_html(self)

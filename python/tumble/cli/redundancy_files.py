@@ -24,7 +24,9 @@ REPORT = "report.html"
 def write_results(
     result: RedundancyResult, primary: Calibration | None, folder: Path
 ) -> tuple[dict[str, str], list[str]]:
-    """Write events and calibrations into `folder`; give each path by what it is, and what to beware of."""
+    """Write everything but the store into `folder`; give each path by what it is, and what to beware of."""
+    from tumble.report.redundancy_page import write_redundancy_page
+
     events = folder / EVENTS
     write_events(result, events)
     files = {"events": str(events)}
@@ -37,7 +39,8 @@ def write_results(
             files[unit] = str(path)
         elif path.exists():
             warnings.append(f"{path} is of an earlier run, this one has no calibration for it")
-    return files, warnings
+    write_redundancy_page(result, folder / REPORT)
+    return files | {"report": str(folder / REPORT)}, warnings
 
 
 def write_events(result: RedundancyResult, path: Path) -> None:

@@ -6,11 +6,13 @@ from collections.abc import Iterable
 
 from markupsafe import Markup, escape
 
-from tumble.report import spin_words, words
+from tumble.report import redundancy_words, spin_words, words
 from tumble.report.improvement import improvement
 from tumble.report.parameters import ParameterRow, parameter_groups
+from tumble.report.redundancy_parameters import error_groups
 from tumble.report.spin_parameters import spin_groups
 from tumble.results import TargetResult, TriadResult, TurntableResult
+from tumble.results_redundancy import RedundancyResult
 from tumble.results_spin import SpinResult
 
 
@@ -50,6 +52,21 @@ def spin_html(result: SpinResult) -> str:
         for row in group.rows
     ]
     notes = (*biases, *spin_words.trust_sentences(result), *spin_words.unobserved_sentences(result))
+    return Markup("<table>{}{}{}</table>{}").format(caption, head, Markup().join(rows), _paragraphs(notes))
+
+
+def redundancy_html(result: RedundancyResult) -> str:
+    """Print what happened in a replay, and every parameter of each error found with sigma."""
+    caption = Markup("<caption><b>{}</b></caption>").format(result.primary)
+    head = _row("th", ("", "", "parameter", "value", "± sigma", "unit")) if result.errors else Markup()
+    rows = [
+        _row("td", (error.unit, error.sensor, row.name, *_figures(row, group.unit)))
+        for unit in result.secondaries
+        for error in redundancy_words.errors_of(result, unit)
+        for group in error_groups(error)
+        for row in group.rows
+    ]
+    notes = (*redundancy_words.summary(result), *redundancy_words.unobserved_sentences(result))
     return Markup("<table>{}{}{}</table>{}").format(caption, head, Markup().join(rows), _paragraphs(notes))
 
 

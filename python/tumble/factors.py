@@ -1,0 +1,69 @@
+"""What people read off a matrix M of three sensors: scale, non-orthogonality and mounting, with sigmas.
+
+`M = K L Q` as in docs/conventions.md: K diagonal scale, L lower triangular with unit rows, Q a rotation.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from tumble.recording import FloatArray
+
+PAIRS = ("xy", "yz", "zx")
+"""Axes between which the three non-orthogonalities are."""
+
+_STEP = 1e-6
+"""Change of an element of M over which derivatives are taken."""
+_NO_EFFECT = 1e-6
+"""Derivative below which what is unknown of one number says nothing of another."""
+
+
+def factors(matrix: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """K, L and Q of M = K L Q, by the QR decomposition of M^T."""
+    Q, R = np.linalg.qr(matrix.T)
+    signs = np.sign(np.diag(R))
+    lower = R.T * signs
+    scale = np.linalg.norm(lower, axis=1)
+    # Adding zero turns -0.0, which a file would show, into 0.0.
+    return np.diag(scale), lower / scale[:, None] + 0.0, signs[:, None] * Q.T + 0.0
+
+
+def non_orthogonality(matrix: FloatArray) -> FloatArray:
+    """(3,) of xy, yz and zx, rad: asin(s_i . s_j) of the unit sensing axes."""
+    x, y, z = matrix / np.linalg.norm(matrix, axis=1)[:, None]
+    angles: FloatArray = np.arcsin([x @ y, y @ z, z @ x])
+    return angles
+
+
+def read_off_sigma(matrix: FloatArray, covariance: FloatArray) -> FloatArray:
+    """(9,) 1-sigma of three scales, three non-orthogonalities and three turns of the mounting, rad.
+
+    `covariance` (9, 9) is that of M row by row; what depends on something not finite there is NaN.
+    """
+    steps = _STEP * np.eye(9).reshape(9, 3, 3)
+    derivatives = [
+        (_read_off(matrix + step, matrix) - _read_off(matrix - step, matrix)) / (2.0 * _STEP)
+        for step in steps
+    ]
+    sigma: FloatArray = np.sqrt(np.diag(propagated(np.array(derivatives).T, covariance)))
+    return sigma
+
+
+def propagated(jacobian: FloatArray, covariance: FloatArray) -> FloatArray:
+    """J C J^T; what depends on something unknown is NaN, what does not stays known."""
+    known = np.isfinite(np.diag(covariance))
+    inner = np.where(np.outer(known, known), covariance, 0.0)
+    found: FloatArray = jacobian @ np.nan_to_num(inner) @ jacobian.T
+    lost = (np.abs(jacobian[:, ~known]) > _NO_EFFECT).any(axis=1)
+    found[lost, :] = np.nan
+    found[:, lost] = np.nan
+    return found
+
+
+def _read_off(matrix: FloatArray, around: FloatArray) -> FloatArray:
+    """(9,) scales, non-orthogonalities and the turn of the mounting from that of `around`, rad."""
+    _, _, Q = factors(matrix)
+    _, _, Q_around = factors(around)
+    turned = Rotation.from_matrix(Q @ Q_around.T).as_rotvec()
+    return np.concatenate([np.linalg.norm(matrix, axis=1), non_orthogonality(matrix), turned])
