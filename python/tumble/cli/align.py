@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from tumble.cli.read_options import read_options_for, with_read_options
+from tumble.cli.screen import print_json, print_summary
 from tumble.logs.options import ReadOptions
 
 if TYPE_CHECKING:
     from tumble.results_align import AlignResult
 
-FILE_WIDTH = 128
-"""What is no terminal has no width of its own, and a table folded to 80 columns is hard to read."""
 SOME_UNSEEN = 3
 """Exit code where not all was found that was asked for."""
 
@@ -83,17 +80,11 @@ def _asked(name: str) -> bool:
 
 
 def _show(result: AlignResult, files: dict[str, str], as_json: bool) -> None:
-    from rich.console import Console
-
     from tumble.cli.align_summary import json_content, screen_summary
 
     if as_json:
-        json.dump(json_content(result, files), sys.stdout, indent=2, allow_nan=False)
-        print()
+        print_json(json_content(result, files))
         return
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=FILE_WIDTH)
-    console.print(screen_summary(result))
+    print_summary(screen_summary(result))
     print(f"Settings: {files['settings']}")
     print(f"Report: {files['report']}")

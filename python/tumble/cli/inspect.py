@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from tumble.cli.read_options import with_read_options
+from tumble.cli.screen import print_json
 from tumble.errors import TumbleError
 from tumble.logs.options import ReadOptions
 
@@ -50,8 +50,7 @@ def inspect_command(
             failed = True
             print(f"tumble: error: {error}", file=sys.stderr)
     if as_json:
-        json.dump([inspection.content() for inspection in inspections], sys.stdout, indent=2, allow_nan=False)
-        print()
+        print_json([inspection.content() for inspection in inspections])
     if failed:
         raise typer.Exit(USER_MISTAKE)
 

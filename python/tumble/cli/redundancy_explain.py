@@ -2,29 +2,22 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
 from rich.table import Table
 
+from tumble.cli.screen import print_json, print_summary
 from tumble.procedures.redundancy_settings import Explained, explain
 from tumble.report.numbers import readable_unit
-
-FILE_WIDTH = 128
-"""What is no terminal has no width of its own, and a table folded to 80 columns is hard to read."""
 
 
 def show_settings(as_json: bool) -> None:
     """Print all settings, as a table or for a machine."""
     if as_json:
-        print(json.dumps([_content(setting) for setting in explain()], indent=2))
+        print_json([_content(setting) for setting in explain()])
         return
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=FILE_WIDTH)
-    console.print(_table())
+    print_summary(_table())
     print("State them with --set NAME=VALUE, or in a YAML file with --settings FILE.")
 
 

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console, Group, RenderableType
+from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from tumble.cli.screen import print_json, print_summary
 from tumble.cli.summary import finite
 from tumble.report.numbers import NOT_OBSERVABLE, readable_scale, significant
 from tumble.results_redundancy import RedundancyEvent, RedundancyResult, SecondaryError, Sensor
 
-FILE_WIDTH = 128
-"""What is no terminal has no width of its own, and a table folded to 80 columns is hard to read."""
 SENSORS: tuple[Sensor, ...] = ("accelerometer", "gyroscope")
 UNITS = {"accelerometer": "m/s^2", "gyroscope": "rad/s"}
 MOST_SHOWN = 8
@@ -28,13 +25,9 @@ MOST_SHOWN = 8
 def show_results(result: RedundancyResult, files: dict[str, str], as_json: bool) -> None:
     """Print what happened, and where the files are."""
     if as_json:
-        json.dump(json_content(result, files), sys.stdout, indent=2, allow_nan=False)
-        print()
+        print_json(json_content(result, files))
         return
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=FILE_WIDTH)
-    console.print(screen_summary(result))
+    print_summary(screen_summary(result))
     for what, path in files.items():
         print(f"{what.capitalize() if what in ('events', 'store', 'report') else what}: {path}")
 

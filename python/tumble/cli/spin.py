@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import re
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,6 +10,7 @@ import typer
 
 from tumble.cli.gravity import Gravity, Height, Latitude, check_gravity
 from tumble.cli.read_options import with_read_options
+from tumble.cli.screen import print_json, print_summary
 from tumble.errors import ProcedureError
 from tumble.logs.options import ReadOptions
 
@@ -20,8 +19,6 @@ if TYPE_CHECKING:
     from tumble.procedures.spin_turns import TrueTurns
     from tumble.results_spin import SpinResult
 
-FILE_WIDTH = 128
-"""What is no terminal has no width of its own, and a table folded to 80 columns is hard to read."""
 SOME_FAILED = 3
 """Exit code where not all was found that was asked for."""
 LIVE_STILL, LIVE_TURNS, LIVE_RATE = 5.0, 2.0, 1.0
@@ -221,17 +218,11 @@ def write_results(result: SpinResult, found: Calibration, folder: Path) -> dict[
 
 def show_results(result: SpinResult, found: Calibration, files: dict[str, str], as_json: bool) -> None:
     """Print what was found, and where it is."""
-    from rich.console import Console
-
     from tumble.cli.spin_summary import json_content, screen_summary
 
     if as_json:
-        json.dump(json_content(result, found, files), sys.stdout, indent=2, allow_nan=False)
-        print()
+        print_json(json_content(result, found, files))
         return
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=FILE_WIDTH)
-    console.print(screen_summary(result))
+    print_summary(screen_summary(result))
     print(f"Calibration: {files['calibration']}")
     print(f"Report: {files['report']}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -14,14 +13,13 @@ import typer
 
 from tumble.cli.gravity import Gravity, Height, Latitude, check_gravity
 from tumble.cli.read_options import read_options_for, with_read_options
+from tumble.cli.screen import print_json, print_summary
 from tumble.logs.options import ReadOptions
 
 if TYPE_CHECKING:
     from tumble.poses import PoseList
     from tumble.results import TurntableResult
 
-FILE_WIDTH = 128
-"""What is no terminal has no width of its own, and a table folded to 80 columns is hard to read."""
 SOME_FAILED = 3
 """Exit code where a target failed its limits or could not be calibrated."""
 
@@ -206,17 +204,11 @@ def _left_over(result: TurntableResult, folder: Path) -> list[Path]:
 
 
 def _show(result: TurntableResult, files: dict[str, str], as_json: bool) -> None:
-    from rich.console import Console
-
     from tumble.cli.summary import json_content, screen_summary
 
     if as_json:
-        json.dump(json_content(result, files), sys.stdout, indent=2, allow_nan=False)
-        print()
+        print_json(json_content(result, files))
         return
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=FILE_WIDTH)
-    console.print(screen_summary(result))
+    print_summary(screen_summary(result))
     print(f"Calibration files, summary.csv and a page for each target are in {Path(files['report']).parent}")
     print(f"Report: {files['report']}")

@@ -1,0 +1,29 @@
+"""Results on standard output: tables for people, JSON for machines."""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+FILE_WIDTH = 128
+"""What is no terminal has no width of its own, and a table folded to 80 columns is hard to read."""
+
+
+def print_json(content: Any) -> None:
+    """Print one JSON document."""
+    json.dump(content, sys.stdout, indent=2, allow_nan=False)
+    print()
+
+
+def print_summary(summary: RenderableType) -> None:
+    """Print what is drawn with rich, as wide as the terminal."""
+    from rich.console import Console
+
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=FILE_WIDTH)
+    console.print(summary)
