@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -13,7 +13,7 @@ FILE_WIDTH = 128
 """What is no terminal has no width of its own, and a table folded to 80 columns is hard to read."""
 
 
-def print_json(content: Any) -> None:
+def print_json(content: object) -> None:
     """Print one JSON document."""
     json.dump(content, sys.stdout, indent=2, allow_nan=False)
     print()
