@@ -1,0 +1,90 @@
+"""What is true of a mission: what a faultless primary would say, and when each unit is without fault."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from benchmarks.redundancy_mission import ALWAYS, LASTING, Mission
+from tumble.procedures.simulate.fault import Fault
+from tumble.procedures.simulate.flight import FlightTruth, SimulatedFlight, SimulatedFlightUnit
+from tumble.procedures.simulate.flight_scenario import FlightScenario
+from tumble.procedures.simulate.session import TriadTruth
+from tumble.recording import FloatArray
+from tumble.results import TriadName
+
+SETTLING = 1.0
+"""s after a passing fault, and around any, that are not judged: windows and filters have to run out."""
+
+
+def reference(
+    mission: Mission, flight: SimulatedFlight, time: FloatArray, averaging: float
+) -> dict[TriadName, FloatArray]:
+    """Give what a primary without noise and without fault would say, its own calibration applied, (n, 3).
+
+    That is what the whole set is to agree with: a primary that is wrong from the factory is wrong for all.
+    """
+    truth = flight.truth(time, averaging)
+    return {name: corrected(mission, flight, name, said) for name, said in _said(flight, truth).items()}
+
+
+def corrected(mission: Mission, flight: SimulatedFlight, name: TriadName, said: FloatArray) -> FloatArray:
+    """Take the primary's own calibration, where it has one, off what it says (n, 3)."""
+    own = mission.calibration(flight)
+    if own is None:
+        return said
+    matrix, bias = own[name]
+    return np.asarray(np.linalg.solve(matrix, (said - bias).T).T)
+
+
+def _said(flight: SimulatedFlight, truth: FlightTruth) -> dict[TriadName, FloatArray]:
+    """Give what the faultless primary reads: its errors with the warming, without noise."""
+    unit = flight.units[0]
+    warmth = temperature(flight.scenario, truth.time)[:, None] - 25.0
+    force, rate = truth.specific_force, truth.angular_rate
+    return {
+        "accelerometer": _sensed(unit.accelerometer, force, force, warmth),
+        "gyroscope": _sensed(unit.gyroscope, rate, force, warmth),
+    }
+
+
+def _sensed(triad: TriadTruth, true: FloatArray, force: FloatArray, warmth: FloatArray) -> FloatArray:
+    bias = triad.b + warmth * triad.temperature_coefficient
+    return np.asarray(true @ triad.M.T + bias + force @ triad.g_sensitivity.T)
+
+
+def temperature(scenario: FlightScenario, time: FloatArray) -> FloatArray:
+    """Give the temperature (n,) at times (n,), deg C."""
+    risen = scenario.warm_up_kelvin * -np.expm1(-np.maximum(time, 0.0) / scenario.warm_up_seconds)
+    return scenario.temperature_celsius + risen
+
+
+def carried(truth: FlightTruth, arm: FloatArray) -> FloatArray:
+    """Give the specific force (n, 3) that a place has more than the primary's, `arm` m away."""
+    w = truth.angular_rate
+    return np.cross(truth.angular_acceleration, arm) + np.cross(w, np.cross(w, arm))
+
+
+def spans(fault: Fault) -> tuple[float, float]:
+    """Give when it is at work, s; one that lasts has no end."""
+    if fault.kind in ALWAYS:
+        return -np.inf, np.inf
+    if fault.kind == "doubled":
+        return np.inf, np.inf
+    start = -np.inf if fault.start is None else fault.start
+    if fault.kind in LASTING:
+        return start, np.inf
+    end = np.inf if fault.end is None else fault.end
+    return start, end + SETTLING + (fault.size or 0.0 if fault.kind == "late" else 0.0)
+
+
+def faulty(
+    unit: SimulatedFlightUnit, time: FloatArray, began_after: float = -np.inf
+) -> npt.NDArray[np.bool_]:
+    """Tell at which times (n,) a fault is at work; of those that last, only ones that began after a time."""
+    bad = np.zeros(len(time), dtype=bool)
+    for fault in unit.faults:
+        start, end = spans(fault)
+        if np.isfinite(end) or start >= began_after:
+            bad |= (time >= start - SETTLING / 2) & (time < end)
+    return bad
