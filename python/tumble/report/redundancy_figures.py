@@ -65,7 +65,7 @@ _SMALLEST_DECADES = 2
 
 def timeline_figure(line: TimeLine, prefix: str) -> Markup:
     """Draw a lane for each unit: source, mode, health and marks; rests shaded over all lanes."""
-    bottom, top = 0.45, 0.4
+    bottom, top = 0.45, 0.62
     height = bottom + top + LANE * len(line.lanes)
     figure = new_figure(FULL_WIDTH, height)
     axes = bare_axes(figure, (NAME_ROOM, bottom, FULL_WIDTH - NAME_ROOM - RIGHT, LANE * len(line.lanes)))
@@ -107,20 +107,24 @@ def _draw_marks(axes: Axes, line: TimeLine, lane: Lane, place: float) -> None:
     for (time, _), event in sorted(
         shown.items(), key=lambda item: item[1].event not in ("refused", "abandoned")
     ):
-        text = mark_text(event)
-        left = time * inches + 0.07
-        right = left + _LETTER * len(text)
-        if right < line.end * inches and not any(start < right and end > left for start, end in taken):
-            taken.append((left, right))
-            aside = shifted(axes, axes.transData, 6, 0)
-            axes.text(time, place, text, transform=aside, va="center", size=LABEL_SIZE, color=INK)
+        text, at = mark_text(event), time * inches
+        for side, start in (("left", at + 0.07), ("right", at - 0.07 - _LETTER * len(text))):
+            end = start + _LETTER * len(text)
+            inside = line.start * inches <= start and end <= line.end * inches
+            if inside and not any(first < end and last > start for first, last in taken):
+                taken.append((start, end))
+                aside = shifted(axes, axes.transData, 6 if side == "left" else -6, 0)
+                axes.text(
+                    time, place, text, transform=aside, ha=side, va="center", size=LABEL_SIZE, color=INK
+                )
+                break
 
 
 def _draw_key(figure: Figure, height: float) -> None:
-    key = bare_axes(figure, (0.0, height - 0.3, FULL_WIDTH, 0.25))
+    key = bare_axes(figure, (0.0, height - 0.55, FULL_WIDTH, 0.5))
     key.set_xlim(0.0, FULL_WIDTH)
-    key.set_ylim(1.0, 0.0)
-    left = 0.05
+    key.set_ylim(2.0, 0.0)
+    left = NAME_ROOM
     swatches = (
         ("source", INK, ""),
         ("no source", ALARM, ""),
@@ -133,11 +137,12 @@ def _draw_key(figure: Figure, height: float) -> None:
         thin = name.endswith("source")
         _bars(key, [Span(left, left + 0.24)], 0.42 if thin else 0.28, 0.18 if thin else 0.46, colour, hatch)
         key.text(left + 0.29, 0.5, name, va="center", size=LABEL_SIZE, color=SOFT)
-        left += 0.45 + _LETTER * len(name)
+        left += 0.55 + _LETTER * len(name)
+    left = NAME_ROOM
     for name, (marker, colour, hollow) in MARKS.items():
-        _points(key, [left + 0.06], [0.5], marker, colour, hollow, 5.0)
-        key.text(left + 0.16, 0.5, name, va="center", size=LABEL_SIZE, color=SOFT)
-        left += 0.3 + _LETTER * len(name)
+        _points(key, [left + 0.06], [1.5], marker, colour, hollow, 5.0)
+        key.text(left + 0.18, 1.5, name, va="center", size=LABEL_SIZE, color=SOFT)
+        left += 0.4 + _LETTER * len(name)
 
 
 def deviations_figure(result: RedundancyResult, line: TimeLine, prefix: str) -> Markup:
@@ -163,10 +168,11 @@ def deviations_figure(result: RedundancyResult, line: TimeLine, prefix: str) -> 
 
 def _draw_evaluations(axes: Axes, series: Evaluations, marker: str, colour: str, hollow: bool) -> None:
     kept = _worst(series)
+    lowest = 10.0 ** axes.get_ylim()[0]
     time = np.array(series.time)[kept]
-    deviation = np.log10(np.maximum(np.array(series.deviation)[kept], 1e-12))
+    deviation = np.log10(np.maximum(np.array(series.deviation)[kept], lowest))
     exceeded = np.array(series.exceeded)[kept]
-    threshold = np.log10(np.maximum(np.array(series.threshold)[kept], 1e-12))
+    threshold = np.log10(np.maximum(np.array(series.threshold)[kept], lowest))
     start, end = axes.get_xlim()
     for number, (since, until) in enumerate(pairwise([start, *time[1:], end])):
         axes.plot([since, until], [threshold[number]] * 2, color=ALARM, linewidth=0.9, zorder=1.2)
@@ -199,7 +205,7 @@ def difference_figure(result: RedundancyResult, line: TimeLine, prefix: str) -> 
             log_value_axis(axes, low, high, title)
             _time_axis(axes, line, last=row == len(units) - 1)
             for values, colour, width in ((before, UNCOMPENSATED, 1.3), (after, COMPENSATED, 0.8)):
-                axes.plot(time, np.log10(np.maximum(values, 1e-12)), color=colour, linewidth=width)
+                axes.plot(time, np.log10(np.maximum(values, 10.0**low)), color=colour, linewidth=width)
             for adopted in _adoptions(result, unit, sensor):
                 axes.axvline(adopted, color=Z_AXIS, linewidth=0.9, zorder=1)
                 _points(axes, [adopted], [high], "D", Z_AXIS, False, 4.0)

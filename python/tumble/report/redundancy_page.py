@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tumble.files import write_text
@@ -14,7 +14,7 @@ from tumble.report.parameters import ParameterGroup
 from tumble.report.redundancy_difference import SENSORS, agreements
 from tumble.report.redundancy_figures import deviations_figure, difference_figure, timeline_figure
 from tumble.report.redundancy_parameters import error_groups
-from tumble.report.redundancy_timeline import TimeLine, time_line
+from tumble.report.redundancy_timeline import COVERED, TimeLine, time_line
 from tumble.report.svg import house_style
 from tumble.report.target_page import Picture
 from tumble.results_redundancy import RedundancyEvent, RedundancyResult
@@ -22,8 +22,7 @@ from tumble.results_redundancy import RedundancyEvent, RedundancyResult
 MOST_ROWS = 300
 """Events in a table; of more, the page says how many it leaves to the file of events."""
 
-_ROUTINE = ("evaluated", "rest began", "rest ended", "healthy")
-"""Events that are folded away, unless an evaluation exceeds its threshold."""
+_HEALTH = ("unhealthy", "healthy", "rest began", "rest ended")
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +42,13 @@ class EventTable:
     """Events as printed, and how many more there are."""
 
     rows: tuple[EventRow, ...]
+    count: int
     left_out: int
+
+    @property
+    def helps(self) -> bool:
+        """Whether anything is to be done about any of them."""
+        return any(row.remedy for row in self.rows)
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +96,8 @@ class RedundancyPage:
     agreements: tuple[AgreementRow, ...]
     units: tuple[UnitSection, ...]
     events: EventTable
-    routine: EventTable
+    evaluations: EventTable
+    health: EventTable
     changed: tuple[tuple[str, str], ...]
     settings: tuple[tuple[str, str], ...]
     method: tuple[tuple[str, str], ...]
@@ -116,8 +122,9 @@ def render_redundancy(result: RedundancyResult) -> str:
 def redundancy_page(result: RedundancyResult) -> RedundancyPage:
     """Gather the page. To be called inside `svg.house_style`."""
     line = time_line(result)
-    notable = [event for event in result.events if _is_notable(event)]
-    routine = [event for event in result.events if not _is_notable(event)]
+    told: dict[str, list[RedundancyEvent]] = {"events": [], "evaluations": [], "health": []}
+    for event in result.events:
+        told[_table_of(event)].append(event)
     changed, unchanged = _settings(result)
     return RedundancyPage(
         name=result.primary,
@@ -129,8 +136,9 @@ def redundancy_page(result: RedundancyResult) -> RedundancyPage:
         differences=_differences(result, line),
         agreements=_agreement_rows(result),
         units=tuple(_section(result, unit, number) for number, unit in enumerate(result.secondaries, 1)),
-        events=event_table(notable),
-        routine=event_table(routine),
+        events=event_table(told["events"]),
+        evaluations=event_table(told["evaluations"]),
+        health=event_table(told["health"]),
         changed=changed,
         settings=unchanged,
         method=_method(result),
@@ -138,23 +146,44 @@ def redundancy_page(result: RedundancyResult) -> RedundancyPage:
 
 
 def event_table(events: Sequence[RedundancyEvent]) -> EventTable:
-    """Print events, with what to do; what is more than `MOST_ROWS` is only counted."""
-    rows = tuple(
-        EventRow(
-            time=f"{event.time:.2f}",
-            unit=event.unit,
-            title=words.event_title(event),
-            details=words.event_details(event),
-            remedy=words.remedy(event),
-            alarm=_is_alarm(event),
-        )
-        for event in events[:MOST_ROWS]
+    """Print events, with what to do; what is more than `MOST_ROWS` rows is only counted.
+
+    The same event of one unit at one time, as of both its sensors, is one row.
+    """
+    together: dict[tuple[float, str, str], list[EventRow]] = {}
+    for event in events:
+        key = (event.time, event.unit, words.event_title(event))
+        if len(together) < MOST_ROWS or key in together:
+            together.setdefault(key, []).append(_row(event))
+    rows = tuple(_one_row(members) for members in together.values())
+    shown = sum(map(len, together.values()))
+    return EventTable(rows, len(events), len(events) - shown)
+
+
+def _row(event: RedundancyEvent) -> EventRow:
+    return EventRow(
+        time=f"{event.time:.2f}",
+        unit=event.unit,
+        title=words.event_title(event),
+        details=words.event_details(event),
+        remedy=words.remedy(event),
+        alarm=_is_alarm(event),
     )
-    return EventTable(rows, max(0, len(events) - MOST_ROWS))
 
 
-def _is_notable(event: RedundancyEvent) -> bool:
-    return event.event not in _ROUTINE or bool(event.figures.get("exceeded", False))
+def _one_row(rows: Sequence[EventRow]) -> EventRow:
+    return replace(
+        rows[0],
+        details="; ".join(filter(None, (row.details for row in rows))),
+        remedy=" ".join(dict.fromkeys(filter(None, (row.remedy for row in rows)))),
+        alarm=any(row.alarm for row in rows),
+    )
+
+
+def _table_of(event: RedundancyEvent) -> str:
+    if event.event == "evaluated" or event.figures.get("reason") == COVERED:
+        return "evaluations"
+    return "health" if event.event in _HEALTH else "events"
 
 
 def _is_alarm(event: RedundancyEvent) -> bool:

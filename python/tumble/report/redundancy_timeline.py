@@ -15,6 +15,9 @@ WAITING, COLLECTING = "waiting for motion", "collecting"
 MARKED = ("triggered", "adopted", "refused", "abandoned", "withheld", "restored", "record rejected")
 """Events that stand as a mark on the time line."""
 
+COVERED = "already calibrating"
+"""Why nothing more is done about a deviation: a calibration under way covers it, so it is no news."""
+
 _ENDS_A_CALIBRATION = ("fitted", "adopted", "refused", "abandoned")
 
 
@@ -139,7 +142,11 @@ def _lane(result: RedundancyResult, unit: str, end: float) -> Lane:
         modes=tuple(_modes(_of(result.events, unit), end)),
         unhealthy=unhealthy_spans(result.events, unit, end),
         source=tuple(Span(span.start, span.end) for span in result.selected if span.unit == unit),
-        marks=tuple(event for event in _of(result.events, unit) if event.event in MARKED),
+        marks=tuple(
+            event
+            for event in _of(result.events, unit)
+            if event.event in MARKED and event.figures.get("reason") != COVERED
+        ),
     )
 
 

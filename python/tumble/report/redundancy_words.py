@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from tumble.report.numbers import NOT_OBSERVABLE, readable_scale, significant
 from tumble.report.redundancy_difference import QUANTITIES, SENSORS, UNITS
-from tumble.report.redundancy_timeline import number
+from tumble.report.redundancy_timeline import COVERED, number
 from tumble.report.words import count_of, join
 from tumble.results_redundancy import RedundancyEvent, RedundancyResult, SecondaryError, Sensor
 
@@ -15,7 +17,7 @@ REMEDIES = {
     "primary invalid": "Calibrate the primary and give its calibration, or raise fifth_ and sixth_threshold.",
     "primary unhealthy": "Look at the faults of the primary; nothing is calibrated against it until then.",
     "secondary unhealthy": "Look at the faults of this unit: more is wrong with it than calibration mends.",
-    "already calibrating": "Nothing: the calibration under way covers it.",
+    COVERED: "Nothing: the calibration under way covers it.",
     "not better": "Nothing: what is stored is as good, the threshold is tighter than the unit.",
     "implausible bias": "Look at the unit; if it is sound, raise its largest bias.",
     "implausible scale": "Check units and ranges of both logs; if they are right, raise largest_scale_error.",
@@ -78,6 +80,21 @@ _SELECTED = {
     "primary proven": "because the primary has proven its health",
     "command": "on command",
 }
+
+
+_UNITS_BY_REASON = {
+    "late": "s",
+    "frozen": "s",
+    "clock jumped": "s",
+    "noisy": "",
+    "too few pairs": "pairs",
+    "implausible scale": "",
+    "implausible misalignment": "rad",
+    "implausible lever arm": "m",
+}
+"""Units of value and limit; of all other reasons they are those of the sensor."""
+
+_OUTCOMES = {"refused": "Refused", "abandoned": "Abandoned", "withheld": "Not calibrated"}
 
 
 def summary(result: RedundancyResult) -> list[str]:
@@ -184,11 +201,10 @@ def unobserved_sentences(result: RedundancyResult) -> list[str]:
 
 def silent_units(result: RedundancyResult) -> list[str]:
     """Name the units that said nothing in the whole replay."""
-    names = {
-        trace.name for trace in result.traces if bool((trace.specific_force == trace.specific_force).any())
-    }
-    spoke = names | {
-        trace.name for trace in result.traces if bool((trace.angular_rate == trace.angular_rate).any())
+    spoke = {
+        trace.name
+        for trace in result.traces
+        if np.isfinite(trace.specific_force).any() or np.isfinite(trace.angular_rate).any()
     }
     return [unit for unit in (result.primary, *result.secondaries) if unit not in spoke]
 
@@ -228,12 +244,13 @@ def _not_calibrated(result: RedundancyResult) -> Iterator[str]:
     why: dict[str, list[str]] = {}
     for event in result.events:
         if event.event in ("refused", "abandoned", "withheld"):
-            reason = f"{event.event}: {event.figures.get('reason', 'no reason given')}"
-            if event.unit not in why.setdefault(reason, []) and reason != "withheld: already calibrating":
-                why[reason].append(event.unit)
+            reason = str(event.figures.get("reason", "no reason given"))
+            units = why.setdefault(f"{_OUTCOMES[event.event]} ({reason})", [])
+            if event.unit not in units and reason != COVERED:
+                units.append(event.unit)
     for reason, units in why.items():
         if units:
-            yield f"{_some(units)} {reason}.".replace(" withheld:", " not calibrated:")
+            yield f"{reason}: {_some(units)}."
     for unit in silent_units(result):
         yield f"{unit} said nothing."
 
@@ -267,11 +284,20 @@ def _sources(result: RedundancyResult) -> Iterator[str]:
 
 
 def _against(event: RedundancyEvent) -> str:
-    """Give the value that broke its limit; figures without a known unit stand alone."""
+    """Give the value that broke its limit, each in its unit."""
     value, limit = number(event.figures.get("value")), number(event.figures.get("limit"))
     if not math.isfinite(value):
         return ""
-    return f" ({_plain(value)} against {_plain(limit)})" if math.isfinite(limit) else f" ({_plain(value)})"
+    shown = _with_unit(value, event)
+    return f" ({shown} against {_with_unit(limit, event)})" if math.isfinite(limit) else f" ({shown})"
+
+
+def _with_unit(value: float, event: RedundancyEvent) -> str:
+    reason = str(event.figures.get("reason", ""))
+    if reason in _UNITS_BY_REASON:
+        return f"{_plain(value)} {_UNITS_BY_REASON[reason]}".strip()
+    whose = event.figures.get("sensor", event.figures.get("channel"))
+    return _plain(value) if whose is None else quantity(value, str(whose))
 
 
 def _fit_figures(event: RedundancyEvent) -> Iterator[str]:
