@@ -102,3 +102,30 @@ def test_a_spin_agrees_with_its_vectors(precision):
     ):
         apart = (bias - np.array(case[quantity])) / np.array(case[f"{quantity}_sigma"])
         assert np.abs(apart).max() < tolerance[quantity], quantity
+
+
+@pytest.mark.parametrize("precision", ["f64", "f32"])
+def test_a_redundant_set_agrees_with_its_vectors(precision):
+    case, tolerance = vectors("redundancy", precision)
+    counts = [np.array(case[f"{unit}_counts"], dtype=np.float64) for unit in ("primary", "secondary")]
+    time = 1.0 + np.arange(len(counts[0])) * case["interval_us"] * 1e-6
+    monitor = _core.RedundancyMonitor(
+        [_core.RedundancyUnit(1), _core.RedundancyUnit(2)],
+        {"rest_duration": case["rest_duration_s"], "collect": case["collect_s"]},
+        precision,
+    )
+    replay = monitor.replay(
+        [time, time],
+        [np.ascontiguousarray(each[:, :3] * case["force_step"]) for each in counts],
+        [np.ascontiguousarray(each[:, 3:] * case["rate_step"]) for each in counts],
+    )
+    events = [event for _, _, event, _ in replay["events"] if event != "evaluated"]
+    assert list(dict.fromkeys(events)) == case["events"]
+    for record in monitor.records():
+        sensor = record["sensor"]
+        found = {f"{sensor}_M": ("matrix", "matrix_sigma"), f"{sensor}_b": ("bias", "bias_sigma")}
+        if sensor == "accelerometer":
+            found["lever_arm"] = ("lever_arm", "lever_arm_sigma")
+        for quantity, (value, sigma) in found.items():
+            apart = (record[value] - np.array(case[quantity])) / record[sigma]
+            assert np.abs(apart).max() < tolerance[quantity], quantity

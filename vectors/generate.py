@@ -297,6 +297,73 @@ def spin() -> dict[str, Any]:
     }
 
 
+def redundancy() -> dict[str, Any]:
+    """Errors of a secondary from all samples at once, the true angular acceleration known."""
+    rng = np.random.default_rng(9)
+    rate_hz, still, moving = 40, 3.0, 17.0
+    time = np.arange(round((still + moving) * rate_hz)) / rate_hz
+    force_noise, rate_noise = 0.003, 0.0003
+    frequencies = 2.0 * np.pi * np.array([[0.31, 0.43, 0.53], [0.71, 0.61, 0.83]])
+    phases = rng.uniform(0.0, 2.0 * np.pi, (2, 2, 3))
+
+    def waves(amplitude: float, phase: Array) -> tuple[Array, Array]:
+        """Smooth motion and its derivative, growing from nothing over two seconds."""
+        since = np.clip((time - still) / 2.0, 0.0, 1.0)[:, None]
+        grown, growing = since**2 * (3.0 - 2.0 * since), 6.0 * since * (1.0 - since) / 2.0
+        angles = time[:, None, None] * frequencies + phase
+        value = amplitude * np.sin(angles).sum(axis=1)
+        change = amplitude * (np.cos(angles) * frequencies).sum(axis=1)
+        return grown * value, grown * change + growing * value
+
+    (force, _), (turning, change) = waves(2.0, phases[0]), waves(1.0, phases[1])
+    force = force + np.array([0.0, 0.0, GRAVITY])
+    arm = np.array([0.05, -0.08, 0.03])
+    there = force + np.cross(change, arm) + np.cross(turning, np.cross(turning, arm))
+    errors = {
+        "accelerometer": (np.eye(3) + rng.normal(0.0, 0.01, (3, 3)), np.array([0.2, -0.15, 0.1])),
+        "gyroscope": (np.eye(3) + rng.normal(0.0, 0.01, (3, 3)), np.array([0.02, 0.015, -0.03])),
+    }
+    said = {
+        "accelerometer": (force, there, force_noise, 1e-4),
+        "gyroscope": (turning, turning, rate_noise, 1e-5),
+    }
+    counts: dict[str, tuple[Array, Array]] = {}
+    for sensor, (first, second, noise, step) in said.items():
+        matrix, bias = errors[sensor]
+        readings = (first, second @ matrix.T + bias)
+        noisy = [reading + rng.normal(0.0, noise, first.shape) for reading in readings]
+        counts[sensor] = (np.round(noisy[0] / step).astype(int), np.round(noisy[1] / step).astype(int))
+    # About the span from which the monitor takes its pairs, a twentieth of which it leaves out.
+    moves = (time > still + 0.4) & (time < still + 0.4 + 12.0 * 20 / 19)
+    forces = [each * 1e-4 for each in counts["accelerometer"]]
+    rates = [each * 1e-5 for each in counts["gyroscope"]]
+
+    def misses(x: Array) -> Array:
+        r = x[12:]
+        carried = forces[0] + np.cross(change, r) + np.cross(turning, np.cross(turning, r))
+        return ((forces[1] - carried @ x[:9].reshape(3, 3).T - x[9:12])[moves] / force_noise).ravel()
+
+    start = np.concatenate([np.eye(3).ravel(), np.zeros(6)])
+    found = least_squares(misses, start, x_scale="jac", xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    columns = np.hstack([rates[0], np.ones((len(time), 1))])[moves]
+    fitted, *_ = np.linalg.lstsq(columns, rates[1][moves], rcond=None)
+    return {
+        "interval_us": 1_000_000 // rate_hz,
+        "force_step": 1e-4,
+        "rate_step": 1e-5,
+        "rest_duration_s": 1.0,
+        "collect_s": 12.0,
+        "primary_counts": np.hstack([counts["accelerometer"][0], counts["gyroscope"][0]]),
+        "secondary_counts": np.hstack([counts["accelerometer"][1], counts["gyroscope"][1]]),
+        "accelerometer_M": found.x[:9].reshape(3, 3),
+        "accelerometer_b": found.x[9:12],
+        "lever_arm": found.x[12:],
+        "gyroscope_M": fitted[:3].T,
+        "gyroscope_b": fitted[3],
+        "events": ["selected", "rest began", "triggered", "rest ended", "motion began", "fitted", "adopted"],
+    }
+
+
 def plain(value: object) -> object:
     """Turn arrays into lists, so that JSON takes them."""
     if isinstance(value, np.ndarray):
@@ -343,6 +410,17 @@ VECTORS = {
     # In units of sigma, twice what was seen: the core has to find the motion, and averages over blocks.
     "spin": Vectors(
         spin, {"accelerometer_bias": (0.4, 0.4), "gyroscope_bias": (1.0, 1.0), "floor_tilt": (0.2, 0.2)}
+    ),
+    # Likewise: the core has to find the angular acceleration, and averages over windows.
+    "redundancy": Vectors(
+        redundancy,
+        {
+            "accelerometer_M": (0.7, 0.7),
+            "accelerometer_b": (0.6, 0.6),
+            "lever_arm": (0.2, 0.2),
+            "gyroscope_M": (0.6, 0.6),
+            "gyroscope_b": (0.4, 0.4),
+        },
     ),
 }
 

@@ -9,6 +9,11 @@ use tumble_core::model::ErrorModel;
 use tumble_core::moments::Moments;
 use tumble_core::noise::{AllanLadder, Interval, Noise};
 use tumble_core::real::{Real, real};
+use tumble_core::redundancy::event::What;
+use tumble_core::redundancy::monitor::Monitor;
+use tumble_core::redundancy::platform::{Platform, PrimaryCalibration, Unit};
+use tumble_core::redundancy::sensor::Sensor;
+use tumble_core::redundancy::settings::Settings;
 use tumble_core::sample::{CHANNELS, Sample};
 use tumble_core::segmenter::{Segment, Segmenter, SegmenterSettings, Stretch};
 use tumble_core::spin::collector::Collector;
@@ -366,6 +371,81 @@ fn spin<T: Named>() {
     );
 }
 
+fn redundancy<T: Named>() {
+    let vectors = read("redundancy");
+    let cases = &vectors.cases;
+    let time = |name: &str| (cases[name].as_f64().expect("a time") * 1e6) as u64;
+    let mut settings = Settings::<T>::default();
+    settings.evaluation.duration = time("rest_duration_s");
+    settings.collection.collect = time("collect_s");
+    let units = [Unit::new(1), Unit::new(2)];
+    let platform = Platform::new(settings, PrimaryCalibration::none(), units).expect("a platform");
+    let mut monitor = Monitor::<T, 2, 1>::new();
+    let (mut events, mut records) = (Vec::new(), Vec::new());
+    let steps: [T; 2] = [number(&cases["force_step"]), number(&cases["rate_step"])];
+    let interval = cases["interval_us"].as_u64().expect("an interval");
+    let rows = |name: &str| cases[name].as_array().expect("counts").clone();
+    let both = rows("primary_counts").into_iter().zip(rows("secondary_counts"));
+    for (k, (primary, secondary)) in (0..).zip(both) {
+        for (unit, counts) in [primary, secondary].iter().enumerate() {
+            let triad =
+                |first: usize, step: T| Vector3::from_fn(|i, _| number::<T>(&counts[first + i]) * step);
+            let sample = Sample {
+                time: 1_000_000 + k * interval,
+                specific_force: triad(0, steps[0]),
+                angular_rate: triad(3, steps[1]),
+            };
+            monitor.push(&platform, unit, &sample, &mut |event| {
+                let name = match &event.what {
+                    What::Selected { .. } => "selected",
+                    What::RestBegan => "rest began",
+                    What::Triggered { .. } => "triggered",
+                    What::RestEnded => "rest ended",
+                    What::MotionBegan => "motion began",
+                    What::Fitted { .. } => "fitted",
+                    What::Adopted { .. } => "adopted",
+                    What::Evaluated { .. } => return,
+                    other => panic!("{other:?}"),
+                };
+                if let What::Adopted { record } = &event.what {
+                    records.push(*record);
+                }
+                if !events.contains(&name) {
+                    events.push(name);
+                }
+            });
+        }
+    }
+    let expected = cases["events"].as_array().expect("events");
+    assert_eq!(
+        events,
+        expected
+            .iter()
+            .map(|name| name.as_str().expect("a name"))
+            .collect::<Vec<_>>()
+    );
+    assert_eq!(records.len(), 2);
+    for record in &records {
+        let sensor = match record.sensor {
+            Sensor::Accelerometer => "accelerometer",
+            Sensor::Gyroscope => "gyroscope",
+        };
+        let close = |quantity: &str, apart: T| {
+            let within = apart.wide() <= vectors.tolerance::<T>(quantity);
+            assert!(within, "{quantity}: {apart:?} sigma");
+        };
+        let (m, b) = (format!("{sensor}_M"), format!("{sensor}_b"));
+        let apart = record.model.matrix - matrix::<T>(&cases[m.as_str()]);
+        close(&m, apart.component_div(&record.matrix_sigma).amax());
+        let apart = record.model.bias - vector::<T>(&cases[b.as_str()]);
+        close(&b, apart.component_div(&record.bias_sigma).amax());
+        if record.sensor == Sensor::Accelerometer {
+            let apart = record.lever_arm - vector::<T>(&cases["lever_arm"]);
+            close("lever_arm", apart.component_div(&record.lever_arm_sigma).amax());
+        }
+    }
+}
+
 macro_rules! in_both_precisions {
     ($($name:ident: $law:ident),+ $(,)?) => {$(
         #[test]
@@ -386,4 +466,5 @@ in_both_precisions! {
     a_triad_agrees_with_its_vectors: triad,
     rests_and_turns_agree_with_their_vectors: stream,
     a_spin_agrees_with_its_vectors: spin,
+    a_redundant_set_agrees_with_its_vectors: redundancy,
 }
