@@ -38,6 +38,8 @@ def assert_same(found, expected, where):
         assert len(found) == len(expected), where
         for i, (one, other) in enumerate(zip(found, expected, strict=True)):
             assert_same(one, other, f"{where}[{i}]")
+    elif isinstance(expected, str):
+        assert found == expected, where
     else:
         # Other versions of numpy and scipy differ in the last digits, and in the last step of a fit.
         assert found == pytest.approx(expected, rel=1e-6, abs=1e-9), where
