@@ -104,6 +104,21 @@ def test_only_differences_of_time_matter(said, tmp_path, shift):
     assert np.abs(apart).max() < 0.051
 
 
+def test_clocks_that_began_years_apart_are_brought_together_by_their_offset(said, tmp_path):
+    _, events = replayed(said, tmp_path)
+    late = said["imu2"].part(start=4.0)
+    late.time -= 1.7e9
+    paths = [said["imu1"].write(tmp_path / "imu1.csv"), late.write(tmp_path / "imu2.csv")]
+    apart = ("--set", "units.imu2.time_offset=1.7e9")
+    _, shifted = replay(*units(paths), *apart, "-o", tmp_path / "apart", code=None)
+    assert [event for event in shifted if event["event"] == "time jumped"] == []
+    assert of(shifted, "imu2", "healthy") or not faults(shifted, "imu2")
+    ends = [
+        max(event["time"] for event in each if event["event"] == "rest began") for each in (events, shifted)
+    ]
+    assert ends[0] == pytest.approx(ends[1], abs=0.11)
+
+
 def test_a_unit_that_is_missing_is_refused_or_replayed_as_silent_on_request(said, tmp_path):
     paths = [*logs(said, tmp_path), tmp_path / "gone.csv"]
     assert "no such file" in refusal(*units(paths), "-o", tmp_path / "out")

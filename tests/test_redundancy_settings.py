@@ -79,6 +79,11 @@ def test_a_threshold_that_everything_or_nothing_exceeds_is_refused(text):
         changed(f"third_threshold={text}")
 
 
+@pytest.mark.parametrize("text", ["1e-3", "1.0e-3", "1.e-3", "0.001", "+1E-3", "0.1e-2"])
+def test_a_number_may_be_written_in_any_way(text):
+    assert changed(f"units.imu2.time_offset={text}").units["imu2"].time_offset == 0.001
+
+
 def test_none_is_never_and_comes_back_as_none():
     settings = changed("evaluate_every=none", "return_after=30", "window=0.1")
     assert settings.evaluate_every is None

@@ -212,9 +212,11 @@ class _Loader(yaml.SafeLoader):
         return super().construct_mapping(node, deep)
 
 
-# YAML 1.1, which PyYAML follows, asks for a dot in every float and would take `1e-3` for text.
+# YAML 1.1, which PyYAML follows, asks for a dot and a sign: it would take `1e-3` and `1.7e9` for text.
 _Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float", re.compile(r"^[-+]?[0-9][0-9_]*[eE][-+]?[0-9]+$"), list("-+0123456789")
+    "tag:yaml.org,2002:float",
+    re.compile(r"^[-+]?[0-9][0-9_]*\.?[0-9_]*[eE][-+]?[0-9]+$"),
+    list("-+0123456789"),
 )
 
 

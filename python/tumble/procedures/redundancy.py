@@ -184,10 +184,10 @@ def _monitor(
 
 def _arguments(unit: UnitSettings, calibration: Calibration | None) -> dict[str, Any]:
     has = [channel in unit.axes for channel in CHANNELS]
+    # Samples are handed over in the time of the common clock, so that the monitor has no offset to add.
     return {
         "sensor_from_primary": unit.sensor_from_primary,
         "lever_arm": unit.lever_arm,
-        "time_offset": unit.time_offset,
         "axes": tuple(has),
         "specific_force_range": unit.specific_force_range,
         "angular_rate_range": unit.angular_rate_range,

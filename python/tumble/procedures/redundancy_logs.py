@@ -171,6 +171,7 @@ class _Reader:
 
     def _take_in(self, chunk: Chunk) -> None:
         time = chunk.time + self.offset
+        chunk = replace(chunk, time=time)
         self.first = float(time[0]) if self.first is None else self.first
         before = time[0] if self.waiting is None else self.last - self.stepped_back
         steps = np.diff(time, prepend=before)
@@ -194,7 +195,7 @@ class _Reader:
 
 
 Samples: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
-"""Time (n,) s, specific force (n, 3) m/s^2, angular rate (n, 3) rad/s."""
+"""Time (n,) s of the common clock, specific force (n, 3) m/s^2, angular rate (n, 3) rad/s."""
 
 _NOTHING: Samples = (np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
 
@@ -214,8 +215,7 @@ def _arrays(chunk: Chunk) -> Samples:
 class SideBySide(Iterator[list[Samples]]):
     """Blocks of what all units said since the block before, primary first; memory does not grow.
 
-    Samples carry the time of their log; `start` and `end` are the first and the last time given so far, s of
-    the common clock.
+    All times are of the common clock, s; `start` and `end` are the first and the last given so far.
 
     Raises `ProcedureError` as soon as it is seen that a secondary has no time in common with the primary,
     and `LogError` where a log cannot be read.
