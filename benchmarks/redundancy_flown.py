@@ -26,7 +26,9 @@ FINE_PIECE = 0.001
 """s of the same from when a clock is at fault. Within a piece, samples go by their time stamps; a device
 meets stamps that jump, and samples that are late, in order of arrival."""
 FINE_SECONDS = 2.0
-"""s for which pieces are fine after the start and the end of a fault that passes."""
+"""s for which pieces are fine after the start and the end of such a fault."""
+BURST = 0.02
+"""s of the pieces from then on, where a clock stays wrong: as if samples came in bursts."""
 CLOCK_FAULTS: frozenset[FaultKind] = frozenset({"clock-jump", "time-backwards", "late", "gap", "doubled"})
 
 Event = tuple[float, int, str, dict[str, Any]]
@@ -105,8 +107,10 @@ def _edges(flight: SimulatedFlight) -> FloatArray:
     for fault in (each for unit in flight.units for each in unit.faults if each.kind in CLOCK_FAULTS):
         for moment in (fault.start, fault.end):
             if moment is not None and moment < end:
-                until = end if fault.kind in LASTING else min(moment + FINE_SECONDS, end)
+                until = min(moment + FINE_SECONDS, end)
                 edges.append(np.arange(max(moment - 0.1, PIECE), until, FINE_PIECE))
+                if fault.kind in LASTING:
+                    edges.append(np.arange(until, end, BURST))
     return np.unique(np.concatenate(edges))
 
 
