@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import tumble
 from align_motions import Motion, Sensor, drawn, errors, record
+from tumble import _core
 from turntable_sessions import contents, one_line, typed, write_table
 
 SECONDS = 40.0
@@ -187,6 +188,14 @@ def test_a_search_that_is_no_time_is_refused():
     other = tumble.Recording.from_arrays("b", table[:, 0], table[:, 1:4], table[:, 4:])
     with pytest.raises(tumble.ProcedureError, match="--search nan: give a time in s"):
         tumble.align(unit, [other], search=float("nan"))
+
+
+def test_arrays_in_column_order_are_refused_not_misread(pair):
+    first, second = ((table[:, 0].copy(), table[:, 1:4].copy(), table[:, 4:].copy()) for table in pair)
+    assert _core.align_units(first, second)["correlation"] > 0.99
+    turned = (second[0], second[1], np.asfortranarray(second[2]))
+    with pytest.raises(ValueError, match="gyroscope must be C-contiguous"):
+        _core.align_units(first, turned)
 
 
 def test_swapped_files_give_the_inverse_rotation_not_a_wrong_one(pair):

@@ -8,9 +8,11 @@ use tumble_lab::simulate::span::Span;
 
 /// Rows of three, borrowed from a contiguous (n, 3) array.
 pub fn rows<'a>(array: &'a PyReadonlyArray2<'_, f64>, name: &str) -> PyResult<&'a [[f64; 3]]> {
-    let flat = array
-        .as_slice()
-        .map_err(|_| PyValueError::new_err(format!("{name} must be C-contiguous")))?;
+    // Columns in a row are a slice as well, but not of rows.
+    if !array.as_array().is_standard_layout() {
+        return Err(PyValueError::new_err(format!("{name} must be C-contiguous")));
+    }
+    let flat = array.as_slice()?;
     let (rows, rest) = flat.as_chunks::<3>();
     if !rest.is_empty() || array.as_array().ncols() != 3 {
         return Err(PyValueError::new_err(format!("{name} must have shape (n, 3)")));
