@@ -30,10 +30,12 @@ from tumble.report.redundancy_timeline import (
 )
 from tumble.report.redundancy_words import mark_text
 from tumble.report.svg import ALARM, GRID, INK, REST, SOFT, UNUSED, X_AXIS, Z_AXIS, inline_svg, new_figure
-from tumble.results_redundancy import RedundancyResult, Sensor
+from tumble.results_redundancy import RedundancyEvent, RedundancyResult, Sensor
 
 MOST_POINTS = 400
 """Points of one line or kind in a panel; more cannot be told apart, and make the page heavy."""
+MOST_POINTS_OF_ALL = 1200
+"""Evaluations of one check of one sensor, of all units together."""
 MOST_MARKS = 150
 """Marks on the lane of a unit; where there are more, every so-manyth is drawn."""
 
@@ -57,8 +59,10 @@ MARKS = {
 _LETTER = 0.062
 """Inches that a letter of a mark's text is wide."""
 _LONGEST_NAME = 16
-_SHORTEST_SEEN = 1 / 1500
+_SHORTEST_SEEN = 1 / 700
 """Share of the time axis below which a gap cannot be seen."""
+EXCEEDED = {"o": "x", "D": "X"}
+"""Markers of what exceeds its threshold: told from the others by shape too."""
 _CHECKS = (("norm", "o", X_AXIS, True), ("vector", "D", Z_AXIS, False))
 _SMALLEST_DECADES = 2
 
@@ -96,10 +100,11 @@ def _draw_lane(axes: Axes, line: TimeLine, lane: Lane, top: float, gap: float) -
 
 
 def _draw_marks(axes: Axes, line: TimeLine, lane: Lane, place: float) -> None:
-    shown = {(event.time, event.event): event for event in lane.marks}
+    shown: dict[tuple[float, str], RedundancyEvent] = {}
     for kind, (marker, colour, hollow) in MARKS.items():
-        times = [time for time, event in shown if event == kind]
-        times = times[:: max(1, -(-len(times) // MOST_MARKS))]
+        own = {event.time: event for event in lane.marks if event.event == kind}
+        times = list(own)[:: max(1, -(-len(own) // MOST_MARKS))]
+        shown |= {(time, kind): own[time] for time in times}
         _points(axes, times, [place] * len(times), marker, colour, hollow, 5.0)
     # A text is written where it has room up to the next mark; refusals go before what went well.
     inches = (FULL_WIDTH - NAME_ROOM - RIGHT) / (line.end - line.start)
@@ -162,31 +167,40 @@ def deviations_figure(result: RedundancyResult, line: TimeLine, prefix: str) -> 
             _time_axis(axes, line, last=row == len(units) - 1)
             for check, marker, colour, hollow in _CHECKS:
                 if check in series:
-                    _draw_evaluations(axes, series[check], marker, colour, hollow)
+                    _draw_evaluations(
+                        axes, series[check], marker, colour, hollow, MOST_POINTS_OF_ALL // len(units)
+                    )
     return inline_svg(figure, prefix, f"Deviations of {len(units)} units at rest against their thresholds")
 
 
-def _draw_evaluations(axes: Axes, series: Evaluations, marker: str, colour: str, hollow: bool) -> None:
-    kept = _worst(series)
+def _draw_evaluations(
+    axes: Axes, series: Evaluations, marker: str, colour: str, hollow: bool, most: int
+) -> None:
+    kept = _worst(series, most)
     lowest = 10.0 ** axes.get_ylim()[0]
     time = np.array(series.time)[kept]
     deviation = np.log10(np.maximum(np.array(series.deviation)[kept], lowest))
     exceeded = np.array(series.exceeded)[kept]
     threshold = np.log10(np.maximum(np.array(series.threshold)[kept], lowest))
     start, end = axes.get_xlim()
-    for number, (since, until) in enumerate(pairwise([start, *time[1:], end])):
-        axes.plot([since, until], [threshold[number]] * 2, color=ALARM, linewidth=0.9, zorder=1.2)
-        if number:
-            axes.plot([since] * 2, threshold[number - 1 : number + 1], color=ALARM, linewidth=0.9, zorder=1.2)
+    steps = np.flatnonzero(np.diff(threshold, prepend=np.nan) != 0)
+    since = np.array([start, *time[steps[1:]], end])
+    axes.plot(
+        since,
+        threshold[np.append(steps, steps[-1])],
+        color=ALARM,
+        linewidth=0.9,
+        zorder=1.2,
+        drawstyle="steps-post",
+    )
     _points(axes, time[~exceeded], deviation[~exceeded], marker, colour, hollow, 3.6)
-    _points(axes, time[exceeded], deviation[exceeded], marker, ALARM, hollow, 3.6)
-    _points(axes, time[exceeded], deviation[exceeded], "x", ALARM, False, 5.5)
+    _points(axes, time[exceeded], deviation[exceeded], EXCEEDED[marker], ALARM, False, 4.6)
 
 
-def _worst(series: Evaluations) -> list[int]:
+def _worst(series: Evaluations, most: int) -> list[int]:
     """Choose which evaluations are drawn: of neighbours too many to tell apart the largest deviation."""
     count = len(series.time)
-    edges = np.linspace(0, count, min(count, MOST_POINTS) + 1).astype(int)
+    edges = np.linspace(0, count, min(count, most) + 1).astype(int)
     deviation = np.nan_to_num(np.array(series.deviation), nan=-1.0)
     return [int(first + np.argmax(deviation[first:last])) for first, last in pairwise(edges)]
 

@@ -1,0 +1,231 @@
+"""The page of a redundancy replay: whole, self-contained, complete, safe, light and repeatable."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import report_redundancy_cases as cases
+from report_reader import Page
+from tumble.errors import OutputError
+from tumble.report import redundancy_words as words
+from tumble.report.numbers import MINUS
+from tumble.report.redundancy_page import MOST_ROWS, render_redundancy, write_redundancy_page
+
+RESULTS = {
+    name: getattr(cases, name)
+    for name in ("mission", "quiet", "untriggered", "missing", "unfit", "everything", "unseen")
+}
+
+
+@pytest.fixture(scope="module")
+def pages():
+    return {name: Page(render_redundancy(make())) for name, make in RESULTS.items()}
+
+
+def headline(page):
+    """Everything before the sections."""
+    return page.words.partition("Time line")[0]
+
+
+def rows_after(page, heading):
+    """Cells of the rows below the one that begins with `heading`."""
+    cells = [[cell.strip() for cell in row] for row in page.rows]
+    start = next(place for place, row in enumerate(cells) if row and row[0] == heading)
+    return cells[start + 1 :]
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_the_page_is_well_formed_and_needs_nothing_from_outside(pages, name):
+    found, text = pages[name], render_redundancy(RESULTS[name]())
+    assert found.sources == []
+    assert not found.tags & {"script", "link", "img", "iframe", "object", "embed", "image"}
+    assert all(link.startswith("#") and link[1:] in found.ids for link in found.links)
+    assert set(found.references) <= set(found.ids)
+    assert len(found.ids) == len(set(found.ids))
+    assert set(re.findall(r"https?://[^\"' <]+", text)) <= {"http://www.w3.org/2000/svg"}
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_the_page_never_prints_a_number_that_is_none(pages, name):
+    assert not re.search(r"\b(nan|inf|None|True|False|array)\b", pages[name].words)
+    assert "NaN" not in render_redundancy(RESULTS[name]())
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_the_same_result_gives_the_same_page(name):
+    assert render_redundancy(RESULTS[name]()) == render_redundancy(RESULTS[name]())
+
+
+def test_the_top_says_who_is_primary_who_was_calibrated_who_took_over_when_and_why_and_what_was_refused(
+    pages,
+):
+    top = headline(pages["mission"])
+    assert "imu1 is the primary of 2 secondary units" in top
+    assert "Calibrated: imu2, with 4.00 mm/s² of specific force and 0.500 mrad/s of angular rate left." in top
+    assert "Refused (not better): imu3." in top
+    assert "At 90.00 s imu2 took over from imu1 (primary failed: late (0.110 s))." in top
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("quiet", "Nothing happened"),
+        ("untriggered", "No secondary was calibrated: none deviated enough"),
+        ("untriggered", "imu1 was the source all the time"),
+        ("missing", "imu3 said nothing"),
+        ("unfit", "No unit was ever fit to be the source"),
+        ("unfit", "the platform never rested long enough"),
+    ],
+)
+def test_where_there_is_little_to_tell_the_top_says_so(pages, name, sentence):
+    assert sentence in headline(pages[name])
+
+
+def test_every_event_of_the_interface_stands_on_the_page_with_its_reason(pages):
+    text = pages["everything"].words
+    for name, all_figures in cases.EVERY_EVENT.items():
+        title = words.event_title(cases.event(0.0, "imu2", name, **all_figures[0]))
+        assert title in text, name
+        for figures in all_figures:
+            if name != "selected" and "reason" in figures:
+                assert str(figures["reason"]) in text, (name, figures)
+
+
+@pytest.mark.parametrize("name", ["withheld", "refused", "abandoned", "unhealthy", "record rejected"])
+def test_every_reason_not_to_calibrate_or_trust_has_a_remedy(name):
+    for figures in cases.EVERY_EVENT[name]:
+        assert words.remedy(cases.event(0.0, "imu2", name, **figures)).endswith("."), figures
+
+
+def test_events_of_the_documentation_and_of_this_test_are_the_same():
+    assert set(cases.EVERY_EVENT) == set(words._EVENTS)
+
+
+def test_figures_of_a_refusal_carry_the_unit_of_what_was_exceeded():
+    def said(**figures):
+        return words.event_details(cases.event(0.0, "imu2", "refused", value=0.4, limit=0.1, **figures))
+
+    assert "0.400 m/s² against 0.100 m/s²" in said(sensor="accelerometer", reason="drifting")
+    assert "0.400 rad/s against 0.100 rad/s" in said(sensor="gyroscope", reason="drifting")
+    assert "0.400 rad against 0.100 rad" in said(sensor="gyroscope", reason="implausible misalignment")
+    assert "0.400 m against 0.100 m" in said(sensor="accelerometer", reason="implausible lever arm")
+    assert "(0.400 against 0.100)" in said(sensor="gyroscope", reason="implausible scale")
+
+
+def test_every_error_found_is_on_the_page_with_its_sigma(pages):
+    rows = rows_after(pages["mission"], "parameter")
+    names = [row[0] for row in rows if row]
+    for kind in ("bias", "scale", "mounting"):
+        assert all(names.count(f"{kind} {axis}") == 2 for axis in "xyz"), kind
+    assert all(names.count(f"non-orthogonality {pair}") == 2 for pair in ("xy", "yz", "zx"))
+    assert all(names.count(f"lever arm {axis}") == 1 for axis in "xyz")
+    assert ["bias x", "0.3000", "0.0010"] in [row[:3] for row in rows]
+    assert ["bias y", f"{MINUS}30.00", "0.10"] in [row[:3] for row in rows]
+    assert ["lever arm x", "21.00", "0.20"] in [row[:3] for row in rows]
+    # A change of an axis by one percent of its length is a scale error of one percent.
+    assert ["scale x", "1.000", "0.010"] in [row[:3] for row in rows]
+
+
+def test_what_the_motion_did_not_show_has_its_reason_and_no_number(pages):
+    page = pages["unseen"]
+    rows = rows_after(page, "parameter")
+    assert ["lever arm x", "not observable: the motion did not show it"] in [row[:2] for row in rows]
+    # The first column of M was not shown: hidden is what hangs on it, not the scale of y and z.
+    reason = "not observable: the motion did not show all of M that it depends on"
+    assert ["scale x", reason] in [row[:2] for row in rows]
+    assert ["non-orthogonality xy", reason] in [row[:2] for row in rows]
+    assert "shown along 2 of 3 directions only" in headline(page)
+    assert "Its residual was never measured." in page.words
+    assert "stored before the replay" in page.words
+
+
+def test_secondary_less_primary_as_numbers_are_bias_before_and_noise_after(pages):
+    cells = [[cell.strip() for cell in row] for row in pages["mission"].rows]
+    found = {tuple(row[:3]): row[4:6] for row in cells if len(row) == 6 and row[0] == "imu2"}
+    before, after = found["imu2", "accelerometer", "in motion"]
+    bias = np.linalg.norm(cases.ACCELEROMETER_BIAS) / np.sqrt(3.0)
+    assert before.endswith(" m/s²")
+    assert float(before.split()[0]) == pytest.approx(bias, rel=0.02)
+    assert after.endswith(" mm/s²")
+    assert float(after.split()[0]) == pytest.approx(1e3 * cases.LEFT_IN_FORCE, rel=0.1)
+
+
+def test_settings_that_differ_from_their_defaults_come_first(pages):
+    text = pages["mission"].words.partition("Settings None")[0].rpartition(" Settings ")[2]
+    changed, folded, others = text.partition("All other settings")
+    assert folded
+    assert "third_threshold last+0.05 (default 0.1)" in changed
+    assert "return_after 5 (default none)" in changed
+    assert "first_threshold" in others
+    assert "first_threshold" not in changed
+
+
+def test_names_with_signs_of_html_do_not_become_html(tmp_path):
+    hostile = "<script>alert('x')</script>&\"$\\frac"
+    made = cases.everything()
+    changed = replace(
+        made,
+        primary="<b>1</b>",
+        secondaries=(hostile, "imu3"),
+        events=tuple(
+            replace(each, unit=hostile, figures={**each.figures, "detail": "<i>d</i>"})
+            for each in made.events
+        ),
+        errors=tuple(replace(each, unit=hostile) for each in made.errors),
+        traces=tuple(
+            replace(trace, name=name)
+            for trace, name in zip(made.traces, ("<b>1</b>", hostile, "imu3"), strict=True)
+        ),
+        warnings=("<u>w</u>",),
+    )
+    write_redundancy_page(changed, tmp_path / "report.html")
+    text = (tmp_path / "report.html").read_text()
+    assert not set(Page(text).tags) & {"script", "i", "u"}
+    for raw in ("<script>", "<b>1", "<i>d", "<u>w"):
+        assert raw not in text
+
+
+def test_a_day_of_eight_units_stays_below_two_megabytes_and_says_what_it_leaves_out():
+    made = cases.long_day()
+    text = render_redundancy(made)
+    assert len(text.encode()) < 2_000_000
+    page = Page(text)
+    refused = sum(event.event == "refused" for event in made.events)
+    assert f"{refused - MOST_ROWS} more are in events.jsonl." in page.words
+
+
+def test_figures_that_are_not_finite_are_said_in_words():
+    made = cases.mission()
+    broken = cases.event(
+        3.0,
+        "imu2",
+        "evaluated",
+        sensor="accelerometer",
+        check="norm",
+        deviation=float("nan"),
+        threshold=float("inf"),
+        exceeded=True,
+    )
+    page = Page(render_redundancy(replace(made, events=(*made.events, broken))))
+    assert "norm unknown > unknown" in page.words
+    assert not re.search(r"\b(nan|inf)\b", page.words)
+
+
+def test_a_page_that_cannot_be_written_is_refused_and_leaves_nothing_behind(tmp_path):
+    with pytest.raises(OutputError):
+        write_redundancy_page(cases.mission(), tmp_path / "missing" / "report.html")
+    (tmp_path / "report.html").mkdir()
+    with pytest.raises(OutputError):
+        write_redundancy_page(cases.mission(), tmp_path / "report.html")
+    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
+
+
+def test_a_notebook_shows_the_summary_and_every_error():
+    table = cases.mission()._repr_html_()
+    assert "took over" in table
+    page = Page(table)
+    assert sum(len(row) == 6 and row[2].startswith("bias") for row in page.rows) == 6
