@@ -8,7 +8,7 @@ RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help build demo test bench lint format requirements clean
+.PHONY: help build demo test bench soak lint format requirements clean
 
 help:  ## Say what can be made
 	@sed -n 's/^\([a-z]*\): .*## \(.*\)/\1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -30,9 +30,13 @@ bench: $(VENV)/.native  ## Measure accuracy, speed and memory, print the README 
 	$(BIN)/python -m benchmarks.spin
 	$(BIN)/python -m benchmarks.spin_enough
 	$(BIN)/python -m benchmarks.spin_chart
+	$(BIN)/python -m benchmarks.redundancy
 	$(BIN)/python -m benchmarks.speed
 	$(BIN)/python -m benchmarks.memory
 	$(BIN)/python -m benchmarks.report
+
+soak: $(VENV)/.native  ## Fly 2000 simulated missions of redundant units with drawn faults, and judge the monitor
+	$(BIN)/python -m benchmarks.redundancy_campaign
 
 lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types, layers and README
 	cargo fmt --all --check

@@ -35,7 +35,7 @@ SINES = 12
 HIGHEST_HZ = 1.0
 FORCE_SIZE = 1.0
 RATE_SIZE = 0.3
-SETTINGS: dict[str, object] = {"improvement": 0.0, "excitation_lever_arm": 0.5}
+SETTINGS: dict[str, object] = {"collect": 60.0, "improvement": 0.0, "excitation_lever_arm": 0.5}
 """All else as by default. The motion of the table is gentler than a lever arm is asked for by default."""
 
 

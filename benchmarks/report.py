@@ -218,10 +218,113 @@ def _spin_words(content: Content) -> str:
     )
 
 
+RUNGS = ("offset", "affine", "affine and lever arm")
+
+
+def redundancy(content: Content) -> Iterator[str]:
+    """The ladder beside the design, honesty of its sigmas, cost of a sample, bytes."""
+    yield "| units apart | offset only | design | affine | design | affine and lever arm | design |"
+    yield "|---|---|---|---|---|---|---|"
+    for distance, rungs in content["ladder"].items():
+        cells = ["same spot" if float(distance) == 0.0 else f"{100 * float(distance):g} cm"]
+        for rung in RUNGS:
+            error = rungs[rung]["error"]
+            cells += [
+                "refused" if error is None else f"{_two_digits(error)} m/s²",
+                f"{rungs[rung]['design']:g}",
+            ]
+        yield _row(cells)
+    yield ""
+    yield (
+        f"Root mean square over {content['runs']} runs of 60 s of motion at 200 Hz of the norm of the error "
+        "of the compensated specific force; a secondary wrong by 0.3 m/s² and 1 % of each element of M."
+    )
+    yield ""
+    yield "| affine and lever arm, 10 cm apart | RMSE over stated sigma | 95 % hold | f32 less f64, sigmas |"
+    yield "|---|---|---|---|"
+    for name, of in content["honesty"].items():
+        yield _row(
+            [
+                name,
+                f"{of['rmse_over_sigma']:.2f}",
+                f"{100 * of['coverage']:.1f} %",
+                f"{100 * of['single_precision_sigmas']:.2f} %",
+            ]
+        )
+    yield ""
+    yield _redundancy_cost(content)
+
+
+def _redundancy_cost(content: Content) -> str:
+    single = [of for of in content["push"] if of["precision"] == "f32"]
+    first, last = single[0], single[-1]
+    return (
+        f"A sample costs {first['push']:.0f} ns in f32, {first['ratio']:.0f} times a copy of it in memory, with "
+        f"one secondary; {last['push']:.0f} ns with {last['secondaries']}. The state takes "
+        f"{content['bytes']['f32'][0]} bytes with one secondary, {content['bytes']['f32'][-1]} with seven."
+    )
+
+
+LASTING_FAULTS = ("dead", "frozen", "stuck", "nan", "gap", "spikes", "noise", "saturated", "bias-jump")
+
+
+def redundancy_campaign(content: Content) -> Iterator[str]:
+    """What went wrong in the campaign, what adoptions left, how soon another unit took over."""
+    counts = content["counts"]
+    yield f"| {content['missions']} missions, {content['hours']:.0f} hours | count | of |"
+    yield "|---|---|---|"
+    for name, of in (
+        ("wrongly adopted", "adopted"),
+        ("misled", "adopted"),
+        ("missed triggers", "evaluations"),
+        ("false triggers", "triggered"),
+        ("false alarms", "alarms"),
+        ("missed failovers", ""),
+    ):
+        yield _row([name, str(counts[name]), f"{counts[of]} {of}" if of else ""])
+    yield ""
+    yield "| error left by an adoption, as a share of before | median | 95 % | largest |"
+    yield "|---|---|---|---|"
+    for name, of in content["adoptions"].items():
+        yield _row([name, *(f"{100 * of['share'][key]:.1f} %" for key in ("median", "high", "max"))])
+    yield ""
+    yield "| fault of the primary | with a spare | failed over | after: median | 95 % |"
+    yield "|---|---|---|---|---|"
+    for kind in LASTING_FAULTS:
+        if kind in content["failovers"]:
+            yield _row(_failover_cells(kind, content["failovers"][kind]))
+    yield ""
+    yield "| error of the output, median (95 %) | output | best unit | uncalibrated |"
+    yield "|---|---|---|---|"
+    for key, of in content["output"].items():
+        yield _row([key, *(_spread(of[column]) for column in ("output", "best", "uncalibrated"))])
+    yield ""
+    yield (
+        f"A mission is replayed {content['replay_rate']['median']:.0f} times as fast as it was flown (median). "
+        "What counts as wrong is defined in `benchmarks/redundancy_judge.py`."
+    )
+
+
+def _failover_cells(kind: str, of: Content) -> list[str]:
+    seconds = of["seconds"]
+    known = [f"{seconds[key]:.2f} s" for key in ("median", "high")] if seconds["number"] else ["", ""]
+    return [kind, str(of["faults"]), str(of["failed over"]), *known]
+
+
+def _spread(of: Content) -> str:
+    return f"{_two_digits(of['median'])} ({_two_digits(of['high'])})" if of["number"] else ""
+
+
+def _two_digits(value: float) -> str:
+    return f"{float(f'{value:.2g}'):.10f}".rstrip("0").rstrip(".")
+
+
 TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "accuracy": accuracy,
     "truths": truths,
     "spin": spin,
+    "redundancy": redundancy,
+    "redundancy_campaign": redundancy_campaign,
     "speed": speed,
     "memory": memory,
 }
