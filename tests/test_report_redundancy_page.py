@@ -85,6 +85,15 @@ def test_where_there_is_little_to_tell_the_top_says_so(pages, name, sentence):
     assert sentence in headline(pages[name])
 
 
+def test_of_many_reasons_the_top_tells_a_few_and_counts_the_others(pages):
+    top = headline(pages["everything"])
+    told = len(re.findall(r"(?:Refused|Abandoned|Not calibrated) \(", top))
+    reasons = [cases.EVERY_EVENT[name] for name in ("withheld", "refused", "abandoned")]
+    # A calibration under way is no reason to worry, so it is not told.
+    assert f"{sum(map(len, reasons)) - 1 - told} further reasons below" in top
+    assert told == 5
+
+
 def test_every_event_of_the_interface_stands_on_the_page_with_its_reason(pages):
     text = pages["everything"].words
     for name, all_figures in cases.EVERY_EVENT.items():

@@ -94,6 +94,8 @@ _UNITS_BY_REASON = {
 }
 """Units of value and limit; of all other reasons they are those of the sensor."""
 
+_MOST_REASONS = 5
+"""Reasons told at the top of the page."""
 _OUTCOMES = {"refused": "Refused", "abandoned": "Abandoned", "withheld": "Not calibrated"}
 
 
@@ -248,9 +250,10 @@ def _not_calibrated(result: RedundancyResult) -> Iterator[str]:
             units = why.setdefault(f"{_OUTCOMES[event.event]} ({reason})", [])
             if event.unit not in units and reason != COVERED:
                 units.append(event.unit)
-    for reason, units in why.items():
-        if units:
-            yield f"{reason}: {_some(units)}."
+    told = [f"{reason}: {_some(units)}." for reason, units in why.items() if units]
+    yield from told[:_MOST_REASONS]
+    if len(told) > _MOST_REASONS:
+        yield f"{count_of('further reason', len(told) - _MOST_REASONS)} below, under Events."
     for unit in silent_units(result):
         yield f"{unit} said nothing."
 
