@@ -194,8 +194,10 @@ def _is_alarm(event: RedundancyEvent) -> bool:
 
 def _time_line_caption(line: TimeLine) -> str:
     jumps = " Dotted lines: the common clock jumped." if line.jumps else ""
-    return f"A lane for each unit, the primary on top; the table of events says more of each mark. "
+    return (
+        "A lane for each unit, the primary on top; the table of events says more of each mark. "
         f"Spans with too short a gap between them to be seen are drawn as one.{jumps}"
+    )
 
 
 def _deviations(result: RedundancyResult, line: TimeLine) -> Picture | None:
