@@ -10,6 +10,9 @@ mod version_1;
 #[cfg(test)]
 mod older_version_tests;
 
+pub(crate) use frame::CRC;
+pub(crate) use version_1::{sensor, sensor_code};
+
 use nalgebra::{Matrix3, Vector3, convert, convert_unchecked};
 use tumble_core::model::ErrorModel;
 use tumble_core::real::Real;

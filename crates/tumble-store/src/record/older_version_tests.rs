@@ -1,5 +1,5 @@
-//! How a version that no longer is written stays readable, shown by one that never was: without lever arm, residuals and
-//! temperature.
+//! How a version that no longer is written stays readable, shown by one that never was: without lever arm, residuals
+//! and temperature.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};

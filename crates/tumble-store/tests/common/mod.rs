@@ -1,5 +1,8 @@
-//! Records to test with.
+//! Records, flash and histories to test with.
 #![allow(dead_code, reason = "every file of tests takes what it needs")]
+
+pub mod history;
+pub mod simulated;
 
 use nalgebra::{Matrix3, Vector3};
 use proptest::array::{uniform3, uniform9};

@@ -1,0 +1,34 @@
+//! The store as the monitor of a redundant set sees it.
+
+use embedded_storage::nor_flash::NorFlash;
+use tumble_core::real::Real;
+use tumble_core::redundancy::record::{Record, Storage};
+use tumble_core::redundancy::sensor::Sensor;
+
+use crate::flash::{RecordStore, StoreError};
+use crate::record::StoredRecord;
+
+/// A store at a point in time, which saving needs and `Storage` does not pass: as everywhere, time comes with the call.
+pub struct At<'s, F: NorFlash> {
+    pub(super) store: &'s mut RecordStore<F>,
+    pub(super) now: u64,
+    pub(super) temperature: Option<f32>,
+}
+
+impl<T: Real, F: NorFlash> Storage<T> for At<'_, F> {
+    type Error = StoreError<F::Error>;
+
+    fn load(&mut self, identity: u64, sensor: Sensor) -> Result<Option<Record<T>>, Self::Error> {
+        let stored = self.store.in_force(identity, sensor)?;
+        Ok(stored.map(|stored| stored.record_in()))
+    }
+
+    fn save(&mut self, record: &Record<T>) -> Result<(), Self::Error> {
+        let record = StoredRecord::of(record, None);
+        let stored = StoredRecord {
+            temperature: self.temperature,
+            ..record
+        };
+        self.store.save(self.now, &stored).map(|_| ())
+    }
+}

@@ -1,0 +1,44 @@
+//! How often flash may be written.
+
+/// How much wear is allowed. The defaults let two banks of 4 KiB, good for 10 000 erasures each, live for about five
+/// years of nothing but writing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WriteLimit {
+    /// Between two writes in the long run, in the microseconds of the caller's clock; 0 sets no limit.
+    pub shortest_between: u64,
+    /// How many may follow each other at once, since calibrations of several sensors end together; at least 1.
+    pub at_once: u32,
+}
+
+impl Default for WriteLimit {
+    fn default() -> Self {
+        Self {
+            shortest_between: 600_000_000,
+            at_once: 16,
+        }
+    }
+}
+
+/// What was written lately.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Writes {
+    /// When as many as are allowed at once are allowed again.
+    rested: u64,
+}
+
+impl Writes {
+    /// Counts a write, or says how many microseconds to wait with it.
+    pub fn count(&mut self, limit: &WriteLimit, now: u64) -> Result<(), u64> {
+        let between = limit.shortest_between;
+        let longest = between.saturating_mul(u64::from(limit.at_once.max(1)));
+        // A clock that was set back must not forbid writing for as long as it was set back.
+        self.rested = self.rested.min(now.saturating_add(longest));
+        let owed = self.rested.saturating_sub(now);
+        let wait = owed.saturating_sub(longest - between.min(longest));
+        if wait > 0 {
+            return Err(wait);
+        }
+        self.rested = now.saturating_add(owed).saturating_add(between);
+        Ok(())
+    }
+}

@@ -1,0 +1,211 @@
+//! NOR flash as its data sheets describe it, with a power supply that can be cut.
+
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
+};
+use rand::{Rng, RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+/// Bytes of a page.
+pub const PAGE: usize = 4096;
+
+/// What a cut leaves behind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Remains {
+    /// So many bytes of the write are there.
+    Bytes(usize),
+    /// The same, and the word after them holds anything that clearing bits of it can give.
+    TornAfter(usize),
+    /// The first half of the pages is erased.
+    ErasedFront,
+    /// The last half is.
+    ErasedBack,
+    /// All bits are cleared, as chips do before they erase.
+    Cleared,
+    /// Any bit may be set already.
+    SomeSet,
+    /// Anything.
+    Anything,
+    /// All is erased, but the flash did not say so.
+    Erased,
+}
+
+/// What an erasure that is cut may leave.
+pub const ERASURES: [Remains; 7] = [
+    Remains::Bytes(0),
+    Remains::ErasedFront,
+    Remains::ErasedBack,
+    Remains::Cleared,
+    Remains::SomeSet,
+    Remains::Anything,
+    Remains::Erased,
+];
+
+/// A change of the flash.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Operation {
+    Write { bytes: usize },
+    Erase,
+}
+
+/// Where power is cut.
+#[derive(Clone, Copy, Debug)]
+pub struct Cut {
+    /// Operations that are done before.
+    pub after: usize,
+    pub remains: Remains,
+}
+
+/// Flash that writes `WORD` bytes at once.
+#[derive(Clone)]
+pub struct Simulated<const WORD: usize> {
+    pub memory: Vec<u8>,
+    /// Words written since they were erased, which must not be written again.
+    written: Vec<bool>,
+    pub operations: Vec<Operation>,
+    pub erasures: Vec<u32>,
+    pub cut: Option<Cut>,
+    /// A bit that cannot be cleared any more: address and mask.
+    pub worn: Option<(usize, u8)>,
+    seed: u64,
+}
+
+/// Why the flash did not do it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    PowerCut,
+    Misused(NorFlashErrorKind),
+}
+
+impl NorFlashError for Fault {
+    fn kind(&self) -> NorFlashErrorKind {
+        match self {
+            Fault::PowerCut => NorFlashErrorKind::Other,
+            Fault::Misused(kind) => *kind,
+        }
+    }
+}
+
+impl<const WORD: usize> Simulated<WORD> {
+    /// Erased flash.
+    pub fn new(pages: usize) -> Self {
+        Self {
+            memory: vec![0xFF; pages * PAGE],
+            written: vec![false; pages * PAGE / WORD],
+            operations: Vec::new(),
+            erasures: vec![0; pages],
+            cut: None,
+            worn: None,
+            seed: 0,
+        }
+    }
+
+    /// The same flash when power is back. Words that were torn count as not written: a store cannot tell.
+    pub fn back(mut self) -> Self {
+        self.cut = None;
+        self.operations.clear();
+        for (written, word) in self.written.iter_mut().zip(self.memory.chunks(WORD)) {
+            *written = word.iter().any(|byte| *byte != 0xFF);
+        }
+        self
+    }
+
+    /// What is left to be done of an operation, if power is cut in it or was cut before.
+    fn remains(&self) -> Result<Option<Remains>, Fault> {
+        match self.cut {
+            Some(cut) if self.operations.len() > cut.after + 1 => Err(Fault::PowerCut),
+            Some(cut) if self.operations.len() == cut.after + 1 => Ok(Some(cut.remains)),
+            _ => Ok(None),
+        }
+    }
+
+    fn random(&mut self) -> Pcg64Mcg {
+        self.seed += 1;
+        Pcg64Mcg::seed_from_u64(self.seed)
+    }
+
+    fn put(&mut self, offset: usize, bytes: &[u8]) {
+        for (place, byte) in (offset..).zip(bytes) {
+            let stuck = self
+                .worn
+                .filter(|(worn, _)| *worn == place)
+                .map_or(0, |(_, mask)| mask);
+            self.memory[place] &= byte | stuck;
+        }
+    }
+}
+
+impl<const WORD: usize> ErrorType for Simulated<WORD> {
+    type Error = Fault;
+}
+
+impl<const WORD: usize> ReadNorFlash for Simulated<WORD> {
+    const READ_SIZE: usize = WORD;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Fault> {
+        check_read(self, offset, bytes.len()).map_err(Fault::Misused)?;
+        let off = self.cut.is_some_and(|cut| self.operations.len() > cut.after);
+        if off {
+            return Err(Fault::PowerCut);
+        }
+        bytes.copy_from_slice(&self.memory[offset as usize..][..bytes.len()]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.memory.len()
+    }
+}
+
+impl<const WORD: usize> NorFlash for Simulated<WORD> {
+    const WRITE_SIZE: usize = WORD;
+    const ERASE_SIZE: usize = PAGE;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Fault> {
+        check_erase(self, from, to).map_err(Fault::Misused)?;
+        self.operations.push(Operation::Erase);
+        let remains = self.remains()?;
+        let mut random = self.random();
+        let pages = from as usize..to as usize;
+        self.written[pages.start / WORD..pages.end / WORD].fill(false);
+        self.erasures[pages.start / PAGE..pages.end / PAGE]
+            .iter_mut()
+            .for_each(|count| *count += 1);
+        let memory = &mut self.memory[pages];
+        let half = memory.len() / 2;
+        match remains {
+            None | Some(Remains::Erased) => memory.fill(0xFF),
+            Some(Remains::ErasedFront) => memory[..half].fill(0xFF),
+            Some(Remains::ErasedBack) => memory[half..].fill(0xFF),
+            Some(Remains::Cleared) => memory.fill(0),
+            Some(Remains::SomeSet) => memory.iter_mut().for_each(|byte| *byte |= random.random::<u8>()),
+            Some(Remains::Anything) => random.fill_bytes(memory),
+            Some(Remains::Bytes(_) | Remains::TornAfter(_)) => {}
+        }
+        remains.map_or(Ok(()), |_| Err(Fault::PowerCut))
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Fault> {
+        check_write(self, offset, bytes.len()).map_err(Fault::Misused)?;
+        self.operations.push(Operation::Write { bytes: bytes.len() });
+        let remains = self.remains()?;
+        let offset = offset as usize;
+        let words = offset / WORD..(offset + bytes.len()) / WORD;
+        for written in &mut self.written[words] {
+            assert!(!*written, "a word is written twice");
+            *written = true;
+        }
+        match remains {
+            None => self.put(offset, bytes),
+            Some(Remains::Bytes(done)) => self.put(offset, &bytes[..done]),
+            Some(Remains::TornAfter(done)) => {
+                self.put(offset, &bytes[..done]);
+                let mut random = self.random();
+                let torn: Vec<u8> = bytes[done..].iter().take(WORD).map(|_| random.random()).collect();
+                self.put(offset + done, &torn);
+            }
+            Some(other) => unreachable!("{other:?} is of an erasure"),
+        }
+        remains.map_or(Ok(()), |_| Err(Fault::PowerCut))
+    }
+}

@@ -1,0 +1,142 @@
+//! Flash that changed by itself: never a panic, never a record that nobody wrote, and afterwards it can be written
+//! again.
+
+mod common;
+
+use common::history::{Kept, Model, Update, drawn, make, numbered, open};
+use common::simulated::{PAGE, Simulated};
+use rand::{Rng, RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use tumble_core::redundancy::sensor::Sensor;
+use tumble_store::flash::Which;
+use tumble_store::record::StoredRecord;
+
+/// Flash after many updates, what is stored in it, and all that ever was.
+fn used(seed: u64) -> (Simulated<4>, Model, Vec<StoredRecord>) {
+    println!("seed {seed}");
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let (mut store, mut model) = (open(Simulated::<4>::new(2)), Model::default());
+    let mut all = Vec::new();
+    for number in 0..60 {
+        let update = drawn(&mut random, 3, number);
+        if let Update::Save(record) | Update::SaveFactory(record) = update {
+            all.push(record);
+        }
+        make(&update, &mut store).unwrap();
+        model.make(&update);
+    }
+    (store.into_flash().back(), model, all)
+}
+
+/// Reads whatever can be read; panics at a record that nobody wrote for that sensor. Gives how many sensors answer
+/// otherwise than they should.
+fn read_all(flash: &Simulated<4>, model: &Model, all: &[StoredRecord]) -> usize {
+    let mut store = open(flash.clone());
+    let mut others = 0;
+    for ((identity, sensor), kept) in &model.0 {
+        let mut found = Kept::default();
+        for (which, place) in [
+            (Which::Last, &mut found.last),
+            (Which::Previous, &mut found.previous),
+            (Which::Factory, &mut found.factory),
+        ] {
+            let Ok(record) = store.load(*identity, *sensor, which) else {
+                continue;
+            };
+            *place = record;
+            let Some(record) = record else { continue };
+            assert!(all.contains(&record), "a record that nobody wrote: {record:?}");
+            assert_eq!(
+                (record.record.identity, record.record.sensor),
+                (*identity, *sensor)
+            );
+        }
+        others += usize::from(found != *kept);
+    }
+    others
+}
+
+/// Saves a record in damaged flash, which has to work.
+fn write_again(flash: &Simulated<4>) {
+    let mut store = open(flash.clone().back());
+    let record = numbered(1, Sensor::Gyroscope, 1_000_000);
+    store.save(0, &record).unwrap();
+    assert_eq!(store.in_force(1, Sensor::Gyroscope), Ok(Some(record)));
+}
+
+/// The page in use: the one whose header has the higher sequence.
+fn page_in_use(flash: &Simulated<4>) -> usize {
+    let sequence = |page: usize| u32::from_le_bytes(flash.memory[page * PAGE + 4..][..4].try_into().unwrap());
+    usize::from(sequence(1) > sequence(0))
+}
+
+#[test]
+fn a_single_changed_bit_costs_at_most_what_is_in_its_entry() {
+    let (flash, model, all) = used(1);
+    assert_eq!(read_all(&flash, &model, &all), 0);
+    let mut costs = [0; 2];
+    // Of the page that is not in use, which the store looks at for its header alone, every eighth byte.
+    let in_use = page_in_use(&flash);
+    for byte in
+        (0..flash.memory.len()).filter(|byte| byte / PAGE == in_use || byte % 8 == 0 || byte % PAGE < 64)
+    {
+        for bit in 0..8 {
+            let mut flash = flash.clone();
+            flash.memory[byte] ^= 1 << bit;
+            let others = read_all(&flash, &model, &all);
+            costs[others.min(1)] += 1;
+            let in_header = byte % PAGE < 64;
+            assert!(
+                others <= usize::from(!in_header),
+                "bit {bit} of byte {byte}: {others} sensors"
+            );
+            if byte % 16 == 0 {
+                write_again(&flash);
+            }
+        }
+    }
+    println!("bits that changed nothing, and that cost a record: {costs:?}");
+    assert!(costs[1] > 1000, "records are in flash");
+}
+
+#[test]
+fn damage_of_any_kind_gives_no_record_that_nobody_wrote() {
+    let (flash, model, all) = used(2);
+    let mut random = Pcg64Mcg::seed_from_u64(3);
+    for trial in 0..2000 {
+        let mut flash = flash.clone();
+        let size = flash.memory.len();
+        let start = random.random_range(0..size);
+        let end = random.random_range(start..=size);
+        let memory = &mut flash.memory;
+        match trial % 6 {
+            0 => random.fill_bytes(&mut memory[start..end]),
+            1 => random.fill_bytes(&mut memory[..PAGE]),
+            2 => memory[start..].fill(0xFF),
+            3 => memory[start..end].fill(0),
+            4 => {
+                let to = random.random_range(0..=size - (end - start));
+                memory.copy_within(start..end, to);
+            }
+            _ => memory[start..end]
+                .iter_mut()
+                .for_each(|byte| *byte ^= 1 << random.random_range(0..8)),
+        }
+        read_all(&flash, &model, &all);
+        write_again(&flash);
+    }
+}
+
+#[test]
+fn a_whole_record_under_the_name_of_another_sensor_is_not_given_for_it() {
+    let mut store = open(Simulated::<4>::new(2));
+    store.save(0, &numbered(7, Sensor::Gyroscope, 1)).unwrap();
+    let mut flash = store.into_flash();
+    let entry = &mut flash.memory[64..64 + 192];
+    entry[4] = 8;
+    let (covered, checksum) = entry.split_last_chunk_mut::<4>().unwrap();
+    *checksum = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC)
+        .checksum(covered)
+        .to_le_bytes();
+    assert!(open(flash).in_force(8, Sensor::Gyroscope).is_err());
+}
