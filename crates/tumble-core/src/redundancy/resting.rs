@@ -20,8 +20,10 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         time: u64,
         report: Report<'_, T>,
     ) {
-        for (stream, at_rest) in self.streams.iter().zip(&mut self.at_rest) {
-            if let Some(means) = stream.window(window).filter(|means| means.usable == [true; 2]) {
+        let streams = self.streams.iter().zip(&mut self.at_rest);
+        for ((stream, at_rest), unit) in streams.zip(platform.units()) {
+            let means = stream.window(window);
+            if let Some(means) = means.filter(|means| unit.axes.covered_by(means.usable)) {
                 at_rest.push(&means.mean);
             }
         }

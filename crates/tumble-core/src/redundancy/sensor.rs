@@ -59,4 +59,10 @@ impl Axes {
     pub fn any(&self, sensor: Sensor) -> bool {
         self.of(sensor) != [false; 3]
     }
+
+    /// Whether every sensor that has any is among these, accelerometer first.
+    pub fn covered_by(&self, sensors: [bool; 2]) -> bool {
+        let both = SENSORS.into_iter().zip(sensors);
+        both.into_iter().all(|(sensor, among)| among || !self.any(sensor))
+    }
 }

@@ -98,13 +98,13 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         let thresholds = &platform.settings().evaluation.thresholds;
         let units = self.streams.iter().zip(&mut self.at_rest).zip(&self.health);
         let (mut still, mut voters) = (0_usize, 0_usize);
-        for ((stream, at_rest), health) in units {
+        for (((stream, at_rest), health), unit) in units.zip(platform.units()) {
             let lives = health.fault().is_none_or(|fault| fault.leaves_stillness());
             let Some(means) = stream.window(window).filter(|_| lives) else {
                 continue;
             };
             voters += 1;
-            let whole = means.usable == [true; 2];
+            let whole = unit.axes.covered_by(means.usable);
             let quiet = at_rest.is_still(&means.mean, means.scatter, thresholds.first, thresholds.second);
             still += usize::from(whole && quiet);
         }
