@@ -1,0 +1,109 @@
+//! Settings that contradict each other, or themselves, are refused when a set is built, by name and with the reason.
+
+use tumble_core::redundancy::contradiction::{Contradiction, Objection};
+use tumble_core::redundancy::platform::{Platform, PlatformError, PrimaryCalibration, Unit};
+use tumble_core::redundancy::settings::{Data, Settings};
+use tumble_core::redundancy::thresholds::Threshold;
+
+type Change = fn(&mut Settings<f64>);
+
+fn refusal(change: Change) -> Option<PlatformError> {
+    let mut settings = Settings::default();
+    change(&mut settings);
+    let units = [Unit::new(1), Unit::new(2)];
+    Platform::new(settings, PrimaryCalibration::none(), units).err()
+}
+
+#[test]
+fn settings_that_cannot_be_meant_are_refused_by_name_and_reason() {
+    use Objection::{
+        AlwaysExceeded, MoreThanFit, NoLastError, NotAPartOfASecond, NotAShare, NotPositive, ShorterThan,
+        SmallerThan,
+    };
+    let table: [(&str, Objection, Change); 19] = [
+        ("gravity", NotPositive, |s| s.evaluation.gravity = f64::NAN),
+        ("window", NotPositive, |s| s.window = 0),
+        ("rest_duration", NotPositive, |s| s.evaluation.duration = 0),
+        ("fewest_pairs", NotPositive, |s| s.collection.fewest_pairs = 0),
+        ("first_threshold", NotPositive, |s| {
+            s.evaluation.thresholds.first = 0.0
+        }),
+        ("largest_scale_error", NotPositive, |s| s.adoption.scale = -0.1),
+        ("improvement", NotAShare, |s| s.adoption.improvement = 1.0),
+        ("improvement", NotAShare, |s| s.adoption.improvement = f64::NAN),
+        ("third_threshold", AlwaysExceeded, |s| {
+            s.evaluation.thresholds.third = Threshold::VariableByRatio(1.0);
+        }),
+        ("sixth_threshold", AlwaysExceeded, |s| {
+            s.evaluation.thresholds.sixth = Threshold::Fixed(0.0);
+        }),
+        ("fifth_threshold", NoLastError, |s| {
+            s.evaluation.data = Data::Compensated;
+            s.evaluation.thresholds.fifth = Threshold::VariableByRatio(1.5);
+        }),
+        ("motion_specific_force", SmallerThan("first_threshold"), |s| {
+            s.collection.motion.specific_force = 0.1;
+        }),
+        ("window", NotAPartOfASecond, |s| s.window = 30_000),
+        ("rest_duration", ShorterThan("window"), |s| {
+            s.evaluation.duration = s.window
+        }),
+        ("motion_timeout", ShorterThan("window"), |s| {
+            s.collection.motion_timeout = 0
+        }),
+        ("collect_timeout", ShorterThan("collect"), |s| {
+            s.collection.collect_timeout = s.collection.collect;
+        }),
+        ("evaluate_every", ShorterThan("rest_duration"), |s| {
+            s.evaluation.every = Some(1_000_000)
+        }),
+        ("fewest_pairs", MoreThanFit("collect"), |s| {
+            s.collection.fewest_pairs = u32::MAX
+        }),
+        ("return_after", ShorterThan("hold"), |s| {
+            s.selection.return_after = Some(20_000)
+        }),
+    ];
+    for (setting, objection, change) in table {
+        let expected = PlatformError::Settings(Contradiction { setting, objection });
+        assert_eq!(refusal(change), Some(expected), "{setting}");
+    }
+    assert_eq!(refusal(|_| {}), None);
+}
+
+#[test]
+fn times_longer_than_health_can_count_are_refused() {
+    let refused = refusal(|settings| settings.health.frozen = u64::MAX);
+    assert!(
+        matches!(
+            refused,
+            Some(PlatformError::Settings(Contradiction {
+                setting: "frozen",
+                objection: Objection::TooLong(_)
+            }))
+        ),
+        "{refused:?}"
+    );
+}
+
+#[test]
+fn units_that_make_no_set_are_refused() {
+    let build = |units| Platform::<f64, 2>::new(Settings::default(), PrimaryCalibration::none(), units).err();
+    let units = [Unit::new(1), Unit::new(2)];
+    let mut turned = units;
+    turned[0].sensor_from_primary *= -1.0;
+    let mut mirrored = units;
+    mirrored[1].sensor_from_primary *= -1.0;
+    let mut lost = units;
+    lost[1].lever_arm = Some(nalgebra::Vector3::new(0.0, f64::INFINITY, 0.0));
+    assert_eq!(build(turned), Some(PlatformError::Primary));
+    assert_eq!(build(mirrored), Some(PlatformError::Mounting(1)));
+    assert_eq!(build(lost), Some(PlatformError::Mounting(1)));
+    assert_eq!(build([units[0]; 2]), Some(PlatformError::SameIdentity(1)));
+    let alone = Platform::new(
+        Settings::default(),
+        PrimaryCalibration::none(),
+        [Unit::<f64>::new(1)],
+    );
+    assert_eq!(alone.err(), Some(PlatformError::TooFewUnits));
+}

@@ -1,0 +1,447 @@
+//! Every mode a setting has, and motion that shows little: what triggers, what is calibrated, how far a fit goes.
+
+use tumble_core::real::{Real, real};
+use tumble_core::redundancy::adoption::Refusal;
+use tumble_core::redundancy::event::{Abandoned, Check, What};
+use tumble_core::redundancy::gate::Withheld;
+use tumble_core::redundancy::monitor::Command;
+use tumble_core::redundancy::record::Record;
+use tumble_core::redundancy::selection::SelectionReason;
+use tumble_core::redundancy::sensor::{Axes, Sensor};
+use tumble_core::redundancy::settings::{Data, Rung, Scope, Settings};
+use tumble_core::redundancy::thresholds::Threshold;
+
+use crate::redundancy_mission::{
+    Flight, Mission, Part, Phase, SECOND, assert_holds, assert_told, fly, platform, settings, units,
+};
+
+const SEED: u64 = 11;
+
+fn aged() -> [Part; 2] {
+    [Part::exact(), Part::aged()]
+}
+
+fn flown<T: Real>(settings: Settings<T>, parts: [Part; 2], mission: &Mission) -> Flight<T, 2> {
+    fly(&platform(settings, units(&parts)), mission)
+}
+
+fn learned<T: Real>() -> [Record<T>; 2] {
+    let flight = flown::<T>(settings(), aged(), &Mission::new(SEED, &aged()));
+    [Sensor::Accelerometer, Sensor::Gyroscope].map(|sensor| {
+        *flight
+            .adopted(1, sensor)
+            .first()
+            .expect("an aged secondary is calibrated")
+    })
+}
+
+#[test]
+fn the_vector_check_alone_sees_an_error_across_gravity() {
+    let parts = [Part::exact(), Part::exact().biased([0.3, 0.0, 0.0], [0.0; 3])];
+    let mission = Mission::new(SEED, &parts).phases(&[(2.5, Phase::Rest)]);
+    for vector_check in [true, false] {
+        let mut settings = settings::<f64>();
+        settings.evaluation.vector_check = vector_check;
+        let flight = flown(settings, parts, &mission);
+        let triggered = flight.told(1, |what| matches!(what, What::Triggered { .. }));
+        let compared = flight.told(1, |what| {
+            matches!(
+                what,
+                What::Evaluated {
+                    check: Check::Vector,
+                    ..
+                }
+            )
+        });
+        assert_eq!(
+            (triggered > 0, compared > 0),
+            (vector_check, vector_check),
+            "{}",
+            flight.story()
+        );
+    }
+}
+
+#[test]
+fn raw_data_with_thresholds_from_the_last_error_do_not_trigger_again_on_an_error_that_is_known() {
+    let records = learned::<f64>();
+    let mission = Mission::new(SEED + 1, &aged()).phases(&[(2.5, Phase::Rest)]);
+    let cases = [
+        (Threshold::Fixed(0.1), Threshold::Fixed(0.01), 1),
+        (
+            Threshold::VariableByMargin(0.1),
+            Threshold::VariableByMargin(0.01),
+            0,
+        ),
+        (
+            Threshold::VariableByRatio(1.5),
+            Threshold::VariableByRatio(1.5),
+            0,
+        ),
+    ];
+    for (third, fourth, triggers) in cases {
+        let mut settings = settings();
+        settings.evaluation.data = Data::Raw;
+        settings.evaluation.thresholds.third = third;
+        settings.evaluation.thresholds.fourth = fourth;
+        let platform = platform(settings, units(&aged()));
+        let mut flight = Flight::<f64, 2>::new(mission.seed);
+        records
+            .iter()
+            .for_each(|record| flight.restore(&platform, record));
+        flight.take(&platform, &mission.samples());
+        assert_told!(flight, 1, What::Evaluated { .. });
+        let triggered = flight.told(1, |what| matches!(what, What::Triggered { .. }));
+        assert_eq!(triggered, triggers, "{third:?} {}", flight.story());
+    }
+}
+
+#[test]
+fn compensated_data_of_a_restored_secondary_are_within_fixed_thresholds() {
+    let platform = platform(settings(), units(&aged()));
+    let mission = Mission::new(SEED + 1, &aged()).phases(&[(2.5, Phase::Rest)]);
+    let mut flight = Flight::<f64, 2>::new(mission.seed);
+    learned()
+        .iter()
+        .for_each(|record| flight.restore(&platform, record));
+    flight.take(&platform, &mission.samples());
+    assert_told!(flight, 1, 2 x What::Restored { sequence: 1, .. });
+    assert_told!(flight, 1, What::Evaluated { .. });
+    assert_told!(flight, 1, 0 x What::Triggered { .. });
+}
+
+#[test]
+fn rests_are_evaluated_after_start_up_every_so_often_or_on_command_as_set() {
+    let mission = Mission::new(SEED, &[Part::exact(); 2]).phases(&[(12.0, Phase::Rest)]);
+    let samples = mission.samples();
+    let (before, after) = samples.split_at(samples.len() / 2);
+    let cases = [
+        (true, None, false, 1),
+        (false, None, false, 0),
+        (false, None, true, 1),
+        (true, None, true, 2),
+        (true, Some(3 * SECOND), false, 4),
+        (false, Some(3 * SECOND), false, 3),
+    ];
+    for (start, every, command, times) in cases {
+        let mut settings = settings::<f64>();
+        settings.evaluation.after_start_up = start;
+        settings.evaluation.every = every;
+        let platform = platform(settings, units(&[Part::exact(); 2]));
+        let mut flight = Flight::<f64, 2>::new(SEED);
+        flight.take(&platform, before);
+        if command {
+            flight.monitor.command(Command::Evaluate);
+        }
+        flight.take(&platform, after);
+        let evaluated = flight.told(0, |what| {
+            matches!(
+                what,
+                What::Evaluated {
+                    sensor: Sensor::Gyroscope,
+                    ..
+                }
+            )
+        });
+        assert_eq!(
+            evaluated,
+            times,
+            "{start} {every:?} {command}\n{}",
+            flight.story()
+        );
+    }
+}
+
+#[test]
+fn the_scope_says_whether_the_sensor_that_does_not_deviate_is_calibrated_too() {
+    let parts = [Part::exact(), Part::exact().biased([0.3, 0.0, 0.3], [0.0; 3])];
+    let mission = Mission::new(SEED, &parts);
+    for (scope, both) in [(Scope::AllSensors, true), (Scope::TriggeringSensor, false)] {
+        let mut settings = settings::<f64>();
+        settings.collection.scope = scope;
+        let flight = flown(settings, parts, &mission);
+        assert_told!(flight, 1, What::Triggered { sensors } if *sensors == [true, both]);
+        let fitted = flight.told(1, |what| {
+            matches!(
+                what,
+                What::Fitted {
+                    sensor: Sensor::Gyroscope,
+                    ..
+                }
+            )
+        });
+        assert_eq!(fitted > 0, both, "{}", flight.story());
+        assert_eq!(
+            flight.adopted(1, Sensor::Accelerometer).len(),
+            1,
+            "{}",
+            flight.story()
+        );
+    }
+}
+
+fn rung_reached<T: Real>(highest: Rung, arm_known: bool) -> Rung {
+    let mut settings = settings::<T>();
+    settings.fit.highest_rung = highest;
+    // A rung that leaves out what is there leaves a residual; here it may.
+    settings.adoption.residual.specific_force = real(5.0);
+    settings.adoption.drift.specific_force = real(5.0);
+    let mut set = units::<T, 2>(&aged());
+    if !arm_known {
+        set[1].lever_arm = None;
+    }
+    let flight = fly(&platform(settings, set), &Mission::new(SEED, &aged()));
+    let adopted = flight.adopted(1, Sensor::Accelerometer);
+    assert_eq!(adopted.len(), 1, "{highest:?} {arm_known}\n{}", flight.story());
+    if !arm_known && highest == Rung::AffineAndLeverArm {
+        assert_holds(&adopted[0], &Part::aged(), SEED);
+        let apart = adopted[0].lever_arm - crate::common::cast(&Part::aged().lever_arm);
+        assert!(apart.norm() < real(0.003), "{}", flight.story());
+    }
+    adopted[0].rung
+}
+
+#[test]
+fn a_fit_goes_up_to_the_highest_rung_and_finds_a_lever_arm_that_is_not_known() {
+    for rung in [Rung::Offset, Rung::Gain, Rung::Affine] {
+        for known in [true, false] {
+            assert_eq!(rung_reached::<f32>(rung, known), rung);
+            assert_eq!(rung_reached::<f64>(rung, known), rung);
+        }
+    }
+    assert_eq!(
+        rung_reached::<f32>(Rung::AffineAndLeverArm, false),
+        Rung::AffineAndLeverArm
+    );
+    assert_eq!(
+        rung_reached::<f64>(Rung::AffineAndLeverArm, false),
+        Rung::AffineAndLeverArm
+    );
+    assert_eq!(rung_reached::<f64>(Rung::AffineAndLeverArm, true), Rung::Affine);
+}
+
+fn about_one_axis<T: Real>() {
+    let phases = [(2.5, Phase::Rest), (12.0, Phase::AboutZ), (3.0, Phase::Rest)];
+    let flight = flown::<T>(settings(), aged(), &Mission::new(SEED, &aged()).phases(&phases));
+    let adopted = flight.adopted(1, Sensor::Gyroscope);
+    assert_eq!(adopted.len(), 1, "{}", flight.story());
+    assert_eq!(adopted[0].directions, 1);
+    for axis in 0..3 {
+        let (x, z) = (
+            adopted[0].matrix_sigma[(axis, 0)],
+            adopted[0].matrix_sigma[(axis, 2)],
+        );
+        assert!(!x.is_finite() && z.is_finite(), "{}", flight.story());
+        // What was not shown is left as it was: without error.
+        let identity = if axis == 0 { T::one() } else { T::zero() };
+        let left = adopted[0].model.matrix[(axis, 0)] - identity;
+        assert!(left.abs() < real(1e-3), "{}", flight.story());
+    }
+}
+
+#[test]
+fn motion_about_one_axis_shows_one_direction_and_leaves_the_others_as_they_were() {
+    about_one_axis::<f32>();
+    about_one_axis::<f64>();
+}
+
+#[test]
+fn gentle_motion_shows_offsets_only_and_gentler_motion_nothing() {
+    let mission = |size| {
+        let phases = [(2.5, Phase::Rest), (30.0, Phase::Free(size))];
+        Mission::new(SEED, &aged()).phases(&phases)
+    };
+    let flight = flown::<f64>(settings(), aged(), &mission(0.12));
+    assert_told!(flight, 1, What::MotionBegan);
+    assert_told!(
+        flight,
+        1,
+        What::Fitted {
+            sensor: Sensor::Gyroscope,
+            rung: Rung::Offset,
+            ..
+        }
+    );
+    let flight = flown::<f64>(settings(), aged(), &mission(0.04));
+    assert_told!(flight, 1, 0 x What::MotionBegan);
+    assert_told!(flight, 1, 1 x What::Abandoned { why: Abandoned::NoMotion });
+}
+
+#[test]
+fn vibration_is_no_motion() {
+    let phases = [(2.5, Phase::Rest), (25.0, Phase::Shaken)];
+    let flight = flown::<f64>(settings(), aged(), &Mission::new(SEED, &aged()).phases(&phases));
+    assert_told!(flight, 0, What::RestEnded);
+    assert_told!(flight, 1, 0 x What::MotionBegan);
+    assert_told!(flight, 1, 1 x What::Abandoned { why: Abandoned::NoMotion });
+}
+
+#[test]
+fn too_little_time_in_motion_ends_in_a_time_out_without_a_fit() {
+    let phases = [(2.5, Phase::Rest), (3.0, Phase::Free(1.0)), (30.0, Phase::Rest)];
+    let flight = flown::<f64>(settings(), aged(), &Mission::new(SEED, &aged()).phases(&phases));
+    assert_told!(flight, 1, 1 x What::Abandoned { why: Abandoned::TimedOut });
+    assert_told!(flight, 1, 0 x What::Fitted { .. });
+}
+
+#[test]
+fn a_gyroscope_of_one_axis_is_calibrated_along_it_and_nothing_else_is_said_of_it() {
+    let mut set = units::<f64, 2>(&aged());
+    set[1].axes = Axes([false, false, false, false, false, true]);
+    let mission = Mission::new(SEED, &aged()).spoilt(|unit, _, sample| {
+        if unit == 1 {
+            sample.specific_force.fill(0.0);
+            sample.angular_rate.x = 0.0;
+            sample.angular_rate.y = 0.0;
+        }
+        true
+    });
+    let flight = fly(&platform(settings(), set), &mission);
+    assert_told!(flight, 1, 0 x What::Evaluated { sensor: Sensor::Accelerometer, .. });
+    let adopted = flight.adopted(1, Sensor::Gyroscope);
+    assert_eq!(adopted.len(), 1, "{}", flight.story());
+    assert_eq!((adopted[0].rung, adopted[0].model.bias.x), (Rung::Gain, 0.0));
+    assert!(
+        (adopted[0].model.bias.z - 0.015).abs() < 0.002,
+        "{}",
+        flight.story()
+    );
+}
+
+#[test]
+fn with_one_calibration_at_a_time_the_second_secondary_waits_for_the_next_evaluation() {
+    let parts = [Part::exact(), Part::aged(), Part::aged()];
+    let platform = platform(settings(), units(&parts));
+    let turn = [(12.0, Phase::Free(1.0)), (3.0, Phase::Rest)];
+    let phases = [&[(2.5, Phase::Rest)], &turn[..], &turn[..]].concat();
+    let mission = Mission::new(SEED, &parts).phases(&phases);
+    let mut flight = Flight::<f64, 3, 1>::new(SEED);
+    flight.take(&platform, &mission.samples());
+    assert_told!(
+        flight,
+        2,
+        What::Withheld {
+            why: Withheld::AlreadyCalibrating,
+            ..
+        }
+    );
+    let when = |unit| {
+        let mut triggers = flight.events.iter();
+        triggers.find(|event| event.unit == unit && matches!(event.what, What::Triggered { .. }))
+    };
+    let times = [1, 2].map(|unit| when(unit).map(|event| event.time));
+    assert!(times[0].is_some() && times[0] < times[1], "{}", flight.story());
+    assert_holds(&flight.adopted(2, Sensor::Accelerometer)[0], &parts[2], SEED);
+}
+
+#[test]
+fn an_error_that_grows_again_is_replaced_and_counted() {
+    let turn = [(12.0, Phase::Free(1.0)), (3.0, Phase::Rest)];
+    let phases = [&[(2.5, Phase::Rest)], &turn[..], &turn[..]].concat();
+    let mission = Mission::new(SEED, &aged())
+        .phases(&phases)
+        .spoilt(|unit, time, sample| {
+            if unit == 1 && time > 14.3 {
+                sample.specific_force.z += 0.4;
+            }
+            true
+        });
+    let flight = flown::<f64>(settings(), aged(), &mission);
+    let adopted = flight.adopted(1, Sensor::Accelerometer);
+    let sequences: Vec<u32> = adopted.iter().map(|record| record.sequence).collect();
+    assert_eq!(sequences, [1, 2], "{}", flight.story());
+    let grown = adopted[1].model.bias.z - adopted[0].model.bias.z;
+    assert!((grown - 0.4).abs() < 0.02, "{}", flight.story());
+}
+
+#[test]
+fn a_record_that_is_of_another_unit_not_finite_or_implausible_is_rejected_and_what_is_stored_stays() {
+    let [good, _] = learned::<f64>();
+    let platform = platform(settings(), units(&aged()));
+    let mut flight = Flight::<f64, 2>::new(SEED);
+    flight.restore(&platform, &good);
+    let stored = *flight.monitor.stored(1).expect("there is a unit 1");
+    assert!(stored[0].calibrated);
+    let mut bad = [good; 4];
+    bad[0].identity = 99;
+    bad[1].model.bias.y = f64::NAN;
+    bad[2].model.bias.y = 3.5;
+    bad[3].model.matrix[(0, 1)] = 0.2;
+    for record in bad {
+        flight.restore(&platform, &record);
+        assert_eq!(flight.monitor.stored(1), Some(&stored), "{record:?}");
+    }
+    let rejected = flight
+        .events
+        .iter()
+        .filter(|event| matches!(event.what, What::RecordRejected { .. }));
+    assert_eq!(rejected.count(), bad.len(), "{}", flight.story());
+}
+
+fn takes_over<T: Real>() {
+    let parts = aged();
+    let dead = 15.0..16.5;
+    let phases = [(2.5, Phase::Rest), (14.0, Phase::Free(1.0)), (6.0, Phase::Rest)];
+    let mission = Mission::new(SEED, &parts)
+        .phases(&phases)
+        .spoilt(move |unit, time, _| unit != 0 || !dead.contains(&time));
+    for return_after in [None, Some(2 * SECOND)] {
+        let mut settings = settings::<T>();
+        settings.selection.return_after = return_after;
+        let flight = flown(settings, parts, &mission);
+        assert_told!(flight, 1, 1 x What::Selected { reason: SelectionReason::PrimaryFailed });
+        let returned = flight.told(0, |what| {
+            matches!(
+                what,
+                What::Selected {
+                    reason: SelectionReason::PrimaryProven
+                }
+            )
+        });
+        assert_eq!(
+            returned,
+            usize::from(return_after.is_some()),
+            "{}",
+            flight.story()
+        );
+        let replaced = flight.outputs.iter().filter(|output| output.source == 1);
+        let mut squares = (0.0, 0_u32);
+        for output in replaced {
+            let passed = crate::redundancy_mission::seconds(output.time - mission.start);
+            if passed < 16.4 {
+                let [f, _] = mission.truth(passed);
+                let apart = crate::common::apart(&output.specific_force.map(crate::common::double), &f);
+                squares = (squares.0 + apart * apart, squares.1 + 1);
+            }
+        }
+        let error = (squares.0 / f64::from(squares.1)).sqrt();
+        assert!(
+            squares.1 > 50 && error < 0.1,
+            "error {error} m/s^2 of {}\n{}",
+            squares.1,
+            flight.story()
+        );
+    }
+}
+
+#[test]
+fn a_calibrated_secondary_speaks_for_a_dead_primary_at_its_place_until_that_is_proven() {
+    takes_over::<f32>();
+    takes_over::<f64>();
+}
+
+#[test]
+fn a_fit_that_leaves_too_large_a_residual_is_refused() {
+    let mut settings = settings::<f64>();
+    settings.adoption.residual.specific_force = 1e-4;
+    let flight = flown(settings, aged(), &Mission::new(SEED, &aged()));
+    assert_told!(
+        flight,
+        1,
+        What::Refused {
+            sensor: Sensor::Accelerometer,
+            why: Refusal::ResidualTooLarge(_)
+        }
+    );
+    assert!(flight.adopted(1, Sensor::Accelerometer).is_empty());
+}
