@@ -122,6 +122,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--no-save", action="store_true", help="show figures, but leave benchmarks/results alone"
     )
+    parser.add_argument("--no-push", action="store_true", help="leave out the cost of a sample: builds Rust")
     options = parser.parse_args(arguments)
     console = Console()
     figures: Content = {
@@ -129,7 +130,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "seed": BASE_SEED,
         "ladder": ladder(options.runs, console),
         "honesty": honesty(options.runs, console),
-        "push": push_cost(),
+        "push": [] if options.no_push else push_cost(),
         "bytes": state_bytes(),
         "machine": machine(),
     }

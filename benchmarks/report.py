@@ -257,11 +257,14 @@ def redundancy(content: Content) -> Iterator[str]:
 
 def _redundancy_cost(content: Content) -> str:
     single = [of for of in content["push"] if of["precision"] == "f32"]
+    size = content["bytes"]["f32"]
+    state = f"The state takes {size[0]} bytes with one secondary, {size[-1]} with seven."
+    if not single:
+        return state
     first, last = single[0], single[-1]
     return (
-        f"A sample costs {first['push']:.0f} ns in f32, {first['ratio']:.0f} times a copy of it in memory, with "
-        f"one secondary; {last['push']:.0f} ns with {last['secondaries']}. The state takes "
-        f"{content['bytes']['f32'][0]} bytes with one secondary, {content['bytes']['f32'][-1]} with seven."
+        f"A sample costs {first['push']:.0f} ns in f32, {first['ratio']:.0f} times a copy of it in memory, "
+        f"with one secondary; {last['push']:.0f} ns with {last['secondaries']}. {state}"
     )
 
 
@@ -286,7 +289,8 @@ def redundancy_campaign(content: Content) -> Iterator[str]:
     yield "| error left by an adoption, as a share of before | median | 95 % | largest |"
     yield "|---|---|---|---|"
     for name, of in content["adoptions"].items():
-        yield _row([name, *(f"{100 * of['share'][key]:.1f} %" for key in ("median", "high", "max"))])
+        if of["share"]["number"]:
+            yield _row([name, *(f"{100 * of['share'][key]:.1f} %" for key in ("median", "high", "max"))])
     yield ""
     yield "| fault of the primary | with a spare | failed over | after: median | 95 % |"
     yield "|---|---|---|---|---|"
@@ -300,8 +304,8 @@ def redundancy_campaign(content: Content) -> Iterator[str]:
         yield _row([key, *(_spread(of[column]) for column in ("output", "best", "uncalibrated"))])
     yield ""
     yield (
-        f"A mission is replayed {content['replay_rate']['median']:.0f} times as fast as it was flown (median). "
-        "What counts as wrong is defined in `benchmarks/redundancy_judge.py`."
+        f"A mission is replayed {content['replay_rate']['median']:.0f} times as fast as it was flown "
+        "(median). What counts as wrong is defined in `benchmarks/redundancy_judge.py`."
     )
 
 

@@ -9,7 +9,19 @@ import pytest
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
-from benchmarks import accuracy, bound, memory, noise, report, results, speed, spin, truths  # noqa: E402
+from benchmarks import (  # noqa: E402
+    accuracy,
+    bound,
+    memory,
+    noise,
+    redundancy,
+    redundancy_campaign,
+    report,
+    results,
+    speed,
+    spin,
+    truths,
+)
 from benchmarks.settings import cells  # noqa: E402
 
 
@@ -25,6 +37,8 @@ def measured(tmp_path_factory):
     spin.main(["--sessions", "2"])
     speed.main(["--tiny"])
     memory.main(["--tiny"])
+    redundancy.main(["--runs", "2", "--no-push"])
+    redundancy_campaign.main(["--missions", "3", "--cores", "1"])
     yield folder
     keep.undo()
 
@@ -51,6 +65,8 @@ def test_the_readme_shows_a_table_for_each_benchmark(measured, tmp_path):
     assert "| accelerometer | bias |" in text
     assert "| `rotate-truth` |" in text
     assert "| gyroscope bias |" in text
+    assert "| 10 cm |" in text
+    assert "| wrongly adopted |" in text
     assert "`numpy.copyto`" in text
     assert "| ROS 1 bag |" in text
     assert report.main(["--readme", str(readme), "--check"]) == 0
