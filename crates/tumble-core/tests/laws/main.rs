@@ -14,6 +14,7 @@ mod redundancy_faults;
 mod redundancy_health;
 mod redundancy_mission;
 mod redundancy_modes;
+mod redundancy_outcomes;
 mod redundancy_time;
 mod reference;
 mod regression;

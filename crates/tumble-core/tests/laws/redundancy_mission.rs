@@ -301,7 +301,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Flight<T, UNITS, AT_ONCE
             .collect()
     }
 
-    /// What is printed where a law fails: all but the evaluations.
+    /// What is printed where a law fails.
     pub fn story(&self) -> String {
         let mut story = format!("seed {}\n", self.seed);
         for event in &self.events {

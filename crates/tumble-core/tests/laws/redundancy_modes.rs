@@ -1,12 +1,10 @@
 //! Every mode a setting has, and motion that shows little: what triggers, what is calibrated, how far a fit goes.
 
 use tumble_core::real::{Real, real};
-use tumble_core::redundancy::adoption::Refusal;
 use tumble_core::redundancy::event::{Abandoned, Check, What};
 use tumble_core::redundancy::gate::Withheld;
 use tumble_core::redundancy::monitor::Command;
 use tumble_core::redundancy::record::Record;
-use tumble_core::redundancy::selection::SelectionReason;
 use tumble_core::redundancy::sensor::{Axes, Sensor};
 use tumble_core::redundancy::settings::{Data, Rung, Scope, Settings};
 use tumble_core::redundancy::thresholds::Threshold;
@@ -25,7 +23,8 @@ fn flown<T: Real>(settings: Settings<T>, parts: [Part; 2], mission: &Mission) ->
     fly(&platform(settings, units(&parts)), mission)
 }
 
-fn learned<T: Real>() -> [Record<T>; 2] {
+/// Records of an aged secondary, as they are adopted.
+pub fn learned<T: Real>() -> [Record<T>; 2] {
     let flight = flown::<T>(settings(), aged(), &Mission::new(SEED, &aged()));
     [Sensor::Accelerometer, Sensor::Gyroscope].map(|sensor| {
         *flight
@@ -332,116 +331,4 @@ fn with_one_calibration_at_a_time_the_second_secondary_waits_for_the_next_evalua
     let times = [1, 2].map(|unit| when(unit).map(|event| event.time));
     assert!(times[0].is_some() && times[0] < times[1], "{}", flight.story());
     assert_holds(&flight.adopted(2, Sensor::Accelerometer)[0], &parts[2], SEED);
-}
-
-#[test]
-fn an_error_that_grows_again_is_replaced_and_counted() {
-    let turn = [(12.0, Phase::Free(1.0)), (3.0, Phase::Rest)];
-    let phases = [&[(2.5, Phase::Rest)], &turn[..], &turn[..]].concat();
-    let mission = Mission::new(SEED, &aged())
-        .phases(&phases)
-        .spoilt(|unit, time, sample| {
-            if unit == 1 && time > 14.3 {
-                sample.specific_force.z += 0.4;
-            }
-            true
-        });
-    let flight = flown::<f64>(settings(), aged(), &mission);
-    let adopted = flight.adopted(1, Sensor::Accelerometer);
-    let sequences: Vec<u32> = adopted.iter().map(|record| record.sequence).collect();
-    assert_eq!(sequences, [1, 2], "{}", flight.story());
-    let grown = adopted[1].model.bias.z - adopted[0].model.bias.z;
-    assert!((grown - 0.4).abs() < 0.02, "{}", flight.story());
-}
-
-#[test]
-fn a_record_that_is_of_another_unit_not_finite_or_implausible_is_rejected_and_what_is_stored_stays() {
-    let [good, _] = learned::<f64>();
-    let platform = platform(settings(), units(&aged()));
-    let mut flight = Flight::<f64, 2>::new(SEED);
-    flight.restore(&platform, &good);
-    let stored = *flight.monitor.stored(1).expect("there is a unit 1");
-    assert!(stored[0].calibrated);
-    let mut bad = [good; 4];
-    bad[0].identity = 99;
-    bad[1].model.bias.y = f64::NAN;
-    bad[2].model.bias.y = 3.5;
-    bad[3].model.matrix[(0, 1)] = 0.2;
-    for record in bad {
-        flight.restore(&platform, &record);
-        assert_eq!(flight.monitor.stored(1), Some(&stored), "{record:?}");
-    }
-    let rejected = flight
-        .events
-        .iter()
-        .filter(|event| matches!(event.what, What::RecordRejected { .. }));
-    assert_eq!(rejected.count(), bad.len(), "{}", flight.story());
-}
-
-fn takes_over<T: Real>() {
-    let parts = aged();
-    let dead = 15.0..16.5;
-    let phases = [(2.5, Phase::Rest), (14.0, Phase::Free(1.0)), (6.0, Phase::Rest)];
-    let mission = Mission::new(SEED, &parts)
-        .phases(&phases)
-        .spoilt(move |unit, time, _| unit != 0 || !dead.contains(&time));
-    for return_after in [None, Some(2 * SECOND)] {
-        let mut settings = settings::<T>();
-        settings.selection.return_after = return_after;
-        let flight = flown(settings, parts, &mission);
-        assert_told!(flight, 1, 1 x What::Selected { reason: SelectionReason::PrimaryFailed });
-        let returned = flight.told(0, |what| {
-            matches!(
-                what,
-                What::Selected {
-                    reason: SelectionReason::PrimaryProven
-                }
-            )
-        });
-        assert_eq!(
-            returned,
-            usize::from(return_after.is_some()),
-            "{}",
-            flight.story()
-        );
-        let replaced = flight.outputs.iter().filter(|output| output.source == 1);
-        let mut squares = (0.0, 0_u32);
-        for output in replaced {
-            let passed = crate::redundancy_mission::seconds(output.time - mission.start);
-            if passed < 16.4 {
-                let [f, _] = mission.truth(passed);
-                let apart = crate::common::apart(&output.specific_force.map(crate::common::double), &f);
-                squares = (squares.0 + apart * apart, squares.1 + 1);
-            }
-        }
-        let error = (squares.0 / f64::from(squares.1)).sqrt();
-        assert!(
-            squares.1 > 50 && error < 0.1,
-            "error {error} m/s^2 of {}\n{}",
-            squares.1,
-            flight.story()
-        );
-    }
-}
-
-#[test]
-fn a_calibrated_secondary_speaks_for_a_dead_primary_at_its_place_until_that_is_proven() {
-    takes_over::<f32>();
-    takes_over::<f64>();
-}
-
-#[test]
-fn a_fit_that_leaves_too_large_a_residual_is_refused() {
-    let mut settings = settings::<f64>();
-    settings.adoption.residual.specific_force = 1e-4;
-    let flight = flown(settings, aged(), &Mission::new(SEED, &aged()));
-    assert_told!(
-        flight,
-        1,
-        What::Refused {
-            sensor: Sensor::Accelerometer,
-            why: Refusal::ResidualTooLarge(_)
-        }
-    );
-    assert!(flight.adopted(1, Sensor::Accelerometer).is_empty());
 }
