@@ -1,5 +1,4 @@
 //! Records, flash and histories to test with.
-#![allow(dead_code, reason = "every file of tests takes what it needs")]
 
 pub mod history;
 pub mod simulated;

@@ -1,9 +1,5 @@
 //! What the store keeps, refuses and spares.
 
-mod common;
-
-use common::history::{Model, UNLIMITED, Update, drawn, make, numbered, open, whole};
-use common::simulated::{Operation, PAGE, Simulated};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use tumble_core::real::Real;
@@ -11,6 +7,9 @@ use tumble_core::redundancy::record::{Record, Storage};
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_store::flash::{LayoutError, RecordStore, Saved, StoreError, Which, WriteLimit};
 use tumble_store::record::{DecodeError, EncodeError, Field};
+
+use crate::common::history::{Model, UNLIMITED, Update, drawn, make, numbered, open, whole};
+use crate::common::simulated::{Operation, PAGE, Simulated};
 
 const UNIT: u64 = 5;
 const SENSOR: Sensor = Sensor::Accelerometer;

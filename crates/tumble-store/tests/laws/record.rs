@@ -1,8 +1,5 @@
 //! Laws of the record as bytes.
 
-mod common;
-
-use common::{example, record};
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 use tumble_core::redundancy::record::Record;
@@ -12,13 +9,15 @@ use tumble_store::record::{
     DecodeError, EncodeError, Field, MAX_ENCODED, StoredRecord, VERSION, decode, encode,
 };
 
+use crate::common::{example, record};
+
 fn bytes_of(record: &StoredRecord) -> Vec<u8> {
     encode(record, &mut [0; MAX_ENCODED]).unwrap().to_vec()
 }
 
 /// The bytes of the example in the document.
 fn documented() -> Vec<u8> {
-    let page = include_str!("../../../docs/record-format.md");
+    let page = include_str!("../../../../docs/record-format.md");
     let dump = page.split("```").nth(1).expect("the page has a dump");
     let lines = dump.lines().filter_map(|line| line.split_once("  "));
     let bytes = lines.flat_map(|(_, bytes)| bytes.split(' '));
@@ -29,7 +28,7 @@ fn documented() -> Vec<u8> {
 
 /// The numbers of a row of the table below the example.
 fn documented_numbers(row: &str) -> Vec<f32> {
-    let page = include_str!("../../../docs/record-format.md");
+    let page = include_str!("../../../../docs/record-format.md");
     let table = page.split("```").nth(2).expect("the page has a table");
     let cell = table
         .lines()

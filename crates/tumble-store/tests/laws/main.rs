@@ -1,0 +1,7 @@
+//! Laws of the store: what a record is in bytes, and what flash keeps of it whatever happens.
+
+mod common;
+mod corruption;
+mod flash;
+mod power_cut;
+mod record;
