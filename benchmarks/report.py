@@ -298,7 +298,7 @@ def redundancy_campaign(content: Content) -> Iterator[str]:
         if kind in content["failovers"]:
             yield _row(_failover_cells(kind, content["failovers"][kind]))
     yield ""
-    yield "| error of the output, median (95 %) | output | best unit | uncalibrated |"
+    yield "| error of the output, median (95 %) | output | best secondary | best without calibration |"
     yield "|---|---|---|---|"
     for key, of in content["output"].items():
         yield _row([key, *(_spread(of[column]) for column in ("output", "best", "uncalibrated"))])
