@@ -305,7 +305,8 @@ def redundancy_campaign(content: Content) -> Iterator[str]:
     yield ""
     yield (
         f"A mission is replayed {content['replay_rate']['median']:.0f} times as fast as it was flown "
-        "(median). What counts as wrong is defined in `benchmarks/redundancy_judge.py`."
+        "(median). What counts as wrong is defined in `benchmarks/redundancy_judge.py`; alarms of what is "
+        "implausible at rest are taken at their word there, not judged."
     )
 
 
