@@ -37,8 +37,8 @@ pub struct Payload {
     temperature: Option<f32>,
 }
 
-/// A matrix, row by row.
-type Rows = [[f32; 3]; 3];
+/// A matrix, row by row: flat, which has the same bytes and takes less code to read.
+type Rows = [f32; 9];
 
 /// Reads the fields.
 pub fn read(fields: &[u8]) -> Result<StoredRecord, DecodeError> {
@@ -104,11 +104,13 @@ impl TryFrom<Payload> for StoredRecord {
 
 fn rows(m: &Matrix3<f32>) -> Rows {
     // Columns are how nalgebra keeps a matrix.
-    m.transpose().into()
+    let [[a, b, c], [d, e, f], [g, h, i]] = m.transpose().into();
+    [a, b, c, d, e, f, g, h, i]
 }
 
 fn matrix(rows: &Rows) -> Matrix3<f32> {
-    Matrix3::from(*rows).transpose()
+    let [a, b, c, d, e, f, g, h, i] = *rows;
+    Matrix3::new(a, b, c, d, e, f, g, h, i)
 }
 
 /// The code of a sensor.
