@@ -160,7 +160,7 @@ class AdoptionSettings(Document):
     """Share by which its residual on held-out pairs has to be smaller than the stored one's."""
     largest_specific_force_bias: float = _positive(3.0, "m/s^2")
     """Largest bias of an accelerometer."""
-    largest_angular_rate_bias: float = _positive(0.5, "rad/s")
+    largest_angular_rate_bias: float = _positive(1.0, "rad/s")
     """Largest bias of a gyroscope."""
     largest_scale_error: float = _positive(0.1, "")
     """Largest deviation of a scale factor from one."""

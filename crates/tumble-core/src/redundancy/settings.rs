@@ -202,7 +202,7 @@ impl<T: Real> Default for Settings<T> {
             },
             adoption: AdoptionSettings {
                 improvement: real(0.02),
-                bias: both(3.0, 0.5),
+                bias: both(3.0, 1.0),
                 scale: real(0.1),
                 misalignment: real(0.1),
                 lever_arm: real(1.0),
