@@ -66,19 +66,31 @@ pub struct PrimaryAtRest<'a, T: Real> {
 impl<T: Real> PrimaryAtRest<'_, T> {
     /// Against the fifth or sixth threshold.
     pub fn deviation(&self, settings: &EvaluationSettings<T>) -> Deviation<T> {
-        let corrected = self.calibration.correct(self.sensor, &self.mean);
-        let (data, last) = match settings.data {
-            Data::Raw => (self.mean, (self.mean - corrected).norm()),
-            Data::Compensated => (corrected, self.last_valid),
+        let last = match settings.data {
+            Data::Raw => (self.mean - self.corrected()).norm(),
+            Data::Compensated => self.last_valid,
         };
         let threshold = match self.sensor {
             Sensor::Accelerometer => &settings.thresholds.fifth,
             Sensor::Gyroscope => &settings.thresholds.sixth,
         };
         Deviation {
-            value: from_physics(self.sensor, data.norm(), settings.gravity),
+            value: self.off_physics(settings.data, settings.gravity),
             threshold: threshold.value(last),
         }
+    }
+
+    /// How far these data are from what physics says, m/s^2 or rad/s.
+    pub fn off_physics(&self, data: Data, gravity: T) -> T {
+        let reading = match data {
+            Data::Raw => self.mean,
+            Data::Compensated => self.corrected(),
+        };
+        from_physics(self.sensor, reading.norm(), gravity)
+    }
+
+    fn corrected(&self) -> Vector3<T> {
+        self.calibration.correct(self.sensor, &self.mean)
     }
 }
 
@@ -97,13 +109,22 @@ pub struct SecondaryAtRest<'a, T: Real> {
 }
 
 impl<T: Real> SecondaryAtRest<'_, T> {
-    /// Against physics; `None` where an axis is missing without which there is no magnitude of gravity.
-    pub fn norm(&self, settings: &EvaluationSettings<T>) -> Option<Deviation<T>> {
+    /// Against physics; `None` where an axis is missing without which there is no magnitude of gravity. A secondary that
+    /// agrees with its primary deviates as much as that, `primary_deviation`, and no calibration against it helps.
+    pub fn norm(&self, settings: &EvaluationSettings<T>, primary_deviation: T) -> Option<Deviation<T>> {
+        Some(Deviation {
+            value: self.off_physics(settings.data, settings.gravity)?,
+            threshold: self.threshold(settings) + primary_deviation,
+        })
+    }
+
+    /// How far these data are from what physics says, m/s^2 or rad/s; `None` as of [`Self::norm`].
+    pub fn off_physics(&self, data: Data, gravity: T) -> Option<T> {
         let complete = self.unit.axes.complete(self.sensor);
         if self.sensor == Sensor::Accelerometer && !complete {
             return None;
         }
-        let magnitude = match (settings.data, self.sensor) {
+        let magnitude = match (data, self.sensor) {
             (Data::Raw, _) => self.over_axes(&self.mean),
             (Data::Compensated, Sensor::Accelerometer) => {
                 let as_primary = self.unit.sensor_from_primary.tr_mul(&self.compensated());
@@ -115,10 +136,7 @@ impl<T: Real> SecondaryAtRest<'_, T> {
                 self.over_axes(&(self.compensated() - bias))
             }
         };
-        Some(Deviation {
-            value: from_physics(self.sensor, magnitude, settings.gravity),
-            threshold: self.threshold(settings),
-        })
+        Some(from_physics(self.sensor, magnitude, gravity))
     }
 
     /// Against what the primary says at the same rest, `primary` as read.

@@ -8,7 +8,7 @@ use crate::redundancy::gate::{Decision, Findings, Withheld};
 use crate::redundancy::monitor::{Monitor, Report, abandon, sensor_of};
 use crate::redundancy::platform::Platform;
 use crate::redundancy::sensor::{SENSORS, Sensor};
-use crate::redundancy::settings::Scope;
+use crate::redundancy::settings::{Data, Scope};
 use crate::redundancy::unit::AtRest;
 
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONCE> {
@@ -80,7 +80,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             if !deviation.exceeds() {
                 *last_valid = deviation.value;
             }
-            health.at_rest(sensor, deviation.value, settings.health.rest.of(sensor));
+            let off = primary.off_physics(Data::Compensated, settings.evaluation.gravity);
+            health.at_rest(sensor, off, settings.health.rest.of(sensor));
             report(Event {
                 time,
                 unit: 0,
@@ -124,6 +125,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         let settings = platform.settings();
         let primary_healthy = self.health.first()?.healthy_since().is_some();
         let primary = *self.at_rest.first()?.mean();
+        let primary_deviation = SENSORS.map(|sensor| *self.rest.primary_deviation(sensor));
         let (unit, at_rest) = (platform.units().get(number)?, self.at_rest.get(number)?);
         if u64::from(at_rest.windows()) < fewest.max(1) {
             return None;
@@ -150,12 +152,17 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                     what,
                 });
             };
-            if let Some(deviation) = secondary.norm(&settings.evaluation) {
-                health.at_rest(
-                    sensor,
-                    deviation.value,
-                    settings.plausible_at_rest(sensor, secondary.stored.calibrated),
-                );
+            let allowed = if valid {
+                *sensor_of(&primary_deviation, sensor)
+            } else {
+                T::zero()
+            };
+            // Whichever data trigger: an error that is known and taken off is no fault.
+            if let Some(off) = secondary.off_physics(Data::Compensated, settings.evaluation.gravity) {
+                let limit = settings.plausible_at_rest(sensor, secondary.stored.calibrated);
+                health.at_rest(sensor, off, limit);
+            }
+            if let Some(deviation) = secondary.norm(&settings.evaluation, allowed) {
                 tell(Check::Norm, &deviation);
             }
             if settings.evaluation.vector_check && valid && primary_healthy {

@@ -6,7 +6,7 @@ use tumble_core::redundancy::gate::Withheld;
 use tumble_core::redundancy::monitor::Command;
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::{Axes, Sensor};
-use tumble_core::redundancy::settings::{Data, Rung, Scope, Settings};
+use tumble_core::redundancy::settings::{Both, Data, Rung, Scope, Settings};
 use tumble_core::redundancy::thresholds::Threshold;
 
 use crate::redundancy_mission::{
@@ -92,6 +92,28 @@ fn raw_data_with_thresholds_from_the_last_error_do_not_trigger_again_on_an_error
         assert_told!(flight, 1, What::Evaluated { .. });
         let triggered = flight.told(1, |what| matches!(what, What::Triggered { .. }));
         assert_eq!(triggered, triggers, "{third:?} {}", flight.story());
+    }
+}
+
+#[test]
+fn an_error_that_is_known_is_no_fault_of_a_unit_whichever_data_trigger() {
+    for data in [Data::Raw, Data::Compensated] {
+        let mut settings = settings::<f64>();
+        settings.evaluation.data = data;
+        // Below what the aged secondary is off by, and far above what its calibration leaves.
+        settings.health.rest = Both {
+            specific_force: 0.05,
+            angular_rate: 0.005,
+        };
+        let platform = platform(settings, units(&aged()));
+        let mission = Mission::new(SEED + 1, &aged()).phases(&[(2.5, Phase::Rest)]);
+        let mut flight = Flight::<f64, 2>::new(mission.seed);
+        learned()
+            .iter()
+            .for_each(|record| flight.restore(&platform, record));
+        flight.take(&platform, &mission.samples());
+        assert_told!(flight, 1, What::Evaluated { .. });
+        assert_told!(flight, 1, 0 x What::Unhealthy { .. });
     }
 }
 
