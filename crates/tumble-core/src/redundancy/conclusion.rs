@@ -62,6 +62,7 @@ pub(super) fn conclude<T: Real>(
                     residual: outcome.residuals.after,
                     sequence,
                     calibrated: true,
+                    ..*stored
                 };
                 replaced = true;
                 tell(What::Adopted { record });

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::real::{Real, count};
+use crate::real::{Real, count, real};
 use crate::redundancy::platform::{PrimaryCalibration, Unit};
 use crate::redundancy::relation::Relation;
 use crate::redundancy::sensor::Sensor;
@@ -37,6 +37,10 @@ pub struct Stored<T: Real> {
     pub sequence: u32,
     /// Whether there was any.
     pub calibrated: bool,
+    /// Its difference to a valid primary at the last rest, m/s^2 or rad/s; infinite before.
+    pub apart: T,
+    /// Whether that was within the threshold.
+    pub agrees: bool,
 }
 
 impl<T: Real> Stored<T> {
@@ -47,6 +51,23 @@ impl<T: Real> Stored<T> {
             residual: T::zero(),
             sequence: 0,
             calibrated: false,
+            apart: real(f64::INFINITY),
+            agrees: false,
+        }
+    }
+
+    /// Takes in how far it was from a valid primary at rest.
+    pub fn compare(&mut self, deviation: &Deviation<T>) {
+        self.apart = deviation.value;
+        self.agrees = !deviation.exceeds();
+    }
+
+    /// How far it is from the primary, as far as is known, m/s^2 or rad/s.
+    pub fn error_left(&self) -> T {
+        if self.calibrated {
+            self.residual
+        } else {
+            self.apart
         }
     }
 }

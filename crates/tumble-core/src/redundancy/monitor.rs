@@ -113,7 +113,10 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         let unit = platform.units().get(number)?;
         let settings = &platform.settings().health;
         let time = unit.common_time(sample.time);
-        let sample = Sample { time, ..*sample };
+        let sample = Sample {
+            time,
+            ..unit.axes.only(sample)
+        };
         let accepted = match self.clock.push(number, time, &ClockSettings::default()) {
             Verdict::Accept => true,
             Verdict::Drop => false,
@@ -241,12 +244,12 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         let candidates: [Candidate<T>; UNITS] = core::array::from_fn(|i| {
             let healthy_since = self.health[i].healthy_since();
             let axes = &platform.units()[i].axes;
-            let [accelerometer, gyroscope] = &self.stored[i];
+            let stored = &self.stored[i];
             Candidate {
                 healthy: healthy_since.is_some() && SENSORS.iter().all(|sensor| axes.complete(*sensor)),
                 healthy_for: healthy_since.map_or(0, |since| now.saturating_sub(since)),
-                calibrated: accelerometer.calibrated && gyroscope.calibrated,
-                residual: accelerometer.residual,
+                calibrated: stored.iter().all(|stored| stored.calibrated || stored.agrees),
+                residual: sensor_of(stored, Sensor::Accelerometer).error_left(),
             }
         });
         let Some(change) = self

@@ -5,7 +5,7 @@ use crate::redundancy::calibrating::{Calibration, RestBefore, of_sensor};
 use crate::redundancy::evaluation::{Deviation, PrimaryAtRest, SecondaryAtRest};
 use crate::redundancy::event::{Abandoned, Check, Event, What};
 use crate::redundancy::gate::{Decision, Findings, Withheld};
-use crate::redundancy::monitor::{Monitor, Report, abandon, sensor_of};
+use crate::redundancy::monitor::{Monitor, Report, abandon, sensor_of, sensor_of_mut};
 use crate::redundancy::platform::Platform;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::{Data, Scope};
@@ -131,7 +131,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             return None;
         }
         let (stored, health) = (self.stored.get(number)?, self.health.get_mut(number)?);
-        let mut exceeded = [false; 2];
+        let (mut exceeded, mut apart) = ([false; 2], [None; 2]);
         for ((sensor, exceeded), valid) in SENSORS.into_iter().zip(&mut exceeded).zip(primary_valid) {
             if !unit.axes.any(sensor) {
                 continue;
@@ -166,10 +166,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                 tell(Check::Norm, &deviation);
             }
             if settings.evaluation.vector_check && valid && primary_healthy {
-                tell(
-                    Check::Vector,
-                    &secondary.vector(&of_sensor(&primary, sensor), &settings.evaluation),
-                );
+                let deviation = secondary.vector(&of_sensor(&primary, sensor), &settings.evaluation);
+                tell(Check::Vector, &deviation);
+                *sensor_of_mut(&mut apart, sensor) = Some(deviation);
             }
         }
         let findings = Findings {
@@ -178,6 +177,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             primary_healthy,
             secondary_healthy: health.healthy_since().is_some(),
         };
+        for (stored, deviation) in self.stored.get_mut(number)?.iter_mut().zip(apart) {
+            deviation.iter().for_each(|deviation| stored.compare(deviation));
+        }
         self.trigger(platform, number, &findings, time, report)
     }
 

@@ -45,11 +45,13 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             Some((number, (unit, stored))) => match accepted(platform, unit, record) {
                 Err(why) => (number, Some(why)),
                 Ok(relation) => {
-                    *sensor_of_mut(stored, sensor) = Stored {
+                    let stored = sensor_of_mut(stored, sensor);
+                    *stored = Stored {
                         relation,
                         residual: record.residual,
                         sequence: record.sequence,
                         calibrated: true,
+                        ..*stored
                     };
                     (number, None)
                 }

@@ -50,9 +50,9 @@ pub struct Candidate<T: Real> {
     pub healthy: bool,
     /// For how long, microseconds.
     pub healthy_for: u64,
-    /// Whether it is the primary, or was calibrated against it.
+    /// Whether it is the primary, was calibrated against it, or agreed with it at the last rest.
     pub calibrated: bool,
-    /// Root mean square residual of its calibration, relative to what is allowed: smaller is better.
+    /// What it is off by, as far as is known, m/s^2: smaller is better, and not a number worst.
     pub residual: T,
 }
 

@@ -1,6 +1,7 @@
 //! The two kinds of sensor in a unit, and the axes it has of each.
 
-use crate::sample::CHANNELS;
+use crate::real::Real;
+use crate::sample::{CHANNELS, Sample};
 
 /// Three axes of one kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -64,5 +65,20 @@ impl Axes {
     pub fn covered_by(&self, sensors: [bool; 2]) -> bool {
         let both = SENSORS.into_iter().zip(sensors);
         both.into_iter().all(|(sensor, among)| among || !self.any(sensor))
+    }
+
+    /// The sample with zeros in channels that the unit does not have, whatever was written there.
+    pub fn only<T: Real>(&self, sample: &Sample<T>) -> Sample<T> {
+        let mut present = *sample;
+        let values = present
+            .specific_force
+            .iter_mut()
+            .chain(present.angular_rate.iter_mut());
+        for (value, has) in values.zip(&self.0) {
+            if !has {
+                *value = T::zero();
+            }
+        }
+        present
     }
 }

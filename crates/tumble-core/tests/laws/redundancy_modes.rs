@@ -311,9 +311,10 @@ fn a_gyroscope_of_one_axis_is_calibrated_along_it_and_nothing_else_is_said_of_it
     set[1].axes = Axes([false, false, false, false, false, true]);
     let mission = Mission::new(SEED, &aged()).spoilt(|unit, _, sample| {
         if unit == 1 {
-            sample.specific_force.fill(0.0);
-            sample.angular_rate.x = 0.0;
-            sample.angular_rate.y = 0.0;
+            // Whatever a driver writes where there is nothing to be read.
+            sample.specific_force.fill(f64::NAN);
+            sample.angular_rate.x = f64::NAN;
+            sample.angular_rate.y = f64::INFINITY;
         }
         true
     });

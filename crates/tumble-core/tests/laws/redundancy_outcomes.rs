@@ -134,3 +134,14 @@ fn a_fit_that_leaves_too_large_a_residual_is_refused() {
     );
     assert!(flight.adopted(1, Sensor::Accelerometer).is_empty());
 }
+
+#[test]
+fn before_any_calibration_the_secondary_that_agreed_at_rest_takes_over() {
+    let parts = [Part::exact(), Part::aged(), Part::exact()];
+    let mission = Mission::new(SEED, &parts)
+        .phases(&[(3.0, Phase::Rest), (3.0, Phase::Free(1.0))])
+        .spoilt(|unit, time, _| unit != 0 || time < 4.0);
+    let flight: Flight<f64, 3> = fly(&platform(settings(), units(&parts)), &mission);
+    assert_told!(flight, 2, 1 x What::Selected { reason: SelectionReason::PrimaryFailed });
+    assert_told!(flight, 1, 0 x What::Selected { .. });
+}
