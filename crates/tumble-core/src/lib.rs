@@ -9,7 +9,8 @@
 //! 4. [`noise`]: white noise and bias instability, and what they do to a mean.
 //! 5. [`regression`] and [`rotation`]: the two solvers; [`eigen`] serves both.
 //! 6. [`gravity`]: what the Earth adds.
-//! 7. [`turntable`]: targets against a co-mounted reference; [`spin`]: a robot that turns on the spot.
+//! 7. [`turntable`]: targets against a co-mounted reference; [`spin`]: a robot that turns on the spot;
+//!    [`redundancy`]: a primary that keeps its secondaries calibrated.
 //!
 //! Everything is generic over `f32` and `f64`, owns no memory it was not given, and never panics on data:
 //! state is a plain struct with `new`, `push` and `solve`, and time comes with the samples.
