@@ -66,31 +66,38 @@ def _deviations(flown: Flown, at: float, number: int) -> dict[str, float]:
     found: dict[str, float] = {}
     primary_valid = {}
     for name in SENSORS:
-        limit = _threshold(flown, at, 0, name)
+        limit = _threshold(flown, at, 0, name, "norm")
         found[f"primary {name}"] = _physics(flown, name, _said_at_rest(flown, 0, name, at)) / limit
         primary_valid[name] = found[f"primary {name}"] < 1.0
     for name in SENSORS:
-        limit = _threshold(flown, at, number, name)
         raw = flown.mission.settings["data"] == "raw"
         mean = _mean(flown, number, name, at)
         said = mean if raw else _as_primary(flown, number, name, mean, at)
         own = said if raw else corrected(flown.mission, flown.flight, name, said[None])[0]
-        deviations = [_physics(flown, name, own)]
+        shares = [_share(_physics(flown, name, own), _threshold(flown, at, number, name, "norm"))]
         if flown.mission.settings["vector_check"] and primary_valid[name]:
             turn = flown.flight.units[number].nominal_mounting
             other = _mean(flown, 0, name, at)
             mine = turn.T @ said if raw else said
-            deviations.append(float(np.linalg.norm(mine - other)))
-        found[name] = max(deviations) / limit if limit > 0.0 else np.inf
+            apart = float(np.linalg.norm(mine - other))
+            shares.append(_share(apart, _threshold(flown, at, number, name, "vector")))
+        found[name] = max(shares)
     return found
 
 
-def _threshold(flown: Flown, at: float, number: int, name: str) -> float:
-    """Give the threshold as it was at the time; infinite where the sensor was not evaluated."""
+def _share(deviation: float, threshold: float) -> float:
+    return deviation / threshold if threshold > 0.0 else np.inf
+
+
+def _threshold(flown: Flown, at: float, number: int, name: str, check: str) -> float:
+    """Give the threshold as it was at the time; infinite where that was not evaluated."""
     stated = (
         e[3]["threshold"]
         for e in flown.events
-        if e[0] == at and e[1] == number and e[2] == "evaluated" and e[3]["sensor"] == name
+        if e[0] == at
+        and e[1] == number
+        and e[2] == "evaluated"
+        and (e[3]["sensor"], e[3]["check"]) == (name, check)
     )
     return float(next(stated, np.inf))
 
