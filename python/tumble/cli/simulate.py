@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import json
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from tumble.cli.screen import print_json
 from tumble.errors import TumbleError
 
 if TYPE_CHECKING:
     from tumble.poses import PoseList
-    from tumble.procedures.simulate import Fault, SimulatedTurntable
+    from tumble.procedures.simulate import Fault, SimulatedTurntable, SimulatedUnit
 
 simulate_app = typer.Typer(no_args_is_help=True, help="Make recordings whose truth is known.")
 
@@ -216,6 +216,13 @@ def _setting(text: str) -> tuple[str, str | float]:
     raise ValueError(f"unknown key {key!r}; known are triad, axis, start, end, size")
 
 
+def unit_line(place: str, unit: SimulatedUnit) -> str:
+    """Say what a unit recorded and what is wrong with it; `place` is where its recording is found."""
+    faults = ", ".join(fault.kind for fault in unit.faults)
+    fault = f", fault: {faults}" if faults else ""
+    return f"{place}: {unit.grade.name}, {len(unit.samples)} samples{fault}"
+
+
 def _show(session: SimulatedTurntable, paths: dict[str, str], as_json: bool) -> None:
     units = [unit.name for unit in session.units]
     samples = {unit.name: len(unit.samples) for unit in session.units}
@@ -226,14 +233,10 @@ def _show(session: SimulatedTurntable, paths: dict[str, str], as_json: bool) -> 
             "samples": samples,
             "files": paths,
         }
-        print(json.dumps(content, indent=2, allow_nan=False))
+        print_json(content)
         return
     for unit in session.units:
-        faults = ", ".join(fault.kind for fault in unit.faults)
-        print(
-            f"{paths[unit.name]}: {unit.grade.name}, {samples[unit.name]} samples"
-            + (f", fault: {faults}" if faults else "")
-        )
+        print(unit_line(paths[unit.name], unit))
     print(f"{paths['poses']}: {len(session.scenario.poses)} poses, {len(session.rests)} rests")
     print(f"{paths['truth']}: what is true of all of it")
     logs = " ".join(paths[name] for name in units)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tumble.cli.simulate import FAULTS_HELP, Format, faults_by_unit, numbers_of, simulate_app
+from tumble.cli.screen import print_json
+from tumble.cli.simulate import FAULTS_HELP, Format, faults_by_unit, numbers_of, simulate_app, unit_line
 from tumble.errors import TumbleError
 
 if TYPE_CHECKING:
@@ -221,14 +221,10 @@ def _show(flight: SimulatedFlight, paths: dict[str, str], as_json: bool) -> None
             "manoeuvres": flight.manoeuvres.tolist(),
             "files": paths,
         }
-        print(json.dumps(content, indent=2, allow_nan=False))
+        print_json(content)
         return
     for unit in flight.units:
-        faults = ", ".join(fault.kind for fault in unit.faults)
-        print(
-            f"{_source(unit.name, paths)}: {unit.grade.name}, {samples[unit.name]} samples"
-            + (f", fault: {faults}" if faults else "")
-        )
+        print(unit_line(_source(unit.name, paths), unit))
     print(f"{_source('ideal', paths)}: a unit without errors, at the primary's place")
     print(f"{paths['units']}: how the units are mounted, as their builder knows it")
     print(f"{paths['truth']}: what is true of all of it")

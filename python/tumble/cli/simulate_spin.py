@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from tumble.cli.screen import print_json
 from tumble.cli.simulate import Format, fault_of, numbers_of, simulate_app
 from tumble.errors import TumbleError
 
@@ -198,7 +198,7 @@ def _show(spin: SimulatedSpin, paths: dict[str, str], as_json: bool) -> None:
             "rests": spin.rests.tolist(),
             "files": paths,
         }
-        print(json.dumps(content, indent=2, allow_nan=False))
+        print_json(content)
         return
     angles = ", ".join(f"{angle / math.tau:+.3f}" for angle in turned) or "none"
     print(f"{paths['log']}: {spin.scenario.unit_grade.name}, {len(spin.samples)} samples, turns {angles}")
