@@ -2,11 +2,43 @@
 
 use nalgebra::RealField;
 
-/// `f32` on devices, `f64` on hosts.
-pub trait Real: RealField + Copy {}
+/// Microseconds in a second.
+pub const SECOND: u64 = 1_000_000;
 
-impl Real for f32 {}
-impl Real for f64 {}
+/// `f32` on devices, `f64` on hosts. Conversions of whole numbers are its own: by way of `f64`, which most devices lack,
+/// they would cost more than what is done with them.
+pub trait Real: RealField + Copy {
+    /// The number closest to a count.
+    fn of_count(count: u32) -> Self;
+
+    /// Seconds in a span of microseconds.
+    fn of_microseconds(span: u64) -> Self;
+}
+
+impl Real for f32 {
+    #[allow(clippy::cast_precision_loss)]
+    fn of_count(count: u32) -> Self {
+        count as f32
+    }
+
+    #[allow(clippy::cast_precision_loss)]
+    fn of_microseconds(span: u64) -> Self {
+        let number = u32::try_from(span).map_or(span as f32, |short| short as f32);
+        number * 1e-6
+    }
+}
+
+impl Real for f64 {
+    fn of_count(count: u32) -> Self {
+        f64::from(count)
+    }
+
+    #[allow(clippy::cast_precision_loss)]
+    fn of_microseconds(span: u64) -> Self {
+        // Processors convert signed integers in one step, and 2^63 microseconds are 292 000 years.
+        span.cast_signed() as f64 * 1e-6
+    }
+}
 
 /// A constant of the text, in the number type at hand.
 pub fn real<T: Real>(value: f64) -> T {
@@ -15,12 +47,10 @@ pub fn real<T: Real>(value: f64) -> T {
 
 /// A count as a number.
 pub fn count<T: Real>(count: u32) -> T {
-    nalgebra::convert(f64::from(count))
+    T::of_count(count)
 }
 
 /// Seconds in a span of microseconds.
 pub fn seconds<T: Real>(microseconds: u64) -> T {
-    // Processors convert signed integers in one step, and 2^63 microseconds are 292 000 years.
-    #[allow(clippy::cast_precision_loss)]
-    nalgebra::convert(microseconds.cast_signed() as f64 * 1e-6)
+    T::of_microseconds(microseconds)
 }

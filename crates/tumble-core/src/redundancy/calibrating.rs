@@ -1,14 +1,14 @@
 //! Calibration mode of one secondary: waits for motion, collects pairs, fits them, and has them judged.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 
-use crate::real::{Real, real, seconds};
+use crate::real::{Real, SECOND, real, seconds};
 use crate::redundancy::adoption::{Candidate, Refusal, Residuals, RestPair};
 use crate::redundancy::evaluation::Stored;
 use crate::redundancy::event::Abandoned;
 use crate::redundancy::fit::{Fit, PrimaryNoise, Problem};
 use crate::redundancy::joint::JointMoments;
-use crate::redundancy::pairing::Pair;
+use crate::redundancy::pairing::{FORCE_CHANNELS, FORCE_PACKED, Pair, RATE_CHANNELS, RATE_PACKED};
 use crate::redundancy::platform::Unit;
 use crate::redundancy::relation::Relation;
 use crate::redundancy::residual::{FORCE_LAYOUT, Layout, Pairs, RATE_LAYOUT};
@@ -44,8 +44,8 @@ pub struct Calibration<T: Real> {
     phase: Phase,
     since: u64,
     rest: RestBefore<T>,
-    forces: Halves<T, 16, 136>,
-    rates: Halves<T, 7, 28>,
+    forces: Halves<T, FORCE_CHANNELS, FORCE_PACKED>,
+    rates: Halves<T, RATE_CHANNELS, RATE_PACKED>,
 }
 
 /// Pairs of even seconds, to be fitted, and of odd ones, held out.
@@ -134,21 +134,13 @@ impl<T: Real> Calibration<T> {
     }
 
     fn calibrates(&self, sensor: Sensor) -> bool {
-        let [accelerometer, gyroscope] = self.sensors;
-        match sensor {
-            Sensor::Accelerometer => accelerometer,
-            Sensor::Gyroscope => gyroscope,
-        }
+        *sensor.of(&self.sensors)
     }
 
     /// Takes in the primary's window, while nothing moved yet, and says whether it moves now.
     pub fn watch(&mut self, time: u64, mean: &[T; CHANNELS], settings: &CollectionSettings<T>) -> bool {
         let moved = |sensor: Sensor| {
-            let both = mean.iter().zip(&self.rest.primary);
-            let apart = both
-                .skip(sensor.first_channel())
-                .take(3)
-                .fold(T::zero(), |sum, (a, b)| sum + (*a - *b) * (*a - *b));
+            let apart = sensor.squared_distance(mean, &self.rest.primary);
             let limit = settings.motion.of(sensor);
             apart >= limit * limit
         };
@@ -162,7 +154,7 @@ impl<T: Real> Calibration<T> {
 
     /// Takes in a pair; `usable` says which sensors of both may be used. What is `stored` must stay the same meanwhile.
     pub fn take(&mut self, time: u64, pair: &Pair<T>, usable: [bool; 2], stored: &[Stored<T>; 2]) {
-        let second = time / 1_000_000;
+        let second = time / SECOND;
         let age = seconds::<T>(time.saturating_sub(self.since));
         let [accelerometer, gyroscope] = usable;
         let [force, rate] = stored;
@@ -241,8 +233,8 @@ impl<T: Real> Calibration<T> {
 
     fn rest_pair(&self, sensor: Sensor, unit: &Unit<T>) -> RestPair<T> {
         RestPair {
-            first: unit.sensor_from_primary * of_sensor(&self.rest.primary, sensor),
-            second: of_sensor(&self.rest.secondary, sensor),
+            first: unit.sensor_from_primary * sensor.triad(&self.rest.primary),
+            second: sensor.triad(&self.rest.secondary),
         }
     }
 
@@ -250,21 +242,12 @@ impl<T: Real> Calibration<T> {
     /// in the difference of two.
     fn noise(&self, sensor: Sensor, unit: &Unit<T>, window: u64) -> PrimaryNoise<T> {
         let turn = &unit.sensor_from_primary;
-        let of = |sensor| of_sensor(&self.rest.variance, sensor);
+        let of = |sensor: Sensor| sensor.triad(&self.rest.variance);
         let length = seconds::<T>(window);
         PrimaryNoise {
             reading: turn * Matrix3::from_diagonal(&(of(sensor) * real::<T>(2.0 / 3.0))) * turn.transpose(),
             angular_acceleration: of(Sensor::Gyroscope) * (real::<T>(2.0) / (length * length)),
         }
-    }
-}
-
-/// The three channels of a sensor.
-pub fn of_sensor<T: Real>(channels: &[T; CHANNELS], sensor: Sensor) -> Vector3<T> {
-    let [fx, fy, fz, wx, wy, wz] = *channels;
-    match sensor {
-        Sensor::Accelerometer => Vector3::new(fx, fy, fz),
-        Sensor::Gyroscope => Vector3::new(wx, wy, wz),
     }
 }
 

@@ -7,7 +7,7 @@ use crate::redundancy::calibrating::{Calibration, Outcome};
 use crate::redundancy::evaluation::Stored;
 use crate::redundancy::event::{Event, What};
 use crate::redundancy::fit::Fit;
-use crate::redundancy::monitor::{Report, sensor_of_mut};
+use crate::redundancy::monitor::Report;
 use crate::redundancy::platform::Unit;
 use crate::redundancy::record::Record;
 use crate::redundancy::sensor::{SENSORS, Sensor};
@@ -29,7 +29,7 @@ pub(super) fn conclude<T: Real>(
     let number = calibration.secondary();
     let wanted = SENSORS.into_iter().zip(calibration.sensors());
     for (sensor, _) in wanted.filter(|(_, wanted)| *wanted) {
-        let stored = sensor_of_mut(stored, sensor);
+        let stored = sensor.of_mut(stored);
         let mut tell = |what| {
             report(Event {
                 time,

@@ -1,11 +1,8 @@
 //! Settings that cannot be meant, alone or together.
 
-use crate::real::Real;
+use crate::real::{Real, SECOND};
 use crate::redundancy::settings::{Data, Settings};
 use crate::redundancy::thresholds::Threshold;
-
-/// Windows of which every other one's worth is held out, microseconds.
-const SECOND: u64 = 1_000_000;
 
 /// Why a setting cannot be meant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,5 +1,6 @@
 use super::*;
-use crate::redundancy::pairing::{ForceMoments, Pair, RateMoments};
+use crate::redundancy::joint::JointMoments;
+use crate::redundancy::pairing::{FORCE_CHANNELS, FORCE_PACKED, Pair, RATE_CHANNELS, RATE_PACKED};
 use crate::redundancy::residual::{FORCE_LAYOUT, RATE_LAYOUT};
 use proptest::prelude::*;
 
@@ -20,8 +21,11 @@ fn pairs(
     truth: &Relation<f64>,
     stored: &Relation<f64>,
     along: &Matrix3<f64>,
-) -> (ForceMoments<f64>, RateMoments<f64>) {
-    let (mut forces, mut rates) = (ForceMoments::new(), RateMoments::new());
+) -> (
+    JointMoments<f64, FORCE_CHANNELS, FORCE_PACKED>,
+    JointMoments<f64, RATE_CHANNELS, RATE_PACKED>,
+) {
+    let (mut forces, mut rates) = (JointMoments::new(), JointMoments::new());
     for i in 0..100 {
         let t = f64::from(i) * 0.05;
         let wave = |k: f64| {

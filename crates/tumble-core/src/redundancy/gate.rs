@@ -44,7 +44,7 @@ impl Gate {
     /// What becomes of each sensor.
     pub fn decide(self, findings: &Findings) -> [Decision; 2] {
         SENSORS.map(|sensor| {
-            if !of(findings.exceeded, sensor) {
+            if !sensor.of(&findings.exceeded) {
                 Decision::Quiet
             } else if !findings.secondary_healthy {
                 Decision::Withheld(Withheld::SecondaryUnhealthy)
@@ -63,16 +63,8 @@ impl Gate {
         match self {
             Gate::SecondaryAlone => true,
             Gate::WholePrimary => primary_valid == [true; 2],
-            Gate::SensorBySensor => of(primary_valid, sensor),
+            Gate::SensorBySensor => *sensor.of(&primary_valid),
         }
-    }
-}
-
-fn of(both: [bool; 2], sensor: Sensor) -> bool {
-    let [accelerometer, gyroscope] = both;
-    match sensor {
-        Sensor::Accelerometer => accelerometer,
-        Sensor::Gyroscope => gyroscope,
     }
 }
 

@@ -2,7 +2,12 @@
 
 use crate::real::{Real, count};
 
-/// Joint mean and centred sums of products of N channels, of which `PACKED = N (N + 1) / 2` are kept.
+/// Different products of two of N channels.
+pub const fn packed(channels: usize) -> usize {
+    channels * (channels + 1) / 2
+}
+
+/// Joint mean and centred sums of products of N channels, of which `PACKED` = [`packed`]`(N)` are kept.
 ///
 /// Welford (1962) for products, merged by Chan, Golub and LeVeque (1979), eq. 2.1: centred, so that `f32` holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,7 +24,7 @@ impl<T: Real, const N: usize, const PACKED: usize> Default for JointMoments<T, N
 }
 
 impl<T: Real, const N: usize, const PACKED: usize> JointMoments<T, N, PACKED> {
-    const PACKS: () = assert!(PACKED == N * (N + 1) / 2);
+    const PACKS: () = assert!(PACKED == packed(N));
 
     /// No samples yet.
     pub fn new() -> Self {

@@ -249,7 +249,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                 healthy: healthy_since.is_some() && SENSORS.iter().all(|sensor| axes.complete(*sensor)),
                 healthy_for: healthy_since.map_or(0, |since| now.saturating_sub(since)),
                 calibrated: stored.iter().all(|stored| stored.calibrated || stored.agrees),
-                residual: sensor_of(stored, Sensor::Accelerometer).error_left(),
+                residual: Sensor::Accelerometer.of(stored).error_left(),
             }
         });
         let Some(change) = self
@@ -307,21 +307,5 @@ pub(super) fn abandon<T: Real>(
             unit: calibration.secondary(),
             what: What::Abandoned { why },
         });
-    }
-}
-
-/// Of the two of a unit, that of a sensor.
-pub(super) fn sensor_of<S>([accelerometer, gyroscope]: &[S; 2], sensor: Sensor) -> &S {
-    match sensor {
-        Sensor::Accelerometer => accelerometer,
-        Sensor::Gyroscope => gyroscope,
-    }
-}
-
-/// Of the two of a unit, that of a sensor, to be changed.
-pub(super) fn sensor_of_mut<S>([accelerometer, gyroscope]: &mut [S; 2], sensor: Sensor) -> &mut S {
-    match sensor {
-        Sensor::Accelerometer => accelerometer,
-        Sensor::Gyroscope => gyroscope,
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::real::{Real, seconds};
-use crate::redundancy::joint::JointMoments;
+use crate::redundancy::joint::packed;
 use crate::redundancy::platform::{PrimaryCalibration, Unit};
 use crate::redundancy::relation::Relation;
 use crate::redundancy::sensor::Sensor;
@@ -16,11 +16,11 @@ pub const FORCE_CHANNELS: usize = 16;
 /// Channels of a pair of gyroscopes: primary 3, time, secondary 3.
 pub const RATE_CHANNELS: usize = 7;
 
-/// Joint moments of pairs of accelerometers.
-pub type ForceMoments<T> = JointMoments<T, FORCE_CHANNELS, 136>;
+/// Different covariances of so many.
+pub const FORCE_PACKED: usize = packed(FORCE_CHANNELS);
 
-/// Joint moments of pairs of gyroscopes.
-pub type RateMoments<T> = JointMoments<T, RATE_CHANNELS, 28>;
+/// Different covariances of so many.
+pub const RATE_PACKED: usize = packed(RATE_CHANNELS);
 
 /// Products of the primary's angular rates xx yy zz xy yz zx, formed of samples before any mean is taken.
 pub fn products<T: Real>(calibration: &PrimaryCalibration<T>, angular_rate: &Vector3<T>) -> [T; CHANNELS] {

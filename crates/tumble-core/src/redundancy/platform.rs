@@ -95,20 +95,12 @@ impl<T: Real> PrimaryCalibration<T> {
 
     /// That of a sensor.
     pub fn model(&self, sensor: Sensor) -> &ErrorModel<T> {
-        let [accelerometer, gyroscope] = &self.models;
-        match sensor {
-            Sensor::Accelerometer => accelerometer,
-            Sensor::Gyroscope => gyroscope,
-        }
+        sensor.of(&self.models)
     }
 
     /// The truth behind a reading of the primary, or behind what a secondary makes of one.
     pub fn correct(&self, sensor: Sensor, y: &Vector3<T>) -> Vector3<T> {
-        let [accelerometer, gyroscope] = &self.corrections;
-        match sensor {
-            Sensor::Accelerometer => accelerometer.apply(y),
-            Sensor::Gyroscope => gyroscope.apply(y),
-        }
+        sensor.of(&self.corrections).apply(y)
     }
 }
 

@@ -99,11 +99,7 @@ impl<T: Real> Rest<T> {
 
     /// The deviation of the primary when it was last found valid, m/s^2 or rad/s.
     pub fn primary_deviation(&mut self, sensor: Sensor) -> &mut T {
-        let [accelerometer, gyroscope] = &mut self.primary_deviation;
-        match sensor {
-            Sensor::Accelerometer => accelerometer,
-            Sensor::Gyroscope => gyroscope,
-        }
+        sensor.of_mut(&mut self.primary_deviation)
     }
 
     /// The common clock jumped to this time.

@@ -1,11 +1,11 @@
 //! What the monitor finds while the platform rests, and what that triggers.
 
 use crate::real::Real;
-use crate::redundancy::calibrating::{Calibration, RestBefore, of_sensor};
+use crate::redundancy::calibrating::{Calibration, RestBefore};
 use crate::redundancy::evaluation::{Deviation, PrimaryAtRest, SecondaryAtRest};
 use crate::redundancy::event::{Abandoned, Check, Event, What};
 use crate::redundancy::gate::{Decision, Findings, Withheld};
-use crate::redundancy::monitor::{Monitor, Report, abandon, sensor_of, sensor_of_mut};
+use crate::redundancy::monitor::{Monitor, Report, abandon};
 use crate::redundancy::platform::Platform;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::{Data, Scope};
@@ -72,7 +72,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             let last_valid = self.rest.primary_deviation(sensor);
             let primary = PrimaryAtRest {
                 sensor,
-                mean: of_sensor(at_rest.mean(), sensor),
+                mean: sensor.triad(at_rest.mean()),
                 calibration: platform.calibration(),
                 last_valid: *last_valid,
             };
@@ -139,8 +139,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             let secondary = SecondaryAtRest {
                 sensor,
                 unit,
-                mean: of_sensor(at_rest.mean(), sensor),
-                stored: sensor_of(stored, sensor),
+                mean: sensor.triad(at_rest.mean()),
+                stored: sensor.of(stored),
                 calibration: platform.calibration(),
             };
             let mut tell = |check, deviation: &Deviation<T>| {
@@ -153,7 +153,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                 });
             };
             let allowed = if valid {
-                *sensor_of(&primary_deviation, sensor)
+                *sensor.of(&primary_deviation)
             } else {
                 T::zero()
             };
@@ -166,9 +166,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                 tell(Check::Norm, &deviation);
             }
             if settings.evaluation.vector_check && valid && primary_healthy {
-                let deviation = secondary.vector(&of_sensor(&primary, sensor), &settings.evaluation);
+                let deviation = secondary.vector(&sensor.triad(&primary), &settings.evaluation);
                 tell(Check::Vector, &deviation);
-                *sensor_of_mut(&mut apart, sensor) = Some(deviation);
+                *sensor.of_mut(&mut apart) = Some(deviation);
             }
         }
         let findings = Findings {

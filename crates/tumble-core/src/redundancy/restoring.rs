@@ -3,7 +3,7 @@
 use crate::real::Real;
 use crate::redundancy::evaluation::Stored;
 use crate::redundancy::event::{Abandoned, Event, Rejected, What};
-use crate::redundancy::monitor::{Monitor, Report, abandon, sensor_of_mut};
+use crate::redundancy::monitor::{Monitor, Report, abandon};
 use crate::redundancy::platform::{Platform, Unit};
 use crate::redundancy::record::{Record, Storage};
 use crate::redundancy::relation::Relation;
@@ -45,7 +45,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             Some((number, (unit, stored))) => match accepted(platform, unit, record) {
                 Err(why) => (number, Some(why)),
                 Ok(relation) => {
-                    let stored = sensor_of_mut(stored, sensor);
+                    let stored = sensor.of_mut(stored);
                     *stored = Stored {
                         relation,
                         residual: record.residual,

@@ -1,5 +1,7 @@
 //! The two kinds of sensor in a unit, and the axes it has of each.
 
+use nalgebra::Vector3;
+
 use crate::real::Real;
 use crate::sample::{CHANNELS, Sample};
 
@@ -31,6 +33,36 @@ impl Sensor {
         } else {
             Sensor::Gyroscope
         }
+    }
+
+    /// Of two things, accelerometer first, its own.
+    pub fn of<S>(self, [accelerometer, gyroscope]: &[S; 2]) -> &S {
+        match self {
+            Sensor::Accelerometer => accelerometer,
+            Sensor::Gyroscope => gyroscope,
+        }
+    }
+
+    /// Of two things, accelerometer first, its own, to be changed.
+    pub fn of_mut<S>(self, [accelerometer, gyroscope]: &mut [S; 2]) -> &mut S {
+        match self {
+            Sensor::Accelerometer => accelerometer,
+            Sensor::Gyroscope => gyroscope,
+        }
+    }
+
+    /// Of six channels, its three.
+    pub fn triad<T: Real>(self, channels: &[T; CHANNELS]) -> Vector3<T> {
+        let [fx, fy, fz, wx, wy, wz] = *channels;
+        match self {
+            Sensor::Accelerometer => Vector3::new(fx, fy, fz),
+            Sensor::Gyroscope => Vector3::new(wx, wy, wz),
+        }
+    }
+
+    /// Squared distance of its three channels in one reading from those in another.
+    pub fn squared_distance<T: Real>(self, a: &[T; CHANNELS], b: &[T; CHANNELS]) -> T {
+        (self.triad(a) - self.triad(b)).norm_squared()
     }
 }
 

@@ -1,7 +1,7 @@
 //! How a redundant set watches, calibrates and replaces its units.
 
 use crate::gravity;
-use crate::real::{Real, real};
+use crate::real::{Real, SECOND, real};
 use crate::redundancy::health::HealthSettings;
 use crate::redundancy::selection::SelectionSettings;
 use crate::redundancy::sensor::Sensor;
@@ -157,8 +157,6 @@ pub struct Settings<T: Real> {
     /// Who is the source.
     pub selection: SelectionSettings,
 }
-
-const SECOND: u64 = 1_000_000;
 
 impl<T: Real> Default for Settings<T> {
     fn default() -> Self {

@@ -1,7 +1,7 @@
 //! What the monitor does with each window: the vote, rest and its evaluation, calibration mode.
 
-use crate::real::{Real, real, seconds};
-use crate::redundancy::calibrating::{Phase, Progress, of_sensor};
+use crate::real::{Real, SECOND, real, seconds};
+use crate::redundancy::calibrating::{Phase, Progress};
 use crate::redundancy::conclusion::conclude;
 use crate::redundancy::event::{Event, What};
 use crate::redundancy::family::{Member, vote};
@@ -79,8 +79,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         let (before, means) = self.streams.get(number)?.pair(window)?;
         let (unit, stored) = (platform.units().get(number)?, self.stored.get(number)?);
         let said = |means: &Means<T, CHANNELS>| {
-            let force = of_sensor(&means.mean, Sensor::Accelerometer);
-            let rate = of_sensor(&means.mean, Sensor::Gyroscope);
+            let force = Sensor::Accelerometer.triad(&means.mean);
+            let rate = Sensor::Gyroscope.triad(&means.mean);
             compensate(unit, stored, platform.calibration(), &force, &rate)
         };
         let (earlier, now) = (said(before), said(means));
@@ -125,7 +125,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         let primary = PrimaryMeans::of(platform.calibration(), readings, products, settings.window);
         let usable = both(readings.0.usable, readings.1.usable);
         // The later window may lie in the next second, of which the pair would then be a part as well.
-        let second = |window: u64| window * settings.window / 1_000_000;
+        let second = |window: u64| window * settings.window / SECOND;
         let within = second(window.checked_sub(1)?) == second(window);
         for slot in &mut self.calibrations {
             let Some(calibration) = slot else { continue };
@@ -195,13 +195,9 @@ fn both(a: [bool; 2], b: [bool; 2]) -> [bool; 2] {
 }
 
 /// The channels of sensors of which something is known; not a number for others.
-fn known<T: Real>(mut mean: [T; CHANNELS], [accelerometer, gyroscope]: [bool; 2]) -> [T; CHANNELS] {
+fn known<T: Real>(mut mean: [T; CHANNELS], usable: [bool; 2]) -> [T; CHANNELS] {
     for (channel, x) in mean.iter_mut().enumerate() {
-        let knows = match Sensor::of_channel(channel) {
-            Sensor::Accelerometer => accelerometer,
-            Sensor::Gyroscope => gyroscope,
-        };
-        if !knows {
+        if !Sensor::of_channel(channel).of(&usable) {
             *x = real(f64::NAN);
         }
     }
@@ -209,13 +205,10 @@ fn known<T: Real>(mut mean: [T; CHANNELS], [accelerometer, gyroscope]: [bool; 2]
 }
 
 /// The axes there are, of the sensors that may be used.
-fn comparable(axes: &Axes, [accelerometer, gyroscope]: [bool; 2]) -> Axes {
+fn comparable(axes: &Axes, usable: [bool; 2]) -> Axes {
     let mut comparable = *axes;
     for (channel, has) in comparable.0.iter_mut().enumerate() {
-        *has &= match Sensor::of_channel(channel) {
-            Sensor::Accelerometer => accelerometer,
-            Sensor::Gyroscope => gyroscope,
-        };
+        *has &= Sensor::of_channel(channel).of(&usable);
     }
     comparable
 }

@@ -2,6 +2,7 @@
 
 use crate::moments::Moments;
 use crate::real::Real;
+use crate::redundancy::sensor::Sensor;
 use crate::redundancy::window::{Means, Windows};
 use crate::sample::CHANNELS;
 
@@ -90,12 +91,9 @@ impl<T: Real> AtRest<T> {
     pub fn is_still(&mut self, mean: &[T; CHANNELS], scatter: [T; 2], first: T, second: T) -> bool {
         let [force, rate] = scatter;
         let reference = self.reference.get_or_insert(*mean);
-        let apart = |from: usize| {
-            let pairs = mean.iter().zip(reference.iter()).skip(from).take(3);
-            pairs.fold(T::zero(), |sum, (a, b)| sum + (*a - *b) * (*a - *b))
-        };
+        let apart = |sensor: Sensor| sensor.squared_distance(mean, reference);
         let quiet = force <= first * first && rate <= second * second;
-        quiet && apart(0) <= first * first && apart(3) <= second * second
+        quiet && apart(Sensor::Accelerometer) <= first * first && apart(Sensor::Gyroscope) <= second * second
     }
 
     /// Takes in the means of a window at rest.

@@ -158,9 +158,7 @@ impl<T: Real> Health<T> {
         } else {
             None
         };
-        let Some(watch) = self.watches.get_mut(sensor as usize) else {
-            return;
-        };
+        let watch = sensor.of_mut(&mut self.watches);
         let limit = ticks(settings.family_time);
         match fault {
             Some(_) => watch.odd.fill(ticks(span), limit, 1),
@@ -180,9 +178,7 @@ impl<T: Real> Health<T> {
     pub fn at_rest(&mut self, sensor: Sensor, deviation: T, limit: T) {
         // What is no number is no plausible one.
         let plausible = deviation <= limit;
-        if let Some(implausible) = self.implausible.get_mut(sensor as usize) {
-            *implausible = !plausible;
-        }
+        *sensor.of_mut(&mut self.implausible) = !plausible;
         if !plausible {
             self.condemn(
                 Fault::ImplausibleAtRest {
