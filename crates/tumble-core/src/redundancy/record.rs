@@ -45,6 +45,30 @@ impl<T: Real> Record<T> {
         let vectors = self.model.bias.iter().chain(self.lever_arm.iter());
         self.model.matrix.iter().chain(vectors).all(|x| x.is_finite())
     }
+
+    /// The same record in other numbers.
+    pub fn in_numbers<U: Real>(&self, number: impl Fn(T) -> U + Copy) -> Record<U> {
+        let vector = |v: &Vector3<T>| v.map(number);
+        let matrix = |m: &Matrix3<T>| m.map(number);
+        Record {
+            identity: self.identity,
+            sensor: self.sensor,
+            model: ErrorModel {
+                matrix: matrix(&self.model.matrix),
+                bias: vector(&self.model.bias),
+            },
+            matrix_sigma: matrix(&self.matrix_sigma),
+            bias_sigma: vector(&self.bias_sigma),
+            lever_arm: vector(&self.lever_arm),
+            lever_arm_sigma: vector(&self.lever_arm_sigma),
+            rung: self.rung,
+            directions: self.directions,
+            residual: number(self.residual),
+            residual_before: number(self.residual_before),
+            pairs: self.pairs,
+            sequence: self.sequence,
+        }
+    }
 }
 
 /// Where records outlast a reset.

@@ -119,7 +119,9 @@ impl<T: Real, const UNITS: usize> Set for Watched<T, UNITS> {
         let output = self.monitor.push(&self.platform, unit, &sample, &mut |event| {
             heard.events.push(told(&event));
             if let What::Adopted { record } = &event.what {
-                heard.adopted.push((event.unit, event.time, wide_record(record)));
+                heard
+                    .adopted
+                    .push((event.unit, event.time, record.in_numbers(wide)));
             }
         })?;
         Some(Said {
@@ -131,7 +133,7 @@ impl<T: Real, const UNITS: usize> Set for Watched<T, UNITS> {
     }
 
     fn restore(&mut self, record: &Record<f64>, heard: &mut Heard) {
-        let record = narrow_record(record);
+        let record = record.in_numbers(real);
         self.monitor.restore(&self.platform, &record, &mut |event| {
             heard.events.push(told(&event))
         });
@@ -189,47 +191,5 @@ fn narrow_unit<T: Real>(unit: &Unit<f64>) -> Unit<T> {
         time_offset: unit.time_offset,
         sensor_from_primary: narrow_matrix(&unit.sensor_from_primary),
         lever_arm: unit.lever_arm.as_ref().map(narrow),
-    }
-}
-
-fn narrow_record<T: Real>(record: &Record<f64>) -> Record<T> {
-    Record {
-        identity: record.identity,
-        sensor: record.sensor,
-        model: ErrorModel {
-            matrix: narrow_matrix(&record.model.matrix),
-            bias: narrow(&record.model.bias),
-        },
-        matrix_sigma: narrow_matrix(&record.matrix_sigma),
-        bias_sigma: narrow(&record.bias_sigma),
-        lever_arm: narrow(&record.lever_arm),
-        lever_arm_sigma: narrow(&record.lever_arm_sigma),
-        rung: record.rung,
-        directions: record.directions,
-        residual: real(record.residual),
-        residual_before: real(record.residual_before),
-        pairs: record.pairs,
-        sequence: record.sequence,
-    }
-}
-
-fn wide_record<T: Real>(record: &Record<T>) -> Record<f64> {
-    Record {
-        identity: record.identity,
-        sensor: record.sensor,
-        model: ErrorModel {
-            matrix: record.model.matrix.map(wide),
-            bias: record.model.bias.map(wide),
-        },
-        matrix_sigma: record.matrix_sigma.map(wide),
-        bias_sigma: record.bias_sigma.map(wide),
-        lever_arm: record.lever_arm.map(wide),
-        lever_arm_sigma: record.lever_arm_sigma.map(wide),
-        rung: record.rung,
-        directions: record.directions,
-        residual: wide(record.residual),
-        residual_before: wide(record.residual_before),
-        pairs: record.pairs,
-        sequence: record.sequence,
     }
 }

@@ -13,8 +13,7 @@ mod older_version_tests;
 pub(crate) use frame::CRC;
 pub(crate) use version_1::{sensor, sensor_code};
 
-use nalgebra::{Matrix3, Vector3, convert, convert_unchecked};
-use tumble_core::model::ErrorModel;
+use nalgebra::{convert, convert_unchecked};
 use tumble_core::real::Real;
 use tumble_core::redundancy::record::Record;
 
@@ -126,14 +125,14 @@ impl StoredRecord {
     pub fn of<T: Real>(record: &Record<T>, temperature: Option<T>) -> Self {
         let single = convert_unchecked::<T, f32>;
         Self {
-            record: in_numbers(record, single),
+            record: record.in_numbers(single),
             temperature: temperature.map(single),
         }
     }
 
     /// Gives the record of the core in either precision.
     pub fn record_in<T: Real>(&self) -> Record<T> {
-        in_numbers(&self.record, convert::<f32, T>)
+        self.record.in_numbers(convert::<f32, T>)
     }
 
     /// Finds what is not a number that a record may hold. Sigmas and residuals may be infinite: nothing is known then.
@@ -154,29 +153,5 @@ impl StoredRecord {
         ];
         let fault = faults.iter().find(|(_, sound)| !sound);
         fault.map_or(Ok(()), |(field, _)| Err(*field))
-    }
-}
-
-/// The same record in other numbers.
-fn in_numbers<T: Real, U: Real>(record: &Record<T>, number: impl Fn(T) -> U + Copy) -> Record<U> {
-    let vector = |v: &Vector3<T>| v.map(number);
-    let matrix = |m: &Matrix3<T>| m.map(number);
-    Record {
-        identity: record.identity,
-        sensor: record.sensor,
-        model: ErrorModel {
-            matrix: matrix(&record.model.matrix),
-            bias: vector(&record.model.bias),
-        },
-        matrix_sigma: matrix(&record.matrix_sigma),
-        bias_sigma: vector(&record.bias_sigma),
-        lever_arm: vector(&record.lever_arm),
-        lever_arm_sigma: vector(&record.lever_arm_sigma),
-        rung: record.rung,
-        directions: record.directions,
-        residual: number(record.residual),
-        residual_before: number(record.residual_before),
-        pairs: record.pairs,
-        sequence: record.sequence,
     }
 }
