@@ -212,9 +212,15 @@ impl<F: NorFlash> RecordStore<F> {
         if replaced.is_some_and(|replaced| replaced.record() == entry.record()) {
             return Ok(Saved::AlreadyThere);
         }
+        let before = self.writes;
         let counted = self.writes.count(&self.limit, now);
         counted.map_err(|wait| StoreError::TooSoon { wait })?;
-        self.banks.append(entry).map(|()| Saved::Written)
+        let appended = self.banks.append(entry);
+        if matches!(appended, Err(StoreError::Full { .. })) {
+            // Flash was looked at only, which wears nothing.
+            self.writes = before;
+        }
+        appended.map(|()| Saved::Written)
     }
 
     fn entry_in_force(&mut self, key: Key) -> Result<Option<Entry>, StoreError<F::Error>> {

@@ -193,6 +193,35 @@ fn too_many_units_are_refused_and_all_others_stay() {
 }
 
 #[test]
+fn a_save_refused_for_want_of_room_does_not_count_against_the_limit() {
+    let flash = Simulated::<4>::new(2);
+    let range = whole(&flash);
+    let limit = WriteLimit {
+        shortest_between: 1000,
+        at_once: 1,
+    };
+    let mut store = RecordStore::new(flash, range, limit).unwrap();
+    let entries = store.entries();
+    for identity in 0..u64::from(entries) {
+        let saved = store.save(1000 * identity, &numbered(identity, SENSOR, 1));
+        assert_eq!(saved, Ok(Saved::Written));
+    }
+    let now = 1000 * u64::from(entries);
+    let record = numbered(99, SENSOR, 1);
+    for _ in 0..3 {
+        assert_eq!(store.save(now, &record), Err(StoreError::Full { entries }));
+    }
+    store.erase().unwrap();
+    assert_eq!(store.save(now, &record), Ok(Saved::Written));
+    let next = store.save(now, &numbered(99, SENSOR, 2));
+    assert_eq!(
+        next,
+        Err(StoreError::TooSoon { wait: 1000 }),
+        "what is written counts"
+    );
+}
+
+#[test]
 fn flash_that_does_not_take_a_bit_is_found_out_and_the_old_record_stays() {
     let mut store = open(Simulated::<4>::new(2));
     let [old, new] = [1, 2].map(|number| numbered(UNIT, SENSOR, number));
