@@ -14,6 +14,7 @@ from rich.text import Text
 from tumble.cli.screen import print_json, print_summary
 from tumble.cli.summary import finite
 from tumble.report.numbers import NOT_OBSERVABLE, readable_scale, significant
+from tumble.report.redundancy_words import REMEDIES
 from tumble.results_redundancy import RedundancyEvent, RedundancyResult, SecondaryError, Sensor
 
 SENSORS: tuple[Sensor, ...] = ("accelerometer", "gyroscope")
@@ -173,19 +174,18 @@ def _faults(result: RedundancyResult) -> Iterator[str]:
         yield f"Unhealthy: {len(first) - MOST_SHOWN} more faults; events.jsonl has them all"
 
 
-_REMEDIES = {
-    "primary invalid": "calibrate the primary and give --calibration, or raise fifth and sixth_threshold",
-    "implausible misalignment": "if it is mounted turned, say sensor_from_primary; tumble align finds it",
-    "no motion": "the platform has to move after it rested",
-    "timed out": "more motion is needed, or a smaller collect",
-}
-"""What helps, by the reason."""
+_REMEDY_SHOWN = ("primary invalid", "implausible misalignment", "no motion", "timed out")
+"""Reasons that another set of options, or another motion, does away with; the report has remedies of all."""
 
 
 def _reason(event: RedundancyEvent) -> str:
     reason = str(event.figures["reason"])
-    remedy = f"; {_REMEDIES[reason]}" if reason in _REMEDIES else ""
+    remedy = f"; {_clause(REMEDIES[reason])}" if reason in _REMEDY_SHOWN else ""
     return f"{reason}{_against(event)}{remedy}"
+
+
+def _clause(sentence: str) -> str:
+    return f"{sentence[0].lower()}{sentence[1:].rstrip('.')}"
 
 
 def _against(event: RedundancyEvent) -> str:
