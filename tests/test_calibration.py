@@ -225,6 +225,13 @@ def test_saving_into_a_missing_folder_says_so(tmp_path):
         calibration().save(tmp_path / "missing" / "c.yaml")
 
 
+def test_saving_below_a_file_says_that_it_is_one(tmp_path):
+    (tmp_path / "mine").write_text("mine")
+    with pytest.raises(OutputError, match=r"mine is a file, not a folder to write in"):
+        calibration().save(tmp_path / "mine" / "c.yaml")
+    assert (tmp_path / "mine").read_text() == "mine"
+
+
 def test_a_failed_write_leaves_the_old_file_and_no_litter(tmp_path):
     path = tmp_path / "c.yaml"
     path.write_text("old")

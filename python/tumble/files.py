@@ -21,12 +21,13 @@ def replacing(path: Path | str) -> Iterator[Path]:
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}.tmp")
     try:
         _check_place(path)
-        yield temporary
-        temporary.replace(path)
+        try:
+            yield temporary
+            temporary.replace(path)
+        finally:
+            temporary.unlink(missing_ok=True)
     except OSError as error:
         raise OutputError(_cannot_write(path, error)) from error
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def write_text(path: Path | str, text: str) -> None:
@@ -53,6 +54,8 @@ def prepare_folder(folder: Path | str) -> Path:
 def _check_place(path: Path) -> None:
     if path.is_dir():
         raise OutputError(f"{path}: is a folder, not a file to write to; give a file name")
+    if path.parent.is_file():
+        raise OutputError(f"{path}: {path.parent} is a file, not a folder to write in; give another folder")
     if not path.parent.is_dir():
         raise OutputError(f"{path}: folder {path.parent} does not exist; create it first")
 
