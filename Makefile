@@ -48,6 +48,7 @@ lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types,
 	$(BIN)/python scripts/check_layers.py
 	$(BIN)/python scripts/check_readme.py
 	$(BIN)/python scripts/write_schemas.py --check
+	$(BIN)/python scripts/write_settings.py --check
 
 format: $(VENV)/.requirements-test  ## Put every source file into the agreed format
 	cargo fmt --all
