@@ -112,16 +112,22 @@ struct TableInput {
 
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-struct ScenarioInput {
+pub(crate) struct ConditionsInput {
     seed: u64,
-    table: TableInput,
-    mounting: RotationInput,
     temperature_start: f64,
     temperature_rise: f64,
     warming_time: f64,
     bias_instability: bool,
     quantisation: bool,
     g_sensitivity: bool,
+}
+
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct ScenarioInput {
+    conditions: ConditionsInput,
+    table: TableInput,
+    mounting: RotationInput,
     reference: UnitInput,
     targets: Vec<UnitInput>,
 }
@@ -317,22 +323,28 @@ impl TryFrom<TableInput> for Table {
     }
 }
 
+impl From<ConditionsInput> for Conditions {
+    fn from(input: ConditionsInput) -> Self {
+        Conditions {
+            seed: input.seed,
+            warming: Warming {
+                start: input.temperature_start,
+                rise: input.temperature_rise,
+                time_constant: input.warming_time,
+            },
+            bias_instability: input.bias_instability,
+            quantisation: input.quantisation,
+            g_sensitivity: input.g_sensitivity,
+        }
+    }
+}
+
 impl TryFrom<ScenarioInput> for Scenario {
     type Error = PyErr;
 
     fn try_from(input: ScenarioInput) -> PyResult<Self> {
         Ok(Scenario {
-            conditions: Conditions {
-                seed: input.seed,
-                warming: Warming {
-                    start: input.temperature_start,
-                    rise: input.temperature_rise,
-                    time_constant: input.warming_time,
-                },
-                bias_instability: input.bias_instability,
-                quantisation: input.quantisation,
-                g_sensitivity: input.g_sensitivity,
-            },
+            conditions: input.conditions.into(),
             table: input.table.try_into()?,
             mounting: input.mounting.into(),
             reference: input.reference.try_into()?,

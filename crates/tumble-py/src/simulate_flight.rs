@@ -9,11 +9,10 @@ use tumble_lab::simulate::floor::Floor;
 use tumble_lab::simulate::motion::Course;
 use tumble_lab::simulate::ride::Manner;
 use tumble_lab::simulate::spot::mounted;
-use tumble_lab::simulate::unit::{Conditions, Warming};
 use tumble_lab::simulate::vibration::Shaking;
 
 use crate::convert::{spans, stacked};
-use crate::simulate::{UnitInput, unit, unknown};
+use crate::simulate::{ConditionsInput, UnitInput, unit, unknown};
 
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
@@ -29,7 +28,7 @@ struct ShakingInput {
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 struct MissionInput {
-    seed: u64,
+    conditions: ConditionsInput,
     carrier: String,
     flights: usize,
     rest: f64,
@@ -45,12 +44,6 @@ struct MissionInput {
     latitude: Option<f64>,
     mounting: [f64; 3],
     shaking: ShakingInput,
-    temperature_start: f64,
-    temperature_rise: f64,
-    warming_time: f64,
-    bias_instability: bool,
-    quantisation: bool,
-    g_sensitivity: bool,
     units: Vec<UnitInput>,
     averaging: Vec<f64>,
 }
@@ -66,17 +59,7 @@ impl TryFrom<MissionInput> for Mission {
         };
         let [roll, pitch, yaw] = input.mounting;
         Ok(Mission {
-            conditions: Conditions {
-                seed: input.seed,
-                warming: Warming {
-                    start: input.temperature_start,
-                    rise: input.temperature_rise,
-                    time_constant: input.warming_time,
-                },
-                bias_instability: input.bias_instability,
-                quantisation: input.quantisation,
-                g_sensitivity: input.g_sensitivity,
-            },
+            conditions: input.conditions.into(),
             carrier,
             manner: Manner {
                 flights: input.flights,

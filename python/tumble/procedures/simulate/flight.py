@@ -11,7 +11,7 @@ import numpy as np
 from tumble import _core
 from tumble.procedures.simulate.fault import Fault
 from tumble.procedures.simulate.flight_scenario import PRIMARY, FlightScenario, FlightUnit
-from tumble.procedures.simulate.play import PPM, in_radians, plain_fault, simulated_unit
+from tumble.procedures.simulate.play import PPM, in_radians, plain_conditions, plain_fault, simulated_unit
 from tumble.procedures.simulate.scenario import ScenarioError
 from tumble.procedures.simulate.session import SimulatedUnit
 from tumble.recording import FloatArray
@@ -158,7 +158,7 @@ def _plain(scenario: FlightScenario) -> dict[str, Any]:
     """Put together what `_core.simulate_flight` asks for."""
     latitude, vibration = scenario.latitude_deg, scenario.shaking
     return {
-        "seed": scenario.seed,
+        "conditions": plain_conditions(scenario),
         "carrier": scenario.motion,
         "flights": scenario.flights,
         "rest": scenario.rest_seconds,
@@ -181,12 +181,6 @@ def _plain(scenario: FlightScenario) -> dict[str, Any]:
             "at_rest": vibration.at_rest,
             "flexing": vibration.flexing,
         },
-        "temperature_start": scenario.temperature_celsius,
-        "temperature_rise": scenario.warm_up_kelvin,
-        "warming_time": scenario.warm_up_seconds,
-        "bias_instability": scenario.bias_instability,
-        "quantisation": scenario.quantisation,
-        "g_sensitivity": scenario.g_sensitivity,
         "units": [
             _plain_unit(scenario, name, unit)
             for name, unit in zip(scenario.names, scenario.units, strict=True)

@@ -11,6 +11,7 @@ import numpy as np
 
 from tumble import _core
 from tumble.procedures.simulate.fault import AXES, Fault
+from tumble.procedures.simulate.flight_scenario import FlightScenario
 from tumble.procedures.simulate.grade import Grade
 from tumble.procedures.simulate.scenario import (
     REFERENCE,
@@ -71,17 +72,24 @@ def simulate_turntable(scenario: TurntableScenario | None = None, **changes: Any
 def _plain_scenario(scenario: TurntableScenario) -> dict[str, Any]:
     """Put together what `_core.simulate_turntable` asks for."""
     return {
-        "seed": scenario.seed,
+        "conditions": plain_conditions(scenario),
         "table": _plain_table(scenario),
         "mounting": in_radians(scenario.mounting_angle_deg),
+        "reference": _plain_unit(scenario, REFERENCE),
+        "targets": [_plain_unit(scenario, name) for name in scenario.target_names],
+    }
+
+
+def plain_conditions(scenario: TurntableScenario | FlightScenario) -> dict[str, Any]:
+    """Give what all units of a scenario share as the native simulator asks for it."""
+    return {
+        "seed": scenario.seed,
         "temperature_start": scenario.temperature_celsius,
         "temperature_rise": scenario.warm_up_kelvin,
         "warming_time": scenario.warm_up_seconds,
         "bias_instability": scenario.bias_instability,
         "quantisation": scenario.quantisation,
         "g_sensitivity": scenario.g_sensitivity,
-        "reference": _plain_unit(scenario, REFERENCE),
-        "targets": [_plain_unit(scenario, name) for name in scenario.target_names],
     }
 
 
