@@ -2,6 +2,7 @@
 
 use tumble_core::real::Real;
 use tumble_core::redundancy::adoption::{Excess, Refusal};
+use tumble_core::redundancy::evaluation::Deviation;
 use tumble_core::redundancy::event::{Abandoned, Check, Event, Rejected, What};
 use tumble_core::redundancy::gate::Withheld;
 use tumble_core::redundancy::health::Fault;
@@ -82,13 +83,16 @@ fn what<T: Real>(what: &What<T>) -> (&'static str, Figures) {
                 Check::Norm => "norm",
                 Check::Vector => "vector",
             };
-            let within = deviation <= threshold;
+            let held = Deviation {
+                value: *deviation,
+                threshold: *threshold,
+            };
             let figures = vec![
                 of(sensor),
                 ("check", Figure::Text(check)),
                 ("deviation", number(*deviation)),
                 ("threshold", number(*threshold)),
-                ("exceeded", Figure::Flag(!within)),
+                ("exceeded", Figure::Flag(held.exceeds())),
             ];
             ("evaluated", figures)
         }
