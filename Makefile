@@ -35,8 +35,9 @@ bench: $(VENV)/.native  ## Measure accuracy, speed and memory, print the README 
 	$(BIN)/python -m benchmarks.memory
 	$(BIN)/python -m benchmarks.report
 
-soak: $(VENV)/.native  ## Fly 2000 simulated missions of redundant units with drawn faults, and judge the monitor
+soak: $(VENV)/.native  ## Run what takes hours: 2000 drawn missions of redundant units, power cuts of long sequences
 	$(BIN)/python -m benchmarks.redundancy_campaign
+	cargo test --locked --package tumble-store --test laws -- --ignored
 
 lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types, layers and README
 	cargo fmt --all --check
