@@ -16,7 +16,6 @@ pub struct Relation<T: Real> {
     pub bias: Vector3<T>,
     /// r, m, primary's case frame.
     pub lever_arm: Vector3<T>,
-    inverse: Matrix3<T>,
 }
 
 impl<T: Real> Relation<T> {
@@ -26,21 +25,21 @@ impl<T: Real> Relation<T> {
             matrix: Matrix3::identity(),
             bias: Vector3::zeros(),
             lever_arm: Vector3::zeros(),
-            inverse: Matrix3::identity(),
         }
     }
 
     /// `None` where M has no inverse.
     pub fn new(matrix: Matrix3<T>, bias: Vector3<T>, lever_arm: Vector3<T>) -> Option<Self> {
-        let inverse = matrix.try_inverse()?;
-        let mut numbers = inverse.iter().chain(bias.iter()).chain(lever_arm.iter());
-        let finite = numbers.all(|x| x.is_finite());
-        finite.then_some(Self {
+        let relation = Self {
             matrix,
             bias,
             lever_arm,
-            inverse,
-        })
+        };
+        let mut numbers = matrix.iter().chain(bias.iter()).chain(lever_arm.iter());
+        let finite = numbers.all(|x| x.is_finite());
+        let (_, determinant) = relation.cofactors();
+        let invertible = determinant.is_finite() && (T::one() / determinant).is_finite();
+        (finite && invertible).then_some(relation)
     }
 
     /// Of a record, which holds the nominal rotation too.
@@ -64,6 +63,22 @@ impl<T: Real> Relation<T> {
 
     /// What the primary would say, at the place of the secondary and in its axes, where the secondary says `y`.
     pub fn correct(&self, y: &Vector3<T>) -> Vector3<T> {
-        self.inverse * (y - self.bias)
+        let (d, (cofactors, determinant)) = (y - self.bias, self.cofactors());
+        cofactors.tr_mul(&d) / determinant
+    }
+
+    /// The cross products of the columns of M, as columns, and its determinant: all that Cramer's rule needs. An inverse
+    /// that is kept would cost a device with two secondaries 216 bytes.
+    fn cofactors(&self) -> (Matrix3<T>, T) {
+        let (a, b, c) = (
+            self.matrix.column(0),
+            self.matrix.column(1),
+            self.matrix.column(2),
+        );
+        let across = b.cross(&c);
+        (
+            Matrix3::from_columns(&[across, c.cross(&a), a.cross(&b)]),
+            a.dot(&across),
+        )
     }
 }
