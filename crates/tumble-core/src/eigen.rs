@@ -14,10 +14,15 @@ pub fn symmetric<T: Real, const N: usize>(mut a: SMatrix<T, N, N>) -> (SVector<T
     for _ in 0..SWEEPS {
         for p in 0..N {
             for q in p + 1..N {
-                if let Some((cosine, sine)) = annihilating(&a, p, q) {
-                    turn_columns(&mut a, p, q, cosine, sine);
-                    turn_rows(&mut a, p, q, cosine, sine);
-                    turn_columns(&mut vectors, p, q, cosine, sine);
+                let Some(by) = annihilating(&a, p, q) else {
+                    continue;
+                };
+                for k in 0..N {
+                    turn(&mut a, [(k, p), (k, q)], by);
+                    turn(&mut vectors, [(k, p), (k, q)], by);
+                }
+                for k in 0..N {
+                    turn(&mut a, [(p, k), (q, k)], by);
                 }
             }
         }
@@ -38,18 +43,15 @@ fn annihilating<T: Real, const N: usize>(a: &SMatrix<T, N, N>, p: usize, q: usiz
     Some((cosine, tangent * cosine))
 }
 
-fn turn_columns<T: Real, const N: usize>(a: &mut SMatrix<T, N, N>, p: usize, q: usize, cosine: T, sine: T) {
-    for k in 0..N {
-        let (akp, akq) = (a[(k, p)], a[(k, q)]);
-        a[(k, p)] = cosine * akp - sine * akq;
-        a[(k, q)] = sine * akp + cosine * akq;
+/// Takes two elements for the coordinates of a point in a plane, and turns it.
+fn turn<T: Real, const N: usize>(a: &mut SMatrix<T, N, N>, at: [(usize, usize); 2], (cosine, sine): (T, T)) {
+    let [first, second] = at;
+    let before = (a.get(first).copied(), a.get(second).copied());
+    let (Some(x), Some(y)) = before else { return };
+    if let Some(turned) = a.get_mut(first) {
+        *turned = cosine * x - sine * y;
     }
-}
-
-fn turn_rows<T: Real, const N: usize>(a: &mut SMatrix<T, N, N>, p: usize, q: usize, cosine: T, sine: T) {
-    for k in 0..N {
-        let (apk, aqk) = (a[(p, k)], a[(q, k)]);
-        a[(p, k)] = cosine * apk - sine * aqk;
-        a[(q, k)] = sine * apk + cosine * aqk;
+    if let Some(turned) = a.get_mut(second) {
+        *turned = sine * x + cosine * y;
     }
 }

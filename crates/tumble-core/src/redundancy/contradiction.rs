@@ -167,7 +167,7 @@ impl<T: Real> Settings<T> {
         if let Some(every) = evaluation.every {
             longer("evaluate_every", every, "rest_duration", evaluation.duration)?;
         }
-        let fits = u64::from(collection.fewest_pairs) <= collection.collect / self.window;
+        let fits = u64::from(collection.fewest_pairs) <= self.windows(collection.collect);
         require(fits, "fewest_pairs", Objection::MoreThanFit("collect"))
     }
 }

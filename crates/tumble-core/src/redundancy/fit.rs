@@ -228,13 +228,12 @@ impl<T: Real> Problem<'_, T> {
                 sum + row.lever - row.motion_lever.tr_mul(&(excited.inverse * row.motion))
             });
         let step = lever.inverse * unexplained;
-        let mut matrix = self.stored.matrix;
-        for ((i, row), excited) in rows.iter().enumerate().zip(&excited) {
-            let change = excited.inverse * (row.motion - row.motion_lever * step);
-            matrix.set_row(i, &(matrix.row(i) + change.transpose()));
-        }
+        let changes: [Vector3<T>; 3] = core::array::from_fn(|i| {
+            let (row, excited) = (&rows[i], &excited[i]);
+            excited.inverse * (row.motion - row.motion_lever * step)
+        });
         Pass {
-            matrix,
+            matrix: self.stored.matrix + Matrix3::from_columns(&changes).transpose(),
             lever_arm: arm + step,
             excited,
             lever,

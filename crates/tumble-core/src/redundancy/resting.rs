@@ -28,7 +28,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             }
         }
         let settings = platform.settings();
-        let needed = settings.evaluation.duration / settings.window;
+        let needed = settings.windows(settings.evaluation.duration);
         let most = self.at_rest.iter().map(AtRest::windows).max().unwrap_or(0);
         if u64::from(most) < needed {
             return;

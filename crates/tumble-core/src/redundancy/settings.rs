@@ -214,6 +214,11 @@ impl<T: Real> Default for Settings<T> {
 }
 
 impl<T: Real> Settings<T> {
+    /// Whole windows in a span of microseconds.
+    pub fn windows(&self, span: u64) -> u64 {
+        span / self.window.max(1)
+    }
+
     /// Largest deviation at rest, m/s^2 or rad/s, with which a secondary's sensor is still in order: what is wrong with one
     /// that was never calibrated may be as large as calibration can find.
     pub fn plausible_at_rest(&self, sensor: Sensor, calibrated: bool) -> T {

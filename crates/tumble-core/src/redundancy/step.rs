@@ -24,7 +24,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         let still = self.is_still(platform, window);
         match self
             .rest
-            .push(still, settings.evaluation.settle / settings.window)
+            .push(still, settings.windows(settings.evaluation.settle))
         {
             Turn::Moving if still => {}
             Turn::Moving => self.at_rest = [AtRest::new(); UNITS],

@@ -217,7 +217,7 @@ impl<T: Real> Point<T> {
         };
         match i {
             0..3 => Vectors {
-                constant: Matrix3::identity().column(i).into_owned(),
+                constant: Vector3::from_fn(|k, _| if k == i { T::one() } else { T::zero() }),
                 ..none
             }
             .coefficients(&still),
@@ -358,9 +358,11 @@ fn one_round<T: Real>(
             if line.iter().all(|value| *value == T::zero()) {
                 continue;
             }
+            let said = model.tr_mul(&line);
+            let by_unknown: [Vector3<T>; UNKNOWNS] = core::array::from_fn(|j| derivatives[j].tr_mul(&line));
             for axis in 0..3 {
-                let a = SVector::<T, UNKNOWNS>::from_fn(|j, _| line.dot(&derivatives[j].column(axis)));
-                let y = right[axis] - line.dot(&model.column(axis)) + a.dot(x);
+                let a = SVector::<T, UNKNOWNS>::from_fn(|j, _| by_unknown[j][axis]);
+                let y = right[axis] - said[axis] + a.dot(x);
                 equations.push(&a, y, variance[axis]);
             }
         }
