@@ -1,0 +1,2191 @@
+/**
+ * Tumble for firmware: calibration of inertial measurement units, without heap, operating system or floating point beyond
+ * single precision. C99, or C++17. docs/how-to/c.md tells how to take it in.
+ *
+ * Units are SI, m/s^2 and rad/s; time is whole microseconds. Frames are right-handed; matrices are written row by row.
+ *
+ * Whoever calls owns all memory. A pointer that is handed in may be null where that is said; else it leads to a value of
+ * its type, or room for one, that nobody else changes until the call returns. No pointer is kept, but for the context of
+ * a tumble_flash. Null and unaligned pointers, storage that was not initialised, and numbers that cannot be are refused.
+ *
+ * State lives in storage: tumble_spin, tumble_redundancy, tumble_store. Storage may be static, on a stack or in a pool, and
+ * may be moved as a whole while no call is under way. Calls with different storage do not know of each other; calls with
+ * the same storage have to come one after the other, which is for the caller to see to among threads and interrupts.
+ */
+
+#ifndef TUMBLE_H
+#define TUMBLE_H
+
+/* Written by `cargo test --package tumble-capi --test header`; edit the Rust sources instead. */
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifndef TUMBLE_UNITS
+/** Units of a redundant set, the primary included, 2 to 8: the one the library was built for. */
+#define TUMBLE_UNITS 3
+#endif
+
+#if TUMBLE_UNITS < 2 || TUMBLE_UNITS > 8
+#error "TUMBLE_UNITS is 2 to 8"
+#endif
+
+/**
+ * Most bytes of an encoded record.
+ */
+#define TUMBLE_RECORD_BYTES 159
+
+/**
+ * Words of 8 bytes in the storage of a monitor.
+ */
+#define TUMBLE_REDUNDANCY_WORDS (400 + (100 * TUMBLE_UNITS))
+
+/**
+ * What `output.source` and `tumble_redundancy_get_source()` say where there is no source.
+ */
+#define TUMBLE_NO_SOURCE UINT32_MAX
+
+/**
+ * All six axes of a unit: bits 0 to 2 accelerometer, 3 to 5 gyroscope, x y z each.
+ */
+#define TUMBLE_AXES_ALL 63
+
+/**
+ * Words of 8 bytes in the storage of a spin.
+ */
+#define TUMBLE_SPIN_WORDS 292
+
+/**
+ * Words of 8 bytes in the storage of a store.
+ */
+#define TUMBLE_STORE_WORDS 12
+
+/**
+ * How a call went: ::TUMBLE_OK, or why nothing was done. Where a function says nothing else, what it was to write was
+ * not written then, and no state has changed.
+ *
+ */
+enum tumble_status
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * It was done.
+     */
+    TUMBLE_OK = 0,
+    /**
+     * A pointer is null.
+     */
+    TUMBLE_ERROR_NULL,
+    /**
+     * A pointer is not aligned as its type asks.
+     */
+    TUMBLE_ERROR_UNALIGNED,
+    /**
+     * The storage has another size than this library was built for: header and library do not belong together.
+     */
+    TUMBLE_ERROR_SIZE,
+    /**
+     * The storage was not initialised, or was overwritten since.
+     */
+    TUMBLE_ERROR_NOT_INITIALISED,
+    /**
+     * A call with the same storage is under way: made from a callback, an interrupt or another thread.
+     */
+    TUMBLE_ERROR_BUSY,
+    /**
+     * The library was built for another number of units than were given; see #TUMBLE_UNITS.
+     */
+    TUMBLE_ERROR_UNITS,
+    /**
+     * There is no unit of this number.
+     */
+    TUMBLE_ERROR_NO_SUCH_UNIT,
+    /**
+     * An enumerated value is none of its kind.
+     */
+    TUMBLE_ERROR_CODE,
+    /**
+     * A number is not finite.
+     */
+    TUMBLE_ERROR_NOT_FINITE,
+    /**
+     * A setting is not positive or out of its range.
+     */
+    TUMBLE_ERROR_SETTING,
+    /**
+     * Settings contradict each other; tumble_redundancy_check() says which.
+     */
+    TUMBLE_ERROR_CONTRADICTION,
+    /**
+     * A matrix has no inverse: two axes coincide, or one is zero.
+     */
+    TUMBLE_ERROR_SINGULAR,
+    /**
+     * The axes of a triad form a left-handed set, which no mounting explains.
+     */
+    TUMBLE_ERROR_LEFT_HANDED,
+    /**
+     * The primary has to have all six axes, and its rotation has to be the identity.
+     */
+    TUMBLE_ERROR_PRIMARY,
+    /**
+     * The matrix of a unit's mounting is no rotation.
+     */
+    TUMBLE_ERROR_MOUNTING,
+    /**
+     * Two units have the same identity.
+     */
+    TUMBLE_ERROR_SAME_IDENTITY,
+    /**
+     * The spin shows nothing that could be solved for; the failure says why.
+     */
+    TUMBLE_ERROR_SPIN,
+    /**
+     * The buffer is too small; #TUMBLE_RECORD_BYTES are always enough.
+     */
+    TUMBLE_ERROR_NO_ROOM,
+    /**
+     * Fewer bytes than any record has.
+     */
+    TUMBLE_ERROR_TOO_SHORT,
+    /**
+     * The bytes do not begin as records do.
+     */
+    TUMBLE_ERROR_NOT_A_RECORD,
+    /**
+     * The bytes are not as they were written.
+     */
+    TUMBLE_ERROR_CORRUPT,
+    /**
+     * The record was written by a newer version of this library.
+     */
+    TUMBLE_ERROR_VERSION,
+    /**
+     * The range of flash does not begin at a page, or has not an even number of pages.
+     */
+    TUMBLE_ERROR_PAGES,
+    /**
+     * The range of flash is empty, or goes beyond 32 bits.
+     */
+    TUMBLE_ERROR_BOUNDS,
+    /**
+     * Half of the range of flash has no room for the records of one sensor: 832 bytes.
+     */
+    TUMBLE_ERROR_TOO_SMALL,
+    /**
+     * A callback of the flash is missing.
+     */
+    TUMBLE_ERROR_NO_DRIVER,
+    /**
+     * The driver of the flash reported an error.
+     */
+    TUMBLE_ERROR_FLASH,
+    /**
+     * The flash holds something else than was written to it: it is worn, or not erased.
+     */
+    TUMBLE_ERROR_NOT_AS_WRITTEN,
+    /**
+     * Flash would wear out; the call says how long to wait.
+     */
+    TUMBLE_ERROR_TOO_SOON,
+    /**
+     * There are too many units for the range of flash.
+     */
+    TUMBLE_ERROR_FULL,
+    /**
+     * There is no such record.
+     */
+    TUMBLE_ERROR_NOTHING_STORED,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum tumble_status tumble_status;
+#else
+typedef uint32_t tumble_status;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Three axes of one kind.
+ */
+enum tumble_sensor
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * Specific force, m/s^2.
+     */
+    TUMBLE_SENSOR_ACCELEROMETER,
+    /**
+     * Angular rate, rad/s.
+     */
+    TUMBLE_SENSOR_GYROSCOPE,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum tumble_sensor tumble_sensor;
+#else
+typedef uint32_t tumble_sensor;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * How much a fit found; each includes those before.
+ */
+enum tumble_rung
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * Three offsets.
+     */
+    TUMBLE_RUNG_OFFSET,
+    /**
+     * An offset and a gain for each axis.
+     */
+    TUMBLE_RUNG_GAIN,
+    /**
+     * Offset and matrix.
+     */
+    TUMBLE_RUNG_AFFINE,
+    /**
+     * Offset, matrix and lever arm.
+     */
+    TUMBLE_RUNG_AFFINE_AND_LEVER_ARM,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum tumble_rung tumble_rung;
+#else
+typedef uint32_t tumble_rung;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * How a threshold is set.
+ */
+enum tumble_threshold_kind
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * Always the same; the number is m/s^2 or rad/s, above 0.
+     */
+    TUMBLE_THRESHOLD_KIND_FIXED,
+    /**
+     * The last error and a margin upon it; the number is m/s^2 or rad/s, above 0.
+     */
+    TUMBLE_THRESHOLD_KIND_BY_MARGIN,
+    /**
+     * The last error times a ratio; the number is above 1.
+     */
+    TUMBLE_THRESHOLD_KIND_BY_RATIO,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum tumble_threshold_kind tumble_threshold_kind;
+#else
+typedef uint32_t tumble_threshold_kind;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Which data deviations at rest are taken from.
+ */
+enum tumble_data
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * As read: thresholds have to allow for the error that is known.
+     */
+    TUMBLE_DATA_RAW,
+    /**
+     * After the stored error, and the primary's own calibration, were taken off.
+     */
+    TUMBLE_DATA_COMPENSATED,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum tumble_data tumble_data;
+#else
+typedef uint32_t tumble_data;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Whose deviations let a calibration be triggered.
+ */
+enum tumble_gate
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * The secondary's alone.
+     */
+    TUMBLE_GATE_SECONDARY_ALONE,
+    /**
+     * The secondary's, with both sensors of the primary valid.
+     */
+    TUMBLE_GATE_WHOLE_PRIMARY,
+    /**
+     * The secondary's, sensor by sensor, each with the primary's sensor of its kind valid.
+     */
+    TUMBLE_GATE_SENSOR_BY_SENSOR,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum tumble_gate tumble_gate;
+#else
+typedef uint32_t tumble_gate;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * What a trigger has calibrated.
+ */
+enum tumble_scope
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * Accelerometer and gyroscope of the secondary.
+     */
+    TUMBLE_SCOPE_ALL_SENSORS,
+    /**
+     * Only the sensor that deviates.
+     */
+    TUMBLE_SCOPE_TRIGGERING_SENSOR,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum tumble_scope tumble_scope;
+#else
+typedef uint32_t tumble_scope;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * What happened.
+ */
+enum tumble_event_kind
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * The platform came to rest.
+     */
+    TUMBLE_EVENT_KIND_REST_BEGAN,
+    /**
+     * It moves again.
+     */
+    TUMBLE_EVENT_KIND_REST_ENDED,
+    /**
+     * A deviation of a sensor at rest was compared with its threshold: `check`; `value` and `limit`, m/s^2 or rad/s.
+     */
+    TUMBLE_EVENT_KIND_EVALUATED,
+    /**
+     * A sensor deviates but is not calibrated: `reason`.
+     */
+    TUMBLE_EVENT_KIND_WITHHELD,
+    /**
+     * Calibration mode of these sensors: waiting for motion.
+     */
+    TUMBLE_EVENT_KIND_TRIGGERED,
+    /**
+     * Pairs are collected from now on.
+     */
+    TUMBLE_EVENT_KIND_MOTION_BEGAN,
+    /**
+     * A fit was made: `rung`, `directions`, `pairs`; `value`: residual on held-out pairs, root mean square, `limit`: the
+     * same with what is stored, m/s^2 or rad/s.
+     */
+    TUMBLE_EVENT_KIND_FITTED,
+    /**
+     * It replaces what was stored: `record`, to be kept by whoever keeps records.
+     */
+    TUMBLE_EVENT_KIND_ADOPTED,
+    /**
+     * It does not: `reason`; `value` and `limit` of what that says, or `pairs` and `limit`.
+     */
+    TUMBLE_EVENT_KIND_REFUSED,
+    /**
+     * Calibration mode ended without a fit: `reason`.
+     */
+    TUMBLE_EVENT_KIND_ABANDONED,
+    /**
+     * A unit failed: `reason`; `channel`, `value` and `limit` as that says.
+     */
+    TUMBLE_EVENT_KIND_UNHEALTHY,
+    /**
+     * A unit is in health again.
+     */
+    TUMBLE_EVENT_KIND_HEALTHY,
+    /**
+     * The source of the output is this unit now: `reason`.
+     */
+    TUMBLE_EVENT_KIND_SELECTED,
+    /**
+     * There is no source any more: no unit is fit.
+     */
+    TUMBLE_EVENT_KIND_NONE_SELECTED,
+    /**
+     * A stored record was taken: `sequence`.
+     */
+    TUMBLE_EVENT_KIND_RESTORED,
+    /**
+     * A stored record was not taken: `reason`.
+     */
+    TUMBLE_EVENT_KIND_RECORD_REJECTED,
+    /**
+     * The common clock jumped: `by`. Windows begin anew.
+     */
+    TUMBLE_EVENT_KIND_TIME_JUMPED,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum tumble_event_kind tumble_event_kind;
+#else
+typedef uint32_t tumble_event_kind;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Why it happened.
+ */
+enum tumble_reason
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * No reason is given.
+     */
+    TUMBLE_REASON_NONE,
+    /**
+     * Withheld, abandoned: the primary deviates itself.
+     */
+    TUMBLE_REASON_PRIMARY_INVALID,
+    /**
+     * Withheld, abandoned: the primary is not in health.
+     */
+    TUMBLE_REASON_PRIMARY_UNHEALTHY,
+    /**
+     * Withheld, abandoned: the secondary is not in health.
+     */
+    TUMBLE_REASON_SECONDARY_UNHEALTHY,
+    /**
+     * Withheld: a calibration is under way already.
+     */
+    TUMBLE_REASON_ALREADY_CALIBRATING,
+    /**
+     * Abandoned: nothing moved in time.
+     */
+    TUMBLE_REASON_NO_MOTION,
+    /**
+     * Abandoned: too little moved in time.
+     */
+    TUMBLE_REASON_TIMED_OUT,
+    /**
+     * Abandoned: the common clock jumped.
+     */
+    TUMBLE_REASON_TIME_JUMPED,
+    /**
+     * Abandoned: what was stored of the secondary was replaced from outside.
+     */
+    TUMBLE_REASON_RECORD_REPLACED,
+    /**
+     * Record rejected: no secondary has its identity, or the secondary has no such sensor.
+     */
+    TUMBLE_REASON_OF_ANOTHER_UNIT,
+    /**
+     * Record rejected: not all of it are numbers. Unhealthy: nor are too many readings, the last on `channel`.
+     */
+    TUMBLE_REASON_NOT_FINITE,
+    /**
+     * Record rejected: it lies outside what the settings allow a calibration to be.
+     */
+    TUMBLE_REASON_IMPLAUSIBLE,
+    /**
+     * Refused: numbers failed.
+     */
+    TUMBLE_REASON_UNSOLVABLE,
+    /**
+     * Refused: fewer `pairs` than `limit`.
+     */
+    TUMBLE_REASON_TOO_FEW_PAIRS,
+    /**
+     * Refused: the residual on held-out pairs is too large, m/s^2 or rad/s.
+     */
+    TUMBLE_REASON_RESIDUAL_TOO_LARGE,
+    /**
+     * Refused: the bias is too large, m/s^2 or rad/s.
+     */
+    TUMBLE_REASON_IMPLAUSIBLE_BIAS,
+    /**
+     * Refused: a scale factor is too far from one.
+     */
+    TUMBLE_REASON_IMPLAUSIBLE_SCALE,
+    /**
+     * Refused: axes are too far from where they are nominally, rad.
+     */
+    TUMBLE_REASON_IMPLAUSIBLE_MISALIGNMENT,
+    /**
+     * Refused: the lever arm is too long, m.
+     */
+    TUMBLE_REASON_IMPLAUSIBLE_LEVER_ARM,
+    /**
+     * Refused: one of the two changed while pairs were collected, m/s^2 or rad/s.
+     */
+    TUMBLE_REASON_DRIFTING,
+    /**
+     * Refused: at the rest before, the two related otherwise, m/s^2 or rad/s.
+     */
+    TUMBLE_REASON_DISAGREES_WITH_REST,
+    /**
+     * Refused: the stored one explains the pairs kept from the fit as well, or better, m/s^2 or rad/s.
+     */
+    TUMBLE_REASON_NOT_BETTER,
+    /**
+     * Unhealthy: no sample came for `value` s.
+     */
+    TUMBLE_REASON_LATE,
+    /**
+     * Unhealthy: all axes of a sensor repeated their readings for `value` s.
+     */
+    TUMBLE_REASON_FROZEN,
+    /**
+     * Unhealthy: `channel` repeats its reading `value`, m/s^2 or rad/s, while the others of its sensor move.
+     */
+    TUMBLE_REASON_STUCK,
+    /**
+     * Unhealthy: `channel` is at the end of its range too often; `value`: what it said last, m/s^2 or rad/s.
+     */
+    TUMBLE_REASON_SATURATED,
+    /**
+     * Unhealthy: readings of `channel` leave and come back too often, the last by `value`, m/s^2 or rad/s.
+     */
+    TUMBLE_REASON_SPIKES,
+    /**
+     * Unhealthy: a sensor is `value` from the median of the units, m/s^2 or rad/s.
+     */
+    TUMBLE_REASON_OUT_OF_FAMILY,
+    /**
+     * Unhealthy: a sensor scatters `value` times as much as the others.
+     */
+    TUMBLE_REASON_NOISY,
+    /**
+     * Unhealthy: at rest a sensor does not say what physics says, by `value`, m/s^2 or rad/s.
+     */
+    TUMBLE_REASON_IMPLAUSIBLE_AT_REST,
+    /**
+     * Unhealthy: its clock left that of the other units.
+     */
+    TUMBLE_REASON_CLOCK_JUMPED,
+    /**
+     * Selected: there was no source, and the primary is fit.
+     */
+    TUMBLE_REASON_START,
+    /**
+     * Selected: the primary failed.
+     */
+    TUMBLE_REASON_PRIMARY_FAILED,
+    /**
+     * Selected: a secondary that was the source failed.
+     */
+    TUMBLE_REASON_SOURCE_FAILED,
+    /**
+     * Selected: the primary has been healthy for long enough.
+     */
+    TUMBLE_REASON_PRIMARY_PROVEN,
+    /**
+     * Selected: the primary was asked for.
+     */
+    TUMBLE_REASON_COMMAND,
+    /**
+     * None selected: the source failed, and nobody else is fit.
+     */
+    TUMBLE_REASON_NONE_FIT,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum tumble_reason tumble_reason;
+#else
+typedef uint32_t tumble_reason;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * How a deviation was taken.
+ */
+enum tumble_check
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * None was.
+     */
+    TUMBLE_CHECK_NONE,
+    /**
+     * Magnitude of specific force against gravity, or of angular rate against zero.
+     */
+    TUMBLE_CHECK_NORM,
+    /**
+     * Difference to a valid primary.
+     */
+    TUMBLE_CHECK_VECTOR,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum tumble_check tumble_check;
+#else
+typedef uint32_t tumble_check;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * What somebody may ask a monitor for.
+ */
+enum tumble_command
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * Evaluate at the next rest, or at this one.
+     */
+    TUMBLE_COMMAND_EVALUATE,
+    /**
+     * Take the primary for the source again, if it is in health.
+     */
+    TUMBLE_COMMAND_RETURN_TO_PRIMARY,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum tumble_command tumble_command;
+#else
+typedef uint32_t tumble_command;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * What the wheels are known to do.
+ */
+enum tumble_wheels
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * Nobody says.
+     */
+    TUMBLE_WHEELS_UNKNOWN,
+    /**
+     * They stand still, and so does the robot.
+     */
+    TUMBLE_WHEELS_STOPPED,
+    /**
+     * At least one turns.
+     */
+    TUMBLE_WHEELS_TURNING,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum tumble_wheels tumble_wheels;
+#else
+typedef uint32_t tumble_wheels;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * What happened with a sample.
+ */
+enum tumble_spin_event
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * Nothing worth telling.
+     */
+    TUMBLE_SPIN_EVENT_NONE,
+    /**
+     * The robot has come to stand.
+     */
+    TUMBLE_SPIN_EVENT_STILL_BEGAN,
+    /**
+     * It moved before it had stood long enough; waiting begins anew.
+     */
+    TUMBLE_SPIN_EVENT_STILL_BROKEN,
+    /**
+     * It stood long enough: turn it now.
+     */
+    TUMBLE_SPIN_EVENT_STILL_DONE,
+    /**
+     * It has begun to turn.
+     */
+    TUMBLE_SPIN_EVENT_TURN_BEGAN,
+    /**
+     * It turned far enough and the result is there.
+     */
+    TUMBLE_SPIN_EVENT_DONE,
+    /**
+     * The state says why.
+     */
+    TUMBLE_SPIN_EVENT_FAILED,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum tumble_spin_event tumble_spin_event;
+#else
+typedef uint32_t tumble_spin_event;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Where a spin is.
+ */
+enum tumble_spin_phase
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * Not started.
+     */
+    TUMBLE_SPIN_PHASE_IDLE,
+    /**
+     * Waits for the robot to stand still, and gathers while it does.
+     */
+    TUMBLE_SPIN_PHASE_STILL,
+    /**
+     * Waits for the robot to turn on the spot, and gathers.
+     */
+    TUMBLE_SPIN_PHASE_TURN,
+    /**
+     * tumble_spin_solve() gives the result.
+     */
+    TUMBLE_SPIN_PHASE_DONE,
+    /**
+     * There is no result; a calibration from before stays.
+     */
+    TUMBLE_SPIN_PHASE_FAILED,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum tumble_spin_phase tumble_spin_phase;
+#else
+typedef uint32_t tumble_spin_phase;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Why a spin cannot be used.
+ */
+enum tumble_spin_fault
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * It can, or nothing is known yet.
+     */
+    TUMBLE_SPIN_FAULT_NONE,
+    /**
+     * The robot never stood still long enough; `value`: how long was waited, s.
+     */
+    TUMBLE_SPIN_FAULT_NEVER_STILL,
+    /**
+     * There is no rest to take the bias from.
+     */
+    TUMBLE_SPIN_FAULT_NO_REST,
+    /**
+     * The robot did not turn; `value`: how far it turned all the same, rad.
+     */
+    TUMBLE_SPIN_FAULT_NO_TURN,
+    /**
+     * It turned less than asked before time ran out; `value`: how far, `limit`: how far was asked, rad.
+     */
+    TUMBLE_SPIN_FAULT_TURNED_TOO_LITTLE,
+    /**
+     * It rotated about other axes too; `value`: rate across the turning axis, `limit`: largest allowed, rad/s.
+     */
+    TUMBLE_SPIN_FAULT_NOT_ONE_AXIS,
+    /**
+     * It was lifted or dropped; `value`: change of the force along the axis, `limit`: largest allowed, m/s^2.
+     */
+    TUMBLE_SPIN_FAULT_LIFTED,
+    /**
+     * A sensor was at the end of its range; `channel`, and `value`: what it said, m/s^2 or rad/s.
+     */
+    TUMBLE_SPIN_FAULT_SATURATED,
+    /**
+     * The floor tilts too much; `value`: its tilt, `limit`: largest allowed, rad.
+     */
+    TUMBLE_SPIN_FAULT_FLOOR_TOO_STEEP,
+    /**
+     * The robot turned too far from one sample to the next; `value`: samples a second, `limit`: fewest needed, Hz.
+     */
+    TUMBLE_SPIN_FAULT_SAMPLE_RATE_TOO_LOW,
+    /**
+     * Samples are missing while the robot turned; `value`: for how long, s.
+     */
+    TUMBLE_SPIN_FAULT_SAMPLES_MISSING,
+    /**
+     * No more samples came; `value`: for how long, s.
+     */
+    TUMBLE_SPIN_FAULT_STREAM_STOPPED,
+    /**
+     * The equations have no solution.
+     */
+    TUMBLE_SPIN_FAULT_UNSOLVABLE,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum tumble_spin_fault tumble_spin_fault;
+#else
+typedef uint32_t tumble_spin_fault;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Which of the records of a sensor.
+ */
+enum tumble_which
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * The one in force: the last that was adopted, else the one from the factory.
+     */
+    TUMBLE_WHICH_IN_FORCE,
+    /**
+     * The last that was adopted.
+     */
+    TUMBLE_WHICH_LAST,
+    /**
+     * The one adopted before.
+     */
+    TUMBLE_WHICH_PREVIOUS,
+    /**
+     * The one from the factory.
+     */
+    TUMBLE_WHICH_FACTORY,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum tumble_which tumble_which;
+#else
+typedef uint32_t tumble_which;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * What undoes an error model, `u = C (y - b)` with `C = M^-1`.
+ */
+typedef struct tumble_triad_correction {
+    /**
+     * C, row by row: from the sensing axes to the case frame.
+     */
+    float matrix[3][3];
+    /**
+     * b, m/s^2 or rad/s.
+     */
+    float bias[3];
+} tumble_triad_correction;
+
+/**
+ * What undoes the errors of one unit. It is plain data: it may be copied, and lie in read-only memory.
+ */
+typedef struct tumble_correction {
+    /**
+     * Of the accelerometer; bias in m/s^2.
+     */
+    struct tumble_triad_correction accelerometer;
+    /**
+     * Of the gyroscope; bias in rad/s.
+     */
+    struct tumble_triad_correction gyroscope;
+} tumble_correction;
+
+/**
+ * Error model of one triad, `y = M u + b`: what the sensor says, `y`, where the truth is `u`.
+ */
+typedef struct tumble_error_model {
+    /**
+     * M, row by row: scale, non-orthogonality and mounting together, from the case frame to the sensing axes; no unit.
+     */
+    float matrix[3][3];
+    /**
+     * b, m/s^2 or rad/s.
+     */
+    float bias[3];
+} tumble_error_model;
+
+/**
+ * Calibration of one unit.
+ */
+typedef struct tumble_calibration {
+    /**
+     * Of the accelerometer; bias in m/s^2.
+     */
+    struct tumble_error_model accelerometer;
+    /**
+     * Of the gyroscope; bias in rad/s.
+     */
+    struct tumble_error_model gyroscope;
+} tumble_calibration;
+
+/**
+ * What a unit said at one instant, in its case frame, or the truth behind it.
+ */
+typedef struct tumble_sample {
+    /**
+     * Microseconds of the unit's own clock, which does not have to begin at zero but must not fold over.
+     */
+    uint64_t time;
+    /**
+     * m/s^2; at rest and upright it reads +g up.
+     */
+    float specific_force[3];
+    /**
+     * rad/s; positive counter-clockwise, seen from the tip of the axis.
+     */
+    float angular_rate[3];
+} tumble_sample;
+
+/**
+ * An error model taken apart, `M = K L Q`.
+ */
+typedef struct tumble_decomposition {
+    /**
+     * Diagonal of K: scale factor of each axis.
+     */
+    float scale[3];
+    /**
+     * L, row by row: lower triangular, rows of length one.
+     */
+    float triangle[3][3];
+    /**
+     * Q, row by row: rotation from the case frame to the sensing axes.
+     */
+    float rotation[3][3];
+    /**
+     * By how much the angles between axes xy, yz, zx fall short of 90 degrees, rad.
+     */
+    float non_orthogonality[3];
+    /**
+     * Rotation vector of Q, rad.
+     */
+    float mounting[3];
+} tumble_decomposition;
+
+/**
+ * Error of one sensor of a secondary against the primary, `y_secondary = M y_primary + b`, where specific force of the
+ * primary is taken to the place of the secondary first.
+ */
+typedef struct tumble_record {
+    /**
+     * Of the unit.
+     */
+    uint64_t identity;
+    /**
+     * Which sensor of it.
+     */
+    tumble_sensor sensor;
+    /**
+     * What was fitted.
+     */
+    tumble_rung rung;
+    /**
+     * M, row by row: from the primary's case frame to the axes of the secondary, mounting included; no unit.
+     */
+    float matrix[3][3];
+    /**
+     * b, m/s^2 or rad/s.
+     */
+    float bias[3];
+    /**
+     * 1-sigma of M, row by row; infinite where motion did not show it.
+     */
+    float matrix_sigma[3][3];
+    /**
+     * 1-sigma of b, m/s^2 or rad/s.
+     */
+    float bias_sigma[3];
+    /**
+     * From primary to secondary, m, primary's case frame; zero for gyroscopes, and where unknown.
+     */
+    float lever_arm[3];
+    /**
+     * 1-sigma of it, m; zero where it was given, infinite where motion did not show it.
+     */
+    float lever_arm_sigma[3];
+    /**
+     * Root mean square of a channel on pairs kept from the fit, m/s^2 or rad/s.
+     */
+    float residual;
+    /**
+     * The same with the error stored before.
+     */
+    float residual_before;
+    /**
+     * Of the unit while it was calibrated, degC; NaN where nobody knows.
+     */
+    float temperature;
+    /**
+     * Pairs it was fitted to.
+     */
+    uint32_t pairs;
+    /**
+     * Counts the calibrations of this sensor.
+     */
+    uint32_t sequence;
+    /**
+     * Directions of motion along which M was fitted.
+     */
+    uint8_t directions;
+} tumble_record;
+
+/**
+ * Storage of a monitor. The caller owns it and may put it anywhere; what is in it is the library's.
+ */
+typedef struct tumble_redundancy {
+    /**
+     * Not to be touched.
+     */
+    uint64_t words[TUMBLE_REDUNDANCY_WORDS];
+} tumble_redundancy;
+
+/**
+ * A threshold.
+ */
+typedef struct tumble_threshold {
+    /**
+     * How it is set.
+     */
+    tumble_threshold_kind kind;
+    /**
+     * As the kind says.
+     */
+    float number;
+} tumble_threshold;
+
+/**
+ * How a redundant set watches, calibrates and replaces its units. Fill it with tumble_redundancy_defaults(), then change
+ * what is to be different; names are those of the settings file that `tumble redundancy` reads on a workstation.
+ */
+typedef struct tumble_redundancy_settings {
+    /**
+     * Length of a window, over which samples are averaged, microseconds; 50 000. A whole part of a second.
+     */
+    uint64_t window;
+    /**
+     * Rest that is let pass before readings count, microseconds; 500 000.
+     */
+    uint64_t rest_settle;
+    /**
+     * Rest over which readings are averaged before units are evaluated, microseconds; 2 000 000.
+     */
+    uint64_t rest_duration;
+    /**
+     * Time after which a rest is evaluated again, microseconds; 600 000 000. 0: on command only.
+     */
+    uint64_t evaluate_every;
+    /**
+     * Longest wait for motion, microseconds; 300 000 000.
+     */
+    uint64_t motion_timeout;
+    /**
+     * Motion to be collected, microseconds; 30 000 000.
+     */
+    uint64_t collect;
+    /**
+     * Longest time for collecting, microseconds; 600 000 000.
+     */
+    uint64_t collect_timeout;
+    /**
+     * Time without a sample after which a unit is late, microseconds; 100 000.
+     */
+    uint64_t late;
+    /**
+     * Time in which all axes of a sensor repeat their readings until it is frozen, microseconds; 100 000.
+     */
+    uint64_t frozen;
+    /**
+     * Time that a sensor may spend at the end of its range, or without numbers, microseconds; 50 000.
+     */
+    uint64_t saturated;
+    /**
+     * Time out of family, or too noisy, after which a unit is unhealthy, microseconds; 500 000.
+     */
+    uint64_t family_time;
+    /**
+     * Time in which nothing may have been wrong until a unit is healthy again, microseconds; 500 000.
+     */
+    uint64_t recovery;
+    /**
+     * Time that a source has to be unhealthy before another takes over, microseconds; 20 000.
+     */
+    uint64_t hold;
+    /**
+     * Health to be proven by the primary before it takes over again, microseconds; 0: on command only, the default.
+     */
+    uint64_t return_after;
+    /**
+     * Scatter of specific force, and change of its mean, below which a unit is at rest, m/s^2; 0.1.
+     */
+    float first_threshold;
+    /**
+     * Scatter of angular rate, and change of its mean, below which a unit is at rest, rad/s; 0.02.
+     */
+    float second_threshold;
+    /**
+     * Deviation of a secondary's accelerometer above which it wants calibrating; fixed, 0.1 m/s^2.
+     */
+    struct tumble_threshold third_threshold;
+    /**
+     * Deviation of a secondary's gyroscope above which it wants calibrating; fixed, 0.01 rad/s.
+     */
+    struct tumble_threshold fourth_threshold;
+    /**
+     * Deviation of the primary's accelerometer above which it is invalid; fixed, 0.1 m/s^2.
+     */
+    struct tumble_threshold fifth_threshold;
+    /**
+     * Deviation of the primary's gyroscope above which it is invalid; fixed, 0.01 rad/s.
+     */
+    struct tumble_threshold sixth_threshold;
+    /**
+     * Local gravity, m/s^2; 9.80665.
+     */
+    float gravity;
+    /**
+     * Change of the primary's mean specific force since the rest that counts as motion, m/s^2; 0.5.
+     */
+    float motion_specific_force;
+    /**
+     * Change of the primary's mean angular rate since the rest that counts as motion, rad/s; 0.2.
+     */
+    float motion_angular_rate;
+    /**
+     * Standard deviation of specific force along a direction from which on the matrix is fitted along it, m/s^2; 0.5.
+     */
+    float excitation_specific_force;
+    /**
+     * Standard deviation of angular rate along a direction from which on the matrix is fitted along it, rad/s; 0.2.
+     */
+    float excitation_angular_rate;
+    /**
+     * Specific force for each metre of lever arm, root mean square, from which on that is fitted, m/s^2 per m; 2.
+     */
+    float excitation_lever_arm;
+    /**
+     * Share by which the residual on held-out pairs has to be smaller than the stored one's; 0.02.
+     */
+    float improvement;
+    /**
+     * Largest bias of an accelerometer, m/s^2; 3.
+     */
+    float largest_specific_force_bias;
+    /**
+     * Largest bias of a gyroscope, rad/s; 1.
+     */
+    float largest_angular_rate_bias;
+    /**
+     * Largest deviation of a scale factor from one; 0.1.
+     */
+    float largest_scale_error;
+    /**
+     * Largest misalignment beside the nominal mounting, rad; 0.1.
+     */
+    float largest_misalignment;
+    /**
+     * Longest lever arm, m; 1.
+     */
+    float largest_lever_arm;
+    /**
+     * Largest drift of an accelerometer while pairs were collected, m/s^2; 0.1.
+     */
+    float largest_specific_force_drift;
+    /**
+     * Largest drift of a gyroscope while pairs were collected, rad/s; 0.01.
+     */
+    float largest_angular_rate_drift;
+    /**
+     * Largest residual of an accelerometer on held-out pairs, root mean square, m/s^2; 0.5.
+     */
+    float largest_specific_force_residual;
+    /**
+     * Largest residual of a gyroscope on held-out pairs, root mean square, rad/s; 0.05.
+     */
+    float largest_angular_rate_residual;
+    /**
+     * Specific force that leaves by more, and is back with the next sample, is a spike, m/s^2; 40.
+     */
+    float spike_specific_force;
+    /**
+     * Angular rate that leaves by more, and is back with the next sample, is a spike, rad/s; 10.
+     */
+    float spike_angular_rate;
+    /**
+     * Distance from the median of the units beyond which specific force is out of family, m/s^2; 1.
+     */
+    float family_specific_force;
+    /**
+     * Distance from the median of the units beyond which angular rate is out of family, rad/s; 0.1.
+     */
+    float family_angular_rate;
+    /**
+     * Scatter of a unit, as a multiple of the median of all, beyond which it is noisy; 5.
+     */
+    float noise_ratio;
+    /**
+     * Deviation of specific force from gravity at rest that no error of a working unit explains, m/s^2; 1.5.
+     */
+    float rest_specific_force;
+    /**
+     * Angular rate at rest that no error of a working unit explains, rad/s; 0.2.
+     */
+    float rest_angular_rate;
+    /**
+     * Fewest pairs with which a fit is tried when time is up; 200.
+     */
+    uint32_t fewest_pairs;
+    /**
+     * Which data deviations are taken from; ::TUMBLE_DATA_COMPENSATED.
+     */
+    tumble_data data;
+    /**
+     * Whose deviations count; ::TUMBLE_GATE_WHOLE_PRIMARY.
+     */
+    tumble_gate gate;
+    /**
+     * What is calibrated; ::TUMBLE_SCOPE_ALL_SENSORS.
+     */
+    tumble_scope scope;
+    /**
+     * Top of the ladder; ::TUMBLE_RUNG_AFFINE_AND_LEVER_ARM.
+     */
+    tumble_rung highest_rung;
+    /**
+     * Whether the first rest is evaluated; true.
+     */
+    bool evaluate_after_start;
+    /**
+     * Whether a secondary is also compared with a valid primary, axis by axis; true.
+     */
+    bool vector_check;
+    /**
+     * Whether secondaries without a stored error are passed over; false.
+     */
+    bool calibrated_only;
+} tumble_redundancy_settings;
+
+/**
+ * A unit as it is built in. Fill it with tumble_unit_defaults(), then change what is to be different.
+ */
+typedef struct tumble_unit {
+    /**
+     * Serial number, or whatever tells it from others for life: records carry it.
+     */
+    uint64_t identity;
+    /**
+     * Added to the time of its samples, which makes it that of the common clock, microseconds; 0.
+     */
+    int64_t time_offset;
+    /**
+     * Nominal rotation from the primary's case frame to its axes, row by row; identity.
+     */
+    float sensor_from_primary[3][3];
+    /**
+     * From the primary to it, m, primary's case frame; where `lever_arm_known`.
+     */
+    float lever_arm[3];
+    /**
+     * End of the accelerometer's range, m/s^2; 0 where nobody knows, the default.
+     */
+    float specific_force_range;
+    /**
+     * End of the gyroscope's range, rad/s; 0 where nobody knows, the default.
+     */
+    float angular_rate_range;
+    /**
+     * Whether the lever arm is given; else it is found, the default.
+     */
+    bool lever_arm_known;
+    /**
+     * Which axes it has, a bit each; #TUMBLE_AXES_ALL. What a sample says on others is passed over.
+     */
+    uint8_t axes;
+} tumble_unit;
+
+/**
+ * One event. What its kind does not speak of is zero, false or null.
+ */
+typedef struct tumble_event {
+    /**
+     * Microseconds of the common clock.
+     */
+    uint64_t time;
+    /**
+     * How far the clock jumped, microseconds.
+     */
+    int64_t by;
+    /**
+     * The record adopted. It is the library's, and there until the callback returns.
+     */
+    const struct tumble_record *record;
+    /**
+     * What happened.
+     */
+    tumble_event_kind kind;
+    /**
+     * Why.
+     */
+    tumble_reason reason;
+    /**
+     * The unit it concerns; 0, the primary, also where it concerns all.
+     */
+    uint32_t unit;
+    /**
+     * How a deviation was taken.
+     */
+    tumble_check check;
+    /**
+     * What was fitted.
+     */
+    tumble_rung rung;
+    /**
+     * Pairs fitted to and held out together.
+     */
+    uint32_t pairs;
+    /**
+     * Count of the calibrations of the sensor.
+     */
+    uint32_t sequence;
+    /**
+     * A figure.
+     */
+    float value;
+    /**
+     * What it is compared with.
+     */
+    float limit;
+    /**
+     * 0 to 2 accelerometer, 3 to 5 gyroscope, x y z each.
+     */
+    uint8_t channel;
+    /**
+     * Directions of motion along which the matrix was fitted.
+     */
+    uint8_t directions;
+    /**
+     * Whether it concerns the accelerometer.
+     */
+    bool accelerometer;
+    /**
+     * Whether it concerns the gyroscope.
+     */
+    bool gyroscope;
+} tumble_event;
+
+/**
+ * Is told of an event, from within the call that made it happen, with the `context` given there. It may use other
+ * storage, as of a store, but not the monitor: that is answered by ::TUMBLE_ERROR_BUSY. It has to return, neither by
+ * `longjmp` nor by an exception.
+ */
+typedef void (*tumble_on_event)(void *context, const struct tumble_event *event);
+
+/**
+ * What the set says, whoever says it: at the primary's place, in its case frame, with its own calibration applied.
+ */
+typedef struct tumble_output {
+    /**
+     * Microseconds of the common clock.
+     */
+    uint64_t time;
+    /**
+     * m/s^2.
+     */
+    float specific_force[3];
+    /**
+     * rad/s.
+     */
+    float angular_rate[3];
+    /**
+     * The unit it comes from, 0 the primary; #TUMBLE_NO_SOURCE if this sample makes no output, and nothing else counts.
+     */
+    uint32_t source;
+} tumble_output;
+
+/**
+ * What a monitor knows of one sensor of a unit.
+ */
+typedef struct tumble_knowledge {
+    /**
+     * M, row by row, in the sensor's own axes beside its nominal mounting: close to identity.
+     */
+    float matrix[3][3];
+    /**
+     * b, m/s^2 or rad/s.
+     */
+    float bias[3];
+    /**
+     * From the primary, m, primary's case frame.
+     */
+    float lever_arm[3];
+    /**
+     * Root mean square residual of a channel on held-out pairs, m/s^2 or rad/s; zero before the first calibration.
+     */
+    float residual;
+    /**
+     * Its difference to a valid primary at the last rest, m/s^2 or rad/s; infinite before.
+     */
+    float apart;
+    /**
+     * Counts the calibrations; zero before the first.
+     */
+    uint32_t sequence;
+    /**
+     * Whether there was any.
+     */
+    bool calibrated;
+    /**
+     * Whether that difference was within the threshold.
+     */
+    bool agrees;
+} tumble_knowledge;
+
+/**
+ * Storage of a store. The caller owns it and may put it anywhere; what is in it is the library's.
+ */
+typedef struct tumble_store {
+    /**
+     * Not to be touched.
+     */
+    uint64_t words[TUMBLE_STORE_WORDS];
+} tumble_store;
+
+/**
+ * Storage of a spin. The caller owns it and may put it anywhere; what is in it is the library's.
+ */
+typedef struct tumble_spin {
+    /**
+     * Not to be touched.
+     */
+    uint64_t words[TUMBLE_SPIN_WORDS];
+} tumble_spin;
+
+/**
+ * How to spin, and how to judge it. Fill it with tumble_spin_defaults(), then change what is to be different.
+ */
+typedef struct tumble_spin_settings {
+    /**
+     * How long to stand still, microseconds; 5 000 000.
+     */
+    uint64_t still;
+    /**
+     * How long to wait for the robot to stand still, microseconds; 60 000 000.
+     */
+    uint64_t still_timeout;
+    /**
+     * How long to wait for the turn to be made, microseconds; 120 000 000.
+     */
+    uint64_t spin_timeout;
+    /**
+     * Longest pause in the samples, microseconds; 250 000.
+     */
+    uint64_t longest_gap;
+    /**
+     * Length of the blocks over which samples are averaged, microseconds; 200 000.
+     */
+    uint64_t block;
+    /**
+     * Shortest stop after the first rest that is counted as a rest, microseconds; 1 000 000.
+     */
+    uint64_t shortest_stop;
+    /**
+     * Gravity, m/s^2; 9.80665.
+     */
+    float gravity;
+    /**
+     * How far to turn, both directions together, rad; 4 pi.
+     */
+    float turn;
+    /**
+     * Speed to turn at, rad/s; 1. It is not judged: it is what a robot may be told.
+     */
+    float rate;
+    /**
+     * Largest floor tilt, rad; 10 degrees.
+     */
+    float largest_floor_tilt;
+    /**
+     * 1-sigma of the gyroscope's scale error about the turning axis, before anything is known of it, no unit; 0.01.
+     */
+    float scale_sigma;
+    /**
+     * Bias instability of the accelerometer, m/s^2; 0 where it is not known or does not matter.
+     */
+    float specific_force_instability;
+    /**
+     * Bias instability of the gyroscope, rad/s; 0 where it is not known or does not matter.
+     */
+    float angular_rate_instability;
+    /**
+     * End of the accelerometer's range, m/s^2; 0 where nobody knows.
+     */
+    float specific_force_range;
+    /**
+     * End of the gyroscope's range, rad/s; 0 where nobody knows.
+     */
+    float angular_rate_range;
+    /**
+     * Upward part of the Earth's rotation, rad/s; 0 where the latitude is not known.
+     */
+    float earth_rate_up;
+    /**
+     * Largest change of the force along the turning axis, m/s^2; 0.5.
+     */
+    float largest_lift;
+    /**
+     * Largest rate across the turning axis, rad/s; 0.1.
+     */
+    float largest_rate_across;
+    /**
+     * Largest rate across the turning axis as a share of the rate about it; 0.05.
+     */
+    float largest_share_across;
+    /**
+     * Largest plausible bias of the gyroscope, rad/s; 0.5. A robot that seems to turn faster does not stand still.
+     */
+    float largest_rate_bias;
+    /**
+     * Largest turn from one sample to the next, rad; 0.25.
+     */
+    float largest_step;
+    /**
+     * Largest scatter of specific force at which a robot may stand still, m/s^2; 2.
+     */
+    float largest_specific_force_scatter;
+    /**
+     * Largest scatter of angular rate at which a robot may stand still, rad/s; 0.2.
+     */
+    float largest_angular_rate_scatter;
+    /**
+     * How much larger than the noise floor the variance of a quiet block may be, ratio; 4.
+     */
+    float variance_ratio;
+    /**
+     * Scatter of specific force below which a block is quiet whatever the floor, m/s^2; 0.005.
+     */
+    float smallest_specific_force_scatter;
+    /**
+     * Scatter of angular rate below which a block is quiet whatever the floor, rad/s; 0.0003.
+     */
+    float smallest_angular_rate_scatter;
+    /**
+     * How far the specific force of a block may stray from its rest besides noise, m/s^2; 0.005.
+     */
+    float specific_force_drift;
+    /**
+     * How far the angular rate of a block may stray from its rest besides noise, rad/s; 0.0005.
+     */
+    float angular_rate_drift;
+    /**
+     * How many sigma of the mean a block may stray besides; 6.
+     */
+    float sigmas;
+    /**
+     * Take the floor for level, as the published estimator does; false.
+     */
+    bool level_floor;
+} tumble_spin_settings;
+
+/**
+ * Why a spin cannot be used, with the figures.
+ */
+typedef struct tumble_spin_failure {
+    /**
+     * Why.
+     */
+    tumble_spin_fault fault;
+    /**
+     * 0 to 2 accelerometer, 3 to 5 gyroscope, x y z each; 0 where no channel is concerned.
+     */
+    uint32_t channel;
+    /**
+     * When, microseconds; 0 where that is not known.
+     */
+    uint64_t time;
+    /**
+     * As ::tumble_spin_fault says; else 0.
+     */
+    float value;
+    /**
+     * As ::tumble_spin_fault says; else 0.
+     */
+    float limit;
+} tumble_spin_failure;
+/**
+ * Nothing failed.
+ */
+#define tumble_spin_failure_NONE (tumble_spin_failure){ .fault = tumble_spin_fault_None, .channel = 0, .time = 0, .value = 0.0, .limit = 0.0 }
+
+/**
+ * Where a spin is.
+ */
+typedef struct tumble_spin_state {
+    /**
+     * Where.
+     */
+    tumble_spin_phase phase;
+    /**
+     * Why it failed, if it did.
+     */
+    struct tumble_spin_failure failure;
+} tumble_spin_state;
+
+/**
+ * How far a spin is.
+ */
+typedef struct tumble_spin_progress {
+    /**
+     * Time stood still, s.
+     */
+    float still;
+    /**
+     * Angle turned, both directions together, rad.
+     */
+    float turned;
+    /**
+     * Rate about the vertical over the block before, rad/s, counter-clockwise.
+     */
+    float rate;
+    /**
+     * Whether the robot stood still over the block before.
+     */
+    bool at_rest;
+} tumble_spin_progress;
+
+/**
+ * Angles truly turned, from dock to dock or from wheel odometry.
+ */
+typedef struct tumble_spin_true_angle {
+    /**
+     * Clockwise, rad, positive; 0 where it is not known.
+     */
+    float clockwise;
+    /**
+     * Counter-clockwise, rad, positive; 0 where it is not known.
+     */
+    float counter_clockwise;
+    /**
+     * 1-sigma of each, rad.
+     */
+    float sigma;
+} tumble_spin_true_angle;
+
+/**
+ * Three numbers with their 1-sigma.
+ */
+typedef struct tumble_spin_vector {
+    /**
+     * The numbers, x y z.
+     */
+    float value[3];
+    /**
+     * 1-sigma of each.
+     */
+    float sigma[3];
+    /**
+     * Whether the spin shows them; if not, the numbers mean nothing.
+     */
+    bool observed;
+} tumble_spin_vector;
+
+/**
+ * A number with its 1-sigma.
+ */
+typedef struct tumble_spin_value {
+    /**
+     * The number.
+     */
+    float value;
+    /**
+     * 1-sigma of it.
+     */
+    float sigma;
+    /**
+     * Whether the spin shows it; if not, the numbers mean nothing.
+     */
+    bool observed;
+} tumble_spin_value;
+
+/**
+ * Everything a spin shows. Vectors are in the case frame.
+ */
+typedef struct tumble_spin_estimate {
+    /**
+     * Accelerometer bias by the method of choice, m/s^2.
+     */
+    struct tumble_spin_vector accelerometer_bias;
+    /**
+     * Gyroscope bias, rad/s.
+     */
+    struct tumble_spin_vector gyroscope_bias;
+    /**
+     * Covariance of both, accelerometer first: (m/s^2)^2, (rad/s)^2, and their product.
+     */
+    float covariance[6][6];
+    /**
+     * Accelerometer bias whatever the floor, m/s^2.
+     */
+    struct tumble_spin_vector level_free;
+    /**
+     * Accelerometer bias if the floor is level, m/s^2.
+     */
+    struct tumble_spin_vector published;
+    /**
+     * Whether the level-free bias is the one of choice.
+     */
+    bool level_free_is_default;
+    /**
+     * Turning axis, upwards, unit length.
+     */
+    float up[3];
+    /**
+     * Roll of the IMU against the floor, rad, positive with the left side up.
+     */
+    struct tumble_spin_value roll;
+    /**
+     * Pitch of the IMU against the floor, rad, positive with the front down.
+     */
+    struct tumble_spin_value pitch;
+    /**
+     * Tilt of the floor, rad.
+     */
+    struct tumble_spin_value floor_tilt;
+    /**
+     * Uphill, rad counter-clockwise from forward, at the heading of the first rest.
+     */
+    struct tumble_spin_value uphill_bearing;
+    /**
+     * From the turning axis to the IMU, across the axis, m.
+     */
+    struct tumble_spin_vector lever_arm;
+    /**
+     * Scale error of the gyroscope about the axis, no unit.
+     */
+    struct tumble_spin_value scale;
+    /**
+     * Rate about the axis while the robot seemed to stand still, rad/s.
+     */
+    struct tumble_spin_value slow_turn;
+    /**
+     * Whether that rate is none of chance's, and was taken off the gyroscope bias.
+     */
+    bool turned_while_still;
+    /**
+     * Angle turned clockwise, rad, positive.
+     */
+    float clockwise;
+    /**
+     * Angle turned counter-clockwise, rad, positive.
+     */
+    float counter_clockwise;
+    /**
+     * Time at rest, s.
+     */
+    float resting_time;
+    /**
+     * Samples at rest and turning.
+     */
+    uint32_t samples;
+    /**
+     * Sum of squared normalised residuals of the model against free harmonics.
+     */
+    float chi_square;
+    /**
+     * Its degrees of freedom.
+     */
+    uint32_t degrees_of_freedom;
+} tumble_spin_estimate;
+
+/**
+ * NOR flash, reached by callbacks: each gives 0 if it did what it was told, and anything else if not. Addresses are
+ * whatever the driver takes them for; the library adds nothing to them.
+ */
+typedef struct tumble_flash {
+    /**
+     * Handed to each callback. It is the caller's, and has to be there as long as the store.
+     */
+    void *context;
+    /**
+     * Reads `length` bytes at `address`, 32 at a time or a multiple of it, at addresses that are multiples of 32. `bytes`
+     * is aligned to 4.
+     */
+    int (*read)(void *context, uint32_t address, uint8_t *bytes, uint32_t length);
+    /**
+     * Writes `length` bytes at `address`, both multiples of 32, to flash that is erased. `bytes` is aligned to 4. What was
+     * written has to be in flash when it returns.
+     */
+    int (*write)(void *context, uint32_t address, const uint8_t *bytes, uint32_t length);
+    /**
+     * Erases the page that begins at `address`, after which all its bytes are FF.
+     */
+    int (*erase)(void *context, uint32_t address);
+    /**
+     * Bytes that are erased at once: of a page, or sector.
+     */
+    uint32_t page;
+} tumble_flash;
+
+/**
+ * How much wear of the flash is allowed.
+ */
+typedef struct tumble_write_limit {
+    /**
+     * Time between two writes in the long run, microseconds; 0 sets no limit. 600 000 000 where none is given.
+     */
+    uint64_t shortest_between;
+    /**
+     * How many may follow each other at once; at least 1. 16 where none is given.
+     */
+    uint32_t at_once;
+} tumble_write_limit;
+
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
+
+/**
+ * Computes what undoes a calibration.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_FINITE, ::TUMBLE_ERROR_SINGULAR.
+ */
+tumble_status tumble_correction_init(struct tumble_correction *correction,
+                                     const struct tumble_calibration *calibration);
+
+/**
+ * Corrects both triads of a sample. `reading` and `truth` may be the same sample.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_NOT_FINITE if the reading or the correction is not.
+ */
+tumble_status tumble_correction_apply(const struct tumble_correction *correction,
+                                      const struct tumble_sample *reading,
+                                      struct tumble_sample *truth);
+
+/**
+ * What the sensor says where the truth is `truth`: `reading = M truth + b`.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_NOT_FINITE.
+ *
+ */
+tumble_status tumble_error_model_measure(const struct tumble_error_model *model,
+                                         const float truth[3],
+                                         float reading[3]);
+
+/**
+ * Takes an error model apart into scale, non-orthogonality and mounting.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_FINITE, ::TUMBLE_ERROR_SINGULAR, ::TUMBLE_ERROR_LEFT_HANDED.
+ */
+tumble_status tumble_error_model_decompose(const struct tumble_error_model *model,
+                                           struct tumble_decomposition *decomposition);
+
+/**
+ * Writes a record as bytes. Of the `size` bytes at `buffer`, which are the caller's, the first `length` are it then.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_CODE, ::TUMBLE_ERROR_NOT_FINITE of the record; ::TUMBLE_ERROR_NO_ROOM.
+ * The buffer may be changed then, but holds no record.
+ */
+tumble_status tumble_record_encode(const struct tumble_record *record,
+                                   uint8_t *buffer,
+                                   size_t size,
+                                   size_t *length);
+
+/**
+ * Reads a record from the `length` bytes that are it, neither more nor fewer.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_TOO_SHORT, ::TUMBLE_ERROR_NOT_A_RECORD, ::TUMBLE_ERROR_CORRUPT,
+ * ::TUMBLE_ERROR_VERSION; ::TUMBLE_ERROR_CODE, ::TUMBLE_ERROR_NOT_FINITE of what was written.
+ */
+tumble_status tumble_record_decode(const uint8_t *bytes, size_t length, struct tumble_record *record);
+
+/**
+ * Makes storage a monitor of `count` units, the primary first. `size` is `sizeof(tumble_redundancy)`; `count` is
+ * #TUMBLE_UNITS. `calibration` is the primary's own, with which the output is calibrated whoever is its source; null:
+ * its readings are taken for the truth. All that is given is copied. It takes about as much stack as storage.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_SIZE, ::TUMBLE_ERROR_UNITS, ::TUMBLE_ERROR_CODE,
+ * ::TUMBLE_ERROR_NOT_FINITE, ::TUMBLE_ERROR_SETTING, ::TUMBLE_ERROR_CONTRADICTION, ::TUMBLE_ERROR_SINGULAR,
+ * ::TUMBLE_ERROR_PRIMARY, ::TUMBLE_ERROR_MOUNTING, ::TUMBLE_ERROR_SAME_IDENTITY.
+ *
+ */
+tumble_status tumble_redundancy_init(struct tumble_redundancy *redundancy,
+                                     size_t size,
+                                     const struct tumble_redundancy_settings *settings,
+                                     const struct tumble_calibration *calibration,
+                                     const struct tumble_unit units[],
+                                     size_t count);
+
+/**
+ * Takes in the next sample of a unit, in its own frame and clock. Samples of different units may come in any order as
+ * long as none is more than a window behind the others. Readings that are no numbers are for the monitor to judge:
+ * hand them in as they are. `on_event` and `output` may be null.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_NO_SUCH_UNIT.
+ */
+tumble_status tumble_redundancy_push(struct tumble_redundancy *redundancy,
+                                     uint32_t unit,
+                                     const struct tumble_sample *sample,
+                                     tumble_on_event on_event,
+                                     void *context,
+                                     struct tumble_output *output);
+
+/**
+ * Asks for something, from now on.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_CODE.
+ */
+tumble_status tumble_redundancy_command(struct tumble_redundancy *redundancy, tumble_command command);
+
+/**
+ * Says which unit the output comes from; #TUMBLE_NO_SOURCE if from none.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
+ */
+tumble_status tumble_redundancy_get_source(const struct tumble_redundancy *redundancy, uint32_t *unit);
+
+/**
+ * Says what is known of a sensor of a unit.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_NO_SUCH_UNIT,
+ * ::TUMBLE_ERROR_CODE.
+ */
+tumble_status tumble_redundancy_get_stored(const struct tumble_redundancy *redundancy,
+                                           uint32_t unit,
+                                           tumble_sensor sensor,
+                                           struct tumble_knowledge *stored);
+
+/**
+ * Takes a stored record, as after a reset, or after a roll back; an event says whether it was taken. Do so before the
+ * first sample. `on_event` may be null.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_CODE.
+ */
+tumble_status tumble_redundancy_restore(struct tumble_redundancy *redundancy,
+                                        const struct tumble_record *record,
+                                        tumble_on_event on_event,
+                                        void *context);
+
+/**
+ * Takes all records in force of the secondaries from a store, as after a reset. `on_event` may be null.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, of the monitor or the store; the first
+ * of tumble_store_load(), and the other records were taken all the same. That nothing is stored is no error.
+ */
+tumble_status tumble_redundancy_restore_from(struct tumble_redundancy *redundancy,
+                                             struct tumble_store *store,
+                                             tumble_on_event on_event,
+                                             void *context);
+
+/**
+ * Fills settings with their defaults.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL.
+ */
+tumble_status tumble_redundancy_defaults(struct tumble_redundancy_settings *settings);
+
+/**
+ * Fills in a unit of that identity with six axes of unknown range on the common clock, mounted as the primary.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL.
+ */
+tumble_status tumble_unit_defaults(struct tumble_unit *unit,
+                                   uint64_t identity);
+
+/**
+ * Makes storage a spin that has not started. `size` is `sizeof(tumble_spin)`.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_SIZE, ::TUMBLE_ERROR_NOT_FINITE, ::TUMBLE_ERROR_SETTING.
+ */
+tumble_status tumble_spin_init(struct tumble_spin *spin,
+                               size_t size,
+                               const struct tumble_spin_settings *settings);
+
+/**
+ * Begins, or begins anew, with the next sample.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
+ */
+tumble_status tumble_spin_start(struct tumble_spin *spin);
+
+/**
+ * Takes in the next sample, with what the wheels did. Before the start, and after the end, samples are passed over; so
+ * are those whose time is not later than of the one before. `event` may be null.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_CODE;
+ * ::TUMBLE_ERROR_NOT_FINITE if the sample is not, which is passed over and does no harm.
+ */
+tumble_status tumble_spin_push(struct tumble_spin *spin,
+                               const struct tumble_sample *sample,
+                               tumble_wheels wheels,
+                               tumble_spin_event *event);
+
+/**
+ * Says that it is `now`, microseconds of the unit's clock, so that a spin notices that no samples come. `event` may be
+ * null.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
+ */
+tumble_status tumble_spin_tick(struct tumble_spin *spin,
+                               uint64_t now,
+                               tumble_spin_event *event);
+
+/**
+ * Says where a spin is, and why it failed if it did.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
+ */
+tumble_status tumble_spin_get_state(const struct tumble_spin *spin, struct tumble_spin_state *state);
+
+/**
+ * Says how far a spin is.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
+ */
+tumble_status tumble_spin_get_progress(const struct tumble_spin *spin, struct tumble_spin_progress *progress);
+
+/**
+ * Solves for all that was seen so far: the result when the phase is ::TUMBLE_SPIN_PHASE_DONE. `true_angle` and `failure`
+ * may be null. It takes about 4 kB of stack and some hundred times as long as a sample.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY; ::TUMBLE_ERROR_NOT_FINITE,
+ * ::TUMBLE_ERROR_SETTING of the true angle; ::TUMBLE_ERROR_SPIN where there is nothing to be had, and `failure` says why.
+ */
+tumble_status tumble_spin_solve(const struct tumble_spin *spin,
+                                const struct tumble_spin_true_angle *true_angle,
+                                struct tumble_spin_estimate *estimate,
+                                struct tumble_spin_failure *failure);
+
+/**
+ * Fills settings with their defaults.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL.
+ */
+tumble_status tumble_spin_defaults(struct tumble_spin_settings *settings);
+
+/**
+ * Makes storage a store in the `length` bytes of flash from the address `start` on: an even number of pages, at least
+ * two. The driver is copied; nothing is read or written yet. `size` is `sizeof(tumble_store)`. `limit` may be null.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_SIZE, ::TUMBLE_ERROR_NO_DRIVER, ::TUMBLE_ERROR_PAGES,
+ * ::TUMBLE_ERROR_BOUNDS, ::TUMBLE_ERROR_TOO_SMALL.
+ */
+tumble_status tumble_store_init(struct tumble_store *store,
+                                size_t size,
+                                const struct tumble_flash *flash,
+                                uint32_t start,
+                                uint32_t length,
+                                const struct tumble_write_limit *limit);
+
+/**
+ * Says how many records there is room for: three of each sensor of each unit stay, and the more room there is beside
+ * them, the less often flash is erased.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
+ */
+tumble_status tumble_store_get_entries(const struct tumble_store *store,
+                                       uint32_t *entries);
+
+/**
+ * Reads one of the records of a sensor of a unit.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_CODE,
+ * ::TUMBLE_ERROR_NOTHING_STORED, ::TUMBLE_ERROR_FLASH; ::TUMBLE_ERROR_VERSION, if a newer library wrote it, and all other
+ * errors of tumble_record_decode().
+ */
+tumble_status tumble_store_load(struct tumble_store *store,
+                                uint64_t identity,
+                                tumble_sensor sensor,
+                                tumble_which which,
+                                struct tumble_record *record);
+
+/**
+ * Puts a record in force; the one adopted before it stays as the previous one. If it is in force already, nothing is
+ * written. Whenever power is cut, the old or the new record reads back whole. `now` is microseconds of any clock that
+ * does not go back. `wait`, which may be null, is how long to wait after ::TUMBLE_ERROR_TOO_SOON, microseconds.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY; ::TUMBLE_ERROR_CODE,
+ * ::TUMBLE_ERROR_NOT_FINITE of the record; ::TUMBLE_ERROR_TOO_SOON, ::TUMBLE_ERROR_FULL: the old one is in force;
+ * ::TUMBLE_ERROR_FLASH, ::TUMBLE_ERROR_NOT_AS_WRITTEN: the old or the new one is.
+ */
+tumble_status tumble_store_save(struct tumble_store *store,
+                                uint64_t now,
+                                const struct tumble_record *record,
+                                uint64_t *wait);
+
+/**
+ * Keeps a record as the factory's; it is in force until another is saved. Everything else is as of tumble_store_save().
+ */
+tumble_status tumble_store_save_factory(struct tumble_store *store,
+                                        uint64_t now,
+                                        const struct tumble_record *record,
+                                        uint64_t *wait);
+
+/**
+ * Puts the previous or the factory's record in force again; what was in force becomes the previous one. `record` is it
+ * then; it may be null, and so may `wait`. Give the record to tumble_redundancy_restore() to put it in use.
+ *
+ * Errors: as of tumble_store_load() and tumble_store_save().
+ */
+tumble_status tumble_store_roll_back(struct tumble_store *store,
+                                     uint64_t now,
+                                     uint64_t identity,
+                                     tumble_sensor sensor,
+                                     tumble_which to,
+                                     struct tumble_record *record,
+                                     uint64_t *wait);
+
+/**
+ * Forgets all records, those of the factory too.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_FLASH.
+ */
+tumble_status tumble_store_erase(struct tumble_store *store);
+
+/**
+ * Says in words what a status means. The text is constant, in ASCII, and the library's.
+ */
+const char *tumble_strerror(tumble_status status);
+
+/**
+ * Looks for settings that contradict each other, or themselves, and says in words which: in the `size` bytes at `text`,
+ * which are the caller's, ending in a zero byte and cut off where there is no room. `text` may be null.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_CODE, ::TUMBLE_ERROR_CONTRADICTION.
+ */
+tumble_status tumble_redundancy_check(const struct tumble_redundancy_settings *settings,
+                                      char *text,
+                                      size_t size);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus
+
+#endif  /* TUMBLE_H */

@@ -1,0 +1,23 @@
+//! Tumble for firmware in C and C++. The header `include/tumble.h` is made of this crate.
+//!
+//! 1. [`status`]: how a call went; `pointer` and `code` take what C hands over, and trust none of it;
+//! 2. [`model`]: samples, the error model, readings corrected;
+//! 3. [`spin`]: a robot that stands still and turns on the spot;
+//! 4. [`redundancy`]: a primary and its secondaries;
+//! 5. [`record`], [`flash`] and [`store`]: what outlasts a reset.
+//!
+//! Nothing here computes: that is done in `tumble-core` and `tumble-store`.
+#![no_std]
+
+mod code;
+pub mod flash;
+#[cfg(feature = "freestanding")]
+mod freestanding;
+pub mod model;
+mod pointer;
+pub mod record;
+pub mod redundancy;
+pub mod spin;
+pub mod status;
+pub mod store;
+pub mod text;

@@ -1,0 +1,155 @@
+//! Pointers of the caller's, and the states that live where they point.
+
+use core::ptr::addr_of_mut;
+
+use crate::status::{Outcome, Status};
+
+/// Storage that the caller owns, and in which a state lives.
+pub trait Storage {
+    /// What lives in it.
+    type State;
+    /// Tells storage in which the state lives from any other.
+    const MARK: u32;
+}
+
+/// A state behind its mark. While a call is under way the mark is another.
+#[repr(C)]
+struct Slot<T> {
+    mark: u32,
+    state: T,
+}
+
+fn check<T>(pointer: *const T) -> Outcome {
+    if pointer.is_null() {
+        Err(Status::TumbleErrorNull)
+    } else if !pointer.is_aligned() {
+        Err(Status::TumbleErrorUnaligned)
+    } else {
+        Ok(())
+    }
+}
+
+/// Takes over what the caller points to.
+///
+/// # Safety
+/// Unless null or unaligned, the pointer leads to a value of its type.
+pub unsafe fn read<T: Copy>(pointer: *const T) -> Outcome<T> {
+    check(pointer)?;
+    // SAFETY: checked, and the caller's word for the rest.
+    Ok(unsafe { pointer.read() })
+}
+
+/// Looks at what the caller points to.
+///
+/// # Safety
+/// As of [`read`], and nobody changes it meanwhile.
+pub unsafe fn look<'a, T>(pointer: *const T) -> Outcome<&'a T> {
+    check(pointer)?;
+    // SAFETY: checked, and the caller's word for the rest.
+    Ok(unsafe { &*pointer })
+}
+
+/// A place that a result can be written to.
+pub struct Place<T>(*mut T);
+
+impl<T> Place<T> {
+    /// Where the caller wants the result.
+    ///
+    /// # Safety
+    /// Unless null or unaligned, there is room for a value of the type for as long as the place is kept.
+    pub unsafe fn at(pointer: *mut T) -> Outcome<Self> {
+        check(pointer)?;
+        Ok(Self(pointer))
+    }
+
+    /// The same, where the caller may say that nobody wants the result.
+    ///
+    /// # Safety
+    /// As of [`Place::at`].
+    pub unsafe fn if_wanted(pointer: *mut T) -> Outcome<Option<Self>> {
+        if pointer.is_null() {
+            return Ok(None);
+        }
+        // SAFETY: the same is asked of the caller.
+        unsafe { Self::at(pointer) }.map(Some)
+    }
+
+    /// Writes the result.
+    pub fn write(&self, value: T) {
+        // SAFETY: as was promised when the place was made.
+        unsafe { self.0.write(value) }
+    }
+}
+
+/// Puts a state into storage, of which the caller believes that it has `size` bytes.
+///
+/// # Safety
+/// Unless null or unaligned, the pointer leads to room for a value of its type, which nobody else uses meanwhile.
+pub unsafe fn begin<S: Storage>(
+    storage: *mut S,
+    size: usize,
+    state: impl FnOnce() -> Outcome<S::State>,
+) -> Outcome {
+    const {
+        assert!(size_of::<Slot<S::State>>() <= size_of::<S>());
+        assert!(align_of::<Slot<S::State>>() <= align_of::<S>());
+    }
+    check(storage)?;
+    if size != size_of::<S>() {
+        return Err(Status::TumbleErrorSize);
+    }
+    let slot = Slot {
+        mark: S::MARK,
+        state: state()?,
+    };
+    // SAFETY: a slot fits into the storage, in size and alignment.
+    unsafe { storage.cast::<Slot<S::State>>().write(slot) };
+    Ok(())
+}
+
+fn check_mark<S: Storage>(mark: u32) -> Outcome {
+    if mark == S::MARK {
+        Ok(())
+    } else if mark == !S::MARK {
+        Err(Status::TumbleErrorBusy)
+    } else {
+        Err(Status::TumbleErrorNotInitialised)
+    }
+}
+
+/// Changes the state in storage.
+///
+/// # Safety
+/// Unless null or unaligned, the pointer leads to storage of the type, initialised or not.
+pub unsafe fn change<S: Storage, R>(
+    storage: *mut S,
+    work: impl FnOnce(&mut S::State) -> Outcome<R>,
+) -> Outcome<R> {
+    check(storage)?;
+    let slot = storage.cast::<Slot<S::State>>();
+    // SAFETY: a slot fits into the storage. The mark is reached by the pointer alone, so that a call from within a callback
+    // may look at it while the state is borrowed.
+    let mark = unsafe { addr_of_mut!((*slot).mark) };
+    // SAFETY: any four bytes are a u32.
+    check_mark::<S>(unsafe { mark.read_volatile() })?;
+    // SAFETY: the same.
+    unsafe { mark.write_volatile(!S::MARK) };
+    // SAFETY: the mark says that the state was put there, and that nobody else is at it.
+    let outcome = work(unsafe { &mut *addr_of_mut!((*slot).state) });
+    // SAFETY: the same place again.
+    unsafe { mark.write_volatile(S::MARK) };
+    outcome
+}
+
+/// Looks at the state in storage.
+///
+/// # Safety
+/// As of [`change`].
+pub unsafe fn view<S: Storage, R>(storage: *const S, work: impl FnOnce(&S::State) -> R) -> Outcome<R> {
+    check(storage)?;
+    let slot = storage.cast::<Slot<S::State>>();
+    // SAFETY: a slot fits into the storage, and any four bytes are a u32.
+    check_mark::<S>(unsafe { (&raw const (*slot).mark).read_volatile() })?;
+    // SAFETY: the mark says that the state was put there, and that nobody is changing it.
+    Ok(work(unsafe { &*(&raw const (*slot).state) }))
+}

@@ -1,0 +1,262 @@
+//! Calibration records, and their bytes.
+
+use core::mem::MaybeUninit;
+use core::slice;
+
+use tumble_core::model::ErrorModel;
+use tumble_core::redundancy::record::Record as Core;
+use tumble_core::redundancy::sensor::Sensor as CoreSensor;
+use tumble_core::redundancy::settings::Rung as CoreRung;
+use tumble_store::record::{DecodeError, EncodeError, MAX_ENCODED, StoredRecord, decode, encode};
+
+use crate::code::{Code, code};
+use crate::model::{matrix, rows, vector};
+use crate::pointer::{Place, read};
+use crate::status::{Outcome, Status, status};
+
+/// Most bytes of an encoded record.
+pub const TUMBLE_RECORD_BYTES: usize = 159;
+
+const _: () = assert!(TUMBLE_RECORD_BYTES == MAX_ENCODED);
+
+/// Three axes of one kind.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sensor {
+    /// Specific force, m/s^2.
+    Accelerometer,
+    /// Angular rate, rad/s.
+    Gyroscope,
+}
+
+/// How much a fit found; each includes those before.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rung {
+    /// Three offsets.
+    Offset,
+    /// An offset and a gain for each axis.
+    Gain,
+    /// Offset and matrix.
+    Affine,
+    /// Offset, matrix and lever arm.
+    AffineAndLeverArm,
+}
+
+/// Error of one sensor of a secondary against the primary, `y_secondary = M y_primary + b`, where specific force of the
+/// primary is taken to the place of the secondary first.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct Record {
+    /// Of the unit.
+    pub identity: u64,
+    /// Which sensor of it.
+    pub sensor: MaybeUninit<Sensor>,
+    /// What was fitted.
+    pub rung: MaybeUninit<Rung>,
+    /// M, row by row: from the primary's case frame to the axes of the secondary, mounting included; no unit.
+    pub matrix: [[f32; 3]; 3],
+    /// b, m/s^2 or rad/s.
+    pub bias: [f32; 3],
+    /// 1-sigma of M, row by row; infinite where motion did not show it.
+    pub matrix_sigma: [[f32; 3]; 3],
+    /// 1-sigma of b, m/s^2 or rad/s.
+    pub bias_sigma: [f32; 3],
+    /// From primary to secondary, m, primary's case frame; zero for gyroscopes, and where unknown.
+    pub lever_arm: [f32; 3],
+    /// 1-sigma of it, m; zero where it was given, infinite where motion did not show it.
+    pub lever_arm_sigma: [f32; 3],
+    /// Root mean square of a channel on pairs kept from the fit, m/s^2 or rad/s.
+    pub residual: f32,
+    /// The same with the error stored before.
+    pub residual_before: f32,
+    /// Of the unit while it was calibrated, degC; NaN where nobody knows.
+    pub temperature: f32,
+    /// Pairs it was fitted to.
+    pub pairs: u32,
+    /// Counts the calibrations of this sensor.
+    pub sequence: u32,
+    /// Directions of motion along which M was fitted.
+    pub directions: u8,
+}
+
+/// Writes a record as bytes. Of the `size` bytes at `buffer`, which are the caller's, the first `length` are it then.
+///
+/// Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_CODE, ::TUMBLE_ERROR_NOT_FINITE of the record; ::TUMBLE_ERROR_NO_ROOM.
+/// The buffer may be changed then, but holds no record.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tumble_record_encode(
+    record: *const Record,
+    buffer: *mut u8,
+    size: usize,
+    length: *mut usize,
+) -> Status {
+    // SAFETY: as the header asks of all pointers.
+    let (record, place) = unsafe { (read(record), Place::at(length)) };
+    status((|| {
+        let (record, place) = (record?.in_store()?, place?);
+        if buffer.is_null() {
+            return Err(Status::TumbleErrorNull);
+        }
+        let mut bytes = [0; MAX_ENCODED];
+        let written = encode(&record, &mut bytes).map_err(encode_error)?;
+        if written.len() > size {
+            return Err(Status::TumbleErrorNoRoom);
+        }
+        // SAFETY: there is room for `size` bytes.
+        unsafe { buffer.copy_from_nonoverlapping(written.as_ptr(), written.len()) };
+        place.write(written.len());
+        Ok(())
+    })())
+}
+
+/// Reads a record from the `length` bytes that are it, neither more nor fewer.
+///
+/// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_TOO_SHORT, ::TUMBLE_ERROR_NOT_A_RECORD, ::TUMBLE_ERROR_CORRUPT,
+/// ::TUMBLE_ERROR_VERSION; ::TUMBLE_ERROR_CODE, ::TUMBLE_ERROR_NOT_FINITE of what was written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tumble_record_decode(
+    bytes: *const u8,
+    length: usize,
+    record: *mut Record,
+) -> Status {
+    // SAFETY: as the header asks of all pointers.
+    let place = unsafe { Place::at(record) };
+    status((|| {
+        let place = place?;
+        if bytes.is_null() {
+            return Err(Status::TumbleErrorNull);
+        }
+        if length > TUMBLE_RECORD_BYTES {
+            return Err(Status::TumbleErrorCorrupt);
+        }
+        // SAFETY: there are that many bytes, and few enough for a slice.
+        let bytes = unsafe { slice::from_raw_parts(bytes, length) };
+        place.write(Record::of_stored(&decode(bytes).map_err(decode_error)?));
+        Ok(())
+    })())
+}
+
+// SAFETY: repr(u32), numbered from 0.
+unsafe impl Code for Sensor {
+    const COUNT: u32 = 2;
+}
+
+// SAFETY: repr(u32), numbered from 0.
+unsafe impl Code for Rung {
+    const COUNT: u32 = 4;
+}
+
+impl Sensor {
+    /// As C has it.
+    pub fn of(sensor: CoreSensor) -> Self {
+        match sensor {
+            CoreSensor::Accelerometer => Self::Accelerometer,
+            CoreSensor::Gyroscope => Self::Gyroscope,
+        }
+    }
+
+    /// As the core has it.
+    pub fn in_core(self) -> CoreSensor {
+        match self {
+            Self::Accelerometer => CoreSensor::Accelerometer,
+            Self::Gyroscope => CoreSensor::Gyroscope,
+        }
+    }
+}
+
+impl Rung {
+    /// As C has it.
+    pub fn of(rung: CoreRung) -> Self {
+        match rung {
+            CoreRung::Offset => Self::Offset,
+            CoreRung::Gain => Self::Gain,
+            CoreRung::Affine => Self::Affine,
+            CoreRung::AffineAndLeverArm => Self::AffineAndLeverArm,
+        }
+    }
+
+    /// As the core has it.
+    pub fn in_core(self) -> CoreRung {
+        match self {
+            Self::Offset => CoreRung::Offset,
+            Self::Gain => CoreRung::Gain,
+            Self::Affine => CoreRung::Affine,
+            Self::AffineAndLeverArm => CoreRung::AffineAndLeverArm,
+        }
+    }
+}
+
+impl Record {
+    /// As C has it; temperature in degC.
+    pub fn of(record: &Core<f32>, temperature: Option<f32>) -> Self {
+        Self {
+            identity: record.identity,
+            sensor: MaybeUninit::new(Sensor::of(record.sensor)),
+            rung: MaybeUninit::new(Rung::of(record.rung)),
+            matrix: rows(&record.model.matrix),
+            bias: record.model.bias.into(),
+            matrix_sigma: rows(&record.matrix_sigma),
+            bias_sigma: record.bias_sigma.into(),
+            lever_arm: record.lever_arm.into(),
+            lever_arm_sigma: record.lever_arm_sigma.into(),
+            residual: record.residual,
+            residual_before: record.residual_before,
+            temperature: temperature.unwrap_or(f32::NAN),
+            pairs: record.pairs,
+            sequence: record.sequence,
+            directions: record.directions,
+        }
+    }
+
+    /// The same of a record with its temperature.
+    pub fn of_stored(stored: &StoredRecord) -> Self {
+        Self::of(&stored.record, stored.temperature)
+    }
+
+    /// As the store has it.
+    pub fn in_store(&self) -> Outcome<StoredRecord> {
+        let record = Core {
+            identity: self.identity,
+            sensor: code(self.sensor)?.in_core(),
+            model: ErrorModel {
+                matrix: matrix(&self.matrix),
+                bias: vector(&self.bias),
+            },
+            matrix_sigma: matrix(&self.matrix_sigma),
+            bias_sigma: vector(&self.bias_sigma),
+            lever_arm: vector(&self.lever_arm),
+            lever_arm_sigma: vector(&self.lever_arm_sigma),
+            rung: code(self.rung)?.in_core(),
+            directions: self.directions,
+            residual: self.residual,
+            residual_before: self.residual_before,
+            pairs: self.pairs,
+            sequence: self.sequence,
+        };
+        Ok(StoredRecord {
+            record,
+            temperature: (!self.temperature.is_nan()).then_some(self.temperature),
+        })
+    }
+}
+
+/// Why a record cannot be written.
+pub fn encode_error(error: EncodeError) -> Status {
+    match error {
+        EncodeError::NotFinite(_) => Status::TumbleErrorNotFinite,
+        EncodeError::NoRoom => Status::TumbleErrorNoRoom,
+    }
+}
+
+/// Why bytes are no record.
+pub fn decode_error(error: DecodeError) -> Status {
+    match error {
+        DecodeError::TooShort { .. } => Status::TumbleErrorTooShort,
+        DecodeError::NotARecord => Status::TumbleErrorNotARecord,
+        DecodeError::Corrupt => Status::TumbleErrorCorrupt,
+        DecodeError::UnknownVersion { .. } => Status::TumbleErrorVersion,
+        DecodeError::UnknownCode { .. } => Status::TumbleErrorCode,
+        DecodeError::NotFinite(_) => Status::TumbleErrorNotFinite,
+    }
+}

@@ -1,0 +1,435 @@
+//! What the monitor tells.
+
+use core::ffi::c_void;
+use core::ptr::{from_ref, null};
+
+use tumble_core::redundancy::adoption::{Excess, Refusal};
+use tumble_core::redundancy::event::{Abandoned, Check as CoreCheck, Event as Core, Rejected, What};
+use tumble_core::redundancy::gate::Withheld;
+use tumble_core::redundancy::health::Fault;
+use tumble_core::redundancy::selection::SelectionReason;
+use tumble_core::redundancy::sensor::Sensor as CoreSensor;
+
+use crate::record::{Record, Rung};
+
+/// What happened.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EventKind {
+    /// The platform came to rest.
+    RestBegan,
+    /// It moves again.
+    RestEnded,
+    /// A deviation of a sensor at rest was compared with its threshold: `check`; `value` and `limit`, m/s^2 or rad/s.
+    Evaluated,
+    /// A sensor deviates but is not calibrated: `reason`.
+    Withheld,
+    /// Calibration mode of these sensors: waiting for motion.
+    Triggered,
+    /// Pairs are collected from now on.
+    MotionBegan,
+    /// A fit was made: `rung`, `directions`, `pairs`; `value`: residual on held-out pairs, root mean square, `limit`: the
+    /// same with what is stored, m/s^2 or rad/s.
+    Fitted,
+    /// It replaces what was stored: `record`, to be kept by whoever keeps records.
+    Adopted,
+    /// It does not: `reason`; `value` and `limit` of what that says, or `pairs` and `limit`.
+    Refused,
+    /// Calibration mode ended without a fit: `reason`.
+    Abandoned,
+    /// A unit failed: `reason`; `channel`, `value` and `limit` as that says.
+    Unhealthy,
+    /// A unit is in health again.
+    Healthy,
+    /// The source of the output is this unit now: `reason`.
+    Selected,
+    /// There is no source any more: no unit is fit.
+    NoneSelected,
+    /// A stored record was taken: `sequence`.
+    Restored,
+    /// A stored record was not taken: `reason`.
+    RecordRejected,
+    /// The common clock jumped: `by`. Windows begin anew.
+    TimeJumped,
+}
+
+/// Why it happened.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reason {
+    /// No reason is given.
+    None,
+    /// Withheld, abandoned: the primary deviates itself.
+    PrimaryInvalid,
+    /// Withheld, abandoned: the primary is not in health.
+    PrimaryUnhealthy,
+    /// Withheld, abandoned: the secondary is not in health.
+    SecondaryUnhealthy,
+    /// Withheld: a calibration is under way already.
+    AlreadyCalibrating,
+    /// Abandoned: nothing moved in time.
+    NoMotion,
+    /// Abandoned: too little moved in time.
+    TimedOut,
+    /// Abandoned: the common clock jumped.
+    TimeJumped,
+    /// Abandoned: what was stored of the secondary was replaced from outside.
+    RecordReplaced,
+    /// Record rejected: no secondary has its identity, or the secondary has no such sensor.
+    OfAnotherUnit,
+    /// Record rejected: not all of it are numbers. Unhealthy: nor are too many readings, the last on `channel`.
+    NotFinite,
+    /// Record rejected: it lies outside what the settings allow a calibration to be.
+    Implausible,
+    /// Refused: numbers failed.
+    Unsolvable,
+    /// Refused: fewer `pairs` than `limit`.
+    TooFewPairs,
+    /// Refused: the residual on held-out pairs is too large, m/s^2 or rad/s.
+    ResidualTooLarge,
+    /// Refused: the bias is too large, m/s^2 or rad/s.
+    ImplausibleBias,
+    /// Refused: a scale factor is too far from one.
+    ImplausibleScale,
+    /// Refused: axes are too far from where they are nominally, rad.
+    ImplausibleMisalignment,
+    /// Refused: the lever arm is too long, m.
+    ImplausibleLeverArm,
+    /// Refused: one of the two changed while pairs were collected, m/s^2 or rad/s.
+    Drifting,
+    /// Refused: at the rest before, the two related otherwise, m/s^2 or rad/s.
+    DisagreesWithRest,
+    /// Refused: the stored one explains the pairs kept from the fit as well, or better, m/s^2 or rad/s.
+    NotBetter,
+    /// Unhealthy: no sample came for `value` s.
+    Late,
+    /// Unhealthy: all axes of a sensor repeated their readings for `value` s.
+    Frozen,
+    /// Unhealthy: `channel` repeats its reading `value`, m/s^2 or rad/s, while the others of its sensor move.
+    Stuck,
+    /// Unhealthy: `channel` is at the end of its range too often; `value`: what it said last, m/s^2 or rad/s.
+    Saturated,
+    /// Unhealthy: readings of `channel` leave and come back too often, the last by `value`, m/s^2 or rad/s.
+    Spikes,
+    /// Unhealthy: a sensor is `value` from the median of the units, m/s^2 or rad/s.
+    OutOfFamily,
+    /// Unhealthy: a sensor scatters `value` times as much as the others.
+    Noisy,
+    /// Unhealthy: at rest a sensor does not say what physics says, by `value`, m/s^2 or rad/s.
+    ImplausibleAtRest,
+    /// Unhealthy: its clock left that of the other units.
+    ClockJumped,
+    /// Selected: there was no source, and the primary is fit.
+    Start,
+    /// Selected: the primary failed.
+    PrimaryFailed,
+    /// Selected: a secondary that was the source failed.
+    SourceFailed,
+    /// Selected: the primary has been healthy for long enough.
+    PrimaryProven,
+    /// Selected: the primary was asked for.
+    Command,
+    /// None selected: the source failed, and nobody else is fit.
+    NoneFit,
+}
+
+/// How a deviation was taken.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Check {
+    /// None was.
+    None,
+    /// Magnitude of specific force against gravity, or of angular rate against zero.
+    Norm,
+    /// Difference to a valid primary.
+    Vector,
+}
+
+/// One event. What its kind does not speak of is zero, false or null.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct Event {
+    /// Microseconds of the common clock.
+    pub time: u64,
+    /// How far the clock jumped, microseconds.
+    pub by: i64,
+    /// The record adopted. It is the library's, and there until the callback returns.
+    pub record: *const Record,
+    /// What happened.
+    pub kind: EventKind,
+    /// Why.
+    pub reason: Reason,
+    /// The unit it concerns; 0, the primary, also where it concerns all.
+    pub unit: u32,
+    /// How a deviation was taken.
+    pub check: Check,
+    /// What was fitted.
+    pub rung: Rung,
+    /// Pairs fitted to and held out together.
+    pub pairs: u32,
+    /// Count of the calibrations of the sensor.
+    pub sequence: u32,
+    /// A figure.
+    pub value: f32,
+    /// What it is compared with.
+    pub limit: f32,
+    /// 0 to 2 accelerometer, 3 to 5 gyroscope, x y z each.
+    pub channel: u8,
+    /// Directions of motion along which the matrix was fitted.
+    pub directions: u8,
+    /// Whether it concerns the accelerometer.
+    pub accelerometer: bool,
+    /// Whether it concerns the gyroscope.
+    pub gyroscope: bool,
+}
+
+/// Is told of an event, from within the call that made it happen, with the `context` given there. It may use other
+/// storage, as of a store, but not the monitor: that is answered by ::TUMBLE_ERROR_BUSY. It has to return, neither by
+/// `longjmp` nor by an exception.
+pub type OnEvent = Option<unsafe extern "C" fn(context: *mut c_void, event: *const Event)>;
+
+/// Who is told of events.
+pub struct Listener {
+    /// If anybody.
+    pub on_event: OnEvent,
+    /// What goes with it.
+    pub context: *mut c_void,
+}
+
+impl Listener {
+    /// Tells of an event.
+    pub fn tell(&self, event: &Core<f32>) {
+        let Some(on_event) = self.on_event else { return };
+        let record = match &event.what {
+            What::Adopted { record } => Some(Record::of(record, None)),
+            _ => None,
+        };
+        let mut told = Event::of(event);
+        told.record = record.as_ref().map_or(null(), from_ref);
+        // SAFETY: the caller gave both for this, and what they point to lives until the call returns.
+        unsafe { on_event(self.context, &raw const told) }
+    }
+}
+
+impl Event {
+    const NOTHING: Self = Self {
+        time: 0,
+        by: 0,
+        record: null(),
+        kind: EventKind::RestBegan,
+        reason: Reason::None,
+        unit: 0,
+        check: Check::None,
+        rung: Rung::Offset,
+        pairs: 0,
+        sequence: 0,
+        value: 0.0,
+        limit: 0.0,
+        channel: 0,
+        directions: 0,
+        accelerometer: false,
+        gyroscope: false,
+    };
+
+    fn of(event: &Core<f32>) -> Self {
+        Self {
+            time: event.time,
+            unit: u32::try_from(event.unit).unwrap_or(0),
+            ..Self::of_what(&event.what)
+        }
+    }
+
+    fn of_what(what: &What<f32>) -> Self {
+        let kind = |kind| Self {
+            kind,
+            ..Self::NOTHING
+        };
+        match *what {
+            What::RestBegan => kind(EventKind::RestBegan),
+            What::RestEnded => kind(EventKind::RestEnded),
+            What::Evaluated {
+                sensor,
+                check,
+                deviation,
+                threshold,
+            } => Self {
+                check: Check::of(check),
+                ..kind(EventKind::Evaluated)
+                    .sensor(sensor)
+                    .figures(deviation, threshold)
+            },
+            What::Withheld { sensor, why } => kind(EventKind::Withheld)
+                .sensor(sensor)
+                .because(Reason::of_withheld(why)),
+            What::Triggered {
+                sensors: [accelerometer, gyroscope],
+            } => Self {
+                accelerometer,
+                gyroscope,
+                ..kind(EventKind::Triggered)
+            },
+            What::MotionBegan => kind(EventKind::MotionBegan),
+            What::Fitted {
+                sensor,
+                rung,
+                directions,
+                pairs,
+                residual,
+                residual_before,
+            } => Self {
+                rung: Rung::of(rung),
+                directions,
+                pairs,
+                ..kind(EventKind::Fitted)
+                    .sensor(sensor)
+                    .figures(residual, residual_before)
+            },
+            What::Adopted { ref record } => Self {
+                sequence: record.sequence,
+                ..kind(EventKind::Adopted).sensor(record.sensor)
+            },
+            What::Refused { sensor, why } => kind(EventKind::Refused).sensor(sensor).refused(&why),
+            What::Abandoned { why } => kind(EventKind::Abandoned).because(Reason::of_abandoned(why)),
+            What::Unhealthy { fault } => kind(EventKind::Unhealthy).failed(&fault),
+            What::Healthy => kind(EventKind::Healthy),
+            What::Selected { reason } => kind(EventKind::Selected).because(Reason::of_selection(reason)),
+            What::NoneSelected => kind(EventKind::NoneSelected).because(Reason::NoneFit),
+            What::Restored { sensor, sequence } => Self {
+                sequence,
+                ..kind(EventKind::Restored).sensor(sensor)
+            },
+            What::RecordRejected { sensor, why } => kind(EventKind::RecordRejected)
+                .sensor(sensor)
+                .because(Reason::of_rejected(why)),
+            What::TimeJumped { by } => Self {
+                by,
+                ..kind(EventKind::TimeJumped)
+            },
+        }
+    }
+
+    fn sensor(self, sensor: CoreSensor) -> Self {
+        Self {
+            accelerometer: sensor == CoreSensor::Accelerometer,
+            gyroscope: sensor == CoreSensor::Gyroscope,
+            ..self
+        }
+    }
+
+    fn because(self, reason: Reason) -> Self {
+        Self { reason, ..self }
+    }
+
+    fn figures(self, value: f32, limit: f32) -> Self {
+        Self { value, limit, ..self }
+    }
+
+    fn channel(self, channel: u8, value: f32) -> Self {
+        Self {
+            channel,
+            value,
+            ..self.sensor(CoreSensor::of_channel(channel.into()))
+        }
+    }
+
+    fn refused(self, why: &Refusal<f32>) -> Self {
+        let excess = |reason, excess: Excess<f32>| self.because(reason).figures(excess.value, excess.limit);
+        match *why {
+            Refusal::Unsolvable => self.because(Reason::Unsolvable),
+            Refusal::TooFewPairs { pairs, needed } => Self {
+                pairs,
+                #[allow(clippy::cast_precision_loss)] // Nobody asks for more pairs than a float counts.
+                limit: needed as f32,
+                ..self.because(Reason::TooFewPairs)
+            },
+            Refusal::ResidualTooLarge(by) => excess(Reason::ResidualTooLarge, by),
+            Refusal::ImplausibleBias(by) => excess(Reason::ImplausibleBias, by),
+            Refusal::ImplausibleScale(by) => excess(Reason::ImplausibleScale, by),
+            Refusal::ImplausibleMisalignment(by) => excess(Reason::ImplausibleMisalignment, by),
+            Refusal::ImplausibleLeverArm(by) => excess(Reason::ImplausibleLeverArm, by),
+            Refusal::Drifting(by) => excess(Reason::Drifting, by),
+            Refusal::DisagreesWithRest(by) => excess(Reason::DisagreesWithRest, by),
+            Refusal::NotBetter(by) => excess(Reason::NotBetter, by),
+        }
+    }
+
+    fn failed(self, fault: &Fault<f32>) -> Self {
+        match *fault {
+            Fault::Late { pause } => self.because(Reason::Late).figures(pause, 0.0),
+            Fault::Frozen { sensor, duration } => {
+                self.because(Reason::Frozen).sensor(sensor).figures(duration, 0.0)
+            }
+            Fault::Stuck { channel, value } => self.because(Reason::Stuck).channel(channel, value),
+            Fault::Saturated { channel, value } => self.because(Reason::Saturated).channel(channel, value),
+            Fault::NotFinite { channel } => self.because(Reason::NotFinite).channel(channel, 0.0),
+            Fault::Spikes { channel, value } => self.because(Reason::Spikes).channel(channel, value),
+            Fault::OutOfFamily { sensor, apart, limit } => self
+                .because(Reason::OutOfFamily)
+                .sensor(sensor)
+                .figures(apart, limit),
+            Fault::Noisy { sensor, ratio, limit } => {
+                self.because(Reason::Noisy).sensor(sensor).figures(ratio, limit)
+            }
+            Fault::ImplausibleAtRest {
+                sensor,
+                deviation,
+                limit,
+            } => self
+                .because(Reason::ImplausibleAtRest)
+                .sensor(sensor)
+                .figures(deviation, limit),
+            Fault::ClockJumped => self.because(Reason::ClockJumped),
+        }
+    }
+}
+
+impl Check {
+    fn of(check: CoreCheck) -> Self {
+        match check {
+            CoreCheck::Norm => Self::Norm,
+            CoreCheck::Vector => Self::Vector,
+        }
+    }
+}
+
+impl Reason {
+    fn of_withheld(why: Withheld) -> Self {
+        match why {
+            Withheld::PrimaryInvalid => Self::PrimaryInvalid,
+            Withheld::PrimaryUnhealthy => Self::PrimaryUnhealthy,
+            Withheld::SecondaryUnhealthy => Self::SecondaryUnhealthy,
+            Withheld::AlreadyCalibrating => Self::AlreadyCalibrating,
+        }
+    }
+
+    fn of_abandoned(why: Abandoned) -> Self {
+        match why {
+            Abandoned::NoMotion => Self::NoMotion,
+            Abandoned::TimedOut => Self::TimedOut,
+            Abandoned::PrimaryInvalid => Self::PrimaryInvalid,
+            Abandoned::PrimaryUnhealthy => Self::PrimaryUnhealthy,
+            Abandoned::SecondaryUnhealthy => Self::SecondaryUnhealthy,
+            Abandoned::TimeJumped => Self::TimeJumped,
+            Abandoned::RecordReplaced => Self::RecordReplaced,
+        }
+    }
+
+    fn of_rejected(why: Rejected) -> Self {
+        match why {
+            Rejected::OfAnotherUnit => Self::OfAnotherUnit,
+            Rejected::NotFinite => Self::NotFinite,
+            Rejected::Implausible => Self::Implausible,
+        }
+    }
+
+    fn of_selection(reason: SelectionReason) -> Self {
+        match reason {
+            SelectionReason::Start => Self::Start,
+            SelectionReason::PrimaryFailed => Self::PrimaryFailed,
+            SelectionReason::SourceFailed => Self::SourceFailed,
+            SelectionReason::PrimaryProven => Self::PrimaryProven,
+            SelectionReason::Command => Self::Command,
+            SelectionReason::NoneFit => Self::NoneFit,
+        }
+    }
+}

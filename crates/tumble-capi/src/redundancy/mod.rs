@@ -1,0 +1,362 @@
+//! A primary that keeps its secondaries calibrated, and a secondary that takes over when the primary fails.
+
+mod event;
+mod settings;
+mod unit;
+
+use core::ffi::c_void;
+use core::mem::MaybeUninit;
+use core::slice;
+
+use tumble_core::redundancy::monitor::{Command as CoreCommand, Monitor};
+use tumble_core::redundancy::platform::{Platform, PlatformError, PrimaryCalibration, Unit as CoreUnit};
+
+pub use crate::redundancy::event::{Check, Event, EventKind, OnEvent, Reason};
+pub use crate::redundancy::settings::{
+    Data, Gate, RedundancySettings, Scope, Threshold, ThresholdKind, tumble_redundancy_defaults,
+};
+pub use crate::redundancy::unit::{TUMBLE_AXES_ALL, Unit, tumble_unit_defaults};
+
+use crate::code::{Code, code};
+use crate::model::{Calibration, Sample, rows};
+use crate::pointer::{Place, Storage, begin, change, look, read, view};
+use crate::record::{Record, Sensor};
+use crate::redundancy::event::Listener;
+use crate::status::{Outcome, Status, status};
+use crate::store::{Store, error_of};
+
+/// Units that the library was built for.
+pub const UNITS: usize = units(option_env!("TUMBLE_UNITS"));
+
+/// Words of 8 bytes in the storage of a monitor.
+pub const TUMBLE_REDUNDANCY_WORDS: usize = 400 + 100 * UNITS;
+
+/// What `output.source` and `tumble_redundancy_get_source()` say where there is no source.
+pub const TUMBLE_NO_SOURCE: u32 = u32::MAX;
+
+/// Storage of a monitor. The caller owns it and may put it anywhere; what is in it is the library's.
+#[repr(C)]
+pub struct Redundancy {
+    /// Not to be touched.
+    pub words: [u64; TUMBLE_REDUNDANCY_WORDS],
+}
+
+/// A monitor and the set that it watches.
+pub struct Watched {
+    platform: Platform<f32, UNITS>,
+    monitor: Monitor<f32, UNITS, 1>,
+}
+
+impl Storage for Redundancy {
+    type State = Watched;
+    const MARK: u32 = u32::from_le_bytes(*b"TRed");
+}
+
+/// What somebody may ask a monitor for.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Command {
+    /// Evaluate at the next rest, or at this one.
+    Evaluate,
+    /// Take the primary for the source again, if it is in health.
+    ReturnToPrimary,
+}
+
+/// What the set says, whoever says it: at the primary's place, in its case frame, with its own calibration applied.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct Output {
+    /// Microseconds of the common clock.
+    pub time: u64,
+    /// m/s^2.
+    pub specific_force: [f32; 3],
+    /// rad/s.
+    pub angular_rate: [f32; 3],
+    /// The unit it comes from, 0 the primary; #TUMBLE_NO_SOURCE if this sample makes no output, and nothing else counts.
+    pub source: u32,
+}
+
+/// What a monitor knows of one sensor of a unit.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct Knowledge {
+    /// M, row by row, in the sensor's own axes beside its nominal mounting: close to identity.
+    pub matrix: [[f32; 3]; 3],
+    /// b, m/s^2 or rad/s.
+    pub bias: [f32; 3],
+    /// From the primary, m, primary's case frame.
+    pub lever_arm: [f32; 3],
+    /// Root mean square residual of a channel on held-out pairs, m/s^2 or rad/s; zero before the first calibration.
+    pub residual: f32,
+    /// Its difference to a valid primary at the last rest, m/s^2 or rad/s; infinite before.
+    pub apart: f32,
+    /// Counts the calibrations; zero before the first.
+    pub sequence: u32,
+    /// Whether there was any.
+    pub calibrated: bool,
+    /// Whether that difference was within the threshold.
+    pub agrees: bool,
+}
+
+/// Makes storage a monitor of `count` units, the primary first. `size` is `sizeof(tumble_redundancy)`; `count` is
+/// #TUMBLE_UNITS. `calibration` is the primary's own, with which the output is calibrated whoever is its source; null:
+/// its readings are taken for the truth. All that is given is copied. It takes about as much stack as storage.
+///
+/// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_SIZE, ::TUMBLE_ERROR_UNITS, ::TUMBLE_ERROR_CODE,
+/// ::TUMBLE_ERROR_NOT_FINITE, ::TUMBLE_ERROR_SETTING, ::TUMBLE_ERROR_CONTRADICTION, ::TUMBLE_ERROR_SINGULAR,
+/// ::TUMBLE_ERROR_PRIMARY, ::TUMBLE_ERROR_MOUNTING, ::TUMBLE_ERROR_SAME_IDENTITY.
+///
+/// cbindgen:ptrs-as-arrays=[[units; ]]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tumble_redundancy_init(
+    redundancy: *mut Redundancy,
+    size: usize,
+    settings: *const RedundancySettings,
+    calibration: *const Calibration,
+    units: *const Unit,
+    count: usize,
+) -> Status {
+    let given = (!calibration.is_null()).then_some(calibration);
+    // SAFETY: as the header asks of all pointers.
+    let calibration = given.map(|calibration| unsafe { look(calibration) });
+    // SAFETY: the same.
+    let (settings, first) = unsafe { (look(settings), look(units)) };
+    let state = || {
+        let (settings, calibration) = (settings?, calibration.transpose()?);
+        first?;
+        if count != UNITS {
+            return Err(Status::TumbleErrorUnits);
+        }
+        // SAFETY: the same, and there are as many as the caller says.
+        let units = unsafe { slice::from_raw_parts(units, UNITS) };
+        Ok(Watched {
+            platform: platform(settings, calibration, units)?,
+            monitor: Monitor::new(),
+        })
+    };
+    // SAFETY: the same.
+    status(unsafe { begin(redundancy, size, state) })
+}
+
+/// Takes in the next sample of a unit, in its own frame and clock. Samples of different units may come in any order as
+/// long as none is more than a window behind the others. Readings that are no numbers are for the monitor to judge:
+/// hand them in as they are. `on_event` and `output` may be null.
+///
+/// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_NO_SUCH_UNIT.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tumble_redundancy_push(
+    redundancy: *mut Redundancy,
+    unit: u32,
+    sample: *const Sample,
+    on_event: OnEvent,
+    context: *mut c_void,
+    output: *mut Output,
+) -> Status {
+    // SAFETY: as the header asks of all pointers.
+    let (sample, place) = unsafe { (read(sample), Place::if_wanted(output)) };
+    let listener = Listener { on_event, context };
+    let work = |watched: &mut Watched| {
+        let (sample, place, number) = (sample?.in_core(), place?, number(unit)?);
+        let Watched { platform, monitor } = watched;
+        let said = monitor.push(platform, number, &sample, &mut |event| listener.tell(&event));
+        if let Some(place) = place {
+            place.write(said.map_or(Output::NONE, |said| Output {
+                time: said.time,
+                specific_force: said.specific_force.into(),
+                angular_rate: said.angular_rate.into(),
+                source: source(Some(said.source)),
+            }));
+        }
+        Ok(())
+    };
+    // SAFETY: the same.
+    status(unsafe { change(redundancy, work) })
+}
+
+/// Asks for something, from now on.
+///
+/// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_CODE.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tumble_redundancy_command(
+    redundancy: *mut Redundancy,
+    command: MaybeUninit<Command>,
+) -> Status {
+    let work = |watched: &mut Watched| {
+        watched.monitor.command(match code(command)? {
+            Command::Evaluate => CoreCommand::Evaluate,
+            Command::ReturnToPrimary => CoreCommand::ReturnToPrimary,
+        });
+        Ok(())
+    };
+    // SAFETY: as the header asks of all pointers.
+    status(unsafe { change(redundancy, work) })
+}
+
+/// Says which unit the output comes from; #TUMBLE_NO_SOURCE if from none.
+///
+/// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tumble_redundancy_get_source(
+    redundancy: *const Redundancy,
+    unit: *mut u32,
+) -> Status {
+    // SAFETY: as the header asks of all pointers.
+    let (place, found) = unsafe {
+        (
+            Place::at(unit),
+            view(redundancy, |watched| source(watched.monitor.source())),
+        )
+    };
+    status(found.and_then(|found| Ok(place?.write(found))))
+}
+
+/// Says what is known of a sensor of a unit.
+///
+/// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_NO_SUCH_UNIT,
+/// ::TUMBLE_ERROR_CODE.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tumble_redundancy_get_stored(
+    redundancy: *const Redundancy,
+    unit: u32,
+    sensor: MaybeUninit<Sensor>,
+    stored: *mut Knowledge,
+) -> Status {
+    // SAFETY: as the header asks of all pointers.
+    let (place, found) = unsafe {
+        (
+            Place::at(stored),
+            view(redundancy, |watched| Knowledge::of(watched, unit, code(sensor)?)),
+        )
+    };
+    status(found.and_then(|found| Ok(place?.write(found?))))
+}
+
+/// Takes a stored record, as after a reset, or after a roll back; an event says whether it was taken. Do so before the
+/// first sample. `on_event` may be null.
+///
+/// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_CODE.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tumble_redundancy_restore(
+    redundancy: *mut Redundancy,
+    record: *const Record,
+    on_event: OnEvent,
+    context: *mut c_void,
+) -> Status {
+    // SAFETY: as the header asks of all pointers.
+    let record = unsafe { read(record) };
+    let listener = Listener { on_event, context };
+    let work = |watched: &mut Watched| {
+        let stored = record?.in_store()?;
+        let Watched { platform, monitor } = watched;
+        monitor.restore(platform, &stored.record, &mut |event| listener.tell(&event));
+        Ok(())
+    };
+    // SAFETY: the same.
+    status(unsafe { change(redundancy, work) })
+}
+
+/// Takes all records in force of the secondaries from a store, as after a reset. `on_event` may be null.
+///
+/// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, of the monitor or the store; the first
+/// of tumble_store_load(), and the other records were taken all the same. That nothing is stored is no error.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tumble_redundancy_restore_from(
+    redundancy: *mut Redundancy,
+    store: *mut Store,
+    on_event: OnEvent,
+    context: *mut c_void,
+) -> Status {
+    let listener = Listener { on_event, context };
+    let work = |watched: &mut Watched| {
+        let Watched { platform, monitor } = watched;
+        let restore = |store: &mut _| {
+            let mut now = tumble_store::flash::RecordStore::at(store, 0, None);
+            monitor
+                .restore_from(platform, &mut now, &mut |event| listener.tell(&event))
+                .map_err(|error| error_of(&error))
+        };
+        // SAFETY: as the header asks of all pointers.
+        unsafe { change(store, restore) }
+    };
+    // SAFETY: the same.
+    status(unsafe { change(redundancy, work) })
+}
+
+// SAFETY: repr(u32), numbered from 0.
+unsafe impl Code for Command {
+    const COUNT: u32 = 2;
+}
+
+impl Output {
+    const NONE: Self = Self {
+        time: 0,
+        specific_force: [0.0; 3],
+        angular_rate: [0.0; 3],
+        source: TUMBLE_NO_SOURCE,
+    };
+}
+
+impl Knowledge {
+    fn of(watched: &Watched, unit: u32, sensor: Sensor) -> Outcome<Self> {
+        let both = watched.monitor.stored(number(unit)?);
+        let [accelerometer, gyroscope] = both.ok_or(Status::TumbleErrorNoSuchUnit)?;
+        let stored = match sensor {
+            Sensor::Accelerometer => accelerometer,
+            Sensor::Gyroscope => gyroscope,
+        };
+        Ok(Self {
+            matrix: rows(&stored.relation.matrix),
+            bias: stored.relation.bias.into(),
+            lever_arm: stored.relation.lever_arm.into(),
+            residual: stored.residual,
+            apart: stored.apart,
+            sequence: stored.sequence,
+            calibrated: stored.calibrated,
+            agrees: stored.agrees,
+        })
+    }
+}
+
+/// How many units the environment asks for; three where it does not.
+const fn units(asked: Option<&str>) -> usize {
+    let Some(text) = asked else { return 3 };
+    let digits = text.as_bytes();
+    assert!(
+        digits.len() == 1 && digits[0] >= b'2' && digits[0] <= b'8',
+        "TUMBLE_UNITS is 2 to 8"
+    );
+    (digits[0] - b'0') as usize
+}
+
+fn number(unit: u32) -> Outcome<usize> {
+    let number = usize::try_from(unit).ok().filter(|number| *number < UNITS);
+    number.ok_or(Status::TumbleErrorNoSuchUnit)
+}
+
+fn source(unit: Option<usize>) -> u32 {
+    unit.and_then(|unit| u32::try_from(unit).ok())
+        .unwrap_or(TUMBLE_NO_SOURCE)
+}
+
+fn platform(
+    settings: &RedundancySettings,
+    calibration: Option<&Calibration>,
+    units: &[Unit],
+) -> Outcome<Platform<f32, UNITS>> {
+    let calibration = match calibration {
+        None => PrimaryCalibration::none(),
+        Some(given) => PrimaryCalibration::new(given.accelerometer.in_core()?, given.gyroscope.in_core()?)
+            .ok_or(Status::TumbleErrorSingular)?,
+    };
+    let mut in_core = [CoreUnit::new(0); UNITS];
+    for (place, unit) in in_core.iter_mut().zip(units) {
+        *place = unit.in_core()?;
+    }
+    Platform::new(settings.in_core()?, calibration, in_core).map_err(|error| match error {
+        PlatformError::Settings(_) => Status::TumbleErrorContradiction,
+        PlatformError::TooFewUnits => Status::TumbleErrorUnits,
+        PlatformError::Primary => Status::TumbleErrorPrimary,
+        PlatformError::Mounting(_) => Status::TumbleErrorMounting,
+        PlatformError::SameIdentity(_) => Status::TumbleErrorSameIdentity,
+    })
+}

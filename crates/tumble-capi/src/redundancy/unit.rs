@@ -1,0 +1,88 @@
+//! The units of a set, as they are built in.
+
+use core::mem::MaybeUninit;
+
+use tumble_core::redundancy::platform::{Range, Unit as Core};
+use tumble_core::redundancy::sensor::Axes;
+
+use crate::code::truth;
+use crate::model::{matrix, rows, vector};
+use crate::pointer::Place;
+use crate::spin::known;
+use crate::status::{Outcome, Status, status};
+
+/// All six axes of a unit: bits 0 to 2 accelerometer, 3 to 5 gyroscope, x y z each.
+pub const TUMBLE_AXES_ALL: u8 = 0x3F;
+
+/// A unit as it is built in. Fill it with tumble_unit_defaults(), then change what is to be different.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct Unit {
+    /// Serial number, or whatever tells it from others for life: records carry it.
+    pub identity: u64,
+    /// Added to the time of its samples, which makes it that of the common clock, microseconds; 0.
+    pub time_offset: i64,
+    /// Nominal rotation from the primary's case frame to its axes, row by row; identity.
+    pub sensor_from_primary: [[f32; 3]; 3],
+    /// From the primary to it, m, primary's case frame; where `lever_arm_known`.
+    pub lever_arm: [f32; 3],
+    /// End of the accelerometer's range, m/s^2; 0 where nobody knows, the default.
+    pub specific_force_range: f32,
+    /// End of the gyroscope's range, rad/s; 0 where nobody knows, the default.
+    pub angular_rate_range: f32,
+    /// Whether the lever arm is given; else it is found, the default.
+    pub lever_arm_known: MaybeUninit<bool>,
+    /// Which axes it has, a bit each; #TUMBLE_AXES_ALL. What a sample says on others is passed over.
+    pub axes: u8,
+}
+
+/// Fills in a unit of that identity with six axes of unknown range on the common clock, mounted as the primary.
+///
+/// Errors: ::TUMBLE_ERROR_NULL.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tumble_unit_defaults(unit: *mut Unit, identity: u64) -> Status {
+    // SAFETY: as the header asks of all pointers.
+    let place = unsafe { Place::at(unit) };
+    status(place.map(|place| place.write(Unit::of(&Core::new(identity)))))
+}
+
+impl Unit {
+    fn of(core: &Core<f32>) -> Self {
+        let Axes(has) = core.axes;
+        let bits = (0..).zip(has).map(|(bit, has)| u8::from(has) << bit);
+        Self {
+            identity: core.identity,
+            time_offset: core.time_offset,
+            sensor_from_primary: rows(&core.sensor_from_primary),
+            lever_arm: core.lever_arm.unwrap_or_default().into(),
+            specific_force_range: core.range.specific_force.unwrap_or(0.0),
+            angular_rate_range: core.range.angular_rate.unwrap_or(0.0),
+            lever_arm_known: MaybeUninit::new(core.lever_arm.is_some()),
+            axes: bits.fold(0, |all, bit| all | bit),
+        }
+    }
+
+    /// As the core has it; whether its mounting is one the core finds out.
+    pub fn in_core(&self) -> Outcome<Core<f32>> {
+        let ranges = [self.specific_force_range, self.angular_rate_range];
+        let mounting = self.sensor_from_primary.as_flattened();
+        let mut numbers = mounting.iter().chain(&ranges).chain(&self.lever_arm);
+        if !numbers.all(|x| x.is_finite()) {
+            return Err(Status::TumbleErrorNotFinite);
+        }
+        if self.axes > TUMBLE_AXES_ALL || ranges.iter().any(|range| *range < 0.0) {
+            return Err(Status::TumbleErrorSetting);
+        }
+        Ok(Core {
+            identity: self.identity,
+            axes: Axes([0, 1, 2, 3, 4, 5].map(|bit| self.axes >> bit & 1 == 1)),
+            range: Range {
+                specific_force: known(self.specific_force_range),
+                angular_rate: known(self.angular_rate_range),
+            },
+            time_offset: self.time_offset,
+            sensor_from_primary: matrix(&self.sensor_from_primary),
+            lever_arm: truth(self.lever_arm_known).then(|| vector(&self.lever_arm)),
+        })
+    }
+}

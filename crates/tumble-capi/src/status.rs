@@ -1,0 +1,86 @@
+//! How a call went, and what that is in words.
+
+/// How a call went: ::TUMBLE_OK, or why nothing was done. Where a function says nothing else, what it was to write was
+/// not written then, and no state has changed.
+///
+/// cbindgen:rename-all=ScreamingSnakeCase
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(clippy::enum_variant_names)] // As they are called in C.
+pub enum Status {
+    /// It was done.
+    TumbleOk = 0,
+    /// A pointer is null.
+    TumbleErrorNull,
+    /// A pointer is not aligned as its type asks.
+    TumbleErrorUnaligned,
+    /// The storage has another size than this library was built for: header and library do not belong together.
+    TumbleErrorSize,
+    /// The storage was not initialised, or was overwritten since.
+    TumbleErrorNotInitialised,
+    /// A call with the same storage is under way: made from a callback, an interrupt or another thread.
+    TumbleErrorBusy,
+    /// The library was built for another number of units than were given; see #TUMBLE_UNITS.
+    TumbleErrorUnits,
+    /// There is no unit of this number.
+    TumbleErrorNoSuchUnit,
+    /// An enumerated value is none of its kind.
+    TumbleErrorCode,
+    /// A number is not finite.
+    TumbleErrorNotFinite,
+    /// A setting is not positive or out of its range.
+    TumbleErrorSetting,
+    /// Settings contradict each other; tumble_redundancy_check() says which.
+    TumbleErrorContradiction,
+    /// A matrix has no inverse: two axes coincide, or one is zero.
+    TumbleErrorSingular,
+    /// The axes of a triad form a left-handed set, which no mounting explains.
+    TumbleErrorLeftHanded,
+    /// The primary has to have all six axes, and its rotation has to be the identity.
+    TumbleErrorPrimary,
+    /// The matrix of a unit's mounting is no rotation.
+    TumbleErrorMounting,
+    /// Two units have the same identity.
+    TumbleErrorSameIdentity,
+    /// The spin shows nothing that could be solved for; the failure says why.
+    TumbleErrorSpin,
+    /// The buffer is too small; #TUMBLE_RECORD_BYTES are always enough.
+    TumbleErrorNoRoom,
+    /// Fewer bytes than any record has.
+    TumbleErrorTooShort,
+    /// The bytes do not begin as records do.
+    TumbleErrorNotARecord,
+    /// The bytes are not as they were written.
+    TumbleErrorCorrupt,
+    /// The record was written by a newer version of this library.
+    TumbleErrorVersion,
+    /// The range of flash does not begin at a page, or has not an even number of pages.
+    TumbleErrorPages,
+    /// The range of flash is empty, or goes beyond 32 bits.
+    TumbleErrorBounds,
+    /// Half of the range of flash has no room for the records of one sensor: 832 bytes.
+    TumbleErrorTooSmall,
+    /// A callback of the flash is missing.
+    TumbleErrorNoDriver,
+    /// The driver of the flash reported an error.
+    TumbleErrorFlash,
+    /// The flash holds something else than was written to it: it is worn, or not erased.
+    TumbleErrorNotAsWritten,
+    /// Flash would wear out; the call says how long to wait.
+    TumbleErrorTooSoon,
+    /// There are too many units for the range of flash.
+    TumbleErrorFull,
+    /// There is no such record.
+    TumbleErrorNothingStored,
+}
+
+/// Of a fallible step.
+pub type Outcome<T = ()> = Result<T, Status>;
+
+/// The outcome as C has it.
+pub fn status(outcome: Outcome) -> Status {
+    match outcome {
+        Ok(()) => Status::TumbleOk,
+        Err(status) => status,
+    }
+}
