@@ -35,9 +35,12 @@ bench: $(VENV)/.native  ## Measure accuracy, speed and memory, print the README 
 	$(BIN)/python -m benchmarks.memory
 	$(BIN)/python -m benchmarks.report
 
-soak: $(VENV)/.native  ## Run what takes hours: 2000 drawn missions of redundant units, power cuts of long sequences
+soak: $(VENV)/.native  ## Run what takes hours: 2000 drawn missions of redundant units, power cuts of long sequences, hostile input
 	$(BIN)/python -m benchmarks.redundancy_campaign
 	cargo test --locked --package tumble-store --test laws -- --ignored
+	cargo run --locked --profile fuzz --package tumble-fuzz -- record
+	cargo run --locked --profile fuzz --package tumble-fuzz -- spin
+	cargo run --locked --profile fuzz --package tumble-fuzz -- monitor
 
 lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types, layers and README
 	cargo fmt --all --check

@@ -23,6 +23,7 @@ CRATES = {
     "tumble-capi": {"tumble-core", "tumble-store"},
     "tumble-lab": {"tumble-core"},
     "tumble-py": {"tumble-core", "tumble-lab"},
+    "tumble-fuzz": {"tumble-core", "tumble-store", "tumble-capi"},
 }
 """Which crates of ours each crate may depend on."""
 

@@ -1,0 +1,323 @@
+//! The monitor of a redundant set: from all states of a mission, samples, clocks, commands, records and settings as bad
+//! as they come. Nothing panics, what is given is finite and of a unit that is there, what is adopted can be stored, and
+//! the same input gives the same bits.
+
+use std::fmt::{self, Write as _};
+use std::hash::{DefaultHasher, Hasher as _};
+
+use tumble_core::redundancy::event::{Event, What};
+use tumble_core::redundancy::monitor::{Command, Monitor};
+use tumble_core::redundancy::output::Output;
+use tumble_core::redundancy::platform::Platform;
+use tumble_core::sample::Sample;
+use tumble_store::record::{MAX_ENCODED, StoredRecord, encode};
+
+use crate::campaign::Outcome;
+use crate::draw::Draw;
+use crate::mission::{LENGTH, UNITS, sample};
+use crate::record::{plain_record, spoil_record};
+use crate::settings::{FIRST_IDENTITY, usual, worst};
+
+/// As on a device: one secondary is calibrated at a time.
+type Watch = Monitor<f32, UNITS, 1>;
+
+/// Sets that fly the mission.
+const SETS: u64 = 12;
+
+/// Samples from one scene to the next.
+const BETWEEN: u64 = 61;
+
+/// Where a run may begin.
+struct Scene {
+    set: usize,
+    /// Samples of the mission that were taken in.
+    step: u64,
+    monitor: Watch,
+}
+
+/// Monitors in all states.
+pub struct Scenes {
+    sets: Vec<Platform<f32, UNITS>>,
+    scenes: Vec<Scene>,
+}
+
+/// Sets that differ in what can be chosen.
+fn sets() -> Vec<Platform<f32, UNITS>> {
+    (0..SETS).map(|seed| usual(&mut Draw::new(seed))).collect()
+}
+
+/// Flies the mission; shows the monitor before each sample.
+fn fly(platform: &Platform<f32, UNITS>, mut show: impl FnMut(u64, &Watch), mut hear: impl FnMut(Event<f32>)) {
+    let mut monitor = Watch::new();
+    for step in 0..LENGTH {
+        show(step, &monitor);
+        if let Some((number, sample)) = sample(step) {
+            monitor.push(platform, number, &sample, &mut hear);
+        }
+    }
+}
+
+impl Scenes {
+    /// Flies the mission with some sets.
+    pub fn new() -> Self {
+        let sets = sets();
+        let mut scenes = Vec::new();
+        for (set, platform) in sets.iter().enumerate() {
+            let show = |step: u64, monitor: &Watch| {
+                if step.is_multiple_of(BETWEEN) {
+                    let monitor = *monitor;
+                    scenes.push(Scene { set, step, monitor });
+                }
+            };
+            fly(platform, show, |_| ());
+        }
+        Self { sets, scenes }
+    }
+
+    /// Makes one run, twice.
+    pub fn run(&self, seed: u64) -> Outcome {
+        let [first, second] = [self.play(seed)?, self.play(seed)?];
+        if first == second {
+            Ok(())
+        } else {
+            Err("a second run gives other bits".to_owned())
+        }
+    }
+
+    /// Plays the run of a seed; gives all that was said as one number.
+    fn play(&self, seed: u64) -> Result<u64, String> {
+        let mut draw = Draw::new(seed);
+        let scene = &self.scenes[draw.below(self.scenes.len())];
+        let usual = &self.sets[scene.set];
+        let mut run = Run {
+            platform: if draw.once_in(3) {
+                worst(&mut draw, usual)
+            } else {
+                *usual
+            },
+            monitor: if draw.once_in(8) {
+                Watch::new()
+            } else {
+                scene.monitor
+            },
+            spoiler: Spoiler::new(&mut draw),
+            told: Told::default(),
+        };
+        for step in scene.step..scene.step + 10 + draw.below(50) as u64 {
+            run.step(&mut draw, step)?;
+        }
+        Ok(run.told.digest.finish())
+    }
+}
+
+struct Run {
+    platform: Platform<f32, UNITS>,
+    monitor: Watch,
+    spoiler: Spoiler,
+    told: Told,
+}
+
+impl Run {
+    fn step(&mut self, draw: &mut Draw, step: u64) -> Outcome {
+        let (platform, told) = (&self.platform, &mut self.told);
+        if draw.once_in(32) {
+            let command = draw.pick(&[Command::Evaluate, Command::ReturnToPrimary]);
+            self.monitor.command(command);
+        }
+        if draw.once_in(32) {
+            let record = any_record(draw).record;
+            self.monitor
+                .restore(platform, &record, &mut |event| told.hear(&event));
+        }
+        let Some((number, mut sample)) = sample(step) else {
+            return Ok(());
+        };
+        let number = self.spoiler.spoil(draw, number, &mut sample);
+        let output = self
+            .monitor
+            .push(platform, number, &sample, &mut |event| told.hear(&event));
+        if let Some(output) = output {
+            let time = platform
+                .units()
+                .get(number)
+                .map(|unit| unit.common_time(sample.time));
+            if (output.source, Some(output.time)) != (number, time) {
+                return Err(format!("not of the sample that was pushed: {output:?}"));
+            }
+            told.take(&output)?;
+        }
+        let source = self.monitor.source();
+        if source.is_some_and(|source| source >= UNITS) {
+            return Err(format!("the source is {source:?}"));
+        }
+        told.objection.take().map_or(Ok(()), Err)
+    }
+}
+
+/// A record of a unit, or of none, sound or not.
+fn any_record(draw: &mut Draw) -> StoredRecord {
+    let mut stored = plain_record(draw);
+    if !draw.once_in(4) {
+        stored.record.identity = FIRST_IDENTITY + draw.below(UNITS + 1) as u64;
+    }
+    if draw.once_in(2) {
+        spoil_record(draw, stored)
+    } else {
+        stored
+    }
+}
+
+/// How samples are spoilt in one run.
+struct Spoiler {
+    /// One sample in so many.
+    values: usize,
+    clocks: usize,
+    numbers: usize,
+    /// Added to all times, since clocks may be set.
+    shift: u64,
+    /// Time of the sample before.
+    before: u64,
+}
+
+impl Spoiler {
+    fn new(draw: &mut Draw) -> Self {
+        let often = [1, 2, 5, 10, 1000];
+        Self {
+            values: draw.pick(&often),
+            clocks: draw.pick(&often),
+            numbers: draw.pick(&[10, 1000]),
+            shift: 0,
+            before: 0,
+        }
+    }
+
+    /// Spoils a sample; gives the unit that is said to have said it.
+    fn spoil(&mut self, draw: &mut Draw, number: usize, sample: &mut Sample<f32>) -> usize {
+        if draw.once_in(self.values) {
+            spoil_values(draw, sample);
+        }
+        if draw.once_in(self.clocks * 16) {
+            self.shift = draw.time();
+        }
+        sample.time = sample.time.wrapping_add(self.shift);
+        if draw.once_in(self.clocks) {
+            sample.time = match draw.below(4) {
+                0 => self.before,
+                1 => sample.time.wrapping_add(draw.time()),
+                2 => sample.time.wrapping_sub(draw.time()),
+                _ => draw.time(),
+            };
+        }
+        self.before = sample.time;
+        if draw.once_in(self.numbers) {
+            return draw.pick(&[0, 1, 2, UNITS, usize::MAX]);
+        }
+        number
+    }
+}
+
+/// Spoils some channels, or all.
+pub fn spoil_values(draw: &mut Draw, sample: &mut Sample<f32>) {
+    let channels = sample.specific_force.iter_mut().chain(&mut sample.angular_rate);
+    match draw.below(4) {
+        0 => draw.spoil(channels),
+        1 => {
+            let number = draw.number();
+            channels.for_each(|channel| *channel = number);
+        }
+        2 => {
+            let factor = draw.number();
+            channels.for_each(|channel| *channel *= factor);
+        }
+        _ => channels.for_each(|channel| *channel = draw.number()),
+    }
+}
+
+/// All that was said.
+#[derive(Default)]
+pub struct Told {
+    digest: DefaultHasher,
+    objection: Option<String>,
+}
+
+impl Told {
+    fn hear(&mut self, event: &Event<f32>) {
+        // Writing to a hasher cannot fail.
+        let _ = write!(Text(&mut self.digest), "{event:?}");
+        if event.unit >= UNITS {
+            self.objection = Some(format!("of a unit that is not there: {event:?}"));
+        }
+        if let What::Adopted { record } = &event.what
+            && encode(&StoredRecord::of(record, None), &mut [0; MAX_ENCODED]).is_err()
+        {
+            self.objection = Some(format!("adopted, but cannot be stored: {record:?}"));
+        }
+    }
+
+    fn take(&mut self, output: &Output<f32>) -> Outcome {
+        let numbers = output.specific_force.iter().chain(&output.angular_rate);
+        for number in numbers.clone() {
+            self.digest.write_u32(number.to_bits());
+        }
+        if numbers.clone().all(|number| number.is_finite()) {
+            Ok(())
+        } else {
+            Err(format!("not finite: {output:?}"))
+        }
+    }
+}
+
+/// A hasher as something to write text to.
+struct Text<'h>(&'h mut DefaultHasher);
+
+impl fmt::Write for Text<'_> {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        self.0.write(text.as_bytes());
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn missions_have_in_them_all_that_a_monitor_does() {
+        let (mut events, mut sources) = (BTreeSet::new(), BTreeSet::new());
+        for platform in sets() {
+            let show = |_, monitor: &Watch| {
+                sources.insert(monitor.source());
+            };
+            fly(&platform, show, |event| {
+                let what = format!("{:?}", event.what);
+                let name = what.split(' ').next().map(str::to_owned);
+                events.extend(name);
+            });
+        }
+        let all = [
+            "RestBegan",
+            "RestEnded",
+            "Evaluated",
+            "Triggered",
+            "MotionBegan",
+            "Fitted",
+            "Adopted",
+            "Unhealthy",
+            "Selected",
+        ];
+        for event in all {
+            assert!(events.contains(event), "no {event} in {events:?}");
+        }
+        assert!(sources.len() > 2, "{sources:?}");
+    }
+
+    #[test]
+    fn nothing_is_found_in_five_thousand_runs() {
+        let scenes = Scenes::new();
+        for seed in 0..5000 {
+            assert_eq!(scenes.run(seed), Ok(()), "seed {seed}");
+        }
+    }
+}

@@ -1,0 +1,255 @@
+//! Records: whatever the bytes, they are refused, or are a record that has these bytes. A record that is damaged without
+//! its checksum is refused.
+
+use crc::{CRC_32_ISO_HDLC, Crc};
+use nalgebra::Matrix3;
+use tumble_core::model::ErrorModel;
+use tumble_core::redundancy::record::Record;
+use tumble_core::redundancy::sensor::SENSORS;
+use tumble_core::redundancy::settings::Rung;
+use tumble_store::record::{EncodeError, MAX_ENCODED, StoredRecord, decode, encode};
+
+use crate::campaign::Outcome;
+use crate::draw::Draw;
+
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+
+/// Bytes before the fields, and of the checksum after them.
+const HEAD: usize = 3;
+const CHECKSUM: usize = 4;
+
+/// Makes one run.
+pub fn run(seed: u64) -> Outcome {
+    let mut draw = Draw::new(seed);
+    match draw.below(4) {
+        0 => written(&mut draw),
+        1 => damaged(&mut draw),
+        2 => damaged_and_signed(&mut draw),
+        _ => made_up(&mut draw),
+    }
+}
+
+/// A record of any numbers is refused, or comes back as it was.
+fn written(draw: &mut Draw) -> Outcome {
+    let record = any_record(draw);
+    let mut buffer = [0xA5; MAX_ENCODED];
+    let bytes = match encode(&record, &mut buffer) {
+        Ok(bytes) => bytes.to_vec(),
+        Err(EncodeError::NotFinite(_)) => return expect(!is_sound(&record), "a sound record was refused"),
+        Err(error) => return Err(format!("{error:?} with room enough")),
+    };
+    expect(is_sound(&record), "what is no record was written")?;
+    let mut short = vec![0; draw.below(bytes.len())];
+    expect(
+        encode(&record, &mut short) == Err(EncodeError::NoRoom),
+        "it was written where there is no room",
+    )?;
+    expect(decode(&bytes) == Ok(record), "it reads back as another")?;
+    let double = record.record.in_numbers::<f64>(f64::from);
+    let back = StoredRecord::of(&double, record.temperature.map(f64::from));
+    expect(back == record, "double precision changes it")
+}
+
+/// Damage without a new checksum is found out.
+fn damaged(draw: &mut Draw) -> Outcome {
+    let original = any_bytes(draw);
+    let mut bytes = original.clone();
+    for _ in 0..=draw.below(4) {
+        damage(draw, &mut bytes);
+    }
+    match decode(&bytes) {
+        Ok(_) => expect(bytes == original, "damaged bytes are read"),
+        Err(error) => expect(bytes != original, &format!("{error:?} without damage")),
+    }
+}
+
+/// What somebody signs is refused, or is the record that has these bytes.
+fn damaged_and_signed(draw: &mut Draw) -> Outcome {
+    let mut bytes = any_bytes(draw);
+    for _ in 0..=draw.below(4) {
+        damage(draw, &mut bytes);
+    }
+    sign(&mut bytes);
+    consistent(&bytes)
+}
+
+/// Bytes that never were a record, with and without its head and checksum.
+fn made_up(draw: &mut Draw) -> Outcome {
+    let mut bytes: Vec<u8> = (0..draw.below(2 * MAX_ENCODED)).map(|_| draw.byte()).collect();
+    if draw.once_in(2) {
+        bytes.resize(MAX_ENCODED - draw.below(2) * CHECKSUM, draw.byte());
+    }
+    if !draw.once_in(4) {
+        bytes
+            .iter_mut()
+            .zip(b"TR\x01")
+            .for_each(|(byte, head)| *byte = *head);
+    }
+    if !draw.once_in(4) {
+        sign(&mut bytes);
+    }
+    consistent(&bytes)
+}
+
+fn consistent(bytes: &[u8]) -> Outcome {
+    let Ok(record) = decode(bytes) else {
+        return Ok(());
+    };
+    expect(is_sound(&record), "what is no record is read")?;
+    let mut buffer = [0; MAX_ENCODED];
+    match encode(&record, &mut buffer) {
+        Ok(again) => expect(
+            again == bytes,
+            "it is written as other bytes than it was read from",
+        ),
+        Err(error) => Err(format!("{error:?} of a record that was read")),
+    }
+}
+
+fn expect(holds: bool, otherwise: &str) -> Outcome {
+    if holds { Ok(()) } else { Err(otherwise.to_owned()) }
+}
+
+/// What `docs/record-format.md` asks of a writer.
+fn is_sound(stored: &StoredRecord) -> bool {
+    let record = &stored.record;
+    let sigmas = record.matrix_sigma.iter().chain(&record.bias_sigma);
+    let mut sigmas = sigmas.chain(&record.lever_arm_sigma);
+    record.is_finite()
+        && sigmas.all(|sigma| !sigma.is_nan())
+        && !record.residual.is_nan()
+        && !record.residual_before.is_nan()
+        && stored.temperature.is_none_or(f32::is_finite)
+}
+
+/// One kind of damage; rarely, it changes nothing.
+fn damage(draw: &mut Draw, bytes: &mut Vec<u8>) {
+    let length = bytes.len();
+    match draw.below(8) {
+        0 => bytes.truncate(draw.below(length + 1)),
+        1 => bytes.extend((0..draw.below(40)).map(|i| (i * 37) as u8)),
+        2 => {
+            let other = any_bytes(draw);
+            // Never from so early on that all of it is the other.
+            let from = MAX_ENCODED / 2 + draw.below(MAX_ENCODED / 2);
+            bytes.truncate(from);
+            bytes.extend(other.iter().skip(from));
+        }
+        3 => {
+            let number = draw.number().to_le_bytes();
+            let place = draw.below(length + 1);
+            overwrite(bytes, place, &number);
+        }
+        4 => {
+            let place = draw.below(length + 1);
+            bytes.insert(place, draw.byte());
+        }
+        5 if length > 0 => {
+            bytes.remove(draw.below(length));
+        }
+        6 => {
+            let (place, count) = (draw.below(length + 1), draw.below(20));
+            let filling = vec![draw.pick(&[0x00, 0xFF, 0x54]); count];
+            overwrite(bytes, place, &filling);
+        }
+        _ if length > 0 => {
+            let place = draw.below(length);
+            bytes[place] ^= 1 << draw.below(8);
+        }
+        _ => {}
+    }
+}
+
+fn overwrite(bytes: &mut [u8], place: usize, with: &[u8]) {
+    let from = bytes.iter_mut().skip(place);
+    from.zip(with).for_each(|(byte, new)| *byte = *new);
+}
+
+/// Puts the checksum of what is before it at the end.
+fn sign(bytes: &mut [u8]) {
+    if bytes.len() >= HEAD + CHECKSUM
+        && let Some((covered, checksum)) = bytes.split_last_chunk_mut::<CHECKSUM>()
+    {
+        *checksum = CRC.checksum(covered).to_le_bytes();
+    }
+}
+
+/// The bytes of a sound record.
+fn any_bytes(draw: &mut Draw) -> Vec<u8> {
+    let mut record = plain_record(draw);
+    let mut buffer = [0; MAX_ENCODED];
+    let spoilt = spoil_record(draw, record);
+    if is_sound(&spoilt) {
+        record = spoilt;
+    }
+    encode(&record, &mut buffer).map_or_else(|_| Vec::new(), <[u8]>::to_vec)
+}
+
+fn any_record(draw: &mut Draw) -> StoredRecord {
+    let record = plain_record(draw);
+    if draw.once_in(2) {
+        spoil_record(draw, record)
+    } else {
+        record
+    }
+}
+
+/// A record as a calibration leaves it.
+pub fn plain_record(draw: &mut Draw) -> StoredRecord {
+    let matrix = Matrix3::from_fn(|i, j| f32::from(u8::from(i == j)) + draw.usual(0.05));
+    let record = Record {
+        identity: draw.time(),
+        sensor: draw.pick(&SENSORS),
+        model: ErrorModel {
+            matrix,
+            bias: nalgebra::Vector3::from_fn(|_, _| draw.usual(0.5)),
+        },
+        matrix_sigma: Matrix3::from_fn(|_, _| draw.usual(0.01).abs()),
+        bias_sigma: nalgebra::Vector3::from_fn(|_, _| draw.usual(0.01).abs()),
+        lever_arm: nalgebra::Vector3::from_fn(|_, _| draw.usual(0.2)),
+        lever_arm_sigma: nalgebra::Vector3::from_fn(|_, _| draw.usual(0.01).abs()),
+        rung: draw.pick(&[Rung::Offset, Rung::Gain, Rung::Affine, Rung::AffineAndLeverArm]),
+        directions: draw.byte(),
+        residual: draw.usual(0.1).abs(),
+        residual_before: draw.usual(0.5).abs(),
+        pairs: draw.bits() as u32,
+        sequence: draw.bits() as u32,
+    };
+    StoredRecord {
+        record,
+        temperature: draw.once_in(2).then(|| draw.usual(80.0)),
+    }
+}
+
+/// The same with some of its numbers replaced by any.
+pub fn spoil_record(draw: &mut Draw, stored: StoredRecord) -> StoredRecord {
+    let StoredRecord {
+        mut record,
+        mut temperature,
+    } = stored;
+    match draw.below(6) {
+        0 => draw.spoil(&mut record.model.matrix),
+        1 => draw.spoil(&mut record.model.bias),
+        2 => draw.spoil(&mut record.lever_arm),
+        3 => {
+            draw.spoil(&mut record.matrix_sigma);
+            draw.spoil(&mut record.bias_sigma);
+            draw.spoil(&mut record.lever_arm_sigma);
+        }
+        4 => draw.spoil([&mut record.residual, &mut record.residual_before]),
+        _ => draw.spoil(&mut temperature),
+    }
+    StoredRecord { record, temperature }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_record_is_read_wrongly_in_a_hundred_thousand_runs() {
+        for seed in 0..100_000 {
+            assert_eq!(run(seed), Ok(()), "seed {seed}");
+        }
+    }
+}
