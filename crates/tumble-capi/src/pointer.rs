@@ -153,3 +153,28 @@ pub unsafe fn view<S: Storage, R>(storage: *const S, work: impl FnOnce(&S::State
     // SAFETY: the mark says that the state was put there, and that nobody is changing it.
     Ok(work(unsafe { &*(&raw const (*slot).state) }))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::redundancy::Redundancy;
+    use crate::spin::Spin;
+    use crate::store::Store;
+
+    /// Words of storage, and those that its state takes.
+    fn words<S: Storage>() -> (usize, usize) {
+        (size_of::<S>() / 8, size_of::<Slot<S::State>>().div_ceil(8))
+    }
+
+    #[test]
+    fn storage_is_hardly_larger_than_what_lives_in_it() {
+        for (name, (storage, state)) in [
+            ("spin", words::<Spin>()),
+            ("redundancy", words::<Redundancy>()),
+            ("store", words::<Store>()),
+        ] {
+            let spare = storage - state;
+            assert!(spare * 10 <= storage + 10, "{name}: {storage} words for {state}");
+        }
+    }
+}

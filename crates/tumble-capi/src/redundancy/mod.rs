@@ -29,7 +29,7 @@ use crate::store::{Store, error_of};
 pub const UNITS: usize = units(option_env!("TUMBLE_UNITS"));
 
 /// Words of 8 bytes in the storage of a monitor.
-pub const TUMBLE_REDUNDANCY_WORDS: usize = 400 + 100 * UNITS;
+pub const TUMBLE_REDUNDANCY_WORDS: usize = 328 + 101 * UNITS;
 
 /// What `output.source` and `tumble_redundancy_get_source()` say where there is no source.
 pub const TUMBLE_NO_SOURCE: u32 = u32::MAX;
@@ -116,6 +116,10 @@ pub unsafe extern "C" fn tumble_redundancy_init(
     units: *const Unit,
     count: usize,
 ) -> Status {
+    // Before all else, since the size of the storage goes with it.
+    if count != UNITS {
+        return Status::TumbleErrorUnits;
+    }
     let given = (!calibration.is_null()).then_some(calibration);
     // SAFETY: as the header asks of all pointers.
     let calibration = given.map(|calibration| unsafe { look(calibration) });
@@ -124,9 +128,6 @@ pub unsafe extern "C" fn tumble_redundancy_init(
     let state = || {
         let (settings, calibration) = (settings?, calibration.transpose()?);
         first?;
-        if count != UNITS {
-            return Err(Status::TumbleErrorUnits);
-        }
         // SAFETY: the same, and there are as many as the caller says.
         let units = unsafe { slice::from_raw_parts(units, UNITS) };
         Ok(Watched {
