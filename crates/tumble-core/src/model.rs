@@ -162,11 +162,9 @@ impl<T: Real> Decomposition<T> {
         Angles {
             bias: *bias,
             scale: self.scale,
-            non_orthogonality: Vector3::from_iterator(
-                PAIRS
-                    .iter()
-                    .map(|&(i, j)| gram[(i, j)].clamp(-T::one(), T::one()).asin()),
-            ),
+            // As of PAIRS, with indices that a compiler sees to be within bounds.
+            non_orthogonality: Vector3::new(gram[(0, 1)], gram[(1, 2)], gram[(2, 0)])
+                .map(|sine| sine.clamp(-T::one(), T::one()).asin()),
             mounting: UnitQuaternion::from_rotation_matrix(&self.mounting).scaled_axis(),
         }
     }
@@ -242,8 +240,10 @@ impl<T: Real> Decomposition<T> {
 
 /// Unit rows of `M`: the sensing axes in the case frame.
 fn sensing_axes<T: Real>(m: &Matrix3<T>) -> [Vector3<T>; 3] {
-    [0, 1, 2].map(|i| {
-        let row = m.row(i).transpose();
-        row / row.norm()
-    })
+    let axis = |row: Vector3<T>| row / row.norm();
+    [
+        axis(Vector3::new(m.m11, m.m12, m.m13)),
+        axis(Vector3::new(m.m21, m.m22, m.m23)),
+        axis(Vector3::new(m.m31, m.m32, m.m33)),
+    ]
 }

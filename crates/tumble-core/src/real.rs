@@ -23,8 +23,7 @@ impl Real for f32 {
 
     #[allow(clippy::cast_precision_loss)]
     fn of_microseconds(span: u64) -> Self {
-        let number = u32::try_from(span).map_or(span as f32, |short| short as f32);
-        number * 1e-6
+        span as f32 * 1e-6
     }
 }
 

@@ -51,53 +51,34 @@ impl<T: Real> Settings<T> {
 
     fn check_numbers(&self) -> Result<(), Contradiction> {
         let (motion, fit, adoption) = (&self.collection.motion, &self.fit, &self.adoption);
-        let positive = [
-            ("gravity", is_positive(self.evaluation.gravity)),
-            ("motion_specific_force", is_positive(motion.specific_force)),
-            ("motion_angular_rate", is_positive(motion.angular_rate)),
-            (
-                "excitation_specific_force",
-                is_positive(fit.excitation.specific_force),
-            ),
-            (
-                "excitation_angular_rate",
-                is_positive(fit.excitation.angular_rate),
-            ),
-            ("excitation_lever_arm", is_positive(fit.lever_arm_excitation)),
-            (
-                "largest_specific_force_bias",
-                is_positive(adoption.bias.specific_force),
-            ),
-            (
-                "largest_angular_rate_bias",
-                is_positive(adoption.bias.angular_rate),
-            ),
-            ("largest_scale_error", is_positive(adoption.scale)),
-            ("largest_misalignment", is_positive(adoption.misalignment)),
-            ("largest_lever_arm", is_positive(adoption.lever_arm)),
-            (
-                "largest_specific_force_drift",
-                is_positive(adoption.drift.specific_force),
-            ),
-            (
-                "largest_angular_rate_drift",
-                is_positive(adoption.drift.angular_rate),
-            ),
+        let thresholds = &self.evaluation.thresholds;
+        require_positive(&[
+            ("gravity", self.evaluation.gravity),
+            ("first_threshold", thresholds.first),
+            ("second_threshold", thresholds.second),
+            ("motion_specific_force", motion.specific_force),
+            ("motion_angular_rate", motion.angular_rate),
+            ("excitation_specific_force", fit.excitation.specific_force),
+            ("excitation_angular_rate", fit.excitation.angular_rate),
+            ("excitation_lever_arm", fit.lever_arm_excitation),
+            ("largest_specific_force_bias", adoption.bias.specific_force),
+            ("largest_angular_rate_bias", adoption.bias.angular_rate),
+            ("largest_scale_error", adoption.scale),
+            ("largest_misalignment", adoption.misalignment),
+            ("largest_lever_arm", adoption.lever_arm),
+            ("largest_specific_force_drift", adoption.drift.specific_force),
+            ("largest_angular_rate_drift", adoption.drift.angular_rate),
             (
                 "largest_specific_force_residual",
-                is_positive(adoption.residual.specific_force),
+                adoption.residual.specific_force,
             ),
-            (
-                "largest_angular_rate_residual",
-                is_positive(adoption.residual.angular_rate),
-            ),
-            ("fewest_pairs", self.collection.fewest_pairs > 0),
-            ("window", self.window > 0),
-            ("rest_duration", self.evaluation.duration > 0),
-        ];
-        if let Some((setting, _)) = positive.iter().find(|(_, good)| !good) {
-            return object(setting, Objection::NotPositive);
-        }
+            ("largest_angular_rate_residual", adoption.residual.angular_rate),
+        ])?;
+        require_some(&[
+            ("fewest_pairs", u64::from(self.collection.fewest_pairs)),
+            ("window", self.window),
+            ("rest_duration", self.evaluation.duration),
+        ])?;
         let share = adoption.improvement;
         require(
             share >= T::zero() && share < T::one(),
@@ -108,16 +89,6 @@ impl<T: Real> Settings<T> {
 
     fn check_thresholds(&self) -> Result<(), Contradiction> {
         let thresholds = &self.evaluation.thresholds;
-        require(
-            is_positive(thresholds.first),
-            "first_threshold",
-            Objection::NotPositive,
-        )?;
-        require(
-            is_positive(thresholds.second),
-            "second_threshold",
-            Objection::NotPositive,
-        )?;
         let limits = [
             ("third_threshold", &thresholds.third),
             ("fourth_threshold", &thresholds.fourth),
@@ -172,14 +143,26 @@ impl<T: Real> Settings<T> {
     }
 }
 
-fn object(setting: &'static str, objection: Objection) -> Result<(), Contradiction> {
-    Err(Contradiction { setting, objection })
+/// Objects to what is not so.
+pub(super) fn require(good: bool, setting: &'static str, objection: Objection) -> Result<(), Contradiction> {
+    if good {
+        Ok(())
+    } else {
+        Err(Contradiction { setting, objection })
+    }
 }
 
-fn require(good: bool, setting: &'static str, objection: Objection) -> Result<(), Contradiction> {
-    if good { Ok(()) } else { object(setting, objection) }
+/// Objects to the first that is not a number above zero.
+pub(super) fn require_positive<T: Real>(settings: &[(&'static str, T)]) -> Result<(), Contradiction> {
+    let mut settings = settings.iter();
+    settings.try_for_each(|(setting, value)| {
+        let positive = value.is_finite() && *value > T::zero();
+        require(positive, setting, Objection::NotPositive)
+    })
 }
 
-fn is_positive<T: Real>(value: T) -> bool {
-    value.is_finite() && value > T::zero()
+/// Objects to the first that is zero.
+pub(super) fn require_some(settings: &[(&'static str, u64)]) -> Result<(), Contradiction> {
+    let mut settings = settings.iter();
+    settings.try_for_each(|(setting, count)| require(*count > 0, setting, Objection::NotPositive))
 }

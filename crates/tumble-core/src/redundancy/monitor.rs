@@ -285,12 +285,18 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         let (f, w) = (&sample.specific_force, &sample.angular_rate);
         let said = compensate(unit, stored, platform.calibration(), f, w);
         let arm = lever_arm(unit, stored);
-        Some(Output {
+        let output = Output {
             time: sample.time,
             specific_force: self.carrier.carry(sample.time, &said, &arm),
             angular_rate: said.angular_rate,
             source: number,
-        })
+        };
+        if !output.is_finite() {
+            // Readings may be finite and their squares not: nothing of them may stay in what comes after.
+            self.carrier = Carrier::new();
+            return None;
+        }
+        Some(output)
     }
 }
 

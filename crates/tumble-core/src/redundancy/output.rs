@@ -20,6 +20,13 @@ pub struct Output<T: Real> {
     pub source: usize,
 }
 
+impl<T: Real> Output<T> {
+    pub(super) fn is_finite(&self) -> bool {
+        let mut numbers = self.specific_force.iter().chain(self.angular_rate.iter());
+        numbers.all(|x| x.is_finite())
+    }
+}
+
 /// What the secondary says, compensated, but still at its place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Compensated<T: Real> {

@@ -40,12 +40,9 @@ impl<T: Real> Stream<T> {
         length: u64,
     ) -> Option<u64> {
         let means = self.windows.push(time, channels, usable, length)?;
-        self.recent.rotate_right(1);
-        let index = means.index;
-        if let Some(newest) = self.recent.first_mut() {
-            *newest = Some(means);
-        }
-        Some(index)
+        let [latest, before, _] = self.recent;
+        self.recent = [Some(means), latest, before];
+        Some(means.index)
     }
 
     /// The window of this number, if it is kept.

@@ -1,7 +1,7 @@
 //! What condemns a unit.
 
 use crate::real::{Real, real};
-use crate::redundancy::contradiction::{Contradiction, Objection};
+use crate::redundancy::contradiction::{Contradiction, Objection, require, require_positive, require_some};
 use crate::redundancy::health::leaky::LONGEST;
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::Both;
@@ -61,31 +61,31 @@ impl<T: Real> HealthSettings<T> {
     /// # Errors
     /// The first [`Contradiction`] there is.
     pub fn check(&self) -> Result<(), Contradiction> {
-        let positive = |value: T| value.is_finite() && value > T::zero();
-        let limits = [
-            ("late", self.late > 0),
-            ("frozen", self.frozen > 0),
-            ("saturated", self.saturated > 0),
-            ("spike_specific_force", positive(self.spike.specific_force)),
-            ("spike_angular_rate", positive(self.spike.angular_rate)),
-            ("family_specific_force", positive(self.family.specific_force)),
-            ("family_angular_rate", positive(self.family.angular_rate)),
-            ("family_time", self.family_time > 0),
-            ("noise_ratio", positive(self.noise_ratio)),
-            ("rest_specific_force", positive(self.rest.specific_force)),
-            ("rest_angular_rate", positive(self.rest.angular_rate)),
-        ];
-        refuse(&limits, Objection::NotPositive)?;
-        let kept = [
+        require_some(&[
+            ("late", self.late),
+            ("frozen", self.frozen),
+            ("saturated", self.saturated),
+            ("family_time", self.family_time),
+        ])?;
+        require_positive(&[
+            ("spike_specific_force", self.spike.specific_force),
+            ("spike_angular_rate", self.spike.angular_rate),
+            ("family_specific_force", self.family.specific_force),
+            ("family_angular_rate", self.family.angular_rate),
+            ("noise_ratio", self.noise_ratio),
+            ("rest_specific_force", self.rest.specific_force),
+            ("rest_angular_rate", self.rest.angular_rate),
+        ])?;
+        for (setting, time, most) in [
             ("frozen", self.frozen, LONGEST / 3),
             ("saturated", self.saturated, LONGEST),
             ("family_time", self.family_time, LONGEST),
-        ];
-        for (setting, time, most) in kept {
-            refuse(&[(setting, time <= most)], Objection::TooLong(most))?;
+        ] {
+            require(time <= most, setting, Objection::TooLong(most))?;
         }
-        refuse(
-            &[("noise_ratio", self.noise_ratio > T::one())],
+        require(
+            self.noise_ratio > T::one(),
+            "noise_ratio",
             Objection::AlwaysExceeded,
         )
     }
@@ -93,12 +93,5 @@ impl<T: Real> HealthSettings<T> {
     /// What a scatter is compared with.
     pub(super) fn usual_scatter(&self, sensor: Sensor, median: T) -> T {
         median.max(self.family.of(sensor) * real(QUIET))
-    }
-}
-
-fn refuse(settings: &[(&'static str, bool)], objection: Objection) -> Result<(), Contradiction> {
-    match settings.iter().find(|(_, good)| !good) {
-        Some((setting, _)) => Err(Contradiction { setting, objection }),
-        None => Ok(()),
     }
 }
