@@ -1,0 +1,30 @@
+//! The mission as the device plays it, with a reset between the first start and the second.
+
+use std::path::Path;
+
+use mission::nor::{BYTES, ERASED, Nor};
+use mission::watch::Nobody;
+use mission::{Trouble, flight, spin};
+
+use crate::Problem;
+
+/// Everything that is said.
+pub fn replay(vectors: &Path) -> Result<String, Problem> {
+    let [redundancy, robot] = ["redundancy.json", "spin.json"].map(|name| vectors.join(name));
+    let flown = read(&redundancy)?;
+    let spun = read(&robot)?;
+    let mut said = String::new();
+    let of = |path: &Path| {
+        let path = path.display().to_string();
+        move |trouble: Trouble| Problem(format!("{path}: {trouble:?}"))
+    };
+    let mut memory = [ERASED; BYTES];
+    flight::first(&flown, Nor::new(&mut memory), &mut Nobody, &mut said).map_err(of(&redundancy))?;
+    flight::second(&flown, Nor::new(&mut memory), &mut Nobody, &mut said).map_err(of(&redundancy))?;
+    spin::spin(&spun, &mut Nobody, &mut said).map_err(of(&robot))?;
+    Ok(said)
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, Problem> {
+    std::fs::read(path).map_err(|error| Problem(format!("{}: {error}", path.display())))
+}

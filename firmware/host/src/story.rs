@@ -1,0 +1,54 @@
+//! What a device said, for people.
+
+/// How a line begins that is about the device alone.
+const ABOUT_THE_DEVICE: &str = "device: ";
+
+/// The lines that the host has to say too.
+pub fn shared(said: &str) -> impl Iterator<Item = &str> {
+    said.lines().filter(|line| !line.starts_with(ABOUT_THE_DEVICE))
+}
+
+/// Tells all but single outputs, in decimals.
+pub fn tell(said: &str) {
+    for line in said.lines().filter(|line| !line.starts_with("  output")) {
+        match line.strip_prefix(ABOUT_THE_DEVICE) {
+            Some(about) => println!("[{about}]"),
+            None => println!("{}", decimals(line)),
+        }
+    }
+}
+
+/// A line with decimals in place of the bits of numbers.
+fn decimals(line: &str) -> String {
+    let mut parts = line.split('#');
+    let mut told = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        match part.get(..8).and_then(|bits| u32::from_str_radix(bits, 16).ok()) {
+            Some(bits) => told.push_str(&(decimal(f32::from_bits(bits)) + &part[8..])),
+            None => told.push_str(&format!("#{part}")),
+        }
+    }
+    told
+}
+
+/// Four digits.
+fn decimal(number: f32) -> String {
+    let size = number.abs();
+    if size == 0.0 || (1e-3..1e5).contains(&size) {
+        format!("{number:.4}")
+    } else {
+        format!("{number:.3e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::decimals;
+
+    #[test]
+    fn bits_become_decimals_and_words_stay() {
+        assert_eq!(decimals("b #3f800000 #bf000000, 3"), "b 1.0000 -0.5000, 3");
+        assert_eq!(decimals("sigma #7f800000 of #33d6bf95"), "sigma inf of 1.000e-7");
+        assert_eq!(decimals("channel # 3"), "channel # 3");
+    }
+}

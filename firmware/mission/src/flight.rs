@@ -1,0 +1,301 @@
+//! Two starts of the platform. At the first nothing is in flash: the secondaries are found to deviate, are calibrated
+//! in motion one after the other, and their records saved. At the second, records are taken from flash; the primary
+//! dies in flight, and later the secondary that took over from it.
+
+use core::fmt::Write;
+
+use heapless::Vec;
+use nalgebra::Vector3;
+use tumble_core::redundancy::event::{Event, What};
+use tumble_core::redundancy::monitor::{Command, Monitor};
+use tumble_core::redundancy::output::Output;
+use tumble_core::redundancy::platform::Platform;
+use tumble_core::redundancy::record::{Record, Storage};
+use tumble_core::redundancy::sensor::SENSORS;
+use tumble_core::sample::Sample;
+use tumble_store::flash::{RecordStore, WriteLimit};
+
+use crate::Trouble;
+use crate::nor::{BYTES, Nor};
+use crate::units::{Instant, Readings, UNITS, platform};
+use crate::vectors::Cases;
+use crate::watch::{Phase, Watch};
+use crate::words::{self, Bits, CRC, Outputs, Time};
+
+/// When units fall silent at the second start, microseconds of the common clock: the primary, then the first secondary.
+const DEATHS: [u64; UNITS] = [7_000_000, 14_000_000, u64::MAX];
+
+/// Nobody dies.
+const NO_DEATHS: [u64; UNITS] = [u64::MAX; UNITS];
+
+/// Temperature of the units, degC, which goes with their records.
+const TEMPERATURE: f32 = 31.5;
+
+/// More events than one sample can cause.
+const EVENTS: usize = 16;
+
+/// The platform in flight.
+struct Flight<'m, 'w, W> {
+    platform: Platform<f32, UNITS>,
+    monitor: Monitor<f32, UNITS, 1>,
+    store: RecordStore<Nor<'m>>,
+    deaths: [u64; UNITS],
+    outputs: Outputs,
+    departures: [Departure; UNITS],
+    watch: &'w mut W,
+    out: &'w mut dyn Write,
+}
+
+/// The first start: evaluation at rest, calibration in motion, records into flash.
+///
+/// # Errors
+/// [`Trouble`].
+pub fn first<W: Watch>(file: &[u8], nor: Nor<'_>, watch: &mut W, out: &mut dyn Write) -> Result<(), Trouble> {
+    writeln!(out, "first start")?;
+    let cases = Cases::of(file)?;
+    let mut flight = Flight::begin(&cases, nor, NO_DEATHS, watch, out)?;
+    let mut readings = Readings::new(&cases)?;
+    for instant in readings.by_ref() {
+        flight.live_through(&instant)?;
+    }
+    // One is calibrated at a time: the other secondary has its turn at a rest that somebody asks to be used.
+    writeln!(flight.out, "evaluation commanded")?;
+    flight.monitor.command(Command::Evaluate);
+    for instant in readings.again(&cases)? {
+        flight.live_through(&instant)?;
+    }
+    flight.end()
+}
+
+/// The second start: records from flash, then the primary dies, and later the first secondary.
+///
+/// # Errors
+/// [`Trouble`].
+pub fn second<W: Watch>(
+    file: &[u8],
+    nor: Nor<'_>,
+    watch: &mut W,
+    out: &mut dyn Write,
+) -> Result<(), Trouble> {
+    writeln!(out, "second start")?;
+    let cases = Cases::of(file)?;
+    let mut flight = Flight::begin(&cases, nor, DEATHS, watch, out)?;
+    for instant in Readings::new(&cases)? {
+        flight.live_through(&instant)?;
+    }
+    flight.end()
+}
+
+/// Whether a record of every sensor of every secondary is in flash.
+///
+/// # Errors
+/// [`Trouble`].
+pub fn has_records(file: &[u8], nor: Nor<'_>) -> Result<bool, Trouble> {
+    let platform = platform(&Cases::of(file)?)?;
+    let mut store = store(nor)?;
+    for unit in platform.units().iter().skip(1) {
+        for sensor in SENSORS {
+            if store.in_force(unit.identity, sensor)?.is_none() {
+                return Ok(false);
+            }
+        }
+    }
+    Ok(true)
+}
+
+/// All of the flash, for records.
+fn store(nor: Nor<'_>) -> Result<RecordStore<Nor<'_>>, Trouble> {
+    Ok(RecordStore::new(nor, 0..BYTES as u32, WriteLimit::default())?)
+}
+
+impl<'m, 'w, W: Watch> Flight<'m, 'w, W> {
+    /// Starts up: what is stored is restored.
+    fn begin(
+        cases: &Cases<'_>,
+        nor: Nor<'m>,
+        deaths: [u64; UNITS],
+        watch: &'w mut W,
+        out: &'w mut dyn Write,
+    ) -> Result<Self, Trouble> {
+        let mut flight = Self {
+            platform: platform(cases)?,
+            monitor: Monitor::new(),
+            store: store(nor)?,
+            deaths,
+            outputs: Outputs::default(),
+            departures: [Departure::default(); UNITS],
+            watch,
+            out,
+        };
+        let mut events = Events::default();
+        let Self {
+            platform,
+            monitor,
+            store,
+            watch,
+            ..
+        } = &mut flight;
+        let mut storage = store.at(0, None);
+        let restored =
+            watch.during(|| monitor.restore_from(platform, &mut storage, &mut |event| events.take(&event)));
+        watch.was(Phase::Restore);
+        restored?;
+        flight.tell(&events)?;
+        Ok(flight)
+    }
+
+    /// Takes in what all units that are alive say.
+    fn live_through(&mut self, instant: &Instant) -> Result<(), Trouble> {
+        let alive = self.deaths;
+        for (unit, (sample, death)) in instant.iter().zip(alive).enumerate() {
+            if sample.time < death {
+                self.take(unit, sample, instant)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, unit: usize, sample: &Sample<f32>, instant: &Instant) -> Result<(), Trouble> {
+        let mut events = Events::default();
+        let (monitor, platform) = (&mut self.monitor, &self.platform);
+        let output = self
+            .watch
+            .during(|| monitor.push(platform, unit, sample, &mut |event| events.take(&event)));
+        let fitted = events
+            .list
+            .iter()
+            .any(|event| matches!(event.what, What::Fitted { .. }));
+        self.watch.was(if fitted { Phase::Fit } else { Phase::Push });
+        self.tell(&events)?;
+        for event in &events.list {
+            if let What::Adopted { record } = &event.what {
+                self.save(event.time, record)?;
+            }
+        }
+        if let Some(output) = output {
+            self.outputs.take(self.out, &output)?;
+            self.depart(instant, &output);
+        }
+        Ok(())
+    }
+
+    fn tell(&mut self, events: &Events) -> Result<(), Trouble> {
+        for event in &events.list {
+            words::event(self.out, event)?;
+        }
+        if events.lost > 0 {
+            writeln!(self.out, "{} events lost", events.lost)?;
+        }
+        Ok(())
+    }
+
+    fn save(&mut self, now: u64, record: &Record<f32>) -> Result<(), Trouble> {
+        let mut storage = self.store.at(now, Some(TEMPERATURE));
+        let saved = self.watch.during(|| storage.save(record));
+        self.watch.was(Phase::Save);
+        saved?;
+        writeln!(
+            self.out,
+            "{} record of {:?} of {:#x} saved",
+            Time(now),
+            record.sensor,
+            record.identity
+        )?;
+        Ok(())
+    }
+
+    /// Compares the output of a secondary with what the primary would have said.
+    fn depart(&mut self, instant: &Instant, output: &Output<f32>) {
+        let [primary, ..] = instant;
+        let (unit, raw) = (
+            self.platform.units().get(output.source),
+            instant.get(output.source),
+        );
+        let departure = self.departures.get_mut(output.source);
+        if let (Some(unit), Some(raw), Some(departure)) = (unit, raw, departure) {
+            let turned = |y: &Vector3<f32>| unit.sensor_from_primary.tr_mul(y);
+            let as_read = (turned(&raw.specific_force), turned(&raw.angular_rate));
+            departure.take(primary, (&output.specific_force, &output.angular_rate), as_read);
+        }
+    }
+
+    /// Says what is left to say.
+    fn end(self) -> Result<(), Trouble> {
+        self.outputs.end(self.out)?;
+        for (unit, departure) in self.departures.iter().enumerate().skip(1) {
+            departure.tell(self.out, unit)?;
+        }
+        let nor = self.store.into_flash();
+        let checksum = CRC.checksum(nor.content());
+        writeln!(
+            self.out,
+            "flash: checksum {checksum:08x}, {} pages erased and {} bytes written since the start",
+            nor.erasures, nor.written
+        )?;
+        Ok(())
+    }
+}
+
+/// What the monitor reported of one sample: written down afterwards, as formatting takes stack of its own.
+#[derive(Default)]
+struct Events {
+    list: Vec<Event<f32>, EVENTS>,
+    lost: u32,
+}
+
+impl Events {
+    fn take(&mut self, event: &Event<f32>) {
+        if self.list.push(*event).is_err() {
+            self.lost = self.lost.saturating_add(1);
+        }
+    }
+}
+
+/// How far a secondary that is the source is from what the primary would have said, compensated and as read: sums of
+/// squares of specific force and angular rate.
+#[derive(Clone, Copy, Default)]
+struct Departure {
+    compensated: [f32; 2],
+    as_read: [f32; 2],
+    count: u32,
+}
+
+impl Departure {
+    fn take(
+        &mut self,
+        primary: &Sample<f32>,
+        output: (&Vector3<f32>, &Vector3<f32>),
+        as_read: (Vector3<f32>, Vector3<f32>),
+    ) {
+        let (f, w) = (&primary.specific_force, &primary.angular_rate);
+        let add = |[force, rate]: &mut [f32; 2], said: (&Vector3<f32>, &Vector3<f32>)| {
+            *force += (said.0 - f).norm_squared();
+            *rate += (said.1 - w).norm_squared();
+        };
+        add(&mut self.compensated, output);
+        add(&mut self.as_read, (&as_read.0, &as_read.1));
+        self.count = self.count.wrapping_add(1);
+    }
+
+    #[allow(clippy::cast_precision_loss)]
+    fn tell(&self, out: &mut dyn Write, unit: usize) -> core::fmt::Result {
+        if self.count == 0 {
+            return Ok(());
+        }
+        let root_mean_square = |sum: f32| Bits(nalgebra::ComplexField::sqrt(sum / self.count as f32));
+        let ([force, rate], [force_read, rate_read]) = (
+            self.compensated.map(root_mean_square),
+            self.as_read.map(root_mean_square),
+        );
+        writeln!(
+            out,
+            "secondary {unit} was the source for {} outputs; from what the primary would have said",
+            self.count
+        )?;
+        writeln!(
+            out,
+            "    specific force was {force} m/s^2 away, {force_read} as read, root mean square"
+        )?;
+        writeln!(out, "    angular rate was {rate} rad/s away, {rate_read} as read")
+    }
+}

@@ -1,0 +1,65 @@
+//! What the movable platform goes through, from its first start to the failure of its primary; and a robot's spin.
+//!
+//! The device and the host run this same code over the same vectors, and say what comes of it, number by number in
+//! the bits of single precision: the two must not differ. Read in this order:
+//!
+//! 1. [`vectors`]: the sensors' readings, out of a JSON file.
+//! 2. [`units`]: the redundant set that gives them, and [`nor`], the flash that outlasts a reset.
+//! 3. [`flight`]: the first start, up to records in flash; the second, from records in flash.
+//! 4. [`spin`]: a robot that turns on the spot.
+//! 5. [`words`]: how events, records and results are written down.
+//! 6. [`watch`]: who measures the stack meanwhile.
+//!
+//! Nothing here panics or needs a heap: what can go wrong is a [`Trouble`].
+#![no_std]
+
+pub mod flight;
+pub mod nor;
+pub mod spin;
+pub mod units;
+pub mod vectors;
+pub mod watch;
+pub mod words;
+
+use embedded_storage::nor_flash::NorFlashErrorKind;
+use tumble_core::redundancy::platform::PlatformError;
+use tumble_store::flash::{LayoutError, StoreError};
+
+/// Why the mission cannot go on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Trouble {
+    /// A file of vectors has no such entry, or it is not what it should be.
+    Vectors(&'static str),
+    /// The set of units contradicts itself.
+    Platform(PlatformError),
+    /// The flash has no room for records.
+    Layout(LayoutError),
+    /// A record was not stored or not read.
+    Store(StoreError<NorFlashErrorKind>),
+    /// Nobody takes in what is said.
+    Silenced,
+}
+
+impl From<core::fmt::Error> for Trouble {
+    fn from(_: core::fmt::Error) -> Self {
+        Self::Silenced
+    }
+}
+
+impl From<LayoutError> for Trouble {
+    fn from(why: LayoutError) -> Self {
+        Self::Layout(why)
+    }
+}
+
+impl From<StoreError<NorFlashErrorKind>> for Trouble {
+    fn from(why: StoreError<NorFlashErrorKind>) -> Self {
+        Self::Store(why)
+    }
+}
+
+impl From<PlatformError> for Trouble {
+    fn from(why: PlatformError) -> Self {
+        Self::Platform(why)
+    }
+}

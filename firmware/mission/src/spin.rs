@@ -1,0 +1,142 @@
+//! A robot that stands, turns on the spot and stands again.
+
+use core::fmt::Write;
+
+use tumble_core::real::real;
+use tumble_core::spin::estimate::{Bias, SpinEstimate, Value};
+use tumble_core::spin::machine::{Event, SpinMachine, State, Wheels};
+use tumble_core::spin::settings::SpinSettings;
+
+use crate::Trouble;
+use crate::units::sample;
+use crate::vectors::Cases;
+use crate::watch::{Phase, Watch};
+use crate::words::{All, Bits, Time, vector};
+
+/// Plays a spin, and says what comes of it.
+///
+/// # Errors
+/// [`Trouble`].
+pub fn spin<W: Watch>(file: &[u8], watch: &mut W, out: &mut dyn Write) -> Result<(), Trouble> {
+    let cases = Cases::of(file)?;
+    writeln!(out, "spin")?;
+    let mut machine = SpinMachine::new(&SpinSettings {
+        gravity: real(cases.number("gravity")?),
+        ..SpinSettings::default()
+    });
+    machine.start();
+    let steps = [
+        real(cases.number("force_step")?),
+        real(cases.number("rate_step")?),
+    ];
+    let interval = cases.microseconds("interval_us")?;
+    let mut time = 0_u64;
+    for counts in cases.rows("counts")? {
+        let sample = sample(time, &counts, steps);
+        let event = watch.during(|| machine.push(&sample, Wheels::Unknown));
+        watch.was(if event == Some(Event::Done) {
+            Phase::SpinFinish
+        } else {
+            Phase::SpinPush
+        });
+        if let Some(event) = event {
+            let (turned, rate) = (machine.progress().turned, machine.progress().rate);
+            writeln!(
+                out,
+                "{} {event:?}, turned {} rad, rate {} rad/s",
+                Time(time),
+                Bits(turned),
+                Bits(rate)
+            )?;
+        }
+        time = time.saturating_add(interval);
+    }
+    let found = watch.during(|| machine.solve(None));
+    watch.was(Phase::SpinSolve);
+    match (machine.state(), found) {
+        (State::Done, Ok(estimate)) => tell(out, &estimate)?,
+        (State::Failed(_), _) => writeln!(out, "spin failed")?,
+        _ => writeln!(out, "spin is not finished")?,
+    }
+    Ok(())
+}
+
+fn tell(out: &mut dyn Write, found: &SpinEstimate<f32>) -> core::fmt::Result {
+    let turned = &found.turned;
+    let angles = [
+        turned.clockwise.angle,
+        turned.counter_clockwise.angle,
+        turned.least,
+        turned.most,
+    ];
+    writeln!(
+        out,
+        "spin found, {} samples, rest of {} s",
+        found.samples,
+        Bits(found.resting_time)
+    )?;
+    writeln!(
+        out,
+        "    turned clockwise, counter-clockwise, headings {}",
+        All(&angles)
+    )?;
+    let durations = [
+        turned.clockwise.duration,
+        turned.counter_clockwise.duration,
+        turned.squared,
+    ];
+    writeln!(out, "    for, and integral of squared rate {}", All(&durations))?;
+    vector(out, "rotation vector", &turned.vector)?;
+    for noise in &found.noise {
+        vector(out, "noise", noise)?;
+    }
+    for (name, found) in [
+        ("gyroscope bias", &found.gyroscope_bias),
+        ("accelerometer bias", &found.level_free),
+        ("accelerometer bias if the floor is level", &found.published),
+        ("lever arm", &found.lever_arm),
+    ] {
+        bias(out, name, found)?;
+    }
+    writeln!(
+        out,
+        "    the first is the result: {}",
+        found.level_free_is_default
+    )?;
+    writeln!(out, "    covariance {}", All(found.covariance.as_slice()))?;
+    vector(out, "up", &found.up)?;
+    for (name, found) in [
+        ("roll", &found.roll),
+        ("pitch", &found.pitch),
+        ("floor tilt", &found.floor_tilt),
+        ("uphill bearing", &found.uphill_bearing),
+        ("scale", &found.scale),
+        ("scale clockwise", &found.scale_clockwise),
+        ("scale counter-clockwise", &found.scale_counter_clockwise),
+        ("slow turn", &found.slow_turn),
+    ] {
+        value(out, name, found)?;
+    }
+    let turned_while_still = found.turned_while_still;
+    writeln!(out, "    turned while still: {turned_while_still}")?;
+    let (chi_square, freedom) = (Bits(found.chi_square), found.degrees_of_freedom);
+    writeln!(out, "    chi-square {chi_square}, degrees of freedom {freedom}")
+}
+
+fn bias(out: &mut dyn Write, name: &str, bias: &Bias<f32>) -> core::fmt::Result {
+    let (value, sigma) = (All(bias.value.as_slice()), All(bias.sigma.as_slice()));
+    writeln!(
+        out,
+        "    {name} {value}, sigma {sigma}, observed {}",
+        bias.observed
+    )
+}
+
+fn value(out: &mut dyn Write, name: &str, value: &Value<f32>) -> core::fmt::Result {
+    writeln!(
+        out,
+        "    {name} {}, sigma {}",
+        Bits(value.value),
+        Bits(value.sigma)
+    )
+}

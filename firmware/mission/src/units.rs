@@ -1,0 +1,116 @@
+//! The redundant set whose readings are played: a primary and two secondaries.
+
+use nalgebra::{Matrix3, Vector3};
+use tumble_core::real::real;
+use tumble_core::redundancy::platform::{Platform, PrimaryCalibration, Unit};
+use tumble_core::redundancy::settings::Settings;
+use tumble_core::sample::{CHANNELS, Sample};
+
+use crate::Trouble;
+use crate::vectors::{Cases, Counts, Rows};
+
+/// A primary and two secondaries.
+pub const UNITS: usize = 3;
+
+/// Serial numbers of the units.
+const IDENTITIES: [u64; UNITS] = [0x7001, 0x7002, 0x7003];
+
+/// Time of the first sample, microseconds.
+const START: u64 = 1_000_000;
+
+/// What the second secondary is off by from the first, beside being mounted upside down, in steps.
+const OFF: Counts = [1_500, -900, 700, -800, 600, 400];
+
+/// Signs of the channels of a unit that is turned by half a turn about x.
+const UPSIDE_DOWN: Counts = [1, -1, -1, 1, -1, -1];
+
+/// The set as it is built.
+///
+/// # Errors
+/// [`Trouble`] where the vectors lack a setting, or the set contradicts itself.
+pub fn platform(cases: &Cases<'_>) -> Result<Platform<f32, UNITS>, Trouble> {
+    let mut settings = Settings::default();
+    settings.evaluation.duration = cases.seconds("rest_duration_s")?;
+    settings.collection.collect = cases.seconds("collect_s")?;
+    let mut units = IDENTITIES.map(Unit::new);
+    let [_, _, second] = &mut units;
+    second.sensor_from_primary = Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0));
+    Ok(Platform::new(settings, PrimaryCalibration::none(), units)?)
+}
+
+/// What all units say at one instant, in the order of their numbers.
+pub type Instant = [Sample<f32>; UNITS];
+
+/// The readings of the set, instant by instant, as often as they are asked for one after the other.
+#[derive(Clone)]
+pub struct Readings<'f> {
+    primary: Rows<'f>,
+    secondary: Rows<'f>,
+    steps: [f32; 2],
+    interval: u64,
+    time: u64,
+}
+
+impl<'f> Readings<'f> {
+    /// From the beginning.
+    ///
+    /// # Errors
+    /// [`Trouble::Vectors`] where something is missing.
+    pub fn new(cases: &Cases<'f>) -> Result<Self, Trouble> {
+        Ok(Self {
+            primary: cases.rows("primary_counts")?,
+            secondary: cases.rows("secondary_counts")?,
+            steps: [
+                real(cases.number("force_step")?),
+                real(cases.number("rate_step")?),
+            ],
+            interval: cases.microseconds("interval_us")?,
+            time: START,
+        })
+    }
+
+    /// The same once more, with time going on.
+    pub fn again(&self, cases: &Cases<'f>) -> Result<Self, Trouble> {
+        Ok(Self {
+            time: self.time,
+            ..Self::new(cases)?
+        })
+    }
+}
+
+impl Iterator for Readings<'_> {
+    type Item = Instant;
+
+    fn next(&mut self) -> Option<Instant> {
+        let (primary, secondary) = (self.primary.next()?, self.secondary.next()?);
+        let time = self.time;
+        self.time = time.saturating_add(self.interval);
+        let sample = |counts: &Counts| sample(time, counts, self.steps);
+        Some([
+            sample(&primary),
+            sample(&secondary),
+            sample(&upside_down(&secondary)),
+        ])
+    }
+}
+
+/// What the second secondary says when the first says this.
+fn upside_down(counts: &Counts) -> Counts {
+    let mut turned = *counts;
+    for (count, (sign, off)) in turned.iter_mut().zip(UPSIDE_DOWN.iter().zip(OFF)) {
+        *count = count.wrapping_mul(*sign).wrapping_add(off);
+    }
+    turned
+}
+
+/// A sample in SI units; `steps` are those of specific force, m/s^2, and of angular rate, rad/s.
+#[allow(clippy::cast_precision_loss)]
+pub fn sample(time: u64, counts: &Counts, [force, rate]: [f32; 2]) -> Sample<f32> {
+    const _: () = assert!(CHANNELS == 6);
+    let [fx, fy, fz, wx, wy, wz] = counts.map(|count| count as f32);
+    Sample {
+        time,
+        specific_force: Vector3::new(fx, fy, fz) * force,
+        angular_rate: Vector3::new(wx, wy, wz) * rate,
+    }
+}

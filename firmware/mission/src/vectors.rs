@@ -1,0 +1,197 @@
+//! Reads what the mission needs of a file of conformance vectors, in place.
+//!
+//! A reader of our own, as of the JSON readers without a heap none leaves out all panics. It takes for granted what
+//! `vectors/generate.py` writes: a key occurs once behind `"cases"`, strings hold no quotation marks, and no number
+//! has more than fifteen digits.
+
+use tumble_core::sample::CHANNELS;
+
+use crate::Trouble;
+
+/// The cases of a file.
+#[derive(Clone, Copy)]
+pub struct Cases<'f>(&'f [u8]);
+
+/// Six channels as an integer of steps each, specific force first.
+pub type Counts = [i32; CHANNELS];
+
+impl<'f> Cases<'f> {
+    /// Of the bytes of a file.
+    ///
+    /// # Errors
+    /// [`Trouble::Vectors`] where it has none.
+    pub fn of(file: &'f [u8]) -> Result<Self, Trouble> {
+        after_key(file, "cases")
+            .map(Self)
+            .ok_or(Trouble::Vectors("cases"))
+    }
+
+    /// A number.
+    ///
+    /// # Errors
+    /// [`Trouble::Vectors`] where there is none of this name.
+    pub fn number(&self, name: &'static str) -> Result<f64, Trouble> {
+        let number = after_key(self.0, name).and_then(|text| Decimal::read(&mut { text }));
+        number.map(Decimal::value).ok_or(Trouble::Vectors(name))
+    }
+
+    /// A number of microseconds.
+    ///
+    /// # Errors
+    /// [`Trouble::Vectors`] where there is none of this name.
+    pub fn microseconds(&self, name: &'static str) -> Result<u64, Trouble> {
+        whole(self.number(name)?).ok_or(Trouble::Vectors(name))
+    }
+
+    /// A number of seconds, in microseconds.
+    ///
+    /// # Errors
+    /// [`Trouble::Vectors`] where there is none of this name.
+    pub fn seconds(&self, name: &'static str) -> Result<u64, Trouble> {
+        whole(self.number(name)? * 1e6).ok_or(Trouble::Vectors(name))
+    }
+
+    /// Rows of readings.
+    ///
+    /// # Errors
+    /// [`Trouble::Vectors`] where there are none of this name.
+    pub fn rows(&self, name: &'static str) -> Result<Rows<'f>, Trouble> {
+        let text = after_key(self.0, name).and_then(|text| after(text, b'['));
+        text.map(Rows).ok_or(Trouble::Vectors(name))
+    }
+}
+
+/// Rows of readings, read one by one; it ends where the list ends, or is not a list of six integers each.
+#[derive(Clone)]
+pub struct Rows<'f>(&'f [u8]);
+
+impl Iterator for Rows<'_> {
+    type Item = Counts;
+
+    fn next(&mut self) -> Option<Counts> {
+        let mut text = after(self.0, b'[')?;
+        let mut counts = [0; CHANNELS];
+        for (i, count) in counts.iter_mut().enumerate() {
+            *count = Decimal::read(&mut text)?.integer()?;
+            text = after(text, if i + 1 < CHANNELS { b',' } else { b']' })?;
+        }
+        // Behind a row comes the next, or the end of the list.
+        self.0 = after(text, b',').unwrap_or_default();
+        Some(counts)
+    }
+}
+
+/// A number as it is written: digits, and by which power of ten they are moved.
+struct Decimal {
+    digits: i64,
+    exponent: i32,
+}
+
+impl Decimal {
+    /// Takes the number that text begins with off it.
+    fn read(text: &mut &[u8]) -> Option<Self> {
+        let (negative, after_sign) = sign(spaceless(text));
+        *text = after_sign;
+        let mut digits = 0_i64;
+        let (mut found, mut behind_point) = (0, None);
+        while let [first, rest @ ..] = *text {
+            match first {
+                b'0'..=b'9' if found < 18 => {
+                    digits = digits * 10 + i64::from(first - b'0');
+                    found += 1;
+                    behind_point = behind_point.map(|behind: i32| behind + 1);
+                }
+                b'.' if behind_point.is_none() => behind_point = Some(0),
+                _ => break,
+            }
+            *text = rest;
+        }
+        let moved = exponent(text)?;
+        (found > 0).then_some(Self {
+            digits: if negative { -digits } else { digits },
+            exponent: moved - behind_point.unwrap_or(0),
+        })
+    }
+
+    /// Where it is one that fits.
+    fn integer(self) -> Option<i32> {
+        i32::try_from(self.digits).ok().filter(|_| self.exponent == 0)
+    }
+
+    /// Exact to the last bit for up to fifteen digits and powers up to 22: both factors are exact, and are rounded once.
+    #[allow(clippy::cast_precision_loss)]
+    fn value(self) -> f64 {
+        let mut power = 1.0;
+        for _ in 0..self.exponent.unsigned_abs().min(22) {
+            power *= 10.0;
+        }
+        let digits = self.digits as f64;
+        if self.exponent < 0 {
+            digits / power
+        } else {
+            digits * power
+        }
+    }
+}
+
+/// Takes a power of ten off text, if it begins with one; `None` where there is an `e` but no number.
+fn exponent(text: &mut &[u8]) -> Option<i32> {
+    let [b'e' | b'E', rest @ ..] = *text else {
+        return Some(0);
+    };
+    let (negative, mut rest) = sign(rest);
+    let (mut power, mut found) = (0, false);
+    while let [digit @ b'0'..=b'9', behind @ ..] = rest {
+        power = (power * 10 + i32::from(digit - b'0')).min(400);
+        (rest, found) = (behind, true);
+    }
+    *text = rest;
+    found.then_some(if negative { -power } else { power })
+}
+
+/// Whether text begins with a minus, and text without its sign.
+fn sign(text: &[u8]) -> (bool, &[u8]) {
+    match text {
+        [b'-', rest @ ..] => (true, rest),
+        [b'+', rest @ ..] => (false, rest),
+        _ => (false, text),
+    }
+}
+
+/// What follows `"name":`.
+fn after_key<'f>(text: &'f [u8], name: &str) -> Option<&'f [u8]> {
+    let mut rest = text;
+    loop {
+        rest = rest.get(rest.iter().position(|byte| *byte == b'"')? + 1..)?;
+        let end = rest.iter().position(|byte| *byte == b'"')?;
+        let (word, behind) = (rest.get(..end)?, rest.get(end + 1..)?);
+        if word == name.as_bytes()
+            && let Some(value) = after(behind, b':')
+        {
+            return Some(value);
+        }
+        rest = behind;
+    }
+}
+
+/// What follows a byte, if text begins with it.
+fn after(text: &[u8], expected: u8) -> Option<&[u8]> {
+    match spaceless(text) {
+        [first, rest @ ..] if *first == expected => Some(rest),
+        _ => None,
+    }
+}
+
+fn spaceless(mut text: &[u8]) -> &[u8] {
+    while let [b' ' | b'\n' | b'\r' | b'\t', rest @ ..] = text {
+        text = rest;
+    }
+    text
+}
+
+/// A number that is an integer but for rounding.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+fn whole(number: f64) -> Option<u64> {
+    let nearest = (number + 0.5) as u64;
+    (0.0..1e18).contains(&number).then_some(nearest)
+}

@@ -1,0 +1,275 @@
+//! How what happened is written down: one line for each thing, all its figures in it.
+//!
+//! A number of single precision is its bits, `#` and eight hexadecimal digits: so device and host are compared bit for
+//! bit, and whoever tells the story turns them into decimals.
+
+use core::fmt::{Display, Formatter, Result, Write};
+
+use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
+use nalgebra::{Matrix3, Vector3};
+use tumble_core::redundancy::adoption::{Excess, Refusal};
+use tumble_core::redundancy::event::{Event, What};
+use tumble_core::redundancy::health::Fault;
+use tumble_core::redundancy::output::Output;
+use tumble_core::redundancy::record::Record;
+
+/// A number as its bits.
+#[derive(Clone, Copy)]
+pub struct Bits(pub f32);
+
+impl Display for Bits {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
+        // Which of the many that are not numbers comes out is left to the processor.
+        if self.0.is_nan() {
+            return f.write_str("NaN");
+        }
+        write!(f, "#{:08x}", self.0.to_bits())
+    }
+}
+
+/// Numbers as their bits.
+pub struct All<'n>(pub &'n [f32]);
+
+impl Display for All<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
+        for (i, number) in self.0.iter().enumerate() {
+            f.write_str(if i > 0 { " " } else { "" })?;
+            Bits(*number).fmt(f)?;
+        }
+        Ok(())
+    }
+}
+
+/// Microseconds as seconds.
+#[derive(Clone, Copy)]
+pub struct Time(pub u64);
+
+impl Display for Time {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
+        write!(f, "{}.{:06} s", self.0 / 1_000_000, self.0 % 1_000_000)
+    }
+}
+
+/// A unit by its number.
+struct Unit(usize);
+
+impl Display for Unit {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
+        match self.0 {
+            0 => f.write_str("primary"),
+            number => write!(f, "secondary {number}"),
+        }
+    }
+}
+
+/// An event.
+///
+/// # Errors
+/// As of what it is written to; so all of these.
+pub fn event(out: &mut dyn Write, event: &Event<f32>) -> Result {
+    write!(out, "{} {}: ", Time(event.time), Unit(event.unit))?;
+    match &event.what {
+        What::RestBegan => writeln!(out, "rest began"),
+        What::RestEnded => writeln!(out, "rest ended"),
+        What::Evaluated {
+            sensor,
+            check,
+            deviation,
+            threshold,
+        } => {
+            let (deviation, threshold) = (Bits(*deviation), Bits(*threshold));
+            writeln!(
+                out,
+                "{sensor:?} deviates by {deviation} ({check:?}), threshold {threshold}"
+            )
+        }
+        What::Withheld { sensor, why } => writeln!(out, "{sensor:?} deviates but is not calibrated: {why:?}"),
+        What::Triggered {
+            sensors: [accelerometer, gyroscope],
+        } => writeln!(
+            out,
+            "triggered, accelerometer {accelerometer}, gyroscope {gyroscope}"
+        ),
+        What::MotionBegan => writeln!(out, "motion began"),
+        What::Fitted {
+            sensor,
+            rung,
+            directions,
+            pairs,
+            residual,
+            residual_before,
+        } => {
+            let (after, before) = (Bits(*residual), Bits(*residual_before));
+            write!(
+                out,
+                "{sensor:?} fitted, {rung:?}, {directions} directions, {pairs} pairs, "
+            )?;
+            writeln!(out, "residual {after}, before {before}")
+        }
+        What::Adopted { record: adopted } => {
+            writeln!(out, "adopted")?;
+            record(out, adopted)
+        }
+        What::Refused { sensor, why } => {
+            write!(out, "{sensor:?} refused, ")?;
+            refusal(out, why)
+        }
+        What::Abandoned { why } => writeln!(out, "calibration abandoned: {why:?}"),
+        What::Unhealthy { fault: found } => {
+            write!(out, "unhealthy, ")?;
+            fault(out, found)
+        }
+        What::Healthy => writeln!(out, "healthy"),
+        What::Selected { reason } => writeln!(out, "is the source: {reason:?}"),
+        What::NoneSelected => writeln!(out, "there is no source"),
+        What::Restored { sensor, sequence } => writeln!(out, "{sensor:?} restored, sequence {sequence}"),
+        What::RecordRejected { sensor, why } => writeln!(out, "record of {sensor:?} rejected: {why:?}"),
+        What::TimeJumped { by } => writeln!(out, "time jumped by {by} us"),
+    }
+}
+
+fn refusal(out: &mut dyn Write, why: &Refusal<f32>) -> Result {
+    let mut exceeds = |what: &str, excess: &Excess<f32>| {
+        writeln!(out, "{what}: {} over {}", Bits(excess.value), Bits(excess.limit))
+    };
+    match why {
+        Refusal::ResidualTooLarge(excess) => exceeds("residual too large", excess),
+        Refusal::ImplausibleBias(excess) => exceeds("implausible bias", excess),
+        Refusal::ImplausibleScale(excess) => exceeds("implausible scale", excess),
+        Refusal::ImplausibleMisalignment(excess) => exceeds("implausible misalignment", excess),
+        Refusal::ImplausibleLeverArm(excess) => exceeds("implausible lever arm", excess),
+        Refusal::Drifting(excess) => exceeds("drifting", excess),
+        Refusal::DisagreesWithRest(excess) => exceeds("disagrees with rest", excess),
+        Refusal::NotBetter(excess) => exceeds("not better", excess),
+        Refusal::Unsolvable => writeln!(out, "unsolvable"),
+        Refusal::TooFewPairs { pairs, needed } => writeln!(out, "too few pairs: {pairs} of {needed}"),
+    }
+}
+
+fn fault(out: &mut dyn Write, fault: &Fault<f32>) -> Result {
+    match fault {
+        Fault::Late { pause } => writeln!(out, "no samples for {} s", Bits(*pause)),
+        Fault::Frozen { sensor, duration } => writeln!(out, "{sensor:?} frozen for {} s", Bits(*duration)),
+        Fault::Stuck { channel, value } => writeln!(out, "channel {channel} stuck at {}", Bits(*value)),
+        Fault::Saturated { channel, value } => {
+            writeln!(out, "channel {channel} saturated at {}", Bits(*value))
+        }
+        Fault::NotFinite { channel } => writeln!(out, "channel {channel} not finite"),
+        Fault::Spikes { channel, value } => writeln!(out, "channel {channel} spikes of {}", Bits(*value)),
+        Fault::OutOfFamily { sensor, apart, limit } => {
+            writeln!(
+                out,
+                "{sensor:?} out of family: {} over {}",
+                Bits(*apart),
+                Bits(*limit)
+            )
+        }
+        Fault::Noisy { sensor, ratio, limit } => {
+            writeln!(out, "{sensor:?} noisy: {} over {}", Bits(*ratio), Bits(*limit))
+        }
+        Fault::ImplausibleAtRest {
+            sensor,
+            deviation,
+            limit,
+        } => {
+            let (deviation, limit) = (Bits(*deviation), Bits(*limit));
+            writeln!(out, "{sensor:?} implausible at rest: {deviation} over {limit}")
+        }
+        Fault::ClockJumped => writeln!(out, "clock jumped"),
+    }
+}
+
+/// A record, on several lines.
+fn record(out: &mut dyn Write, record: &Record<f32>) -> Result {
+    writeln!(
+        out,
+        "  record of {:?} of {:#x}: sequence {}, {:?}, {} directions, {} pairs, residual {}, before {}",
+        record.sensor,
+        record.identity,
+        record.sequence,
+        record.rung,
+        record.directions,
+        record.pairs,
+        Bits(record.residual),
+        Bits(record.residual_before)
+    )?;
+    matrix(out, "M", &record.model.matrix)?;
+    matrix(out, "sigma of M", &record.matrix_sigma)?;
+    vector(out, "b", &record.model.bias)?;
+    vector(out, "sigma of b", &record.bias_sigma)?;
+    vector(out, "lever arm", &record.lever_arm)?;
+    vector(out, "sigma of lever arm", &record.lever_arm_sigma)
+}
+
+/// A matrix, row by row.
+fn matrix(out: &mut dyn Write, name: &str, matrix: &Matrix3<f32>) -> Result {
+    writeln!(out, "    {name} {}", All(matrix.transpose().as_slice()))
+}
+
+/// A vector.
+///
+/// # Errors
+/// As of what it is written to.
+pub fn vector(out: &mut dyn Write, name: &str, vector: &Vector3<f32>) -> Result {
+    writeln!(out, "    {name} {}", All(vector.as_slice()))
+}
+
+/// CRC-32 as in Ethernet and zip files.
+pub const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+
+/// All outputs of the set: each goes into a checksum, and every fortieth is written down.
+pub struct Outputs {
+    digest: Digest<'static, u32, NoTable>,
+    count: u32,
+}
+
+/// One second at 40 Hz.
+const WRITTEN_EVERY: u32 = 40;
+
+impl Default for Outputs {
+    fn default() -> Self {
+        static ALL: Crc<u32, NoTable> = CRC;
+        Self {
+            digest: ALL.digest(),
+            count: 0,
+        }
+    }
+}
+
+impl Outputs {
+    /// Takes in the next.
+    ///
+    /// # Errors
+    /// As of what it is written to.
+    pub fn take(&mut self, out: &mut dyn Write, output: &Output<f32>) -> Result {
+        let numbers = output.specific_force.iter().chain(output.angular_rate.iter());
+        self.digest.update(&output.time.to_le_bytes());
+        // A number of a unit has not the same size everywhere.
+        self.digest.update(&(output.source as u64).to_le_bytes());
+        for number in numbers {
+            self.digest.update(&number.to_bits().to_le_bytes());
+        }
+        self.count = self.count.wrapping_add(1);
+        if self.count % WRITTEN_EVERY != 1 {
+            return Ok(());
+        }
+        writeln!(
+            out,
+            "  output {} of {}: {} {}, checksum so far {:08x}",
+            Time(output.time),
+            Unit(output.source),
+            All(output.specific_force.as_slice()),
+            All(output.angular_rate.as_slice()),
+            self.digest.clone().finalize()
+        )
+    }
+
+    /// How many there were, and the checksum of all.
+    ///
+    /// # Errors
+    /// As of what it is written to.
+    pub fn end(self, out: &mut dyn Write) -> Result {
+        let checksum = self.digest.finalize();
+        writeln!(out, "outputs: {}, checksum of all {checksum:08x}", self.count)
+    }
+}

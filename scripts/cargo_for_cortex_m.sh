@@ -1,0 +1,36 @@
+#!/bin/sh
+# Runs cargo for a Cortex-M4F: scripts/cargo_for_cortex_m.sh build --locked --package tumble-core ...
+# The compiler is rustup's, which is asked for the target if it lacks it, or else the system's.
+set -eu
+
+target=thumbv7em-none-eabihf
+
+has_core() {
+    ls "$(rustc --print target-libdir --target "$target")"/libcore-*.rlib >/dev/null 2>&1
+}
+
+if ! has_core && command -v rustup >/dev/null; then
+    rustup target add "$target" >&2 || echo "the target could not be added; trying the compiler of the system" >&2
+fi
+
+if has_core; then
+    exec cargo "$@" --target "$target"
+fi
+
+# Debian ships the sources of core beside its compiler, from which the target can be built.
+sources=/usr/lib/rustlib/src/rust/library/core
+if [ ! -d "$sources" ] && [ "$(id -u)" -eq 0 ] && command -v apt-get >/dev/null; then
+    apt-get update --quiet --quiet
+    apt-get install --yes --quiet --quiet --no-install-recommends rustc-web cargo-web rust-web-src lld
+fi
+if [ ! -d "$sources" ]; then
+    echo "make: no Rust for $target; run: rustup target add $target" >&2
+    exit 1
+fi
+# rustup brings a linker along, Debian does not.
+if ! command -v rust-lld >/dev/null; then
+    export CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER=ld.lld
+fi
+# -Zbuild-std is not stable yet, and this variable is how a stable compiler is told to allow it.
+export RUSTC_BOOTSTRAP=1 RUSTC=/usr/bin/rustc
+exec /usr/bin/cargo "$@" --target "$target" -Zbuild-std=core
