@@ -222,7 +222,10 @@ impl<F: NorFlash> Banks<F> {
         if label(&peek.0) != Some((kind, key)) {
             return Ok(None);
         }
-        Ok(Some(self.entry(bank, slot)?).filter(Entry::is_whole))
+        // What was read first may have been read wrongly.
+        let entry = self.entry(bank, slot)?;
+        let is_it = entry.is_whole() && label(&entry.0) == Some((kind, key));
+        Ok(is_it.then_some(entry))
     }
 
     fn entry(&mut self, bank: Bank, slot: u32) -> Outcome<Entry, F> {

@@ -237,6 +237,19 @@ fn flash_that_does_not_take_a_bit_is_found_out_and_the_old_record_stays() {
 }
 
 #[test]
+fn an_identity_that_is_read_wrongly_once_gives_no_unit_the_record_of_another() {
+    let mut store = open(Simulated::<4>::new(2));
+    let record = numbered(UNIT, SENSOR, 1);
+    store.save(0, &record).unwrap();
+    let mut flash = store.into_flash();
+    let identity = 64 + 4;
+    flash.misread = Some((identity, 0x01));
+    let mut store = open(flash);
+    assert_eq!(store.in_force(UNIT ^ 1, SENSOR), Ok(None));
+    assert_eq!(store.in_force(UNIT, SENSOR), Ok(Some(record)));
+}
+
+#[test]
 fn a_record_of_a_newer_version_is_not_taken_for_another_and_outlasts_turnovers() {
     let mut store = open(Simulated::<1>::new(2));
     store.save(0, &numbered(UNIT, SENSOR, 1)).unwrap();

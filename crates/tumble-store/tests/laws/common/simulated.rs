@@ -67,6 +67,8 @@ pub struct Simulated<const WORD: usize> {
     pub cut: Option<Cut>,
     /// A bit that cannot be cleared any more: address and mask.
     pub worn: Option<(usize, u8)>,
+    /// Bits that are read wrongly once, the next time: address and mask.
+    pub misread: Option<(usize, u8)>,
     seed: u64,
 }
 
@@ -96,6 +98,7 @@ impl<const WORD: usize> Simulated<WORD> {
             erasures: vec![0; pages],
             cut: None,
             worn: None,
+            misread: None,
             seed: 0,
         }
     }
@@ -149,6 +152,10 @@ impl<const WORD: usize> ReadNorFlash for Simulated<WORD> {
             return Err(Fault::PowerCut);
         }
         bytes.copy_from_slice(&self.memory[offset as usize..][..bytes.len()]);
+        let read = offset as usize..offset as usize + bytes.len();
+        if let Some((place, mask)) = self.misread.take_if(|(place, _)| read.contains(place)) {
+            bytes[place - read.start] ^= mask;
+        }
         Ok(())
     }
 
