@@ -41,6 +41,7 @@ soak: $(VENV)/.native  ## Run what takes hours: 2000 drawn missions of redundant
 	cargo run --locked --profile fuzz --package tumble-fuzz -- record
 	cargo run --locked --profile fuzz --package tumble-fuzz -- spin
 	cargo run --locked --profile fuzz --package tumble-fuzz -- monitor
+	scripts/fuzz_calls.sh
 
 lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types, layers and README
 	cargo fmt --all --check

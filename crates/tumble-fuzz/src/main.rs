@@ -4,6 +4,8 @@
 //! 1. `draw`: numbers, times and bytes, the worst of them more often than chance would have it.
 //! 2. `campaign`: many runs over all processors, and what failed.
 //! 3. `record`, `monitor`, `spin`: what is fed to each, and what has to hold.
+//!
+//! The interface for C is called by a program in C, in `calls/`; `scripts/fuzz_calls.sh` builds and runs it.
 
 mod campaign;
 mod draw;

@@ -1,0 +1,113 @@
+/* Hostile calls of the C interface. `tumble-calls [--runs N] [--from SEED]` makes N runs of seeds from SEED on, in as many
+ * processes as there are processors; `--seed SEED` repeats one run. Ends with 1 where anything was found. */
+#define _POSIX_C_SOURCE 200809L
+#include "fuzz.h"
+
+#include <inttypes.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+static void on_signal(int number)
+{
+    static char what[] = "signal ..";
+    what[7] = (char)('0' + number / 10);
+    what[8] = (char)('0' + number % 10);
+    fail(what);
+}
+
+/** Calls in any order, most of them of one kind; gives all that was said as one number. */
+static uint64_t play(void)
+{
+    static void (*const calls[])(void) = {call_of_model, call_of_record, call_of_redundancy, call_of_spin,
+                                          call_of_store};
+    draw_begin(run_seed);
+    told_begin();
+    warm_begin();
+    const uint32_t mostly = draw_below(5);
+    const uint32_t count = 4 + draw_below(28);
+    for (uint32_t call = 0; call < count; call++) {
+        calls[draw_once_in(8) ? draw_below(5) : mostly]();
+    }
+    return told();
+}
+
+static void run(uint64_t seed)
+{
+    run_seed = seed;
+    const uint64_t first = play();
+    CHECK(play() == first, "a second run is told something else");
+}
+
+static void run_some(uint64_t from, uint64_t count, uint64_t worker, uint64_t workers)
+{
+    const time_t began = time(NULL);
+    for (uint64_t at = worker; at < count; at += workers) {
+        run(from + at);
+        if (worker == 0 && at / workers % 65536 == 0) {
+            const double seconds = difftime(time(NULL), began);
+            fprintf(stderr, "\rcalls: %" PRIu64 " of %" PRIu64 " runs, %.0f a second ", at, count,
+                    seconds > 0.0 ? (double)at / seconds : 0.0);
+        }
+    }
+}
+
+static int run_all(uint64_t from, uint64_t count)
+{
+    const long workers = sysconf(_SC_NPROCESSORS_ONLN) > 0 ? sysconf(_SC_NPROCESSORS_ONLN) : 1;
+    int failures = 0;
+    fflush(stdout);
+    for (long worker = 0; worker < workers; worker++) {
+        const pid_t child = fork();
+        if (child < 0) {
+            perror("tumble-calls");
+            return 2;
+        }
+        if (child == 0) {
+            run_some(from, count, (uint64_t)worker, (uint64_t)workers);
+            _exit(0);
+        }
+    }
+    for (long worker = 0; worker < workers; worker++) {
+        int status = 0;
+        failures += wait(&status) < 0 || !WIFEXITED(status) || WEXITSTATUS(status) != 0;
+    }
+    printf("\ncalls: %d failures\n", failures);
+    return failures != 0;
+}
+
+int main(int count, char **words)
+{
+    uint64_t runs = 10000000;
+    uint64_t from = 1;
+    bool once = false;
+    for (int word = 1; word < count; word += 2) {
+        char *end = NULL;
+        const uint64_t number = word + 1 < count ? strtoull(words[word + 1], &end, 10) : 0;
+        if (end == NULL || *end != '\0') {
+            fprintf(stderr, "tumble-calls [--runs N] [--from SEED] | [--seed SEED]\n");
+            return 2;
+        }
+        if (strcmp(words[word], "--runs") == 0) {
+            runs = number;
+        } else {
+            from = number;
+            once = strcmp(words[word], "--seed") == 0;
+        }
+    }
+    static const int signals[] = {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL};
+    for (size_t i = 0; i < sizeof signals / sizeof signals[0]; i++) {
+        signal(signals[i], on_signal);
+    }
+    calls_make_room();
+    warm_up();
+    if (once) {
+        run(from);
+        return 0;
+    }
+    return run_all(from, runs);
+}
