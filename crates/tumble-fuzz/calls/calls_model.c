@@ -44,12 +44,12 @@ static void any_model(tumble_error_model *any)
     }
 }
 
-void spoil_sample(tumble_sample *sample, uint32_t often)
+void spoil_sample(tumble_sample *sample)
 {
-    if (draw_once_in(often)) {
+    if (draw_once_in(samples_spoilt)) {
         draw_spoil(sample->specific_force, 6 * sizeof(float));
     }
-    if (draw_once_in(often)) {
+    if (draw_once_in(samples_spoilt)) {
         sample->time = draw_once_in(2) ? draw_time() : sample->time + draw_time();
     }
 }
@@ -69,14 +69,16 @@ static void correct(void)
     any_model(&calibration->accelerometer);
     any_model(&calibration->gyroscope);
     unwritten(correction, sizeof *correction);
-    if (!done(tumble_correction_init(required(correction), required(calibration)), correction, sizeof *correction)) {
+    if (!done(tumble_correction_init(required(correction), required(calibration)), correction,
+              sizeof *correction)) {
         draw_spoil(correction, sizeof *correction);
     }
     uint32_t unit;
     next_of_set(&unit, reading);
-    spoil_sample(reading, 2);
+    spoil_sample(reading);
     unwritten(truth, sizeof *truth);
-    if (done(tumble_correction_apply(required(correction), required(reading), required(truth)), truth, sizeof *truth)) {
+    if (done(tumble_correction_apply(required(correction), required(reading), required(truth)), truth,
+             sizeof *truth)) {
         CHECK(truth->time == reading->time, "correction changes the time");
         tell(truth, sizeof *truth);
     }
@@ -140,7 +142,8 @@ void call_of_record(void)
         CHECK(!null, "a record was read from nowhere");
         uint8_t again[TUMBLE_RECORD_BYTES];
         size_t written;
-        CHECK(tumble_record_encode(record, again, sizeof again, &written) == TUMBLE_OK, "what was read is not written");
+        CHECK(tumble_record_encode(record, again, sizeof again, &written) == TUMBLE_OK,
+              "what was read is not written");
         CHECK(written == claimed && memcmp(again, buffer, written) == 0, "other bytes than it was read from");
     }
 }

@@ -86,7 +86,8 @@ static void begin(const tumble_redundancy *before)
     }
     /* Which pointers are spoilt has to be known for this call, not for the check. */
     const size_t room = draw_below(TEXT + 1);
-    done(tumble_redundancy_check(required(settings), draw_once_in(4) ? NULL : text + TEXT - room, room), NULL, 0);
+    done(tumble_redundancy_check(required(settings), draw_once_in(4) ? NULL : text + TEXT - room, room), NULL,
+         0);
     const size_t size = draw_once_in(32) ? (size_t)draw_time() : sizeof *redundancy;
     const size_t count = draw_once_in(32) ? draw_below(TUMBLE_UNITS) : TUMBLE_UNITS;
     const tumble_status status = tumble_redundancy_init(required(redundancy), size, required(settings),
@@ -103,7 +104,7 @@ static void push(const tumble_redundancy *before)
     if (!says && !draw_once_in(4)) {
         return;
     }
-    spoil_sample(sample, 4);
+    spoil_sample(sample);
     unit = draw_once_in(32) ? (uint32_t)draw_time() : unit;
     unwritten(output, sizeof *output);
     tumble_output *const place = optional(output);
@@ -126,8 +127,8 @@ static void ask(void)
         tell(source, sizeof *source);
     }
     unwritten(knowledge, sizeof *knowledge);
-    const tumble_status status =
-        tumble_redundancy_get_stored(required(redundancy), draw_code(TUMBLE_UNITS), draw_code(2), required(knowledge));
+    const tumble_status status = tumble_redundancy_get_stored(required(redundancy), draw_code(TUMBLE_UNITS),
+                                                              draw_code(2), required(knowledge));
     if (done(status, knowledge, sizeof *knowledge)) {
         CHECK(all_finite(&knowledge->matrix[0][0], 9) && all_finite(knowledge->bias, 3) &&
                   all_finite(knowledge->lever_arm, 3),
@@ -150,7 +151,8 @@ void call_of_redundancy(void)
         break;
     case 2:
         any_record(record);
-        left(tumble_redundancy_restore(required(redundancy), required(record), hear, source), NULL, 0, &before);
+        left(tumble_redundancy_restore(required(redundancy), required(record), hear, source), NULL, 0,
+             &before);
         break;
     case 3:
         done(tumble_redundancy_restore_from(required(redundancy), required(store), hear, source), NULL, 0);
@@ -160,7 +162,10 @@ void call_of_redundancy(void)
         ask();
         break;
     default:
-        push(&before);
+        for (uint32_t samples = 1 + draw_below(6); samples > 0; samples--) {
+            push(&before);
+            before = *redundancy;
+        }
         break;
     }
 }

@@ -53,7 +53,7 @@ static void push(const tumble_spin *before)
 {
     tumble_wheels wheels;
     next_of_robot(sample, &wheels);
-    spoil_sample(sample, 8);
+    spoil_sample(sample);
     wheels = draw_once_in(8) ? draw_code(3) : wheels;
     unwritten(event, sizeof *event);
     tumble_spin_event *const place = optional(event);
@@ -68,7 +68,8 @@ static void ask(void)
 {
     unwritten(state, sizeof *state);
     if (done(tumble_spin_get_state(required(spin), required(state)), state, sizeof *state)) {
-        CHECK(state->phase <= TUMBLE_SPIN_PHASE_FAILED && state->failure.fault <= TUMBLE_SPIN_FAULT_UNSOLVABLE,
+        CHECK(state->phase <= TUMBLE_SPIN_PHASE_FAILED &&
+                  state->failure.fault <= TUMBLE_SPIN_FAULT_UNSOLVABLE,
               "a state of no kind");
         CHECK((state->phase == TUMBLE_SPIN_PHASE_FAILED) == (state->failure.fault != TUMBLE_SPIN_FAULT_NONE),
               "failed without a failure");

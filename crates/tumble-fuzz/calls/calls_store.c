@@ -30,7 +30,7 @@ static void begin(void)
         driver->write = draw_once_in(2) ? driver->write : NULL;
         driver->erase = NULL;
     }
-    limit->shortest_between = draw_time();
+    limit->shortest_between = draw_once_in(2) ? draw_time() : 1000;
     limit->at_once = (uint32_t)draw_time();
     const uint32_t start = draw_once_in(2) ? FLASH_START : (uint32_t)draw_time();
     const uint32_t length = draw_once_in(2) ? FLASH_BYTES : (uint32_t)draw_time();
@@ -39,7 +39,7 @@ static void begin(void)
         tumble_store_init(required(store), size, required(driver), start, length, optional(limit));
     if (done(status, NULL, 0)) {
         CHECK(size == sizeof *store && driver->erase != NULL, "storage or driver of no use was taken");
-        flash_judged = false;
+        flash_judged &= start == FLASH_START && length == FLASH_BYTES && driver->page == flash.page;
     }
 }
 
@@ -67,8 +67,10 @@ static void save(void)
     done(status, NULL, 0);
     if (status == TUMBLE_OK && !factory && flash_judged) {
         static tumble_record kept;
-        CHECK(tumble_store_load(store, record->identity, record->sensor, TUMBLE_WHICH_IN_FORCE, &kept) == TUMBLE_OK &&
-                  memcmp(kept.matrix, record->matrix, sizeof kept.matrix) == 0 && kept.sequence == record->sequence,
+        CHECK(tumble_store_load(store, record->identity, record->sensor, TUMBLE_WHICH_IN_FORCE, &kept) ==
+                      TUMBLE_OK &&
+                  memcmp(kept.matrix, record->matrix, sizeof kept.matrix) == 0 &&
+                  kept.sequence == record->sequence,
               "what was saved is not in force");
     }
 }
@@ -77,8 +79,8 @@ static void roll_back(void)
 {
     const uint64_t identity = 10 + draw_below(TUMBLE_UNITS + 1);
     unwritten(record, sizeof *record);
-    done(tumble_store_roll_back(required(store), draw_time(), identity, draw_code(2), draw_code(4), optional(record),
-                                optional(waiting)),
+    done(tumble_store_roll_back(required(store), draw_time(), identity, draw_code(2), draw_code(4),
+                                optional(record), optional(waiting)),
          record, sizeof *record);
 }
 

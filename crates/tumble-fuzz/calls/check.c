@@ -16,7 +16,8 @@ static uint64_t digest;
 void fail(const char *what)
 {
     char line[256];
-    const int length = snprintf(line, sizeof line, "\ncalls --seed %llu: %s\n", (unsigned long long)run_seed, what);
+    const int length =
+        snprintf(line, sizeof line, "\ncalls --seed %llu: %s\n", (unsigned long long)run_seed, what);
     /* Nothing can be done where even that cannot be said. */
     (void)!write(STDOUT_FILENO, line, (size_t)length);
     _exit(1);

@@ -37,9 +37,9 @@ float draw_usual(float size)
 
 float draw_number(void)
 {
-    static const float extremes[] = {NAN,  INFINITY, -INFINITY, FLT_MAX,     -FLT_MAX, FLT_MIN, 1e-45f, FLT_EPSILON,
-                                     0.0f, -0.0f,    1.0f,      -1.0f,       1.9e19f,  1e-20f,  1e30f,  -1e30f,
-                                     1e12f};
+    static const float extremes[] = {NAN,     INFINITY,    -INFINITY, FLT_MAX, -FLT_MAX, FLT_MIN,
+                                     1e-45f,  FLT_EPSILON, 0.0f,      -0.0f,   1.0f,     -1.0f,
+                                     1.9e19f, 1e-20f,      1e30f,     -1e30f,  1e12f};
     const float extreme = extremes[draw_below(sizeof extremes / sizeof extremes[0])];
     const uint32_t bits = (uint32_t)draw_bits();
     float number;
@@ -58,9 +58,9 @@ float draw_number(void)
 
 uint64_t draw_time(void)
 {
-    static const uint64_t edges[] = {0,          1,          999,        50000,     100000,       1000000,
-                                     600000000,  1u << 31,   UINT32_MAX, 1ull << 40, INT64_MAX, 1ull << 63,
-                                     UINT64_MAX};
+    static const uint64_t edges[] = {0,         1,          999,       50000,      100000,
+                                     1000000,   600000000,  1u << 31,  UINT32_MAX, 1ull << 40,
+                                     INT64_MAX, 1ull << 63, UINT64_MAX};
     const uint64_t edge = edges[draw_below(sizeof edges / sizeof edges[0])];
     switch (draw_below(4)) {
     case 0:

@@ -38,7 +38,8 @@ static void call_within(void)
 static int flash_read(void *context, uint32_t address, uint8_t *bytes, uint32_t length)
 {
     CHECK(context == context_of(), "another context than was given");
-    CHECK(address % 32 == 0 && length % 32 == 0 && (uintptr_t)bytes % 4 == 0, "a read that is not whole words");
+    CHECK(address % 32 == 0 && length % 32 == 0 && (uintptr_t)bytes % 4 == 0,
+          "a read that is not whole words");
     call_within();
     if (!is_inside(address, length) || faulty()) {
         return -1;
@@ -53,7 +54,8 @@ static int flash_read(void *context, uint32_t address, uint8_t *bytes, uint32_t 
 static int flash_write(void *context, uint32_t address, const uint8_t *bytes, uint32_t length)
 {
     CHECK(context == context_of(), "another context than was given");
-    CHECK(address % 32 == 0 && length % 32 == 0 && (uintptr_t)bytes % 4 == 0, "a write that is not whole words");
+    CHECK(address % 32 == 0 && length % 32 == 0 && (uintptr_t)bytes % 4 == 0,
+          "a write that is not whole words");
     call_within();
     if (!is_inside(address, length)) {
         return -1;

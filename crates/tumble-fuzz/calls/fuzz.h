@@ -83,6 +83,9 @@ extern tumble_redundancy *redundancy;
 extern tumble_spin *spin;
 extern tumble_store *store;
 
+/** How many samples are spoilt in the run at hand: one in so many. */
+extern uint32_t samples_spoilt;
+
 void warm_up(void);
 /** Puts all three into a state drawn. */
 void warm_begin(void);
@@ -105,7 +108,7 @@ void call_of_store(void);
 
 /** A record, sound or not. */
 void any_record(tumble_record *record);
-/** A sample that is spoilt as `often` says: once in so many. */
-void spoil_sample(tumble_sample *sample, uint32_t often);
+/** Spoils the readings of one sample in so many as the run asks for, and the time of as many. */
+void spoil_sample(tumble_sample *sample);
 
 #endif

@@ -1,5 +1,7 @@
-/* Hostile calls of the C interface. `tumble-calls [--runs N] [--from SEED]` makes N runs of seeds from SEED on, in as many
- * processes as there are processors; `--seed SEED` repeats one run. Ends with 1 where anything was found. */
+/* Hostile calls of the C interface. `tumble-calls [--runs N] [--from SEED]` makes N runs of seeds from SEED
+ * on, in as many processes as there are processors; `--seed SEED` repeats one run, with a program that the
+ * same compiler made: in which order arguments are drawn is for it to say. Ends with 1 where anything was
+ * found. */
 #define _POSIX_C_SOURCE 200809L
 #include "fuzz.h"
 

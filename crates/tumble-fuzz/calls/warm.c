@@ -7,7 +7,7 @@ enum {
     SETS = 6,
     /* Samples of all units of a mission of 12 s. */
     STEPS = 9000,
-    BETWEEN = 61,
+    BETWEEN = 20,
     SCENES = STEPS / BETWEEN + 1,
     /* Samples of a spin, until shortly after it is done. */
     SPIN_STEPS = 500,
@@ -24,6 +24,12 @@ static tumble_redundancy monitors[SETS][SCENES];
 static tumble_spin spins[SPIN_STEPS];
 static uint8_t images[IMAGES][FLASH_BYTES];
 static tumble_store usual_store;
+
+/* Scenes after which something happens soon: of which set, and which. */
+static uint16_t eventful[SETS * SCENES][2];
+static uint32_t eventful_scenes;
+
+uint32_t samples_spoilt;
 
 /* What is said next. */
 static uint32_t set_step;
@@ -106,7 +112,8 @@ static bool say_of_set(uint32_t step, uint32_t *unit, tumble_sample *sample)
     sample->time = 40 * SECOND + (uint64_t)step * 4000 / TUMBLE_UNITS;
     for (int axis = 0; axis < 3; axis++) {
         const float shift = (float)axis;
-        const float force = 3.0f * share * sinf((4.0f + shift) * seconds + shift) + (axis == 2 ? 9.80665f : 0.0f);
+        const float force =
+            3.0f * share * sinf((4.0f + shift) * seconds + shift) + (axis == 2 ? 9.80665f : 0.0f);
         const float rate = share * sinf((6.0f - shift) * seconds + shift);
         sample->specific_force[axis] = force * (1.0f + 0.01f * wrong) + 0.2f * wrong;
         sample->angular_rate[axis] = rate * (1.0f - 0.01f * wrong) + 0.02f * wrong;
@@ -148,31 +155,41 @@ void next_of_robot(tumble_sample *sample, tumble_wheels *wheels)
 struct reached {
     bool adopted;
     bool failed_over;
+    bool anything;
 };
 
 static void reach(void *context, const tumble_event *event)
 {
     struct reached *const reached = context;
+    reached->anything = true;
     reached->adopted |= event->kind == TUMBLE_EVENT_KIND_ADOPTED;
-    reached->failed_over |= event->kind == TUMBLE_EVENT_KIND_SELECTED && event->reason == TUMBLE_REASON_PRIMARY_FAILED;
+    reached->failed_over |=
+        event->kind == TUMBLE_EVENT_KIND_SELECTED && event->reason == TUMBLE_REASON_PRIMARY_FAILED;
 }
 
-static void fly(tumble_redundancy scenes[SCENES], struct reached *reached)
+static void fly(uint16_t set, struct reached *reached)
 {
     tumble_redundancy_settings settings;
     tumble_unit units[TUMBLE_UNITS];
     usual_redundancy_settings(&settings);
     usual_units(units);
-    CHECK(tumble_redundancy_init(redundancy, sizeof *redundancy, &settings, NULL, units, TUMBLE_UNITS) == TUMBLE_OK,
+    CHECK(tumble_redundancy_init(redundancy, sizeof *redundancy, &settings, NULL, units, TUMBLE_UNITS) ==
+              TUMBLE_OK,
           "a usual set was refused");
     for (uint32_t step = 0; step < STEPS; step++) {
         if (step % BETWEEN == 0) {
-            scenes[step / BETWEEN] = *redundancy;
+            monitors[set][step / BETWEEN] = *redundancy;
+            reached->anything = false;
         }
         uint32_t unit;
         tumble_sample sample;
         if (say_of_set(step, &unit, &sample)) {
             tumble_redundancy_push(redundancy, unit, &sample, reach, reached, NULL);
+        }
+        if (step % BETWEEN == BETWEEN - 1 && reached->anything) {
+            eventful[eventful_scenes][0] = set;
+            eventful[eventful_scenes][1] = (uint16_t)(step / BETWEEN);
+            eventful_scenes++;
         }
     }
 }
@@ -214,14 +231,14 @@ static void keep(void)
 
 void warm_up(void)
 {
-    struct reached reached = {false, false};
+    struct reached reached = {false, false, false};
     redundancy = memory_ending(sizeof *redundancy);
     spin = memory_ending(sizeof *spin);
     store = memory_ending(sizeof *store);
     flash_memory = memory_ending(FLASH_BYTES);
     draw_begin(0);
-    for (int set = 0; set < SETS; set++) {
-        fly(monitors[set], &reached);
+    for (uint16_t set = 0; set < SETS; set++) {
+        fly(set, &reached);
     }
     CHECK(reached.adopted && reached.failed_over, "a usual mission does not go as it should");
     turn();
@@ -230,13 +247,21 @@ void warm_up(void)
 
 void warm_begin(void)
 {
-    const uint32_t scene = draw_below(SCENES);
-    *redundancy = monitors[draw_below(SETS)][scene];
+    uint32_t set = draw_below(SETS);
+    uint32_t scene = draw_below(SCENES);
+    if (draw_once_in(2)) {
+        const uint16_t *const chosen = eventful[draw_below(eventful_scenes)];
+        set = chosen[0];
+        scene = chosen[1];
+    }
+    *redundancy = monitors[set][scene];
     set_step = scene * BETWEEN;
     spin_step = draw_below(SPIN_STEPS);
     *spin = spins[spin_step];
     *store = usual_store;
     memcpy(flash_memory, images[draw_below(IMAGES)], FLASH_BYTES);
+    static const uint32_t often[] = {1, 4, 16, 64, 1024};
+    samples_spoilt = often[draw_below(sizeof often / sizeof often[0])];
     flash_faults = draw_once_in(2) ? 0 : 1 + draw_below(200);
     flash_judged = flash_faults == 0;
     if (draw_once_in(8)) {

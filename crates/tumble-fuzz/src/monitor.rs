@@ -2,6 +2,7 @@
 //! as they come. Nothing panics, what is given is finite and of a unit that is there, what is adopted can be stored, and
 //! the same input gives the same bits.
 
+use std::cell::Cell;
 use std::fmt::{self, Write as _};
 use std::hash::{DefaultHasher, Hasher as _};
 
@@ -25,7 +26,7 @@ type Watch = Monitor<f32, UNITS, 1>;
 const SETS: u64 = 12;
 
 /// Samples from one scene to the next.
-const BETWEEN: u64 = 61;
+const BETWEEN: u64 = 20;
 
 /// Where a run may begin.
 struct Scene {
@@ -39,6 +40,8 @@ struct Scene {
 pub struct Scenes {
     sets: Vec<Platform<f32, UNITS>>,
     scenes: Vec<Scene>,
+    /// Scenes after which something happens soon.
+    eventful: Vec<usize>,
 }
 
 /// Sets that differ in what can be chosen.
@@ -61,17 +64,24 @@ impl Scenes {
     /// Flies the mission with some sets.
     pub fn new() -> Self {
         let sets = sets();
-        let mut scenes = Vec::new();
+        let (mut scenes, mut eventful) = (Vec::new(), Vec::new());
         for (set, platform) in sets.iter().enumerate() {
+            let scene = Cell::new(scenes.len());
             let show = |step: u64, monitor: &Watch| {
                 if step.is_multiple_of(BETWEEN) {
                     let monitor = *monitor;
+                    scene.set(scenes.len());
                     scenes.push(Scene { set, step, monitor });
                 }
             };
-            fly(platform, show, |_| ());
+            fly(platform, show, |_| eventful.push(scene.get()));
         }
-        Self { sets, scenes }
+        eventful.dedup();
+        Self {
+            sets,
+            scenes,
+            eventful,
+        }
     }
 
     /// Makes one run, twice.
@@ -87,7 +97,12 @@ impl Scenes {
     /// Plays the run of a seed; gives all that was said as one number.
     fn play(&self, seed: u64) -> Result<u64, String> {
         let mut draw = Draw::new(seed);
-        let scene = &self.scenes[draw.below(self.scenes.len())];
+        let chosen = if draw.once_in(2) {
+            draw.pick(&self.eventful)
+        } else {
+            draw.below(self.scenes.len())
+        };
+        let scene = &self.scenes[chosen];
         let usual = &self.sets[scene.set];
         let mut run = Run {
             platform: if draw.once_in(3) {
