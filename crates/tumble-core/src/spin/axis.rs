@@ -114,9 +114,12 @@ pub fn fit<T: Real>(turning: &TurningRates<T>, rest: &RestingRate<T>, guess: &Ve
     fit
 }
 
+/// Smallest variance of an angular rate that is divided by, (rad/s)^2.
+const LEAST: f64 = 1e-14;
+
 /// Sensors without any noise exist only in tests; a variance of zero would divide by it.
-fn floored<T: Real>(variance: T) -> T {
-    variance.max(real(1e-14))
+pub(super) fn floored<T: Real>(variance: T, least: f64) -> T {
+    variance.max(real(least))
 }
 
 /// Sums of the regression of what is seen across the axis on the rate along it.
@@ -136,13 +139,16 @@ fn one_round<T: Real>(turning: &TurningRates<T>, rest: &RestingRate<T>, up: &Vec
     let spread = local.tr_mul(&(cloud.spread * local));
     let mean = local.tr_mul(&offset);
     let moments = spread + mean * mean.transpose() * points;
-    let rest_variance = floor.map(|e| e * e).tr_mul(&rest.variance).map(floored);
+    let rest_variance = floor
+        .map(|e| e * e)
+        .tr_mul(&rest.variance)
+        .map(|v| floored(v, LEAST));
     let sums = Sums {
         points,
         along: mean.z * points,
         along_squared: moments[(2, 2)],
     };
-    let block_variance = floored(scatter(&spread, &sums));
+    let block_variance = floored(scatter(&spread, &sums), LEAST);
     let across = |i: usize| {
         let (seen, with_rate) = (mean[i] * points, moments[(i, 2)]);
         line(&sums, seen, with_rate, block_variance, rest_variance[i])

@@ -3,7 +3,7 @@
 use nalgebra::{SMatrix, Vector3};
 
 use crate::real::{Real, count, real};
-use crate::spin::axis::{self, AxisFit, TurningRates};
+use crate::spin::axis::{self, AxisFit, TurningRates, floored};
 use crate::spin::estimator::{SpinEstimator, Turned};
 use crate::spin::failure::Failure;
 use crate::spin::level_free::{self, GYROSCOPE, Knowledge, LevelFree};
@@ -233,15 +233,19 @@ fn knowledge<T: Real>(
         scale: common_scale(scales, spin.settings().scale_sigma),
         bias_variance: axis.covariance[(2, 2)],
         walk_variance: walk * real(WALK_SHARE) / spin.turned().duration(),
-        rest_variance: floored(&rests.line_variance(spin.settings().bias_instability.0)),
-        turning_variance: floored(&spin.turning().variance().unwrap_or(rest_variance * half)),
+        rest_variance: rests
+            .line_variance(spin.settings().bias_instability.0)
+            .map(|v| floored(v, LEAST)),
+        turning_variance: spin
+            .turning()
+            .variance()
+            .unwrap_or(rest_variance * half)
+            .map(|v| floored(v, LEAST)),
     }
 }
 
-/// Sensors without any noise exist only in tests; a variance of zero would divide by it.
-fn floored<T: Real>(variance: &Vector3<T>) -> Vector3<T> {
-    variance.map(|v| v.max(real(1e-12)))
-}
+/// Smallest variance of a specific force that is divided by, (m/s^2)^2.
+const LEAST: f64 = 1e-12;
 
 /// The rate at rest that the harmonics ask for, and whether chance could not have made it. Harmonics that fit the model
 /// neither way ask for nothing.
