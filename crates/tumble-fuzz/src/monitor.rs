@@ -1,10 +1,11 @@
 //! The monitor of a redundant set: from all states of a mission, samples, clocks, commands, records and settings as bad
-//! as they come. Nothing panics, what is given is finite and of a unit that is there, what is adopted can be stored, and
-//! the same input gives the same bits.
+//! as they come. Nothing panics, what is given is finite and of a unit that is there, what is adopted can be stored, the same
+//! input gives the same bits, and when units say the truth again, there is an output again.
 
 use std::cell::Cell;
 use std::fmt::{self, Write as _};
 use std::hash::{DefaultHasher, Hasher as _};
+use std::ops::Range;
 
 use tumble_core::redundancy::event::{Event, What};
 use tumble_core::redundancy::monitor::{Command, Monitor};
@@ -27,6 +28,12 @@ const SETS: u64 = 12;
 
 /// Samples from one scene to the next.
 const BETWEEN: u64 = 20;
+
+/// Samples after which a set is in health again: in motion, for three seconds.
+const SOUND: Range<u64> = 1500..3750;
+
+/// One run in so many is continued until it has recovered, which takes longer than all the rest of it.
+const RECOVERED: usize = 64;
 
 /// Where a run may begin.
 struct Scene {
@@ -121,6 +128,11 @@ impl Scenes {
         for step in scene.step..scene.step + 10 + draw.below(50) as u64 {
             run.step(&mut draw, step)?;
         }
+        // Records that are wrong but plausible may make good units disagree.
+        let recovers = run.platform == *usual && !run.told.restored;
+        if recovers && draw.once_in(RECOVERED) {
+            run.recover()?;
+        }
         Ok(run.told.digest.finish())
     }
 }
@@ -133,6 +145,28 @@ struct Run {
 }
 
 impl Run {
+    /// Whatever was said before, a set whose units say the truth for long enough has an output again.
+    fn recover(&mut self) -> Outcome {
+        let mut last = None;
+        for step in SOUND {
+            if let Some((number, sample)) = sample(step) {
+                let told = &mut self.told;
+                let said = self
+                    .monitor
+                    .push(&self.platform, number, &sample, &mut |event| told.hear(&event));
+                if let Some(output) = said {
+                    told.take(&output)?;
+                    last = Some(step);
+                }
+            }
+        }
+        if last.is_some_and(|last| last + 2 * UNITS as u64 >= SOUND.end) {
+            Ok(())
+        } else {
+            Err(format!("no output any more: the last at {last:?} of {SOUND:?}"))
+        }
+    }
+
     fn step(&mut self, draw: &mut Draw, step: u64) -> Outcome {
         let (platform, told) = (&self.platform, &mut self.told);
         if draw.once_in(32) {
@@ -253,12 +287,15 @@ pub fn spoil_values(draw: &mut Draw, sample: &mut Sample<f32>) {
 pub struct Told {
     digest: DefaultHasher,
     objection: Option<String>,
+    /// Whether a record was taken.
+    restored: bool,
 }
 
 impl Told {
     fn hear(&mut self, event: &Event<f32>) {
         // Writing to a hasher cannot fail.
         let _ = write!(Text(&mut self.digest), "{event:?}");
+        self.restored |= matches!(event.what, What::Restored { .. });
         if event.unit >= UNITS {
             self.objection = Some(format!("of a unit that is not there: {event:?}"));
         }

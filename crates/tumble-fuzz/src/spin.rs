@@ -1,5 +1,5 @@
 //! The spin of a robot: from all states of one, samples, clocks, wheels, ticks and settings as bad as they come. Nothing
-//! panics, a result is finite, and the same input gives the same bits.
+//! panics, a result is finite if the settings are, and the same input gives the same bits.
 
 use std::hash::{DefaultHasher, Hasher as _};
 
@@ -104,8 +104,11 @@ impl Scenes {
             mut step,
             mut machine,
         } = self.0[draw.below(self.0.len())];
+        let mut finite = true;
         if draw.once_in(4) {
-            machine = SpinMachine::new(&worst(&mut draw));
+            let mut settings = worst(&mut draw);
+            finite = numbers(&mut settings).iter().all(|number| number.is_finite());
+            machine = SpinMachine::new(&settings);
             machine.start();
             step = draw.pick(&[0, 60, 95]);
         }
@@ -139,7 +142,9 @@ impl Scenes {
         // It takes longer than all samples of a run, so not all runs do it.
         let asked = draw.once_in(16);
         if asked && let Ok(estimate) = machine.solve(known) {
-            check(&estimate)?;
+            if finite {
+                check(&estimate)?;
+            }
             estimate.up.iter().for_each(|x| digest.write_u32(x.to_bits()));
             digest.write_u32(estimate.chi_square.to_bits());
         }
