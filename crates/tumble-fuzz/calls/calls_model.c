@@ -16,8 +16,11 @@ static tumble_record *record;
 static uint8_t *bytes;
 static size_t *length;
 
-void calls_make_room(void)
+static void make_room(void)
 {
+    if (calibration != NULL) {
+        return;
+    }
     calibration = memory_ending(sizeof *calibration);
     correction = memory_ending(sizeof *correction);
     model = memory_ending(sizeof *model);
@@ -104,6 +107,7 @@ static void take_apart(void)
 
 void call_of_model(void)
 {
+    make_room();
     if (draw_once_in(2)) {
         correct();
     } else {
@@ -115,6 +119,7 @@ void call_of_model(void)
 
 void call_of_record(void)
 {
+    make_room();
     /* So that it ends where memory does, whatever its size. */
     const size_t size = draw_once_in(4) ? draw_below(TUMBLE_RECORD_BYTES + 2) : TUMBLE_RECORD_BYTES + 1;
     uint8_t *const buffer = bytes + TUMBLE_RECORD_BYTES + 1 - size;

@@ -99,7 +99,6 @@ void usual_spin_settings(tumble_spin_settings *settings);
 
 /* calls_*.c */
 
-void calls_make_room(void);
 void call_of_model(void);
 void call_of_record(void);
 void call_of_redundancy(void);

@@ -105,7 +105,6 @@ int main(int count, char **words)
     for (size_t i = 0; i < sizeof signals / sizeof signals[0]; i++) {
         signal(signals[i], on_signal);
     }
-    calls_make_room();
     warm_up();
     if (once) {
         run(from);

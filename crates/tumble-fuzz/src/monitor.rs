@@ -1,6 +1,6 @@
-//! The monitor of a redundant set: from all states of a mission, samples, clocks, commands, records and settings as bad
-//! as they come. Nothing panics, what is given is finite and of a unit that is there, what is adopted can be stored, the same
-//! input gives the same bits, and when units say the truth again, there is an output again.
+//! The monitor of a redundant set: from all states of a mission, samples, clocks, commands, records and settings as
+//! bad as they come. Nothing panics, what is given is finite and of a unit that is there, what is adopted can be stored,
+//! the same input gives the same bits, and when units say the truth again, there is an output again.
 
 use std::cell::Cell;
 use std::fmt::{self, Write as _};

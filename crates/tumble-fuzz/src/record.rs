@@ -1,5 +1,5 @@
-//! Records: whatever the bytes, they are refused, or are a record that has these bytes. A record that is damaged without
-//! its checksum is refused.
+//! Records: whatever the bytes, they are refused, or are a record that has these bytes. A record that is damaged
+//! without its checksum is refused.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use nalgebra::Matrix3;

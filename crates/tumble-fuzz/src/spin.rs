@@ -1,5 +1,5 @@
-//! The spin of a robot: from all states of one, samples, clocks, wheels, ticks and settings as bad as they come. Nothing
-//! panics, a result is finite if the settings are, and the same input gives the same bits.
+//! The spin of a robot: from all states of one, samples, clocks, wheels, ticks and settings as bad as they come.
+//! Nothing panics, a result is finite if the settings are, and the same input gives the same bits.
 
 use std::hash::{DefaultHasher, Hasher as _};
 
