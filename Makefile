@@ -8,7 +8,7 @@ RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help build demo test bench soak lint format requirements clean
+.PHONY: help build demo firmware test bench soak lint format requirements clean
 
 help:  ## Say what can be made
 	@sed -n 's/^\([a-z]*\): .*## \(.*\)/\1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -18,9 +18,15 @@ build: $(VENV)/.native  ## Build the native module and install the package into 
 demo: $(VENV)/.native  ## Simulate a turntable session, calibrate five targets, write out/demo/report.html
 	@$(BIN)/python examples/01_turntable.py out/demo
 
+firmware:  ## Fly a mission on an emulated Cortex-M4F, and compare it bit for bit with the host's replay
+	@scripts/install_device_tools.sh
+	@scripts/fly_firmware.sh
+
 test: $(VENV)/.native $(VENV)/.requirements-test  ## Run the Rust, Python and documentation tests
 	cargo test --workspace --locked
+	cargo test --manifest-path firmware/Cargo.toml --target-dir target/firmware --locked
 	scripts/build_for_cortex_m.sh
+	scripts/install_device_tools.sh
 	$(BIN)/python -m pytest
 	$(BIN)/python scripts/check_readme.py --run
 
@@ -46,6 +52,7 @@ soak: $(VENV)/.native  ## Run what takes hours: 2000 drawn missions of redundant
 lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types, layers and README
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
+	scripts/lint_firmware.sh
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy

@@ -1,13 +1,19 @@
 #!/bin/sh
-# Builds the platform for the device, with any features named, and the replay for the host, under target/firmware.
+# Builds the platform for the device as target/firmware/platform, and the replay for the host as target/firmware/mission.
+# With a feature of the platform named, builds it with that as target/firmware/platform-FEATURE, and nothing else.
 set -eu
 
 cd "$(dirname "$0")/.."
-manifest=firmware/Cargo.toml
 folder=target/firmware
-features=${1:+--features $1}
-# Word by word: one option and its value.
+feature=${1:-}
+
+options="--quiet --locked --release --manifest-path firmware/Cargo.toml --target-dir $folder"
+# Options are words apart.
 # shellcheck disable=SC2086
-scripts/cargo_for_cortex_m.sh build --quiet --locked --release --manifest-path $manifest --target-dir "$folder${1:+/$1}" \
-    --package platform $features
-[ -n "${1:-}" ] || cargo build --quiet --locked --release --manifest-path $manifest --target-dir $folder --package host
+scripts/cargo_for_cortex_m.sh build $options --package platform ${feature:+--features $feature}
+cp "$folder/thumbv7em-none-eabihf/release/platform" "$folder/platform${feature:+-$feature}"
+if [ -z "$feature" ]; then
+    # shellcheck disable=SC2086
+    cargo build $options --package host
+    cp "$folder/release/mission" "$folder/mission"
+fi

@@ -4,6 +4,7 @@
 set -eu
 
 target=thumbv7em-none-eabihf
+export CARGO_BUILD_TARGET="$target"
 
 has_core() {
     ls "$(rustc --print target-libdir --target "$target")"/libcore-*.rlib >/dev/null 2>&1
@@ -14,7 +15,7 @@ if ! has_core && command -v rustup >/dev/null; then
 fi
 
 if has_core; then
-    exec cargo "$@" --target "$target"
+    exec cargo "$@"
 fi
 
 # Debian ships the sources of core beside its compiler, from which the target can be built.
@@ -32,5 +33,5 @@ if ! command -v rust-lld >/dev/null; then
     export CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER=ld.lld
 fi
 # -Zbuild-std is not stable yet, and this variable is how a stable compiler is told to allow it.
-export RUSTC_BOOTSTRAP=1 RUSTC=/usr/bin/rustc
-exec /usr/bin/cargo "$@" --target "$target" -Zbuild-std=core
+export RUSTC_BOOTSTRAP=1 CARGO_UNSTABLE_BUILD_STD=core RUSTC=/usr/bin/rustc
+exec /usr/bin/cargo "$@"

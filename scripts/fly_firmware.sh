@@ -5,9 +5,9 @@ set -eu
 cd "$(dirname "$0")/.."
 folder=target/firmware
 scripts/build_firmware.sh
-if ! scripts/run_in_qemu.sh $folder/thumbv7em-none-eabihf/release/platform >$folder/said.txt; then
+if ! scripts/run_in_qemu.sh $folder/platform >$folder/said.txt; then
     tail -n 3 $folder/said.txt >&2
     echo "make: the device did not end its mission; all it said is in $folder/said.txt" >&2
     exit 1
 fi
-$folder/release/mission compare vectors $folder/said.txt
+$folder/mission compare vectors $folder/said.txt

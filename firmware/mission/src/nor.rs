@@ -97,3 +97,42 @@ impl NorFlash for Nor<'_> {
 fn end(offset: u32, bytes: &[u8]) -> u32 {
     offset.saturating_add(u32::try_from(bytes.len()).unwrap_or(u32::MAX))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_write_clears_bits_and_only_an_erasure_of_its_page_sets_them() {
+        let mut memory = [ERASED; BYTES];
+        let mut nor = Nor::new(&mut memory);
+        let mut read = [0; WORD];
+        nor.write(0, &[0b1100; WORD]).unwrap();
+        nor.write(0, &[0b1010; WORD]).unwrap();
+        nor.read(0, &mut read).unwrap();
+        assert_eq!(read, [0b1000; WORD]);
+        let page = PAGE as u32;
+        nor.erase(page, 2 * page).unwrap();
+        nor.read(0, &mut read).unwrap();
+        assert_eq!(read, [0b1000; WORD]);
+        nor.erase(0, page).unwrap();
+        nor.read(0, &mut read).unwrap();
+        assert_eq!(read, [ERASED; WORD]);
+        assert_eq!((nor.erasures, nor.written), (2, 2 * WORD as u32));
+    }
+
+    #[test]
+    fn what_is_not_aligned_or_not_there_is_refused() {
+        let mut memory = [ERASED; BYTES];
+        let mut nor = Nor::new(&mut memory);
+        let capacity = BYTES as u32;
+        assert_eq!(nor.write(2, &[0; WORD]), Err(NorFlashErrorKind::NotAligned));
+        assert_eq!(nor.write(0, &[0; 3]), Err(NorFlashErrorKind::NotAligned));
+        assert_eq!(nor.erase(0, 100), Err(NorFlashErrorKind::NotAligned));
+        assert_eq!(
+            nor.write(capacity, &[0; WORD]),
+            Err(NorFlashErrorKind::OutOfBounds)
+        );
+        assert_eq!(nor.read(capacity, &mut [0]), Err(NorFlashErrorKind::OutOfBounds));
+    }
+}

@@ -195,3 +195,43 @@ fn whole(number: f64) -> Option<u64> {
     let nearest = (number + 0.5) as u64;
     (0.0..1e18).contains(&number).then_some(nearest)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FILE: &[u8] =
+        br#"{"rows": [[9]], "cases": {"tenth_s": 1e-1, "small": 0.0001, "g": -9.80665, "count": 25000,
+        "rows": [[1, -2, 3, 4, 5, 6], [ 7,8,9,10,11,-12 ]], "short": [[1, 2]], "text": "rows", "e": 1e}}"#;
+
+    #[test]
+    fn numbers_are_those_that_the_compiler_reads() {
+        let cases = Cases::of(FILE).unwrap();
+        assert_eq!(cases.number("small"), Ok(0.0001));
+        assert_eq!(cases.number("g"), Ok(-9.80665));
+        assert_eq!(cases.number("tenth_s"), Ok(0.1));
+        assert_eq!(cases.microseconds("count"), Ok(25_000));
+        assert_eq!(cases.seconds("tenth_s"), Ok(100_000));
+    }
+
+    #[test]
+    fn rows_come_one_by_one_and_end_with_their_list() {
+        let mut rows = Cases::of(FILE).unwrap().rows("rows").unwrap();
+        assert_eq!(rows.next(), Some([1, -2, 3, 4, 5, 6]));
+        assert_eq!(rows.next(), Some([7, 8, 9, 10, 11, -12]));
+        assert_eq!(rows.next(), None);
+        assert_eq!(rows.next(), None);
+    }
+
+    #[test]
+    fn what_is_missing_or_something_else_is_named() {
+        let cases = Cases::of(FILE).unwrap();
+        assert_eq!(cases.number("none"), Err(Trouble::Vectors("none")));
+        assert_eq!(cases.number("rows"), Err(Trouble::Vectors("rows")));
+        assert_eq!(cases.number("e"), Err(Trouble::Vectors("e")));
+        assert_eq!(cases.microseconds("g"), Err(Trouble::Vectors("g")));
+        assert_eq!(cases.rows("count").err(), Some(Trouble::Vectors("count")));
+        assert_eq!(cases.rows("short").unwrap().next(), None);
+        assert_eq!(Cases::of(b"{}").err(), Some(Trouble::Vectors("cases")));
+    }
+}

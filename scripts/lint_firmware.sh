@@ -1,0 +1,12 @@
+#!/bin/sh
+# Checks format and style of the firmware, each part for where it runs.
+set -eu
+
+cd "$(dirname "$0")/.."
+options="--quiet --locked --manifest-path firmware/Cargo.toml --target-dir target/firmware"
+cargo fmt --all --check --manifest-path firmware/Cargo.toml
+# Options are words apart.
+# shellcheck disable=SC2086
+cargo clippy $options --all-targets -- -D warnings
+# shellcheck disable=SC2086
+scripts/cargo_for_cortex_m.sh clippy $options --package platform -- -D warnings

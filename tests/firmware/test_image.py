@@ -1,0 +1,41 @@
+"""The image holds no panic and no heap, and what says so would say otherwise."""
+
+from __future__ import annotations
+
+import re
+
+from firmware_images import FOLDER, build
+
+HEAP = re.compile(rb"__rust_alloc|__rust_dealloc|GlobalAlloc|\x00(malloc|calloc|realloc|free|_sbrk)\x00")
+"""Names of functions of a heap, in Rust and in C."""
+
+PANIC = re.compile(rb"panic_fmt|panic_bounds_check|slice_index_fail|unwrap_failed|tumble_panic_is_reachable")
+"""Names of functions that a panic goes through."""
+
+
+def names(image, pattern):
+    """All matches in an image.
+
+    Not only symbols are looked through but debugging information too, which also names what was inlined.
+    """
+    return {match[0] for match in pattern.finditer(image.read_bytes())}
+
+
+def test_the_image_names_no_function_of_a_heap(image):
+    assert names(image, HEAP) == set()
+
+
+def test_an_image_with_a_heap_is_found_by_its_names(image):
+    built = build("reach-the-heap")
+    assert built.returncode == 0, built.stderr
+    assert b"__rust_alloc" in names(FOLDER / "platform-reach-the-heap", HEAP)
+
+
+def test_the_image_names_no_function_of_a_panic(image):
+    assert names(image, PANIC) == set()
+
+
+def test_an_image_that_can_panic_does_not_link(image):
+    built = build("reach-a-panic")
+    assert built.returncode != 0
+    assert "undefined symbol: tumble_panic_is_reachable" in built.stderr

@@ -1,0 +1,166 @@
+"""The mission on an emulated Cortex-M4F is the host's, bit for bit, and what it should be."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import struct
+
+import numpy as np
+import pytest
+from firmware_images import VECTORS, compare, run
+
+CASES = json.loads((VECTORS / "redundancy.json").read_text())["cases"]
+SPIN = json.loads((VECTORS / "spin.json").read_text())["cases"]
+
+
+def numbers(line):
+    """The numbers of single precision in a line."""
+    return [struct.unpack(">f", bytes.fromhex(bits))[0] for bits in re.findall(r"#([0-9a-f]{8})", line)]
+
+
+def after(said, *lines):
+    """What follows the first line that contains each of these, one after the other."""
+    rest = said
+    for line in lines:
+        assert line in rest, f"{line!r} was not said, or not in this order"
+        rest = rest[rest.index(line) + len(line) :]
+    return rest
+
+
+@pytest.fixture
+def elsewhere(tmp_path):
+    """A folder of its own with the vectors, for a device to read."""
+    shutil.copytree(VECTORS, tmp_path / "vectors")
+    return tmp_path
+
+
+def changed(folder, file, old, new):
+    """Changes the first of some text in a file of vectors."""
+    path = folder / "vectors" / file
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+
+
+def test_the_device_says_what_the_host_says_bit_for_bit(said, tmp_path):
+    log = tmp_path / "said.txt"
+    log.write_text(said)
+    compared = compare(VECTORS, log)
+    assert compared.returncode == 0, compared.stdout[-2000:] + compared.stderr
+    assert "bit for bit" in compared.stdout
+
+
+@pytest.mark.parametrize("file", ["redundancy.json", "spin.json"])
+def test_one_bit_of_one_reading_changed_on_the_device_is_found(image, elsewhere, file):
+    name = "primary_counts" if file == "redundancy.json" else "counts"
+    row = json.loads((VECTORS / file).read_text())["cases"][name][300]
+    old = ", ".join(map(str, row))
+    new = ", ".join(map(str, [row[0] ^ 1, *row[1:]]))
+    changed(elsewhere, file, f"[{old}]", f"[{new}]")
+    log = elsewhere / "said.txt"
+    log.write_text(run(image, elsewhere).stdout)
+    compared = compare(VECTORS, log)
+    assert compared.returncode == 1
+    assert "Device and host differ, first in line" in compared.stdout
+    assert compare(elsewhere / "vectors", log).returncode == 0
+
+
+def test_one_bit_of_one_result_is_found(said, tmp_path):
+    log = tmp_path / "said.txt"
+    bits = re.findall(r"#[0-9a-f]{8}", said)[-1]
+    other = f"#{int(bits[1:], 16) ^ 1:08x}"
+    log.write_text(other.join(said.rsplit(bits, 1)))
+    assert compare(VECTORS, log).returncode == 1
+
+
+def test_a_device_that_stops_early_is_found(said, tmp_path):
+    log = tmp_path / "said.txt"
+    log.write_text(said[: said.index("spin found")])
+    compared = compare(VECTORS, log)
+    assert compared.returncode == 1
+    assert "says nothing more" in compared.stdout
+
+
+def test_records_are_saved_before_the_reset_and_restored_after_it(said):
+    after(
+        said,
+        "device: start 1",
+        "secondary 1: triggered",
+        "secondary 1: motion began",
+        "record of Accelerometer of 0x7002 saved",
+        "record of Gyroscope of 0x7002 saved",
+        "secondary 2: triggered",
+        "record of Accelerometer of 0x7003 saved",
+        "record of Gyroscope of 0x7003 saved",
+        "device: resets itself",
+        "device: start 2",
+        "secondary 1: Accelerometer restored, sequence 1",
+        "secondary 2: Gyroscope restored, sequence 1",
+    )
+    flash = re.findall(r"flash: checksum (\w+), (\d+) pages erased and (\d+) bytes written", said)
+    (first, _, written), (second, *nothing) = flash
+    assert first == second
+    assert int(written) > 0
+    assert nothing == ["0", "0"]
+
+
+def test_the_record_in_flash_is_that_of_the_vectors(said):
+    record = after(said, "record of Accelerometer of 0x7002")
+    found, sigma = (
+        np.array(numbers(re.search(rf"{name} (#.*)", record)[1])) for name in ("    b", "sigma of b")
+    )
+    assert np.all(np.abs(found - CASES["accelerometer_b"]) < 0.6 * sigma)
+    arm, sigma = (
+        np.array(numbers(re.search(rf"{name} (#.*)", record)[1]))
+        for name in ("    lever arm", "sigma of lever arm")
+    )
+    assert np.all(np.abs(arm - CASES["lever_arm"]) < 0.2 * sigma)
+
+
+def test_each_secondary_takes_over_in_turn_and_compensated_is_close_to_the_dead_primary(said):
+    flown = after(
+        said,
+        "device: start 2",
+        "primary: unhealthy, no samples",
+        "secondary 1: is the source: PrimaryFailed",
+        "secondary 1: unhealthy, no samples",
+        "secondary 2: is the source: SourceFailed",
+    )
+    for unit in (1, 2):
+        _, force, rate = after(flown, f"secondary {unit} was the source").split("\n")[:3]
+        for said_apart in (force, rate):
+            compensated, as_read = numbers(said_apart)
+            assert compensated < as_read / 5
+
+
+def test_the_spin_shows_the_biases_of_the_vectors(said):
+    spun = after(said, "spin found")
+    for name, quantity in (
+        ("gyroscope bias", "gyroscope_bias"),
+        ("accelerometer bias", "accelerometer_bias"),
+    ):
+        found = numbers(re.search(rf"    {name} (#.*)", spun)[1])
+        bias, sigma = np.array(found[:3]), np.array(found[3:])
+        assert np.all(np.abs(bias - SPIN[quantity]) < 3 * sigma), name
+
+
+def test_a_device_without_vectors_says_so_and_fails(image, tmp_path):
+    ran = run(image, tmp_path)
+    assert ran.returncode != 0
+    assert "cannot go on: QEMU has to be started where vectors/ is" in ran.stdout
+
+
+def test_vectors_that_lack_an_entry_are_refused_by_its_name(image, elsewhere):
+    changed(elsewhere, "redundancy.json", '"collect_s"', '"collected"')
+    ran = run(image, elsewhere)
+    assert ran.returncode != 0
+    assert "cannot go on: collect_s" in ran.stdout
+
+
+def test_the_stack_is_measured_in_every_phase(said):
+    stack = {phase: int(size) for size, phase in re.findall(r"device: stack (\d+) bytes: (\w+)", said)}
+    for phase in ("Restore", "Push", "Fit", "Save", "SpinPush", "SpinFinish", "SpinSolve"):
+        assert 100 < stack[phase] < stack["all"] < 64 * 1024, phase
+    assert stack["Push"] < stack["Fit"]
