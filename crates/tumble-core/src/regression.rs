@@ -43,8 +43,6 @@ pub struct Solution<T: Real, const N: usize> {
     pub covariance: SMatrix<T, N, N>,
     /// Share of the prior's variance that the data left standing, for each unknown: 1 is untouched, 0 is known.
     pub ignorance: SVector<T, N>,
-    /// Number of directions in which the data say more than the prior.
-    pub rank: usize,
     /// Sum of the squared weighted residuals, without the prior.
     pub chi_square: T,
     /// Rows taken in.
@@ -106,29 +104,42 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
     ///
     /// # Errors
     /// [`Unsolvable`] if something was not finite, or the covariance of the prior is none.
+    // What is inlined keeps its stack while its caller goes on: three matrices here.
+    #[inline(never)]
     pub fn solve(&self) -> Result<Solution<T, N>, Unsolvable> {
-        let root = self.root.ok_or(Unsolvable)?;
-        let inverse = self
-            .triangle
-            .solve_upper_triangular(&SMatrix::identity())
-            .ok_or(Unsolvable)?;
+        let root = self.root.as_ref().ok_or(Unsolvable)?;
+        let inverse = self.inverse()?;
         let z = inverse * self.right;
         let (step, spread) = (root * z, root * inverse);
         if !step.iter().all(|value| value.is_finite()) {
             return Err(Unsolvable);
         }
         let covariance = spread * spread.transpose();
-        let (left_standing, _) = eigen::symmetric(inverse * inverse.transpose());
-        let undecided = real::<T>(0.5);
         Ok(Solution {
             x: self.mean + step,
             covariance,
             ignorance: covariance.diagonal().component_div(&self.prior_variance),
-            rank: left_standing.iter().filter(|share| **share < undecided).count(),
             // The residuals of data and prior together, less those of the prior.
             chi_square: (self.squares - z.norm_squared()).max(T::zero()),
             rows: self.rows,
         })
+    }
+
+    /// Number of directions in which the data say more than the prior.
+    ///
+    /// # Errors
+    /// As of [`Self::solve`].
+    pub fn rank(&self) -> Result<usize, Unsolvable> {
+        let inverse = self.inverse()?;
+        let (left_standing, _) = eigen::symmetric(inverse * inverse.transpose());
+        let undecided = real::<T>(0.5);
+        Ok(left_standing.iter().filter(|share| **share < undecided).count())
+    }
+
+    fn inverse(&self) -> Result<SMatrix<T, N, N>, Unsolvable> {
+        let mut inverse = SMatrix::identity();
+        let regular = self.triangle.solve_upper_triangular_mut(&mut inverse);
+        regular.then_some(inverse).ok_or(Unsolvable)
     }
 }
 

@@ -190,6 +190,7 @@ impl<T: Real> Point<T> {
     }
 
     /// Derivative of the coefficients by unknown `i`; zero where they do not depend on it.
+    #[inline(never)]
     fn derivative(&self, i: usize) -> Coefficients<T> {
         let zero = Vector3::zeros();
         let none = Vectors {
@@ -287,10 +288,10 @@ pub fn fit<T: Real>(
     turning: &Harmonics<T>,
     knowledge: &Knowledge<T>,
 ) -> Result<LevelFree<T>, Unsolvable> {
-    let prior = prior(knowledge);
-    let mut solution = one_round(resting, turning, knowledge, &prior, &prior.mean)?;
+    let harmonics = [resting, turning];
+    let mut solution = one_round(harmonics, knowledge, &nominal(knowledge))?;
     for _ in 1..ROUNDS {
-        solution = one_round(resting, turning, knowledge, &prior, &solution.x)?;
+        solution = one_round(harmonics, knowledge, &solution.x)?;
     }
     let floor = knowledge.axis.floor;
     let x = &solution.x;
@@ -310,9 +311,27 @@ pub fn fit<T: Real>(
 /// Unknowns without prior knowledge: accelerometer bias, uphill pull, lever arm.
 const FREE: usize = 7;
 
-fn prior<T: Real>(knowledge: &Knowledge<T>) -> Prior<T, UNKNOWNS> {
+/// Unknowns before any data.
+fn nominal<T: Real>(knowledge: &Knowledge<T>) -> SVector<T, UNKNOWNS> {
+    SVector::from_fn(|i, _| if i == SCALE { knowledge.scale.0 } else { T::zero() })
+}
+
+// Here and below: what is inlined into the fit keeps its stack while the fit goes on, 12 kB of it on a device.
+#[inline(never)]
+fn one_round<T: Real>(
+    harmonics: [&Harmonics<T>; 2],
+    knowledge: &Knowledge<T>,
+    x: &SVector<T, UNKNOWNS>,
+) -> Result<Solution<T, UNKNOWNS>, Unsolvable> {
+    let mut equations = believed(knowledge);
+    gather(harmonics, knowledge, x, &mut equations);
+    equations.solve()
+}
+
+#[inline(never)]
+fn believed<T: Real>(knowledge: &Knowledge<T>) -> LeastSquares<T, UNKNOWNS> {
     let mut prior = Prior::<T, UNKNOWNS> {
-        mean: SVector::zeros(),
+        mean: nominal(knowledge),
         covariance: SMatrix::zeros(),
     };
     let variance = |i: usize| -> T {
@@ -333,21 +352,20 @@ fn prior<T: Real>(knowledge: &Knowledge<T>) -> Prior<T, UNKNOWNS> {
         .fixed_view_mut::<5, 5>(GYROSCOPE, GYROSCOPE)
         .copy_from(&knowledge.axis.covariance);
     prior.covariance[(GYROSCOPE + 2, GYROSCOPE + 2)] = knowledge.bias_variance;
-    prior.mean[SCALE] = knowledge.scale.0;
-    prior
+    LeastSquares::new(&prior)
 }
 
-fn one_round<T: Real>(
-    resting: &Harmonics<T>,
-    turning: &Harmonics<T>,
+/// The harmonics as equations, linearised about `x`.
+#[inline(never)]
+fn gather<T: Real>(
+    [resting, turning]: [&Harmonics<T>; 2],
     knowledge: &Knowledge<T>,
-    prior: &Prior<T, UNKNOWNS>,
     x: &SVector<T, UNKNOWNS>,
-) -> Result<Solution<T, UNKNOWNS>, Unsolvable> {
+    equations: &mut LeastSquares<T, UNKNOWNS>,
+) {
     let point = Point::new(knowledge, x);
     let model = point.vectors.coefficients(&point.stretch);
     let derivatives: [Coefficients<T>; UNKNOWNS] = core::array::from_fn(|i| point.derivative(i));
-    let mut equations = LeastSquares::new(prior);
     for (harmonics, variance) in [
         (resting, &knowledge.rest_variance),
         (turning, &knowledge.turning_variance),
@@ -359,7 +377,7 @@ fn one_round<T: Real>(
                 continue;
             }
             let said = model.tr_mul(&line);
-            let by_unknown: [Vector3<T>; UNKNOWNS] = core::array::from_fn(|j| derivatives[j].tr_mul(&line));
+            let by_unknown = derivatives.each_ref().map(|d| d.tr_mul(&line));
             for axis in 0..3 {
                 let a = SVector::<T, UNKNOWNS>::from_fn(|j, _| by_unknown[j][axis]);
                 let y = right[axis] - said[axis] + a.dot(x);
@@ -367,5 +385,4 @@ fn one_round<T: Real>(
             }
         }
     }
-    equations.solve()
 }

@@ -101,8 +101,8 @@ pub fn fit<T: Real, const P: usize, const Q: usize, const N: usize>(
 ) -> Result<TriadFit<T, Q>, Unsolvable> {
     const { assert!(N == 3 * P + Q) };
     let prior = prior::<T, P, Q, N>(knowledge);
-    let solution = solve::<T, P, Q, N>(observations, knowledge, &prior)?;
-    let found = unpack::<T, P, Q, N>(&solution);
+    let (solution, rank) = solve::<T, P, Q, N>(observations, knowledge, &prior)?;
+    let found = unpack::<T, P, Q, N>(&solution, rank);
     let unseen = |i: usize| i < 3 * P && i % P < 3 && !solution.observed(i);
     if !(0..3 * P).any(unseen) {
         return Ok(found);
@@ -113,11 +113,11 @@ pub fn fit<T: Real, const P: usize, const Q: usize, const N: usize>(
     for i in (0..3 * P).filter(|&i| unseen(i)) {
         held.covariance[(i, i)] = real(HELD * HELD);
     }
-    let with_held = unpack::<T, P, Q, N>(&solve(observations, knowledge, &held)?);
+    let (solution, _) = solve(observations, knowledge, &held)?;
+    let with_held = unpack::<T, P, Q, N>(&solution, rank);
     Ok(TriadFit {
         covariance: found.covariance,
         observed: found.observed,
-        rank: found.rank,
         degrees_of_freedom: found.degrees_of_freedom,
         g_sensitivity: match (with_held.g_sensitivity, found.g_sensitivity) {
             (Some((g, _)), Some((_, sigma))) => Some((g, sigma)),
@@ -130,22 +130,24 @@ pub fn fit<T: Real, const P: usize, const Q: usize, const N: usize>(
 /// How far an element of M that is held may stray from its nominal value.
 const HELD: f64 = 1e-9;
 
+/// The solution and its rank.
 fn solve<T: Real, const P: usize, const Q: usize, const N: usize>(
     observations: &[Observation<T, P, Q>],
     knowledge: &Knowledge<T, Q>,
     prior: &Prior<T, N>,
-) -> Result<Solution<T, N>, Unsolvable> {
+) -> Result<(Solution<T, N>, usize), Unsolvable> {
     const ROUNDS: u32 = 3;
-    let mut matrix = knowledge.nominal;
-    let mut solution = Err(Unsolvable);
-    for _ in 0..ROUNDS {
+    let about = |matrix: &Matrix3<T>| {
         let mut equations = LeastSquares::<T, N>::new(prior);
-        push(&mut equations, observations, knowledge, &matrix);
+        push(&mut equations, observations, knowledge, matrix);
+        equations
+    };
+    let mut equations = about(&knowledge.nominal);
+    for _ in 1..ROUNDS {
         let round = equations.solve()?;
-        matrix = Matrix3::from_fn(|i, j| round.x[i * P + j]);
-        solution = Ok(round);
+        equations = about(&Matrix3::from_fn(|i, j| round.x[i * P + j]));
     }
-    solution
+    Ok((equations.solve()?, equations.rank()?))
 }
 
 fn prior<T: Real, const P: usize, const Q: usize, const N: usize>(
@@ -219,6 +221,7 @@ fn row<T: Real, const P: usize, const Q: usize, const N: usize>(
 
 fn unpack<T: Real, const P: usize, const Q: usize, const N: usize>(
     solution: &Solution<T, N>,
+    rank: usize,
 ) -> TriadFit<T, Q> {
     let place = |parameter: usize| match parameter {
         0..9 => (parameter / 3) * P + parameter % 3,
@@ -241,7 +244,7 @@ fn unpack<T: Real, const P: usize, const Q: usize, const N: usize>(
             )
         }),
         shared: solution.x.fixed_rows::<Q>(3 * P).into_owned(),
-        rank: solution.rank,
+        rank,
         chi_square: solution.chi_square,
         degrees_of_freedom: crate::regression::degrees_of_freedom(solution.rows, unknowns),
     }
