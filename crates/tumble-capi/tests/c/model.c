@@ -1,0 +1,132 @@
+/* Readings corrected, and error models taken apart. */
+
+#include <math.h>
+#include <string.h>
+
+#include "laws.h"
+#include "vectors.h"
+
+/* Checks numbers against what a case expects of a quantity; `rows` is 1 for a vector, 3 for a matrix. */
+static void agrees(const cJSON *file, const cJSON *a_case, const char *quantity, int rows, const float *found)
+{
+    const double allowed = tolerance(file, quantity);
+    for (int i = 0; i < 3 * rows; ++i) {
+        const cJSON *list = member(a_case, quantity);
+        const cJSON *row = rows == 1 ? list : element(list, i / 3);
+        const double expected = element(row, i % 3)->valuedouble;
+        CHECK(fabs((double)found[i] - expected) <= allowed);
+    }
+}
+
+static void check_case(const cJSON *file, const cJSON *a_case)
+{
+    tumble_error_model model;
+    matrix(a_case, "M", model.matrix);
+    vector(a_case, "b", model.bias);
+
+    tumble_decomposition parts;
+    ANSWERS(TUMBLE_OK, tumble_error_model_decompose(&model, &parts));
+    agrees(file, a_case, "scale", 1, parts.scale);
+    agrees(file, a_case, "L", 3, parts.triangle[0]);
+    agrees(file, a_case, "Q", 3, parts.rotation[0]);
+    agrees(file, a_case, "non_orthogonality", 1, parts.non_orthogonality);
+    agrees(file, a_case, "mounting", 1, parts.mounting);
+
+    float truth[3];
+    float reading[3];
+    vector(a_case, "u", truth);
+    ANSWERS(TUMBLE_OK, tumble_error_model_measure(&model, truth, reading));
+    agrees(file, a_case, "y", 1, reading);
+
+    const tumble_calibration calibration = {model, model};
+    tumble_correction correction;
+    ANSWERS(TUMBLE_OK, tumble_correction_init(&correction, &calibration));
+    tumble_sample sample;
+    sample.time = 42;
+    memcpy(sample.specific_force, reading, sizeof reading);
+    memcpy(sample.angular_rate, reading, sizeof reading);
+    tumble_sample corrected;
+    ANSWERS(TUMBLE_OK, tumble_correction_apply(&correction, &sample, &corrected));
+    CHECK(corrected.time == 42);
+    agrees(file, a_case, "corrected", 1, corrected.specific_force);
+    agrees(file, a_case, "corrected", 1, corrected.angular_rate);
+}
+
+static void agrees_with_the_vectors(void)
+{
+    cJSON *file = vectors_read("model");
+    const cJSON *cases = member(file, "cases");
+    CHECK(cJSON_GetArraySize(cases) > 0);
+    for (int i = 0; i < cJSON_GetArraySize(cases); ++i) {
+        check_case(file, element(cases, i));
+    }
+    cJSON_Delete(file);
+}
+
+/* A unit whose accelerometer and gyroscope err differently. */
+static tumble_correction some_correction(void)
+{
+    const tumble_calibration calibration = {
+        {{{1.01F, 0.002F, 0.0F}, {0.0F, 0.98F, -0.01F}, {0.003F, 0.0F, 1.0F}}, {0.1F, -0.2F, 0.3F}},
+        {{{0.99F, 0.0F, 0.004F}, {0.01F, 1.02F, 0.0F}, {0.0F, -0.002F, 1.0F}}, {0.01F, 0.02F, -0.03F}},
+    };
+    tumble_correction correction;
+    ANSWERS(TUMBLE_OK, tumble_correction_init(&correction, &calibration));
+    return correction;
+}
+
+static void may_be_corrected_in_place(void)
+{
+    const tumble_correction correction = some_correction();
+    tumble_sample sample = {7, {1.0F, -2.0F, 9.0F}, {0.5F, -0.25F, 0.125F}};
+    tumble_sample truth;
+    ANSWERS(TUMBLE_OK, tumble_correction_apply(&correction, &sample, &truth));
+    ANSWERS(TUMBLE_OK, tumble_correction_apply(&correction, &sample, &sample));
+    CHECK(sample.time == truth.time);
+    CHECK(memcmp(sample.specific_force, truth.specific_force, sizeof truth.specific_force) == 0);
+    CHECK(memcmp(sample.angular_rate, truth.angular_rate, sizeof truth.angular_rate) == 0);
+}
+
+static void not_finite_is_refused_and_leaves_the_place_alone(void)
+{
+    const tumble_correction correction = some_correction();
+    const float bad[3] = {NAN, INFINITY, -INFINITY};
+    for (int channel = 0; channel < 6; ++channel) {
+        for (int i = 0; i < 3; ++i) {
+            tumble_sample sample = {7, {1.0F, -2.0F, 9.0F}, {0.5F, -0.25F, 0.125F}};
+            float *channels = channel < 3 ? sample.specific_force : sample.angular_rate;
+            channels[channel % 3] = bad[i];
+            tumble_sample truth = {1, {1.0F, 1.0F, 1.0F}, {1.0F, 1.0F, 1.0F}};
+            ANSWERS(TUMBLE_ERROR_NOT_FINITE, tumble_correction_apply(&correction, &sample, &truth));
+            CHECK(truth.time == 1 && truth.specific_force[0] == 1.0F);
+        }
+    }
+}
+
+static void no_inverse_is_refused(void)
+{
+    tumble_calibration calibration = {
+        {{{1.0F, 0.0F, 0.0F}, {0.0F, 1.0F, 0.0F}, {0.0F, 0.0F, 1.0F}}, {0.0F, 0.0F, 0.0F}},
+        {{{1.0F, 0.0F, 0.0F}, {0.0F, 1.0F, 0.0F}, {0.0F, 0.0F, 1.0F}}, {0.0F, 0.0F, 0.0F}},
+    };
+    tumble_correction correction;
+    tumble_decomposition parts;
+    ANSWERS(TUMBLE_OK, tumble_correction_init(&correction, &calibration));
+    calibration.gyroscope.matrix[2][2] = -1.0F;
+    ANSWERS(TUMBLE_OK, tumble_correction_init(&correction, &calibration));
+    ANSWERS(TUMBLE_ERROR_LEFT_HANDED, tumble_error_model_decompose(&calibration.gyroscope, &parts));
+    calibration.gyroscope.matrix[2][2] = 0.0F;
+    ANSWERS(TUMBLE_ERROR_SINGULAR, tumble_correction_init(&correction, &calibration));
+    ANSWERS(TUMBLE_ERROR_SINGULAR, tumble_error_model_decompose(&calibration.gyroscope, &parts));
+    calibration.accelerometer.bias[1] = NAN;
+    ANSWERS(TUMBLE_ERROR_NOT_FINITE, tumble_correction_init(&correction, &calibration));
+}
+
+const law model_laws[] = {
+    {"the error model agrees with its vectors", agrees_with_the_vectors},
+    {"a sample may be corrected in place", may_be_corrected_in_place},
+    {"a sample that is not finite is refused and leaves the result alone",
+     not_finite_is_refused_and_leaves_the_place_alone},
+    {"a matrix without an inverse is refused", no_inverse_is_refused},
+    {NULL, NULL},
+};

@@ -1,0 +1,272 @@
+/* A primary and its secondaries. Units beyond the two of the vectors never say anything. */
+
+#include <math.h>
+#include <string.h>
+
+#include "laws.h"
+#include "ram_flash.h"
+#include "vectors.h"
+
+/* What a mission told. */
+typedef struct mission {
+    /* Kinds of events in the order in which each came first, without evaluations. */
+    tumble_event_kind order[32];
+    int kinds;
+    /* Records adopted. */
+    tumble_record records[4];
+    int adopted;
+    /* Where they are saved, if anywhere. */
+    tumble_store *store;
+    tumble_redundancy *monitor;
+    tumble_output output;
+} mission;
+
+static void on_event(void *context, const tumble_event *event)
+{
+    mission *told = (mission *)context;
+    if (event->unit > 1) {
+        CHECK(event->kind == TUMBLE_EVENT_KIND_UNHEALTHY && event->reason == TUMBLE_REASON_LATE);
+        return;
+    }
+    if (event->kind == TUMBLE_EVENT_KIND_ADOPTED) {
+        CHECK(event->record != NULL && event->unit == 1);
+        if (event->record != NULL && told->adopted < 4) {
+            told->records[told->adopted++] = *event->record;
+            if (told->store != NULL) {
+                ANSWERS(TUMBLE_OK, tumble_store_save(told->store, event->time, event->record, NULL));
+            }
+        }
+    } else {
+        CHECK(event->record == NULL);
+    }
+    for (int i = 0; i < told->kinds; ++i) {
+        if (told->order[i] == event->kind) {
+            return;
+        }
+    }
+    if (event->kind != TUMBLE_EVENT_KIND_EVALUATED && told->kinds < 32) {
+        told->order[told->kinds++] = event->kind;
+    }
+}
+
+static void fill_units(tumble_unit units[TUMBLE_UNITS])
+{
+    for (int i = 0; i < TUMBLE_UNITS; ++i) {
+        ANSWERS(TUMBLE_OK, tumble_unit_defaults(&units[i], (uint64_t)i + 1));
+    }
+}
+
+static tumble_redundancy *new_monitor(const tumble_redundancy_settings *settings)
+{
+    tumble_unit units[TUMBLE_UNITS];
+    fill_units(units);
+    tumble_redundancy *monitor = NEW(tumble_redundancy);
+    ANSWERS(TUMBLE_OK,
+            tumble_redundancy_init(monitor, sizeof *monitor, settings, NULL, units, TUMBLE_UNITS));
+    return monitor;
+}
+
+static tumble_redundancy_settings settings_of(const cJSON *cases)
+{
+    tumble_redundancy_settings settings;
+    ANSWERS(TUMBLE_OK, tumble_redundancy_defaults(&settings));
+    settings.rest_duration = (uint64_t)(number(cases, "rest_duration_s") * 1e6);
+    settings.collect = (uint64_t)(number(cases, "collect_s") * 1e6);
+    return settings;
+}
+
+/* Flies the mission of the vectors. */
+static void fly(const cJSON *cases, mission *told)
+{
+    const uint64_t interval = (uint64_t)number(cases, "interval_us");
+    const cJSON *secondary = member(cases, "secondary_counts")->child;
+    const cJSON *primary = NULL;
+    uint64_t time = 1000000;
+    cJSON_ArrayForEach(primary, member(cases, "primary_counts"))
+    {
+        const cJSON *both[2] = {primary, secondary};
+        for (uint32_t unit = 0; unit < 2; ++unit) {
+            const tumble_sample sample = sample_of(cases, both[unit], time);
+            tumble_output *output = unit == 0 ? &told->output : NULL;
+            ANSWERS(TUMBLE_OK, tumble_redundancy_push(told->monitor, unit, &sample, on_event, told, output));
+        }
+        secondary = secondary->next;
+        time += interval;
+    }
+}
+
+/* The words of the vectors for a kind of event. */
+static const char *name_of(tumble_event_kind kind)
+{
+    switch (kind) {
+    case TUMBLE_EVENT_KIND_SELECTED:
+        return "selected";
+    case TUMBLE_EVENT_KIND_REST_BEGAN:
+        return "rest began";
+    case TUMBLE_EVENT_KIND_TRIGGERED:
+        return "triggered";
+    case TUMBLE_EVENT_KIND_REST_ENDED:
+        return "rest ended";
+    case TUMBLE_EVENT_KIND_MOTION_BEGAN:
+        return "motion began";
+    case TUMBLE_EVENT_KIND_FITTED:
+        return "fitted";
+    case TUMBLE_EVENT_KIND_ADOPTED:
+        return "adopted";
+    default:
+        return "something else";
+    }
+}
+
+static void events_agree(const cJSON *cases, const mission *told)
+{
+    const cJSON *events = member(cases, "events");
+    CHECK(cJSON_GetArraySize(events) == told->kinds);
+    for (int i = 0; i < told->kinds && i < cJSON_GetArraySize(events); ++i) {
+        CHECK(strcmp(element(events, i)->valuestring, name_of(told->order[i])) == 0);
+    }
+}
+
+/* Checks numbers against what is expected, in the sigmas found with them. */
+static void close_to(double allowed, int count, const float *expected, const float *found, const float *sigma)
+{
+    for (int i = 0; i < count; ++i) {
+        CHECK(fabs((double)found[i] - (double)expected[i]) / (double)sigma[i] <= allowed);
+    }
+}
+
+static void record_agrees(const cJSON *file, const tumble_record *record)
+{
+    const cJSON *cases = member(file, "cases");
+    const int gyroscope = record->sensor == TUMBLE_SENSOR_GYROSCOPE;
+    const char *m = gyroscope ? "gyroscope_M" : "accelerometer_M";
+    const char *b = gyroscope ? "gyroscope_b" : "accelerometer_b";
+    float expected[3][3];
+    matrix(cases, m, expected);
+    close_to(tolerance(file, m), 9, expected[0], record->matrix[0], record->matrix_sigma[0]);
+    vector(cases, b, expected[0]);
+    close_to(tolerance(file, b), 3, expected[0], record->bias, record->bias_sigma);
+    if (!gyroscope) {
+        vector(cases, "lever_arm", expected[0]);
+        close_to(tolerance(file, "lever_arm"), 3, expected[0], record->lever_arm, record->lever_arm_sigma);
+    }
+}
+
+static void agrees_with_the_vectors(void)
+{
+    cJSON *file = vectors_read("redundancy");
+    const cJSON *cases = member(file, "cases");
+    const tumble_redundancy_settings settings = settings_of(cases);
+    mission told;
+    memset(&told, 0, sizeof told);
+    told.monitor = new_monitor(&settings);
+    fly(cases, &told);
+    events_agree(cases, &told);
+    CHECK(told.adopted == 2 && told.records[0].sensor != told.records[1].sensor);
+    for (int i = 0; i < told.adopted; ++i) {
+        record_agrees(file, &told.records[i]);
+    }
+    CHECK(told.output.source == 0);
+    uint32_t source = 7;
+    ANSWERS(TUMBLE_OK, tumble_redundancy_get_source(told.monitor, &source));
+    CHECK(source == 0);
+    free(told.monitor);
+    cJSON_Delete(file);
+}
+
+static void outlasts_a_reset(void)
+{
+    cJSON *file = vectors_read("redundancy");
+    const cJSON *cases = member(file, "cases");
+    const tumble_redundancy_settings settings = settings_of(cases);
+    ram_flash flash;
+    ram_flash_erase(&flash);
+    mission told;
+    memset(&told, 0, sizeof told);
+    told.store = ram_flash_open(&flash);
+    told.monitor = new_monitor(&settings);
+    fly(cases, &told);
+    CHECK(told.adopted == 2);
+    tumble_knowledge before[2];
+    for (uint32_t sensor = 0; sensor < 2; ++sensor) {
+        ANSWERS(TUMBLE_OK, tumble_redundancy_get_stored(told.monitor, 1, (tumble_sensor)sensor, &before[sensor]));
+        CHECK(before[sensor].calibrated && before[sensor].sequence == 1);
+    }
+    free(told.monitor);
+    free(told.store);
+
+    told.store = ram_flash_open(&flash);
+    told.monitor = new_monitor(&settings);
+    told.kinds = 0;
+    ANSWERS(TUMBLE_OK, tumble_redundancy_restore_from(told.monitor, told.store, on_event, &told));
+    CHECK(told.kinds == 1 && told.order[0] == TUMBLE_EVENT_KIND_RESTORED);
+    for (uint32_t sensor = 0; sensor < 2; ++sensor) {
+        tumble_knowledge after;
+        ANSWERS(TUMBLE_OK, tumble_redundancy_get_stored(told.monitor, 1, (tumble_sensor)sensor, &after));
+        CHECK(after.calibrated && after.sequence == before[sensor].sequence);
+        CHECK(after.residual == before[sensor].residual);
+        CHECK(memcmp(after.bias, before[sensor].bias, sizeof after.bias) == 0);
+        for (int i = 0; i < 9; ++i) {
+            CHECK(fabsf(after.matrix[i / 3][i % 3] - before[sensor].matrix[i / 3][i % 3]) < 1e-6F);
+        }
+    }
+    free(told.monitor);
+    free(told.store);
+    cJSON_Delete(file);
+}
+
+/* Tries to reach the monitor from within its own call. */
+static void on_event_reaching_back(void *context, const tumble_event *event)
+{
+    mission *told = (mission *)context;
+    const tumble_sample sample = {event->time, {0.0F, 0.0F, 9.8F}, {0.0F, 0.0F, 0.0F}};
+    uint32_t source = 0;
+    ANSWERS(TUMBLE_ERROR_BUSY, tumble_redundancy_push(told->monitor, 0, &sample, NULL, NULL, NULL));
+    ANSWERS(TUMBLE_ERROR_BUSY, tumble_redundancy_get_source(told->monitor, &source));
+    ++told->kinds;
+}
+
+static void a_callback_cannot_reach_back(void)
+{
+    tumble_redundancy_settings settings;
+    ANSWERS(TUMBLE_OK, tumble_redundancy_defaults(&settings));
+    mission told;
+    memset(&told, 0, sizeof told);
+    told.monitor = new_monitor(&settings);
+    for (uint64_t time = 1000; time < 1000000; time += 5000) {
+        const tumble_sample sample = {time, {0.0F, 0.01F * (float)(time % 7), 9.8F}, {0.0F, 0.0F, 0.0F}};
+        ANSWERS(TUMBLE_OK,
+                tumble_redundancy_push(told.monitor, 0, &sample, on_event_reaching_back, &told, NULL));
+    }
+    CHECK(told.kinds > 0);
+    free(told.monitor);
+}
+
+static void a_dead_primary_is_replaced(void)
+{
+    tumble_redundancy_settings settings;
+    ANSWERS(TUMBLE_OK, tumble_redundancy_defaults(&settings));
+    mission told;
+    memset(&told, 0, sizeof told);
+    told.monitor = new_monitor(&settings);
+    uint32_t source = TUMBLE_NO_SOURCE;
+    for (uint64_t time = 1000; time < 4000000; time += 5000) {
+        for (uint32_t unit = time < 2000000 ? 0 : 1; unit < 2; ++unit) {
+            const float shake = 0.01F * (float)(time / 5000 % (unit == 0 ? 7 : 5));
+            const tumble_sample sample = {time, {shake, -shake, 9.8F + shake}, {shake, shake, -shake}};
+            ANSWERS(TUMBLE_OK, tumble_redundancy_push(told.monitor, unit, &sample, on_event, &told, &told.output));
+        }
+        ANSWERS(TUMBLE_OK, tumble_redundancy_get_source(told.monitor, &source));
+        CHECK(source == 0 || time >= 2000000);
+    }
+    CHECK(source == 1 && told.output.source == 1);
+    free(told.monitor);
+}
+
+const law redundancy_laws[] = {
+    {"a redundant set agrees with its vectors", agrees_with_the_vectors},
+    {"what was adopted and stored is there after a reset", outlasts_a_reset},
+    {"a callback cannot reach back into the monitor that calls it", a_callback_cannot_reach_back},
+    {"a primary that dies is replaced by the secondary", a_dead_primary_is_replaced},
+    {NULL, NULL},
+};

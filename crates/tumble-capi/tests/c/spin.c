@@ -1,0 +1,196 @@
+/* A robot that stands still and then turns on the spot. */
+
+#include <math.h>
+#include <string.h>
+
+#include "laws.h"
+#include "vectors.h"
+
+static tumble_spin *new_spin(const tumble_spin_settings *settings)
+{
+    tumble_spin *spin = NEW(tumble_spin);
+    ANSWERS(TUMBLE_OK, tumble_spin_init(spin, sizeof *spin, settings));
+    return spin;
+}
+
+static tumble_spin_phase phase_of(const tumble_spin *spin)
+{
+    tumble_spin_state state;
+    ANSWERS(TUMBLE_OK, tumble_spin_get_state(spin, &state));
+    return state.phase;
+}
+
+/* What the wheels of the recording did at a time, microseconds. */
+static tumble_wheels wheels_at(const cJSON *cases, uint64_t time)
+{
+    const double seconds = (double)time * 1e-6;
+    const cJSON *rests = member(cases, "rests_s");
+    for (int i = 0; i < cJSON_GetArraySize(rests); ++i) {
+        const cJSON *rest = element(rests, i);
+        if (element(rest, 0)->valuedouble <= seconds && seconds <= element(rest, 1)->valuedouble) {
+            return TUMBLE_WHEELS_STOPPED;
+        }
+    }
+    return TUMBLE_WHEELS_TURNING;
+}
+
+/* Settings of the vectors. */
+static tumble_spin_settings settings_of(const cJSON *cases)
+{
+    tumble_spin_settings settings;
+    ANSWERS(TUMBLE_OK, tumble_spin_defaults(&settings));
+    settings.gravity = (float)number(cases, "gravity");
+    /* Blocks of four samples begin and end where the rests do. */
+    settings.block = 4 * (uint64_t)number(cases, "interval_us");
+    /* All blocks of the first rest. */
+    settings.still = (uint64_t)(element(element(member(cases, "rests_s"), 0), 1)->valuedouble * 1e6);
+    settings.still -= settings.block;
+    /* More than is turned, so that all of it is used. */
+    settings.turn = 1000.0F;
+    return settings;
+}
+
+/* Pushes all samples; gives how many events came, of which the first eight are in `order`. A rest counts when it has
+   ended, so the wheels turn over the last block, and the last sample comes once more to complete it. */
+static int push_all(tumble_spin *spin, const cJSON *cases, tumble_spin_event order[9])
+{
+    const uint64_t interval = (uint64_t)number(cases, "interval_us");
+    const cJSON *counts = member(cases, "counts");
+    const int samples = cJSON_GetArraySize(counts);
+    const cJSON *row = counts->child;
+    int events = 0;
+    for (int k = 0; k <= samples; ++k) {
+        const uint64_t time = (uint64_t)k * interval;
+        const tumble_sample sample = sample_of(cases, row, time);
+        const tumble_wheels wheels = k > samples - 4 ? TUMBLE_WHEELS_TURNING : wheels_at(cases, time);
+        tumble_spin_event *event = &order[events < 8 ? events : 8];
+        ANSWERS(TUMBLE_OK, tumble_spin_push(spin, &sample, wheels, event));
+        events += *event != TUMBLE_SPIN_EVENT_NONE;
+        row = row->next != NULL ? row->next : row;
+    }
+    return events;
+}
+
+/* Checks three numbers against what is expected, in its sigmas. */
+static void agrees(const cJSON *file, const char *quantity, const char *sigma, const float found[3])
+{
+    const cJSON *cases = member(file, "cases");
+    const double allowed = tolerance(file, quantity);
+    for (int i = 0; i < 3; ++i) {
+        const double expected = element(member(cases, quantity), i)->valuedouble;
+        const double apart = fabs((double)found[i] - expected) / element(member(cases, sigma), i)->valuedouble;
+        CHECK(apart <= allowed);
+    }
+}
+
+static void agrees_with_the_vectors(void)
+{
+    cJSON *file = vectors_read("spin");
+    const cJSON *cases = member(file, "cases");
+    const tumble_spin_settings settings = settings_of(cases);
+    tumble_spin *spin = new_spin(&settings);
+    ANSWERS(TUMBLE_OK, tumble_spin_start(spin));
+    tumble_spin_event order[9];
+    CHECK(push_all(spin, cases, order) == 3);
+    CHECK(order[0] == TUMBLE_SPIN_EVENT_STILL_BEGAN);
+    CHECK(order[1] == TUMBLE_SPIN_EVENT_STILL_DONE);
+    CHECK(order[2] == TUMBLE_SPIN_EVENT_TURN_BEGAN);
+
+    tumble_spin_estimate estimate;
+    memset(&estimate, 0, sizeof estimate);
+    ANSWERS(TUMBLE_OK, tumble_spin_solve(spin, NULL, &estimate, NULL));
+    CHECK(estimate.level_free.observed && estimate.gyroscope_bias.observed && estimate.floor_tilt.observed);
+    agrees(file, "accelerometer_bias", "accelerometer_bias_sigma", estimate.level_free.value);
+    agrees(file, "gyroscope_bias", "gyroscope_bias_sigma", estimate.gyroscope_bias.value);
+    const double tilt = (double)estimate.floor_tilt.value - number(cases, "floor_tilt");
+    CHECK(fabs(tilt) / number(cases, "floor_tilt_sigma") <= tolerance(file, "floor_tilt"));
+    free(spin);
+    cJSON_Delete(file);
+}
+
+static void is_done_when_it_turned_far_enough(void)
+{
+    cJSON *file = vectors_read("spin");
+    const cJSON *cases = member(file, "cases");
+    tumble_spin_settings settings = settings_of(cases);
+    settings.turn = 6.5F;
+    tumble_spin *spin = new_spin(&settings);
+    tumble_spin_event order[9];
+    CHECK(push_all(spin, cases, order) == 0);
+    CHECK(phase_of(spin) == TUMBLE_SPIN_PHASE_IDLE);
+
+    ANSWERS(TUMBLE_OK, tumble_spin_start(spin));
+    CHECK(phase_of(spin) == TUMBLE_SPIN_PHASE_STILL);
+    CHECK(push_all(spin, cases, order) == 4);
+    CHECK(order[3] == TUMBLE_SPIN_EVENT_DONE);
+    CHECK(phase_of(spin) == TUMBLE_SPIN_PHASE_DONE);
+    tumble_spin_progress progress;
+    ANSWERS(TUMBLE_OK, tumble_spin_get_progress(spin, &progress));
+    CHECK(progress.turned >= 6.5F && progress.still == (float)settings.still * 1e-6F);
+
+    tumble_spin_estimate estimate;
+    memset(&estimate, 0, sizeof estimate);
+    const tumble_spin_true_angle angle = {0.0F, progress.turned, 0.05F};
+    ANSWERS(TUMBLE_OK, tumble_spin_solve(spin, &angle, &estimate, NULL));
+    /* The angle seen is given for the true one, so there is no scale error to be found. */
+    CHECK(estimate.scale.observed && fabsf(estimate.scale.value) < 3.0F * estimate.scale.sigma);
+    CHECK(estimate.covariance[0][0] > 0.0F && estimate.covariance[5][5] > 0.0F);
+    CHECK(estimate.covariance[0][5] == estimate.covariance[5][0]);
+    free(spin);
+    cJSON_Delete(file);
+}
+
+static void says_why_it_failed(void)
+{
+    tumble_spin_settings settings;
+    ANSWERS(TUMBLE_OK, tumble_spin_defaults(&settings));
+    tumble_spin *spin = new_spin(&settings);
+    ANSWERS(TUMBLE_OK, tumble_spin_start(spin));
+    const tumble_sample sample = {1000, {0.0F, 0.0F, 9.8F}, {0.0F, 0.0F, 0.0F}};
+    ANSWERS(TUMBLE_OK, tumble_spin_push(spin, &sample, TUMBLE_WHEELS_UNKNOWN, NULL));
+
+    tumble_spin_estimate estimate;
+    memset(&estimate, 0x5A, sizeof estimate);
+    const tumble_spin_estimate untouched = estimate;
+    tumble_spin_failure failure;
+    ANSWERS(TUMBLE_ERROR_SPIN, tumble_spin_solve(spin, NULL, &estimate, &failure));
+    CHECK(failure.fault == TUMBLE_SPIN_FAULT_NO_REST);
+    CHECK(memcmp(&estimate, &untouched, sizeof estimate) == 0);
+
+    tumble_spin_event event = TUMBLE_SPIN_EVENT_NONE;
+    ANSWERS(TUMBLE_OK, tumble_spin_tick(spin, 1000 + settings.longest_gap, &event));
+    CHECK(event == TUMBLE_SPIN_EVENT_NONE);
+    ANSWERS(TUMBLE_OK, tumble_spin_tick(spin, 1001 + settings.longest_gap, &event));
+    CHECK(event == TUMBLE_SPIN_EVENT_FAILED);
+    tumble_spin_state state;
+    ANSWERS(TUMBLE_OK, tumble_spin_get_state(spin, &state));
+    CHECK(state.phase == TUMBLE_SPIN_PHASE_FAILED);
+    CHECK(state.failure.fault == TUMBLE_SPIN_FAULT_STREAM_STOPPED && state.failure.time == 1000);
+    free(spin);
+}
+
+static void storage_may_be_moved(void)
+{
+    cJSON *file = vectors_read("spin");
+    const cJSON *cases = member(file, "cases");
+    const tumble_spin_settings settings = settings_of(cases);
+    tumble_spin *spin = new_spin(&settings);
+    ANSWERS(TUMBLE_OK, tumble_spin_start(spin));
+    tumble_spin *elsewhere = NEW(tumble_spin);
+    memcpy(elsewhere, spin, sizeof *spin);
+    memset(spin, 0, sizeof *spin);
+    free(spin);
+    tumble_spin_event order[9];
+    CHECK(push_all(elsewhere, cases, order) == 3);
+    free(elsewhere);
+    cJSON_Delete(file);
+}
+
+const law spin_laws[] = {
+    {"a spin agrees with its vectors", agrees_with_the_vectors},
+    {"a spin is done when the robot turned far enough, and not before it was started",
+     is_done_when_it_turned_far_enough},
+    {"a spin that fails says why and leaves the result alone", says_why_it_failed},
+    {"storage may be moved between calls", storage_may_be_moved},
+    {NULL, NULL},
+};
