@@ -1,0 +1,278 @@
+// The interface from C++17: what C++ firmware does with it, held against the same vectors.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include <cjson/cJSON.h>
+
+#include "tumble.h"
+
+static_assert(sizeof(tumble_status) == 4 && sizeof(tumble_sensor) == 4, "enumerations have a fixed size");
+static_assert(std::is_trivially_copyable_v<tumble_spin>, "storage may be moved");
+static_assert(alignof(tumble_redundancy) == 8, "storage is aligned to words");
+
+namespace {
+
+void require(bool holds, const std::string &law)
+{
+    if (!holds) {
+        throw std::runtime_error(law);
+    }
+}
+
+void done(tumble_status status)
+{
+    require(status == TUMBLE_OK, tumble_strerror(status));
+}
+
+using Json = std::unique_ptr<cJSON, decltype(&cJSON_Delete)>;
+
+Json read(const std::string &path)
+{
+    std::ifstream file(path);
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    Json json(cJSON_Parse(text.c_str()), cJSON_Delete);
+    require(json != nullptr, "cannot read " + path);
+    return json;
+}
+
+const cJSON *member(const cJSON *object, const char *name)
+{
+    const cJSON *found = cJSON_GetObjectItemCaseSensitive(object, name);
+    require(found != nullptr, std::string("no member ") + name);
+    return found;
+}
+
+/// All numbers of a value, row by row.
+std::vector<double> numbers(const cJSON *value)
+{
+    if (cJSON_IsNumber(value)) {
+        return {value->valuedouble};
+    }
+    std::vector<double> all;
+    const cJSON *part = nullptr;
+    cJSON_ArrayForEach(part, value)
+    {
+        const auto more = numbers(part);
+        all.insert(all.end(), more.begin(), more.end());
+    }
+    require(!all.empty(), "no numbers");
+    return all;
+}
+
+tumble_error_model model_of(const cJSON *a_case)
+{
+    tumble_error_model model{};
+    const auto m = numbers(member(a_case, "M"));
+    const auto b = numbers(member(a_case, "b"));
+    for (std::size_t i = 0; i < 9; ++i) {
+        model.matrix[i / 3][i % 3] = static_cast<float>(m.at(i));
+    }
+    std::transform(b.begin(), b.end(), model.bias, [](double x) { return static_cast<float>(x); });
+    return model;
+}
+
+void readings_are_corrected_as_the_vectors_say(const std::string &folder)
+{
+    const Json file = read(folder + "/model.json");
+    const double allowed = numbers(member(member(member(file.get(), "tolerance"), "corrected"), "f32")).at(0);
+    const cJSON *a_case = nullptr;
+    int cases = 0;
+    cJSON_ArrayForEach(a_case, member(file.get(), "cases"))
+    {
+        const tumble_error_model model = model_of(a_case);
+        const tumble_calibration calibration{model, model};
+        tumble_correction correction{};
+        done(tumble_correction_init(&correction, &calibration));
+        tumble_sample sample{};
+        const auto reading = numbers(member(a_case, "y"));
+        const auto expected = numbers(member(a_case, "corrected"));
+        for (std::size_t i = 0; i < 3; ++i) {
+            sample.specific_force[i] = sample.angular_rate[i] = static_cast<float>(reading.at(i));
+        }
+        done(tumble_correction_apply(&correction, &sample, &sample));
+        for (std::size_t i = 0; i < 3; ++i) {
+            const double force = sample.specific_force[i];
+            const double rate = sample.angular_rate[i];
+            require(std::abs(force - expected.at(i)) <= allowed && force == rate, "corrected");
+        }
+        ++cases;
+    }
+    require(cases > 0, "no cases");
+}
+
+/// Hears events as C++ likes to: by anything that can be called.
+struct Mission {
+    std::vector<tumble_event_kind> kinds;
+    std::vector<tumble_record> records;
+
+    static void on_event(void *context, const tumble_event *event) noexcept
+    {
+        auto &mission = *static_cast<Mission *>(context);
+        if (event->unit > 1) {
+            return; // The vectors have two units; whatever more there are never say anything.
+        }
+        if (event->kind == TUMBLE_EVENT_KIND_ADOPTED) {
+            mission.records.push_back(*event->record);
+        }
+        mission.kinds.push_back(event->kind);
+    }
+};
+
+std::unique_ptr<tumble_redundancy> monitor_of(const cJSON *cases)
+{
+    tumble_redundancy_settings settings{};
+    done(tumble_redundancy_defaults(&settings));
+    settings.rest_duration = static_cast<std::uint64_t>(numbers(member(cases, "rest_duration_s")).at(0) * 1e6);
+    settings.collect = static_cast<std::uint64_t>(numbers(member(cases, "collect_s")).at(0) * 1e6);
+    std::array<tumble_unit, TUMBLE_UNITS> units{};
+    std::uint64_t identity = 1;
+    for (auto &unit : units) {
+        done(tumble_unit_defaults(&unit, identity++));
+    }
+    auto monitor = std::make_unique<tumble_redundancy>();
+    done(tumble_redundancy_init(monitor.get(), sizeof *monitor, &settings, nullptr, units.data(), units.size()));
+    return monitor;
+}
+
+void secondaries_are_calibrated_as_the_vectors_say(const std::string &folder)
+{
+    const Json file = read(folder + "/redundancy.json");
+    const cJSON *cases = member(file.get(), "cases");
+    const auto monitor = monitor_of(cases);
+    const double interval = numbers(member(cases, "interval_us")).at(0);
+    const double steps[2] = {numbers(member(cases, "force_step")).at(0), numbers(member(cases, "rate_step")).at(0)};
+    const std::array<std::vector<double>, 2> counts{numbers(member(cases, "primary_counts")),
+                                                    numbers(member(cases, "secondary_counts"))};
+    Mission mission;
+    for (std::size_t k = 0; k < counts[0].size() / 6; ++k) {
+        for (std::uint32_t unit = 0; unit < 2; ++unit) {
+            tumble_sample sample{};
+            sample.time = 1000000 + k * static_cast<std::uint64_t>(interval);
+            for (std::size_t i = 0; i < 3; ++i) {
+                sample.specific_force[i] =
+                    static_cast<float>(counts[unit].at(6 * k + i)) * static_cast<float>(steps[0]);
+                sample.angular_rate[i] =
+                    static_cast<float>(counts[unit].at(6 * k + 3 + i)) * static_cast<float>(steps[1]);
+            }
+            done(tumble_redundancy_push(monitor.get(), unit, &sample, Mission::on_event, &mission, nullptr));
+        }
+    }
+    require(mission.records.size() == 2, "both sensors are adopted");
+    require(mission.kinds.front() == TUMBLE_EVENT_KIND_SELECTED, "the primary is selected first");
+    for (const auto &record : mission.records) {
+        const bool gyroscope = record.sensor == TUMBLE_SENSOR_GYROSCOPE;
+        const char *name = gyroscope ? "gyroscope_b" : "accelerometer_b";
+        const auto expected = numbers(member(cases, name));
+        const double allowed = numbers(member(member(member(file.get(), "tolerance"), name), "f32")).at(0);
+        for (std::size_t i = 0; i < 3; ++i) {
+            require(std::abs(record.bias[i] - expected.at(i)) <= allowed * record.bias_sigma[i], name);
+        }
+        std::array<std::uint8_t, TUMBLE_RECORD_BYTES> bytes{};
+        std::size_t length = 0;
+        done(tumble_record_encode(&record, bytes.data(), bytes.size(), &length));
+        tumble_record back{};
+        done(tumble_record_decode(bytes.data(), length, &back));
+        require(back.sequence == record.sequence && back.matrix[2][1] == record.matrix[2][1], "round trip");
+        bytes.at(20) ^= 1;
+        require(tumble_record_decode(bytes.data(), length, &back) == TUMBLE_ERROR_CORRUPT, "a flipped bit is seen");
+    }
+}
+
+/// Flash as an object, behind callbacks of C.
+class Flash {
+public:
+    static constexpr std::uint32_t page = 1024;
+
+    tumble_flash driver() noexcept
+    {
+        return {this, &Flash::read, &Flash::write, &Flash::erase, page};
+    }
+
+    static constexpr std::uint32_t size() noexcept
+    {
+        return 4 * page;
+    }
+
+private:
+    static int read(void *context, std::uint32_t address, std::uint8_t *bytes, std::uint32_t length) noexcept
+    {
+        std::copy_n(static_cast<Flash *>(context)->memory_.begin() + address, length, bytes);
+        return 0;
+    }
+
+    static int write(void *context, std::uint32_t address, const std::uint8_t *bytes, std::uint32_t length) noexcept
+    {
+        std::copy_n(bytes, length, static_cast<Flash *>(context)->memory_.begin() + address);
+        return 0;
+    }
+
+    static int erase(void *context, std::uint32_t address) noexcept
+    {
+        std::fill_n(static_cast<Flash *>(context)->memory_.begin() + address, page, std::uint8_t{0xFF});
+        return 0;
+    }
+
+    std::array<std::uint8_t, 4 * page> memory_{};
+};
+
+void records_outlast_the_store_that_wrote_them(const std::string &)
+{
+    Flash flash;
+    tumble_record record{};
+    record.identity = 7;
+    record.matrix[0][0] = record.matrix[1][1] = record.matrix[2][2] = 1.0F;
+    record.sequence = 3;
+    for (int resets = 0; resets < 2; ++resets) {
+        const tumble_flash driver = flash.driver();
+        auto store = std::make_unique<tumble_store>();
+        done(tumble_store_init(store.get(), sizeof *store, &driver, 0, Flash::size(), nullptr));
+        tumble_record found{};
+        const auto status = tumble_store_load(store.get(), 7, TUMBLE_SENSOR_ACCELEROMETER, TUMBLE_WHICH_IN_FORCE, &found);
+        require(status == (resets == 0 ? TUMBLE_ERROR_NOTHING_STORED : TUMBLE_OK), tumble_strerror(status));
+        require(found.sequence == (resets == 0 ? 0U : 3U), "what was stored is there");
+        done(tumble_store_save(store.get(), 0, &record, nullptr));
+    }
+}
+
+struct Law {
+    const char *sentence;
+    void (*hold)(const std::string &);
+};
+
+constexpr Law laws[] = {
+    {"readings are corrected as the vectors say", readings_are_corrected_as_the_vectors_say},
+    {"secondaries are calibrated as the vectors say", secondaries_are_calibrated_as_the_vectors_say},
+    {"records outlast the store that wrote them", records_outlast_the_store_that_wrote_them},
+};
+
+} // namespace
+
+int main(int count, char **arguments)
+{
+    if (count != 2) {
+        std::fputs("usage: laws FOLDER_OF_VECTORS\n", stderr);
+        return 2;
+    }
+    int broken = 0;
+    for (const auto &law : laws) {
+        try {
+            law.hold(arguments[1]);
+            std::printf("holds: %s\n", law.sentence);
+        } catch (const std::exception &error) {
+            std::printf("BROKEN: %s: %s\n", law.sentence, error.what());
+            ++broken;
+        }
+    }
+    return broken;
+}

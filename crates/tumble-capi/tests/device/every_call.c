@@ -1,0 +1,103 @@
+/* Calls every function once, so that a linker keeps all of the library: what it then leaves out cannot be reached. */
+
+#include "tumble.h"
+
+#ifdef REACH_THE_HEAP
+#include <stdlib.h>
+#endif
+
+static tumble_redundancy monitor;
+static tumble_spin spin;
+static tumble_store store;
+
+/* Written to, so that no call is for nothing. */
+volatile uint32_t answers;
+
+static void on_event(void *context, const tumble_event *event)
+{
+    (void)context;
+    answers += event->kind;
+}
+
+/* Not constant, so that nothing is computed beforehand. */
+tumble_flash flash;
+tumble_calibration calibration;
+tumble_sample sample;
+tumble_record record;
+
+static void correct(void)
+{
+    tumble_correction correction;
+    tumble_decomposition parts;
+    answers += tumble_correction_init(&correction, &calibration);
+    answers += tumble_correction_apply(&correction, &sample, &sample);
+    answers += tumble_error_model_measure(&calibration.gyroscope, sample.angular_rate, sample.angular_rate);
+    answers += tumble_error_model_decompose(&calibration.gyroscope, &parts);
+}
+
+static void turn(void)
+{
+    tumble_spin_settings settings;
+    tumble_spin_state state;
+    tumble_spin_progress progress;
+    tumble_spin_estimate estimate;
+    answers += tumble_spin_defaults(&settings);
+    answers += tumble_spin_init(&spin, sizeof spin, &settings);
+    answers += tumble_spin_start(&spin);
+    answers += tumble_spin_push(&spin, &sample, TUMBLE_WHEELS_UNKNOWN, NULL);
+    answers += tumble_spin_tick(&spin, sample.time, NULL);
+    answers += tumble_spin_get_state(&spin, &state);
+    answers += tumble_spin_get_progress(&spin, &progress);
+    answers += tumble_spin_solve(&spin, NULL, &estimate, &state.failure);
+}
+
+static void keep(void)
+{
+    uint8_t bytes[TUMBLE_RECORD_BYTES];
+    size_t length = 0;
+    uint32_t entries;
+    uint64_t wait;
+    answers += tumble_record_encode(&record, bytes, sizeof bytes, &length);
+    answers += tumble_record_decode(bytes, length, &record);
+    answers += tumble_store_init(&store, sizeof store, &flash, 0, 8192, NULL);
+    answers += tumble_store_get_entries(&store, &entries);
+    answers += tumble_store_load(&store, 1, TUMBLE_SENSOR_GYROSCOPE, TUMBLE_WHICH_IN_FORCE, &record);
+    answers += tumble_store_save(&store, 0, &record, &wait);
+    answers += tumble_store_save_factory(&store, 0, &record, &wait);
+    answers += tumble_store_roll_back(&store, 0, 1, TUMBLE_SENSOR_GYROSCOPE, TUMBLE_WHICH_FACTORY, NULL, NULL);
+    answers += tumble_store_erase(&store);
+}
+
+static void watch(void)
+{
+    tumble_redundancy_settings settings;
+    tumble_unit units[TUMBLE_UNITS];
+    tumble_output output;
+    tumble_knowledge knowledge;
+    uint32_t source;
+    char text[64];
+    answers += tumble_redundancy_defaults(&settings);
+    answers += tumble_redundancy_check(&settings, text, sizeof text);
+    for (uint32_t i = 0; i < TUMBLE_UNITS; ++i) {
+        answers += tumble_unit_defaults(&units[i], i);
+    }
+    answers += tumble_redundancy_init(&monitor, sizeof monitor, &settings, &calibration, units, TUMBLE_UNITS);
+    answers += tumble_redundancy_restore_from(&monitor, &store, on_event, NULL);
+    answers += tumble_redundancy_restore(&monitor, &record, on_event, NULL);
+    answers += tumble_redundancy_push(&monitor, 0, &sample, on_event, NULL, &output);
+    answers += tumble_redundancy_command(&monitor, TUMBLE_COMMAND_EVALUATE);
+    answers += tumble_redundancy_get_source(&monitor, &source);
+    answers += tumble_redundancy_get_stored(&monitor, 1, TUMBLE_SENSOR_GYROSCOPE, &knowledge);
+}
+
+int main(void)
+{
+    correct();
+    turn();
+    keep();
+    watch();
+#ifdef REACH_THE_HEAP
+    answers += (uint32_t)(uintptr_t)malloc(answers);
+#endif
+    return tumble_strerror(answers)[0];
+}
