@@ -8,9 +8,19 @@ pub fn shared(said: &str) -> impl Iterator<Item = &str> {
     said.lines().filter(|line| !line.starts_with(ABOUT_THE_DEVICE))
 }
 
-/// Tells all but single outputs, in decimals.
+/// How lines begin that are left out: single outputs, and details of what is told.
+const LEFT_OUT: [&str; 2] = ["  output", "      "];
+
+/// Lines with which a part of the mission begins.
+const PARTS: [&str; 3] = ["first start", "second start", "spin"];
+
+/// Tells it in decimals.
 pub fn tell(said: &str) {
-    for line in said.lines().filter(|line| !line.starts_with("  output")) {
+    let told = |line: &&str| !LEFT_OUT.iter().any(|start| line.starts_with(start));
+    for line in said.lines().filter(told) {
+        if PARTS.contains(&line) {
+            println!();
+        }
         match line.strip_prefix(ABOUT_THE_DEVICE) {
             Some(about) => println!("[{about}]"),
             None => println!("{}", decimals(line)),

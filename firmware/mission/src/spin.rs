@@ -77,7 +77,7 @@ fn tell(out: &mut dyn Write, found: &SpinEstimate<f32>) -> core::fmt::Result {
     )?;
     writeln!(
         out,
-        "    turned clockwise, counter-clockwise, headings {}",
+        "      turned clockwise, counter-clockwise, headings {}",
         All(&angles)
     )?;
     let durations = [
@@ -85,10 +85,10 @@ fn tell(out: &mut dyn Write, found: &SpinEstimate<f32>) -> core::fmt::Result {
         turned.counter_clockwise.duration,
         turned.squared,
     ];
-    writeln!(out, "    for, and integral of squared rate {}", All(&durations))?;
-    vector(out, "rotation vector", &turned.vector)?;
+    writeln!(out, "      for, and integral of squared rate {}", All(&durations))?;
+    vector(out, "  rotation vector", &turned.vector)?;
     for noise in &found.noise {
-        vector(out, "noise", noise)?;
+        vector(out, "  noise", noise)?;
     }
     for (name, found) in [
         ("gyroscope bias", &found.gyroscope_bias),
@@ -100,25 +100,25 @@ fn tell(out: &mut dyn Write, found: &SpinEstimate<f32>) -> core::fmt::Result {
     }
     writeln!(
         out,
-        "    the first is the result: {}",
+        "    the accelerometer bias is the first of the two: {}",
         found.level_free_is_default
     )?;
-    writeln!(out, "    covariance {}", All(found.covariance.as_slice()))?;
-    vector(out, "up", &found.up)?;
+    writeln!(out, "      covariance {}", All(found.covariance.as_slice()))?;
+    vector(out, "  up", &found.up)?;
     for (name, found) in [
         ("roll", &found.roll),
         ("pitch", &found.pitch),
         ("floor tilt", &found.floor_tilt),
-        ("uphill bearing", &found.uphill_bearing),
+        ("  uphill bearing", &found.uphill_bearing),
         ("scale", &found.scale),
-        ("scale clockwise", &found.scale_clockwise),
-        ("scale counter-clockwise", &found.scale_counter_clockwise),
-        ("slow turn", &found.slow_turn),
+        ("  scale clockwise", &found.scale_clockwise),
+        ("  scale counter-clockwise", &found.scale_counter_clockwise),
+        ("  slow turn", &found.slow_turn),
     ] {
         value(out, name, found)?;
     }
     let turned_while_still = found.turned_while_still;
-    writeln!(out, "    turned while still: {turned_while_still}")?;
+    writeln!(out, "      turned while still: {turned_while_still}")?;
     let (chi_square, freedom) = (Bits(found.chi_square), found.degrees_of_freedom);
     writeln!(out, "    chi-square {chi_square}, degrees of freedom {freedom}")
 }

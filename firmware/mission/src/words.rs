@@ -1,5 +1,7 @@
 //! How what happened is written down: one line for each thing, all its figures in it.
 //!
+//! What is indented is of the line before, and by six spaces or more for those who want all of it.
+//!
 //! A number of single precision is its bits, `#` and eight hexadecimal digits: so device and host are compared bit for
 //! bit, and whoever tells the story turns them into decimals.
 
@@ -12,6 +14,7 @@ use tumble_core::redundancy::event::{Event, What};
 use tumble_core::redundancy::health::Fault;
 use tumble_core::redundancy::output::Output;
 use tumble_core::redundancy::record::Record;
+use tumble_core::redundancy::sensor::Sensor;
 
 /// A number as its bits.
 #[derive(Clone, Copy)]
@@ -50,6 +53,14 @@ impl Display for Time {
     }
 }
 
+/// In what a sensor is read.
+fn unit(sensor: Sensor) -> &'static str {
+    match sensor {
+        Sensor::Accelerometer => "m/s^2",
+        Sensor::Gyroscope => "rad/s",
+    }
+}
+
 /// A unit by its number.
 struct Unit(usize);
 
@@ -80,7 +91,8 @@ pub fn event(out: &mut dyn Write, event: &Event<f32>) -> Result {
             let (deviation, threshold) = (Bits(*deviation), Bits(*threshold));
             writeln!(
                 out,
-                "{sensor:?} deviates by {deviation} ({check:?}), threshold {threshold}"
+                "{sensor:?} deviates by {deviation} {} ({check:?}), threshold {threshold}",
+                unit(*sensor)
             )
         }
         What::Withheld { sensor, why } => writeln!(out, "{sensor:?} deviates but is not calibrated: {why:?}"),
@@ -104,7 +116,7 @@ pub fn event(out: &mut dyn Write, event: &Event<f32>) -> Result {
                 out,
                 "{sensor:?} fitted, {rung:?}, {directions} directions, {pairs} pairs, "
             )?;
-            writeln!(out, "residual {after}, before {before}")
+            writeln!(out, "residual {after} {}, before {before}", unit(*sensor))
         }
         What::Adopted { record: adopted } => {
             writeln!(out, "adopted")?;
@@ -193,12 +205,12 @@ fn record(out: &mut dyn Write, record: &Record<f32>) -> Result {
         Bits(record.residual),
         Bits(record.residual_before)
     )?;
-    matrix(out, "M", &record.model.matrix)?;
-    matrix(out, "sigma of M", &record.matrix_sigma)?;
+    matrix(out, "  M", &record.model.matrix)?;
+    matrix(out, "  sigma of M", &record.matrix_sigma)?;
     vector(out, "b", &record.model.bias)?;
-    vector(out, "sigma of b", &record.bias_sigma)?;
+    vector(out, "  sigma of b", &record.bias_sigma)?;
     vector(out, "lever arm", &record.lever_arm)?;
-    vector(out, "sigma of lever arm", &record.lever_arm_sigma)
+    vector(out, "  sigma of lever arm", &record.lever_arm_sigma)
 }
 
 /// A matrix, row by row.

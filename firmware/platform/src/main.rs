@@ -99,7 +99,7 @@ fn sizes(out: &mut Console) -> core::fmt::Result {
         ("Record", size_of::<Record<f32>>()),
         ("Correction of a triad", size_of::<Correction<f32>>()),
     ] {
-        writeln!(out, "device: {bytes} bytes: {what}")?;
+        writeln!(out, "device: memory {bytes} bytes: {what}")?;
     }
     Ok(())
 }
