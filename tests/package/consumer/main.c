@@ -1,0 +1,20 @@
+/* Makes a redundant set of as many units as the package says, and says how that went. */
+#include <stdio.h>
+
+#include "tumble.h"
+
+static tumble_redundancy redundancy;
+
+int main(void)
+{
+    struct tumble_redundancy_settings settings;
+    struct tumble_unit units[TUMBLE_UNITS];
+    tumble_redundancy_defaults(&settings);
+    for (uint64_t unit = 0; unit < TUMBLE_UNITS; ++unit) {
+        tumble_unit_defaults(&units[unit], 100 + unit);
+    }
+    const tumble_status status =
+        tumble_redundancy_init(&redundancy, sizeof redundancy, &settings, NULL, units, TUMBLE_UNITS);
+    printf("%d units: %s\n", TUMBLE_UNITS, tumble_strerror(status));
+    return status == TUMBLE_OK ? 0 : 1;
+}
