@@ -53,6 +53,7 @@ lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types,
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	scripts/lint_firmware.sh
+	cargo test --quiet --package tumble-capi --test header --locked
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy

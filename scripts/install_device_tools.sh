@@ -12,6 +12,8 @@ arm-none-eabi-gcc gcc-arm-none-eabi
 /usr/share/doc/libnewlib-arm-none-eabi libnewlib-arm-none-eabi
 cmake cmake
 valgrind valgrind
+g++ g++
+/usr/include/cjson/cJSON.h libcjson-dev
 TOOLS
 [ -n "$missing" ] || exit 0
 

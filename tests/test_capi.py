@@ -1,0 +1,141 @@
+"""The interface for C: its library as C and C++ programs find it, on this machine and on a Cortex-M4F."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+CAPI = ROOT / "crates" / "tumble-capi"
+HEADER = CAPI / "include" / "tumble.h"
+DEVICE = "thumbv7em-none-eabihf"
+STRICT = ["-Wall", "-Wextra", "-Werror", "-pedantic", f"-I{HEADER.parent}", "-Wl,--gc-sections"]
+SANITIZED = ["-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=undefined"]
+CORTEX_M4F = ["-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"]
+FORBIDDEN = re.compile(
+    r"panic|unwind|\b_?(m|c|re)alloc|\b_?free(_r)?\b|sbrk|__rust_|__rg_|handle_alloc", re.IGNORECASE
+)
+"""Symbols of what no firmware may reach: a panic, or a heap."""
+
+LANGUAGES = {"c": ["gcc", "-std=c99"], "cpp": ["g++", "-std=c++17"]}
+
+
+def run(command: Sequence[str | Path], **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run a command from the root of the repository; it may fail."""
+    words = [str(word) for word in command]
+    return subprocess.run(words, cwd=ROOT, capture_output=True, text=True, env={**os.environ, **environment})
+
+
+def done(command: Sequence[str | Path], **environment: str) -> str:
+    """Run a command that has to succeed; gives what it printed."""
+    answer = run(command, **environment)
+    assert answer.returncode == 0, f"{' '.join(map(str, command))}\n{answer.stdout}{answer.stderr}"
+    return answer.stdout
+
+
+@pytest.fixture(scope="module", autouse=True)
+def tools() -> None:
+    """Install the compilers and checkers that are missing."""
+    done(["scripts/install_device_tools.sh"])
+
+
+def library(folder: Path, *features: str, device: bool = False, **environment: str) -> Path:
+    """Build the static library, and put it into `folder`."""
+    cargo = ["scripts/cargo_for_cortex_m.sh"] if device else ["cargo"]
+    options = ["--locked", "--package", "tumble-capi", "--crate-type", "staticlib", "--profile", "device"]
+    done([*cargo, "rustc", *options, "--features", ",".join(["freestanding", *features])], **environment)
+    target = ROOT / os.environ.get("CARGO_TARGET_DIR", "target") / (DEVICE if device else "") / "device"
+    return Path(shutil.copy(target / "libtumble_capi.a", folder))
+
+
+@pytest.fixture(scope="module")
+def host_library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return library(tmp_path_factory.mktemp("host"))
+
+
+@pytest.fixture(scope="module")
+def device_library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return library(tmp_path_factory.mktemp("device"), device=True)
+
+
+def laws(language: str, archive: Path, *options: str) -> Path:
+    """Build the test program of a language beside the library."""
+    sources = sorted((CAPI / "tests" / language).glob(f"*.{language}"))
+    program = archive.parent / f"laws_{language}{len(options)}"
+    done([*LANGUAGES[language], *STRICT, *options, *sources, archive, "-lcjson", "-lm", "-o", program])
+    return program
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_programs_agree_with_the_vectors_under_the_address_sanitizer(
+    language: str, host_library: Path
+) -> None:
+    printed = done([laws(language, host_library, *SANITIZED), "vectors"])
+    assert "holds:" in printed
+    assert "BROKEN" not in printed
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_programs_touch_no_memory_but_their_own(language: str, host_library: Path) -> None:
+    program = laws(language, host_library, "-g")
+    done(["valgrind", "--quiet", "--leak-check=full", "--error-exitcode=9", program, "vectors"])
+
+
+@pytest.mark.parametrize("units", [2, 8])
+def test_a_library_for_another_number_of_units_keeps_the_same_laws(units: int, tmp_path: Path) -> None:
+    archive = library(tmp_path, TUMBLE_UNITS=str(units))
+    done([laws("c", archive, *SANITIZED, f"-DTUMBLE_UNITS={units}"), "vectors"])
+
+
+def test_a_program_with_a_wrong_expectation_fails(host_library: Path, tmp_path: Path) -> None:
+    """The laws themselves are tried: vectors that say otherwise break them."""
+    for name in ("model", "spin", "redundancy"):
+        text = (ROOT / "vectors" / f"{name}.json").read_text()
+        (tmp_path / f"{name}.json").write_text(text)
+    path = tmp_path / "model.json"
+    path.write_text(re.sub(r'"corrected": \[\s*(-?)\d', r'"corrected": [\g<1>77', path.read_text()))
+    answer = run([laws("c", host_library, *SANITIZED), tmp_path])
+    assert answer.returncode == 1
+    assert "BROKEN: the error model agrees with its vectors" in answer.stdout
+
+
+def image(archive: Path, *options: str) -> subprocess.CompletedProcess[str]:
+    """Link a C program that makes every call for a Cortex-M4F."""
+    source = CAPI / "tests" / "device" / "every_call.c"
+    link = ["-Os", "-nostartfiles", "--specs=nosys.specs", "-Wl,-e,main", "-Wl,-z,noexecstack"]
+    compile_ = ["arm-none-eabi-gcc", "-std=c99", *CORTEX_M4F, *STRICT, *link, *options]
+    return run([*compile_, source, archive, "-o", archive.parent / "image.elf"])
+
+
+def symbols(program: Path) -> list[str]:
+    return [line.split(maxsplit=2)[-1] for line in done(["arm-none-eabi-nm", "-C", program]).splitlines()]
+
+
+def test_a_cortex_m_image_reaches_neither_panic_nor_heap(device_library: Path) -> None:
+    linked = image(device_library)
+    assert linked.returncode == 0, linked.stderr
+    found = symbols(device_library.parent / "image.elf")
+    assert [name for name in found if FORBIDDEN.search(name)] == []
+    declared = set(
+        re.findall(r"^(?:tumble_status|const char \*) ?(tumble_\w+)\(", HEADER.read_text(), re.MULTILINE)
+    )
+    assert len(declared) > 30
+    assert declared <= set(found), declared - set(found)
+
+
+def test_an_image_that_reaches_a_panic_does_not_link(tmp_path: Path) -> None:
+    linked = image(library(tmp_path, "reach-a-panic", device=True))
+    assert linked.returncode != 0
+    assert "tumble_panic_is_reachable" in linked.stderr
+
+
+def test_an_image_that_reaches_the_heap_is_found_out(device_library: Path) -> None:
+    linked = image(device_library, "-DREACH_THE_HEAP")
+    assert linked.returncode == 0, linked.stderr
+    assert any(FORBIDDEN.search(name) for name in symbols(device_library.parent / "image.elf"))
