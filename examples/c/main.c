@@ -1,0 +1,118 @@
+/* Calibrates the IMU of a robot by a spin, keeps the result in flash, and corrects a reading with it after a reset. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "flash.h"
+#include "robot.h"
+#include "tumble.h"
+
+#define IDENTITY 4711u
+
+/* Stops with the reason, as whoever calls would not go on without a result. */
+static void need(tumble_status status, const char *what)
+{
+    if (status != TUMBLE_OK) {
+        printf("%s: %s\n", what, tumble_strerror(status));
+        exit(1);
+    }
+}
+
+/* Whole thousandths, so that printf is spared floating point. */
+static void print_vector(const char *name, const float value[3])
+{
+    printf("%s %ld %ld %ld\n", name, lroundf(1000.0f * value[0]), lroundf(1000.0f * value[1]),
+           lroundf(1000.0f * value[2]));
+}
+
+/* Stands, turns and stands again, as the state machine asks. */
+static void spin(struct tumble_spin_estimate *estimate)
+{
+    static tumble_spin storage;
+    struct tumble_spin_settings settings;
+    need(tumble_spin_defaults(&settings), "spin");
+    need(tumble_spin_init(&storage, sizeof storage, &settings), "spin");
+    need(tumble_spin_start(&storage), "spin");
+    tumble_spin_event event = TUMBLE_SPIN_EVENT_NONE;
+    while (event != TUMBLE_SPIN_EVENT_DONE) {
+        const struct tumble_sample sample = robot_read();
+        need(tumble_spin_push(&storage, &sample, robot_wheels(), &event), "spin");
+        if (event == TUMBLE_SPIN_EVENT_STILL_DONE) {
+            printf("stood for %lu ms, turning\n", (unsigned long)(sample.time / 1000));
+            robot_turn(settings.rate);
+        } else if (event == TUMBLE_SPIN_EVENT_FAILED) {
+            struct tumble_spin_state state;
+            need(tumble_spin_get_state(&storage, &state), "spin");
+            printf("the spin failed: fault %lu\n", (unsigned long)state.failure.fault);
+            exit(1);
+        }
+    }
+    robot_turn(0.0f);
+    need(tumble_spin_solve(&storage, NULL, estimate, NULL), "solve");
+}
+
+static void open_store(tumble_store *store)
+{
+    const struct tumble_flash flash = flash_driver();
+    need(tumble_store_init(store, sizeof *store, &flash, 0, FLASH_PAGES * FLASH_PAGE, NULL), "store");
+}
+
+/* A spin shows bias only; scale, non-orthogonality and mounting stay as they are. */
+static void keep(tumble_store *store, tumble_sensor sensor, const struct tumble_spin_vector *bias, uint64_t now)
+{
+    struct tumble_record record = {.identity = IDENTITY, .sensor = sensor, .rung = TUMBLE_RUNG_OFFSET};
+    for (int i = 0; i < 3; ++i) {
+        record.matrix[i][i] = 1.0f;
+        record.bias[i] = bias->value[i];
+        record.bias_sigma[i] = bias->sigma[i];
+    }
+    record.temperature = NAN;
+    record.sequence = 1;
+    need(tumble_store_save(store, now, &record, NULL), "save");
+}
+
+static void load(tumble_store *store, tumble_sensor sensor, struct tumble_error_model *model)
+{
+    struct tumble_record record;
+    need(tumble_store_load(store, IDENTITY, sensor, TUMBLE_WHICH_IN_FORCE, &record), "load");
+    memcpy(model->matrix, record.matrix, sizeof model->matrix);
+    memcpy(model->bias, record.bias, sizeof model->bias);
+}
+
+/* What firmware does at its start: all it knows is in flash. */
+static void start(struct tumble_correction *correction)
+{
+    tumble_store store;
+    struct tumble_calibration calibration;
+    open_store(&store);
+    load(&store, TUMBLE_SENSOR_ACCELEROMETER, &calibration.accelerometer);
+    load(&store, TUMBLE_SENSOR_GYROSCOPE, &calibration.gyroscope);
+    need(tumble_correction_init(correction, &calibration), "correction");
+}
+
+int main(void)
+{
+    struct tumble_spin_estimate estimate;
+    spin(&estimate);
+    print_vector("accelerometer bias, mm/s^2:", estimate.accelerometer_bias.value);
+    print_vector("its truth:                 ", robot_force_bias);
+    print_vector("gyroscope bias, mrad/s:", estimate.gyroscope_bias.value);
+    print_vector("its truth:             ", robot_rate_bias);
+
+    static tumble_store store;
+    open_store(&store);
+    need(tumble_store_erase(&store), "erase");
+    const uint64_t now = robot_read().time;
+    keep(&store, TUMBLE_SENSOR_ACCELEROMETER, &estimate.accelerometer_bias, now);
+    keep(&store, TUMBLE_SENSOR_GYROSCOPE, &estimate.gyroscope_bias, now);
+
+    struct tumble_correction correction;
+    start(&correction);
+    const struct tumble_sample reading = robot_read();
+    struct tumble_sample truth;
+    need(tumble_correction_apply(&correction, &reading, &truth), "apply");
+    print_vector("a reading, mm/s^2:", reading.specific_force);
+    print_vector("corrected:        ", truth.specific_force);
+    return 0;
+}
