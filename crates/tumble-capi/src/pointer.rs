@@ -1,7 +1,5 @@
 //! Pointers of the caller's, and the states that live where they point.
 
-use core::ptr::addr_of_mut;
-
 use crate::status::{Outcome, Status};
 
 /// Storage that the caller owns, and in which a state lives.
@@ -81,6 +79,17 @@ impl<T> Place<T> {
     }
 }
 
+/// Writes what was found to where it is wanted.
+pub fn answer<T>(place: Outcome<Place<T>>, found: Outcome<T>) -> Status {
+    match (place, found) {
+        (Ok(place), Ok(found)) => {
+            place.write(found);
+            Status::TumbleOk
+        }
+        (_, Err(status)) | (Err(status), _) => status,
+    }
+}
+
 /// Puts a state into storage, of which the caller believes that it has `size` bytes.
 ///
 /// # Safety
@@ -129,13 +138,13 @@ pub unsafe fn change<S: Storage, R>(
     let slot = storage.cast::<Slot<S::State>>();
     // SAFETY: a slot fits into the storage. The mark is reached by the pointer alone, so that a call from within a callback
     // may look at it while the state is borrowed.
-    let mark = unsafe { addr_of_mut!((*slot).mark) };
+    let mark = unsafe { &raw mut (*slot).mark };
     // SAFETY: any four bytes are a u32.
     check_mark::<S>(unsafe { mark.read_volatile() })?;
     // SAFETY: the same.
     unsafe { mark.write_volatile(!S::MARK) };
     // SAFETY: the mark says that the state was put there, and that nobody else is at it.
-    let outcome = work(unsafe { &mut *addr_of_mut!((*slot).state) });
+    let outcome = work(unsafe { &mut (*slot).state });
     // SAFETY: the same place again.
     unsafe { mark.write_volatile(S::MARK) };
     outcome
@@ -151,7 +160,7 @@ pub unsafe fn view<S: Storage, R>(storage: *const S, work: impl FnOnce(&S::State
     // SAFETY: a slot fits into the storage, and any four bytes are a u32.
     check_mark::<S>(unsafe { (&raw const (*slot).mark).read_volatile() })?;
     // SAFETY: the mark says that the state was put there, and that nobody is changing it.
-    Ok(work(unsafe { &*(&raw const (*slot).state) }))
+    Ok(work(unsafe { &(*slot).state }))
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use tumble_store::record::StoredRecord;
 
 use crate::code::{Code, code};
 use crate::flash::{Driver, DriverError, Flash, WORD};
-use crate::pointer::{Place, Storage, begin, change, read, view};
+use crate::pointer::{Place, Storage, answer, begin, change, read, view};
 use crate::record::{Record, Sensor, decode_error, encode_error};
 use crate::status::{Outcome, Status, status};
 
@@ -92,7 +92,7 @@ pub unsafe extern "C" fn tumble_store_init(
 pub unsafe extern "C" fn tumble_store_get_entries(store: *const Store, entries: *mut u32) -> Status {
     // SAFETY: as the header asks of all pointers.
     let (place, found) = unsafe { (Place::at(entries), view(store, RecordStore::entries)) };
-    status(found.and_then(|found| Ok(place?.write(found))))
+    answer(place, found)
 }
 
 /// Reads one of the records of a sensor of a unit.

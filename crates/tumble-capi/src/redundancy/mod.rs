@@ -19,7 +19,7 @@ pub use crate::redundancy::unit::{TUMBLE_AXES_ALL, Unit, tumble_unit_defaults};
 
 use crate::code::{Code, code};
 use crate::model::{Calibration, Sample, rows};
-use crate::pointer::{Place, Storage, begin, change, look, read, view};
+use crate::pointer::{Place, Storage, answer, begin, change, look, read, view};
 use crate::record::{Record, Sensor};
 use crate::redundancy::event::Listener;
 use crate::status::{Outcome, Status, status};
@@ -208,7 +208,7 @@ pub unsafe extern "C" fn tumble_redundancy_get_source(
             view(redundancy, |watched| source(watched.monitor.source())),
         )
     };
-    status(found.and_then(|found| Ok(place?.write(found))))
+    answer(place, found)
 }
 
 /// Says what is known of a sensor of a unit.
@@ -229,7 +229,7 @@ pub unsafe extern "C" fn tumble_redundancy_get_stored(
             view(redundancy, |watched| Knowledge::of(watched, unit, code(sensor)?)),
         )
     };
-    status(found.and_then(|found| Ok(place?.write(found?))))
+    answer(place, found.flatten())
 }
 
 /// Takes a stored record, as after a reset, or after a roll back; an event says whether it was taken. Do so before the

@@ -11,9 +11,9 @@ use tumble_core::redundancy::settings::{
 use tumble_core::redundancy::thresholds::{Threshold as CoreThreshold, Thresholds};
 
 use crate::code::{Code, code, truth};
-use crate::pointer::Place;
+use crate::pointer::{Place, answer};
 use crate::record::Rung;
-use crate::status::{Outcome, Status, status};
+use crate::status::{Outcome, Status};
 
 /// How a threshold is set.
 #[repr(u32)]
@@ -185,7 +185,7 @@ pub struct RedundancySettings {
 pub unsafe extern "C" fn tumble_redundancy_defaults(settings: *mut RedundancySettings) -> Status {
     // SAFETY: as the header asks of all pointers.
     let place = unsafe { Place::at(settings) };
-    status(place.map(|place| place.write(RedundancySettings::of(&Core::default()))))
+    answer(place, Ok(RedundancySettings::of(&Core::default())))
 }
 
 // SAFETY: repr(u32), numbered from 0.

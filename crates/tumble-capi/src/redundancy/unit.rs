@@ -7,9 +7,9 @@ use tumble_core::redundancy::sensor::Axes;
 
 use crate::code::truth;
 use crate::model::{matrix, rows, vector};
-use crate::pointer::Place;
+use crate::pointer::{Place, answer};
 use crate::spin::known;
-use crate::status::{Outcome, Status, status};
+use crate::status::{Outcome, Status};
 
 /// All six axes of a unit: bits 0 to 2 accelerometer, 3 to 5 gyroscope, x y z each.
 pub const TUMBLE_AXES_ALL: u8 = 0x3F;
@@ -43,7 +43,7 @@ pub struct Unit {
 pub unsafe extern "C" fn tumble_unit_defaults(unit: *mut Unit, identity: u64) -> Status {
     // SAFETY: as the header asks of all pointers.
     let place = unsafe { Place::at(unit) };
-    status(place.map(|place| place.write(Unit::of(&Core::new(identity)))))
+    answer(place, Ok(Unit::of(&Core::new(identity))))
 }
 
 impl Unit {

@@ -13,7 +13,7 @@ pub use crate::spin::settings::{SpinSettings, known, tumble_spin_defaults};
 
 use crate::code::{Code, code};
 use crate::model::Sample;
-use crate::pointer::{Place, Storage, begin, change, look, read, view};
+use crate::pointer::{Place, Storage, answer, begin, change, look, read, view};
 use crate::status::{Status, status};
 
 /// Words of 8 bytes in the storage of a spin.
@@ -243,7 +243,7 @@ pub unsafe extern "C" fn tumble_spin_get_state(spin: *const Spin, state: *mut Sp
             view(spin, |machine| SpinState::of(machine.state())),
         )
     };
-    status(found.and_then(|found| Ok(place?.write(found))))
+    answer(place, found)
 }
 
 /// Says how far a spin is.
@@ -253,15 +253,13 @@ pub unsafe extern "C" fn tumble_spin_get_state(spin: *const Spin, state: *mut Sp
 pub unsafe extern "C" fn tumble_spin_get_progress(spin: *const Spin, progress: *mut SpinProgress) -> Status {
     // SAFETY: as the header asks of all pointers.
     let (place, found) = unsafe { (Place::at(progress), view(spin, SpinMachine::progress)) };
-    status(found.and_then(|found| {
-        place?.write(SpinProgress {
-            still: found.still,
-            turned: found.turned,
-            rate: found.rate,
-            at_rest: found.at_rest,
-        });
-        Ok(())
-    }))
+    let found = found.map(|found| SpinProgress {
+        still: found.still,
+        turned: found.turned,
+        rate: found.rate,
+        at_rest: found.at_rest,
+    });
+    answer(place, found)
 }
 
 // SAFETY: repr(u32), numbered from 0.

@@ -6,8 +6,8 @@ use tumble_core::spin::settings::SpinSettings as Core;
 use tumble_core::stillness::StillnessSettings;
 
 use crate::code::truth;
-use crate::pointer::Place;
-use crate::status::{Outcome, Status, status};
+use crate::pointer::{Place, answer};
+use crate::status::{Outcome, Status};
 
 /// How to spin, and how to judge it. Fill it with tumble_spin_defaults(), then change what is to be different.
 #[repr(C)]
@@ -82,7 +82,7 @@ pub struct SpinSettings {
 pub unsafe extern "C" fn tumble_spin_defaults(settings: *mut SpinSettings) -> Status {
     // SAFETY: as the header asks of all pointers.
     let place = unsafe { Place::at(settings) };
-    status(place.map(|place| place.write(SpinSettings::of(&Core::default()))))
+    answer(place, Ok(SpinSettings::of(&Core::default())))
 }
 
 impl SpinSettings {
