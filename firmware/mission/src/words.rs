@@ -49,7 +49,10 @@ pub struct Time(pub u64);
 
 impl Display for Time {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
-        write!(f, "{}.{:06} s", self.0 / 1_000_000, self.0 % 1_000_000)
+        // Written as 32 bits: compilers leave a panic in how 64 are written, and 136 years are enough.
+        let short = |number: u64| u32::try_from(number).unwrap_or(u32::MAX);
+        let (seconds, rest) = (short(self.0 / 1_000_000), short(self.0 % 1_000_000));
+        write!(f, "{seconds}.{rest:06} s")
     }
 }
 
@@ -136,7 +139,10 @@ pub fn event(out: &mut dyn Write, event: &Event<f32>) -> Result {
         What::NoneSelected => writeln!(out, "there is no source"),
         What::Restored { sensor, sequence } => writeln!(out, "{sensor:?} restored, sequence {sequence}"),
         What::RecordRejected { sensor, why } => writeln!(out, "record of {sensor:?} rejected: {why:?}"),
-        What::TimeJumped { by } => writeln!(out, "time jumped by {by} us"),
+        What::TimeJumped { by } => {
+            let to = if *by < 0 { "back" } else { "on" };
+            writeln!(out, "time jumped {to} by {}", Time(by.unsigned_abs()))
+        }
     }
 }
 
