@@ -93,6 +93,15 @@ def test_a_library_for_another_number_of_units_keeps_the_same_laws(units: int, t
     done([laws("c", archive, *SANITIZED, f"-DTUMBLE_UNITS={units}"), "vectors"])
 
 
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_example_of_the_how_to_compiles(language: str, tmp_path: Path) -> None:
+    page = (ROOT / "docs" / "how-to" / "c.md").read_text()
+    (example,) = re.findall(r"^```c\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    source = tmp_path / f"example.{language}"
+    source.write_text(example)
+    done([*LANGUAGES[language], *STRICT, "-c", source, "-o", tmp_path / "example.o"])
+
+
 def test_a_program_with_a_wrong_expectation_fails(host_library: Path, tmp_path: Path) -> None:
     """The laws themselves are tried: vectors that say otherwise break them."""
     for name in ("model", "spin", "redundancy"):
