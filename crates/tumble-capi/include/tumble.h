@@ -1929,7 +1929,7 @@ tumble_status tumble_record_decode(const uint8_t *bytes, size_t length, struct t
 /**
  * Makes storage a monitor of `count` units, the primary first. `size` is `sizeof(tumble_redundancy)`; `count` is
  * #TUMBLE_UNITS. `calibration` is the primary's own, with which the output is calibrated whoever is its source; null:
- * its readings are taken for the truth. All that is given is copied. It takes about as much stack as storage.
+ * its readings are taken for the truth. All that is given is copied.
  *
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_SIZE, ::TUMBLE_ERROR_UNITS, ::TUMBLE_ERROR_CODE,
  * ::TUMBLE_ERROR_NOT_FINITE, ::TUMBLE_ERROR_SETTING, ::TUMBLE_ERROR_CONTRADICTION, ::TUMBLE_ERROR_SINGULAR,
@@ -2073,7 +2073,7 @@ tumble_status tumble_spin_get_progress(const struct tumble_spin *spin, struct tu
 
 /**
  * Solves for all that was seen so far: the result when the phase is ::TUMBLE_SPIN_PHASE_DONE. `true_angle` and `failure`
- * may be null. It takes about 4 kB of stack and some hundred times as long as a sample.
+ * may be null. Of all calls it takes the most stack (docs/how-to/c.md).
  *
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY; ::TUMBLE_ERROR_NOT_FINITE,
  * ::TUMBLE_ERROR_SETTING of the true angle; ::TUMBLE_ERROR_SPIN where there is nothing to be had, and `failure` says why.

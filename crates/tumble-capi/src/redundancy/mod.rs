@@ -100,7 +100,7 @@ pub struct Knowledge {
 
 /// Makes storage a monitor of `count` units, the primary first. `size` is `sizeof(tumble_redundancy)`; `count` is
 /// #TUMBLE_UNITS. `calibration` is the primary's own, with which the output is calibrated whoever is its source; null:
-/// its readings are taken for the truth. All that is given is copied. It takes about as much stack as storage.
+/// its readings are taken for the truth. All that is given is copied.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_SIZE, ::TUMBLE_ERROR_UNITS, ::TUMBLE_ERROR_CODE,
 /// ::TUMBLE_ERROR_NOT_FINITE, ::TUMBLE_ERROR_SETTING, ::TUMBLE_ERROR_CONTRADICTION, ::TUMBLE_ERROR_SINGULAR,

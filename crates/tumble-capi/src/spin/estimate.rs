@@ -92,7 +92,7 @@ pub struct SpinEstimate {
 }
 
 /// Solves for all that was seen so far: the result when the phase is ::TUMBLE_SPIN_PHASE_DONE. `true_angle` and `failure`
-/// may be null. It takes about 4 kB of stack and some hundred times as long as a sample.
+/// may be null. Of all calls it takes the most stack (docs/how-to/c.md).
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY; ::TUMBLE_ERROR_NOT_FINITE,
 /// ::TUMBLE_ERROR_SETTING of the true angle; ::TUMBLE_ERROR_SPIN where there is nothing to be had, and `failure` says why.
