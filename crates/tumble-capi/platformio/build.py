@@ -1,0 +1,76 @@
+"""Builds libtumble.a with cargo, or takes a prebuilt one, for a project of PlatformIO.
+
+PlatformIO runs it with SCons where a project includes tumble.h. Options of the project's environment:
+custom_tumble_units (3), custom_tumble_target (found from the compiler's flags), custom_tumble_library (none:
+it is built).
+"""
+
+# SCons brings `env` and `projenv` in, which a checker cannot see.
+# ruff: noqa: F821
+
+from __future__ import annotations
+
+import os
+import subprocess
+from pathlib import Path
+from typing import NoReturn
+
+from SCons.Script import DefaultEnvironment, Import
+
+Import("env", "projenv")
+
+# Rust's names of the processors that -mcpu names, without what they do with floats.
+PROCESSORS = {
+    "cortex-m3": "thumbv7m-none",
+    "cortex-m4": "thumbv7em-none",
+    "cortex-m7": "thumbv7em-none",
+    "cortex-m33": "thumbv8m.main-none",
+}
+
+
+def fail(message: str) -> NoReturn:
+    """End the build with one line."""
+    print(f"tumble: {message}")
+    raise SystemExit(1)
+
+
+def find_target(flags: list[str]) -> str | None:
+    """Rust's name of the machine that the compiler's flags are for; none for this machine."""
+    named = [flag.removeprefix("-mcpu=") for flag in flags if flag.startswith("-mcpu=")]
+    if not named:
+        return None
+    processor = named[-1].partition("+")[0]
+    if processor not in PROCESSORS:
+        fail(f"no Rust target is known for -mcpu={named[-1]}; set custom_tumble_target in platformio.ini")
+    hard = "-mfloat-abi=hard" in flags and processor != "cortex-m3"
+    return PROCESSORS[processor] + ("-eabihf" if hard else "-eabi")
+
+
+def build(folder: Path, target: str | None, units: str) -> Path:
+    """Path of the library that cargo builds."""
+    crate = Path(env.Dir(".").srcnode().abspath).parent
+    command = ["cargo", "rustc", "--quiet", "--locked", "--manifest-path", str(crate / "Cargo.toml")]
+    command += ["--crate-type", "staticlib", "--profile", "device", "--features", "freestanding"]
+    command += ["--target-dir", str(folder)] + (["--target", target] if target else [])
+    try:
+        subprocess.run(command, env={**os.environ, "TUMBLE_UNITS": units}, check=True)
+    except FileNotFoundError:
+        fail("there is no cargo; install Rust, or set custom_tumble_library to a prebuilt libtumble.a")
+    except subprocess.CalledProcessError:
+        fail("cargo could not build the library; it says why above")
+    return folder / (target or "") / "device" / "libtumble_capi.a"
+
+
+units = env.GetProjectOption("custom_tumble_units", "3")
+if units not in {"2", "3", "4", "5", "6", "7", "8"}:
+    fail(f"custom_tumble_units is {units}; it is 2 to 8, the primary included")
+flags = env.Flatten(env.subst_list("$CCFLAGS $CFLAGS $ASFLAGS"))
+library = env.GetProjectOption("custom_tumble_library", "")
+if not library:
+    target = env.GetProjectOption("custom_tumble_target", "") or find_target([str(flag) for flag in flags])
+    library = build(Path(env.subst("$BUILD_DIR")) / "cargo", target, units)
+
+# PlatformIO hands on what libraries are linked, but no definitions: those go to whom they concern.
+env.Append(LIBS=[env.File(str(library))])
+for whom in (DefaultEnvironment(), projenv):
+    whom.Append(CPPDEFINES=[("TUMBLE_UNITS", units)])

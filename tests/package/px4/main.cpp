@@ -1,0 +1,125 @@
+/* Flies three made IMUs: a rest, motion in which the first secondary is calibrated, and then the others die. */
+#include <cmath>
+#include <random>
+
+#include <TumbleImu.hpp>
+
+static uint64_t now = 1000000;
+
+uint64_t hrt_absolute_time() { return now; }
+
+template<> float ParamFloat<px4::params::TMB_ACC_THR>::get() const { return 0.1f; }
+template<> float ParamFloat<px4::params::TMB_GYR_THR>::get() const { return 0.01f; }
+
+extern "C" int tumble_imu_main(int argc, char *argv[]);
+
+static constexpr float gravity = 9.80665f;
+static constexpr float rest = 5.0f;        /* s, twice: before and after the motion */
+static constexpr float motion = 50.0f;     /* s */
+static constexpr float interval = 0.005f;  /* s */
+static const float force_bias[3][3] = {{0, 0, 0}, {0.3f, -0.2f, 0.1f}, {0, 0, 0}};
+static const float rate_bias[3][3] = {{0, 0, 0}, {0.03f, -0.02f, 0.05f}, {0, 0, 0}};
+
+static void truth(float time, float force[3], float rate[3])
+{
+	const float moving = time < rest || time > rest + motion ? 0.0f : 1.0f;
+	const float since = time - rest;
+
+	for (int axis = 0; axis < 3; ++axis) {
+		force[axis] = moving * 3.0f * std::sin((1.1f + 0.6f * static_cast<float>(axis)) * since);
+		rate[axis] = moving * 0.8f * std::sin((1.9f - 0.6f * static_cast<float>(axis)) * since);
+	}
+
+	force[2] -= gravity;
+}
+
+static void publish(unsigned unit, const float force[3], const float rate[3])
+{
+	static std::mt19937 generator(7);
+	static std::normal_distribution<float> noise;
+	sensor_accel_s accel{};
+	sensor_gyro_s gyro{};
+	accel.timestamp = accel.timestamp_sample = gyro.timestamp = gyro.timestamp_sample = now;
+	accel.device_id = 100 + unit;
+	gyro.device_id = 200 + unit;
+	float *said[6] = {&accel.x, &accel.y, &accel.z, &gyro.x, &gyro.y, &gyro.z};
+
+	for (int axis = 0; axis < 3; ++axis) {
+		*said[axis] = force[axis] + force_bias[unit][axis] + 0.02f * noise(generator);
+		*said[3 + axis] = rate[axis] + rate_bias[unit][axis] + 0.001f * noise(generator);
+	}
+
+	Topic<sensor_accel_s>::of(unit).publish(accel);
+	Topic<sensor_gyro_s>::of(unit).publish(gyro);
+}
+
+static void call(const char *command)
+{
+	char name[] = "tumble_imu";
+	char word[16];
+	std::snprintf(word, sizeof(word), "%s", command);
+	char *words[] = {name, word};
+	tumble_imu_main(2, words);
+}
+
+static double force_error[3], rate_error[3];
+static int outputs;
+static uint32_t device;
+
+static void compare(const float force[3], const float rate[3])
+{
+	const vehicle_imu_s &last = Topic<vehicle_imu_s>::of(0).queue.back();
+	const float seconds = static_cast<float>(last.delta_angle_dt) * 1e-6f;
+	device = last.accel_device_id;
+	++outputs;
+
+	for (int axis = 0; axis < 3; ++axis) {
+		force_error[axis] += static_cast<double>(last.delta_velocity[axis] / seconds - force[axis]);
+		rate_error[axis] += static_cast<double>(last.delta_angle[axis] / seconds - rate[axis]);
+	}
+}
+
+/* While the module sleeps, the vehicle flies on. */
+int px4_usleep(unsigned)
+{
+	static float time, force[3], rate[3];
+	static const float dies = rest + motion + 2.0f;
+	static uint64_t published;
+	const uint64_t count = Topic<vehicle_imu_s>::of(0).count;
+
+	if (time > dies + 1.0f && count != published) {
+		compare(force, rate);
+	}
+
+	published = count;
+	time += interval;
+	now += 5000;
+	truth(time, force, rate);
+
+	for (unsigned unit = 0; unit < 3; ++unit) {
+		/* The unit that takes over has to be the one that was calibrated. */
+		if (unit == 1 || time <= dies) {
+			publish(unit, force, rate);
+		}
+	}
+
+	if (time > rest + motion + rest) {
+		call("status");
+		call("stop");
+	}
+
+	return 0;
+}
+
+int main()
+{
+	call("start");
+	std::printf("outputs %d of device %u, error", outputs, static_cast<unsigned>(device));
+
+	for (int axis = 0; axis < 3; ++axis) {
+		std::printf(" %.4f %.5f", force_error[axis] / outputs, rate_error[axis] / outputs);
+	}
+
+	std::puts("");
+	return TumbleImu::get_instance() == nullptr ? 0 : 1;
+}

@@ -1,0 +1,86 @@
+"""A CMake project takes Tumble in installed or from sources, for this machine and for a Cortex-M4F."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from packages import CRATE, HERE, ROOT, build, configuring, run, try_to_run
+
+EXAMPLE = ROOT / "examples" / "c"
+
+
+def test_an_installed_package_is_found_and_linked(tmp_path):
+    build(CRATE, tmp_path / "tumble")
+    run("cmake", "--install", tmp_path / "tumble", "--prefix", tmp_path / "installed")
+    build(HERE / "consumer", tmp_path / "consumer", CMAKE_PREFIX_PATH=tmp_path / "installed")
+    assert run(tmp_path / "consumer" / "consumer") == "3 units: it was done\n"
+
+
+def test_an_installed_package_may_be_moved(tmp_path):
+    build(CRATE, tmp_path / "tumble")
+    run("cmake", "--install", tmp_path / "tumble", "--prefix", tmp_path / "installed")
+    (tmp_path / "installed").rename(tmp_path / "moved")
+    build(HERE / "consumer", tmp_path / "consumer", CMAKE_PREFIX_PATH=tmp_path / "moved")
+    assert run(tmp_path / "consumer" / "consumer") == "3 units: it was done\n"
+
+
+def test_a_folder_of_sources_is_built_for_as_many_units_as_asked(tmp_path):
+    build(HERE / "consumer", tmp_path, TUMBLE_SOURCE=CRATE, TUMBLE_UNITS="2")
+    assert run(tmp_path / "consumer") == "2 units: it was done\n"
+
+
+@pytest.mark.parametrize("units", ["1", "9", "many"])
+def test_a_number_of_units_that_cannot_be_is_refused_in_one_line(tmp_path, units):
+    refused = try_to_run(*configuring(CRATE, tmp_path, TUMBLE_UNITS=units))
+    assert refused.returncode != 0
+    assert f"TUMBLE_UNITS is {units}; it is 2 to 8" in refused.stderr
+
+
+@pytest.mark.parametrize(
+    ("processor", "flags", "target"),
+    [
+        ("cortex-m3", "", "thumbv7m-none-eabi"),
+        ("cortex-m4", "-mfloat-abi=hard", "thumbv7em-none-eabihf"),
+        ("cortex-m4", "-mfloat-abi=softfp", "thumbv7em-none-eabi"),
+        ("cortex-m7", "-mfloat-abi=hard", "thumbv7em-none-eabihf"),
+        ("cortex-m33", "-mfloat-abi=hard", "thumbv8m.main-none-eabihf"),
+    ],
+)
+def test_the_target_follows_from_processor_and_floats(tmp_path, processor, flags, target):
+    run(
+        *configuring(
+            CRATE, tmp_path, **for_processor(processor), CMAKE_C_FLAGS=f"-mcpu={processor} -mthumb {flags}"
+        )
+    )
+    cache = (tmp_path / "CMakeCache.txt").read_text()
+    assert f"TUMBLE_RUST_TARGET:STRING={target}\n" in cache
+
+
+def test_an_unknown_processor_is_refused_with_a_remedy(tmp_path):
+    refused = try_to_run(*configuring(CRATE, tmp_path, **for_processor("arm")))
+    assert refused.returncode != 0
+    assert "TUMBLE_RUST_TARGET" in refused.stderr
+
+
+def for_processor(processor):
+    """Options in place of a toolchain file."""
+    return {
+        "CMAKE_SYSTEM_NAME": "Generic",
+        "CMAKE_SYSTEM_PROCESSOR": processor,
+        "CMAKE_C_COMPILER": "arm-none-eabi-gcc",
+        "CMAKE_TRY_COMPILE_TARGET_TYPE": "STATIC_LIBRARY",
+    }
+
+
+def test_on_a_bare_cortex_m4f_a_spin_finds_the_bias_and_flash_keeps_it(tmp_path, cortex_m):
+    build(EXAMPLE, tmp_path, CMAKE_TOOLCHAIN_FILE=EXAMPLE / "cortex-m4.cmake", TUMBLE_CARGO=cortex_m)
+    said = run(ROOT / "scripts" / "run_in_qemu.sh", tmp_path / "spin.elf")
+    thousandths = [[int(word) for word in re.findall(r" (-?\d+)", line)] for line in said.splitlines()]
+    force, true_force, rate, true_rate, reading, corrected = (line[-3:] for line in thousandths[1:])
+    assert true_force == [150, -80, 200]
+    assert true_rate == [10, -20, 5]
+    # Six times the noise of 0.02 m/s^2 or 0.001 rad/s, over the root of 500 samples at rest.
+    assert force == pytest.approx(true_force, abs=6)
+    assert rate == pytest.approx(true_rate, abs=1)
+    assert [said - bias for said, bias in zip(reading, force, strict=True)] == pytest.approx(corrected, abs=1)

@@ -1,0 +1,111 @@
+"""Zephyr and PlatformIO find in the manifests what they look for, and their builds link the library."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+import yaml
+from packages import CARGO_FOLDER, CRATE, HERE, build, run, try_to_run
+
+# What Zephyr's scripts/zephyr_module.py allows in a module that brings its own CMakeLists.txt and Kconfig.
+MODULE_KEYS = {"name", "build", "tests", "samples", "boards", "blobs"}
+BUILD_KEYS = {"cmake", "kconfig", "depends", "settings"}
+
+READ_KCONFIG = """
+import json, sys, kconfiglib
+kconfig = kconfiglib.Kconfig(sys.argv[1], warn_to_stderr=False)
+for assignment in sys.argv[2:]:
+    name, _, value = assignment.partition("=")
+    assert kconfig.syms[name].set_value(value), assignment
+names = ("TUMBLE", "TUMBLE_UNITS", "TUMBLE_RUST_TARGET")
+print(json.dumps({name: kconfig.syms[name].str_value for name in names}))
+"""
+
+# Only the list of licences, which would be fetched, is left out.
+READ_MANIFEST = """
+import json, sys
+from platformio.package.manifest.parser import ManifestParserFactory
+from platformio.package.manifest.schema import ManifestSchema
+manifest = ManifestParserFactory.new_from_file(sys.argv[1]).as_dict()
+del manifest["license"]
+ManifestSchema().load_manifest(manifest)
+"""
+
+
+def test_zephyr_finds_cmake_and_kconfig_where_the_module_says():
+    module = yaml.safe_load((CRATE / "zephyr" / "module.yml").read_text())
+    assert set(module) <= MODULE_KEYS
+    assert set(module["build"]) <= BUILD_KEYS
+    assert (CRATE / module["build"]["cmake"] / "CMakeLists.txt").is_file()
+    assert (CRATE / module["build"]["kconfig"]).is_file()
+
+
+@pytest.mark.parametrize(
+    ("symbols", "target"),
+    [
+        (["CPU_CORTEX_M3"], "thumbv7m-none-eabi"),
+        (["CPU_CORTEX_M4", "FP_HARDABI"], "thumbv7em-none-eabihf"),
+        (["CPU_CORTEX_M4"], "thumbv7em-none-eabi"),
+        (["CPU_CORTEX_M7", "FP_HARDABI"], "thumbv7em-none-eabihf"),
+        (["CPU_CORTEX_M33"], "thumbv8m.main-none-eabi"),
+        ([], ""),
+    ],
+)
+def test_kconfig_knows_the_target_of_a_processor(tmp_path, python, symbols, target):
+    top = tmp_path / "Kconfig"
+    zephyrs = "".join(f"config {symbol}\n\tdef_bool y\n" for symbol in symbols)
+    top.write_text(f'{zephyrs}source "{CRATE}/zephyr/Kconfig"\n')
+    configured = json.loads(run(python, "-c", READ_KCONFIG, top, "TUMBLE=y"))
+    assert configured == {"TUMBLE": "y", "TUMBLE_UNITS": "3", "TUMBLE_RUST_TARGET": target}
+
+
+def test_kconfig_keeps_units_in_their_range(python):
+    configured = json.loads(
+        run(python, "-c", READ_KCONFIG, CRATE / "zephyr" / "Kconfig", "TUMBLE=y", "TUMBLE_UNITS=9")
+    )
+    assert 2 <= int(configured["TUMBLE_UNITS"]) <= 8
+
+
+def test_an_application_of_zephyr_links_the_module(tmp_path):
+    configuration = {"CONFIG_TUMBLE": "y", "CONFIG_TUMBLE_UNITS": "2", "CONFIG_TUMBLE_RUST_TARGET": ""}
+    build(HERE / "zephyr", tmp_path, MODULE=CRATE, **configuration)
+    assert run(tmp_path / "consumer") == "2 units: it was done\n"
+
+
+def test_platformio_takes_the_manifest_for_valid(python):
+    run(python, "-c", READ_MANIFEST, CRATE / "library.json")
+    manifest = json.loads((CRATE / "library.json").read_text())
+    assert (CRATE / manifest["build"]["includeDir"] / manifest["headers"]).is_file()
+    workspace = (CRATE / ".." / ".." / "Cargo.toml").read_text()
+    assert f'\nversion = "{manifest["version"]}"\n' in workspace
+
+
+def scons(python, folder, options):
+    """Builds the consumer as PlatformIO would."""
+    return try_to_run(
+        python, "-m", "SCons", "-f", HERE / "SConstruct", f"LIBRARY={CRATE}", f"FOLDER={folder}",
+        f"SOURCE={HERE / 'consumer' / 'main.c'}", f"OPTIONS={json.dumps(options)}", folder=folder,
+    )  # fmt: skip
+
+
+def test_a_project_of_platformio_links_what_the_script_builds(tmp_path, python):
+    (tmp_path / "cargo").symlink_to(CARGO_FOLDER)
+    built = scons(python, tmp_path, {"custom_tumble_units": "2"})
+    assert built.returncode == 0, built.stdout + built.stderr
+    assert run(tmp_path / "consumer") == "2 units: it was done\n"
+
+
+def test_a_project_of_platformio_may_bring_a_prebuilt_library(tmp_path, python):
+    build(CRATE, tmp_path / "tumble", TUMBLE_UNITS="2")
+    options = {"custom_tumble_units": "2", "custom_tumble_library": str(tmp_path / "tumble" / "libtumble.a")}
+    built = scons(python, tmp_path, options)
+    assert built.returncode == 0, built.stdout + built.stderr
+    assert not (tmp_path / "cargo").exists()
+    assert run(tmp_path / "consumer") == "2 units: it was done\n"
+
+
+def test_a_project_of_platformio_with_too_many_units_is_told_so(tmp_path, python):
+    refused = scons(python, tmp_path, {"custom_tumble_units": "9"})
+    assert refused.returncode != 0
+    assert "tumble: custom_tumble_units is 9; it is 2 to 8" in refused.stdout
