@@ -57,6 +57,16 @@ def test_the_target_follows_from_processor_and_floats(tmp_path, processor, flags
     assert f"TUMBLE_RUST_TARGET:STRING={target}\n" in cache
 
 
+def test_floats_are_seen_where_a_project_gives_flags_for_all_its_folders(tmp_path):
+    (tmp_path / "CMakeLists.txt").write_text(
+        "cmake_minimum_required(VERSION 3.21)\nproject(firmware LANGUAGES C)\n"
+        f"add_compile_options(-mcpu=cortex-m7 -mfloat-abi=hard)\nadd_subdirectory({CRATE} tumble)\n"
+    )
+    run(*configuring(tmp_path, tmp_path / "build", **for_processor("cortex-m7")))
+    cache = (tmp_path / "build" / "CMakeCache.txt").read_text()
+    assert "TUMBLE_RUST_TARGET:STRING=thumbv7em-none-eabihf\n" in cache
+
+
 def test_an_unknown_processor_is_refused_with_a_remedy(tmp_path):
     refused = try_to_run(*configuring(CRATE, tmp_path, **for_processor("arm")))
     assert refused.returncode != 0
