@@ -6,7 +6,8 @@ import subprocess
 import sys
 
 import pytest
-from packages import CARGO_FOLDER, ROOT, try_to_run
+
+from package.packages import CARGO_FOLDER, ROOT, try_to_run
 
 # What reads Kconfig in Zephyr's build, what PlatformIO builds with, and PlatformIO's own judge of manifests.
 PACKAGES = ["kconfiglib==14.1.0", "scons==4.11.1", "platformio==6.2.0"]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 
 import pytest
-from packages import CRATE, HERE, ROOT, build, configuring, run, try_to_run
+
+from package.packages import CRATE, HERE, ROOT, build, configuring, run, try_to_run
 
 EXAMPLE = ROOT / "examples" / "c"
 

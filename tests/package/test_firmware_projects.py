@@ -6,7 +6,8 @@ import json
 
 import pytest
 import yaml
-from packages import CARGO_FOLDER, CRATE, HERE, build, run, try_to_run
+
+from package.packages import CARGO_FOLDER, CRATE, HERE, build, run, try_to_run
 
 # What Zephyr's scripts/zephyr_module.py allows in a module that brings its own CMakeLists.txt and Kconfig.
 MODULE_KEYS = {"name", "build", "tests", "samples", "boards", "blobs"}

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 import yaml
-from packages import CRATE, HERE, ROOT, build, run
+
+from package.packages import CRATE, HERE, ROOT, build, run
 
 EXAMPLE = ROOT / "examples" / "px4"
 
