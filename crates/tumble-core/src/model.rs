@@ -53,7 +53,7 @@ impl<T: Real> ErrorModel<T> {
 
     /// What the sensor says where the truth is `u`.
     pub fn measure(&self, u: &Vector3<T>) -> Vector3<T> {
-        self.matrix * u + self.bias
+        times(&self.matrix, u) + self.bias
     }
 
     /// The correction that undoes this model.
@@ -80,8 +80,18 @@ impl<T: Real> ErrorModel<T> {
 impl<T: Real> Correction<T> {
     /// The truth behind the reading `y`.
     pub fn apply(&self, y: &Vector3<T>) -> Vector3<T> {
-        self.matrix * (y - self.bias)
+        let b = &self.bias;
+        times(&self.matrix, &Vector3::new(y.x - b.x, y.y - b.y, y.z - b.z))
     }
+}
+
+/// `m v`, written out: built for size, the general product is a loop of calls that takes a device three times as long.
+pub(crate) fn times<T: Real>(m: &Matrix3<T>, v: &Vector3<T>) -> Vector3<T> {
+    Vector3::new(
+        m.m11 * v.x + m.m12 * v.y + m.m13 * v.z,
+        m.m21 * v.x + m.m22 * v.y + m.m23 * v.z,
+        m.m31 * v.x + m.m32 * v.y + m.m33 * v.z,
+    )
 }
 
 /// `M = K L Q`.

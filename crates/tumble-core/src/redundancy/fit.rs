@@ -9,6 +9,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::model::times;
 use crate::real::{Real, count, real};
 use crate::redundancy::excitation::Excited;
 use crate::redundancy::pairing::FORCE_CHANNELS;
@@ -124,6 +125,11 @@ struct Sums<'a, 'b, T: Real> {
     change: Vector3<T>,
 }
 
+/// Row `i` of a matrix; nothing where it has none.
+fn row_of<T: Real>(matrix: &Matrix3<T>, i: usize) -> [T; 3] {
+    core::array::from_fn(|l| matrix.get((i, l)).copied().unwrap_or(T::zero()))
+}
+
 /// Row `i` of the pairs (docs/theory/redundancy.md, eq. 7), for a given M: the channels of the lever are those of `M W`.
 struct Row<T: Real> {
     /// Covariance of the motion with what is not explained yet.
@@ -151,18 +157,19 @@ impl<T: Real> Sums<'_, '_, T> {
         })
     }
 
-    /// Element `i`, `k` of `M W`.
-    fn lever(&self, m: &Matrix3<T>, i: usize, k: usize) -> Sum<T, 3> {
-        core::array::from_fn(|l| (self.lever_channel(l, k), m[(i, l)]))
+    /// Column `k` of a row of M times W.
+    fn lever(&self, row: &[T; 3], k: usize) -> Sum<T, 3> {
+        core::array::from_fn(|l| (self.lever_channel(l, k), row[l]))
     }
 
     /// Row `i` of what the secondary says beyond what is stored, with the lever arm believed: less `M_0 W change`.
     fn beyond(&self, i: usize) -> Sum<T, 10> {
+        let stored = row_of(&self.problem.stored.matrix, i);
         core::array::from_fn(|term| match term.checked_sub(1) {
             None => (self.problem.layout.second + i, T::one()),
             Some(at) => {
                 let (l, k) = (at / 3, at % 3);
-                let weight = self.problem.stored.matrix[(i, l)] * self.change[k];
+                let weight = stored[l] * self.change[k];
                 (self.lever_channel(l, k), -weight)
             }
         })
@@ -183,13 +190,14 @@ impl<T: Real> Sums<'_, '_, T> {
 
     /// The primary's noise is in the motion and, through the stored M, in what is not explained.
     fn row(&self, m: &Matrix3<T>, i: usize) -> Row<T> {
-        let noise = self.problem.noise.reading * self.problem.stored.matrix.row(i).transpose();
-        let beyond = self.beyond(i);
+        let stored: [T; 3] = row_of(&self.problem.stored.matrix, i);
+        let noise = times(&self.problem.noise.reading, &stored.into());
+        let (m, beyond) = (&row_of(m, i), self.beyond(i));
         Row {
             motion: noise + Vector3::from_fn(|j, _| self.covariance(&self.moved(j), &beyond)),
-            motion_lever: Matrix3::from_fn(|j, k| self.covariance(&self.moved(j), &self.lever(m, i, k))),
-            lever: Vector3::from_fn(|k, _| self.covariance(&self.lever(m, i, k), &beyond)),
-            lever_lever: Matrix3::from_fn(|k, n| self.covariance(&self.lever(m, i, k), &self.lever(m, i, n))),
+            motion_lever: Matrix3::from_fn(|j, k| self.covariance(&self.moved(j), &self.lever(m, k))),
+            lever: Vector3::from_fn(|k, _| self.covariance(&self.lever(m, k), &beyond)),
+            lever_lever: Matrix3::from_fn(|k, n| self.covariance(&self.lever(m, k), &self.lever(m, n))),
         }
     }
 }

@@ -217,10 +217,10 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
 
     fn report_health(&mut self, time: u64, report: Report<'_, T>) {
         for (unit, (health, known)) in self.health.iter().zip(&mut self.known_healthy).enumerate() {
-            let fault = health.fault();
-            if fault.is_none() == *known {
+            if health.is_sound() == *known {
                 continue;
             }
+            let fault = health.fault();
             *known = fault.is_none();
             let what = fault.map_or(What::Healthy, |fault| What::Unhealthy { fault });
             report(Event { time, unit, what });

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::model::ErrorModel;
+use crate::model::{ErrorModel, times};
 use crate::real::Real;
 use crate::redundancy::record::Record;
 
@@ -58,27 +58,25 @@ impl<T: Real> Relation<T> {
 
     /// What the secondary says where the primary, at its place, says `u`.
     pub fn predict(&self, u: &Vector3<T>) -> Vector3<T> {
-        self.matrix * u + self.bias
+        times(&self.matrix, u) + self.bias
     }
 
     /// What the primary would say, at the place of the secondary and in its axes, where the secondary says `y`.
     pub fn correct(&self, y: &Vector3<T>) -> Vector3<T> {
-        let (d, (cofactors, determinant)) = (y - self.bias, self.cofactors());
-        cofactors.tr_mul(&d) / determinant
+        let (d, ([x, y, z], determinant)) = (y - self.bias, self.cofactors());
+        Vector3::new(x.dot(&d), y.dot(&d), z.dot(&d)) / determinant
     }
 
-    /// The cross products of the columns of M, as columns, and its determinant: all that Cramer's rule needs. An inverse
-    /// that is kept would cost a device with two secondaries 216 bytes.
-    fn cofactors(&self) -> (Matrix3<T>, T) {
+    /// The cross products of the columns of M and its determinant: all that Cramer's rule needs. An inverse that is kept
+    /// would cost a device with two secondaries 216 bytes.
+    fn cofactors(&self) -> ([Vector3<T>; 3], T) {
+        let m = &self.matrix;
         let (a, b, c) = (
-            self.matrix.column(0),
-            self.matrix.column(1),
-            self.matrix.column(2),
+            Vector3::new(m.m11, m.m21, m.m31),
+            Vector3::new(m.m12, m.m22, m.m32),
+            Vector3::new(m.m13, m.m23, m.m33),
         );
         let across = b.cross(&c);
-        (
-            Matrix3::from_columns(&[across, c.cross(&a), a.cross(&b)]),
-            a.dot(&across),
-        )
+        ([across, c.cross(&a), a.cross(&b)], a.dot(&across))
     }
 }

@@ -4,7 +4,7 @@
 //! grid. Units of any rate, whose samples come at any time, thus give means over the very same spans, and a pair
 //! of them is synchronous by construction (docs/theory/redundancy.md, eq. 1 and 2).
 
-use crate::real::{Real, real, seconds};
+use crate::real::{Real, count, real};
 use crate::sample::CHANNELS;
 
 /// What is kept of K channels over one window.
@@ -46,6 +46,8 @@ struct Latest<T: Real, const K: usize> {
 /// Sums over the window at hand, of differences to its first reading so that they lose no digits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Sums<T: Real, const K: usize> {
+    /// Where the window starts, microseconds.
+    start: u64,
     origin: [T; K],
     integral: [T; K],
     rising: [T; K],
@@ -80,7 +82,7 @@ impl<T: Real, const K: usize> Windows<T, K> {
     pub fn new() -> Self {
         Self {
             latest: None,
-            sums: Sums::starting(&[T::zero(); K], false),
+            sums: Sums::starting(0, &[T::zero(); K], false),
         }
     }
 
@@ -106,17 +108,17 @@ impl<T: Real, const K: usize> Windows<T, K> {
                 closed
             }
             _ => {
-                self.sums = Sums::starting(channels, false);
+                self.sums = Sums::starting(time - time % length.max(1), channels, false);
                 None
             }
         }
     }
 
     fn advance(&mut self, before: &Latest<T, K>, now: &Latest<T, K>, length: u64) -> Option<Means<T, K>> {
-        let index = before.time / length.max(1);
-        let start = index.saturating_mul(length);
+        let start = self.sums.start;
         let end = start.saturating_add(length);
-        let position = |time: u64, start: u64| seconds::<T>(time.saturating_sub(start)) / seconds(length);
+        let span = |microseconds: u64| count::<T>(u32::try_from(microseconds).unwrap_or(u32::MAX));
+        let position = |time: u64, start: u64| span(time.saturating_sub(start)) / span(length);
         self.sums.spoil(before.usable, now.usable);
         if now.time < end {
             let s = [position(before.time, start), position(now.time, start)];
@@ -134,8 +136,8 @@ impl<T: Real, const K: usize> Windows<T, K> {
             from: &before.channels,
             to: &crossing,
         });
-        let closed = self.sums.whole.then(|| self.sums.means(index));
-        self.sums = Sums::starting(&crossing, true);
+        let closed = self.sums.whole.then(|| self.sums.means(start / length.max(1)));
+        self.sums = Sums::starting(end, &crossing, true);
         self.sums.spoil(before.usable, now.usable);
         self.sums.add(&Piece {
             s: [T::zero(), position(now.time, end)],
@@ -156,8 +158,9 @@ fn between<T: Real, const K: usize>(from: &[T; K], to: &[T; K], share: T) -> [T;
 }
 
 impl<T: Real, const K: usize> Sums<T, K> {
-    fn starting(origin: &[T; K], whole: bool) -> Self {
+    fn starting(start: u64, origin: &[T; K], whole: bool) -> Self {
         Self {
+            start,
             origin: *origin,
             integral: [T::zero(); K],
             rising: [T::zero(); K],

@@ -80,9 +80,14 @@ impl<T: Real> Health<T> {
         self.fault
     }
 
+    /// Whether nothing is wrong with it, as far as is known.
+    pub fn is_sound(&self) -> bool {
+        self.fault.is_none()
+    }
+
     /// Since when the unit has been healthy, microseconds; `None` while it is not.
     pub fn healthy_since(&self) -> Option<u64> {
-        let healthy = self.fault.is_none() && self.presence == Presence::Seen;
+        let healthy = self.is_sound() && self.presence == Presence::Seen;
         healthy.then_some(self.since)
     }
 
