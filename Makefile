@@ -39,6 +39,8 @@ bench: $(VENV)/.native  ## Measure accuracy, speed and memory, print the README 
 	$(BIN)/python -m benchmarks.redundancy
 	$(BIN)/python -m benchmarks.speed
 	$(BIN)/python -m benchmarks.memory
+	scripts/install_device_tools.sh
+	$(BIN)/python -m benchmarks.footprint
 	$(BIN)/python -m benchmarks.report
 
 soak: $(VENV)/.native  ## Run what takes hours: 2000 drawn missions of redundant units, power cuts of long sequences, hostile input

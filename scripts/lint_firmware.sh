@@ -9,4 +9,4 @@ cargo fmt --all --check --manifest-path firmware/Cargo.toml
 # shellcheck disable=SC2086
 cargo clippy $options --all-targets -- -D warnings
 # shellcheck disable=SC2086
-scripts/cargo_for_cortex_m.sh clippy $options --package platform -- -D warnings
+scripts/cargo_for_cortex_m.sh clippy $options --package platform --package footprint -- -D warnings

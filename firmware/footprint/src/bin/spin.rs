@@ -1,0 +1,9 @@
+//! Calibrates by spins.
+#![no_std]
+#![no_main]
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    footprint::use_spin();
+    loop {}
+}

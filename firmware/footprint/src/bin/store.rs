@@ -1,0 +1,9 @@
+//! Keeps records in flash.
+#![no_std]
+#![no_main]
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    footprint::use_store();
+    loop {}
+}

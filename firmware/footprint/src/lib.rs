@@ -1,0 +1,142 @@
+//! What all images share: how they come by values that the compiler cannot know, and what each part is made to do.
+//!
+//! An image with one part, less the empty one, shows what that part takes of flash. Everything of the part that a user
+//! would call is called, with values that go through [`black_box`], so that nothing is worked out beforehand.
+#![no_std]
+
+use core::hint::black_box;
+use core::panic::PanicInfo;
+
+use mission::nor::{BYTES, ERASED, Nor};
+use nalgebra::{Matrix3, Vector3};
+use tumble_core::model::{Correction, ErrorModel};
+use tumble_core::redundancy::monitor::{Command, Monitor};
+use tumble_core::redundancy::platform::{Platform, PrimaryCalibration, Unit};
+use tumble_core::redundancy::record::Record;
+use tumble_core::redundancy::sensor::Sensor;
+use tumble_core::redundancy::settings::{Rung, Settings};
+use tumble_core::sample::Sample;
+use tumble_core::spin::machine::{SpinMachine, Wheels};
+use tumble_core::spin::settings::SpinSettings;
+use tumble_store::flash::{RecordStore, Which, WriteLimit};
+use tumble_store::record::StoredRecord;
+
+/// Two secondaries.
+pub const UNITS: usize = 3;
+
+/// Some sample.
+pub fn sample() -> Sample<f32> {
+    black_box(Sample {
+        time: 0,
+        specific_force: Vector3::zeros(),
+        angular_rate: Vector3::zeros(),
+    })
+}
+
+/// Corrections of both triads.
+pub fn corrections() -> [Correction<f32>; 2] {
+    let correction = Correction {
+        matrix: Matrix3::identity(),
+        bias: Vector3::zeros(),
+    };
+    black_box([correction; 2])
+}
+
+/// Corrects both triads of a sample.
+pub fn apply([accelerometer, gyroscope]: &[Correction<f32>; 2], sample: &Sample<f32>) -> [Vector3<f32>; 2] {
+    [
+        accelerometer.apply(&sample.specific_force),
+        gyroscope.apply(&sample.angular_rate),
+    ]
+}
+
+/// Everything of a turntable calibration on a device.
+pub fn use_apply() {
+    black_box(apply(&corrections(), &sample()));
+}
+
+/// Everything of a spin.
+pub fn use_spin() {
+    let mut machine = SpinMachine::<f32>::new(&black_box(SpinSettings::default()));
+    machine.start();
+    while black_box(true) {
+        black_box(machine.push(&sample(), black_box(Wheels::Unknown)));
+        black_box(machine.tick(black_box(0)));
+        black_box(machine.progress());
+        black_box(machine.state());
+    }
+    let _ = black_box(machine.solve(None));
+}
+
+/// Everything of a redundant set with two secondaries.
+pub fn use_redundancy() {
+    let units: [Unit<f32>; UNITS] = black_box(core::array::from_fn(|i| Unit::new(i as u64)));
+    let Ok(platform) = Platform::new(black_box(Settings::default()), calibration(), units) else {
+        return;
+    };
+    let mut monitor = Monitor::<f32, UNITS, 1>::new();
+    monitor.restore(&platform, &record(), &mut |event| {
+        black_box(event);
+    });
+    monitor.command(black_box(Command::Evaluate));
+    while black_box(true) {
+        let unit = black_box(0);
+        black_box(monitor.push(&platform, unit, &sample(), &mut |event| {
+            black_box(event);
+        }));
+    }
+}
+
+fn calibration() -> PrimaryCalibration<f32> {
+    let model = || black_box(ErrorModel::identity());
+    PrimaryCalibration::new(model(), model()).unwrap_or(PrimaryCalibration::none())
+}
+
+fn record() -> Record<f32> {
+    black_box(Record {
+        identity: 0,
+        sensor: Sensor::Accelerometer,
+        model: ErrorModel::identity(),
+        matrix_sigma: Matrix3::zeros(),
+        bias_sigma: Vector3::zeros(),
+        lever_arm: Vector3::zeros(),
+        lever_arm_sigma: Vector3::zeros(),
+        rung: Rung::Affine,
+        directions: 0,
+        residual: 0.0,
+        residual_before: 0.0,
+        pairs: 0,
+        sequence: 0,
+    })
+}
+
+/// Everything of records in flash; emulated flash is a part of it, as a driver would be.
+pub fn use_store() {
+    let mut chip = black_box([ERASED; BYTES]);
+    let range = 0..black_box(BYTES as u32);
+    let Ok(mut store) = RecordStore::new(Nor::new(&mut chip), range, black_box(WriteLimit::default())) else {
+        return;
+    };
+    let record = black_box(StoredRecord {
+        record: record(),
+        temperature: None,
+    });
+    let (identity, sensor) = (black_box(0), black_box(Sensor::Gyroscope));
+    let _ = black_box(store.save(black_box(0), &record));
+    let _ = black_box(store.save_factory(black_box(0), &record));
+    let _ = black_box(store.in_force(identity, sensor));
+    let _ = black_box(store.roll_back(black_box(0), identity, sensor, black_box(Which::Previous)));
+}
+
+#[allow(unsafe_code)]
+unsafe extern "C" {
+    fn tumble_panic_is_reachable() -> !;
+}
+
+/// As in the platform: an image that reaches a panic does not link.
+#[panic_handler]
+#[allow(unsafe_code)]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    // SAFETY: never called, as it would not have been linked.
+    unsafe { tumble_panic_is_reachable() }
+}
