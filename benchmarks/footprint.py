@@ -89,7 +89,7 @@ def understood(said: str) -> tuple[Content, Content]:
 
 
 def _statistics(each: list[float]) -> Content:
-    """Mean, middle and largest; also the mean of those that solve nothing, as a solution is no sample's own."""
+    """Mean, middle and largest; also the mean of those that solve nothing."""
     ordinary = [one for one in each if one < SOLVES]
     return {
         "times": len(each),
@@ -169,7 +169,7 @@ def _words(of: Content) -> str:
     if of["times"] == 1:
         return f"{of['mean']:,.0f}"
     words = f"{of['mean']:,.0f}; median {of['median']:,.0f}, largest {of['largest']:,.0f}"
-    if SAMPLES < of["times"] and of["solving"]:
+    if of["times"] > SAMPLES and of["solving"]:
         words += f"; {of['mean_without_solving']:,.0f} without the {of['solving']} that solve"
     return words
 

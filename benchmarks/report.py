@@ -333,9 +333,10 @@ def footprint(content: Content) -> Iterator[str]:
         yield _row(cells)
     yield ""
     yield (
-        "Built for size, with link-time optimisation; flash less that of an image without Tumble. Instructions are "
-        "counted by QEMU over the conformance vectors, 40 samples a second of each of three units, 50 a second of the "
-        "robot: every second sample completes a window, which is most of the work, and at 200 a second every tenth would."
+        "Built for size, with link-time optimisation; flash less that of an image without Tumble. "
+        "Instructions are counted by QEMU over the conformance vectors, 40 samples a second of each of "
+        "three units, 50 a second of the robot: every second sample completes a window, which is most of "
+        "the work, and at 200 a second every tenth would."
     )
 
 

@@ -5,5 +5,7 @@
 #[cortex_m_rt::entry]
 fn main() -> ! {
     footprint::use_apply();
-    loop {}
+    loop {
+        cortex_m::asm::wfi();
+    }
 }

@@ -6,5 +6,7 @@ use footprint as _;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    loop {}
+    loop {
+        cortex_m::asm::wfi();
+    }
 }

@@ -8,5 +8,7 @@ fn main() -> ! {
     footprint::use_spin();
     footprint::use_redundancy();
     footprint::use_store();
-    loop {}
+    loop {
+        cortex_m::asm::wfi();
+    }
 }
