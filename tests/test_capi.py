@@ -93,10 +93,11 @@ def test_a_library_for_another_number_of_units_keeps_the_same_laws(units: int, t
     done([laws("c", archive, *SANITIZED, f"-DTUMBLE_UNITS={units}"), "vectors"])
 
 
+@pytest.mark.parametrize("page", ["README.md", "docs/how-to/c.md"])
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_the_example_of_the_how_to_compiles(language: str, tmp_path: Path) -> None:
-    page = (ROOT / "docs" / "how-to" / "c.md").read_text()
-    (example,) = re.findall(r"^```c\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+def test_the_example_of_a_page_compiles(page: str, language: str, tmp_path: Path) -> None:
+    text = (ROOT / page).read_text()
+    (example,) = re.findall(r"^```c\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
     source = tmp_path / f"example.{language}"
     source.write_text(example)
     done([*LANGUAGES[language], *STRICT, "-c", source, "-o", tmp_path / "example.o"])

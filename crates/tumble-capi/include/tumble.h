@@ -1640,10 +1640,6 @@ typedef struct tumble_spin_failure {
      */
     float limit;
 } tumble_spin_failure;
-/**
- * Nothing failed.
- */
-#define tumble_spin_failure_NONE (tumble_spin_failure){ .fault = tumble_spin_fault_None, .channel = 0, .time = 0, .value = 0.0, .limit = 0.0 }
 
 /**
  * Where a spin is.

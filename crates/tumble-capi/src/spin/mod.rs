@@ -307,7 +307,7 @@ impl SpinState {
 
 impl SpinFailure {
     /// Nothing failed.
-    pub const NONE: Self = Self {
+    const NONE: Self = Self {
         fault: SpinFault::None,
         channel: 0,
         time: 0,
