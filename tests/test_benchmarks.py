@@ -12,6 +12,7 @@ sys.path.insert(0, str(ROOT))
 from benchmarks import (  # noqa: E402
     accuracy,
     bound,
+    footprint,
     memory,
     noise,
     redundancy,
@@ -39,6 +40,7 @@ def measured(tmp_path_factory):
     memory.main(["--tiny"])
     redundancy.main(["--runs", "2", "--no-push"])
     redundancy_campaign.main(["--missions", "3", "--cores", "1"])
+    footprint.main([])
     yield folder
     keep.undo()
 
@@ -67,6 +69,7 @@ def test_the_readme_shows_a_table_for_each_benchmark(measured, tmp_path):
     assert "| gyroscope bias |" in text
     assert "| 10 cm |" in text
     assert "| wrongly adopted |" in text
+    assert "| instructions: applying a calibration to both triads |" in text
     assert "`numpy.copyto`" in text
     assert "| ROS 1 bag |" in text
     assert report.main(["--readme", str(readme), "--check"]) == 0

@@ -39,7 +39,7 @@
 /**
  * Words of 8 bytes in the storage of a monitor.
  */
-#define TUMBLE_REDUNDANCY_WORDS (328 + (101 * TUMBLE_UNITS))
+#define TUMBLE_REDUNDANCY_WORDS (328 + (102 * TUMBLE_UNITS))
 
 /**
  * What `output.source` and `tumble_redundancy_get_source()` say where there is no source.

@@ -86,6 +86,10 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
         let mut row = root.tr_mul(a) / sigma;
         let mut right = (y - a.dot(&self.mean)) / sigma;
         for i in 0..N {
+            // Nothing to turn: roots are dear on small processors.
+            if row[i] == T::zero() {
+                continue;
+            }
             let length = (self.triangle[(i, i)] * self.triangle[(i, i)] + row[i] * row[i]).sqrt();
             let (cosine, sine) = (self.triangle[(i, i)] / length, row[i] / length);
             for j in i..N {
