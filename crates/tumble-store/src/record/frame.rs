@@ -30,19 +30,15 @@ pub fn write<'b>(
     let length = postcard::to_slice(fields, room)
         .map_err(|_| EncodeError::NoRoom)?
         .len();
-    let (used, _) = buffer
-        .split_at_mut_checked(length + FRAME)
+    let (covered, rest) = buffer
+        .split_at_mut_checked(HEAD + length)
         .ok_or(EncodeError::NoRoom)?;
-    let (covered, checksum) = used
-        .split_last_chunk_mut::<CHECKSUM>()
-        .ok_or(EncodeError::NoRoom)?;
-    let (head, _) = covered
-        .split_first_chunk_mut::<HEAD>()
-        .ok_or(EncodeError::NoRoom)?;
+    let head = covered.first_chunk_mut::<HEAD>().ok_or(EncodeError::NoRoom)?;
+    let checksum = rest.first_chunk_mut::<CHECKSUM>().ok_or(EncodeError::NoRoom)?;
     let [t, r] = MAGIC;
     *head = [t, r, version];
     *checksum = CRC.checksum(covered).to_le_bytes();
-    Ok(used)
+    buffer.get(..length + FRAME).ok_or(EncodeError::NoRoom)
 }
 
 /// Takes the frame off: gives the version and the bytes of its fields.
