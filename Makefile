@@ -23,7 +23,7 @@ firmware:  ## Fly a mission on an emulated Cortex-M4F, and compare it bit for bi
 	@scripts/fly_firmware.sh
 
 test: $(VENV)/.native $(VENV)/.requirements-test  ## Run the Rust, Python and documentation tests
-	cargo test --workspace --locked
+	cargo test --workspace --exclude tumble-fuzz --locked
 	cargo test --manifest-path firmware/Cargo.toml --target-dir target/firmware --locked
 	scripts/build_for_cortex_m.sh
 	scripts/install_device_tools.sh
@@ -46,6 +46,7 @@ bench: $(VENV)/.native  ## Measure accuracy, speed and memory, print the README 
 soak: $(VENV)/.native  ## Run what takes hours: 2000 drawn missions of redundant units, power cuts of long sequences, hostile input
 	$(BIN)/python -m benchmarks.redundancy_campaign
 	cargo test --locked --package tumble-store --test laws -- --ignored
+	cargo test --locked --package tumble-fuzz
 	cargo run --locked --profile fuzz --package tumble-fuzz -- record
 	cargo run --locked --profile fuzz --package tumble-fuzz -- spin
 	cargo run --locked --profile fuzz --package tumble-fuzz -- monitor

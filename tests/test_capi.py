@@ -87,10 +87,9 @@ def test_programs_touch_no_memory_but_their_own(language: str, host_library: Pat
     done(["valgrind", "--quiet", "--leak-check=full", "--error-exitcode=9", program, "vectors"])
 
 
-@pytest.mark.parametrize("units", [2, 8])
-def test_a_library_for_another_number_of_units_keeps_the_same_laws(units: int, tmp_path: Path) -> None:
-    archive = library(tmp_path, TUMBLE_UNITS=str(units))
-    done([laws("c", archive, *SANITIZED, f"-DTUMBLE_UNITS={units}"), "vectors"])
+def test_a_library_for_another_number_of_units_keeps_the_same_laws(tmp_path: Path) -> None:
+    archive = library(tmp_path, TUMBLE_UNITS="8")
+    done([laws("c", archive, *SANITIZED, "-DTUMBLE_UNITS=8"), "vectors"])
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/how-to/c.md"])
