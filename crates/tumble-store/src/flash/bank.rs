@@ -2,7 +2,9 @@
 //! still of use, and last its header, whose first whole copy puts it in use.
 //!
 //! So what a cut leaves half done is never looked at: half an entry has no checksum, half a bank no header. An erasure
-//! that was cut may leave anything, even a bank that looks like the one it was, which by its sequence is not in use.
+//! that was cut may leave anything, even a bank that looks like the one it was, which by its sequence is not in use. A cut
+//! between the two copies of a header leaves a bank in use with one of them: with the next record the other bank, which
+//! gets both, takes its place.
 
 use embedded_storage::nor_flash::NorFlash;
 
@@ -30,6 +32,8 @@ pub struct Bank {
     address: u32,
     /// Counts the banks that were put in use.
     sequence: u32,
+    /// Both copies of its header are whole.
+    safe: bool,
 }
 
 /// Both banks.
@@ -82,16 +86,23 @@ impl<F: NorFlash> Banks<F> {
         })
     }
 
-    /// Reads the header of the bank at an address, from either copy.
+    /// Reads the header of the bank at an address: the first copy that is whole.
     fn header(&mut self, address: u32) -> Outcome<Option<Bank>, F> {
-        for copy in [address, address + COPY] {
-            let mut bytes = Copy([0; COPY as usize]);
-            self.flash.read(copy, &mut bytes.0).map_err(StoreError::Flash)?;
-            if let Some(sequence) = sequence(&bytes) {
-                return Ok(Some(Bank { address, sequence }));
-            }
-        }
-        Ok(None)
+        let (first, second) = (self.copy(address)?, self.copy(address + COPY)?);
+        Ok(first.or(second).map(|sequence| Bank {
+            address,
+            sequence,
+            safe: first == second,
+        }))
+    }
+
+    /// The sequence in a copy of a header, if it is whole.
+    fn copy(&mut self, address: u32) -> Outcome<Option<u32>, F> {
+        let mut bytes = Copy([0; COPY as usize]);
+        self.flash
+            .read(address, &mut bytes.0)
+            .map_err(StoreError::Flash)?;
+        Ok(sequence(&bytes))
     }
 
     /// Finds the last whole entry of a sensor before a slot.
@@ -109,7 +120,7 @@ impl<F: NorFlash> Banks<F> {
         let (bank, slot) = match self.in_use()? {
             None => (self.begin(self.start, 0)?, 0),
             Some(bank) => match self.free(bank)? {
-                slot if slot < self.slots() => (bank, slot),
+                slot if bank.safe && slot < self.slots() => (bank, slot),
                 _ => self.turn_over(bank)?,
             },
         };
@@ -164,6 +175,7 @@ impl<F: NorFlash> Banks<F> {
         let bank = Bank {
             address,
             sequence: before.wrapping_add(1),
+            safe: true,
         };
         for copy in [address, address + COPY] {
             let bytes = header_bytes(bank.sequence);

@@ -1,7 +1,12 @@
 //! How often flash may be written.
 
-/// How much wear is allowed. The defaults let two banks of 4 KiB, good for 10 000 erasures each, live for about five
-/// years of nothing but writing.
+/// How much wear is allowed, by a token bucket. Writes are counted from when a store is made, so each reset allows
+/// `at_once` more.
+///
+/// A bank of n entries, k of which stay when it is full, is erased once in n - k records, so that two banks good for E
+/// erasures take 2 E (n - k) of them. With the defaults, two banks of 4 KiB (n = 21) good for 10 000 erasures last 5.7
+/// years of nothing but writing for three sensors with two records each (k = 6), and 3.4 years for four with the
+/// factory's beside them (k = 12).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WriteLimit {
     /// Between two writes in the long run, in the microseconds of the caller's clock; 0 sets no limit.
@@ -19,11 +24,11 @@ impl Default for WriteLimit {
     }
 }
 
-/// What was written lately.
+/// What was written lately: the token bucket, as the time at which it is full.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Writes {
     /// When as many as are allowed at once are allowed again.
-    rested: u64,
+    full_at: u64,
 }
 
 impl Writes {
@@ -32,13 +37,13 @@ impl Writes {
         let between = limit.shortest_between;
         let longest = between.saturating_mul(u64::from(limit.at_once.max(1)));
         // A clock that was set back must not forbid writing for as long as it was set back.
-        self.rested = self.rested.min(now.saturating_add(longest));
-        let owed = self.rested.saturating_sub(now);
+        self.full_at = self.full_at.min(now.saturating_add(longest));
+        let owed = self.full_at.saturating_sub(now);
         let wait = owed.saturating_sub(longest - between.min(longest));
         if wait > 0 {
             return Err(wait);
         }
-        self.rested = now.saturating_add(owed).saturating_add(between);
+        self.full_at = now.saturating_add(owed).saturating_add(between);
         Ok(())
     }
 }

@@ -5,11 +5,12 @@ use rand_pcg::Pcg64Mcg;
 use tumble_core::real::Real;
 use tumble_core::redundancy::record::{Record, Storage};
 use tumble_core::redundancy::sensor::Sensor;
-use tumble_store::flash::{LayoutError, RecordStore, Saved, StoreError, Which, WriteLimit};
+use tumble_store::flash::{RecordStore, Saved, StoreError, Which, WriteLimit};
 use tumble_store::record::{DecodeError, EncodeError, Field};
 
-use crate::common::history::{Model, UNLIMITED, Update, drawn, make, numbered, open, whole};
-use crate::common::simulated::{Operation, PAGE, Simulated};
+use crate::common::history::{Model, Update, drawn, make, numbered, open, whole};
+use crate::common::sign;
+use crate::common::simulated::{Operation, Simulated};
 
 const UNIT: u64 = 5;
 const SENSOR: Sensor = Sensor::Accelerometer;
@@ -146,6 +147,10 @@ fn a_refused_write_leaves_flash_as_it_was_and_what_is_in_force_costs_nothing() {
     assert_eq!(store.save(u64::MAX - 1, &record), Ok(Saved::AlreadyThere));
     assert!(matches!(store.save(1, &other), Err(StoreError::TooSoon { .. })));
     assert_eq!(store.in_force(UNIT, SENSOR), Ok(Some(record)));
+    let mut once = open(Simulated::<4>::new(2));
+    once.save(0, &record).unwrap();
+    let (flash, once) = (store.into_flash(), once.into_flash());
+    assert_eq!((flash.memory, flash.operations), (once.memory, once.operations));
 }
 
 #[test]
@@ -271,14 +276,6 @@ fn a_record_of_a_newer_version_is_not_taken_for_another_and_outlasts_turnovers()
     assert_eq!(store.in_force(UNIT, SENSOR), Ok(Some(own)));
 }
 
-/// Puts the checksum of what is before it at the end.
-fn sign(bytes: &mut [u8]) {
-    let (covered, checksum) = bytes.split_last_chunk_mut::<4>().unwrap();
-    *checksum = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC)
-        .checksum(covered)
-        .to_le_bytes();
-}
-
 #[test]
 fn what_cannot_be_a_record_is_not_stored() {
     let mut store = open(Simulated::<4>::new(2));
@@ -302,33 +299,25 @@ fn all_is_forgotten_when_it_is_erased() {
 }
 
 #[test]
-fn ranges_that_cannot_hold_records_are_refused() {
-    let page = u32::try_from(PAGE).unwrap();
-    let outcome = |start, end| RecordStore::new(Simulated::<4>::new(6), start..end, UNLIMITED).map(|_| ());
-    assert_eq!(outcome(page, 3 * page), Ok(()));
-    assert_eq!(outcome(2 * page, 6 * page), Ok(()));
-    assert_eq!(outcome(0, page), Err(LayoutError::NotWholePages));
-    assert_eq!(outcome(0, 3 * page), Err(LayoutError::NotWholePages));
-    assert_eq!(outcome(8, 8 + 2 * page), Err(LayoutError::NotWholePages));
-    assert_eq!(outcome(0, 8 * page), Err(LayoutError::OutOfBounds));
-    assert_eq!(outcome(page, page), Err(LayoutError::OutOfBounds));
-    let backwards = outcome(2 * page, page);
-    assert_eq!(backwards, Err(LayoutError::OutOfBounds));
-    let words = RecordStore::new(Simulated::<64>::new(6), 0..2 * page, UNLIMITED);
-    assert_eq!(words.map(|_| ()), Err(LayoutError::WordsNotSupported));
-}
-
-#[test]
-fn nothing_outside_the_range_is_touched() {
-    let page = u32::try_from(PAGE).unwrap();
-    let mut store = RecordStore::new(Simulated::<4>::new(6), 2 * page..4 * page, UNLIMITED).unwrap();
-    for number in 0..100 {
-        store.save(0, &numbered(UNIT, SENSOR, number)).unwrap();
+fn the_count_of_banks_starts_again_from_zero_when_it_is_full() {
+    let mut store = open(Simulated::<4>::new(2));
+    let mut model = Model::default();
+    let mut save = |store: &mut RecordStore<Simulated<4>>, number| {
+        let update = Update::Save(numbered(UNIT, SENSOR, number));
+        make(&update, store).unwrap();
+        model.make(&update);
+        assert_eq!(model.read(store), model, "record {number}");
+    };
+    save(&mut store, 0);
+    let mut flash = store.into_flash();
+    for copy in [0, 32] {
+        let header = &mut flash.memory[copy..copy + 12];
+        header[4..8].copy_from_slice(&(u32::MAX - 1).to_le_bytes());
+        sign(header);
     }
-    let flash = store.into_flash();
-    let outside = [&flash.memory[..2 * PAGE], &flash.memory[4 * PAGE..]].concat();
-    assert!(outside.iter().all(|byte| *byte == 0xFF));
-    assert_eq!([&flash.erasures[..2], &flash.erasures[4..]].concat(), [0; 4]);
+    let mut store = open(flash.back());
+    (1..100).for_each(|number| save(&mut store, number));
+    assert!(store.into_flash().erasures.iter().sum::<u32>() > 4);
 }
 
 /// Saves and loads as the monitor of a redundant set does.

@@ -3,5 +3,6 @@
 mod common;
 mod corruption;
 mod flash;
+mod layout;
 mod power_cut;
 mod record;

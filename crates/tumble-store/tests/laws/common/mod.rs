@@ -94,3 +94,11 @@ prop_compose! {
         StoredRecord { record, temperature }
     }
 }
+
+/// Puts the checksum of what is before it at the end.
+pub fn sign(bytes: &mut [u8]) {
+    let (covered, checksum) = bytes.split_last_chunk_mut::<4>().unwrap();
+    *checksum = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC)
+        .checksum(covered)
+        .to_le_bytes();
+}
