@@ -24,6 +24,11 @@ AHEAD = 2.0
 """s of samples that may be under way to a program that has not said it has read them."""
 HEADER = "time_s,ax,ay,az,gx_rad/s,gy_rad/s,gz_rad/s"
 OLD = "what was here before\n"
+PROGRAM = (
+    "import signal; signal.signal(signal.SIGINT, signal.default_int_handler);"
+    "from tumble.cli.main import main; main()"
+)
+"""Control-C is taken in even where tests run in the background, which a shell has ignore it."""
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +42,7 @@ def run_live():
     started = []
 
     def start(*arguments, **options):
-        command = [sys.executable, "-c", "from tumble.cli.main import main; main()", "spin", "--live"]
+        command = [sys.executable, "-c", PROGRAM, "spin", "--live"]
         streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
         process = subprocess.Popen([*command, *map(str, arguments)], text=True, **streams)
         started.append(process)
