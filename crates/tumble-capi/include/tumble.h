@@ -1,16 +1,24 @@
 /**
- * Tumble for firmware: calibration of inertial measurement units, without heap, operating system or floating point beyond
- * single precision. C99, or C++17. docs/how-to/c.md tells how to take it in.
+ * Tumble for firmware: calibration of inertial measurement units, without heap or operating system. C99, or C++17.
+ * docs/how-to/c.md tells how to take it in.
  *
- * Units are SI, m/s^2 and rad/s; time is whole microseconds. Frames are right-handed; matrices are written row by row.
+ * Units are SI, m/s^2 and rad/s; time is whole microseconds. Frames are right-handed; matrices are written row by row. All
+ * numbers are single precision. Only sines, cosines, arc sines and hypotenuses, which spins and
+ * tumble_error_model_decompose() need, are computed by way of double precision, emulated where the processor has none.
  *
  * Whoever calls owns all memory. A pointer that is handed in may be null where that is said; else it leads to a value of
  * its type, or room for one, that nobody else changes until the call returns. No pointer is kept, but for the context of
- * a tumble_flash. Null and unaligned pointers, storage that was not initialised, and numbers that cannot be are refused.
+ * a tumble_flash. Null and unaligned pointers, storage that was not initialised, and numbers that cannot be are refused;
+ * ::TUMBLE_ERROR_UNALIGNED is not named again at each call.
  *
  * State lives in storage: tumble_spin, tumble_redundancy, tumble_store. Storage may be static, on a stack or in a pool, and
  * may be moved as a whole while no call is under way. Calls with different storage do not know of each other; calls with
  * the same storage have to come one after the other, which is for the caller to see to among threads and interrupts.
+ *
+ * While a call that changes storage is under way, others with the same storage are answered by ::TUMBLE_ERROR_BUSY, but for
+ * those that initialise: they overwrite whatever was there, so none may be made from a callback or an interrupt while
+ * another call is under way. A call that takes storage as const, such as tumble_spin_solve(), does not mark it: nothing may
+ * change it until that call returns.
  */
 
 #ifndef TUMBLE_H
@@ -80,7 +88,7 @@ enum tumble_status
      */
     TUMBLE_ERROR_NULL,
     /**
-     * A pointer is not aligned as its type asks.
+     * A pointer is not aligned as its type asks. Any call that is given pointers may answer it.
      */
     TUMBLE_ERROR_UNALIGNED,
     /**
@@ -92,7 +100,7 @@ enum tumble_status
      */
     TUMBLE_ERROR_NOT_INITIALISED,
     /**
-     * A call with the same storage is under way: made from a callback, an interrupt or another thread.
+     * A call that changes the same storage is under way, so this one comes from a callback, an interrupt or another thread.
      */
     TUMBLE_ERROR_BUSY,
     /**
@@ -164,7 +172,7 @@ enum tumble_status
      */
     TUMBLE_ERROR_VERSION,
     /**
-     * The range of flash does not begin at a page, or has not an even number of pages.
+     * The range of flash does not begin at a page, or has not an even number of pages; or a page is no multiple of 32 bytes.
      */
     TUMBLE_ERROR_PAGES,
     /**
@@ -1345,7 +1353,8 @@ typedef struct tumble_event {
      */
     int64_t by;
     /**
-     * The record adopted. It is the library's, and there until the callback returns.
+     * The record adopted. It is the library's, and there until the callback returns. Its temperature is NaN, as nobody
+     * told the monitor: fill it in before it is saved, if it is known.
      */
     const struct tumble_record *record;
     /**
@@ -1404,8 +1413,8 @@ typedef struct tumble_event {
 
 /**
  * Is told of an event, from within the call that made it happen, with the `context` given there. It may use other
- * storage, as of a store, but not the monitor: that is answered by ::TUMBLE_ERROR_BUSY. It has to return, neither by
- * `longjmp` nor by an exception.
+ * storage, but none that this call works with, which is answered by ::TUMBLE_ERROR_BUSY: not the monitor, nor, of
+ * tumble_redundancy_restore_from(), the store. It has to return, neither by `longjmp` nor by an exception.
  */
 typedef void (*tumble_on_event)(void *context, const struct tumble_event *event);
 
@@ -1498,7 +1507,7 @@ typedef struct tumble_spin_settings {
      */
     uint64_t still;
     /**
-     * How long to wait for the robot to stand still, microseconds; 60 000 000.
+     * How long to wait until the robot has stood still, microseconds; 60 000 000. Longer than `still`.
      */
     uint64_t still_timeout;
     /**
@@ -1823,7 +1832,8 @@ typedef struct tumble_spin_estimate {
 
 /**
  * NOR flash, reached by callbacks: each gives 0 if it did what it was told, and anything else if not. Addresses are
- * whatever the driver takes them for; the library adds nothing to them.
+ * whatever the driver takes them for; the library adds nothing to them. Callbacks may not use the store that calls them,
+ * which is answered by ::TUMBLE_ERROR_BUSY.
  */
 typedef struct tumble_flash {
     /**
@@ -1845,7 +1855,7 @@ typedef struct tumble_flash {
      */
     int (*erase)(void *context, uint32_t address);
     /**
-     * Bytes that are erased at once: of a page, or sector.
+     * Bytes that are erased at once: of a page, or sector. A multiple of 32.
      */
     uint32_t page;
 } tumble_flash;
@@ -1859,7 +1869,7 @@ typedef struct tumble_write_limit {
      */
     uint64_t shortest_between;
     /**
-     * How many may follow each other at once; at least 1. 16 where none is given.
+     * How many may follow each other at once; 0 counts as 1. 16 where none is given.
      */
     uint32_t at_once;
 } tumble_write_limit;
@@ -1907,7 +1917,6 @@ tumble_status tumble_error_model_decompose(const struct tumble_error_model *mode
  * Writes a record as bytes. Of the `size` bytes at `buffer`, which are the caller's, the first `length` are it then.
  *
  * Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_CODE, ::TUMBLE_ERROR_NOT_FINITE of the record; ::TUMBLE_ERROR_NO_ROOM.
- * The buffer may be changed then, but holds no record.
  */
 tumble_status tumble_record_encode(const struct tumble_record *record,
                                    uint8_t *buffer,
@@ -1979,8 +1988,9 @@ tumble_status tumble_redundancy_get_stored(const struct tumble_redundancy *redun
                                            struct tumble_knowledge *stored);
 
 /**
- * Takes a stored record, as after a reset, or after a roll back; an event says whether it was taken. Do so before the
- * first sample. `on_event` may be null.
+ * Takes a stored record; an event says whether it was taken. After a reset, give it before the first sample. After
+ * tumble_store_roll_back(), at any time: a calibration of that unit that is under way is abandoned. `on_event` may be
+ * null.
  *
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_CODE.
  */
@@ -2172,7 +2182,8 @@ const char *tumble_strerror(tumble_status status);
 
 /**
  * Looks for settings that contradict each other, or themselves, and says in words which: in the `size` bytes at `text`,
- * which are the caller's, ending in a zero byte and cut off where there is no room. `text` may be null.
+ * which are the caller's, ending in a zero byte and cut off where there is no room. Where there is nothing to be said, they
+ * begin with that zero byte, also after ::TUMBLE_OK. `text` may be null.
  *
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_CODE, ::TUMBLE_ERROR_CONTRADICTION.
  */

@@ -1,4 +1,5 @@
-/* Calls every function once, so that a linker keeps all of the library: what it then leaves out cannot be reached. */
+/* Calls every function once, so that a linker keeps all of the library: what it then leaves out cannot be reached. With
+   ONLY_SINGLE_PRECISION, all but those that are allowed to compute by way of double precision. */
 
 #include "tumble.h"
 
@@ -7,7 +8,9 @@
 #endif
 
 static tumble_redundancy monitor;
+#ifndef ONLY_SINGLE_PRECISION
 static tumble_spin spin;
+#endif
 static tumble_store store;
 
 /* Written to, so that no call is for nothing. */
@@ -28,10 +31,15 @@ tumble_record record;
 static void correct(void)
 {
     tumble_correction correction;
-    tumble_decomposition parts;
     answers += tumble_correction_init(&correction, &calibration);
     answers += tumble_correction_apply(&correction, &sample, &sample);
     answers += tumble_error_model_measure(&calibration.gyroscope, sample.angular_rate, sample.angular_rate);
+}
+
+#ifndef ONLY_SINGLE_PRECISION
+static void take_apart(void)
+{
+    tumble_decomposition parts;
     answers += tumble_error_model_decompose(&calibration.gyroscope, &parts);
 }
 
@@ -50,6 +58,7 @@ static void turn(void)
     answers += tumble_spin_get_progress(&spin, &progress);
     answers += tumble_spin_solve(&spin, NULL, &estimate, &state.failure);
 }
+#endif
 
 static void keep(void)
 {
@@ -93,7 +102,10 @@ static void watch(void)
 int main(void)
 {
     correct();
+#ifndef ONLY_SINGLE_PRECISION
+    take_apart();
     turn();
+#endif
     keep();
     watch();
 #ifdef REACH_THE_HEAP
