@@ -5,7 +5,8 @@ use core::ffi::{c_int, c_void};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 
 /// NOR flash, reached by callbacks: each gives 0 if it did what it was told, and anything else if not. Addresses are
-/// whatever the driver takes them for; the library adds nothing to them.
+/// whatever the driver takes them for; the library adds nothing to them. Callbacks may not use the store that calls them,
+/// which is answered by ::TUMBLE_ERROR_BUSY.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Flash {
@@ -23,7 +24,7 @@ pub struct Flash {
     >,
     /// Erases the page that begins at `address`, after which all its bytes are FF.
     pub erase: Option<unsafe extern "C" fn(context: *mut c_void, address: u32) -> c_int>,
-    /// Bytes that are erased at once: of a page, or sector.
+    /// Bytes that are erased at once: of a page, or sector. A multiple of 32.
     pub page: u32,
 }
 

@@ -1,5 +1,7 @@
 //! Pointers of the caller's, and the states that live where they point.
 
+use core::sync::atomic::{Ordering, compiler_fence};
+
 use crate::status::{Outcome, Status};
 
 /// Storage that the caller owns, and in which a state lives.
@@ -10,7 +12,7 @@ pub trait Storage {
     const MARK: u32;
 }
 
-/// A state behind its mark. While a call is under way the mark is another.
+/// A state behind its mark. While a call that changes the state is under way, the mark is another.
 #[repr(C)]
 struct Slot<T> {
     mark: u32,
@@ -90,7 +92,8 @@ pub fn answer<T>(place: Outcome<Place<T>>, found: Outcome<T>) -> Status {
     }
 }
 
-/// Puts a state into storage, of which the caller believes that it has `size` bytes.
+/// Puts a state into storage, of which the caller believes that it has `size` bytes. The mark is not looked at: memory that
+/// outlasted a reset in the middle of a call would be refused for ever.
 ///
 /// # Safety
 /// Unless null or unaligned, the pointer leads to room for a value of its type, which nobody else uses meanwhile.
@@ -143,23 +146,29 @@ pub unsafe fn change<S: Storage, R>(
     check_mark::<S>(unsafe { mark.read_volatile() })?;
     // SAFETY: the same.
     unsafe { mark.write_volatile(!S::MARK) };
+    // That the mark is volatile does not order it among accesses that are not: work might be done before it is set or after
+    // it is restored, where an interrupt takes storage for idle whose state is half changed.
+    compiler_fence(Ordering::SeqCst);
     // SAFETY: the mark says that the state was put there, and that nobody else is at it.
     let outcome = work(unsafe { &mut (*slot).state });
+    compiler_fence(Ordering::SeqCst);
     // SAFETY: the same place again.
     unsafe { mark.write_volatile(S::MARK) };
     outcome
 }
 
-/// Looks at the state in storage.
+/// Looks at the state in storage, which several may do at once: so the mark stays, and it is for the caller to see to that
+/// nobody changes the state meanwhile.
 ///
 /// # Safety
-/// As of [`change`].
+/// As of [`change`], and nobody changes it until this returns.
 pub unsafe fn view<S: Storage, R>(storage: *const S, work: impl FnOnce(&S::State) -> R) -> Outcome<R> {
     check(storage)?;
     let slot = storage.cast::<Slot<S::State>>();
     // SAFETY: a slot fits into the storage, and any four bytes are a u32.
     check_mark::<S>(unsafe { (&raw const (*slot).mark).read_volatile() })?;
-    // SAFETY: the mark says that the state was put there, and that nobody is changing it.
+    // SAFETY: the mark says that the state was put there, and that nobody was changing it; that nobody begins to is the
+    // caller's word.
     Ok(work(unsafe { &(*slot).state }))
 }
 

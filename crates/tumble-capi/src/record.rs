@@ -83,7 +83,6 @@ pub struct Record {
 /// Writes a record as bytes. Of the `size` bytes at `buffer`, which are the caller's, the first `length` are it then.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_CODE, ::TUMBLE_ERROR_NOT_FINITE of the record; ::TUMBLE_ERROR_NO_ROOM.
-/// The buffer may be changed then, but holds no record.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_record_encode(
     record: *const Record,

@@ -12,13 +12,13 @@ pub enum Status {
     TumbleOk = 0,
     /// A pointer is null.
     TumbleErrorNull,
-    /// A pointer is not aligned as its type asks.
+    /// A pointer is not aligned as its type asks. Any call that is given pointers may answer it.
     TumbleErrorUnaligned,
     /// The storage has another size than this library was built for: header and library do not belong together.
     TumbleErrorSize,
     /// The storage was not initialised, or was overwritten since.
     TumbleErrorNotInitialised,
-    /// A call with the same storage is under way: made from a callback, an interrupt or another thread.
+    /// A call that changes the same storage is under way, so this one comes from a callback, an interrupt or another thread.
     TumbleErrorBusy,
     /// The library was built for another number of units than were given; see #TUMBLE_UNITS.
     TumbleErrorUnits,
@@ -54,7 +54,7 @@ pub enum Status {
     TumbleErrorCorrupt,
     /// The record was written by a newer version of this library.
     TumbleErrorVersion,
-    /// The range of flash does not begin at a page, or has not an even number of pages.
+    /// The range of flash does not begin at a page, or has not an even number of pages; or a page is no multiple of 32 bytes.
     TumbleErrorPages,
     /// The range of flash is empty, or goes beyond 32 bits.
     TumbleErrorBounds,

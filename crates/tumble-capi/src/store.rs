@@ -3,7 +3,7 @@
 use core::mem::MaybeUninit;
 
 use tumble_store::flash::{
-    LayoutError, RecordStore, StoreError, Which as CoreWhich, WriteLimit as CoreLimit,
+    LayoutError, RecordStore, Saved, StoreError, Which as CoreWhich, WriteLimit as CoreLimit,
 };
 use tumble_store::record::StoredRecord;
 
@@ -34,7 +34,7 @@ impl Storage for Store {
 pub struct WriteLimit {
     /// Time between two writes in the long run, microseconds; 0 sets no limit. 600 000 000 where none is given.
     pub shortest_between: u64,
-    /// How many may follow each other at once; at least 1. 16 where none is given.
+    /// How many may follow each other at once; 0 counts as 1. 16 where none is given.
     pub at_once: u32,
 }
 
@@ -139,13 +139,7 @@ pub unsafe extern "C" fn tumble_store_save(
     wait: *mut u64,
 ) -> Status {
     // SAFETY: as the header asks of all pointers.
-    let (record, wait) = unsafe { (read(record), Place::if_wanted(wait)) };
-    let work = |store: &mut RecordStore<Driver>| {
-        let (record, wait) = (record?.in_store()?, wait?);
-        written(store.save(now, &record), wait).map(|_| ())
-    };
-    // SAFETY: the same.
-    status(unsafe { change(store, work) })
+    unsafe { keep(store, record, wait, |store, record| store.save(now, record)) }
 }
 
 /// Keeps a record as the factory's; it is in force until another is saved. Everything else is as of tumble_store_save().
@@ -157,13 +151,11 @@ pub unsafe extern "C" fn tumble_store_save_factory(
     wait: *mut u64,
 ) -> Status {
     // SAFETY: as the header asks of all pointers.
-    let (record, wait) = unsafe { (read(record), Place::if_wanted(wait)) };
-    let work = |store: &mut RecordStore<Driver>| {
-        let (record, wait) = (record?.in_store()?, wait?);
-        written(store.save_factory(now, &record), wait).map(|_| ())
-    };
-    // SAFETY: the same.
-    status(unsafe { change(store, work) })
+    unsafe {
+        keep(store, record, wait, |store, record| {
+            store.save_factory(now, record)
+        })
+    }
 }
 
 /// Puts the previous or the factory's record in force again; what was in force becomes the previous one. `record` is it
@@ -235,6 +227,26 @@ fn open(flash: Flash, start: u32, length: u32, limit: CoreLimit) -> Outcome<Reco
         LayoutError::OutOfBounds => Status::TumbleErrorBounds,
         LayoutError::TooSmall => Status::TumbleErrorTooSmall,
     })
+}
+
+/// Writes a record in one of the store's ways.
+///
+/// # Safety
+/// Of the pointers, as the header asks.
+unsafe fn keep(
+    store: *mut Store,
+    record: *const Record,
+    wait: *mut u64,
+    save: impl FnOnce(&mut RecordStore<Driver>, &StoredRecord) -> Result<Saved, StoreError<DriverError>>,
+) -> Status {
+    // SAFETY: the same is asked of the caller.
+    let (record, wait) = unsafe { (read(record), Place::if_wanted(wait)) };
+    let work = |store: &mut RecordStore<Driver>| {
+        let (record, wait) = (record?.in_store()?, wait?);
+        written(save(store, &record), wait).map(|_| ())
+    };
+    // SAFETY: the same.
+    status(unsafe { change(store, work) })
 }
 
 fn written<T>(outcome: Result<T, StoreError<DriverError>>, wait: Option<Place<u64>>) -> Outcome<T> {

@@ -19,7 +19,8 @@ pub extern "C" fn tumble_strerror(status: MaybeUninit<Status>) -> *const c_char 
 }
 
 /// Looks for settings that contradict each other, or themselves, and says in words which: in the `size` bytes at `text`,
-/// which are the caller's, ending in a zero byte and cut off where there is no room. `text` may be null.
+/// which are the caller's, ending in a zero byte and cut off where there is no room. Where there is nothing to be said, they
+/// begin with that zero byte, also after ::TUMBLE_OK. `text` may be null.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_CODE, ::TUMBLE_ERROR_CONTRADICTION.
 #[unsafe(no_mangle)]
@@ -57,7 +58,7 @@ fn words(status: Status) -> &'static CStr {
         Status::TumbleErrorUnaligned => c"a pointer is not aligned as its type asks",
         Status::TumbleErrorSize => c"header and library disagree on the size of the storage",
         Status::TumbleErrorNotInitialised => c"the storage was not initialised, or was overwritten since",
-        Status::TumbleErrorBusy => c"a call with the same storage is under way",
+        Status::TumbleErrorBusy => c"a call that changes the same storage is under way",
         Status::TumbleErrorUnits => c"the library was built for another number of units",
         Status::TumbleErrorNoSuchUnit => c"there is no unit of this number",
         Status::TumbleErrorCode => c"an enumerated value is none of its kind",
@@ -75,7 +76,9 @@ fn words(status: Status) -> &'static CStr {
         Status::TumbleErrorNotARecord => c"the bytes are no record",
         Status::TumbleErrorCorrupt => c"the record is not as it was written",
         Status::TumbleErrorVersion => c"the record was written by a newer version of this library",
-        Status::TumbleErrorPages => c"the range of flash is not an even number of whole pages",
+        Status::TumbleErrorPages => {
+            c"the range of flash is not an even number of pages, each a multiple of 32 bytes"
+        }
         Status::TumbleErrorBounds => c"the range of flash is empty or too far up",
         Status::TumbleErrorTooSmall => c"the range of flash is too small",
         Status::TumbleErrorNoDriver => c"a callback of the flash is missing",

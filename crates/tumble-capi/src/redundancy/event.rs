@@ -4,13 +4,12 @@ use core::ffi::c_void;
 use core::ptr::{from_ref, null};
 
 use tumble_core::redundancy::adoption::{Excess, Refusal};
-use tumble_core::redundancy::event::{Abandoned, Check as CoreCheck, Event as Core, Rejected, What};
-use tumble_core::redundancy::gate::Withheld;
+use tumble_core::redundancy::event::{Check as CoreCheck, Event as Core, What};
 use tumble_core::redundancy::health::Fault;
-use tumble_core::redundancy::selection::SelectionReason;
 use tumble_core::redundancy::sensor::Sensor as CoreSensor;
 
 use crate::record::{Record, Rung};
+use crate::redundancy::reason::Reason;
 
 /// What happened.
 #[repr(u32)]
@@ -53,86 +52,6 @@ pub enum EventKind {
     TimeJumped,
 }
 
-/// Why it happened.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reason {
-    /// No reason is given.
-    None,
-    /// Withheld, abandoned: the primary deviates itself.
-    PrimaryInvalid,
-    /// Withheld, abandoned: the primary is not in health.
-    PrimaryUnhealthy,
-    /// Withheld, abandoned: the secondary is not in health.
-    SecondaryUnhealthy,
-    /// Withheld: a calibration is under way already.
-    AlreadyCalibrating,
-    /// Abandoned: nothing moved in time.
-    NoMotion,
-    /// Abandoned: too little moved in time.
-    TimedOut,
-    /// Abandoned: the common clock jumped.
-    TimeJumped,
-    /// Abandoned: what was stored of the secondary was replaced from outside.
-    RecordReplaced,
-    /// Record rejected: no secondary has its identity, or the secondary has no such sensor.
-    OfAnotherUnit,
-    /// Record rejected: not all of it are numbers. Unhealthy: nor are too many readings, the last on `channel`.
-    NotFinite,
-    /// Record rejected: it lies outside what the settings allow a calibration to be.
-    Implausible,
-    /// Refused: numbers failed.
-    Unsolvable,
-    /// Refused: fewer `pairs` than `limit`.
-    TooFewPairs,
-    /// Refused: the residual on held-out pairs is too large, m/s^2 or rad/s.
-    ResidualTooLarge,
-    /// Refused: the bias is too large, m/s^2 or rad/s.
-    ImplausibleBias,
-    /// Refused: a scale factor is too far from one.
-    ImplausibleScale,
-    /// Refused: axes are too far from where they are nominally, rad.
-    ImplausibleMisalignment,
-    /// Refused: the lever arm is too long, m.
-    ImplausibleLeverArm,
-    /// Refused: one of the two changed while pairs were collected, m/s^2 or rad/s.
-    Drifting,
-    /// Refused: at the rest before, the two related otherwise, m/s^2 or rad/s.
-    DisagreesWithRest,
-    /// Refused: the stored one explains the pairs kept from the fit as well, or better, m/s^2 or rad/s.
-    NotBetter,
-    /// Unhealthy: no sample came for `value` s.
-    Late,
-    /// Unhealthy: all axes of a sensor repeated their readings for `value` s.
-    Frozen,
-    /// Unhealthy: `channel` repeats its reading `value`, m/s^2 or rad/s, while the others of its sensor move.
-    Stuck,
-    /// Unhealthy: `channel` is at the end of its range too often; `value`: what it said last, m/s^2 or rad/s.
-    Saturated,
-    /// Unhealthy: readings of `channel` leave and come back too often, the last by `value`, m/s^2 or rad/s.
-    Spikes,
-    /// Unhealthy: a sensor is `value` from the median of the units, m/s^2 or rad/s.
-    OutOfFamily,
-    /// Unhealthy: a sensor scatters `value` times as much as the others.
-    Noisy,
-    /// Unhealthy: at rest a sensor does not say what physics says, by `value`, m/s^2 or rad/s.
-    ImplausibleAtRest,
-    /// Unhealthy: its clock left that of the other units.
-    ClockJumped,
-    /// Selected: there was no source, and the primary is fit.
-    Start,
-    /// Selected: the primary failed.
-    PrimaryFailed,
-    /// Selected: a secondary that was the source failed.
-    SourceFailed,
-    /// Selected: the primary has been healthy for long enough.
-    PrimaryProven,
-    /// Selected: the primary was asked for.
-    Command,
-    /// None selected: the source failed, and nobody else is fit.
-    NoneFit,
-}
-
 /// How a deviation was taken.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -153,7 +72,8 @@ pub struct Event {
     pub time: u64,
     /// How far the clock jumped, microseconds.
     pub by: i64,
-    /// The record adopted. It is the library's, and there until the callback returns.
+    /// The record adopted. It is the library's, and there until the callback returns. Its temperature is NaN, as nobody
+    /// told the monitor: fill it in before it is saved, if it is known.
     pub record: *const Record,
     /// What happened.
     pub kind: EventKind,
@@ -184,8 +104,8 @@ pub struct Event {
 }
 
 /// Is told of an event, from within the call that made it happen, with the `context` given there. It may use other
-/// storage, as of a store, but not the monitor: that is answered by ::TUMBLE_ERROR_BUSY. It has to return, neither by
-/// `longjmp` nor by an exception.
+/// storage, but none that this call works with, which is answered by ::TUMBLE_ERROR_BUSY: not the monitor, nor, of
+/// tumble_redundancy_restore_from(), the store. It has to return, neither by `longjmp` nor by an exception.
 pub type OnEvent = Option<unsafe extern "C" fn(context: *mut c_void, event: *const Event)>;
 
 /// Who is told of events.
@@ -388,48 +308,6 @@ impl Check {
         match check {
             CoreCheck::Norm => Self::Norm,
             CoreCheck::Vector => Self::Vector,
-        }
-    }
-}
-
-impl Reason {
-    fn of_withheld(why: Withheld) -> Self {
-        match why {
-            Withheld::PrimaryInvalid => Self::PrimaryInvalid,
-            Withheld::PrimaryUnhealthy => Self::PrimaryUnhealthy,
-            Withheld::SecondaryUnhealthy => Self::SecondaryUnhealthy,
-            Withheld::AlreadyCalibrating => Self::AlreadyCalibrating,
-        }
-    }
-
-    fn of_abandoned(why: Abandoned) -> Self {
-        match why {
-            Abandoned::NoMotion => Self::NoMotion,
-            Abandoned::TimedOut => Self::TimedOut,
-            Abandoned::PrimaryInvalid => Self::PrimaryInvalid,
-            Abandoned::PrimaryUnhealthy => Self::PrimaryUnhealthy,
-            Abandoned::SecondaryUnhealthy => Self::SecondaryUnhealthy,
-            Abandoned::TimeJumped => Self::TimeJumped,
-            Abandoned::RecordReplaced => Self::RecordReplaced,
-        }
-    }
-
-    fn of_rejected(why: Rejected) -> Self {
-        match why {
-            Rejected::OfAnotherUnit => Self::OfAnotherUnit,
-            Rejected::NotFinite => Self::NotFinite,
-            Rejected::Implausible => Self::Implausible,
-        }
-    }
-
-    fn of_selection(reason: SelectionReason) -> Self {
-        match reason {
-            SelectionReason::Start => Self::Start,
-            SelectionReason::PrimaryFailed => Self::PrimaryFailed,
-            SelectionReason::SourceFailed => Self::SourceFailed,
-            SelectionReason::PrimaryProven => Self::PrimaryProven,
-            SelectionReason::Command => Self::Command,
-            SelectionReason::NoneFit => Self::NoneFit,
         }
     }
 }

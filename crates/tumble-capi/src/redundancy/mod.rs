@@ -1,6 +1,8 @@
 //! A primary that keeps its secondaries calibrated, and a secondary that takes over when the primary fails.
 
+mod choice;
 mod event;
+mod reason;
 mod settings;
 mod unit;
 
@@ -11,10 +13,10 @@ use core::slice;
 use tumble_core::redundancy::monitor::{Command as CoreCommand, Monitor};
 use tumble_core::redundancy::platform::{Platform, PlatformError, PrimaryCalibration, Unit as CoreUnit};
 
-pub use crate::redundancy::event::{Check, Event, EventKind, OnEvent, Reason};
-pub use crate::redundancy::settings::{
-    Data, Gate, RedundancySettings, Scope, Threshold, ThresholdKind, tumble_redundancy_defaults,
-};
+pub use crate::redundancy::choice::{Data, Gate, Scope, Threshold, ThresholdKind};
+pub use crate::redundancy::event::{Check, Event, EventKind, OnEvent};
+pub use crate::redundancy::reason::Reason;
+pub use crate::redundancy::settings::{RedundancySettings, tumble_redundancy_defaults};
 pub use crate::redundancy::unit::{TUMBLE_AXES_ALL, Unit, tumble_unit_defaults};
 
 use crate::code::{Code, code};
@@ -232,8 +234,9 @@ pub unsafe extern "C" fn tumble_redundancy_get_stored(
     answer(place, found.flatten())
 }
 
-/// Takes a stored record, as after a reset, or after a roll back; an event says whether it was taken. Do so before the
-/// first sample. `on_event` may be null.
+/// Takes a stored record; an event says whether it was taken. After a reset, give it before the first sample. After
+/// tumble_store_roll_back(), at any time: a calibration of that unit that is under way is abandoned. `on_event` may be
+/// null.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_CODE.
 #[unsafe(no_mangle)]

@@ -5,69 +5,15 @@ use core::mem::MaybeUninit;
 use tumble_core::redundancy::health::HealthSettings;
 use tumble_core::redundancy::selection::SelectionSettings;
 use tumble_core::redundancy::settings::{
-    AdoptionSettings, Both, CollectionSettings, Data as CoreData, EvaluationSettings, FitSettings,
-    Gate as CoreGate, Scope as CoreScope, Settings as Core,
+    AdoptionSettings, Both, CollectionSettings, EvaluationSettings, FitSettings, Settings as Core,
 };
-use tumble_core::redundancy::thresholds::{Threshold as CoreThreshold, Thresholds};
+use tumble_core::redundancy::thresholds::Thresholds;
 
-use crate::code::{Code, code, truth};
+use crate::code::{code, truth};
 use crate::pointer::{Place, answer};
 use crate::record::Rung;
+use crate::redundancy::choice::{Data, Gate, Scope, Threshold};
 use crate::status::{Outcome, Status};
-
-/// How a threshold is set.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ThresholdKind {
-    /// Always the same; the number is m/s^2 or rad/s, above 0.
-    Fixed,
-    /// The last error and a margin upon it; the number is m/s^2 or rad/s, above 0.
-    ByMargin,
-    /// The last error times a ratio; the number is above 1.
-    ByRatio,
-}
-
-/// A threshold.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct Threshold {
-    /// How it is set.
-    pub kind: MaybeUninit<ThresholdKind>,
-    /// As the kind says.
-    pub number: f32,
-}
-
-/// Which data deviations at rest are taken from.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Data {
-    /// As read: thresholds have to allow for the error that is known.
-    Raw,
-    /// After the stored error, and the primary's own calibration, were taken off.
-    Compensated,
-}
-
-/// Whose deviations let a calibration be triggered.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Gate {
-    /// The secondary's alone.
-    SecondaryAlone,
-    /// The secondary's, with both sensors of the primary valid.
-    WholePrimary,
-    /// The secondary's, sensor by sensor, each with the primary's sensor of its kind valid.
-    SensorBySensor,
-}
-
-/// What a trigger has calibrated.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scope {
-    /// Accelerometer and gyroscope of the secondary.
-    AllSensors,
-    /// Only the sensor that deviates.
-    TriggeringSensor,
-}
 
 /// How a redundant set watches, calibrates and replaces its units. Fill it with tumble_redundancy_defaults(), then change
 /// what is to be different; names are those of the settings file that `tumble redundancy` reads on a workstation.
@@ -186,98 +132,6 @@ pub unsafe extern "C" fn tumble_redundancy_defaults(settings: *mut RedundancySet
     // SAFETY: as the header asks of all pointers.
     let place = unsafe { Place::at(settings) };
     answer(place, Ok(RedundancySettings::of(&Core::default())))
-}
-
-// SAFETY: repr(u32), numbered from 0.
-unsafe impl Code for ThresholdKind {
-    const COUNT: u32 = 3;
-}
-
-// SAFETY: repr(u32), numbered from 0.
-unsafe impl Code for Data {
-    const COUNT: u32 = 2;
-}
-
-// SAFETY: repr(u32), numbered from 0.
-unsafe impl Code for Gate {
-    const COUNT: u32 = 3;
-}
-
-// SAFETY: repr(u32), numbered from 0.
-unsafe impl Code for Scope {
-    const COUNT: u32 = 2;
-}
-
-impl Threshold {
-    fn of(threshold: CoreThreshold<f32>) -> Self {
-        let (kind, number) = match threshold {
-            CoreThreshold::Fixed(number) => (ThresholdKind::Fixed, number),
-            CoreThreshold::VariableByMargin(number) => (ThresholdKind::ByMargin, number),
-            CoreThreshold::VariableByRatio(number) => (ThresholdKind::ByRatio, number),
-        };
-        Self {
-            kind: MaybeUninit::new(kind),
-            number,
-        }
-    }
-
-    fn in_core(self) -> Outcome<CoreThreshold<f32>> {
-        Ok(match code(self.kind)? {
-            ThresholdKind::Fixed => CoreThreshold::Fixed(self.number),
-            ThresholdKind::ByMargin => CoreThreshold::VariableByMargin(self.number),
-            ThresholdKind::ByRatio => CoreThreshold::VariableByRatio(self.number),
-        })
-    }
-}
-
-impl Data {
-    fn of(data: CoreData) -> Self {
-        match data {
-            CoreData::Raw => Self::Raw,
-            CoreData::Compensated => Self::Compensated,
-        }
-    }
-
-    fn in_core(self) -> CoreData {
-        match self {
-            Self::Raw => CoreData::Raw,
-            Self::Compensated => CoreData::Compensated,
-        }
-    }
-}
-
-impl Gate {
-    fn of(gate: CoreGate) -> Self {
-        match gate {
-            CoreGate::SecondaryAlone => Self::SecondaryAlone,
-            CoreGate::WholePrimary => Self::WholePrimary,
-            CoreGate::SensorBySensor => Self::SensorBySensor,
-        }
-    }
-
-    fn in_core(self) -> CoreGate {
-        match self {
-            Self::SecondaryAlone => CoreGate::SecondaryAlone,
-            Self::WholePrimary => CoreGate::WholePrimary,
-            Self::SensorBySensor => CoreGate::SensorBySensor,
-        }
-    }
-}
-
-impl Scope {
-    fn of(scope: CoreScope) -> Self {
-        match scope {
-            CoreScope::AllSensors => Self::AllSensors,
-            CoreScope::TriggeringSensor => Self::TriggeringSensor,
-        }
-    }
-
-    fn in_core(self) -> CoreScope {
-        match self {
-            Self::AllSensors => CoreScope::AllSensors,
-            Self::TriggeringSensor => CoreScope::TriggeringSensor,
-        }
-    }
 }
 
 impl RedundancySettings {

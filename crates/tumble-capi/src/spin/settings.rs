@@ -15,7 +15,7 @@ use crate::status::{Outcome, Status};
 pub struct SpinSettings {
     /// How long to stand still, microseconds; 5 000 000.
     pub still: u64,
-    /// How long to wait for the robot to stand still, microseconds; 60 000 000.
+    /// How long to wait until the robot has stood still, microseconds; 60 000 000. Longer than `still`.
     pub still_timeout: u64,
     /// How long to wait for the turn to be made, microseconds; 120 000 000.
     pub spin_timeout: u64,

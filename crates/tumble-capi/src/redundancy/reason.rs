@@ -1,0 +1,131 @@
+//! Why things happen in a redundant set.
+
+use tumble_core::redundancy::event::{Abandoned, Rejected};
+use tumble_core::redundancy::gate::Withheld;
+use tumble_core::redundancy::selection::SelectionReason;
+
+/// Why it happened.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reason {
+    /// No reason is given.
+    None,
+    /// Withheld, abandoned: the primary deviates itself.
+    PrimaryInvalid,
+    /// Withheld, abandoned: the primary is not in health.
+    PrimaryUnhealthy,
+    /// Withheld, abandoned: the secondary is not in health.
+    SecondaryUnhealthy,
+    /// Withheld: a calibration is under way already.
+    AlreadyCalibrating,
+    /// Abandoned: nothing moved in time.
+    NoMotion,
+    /// Abandoned: too little moved in time.
+    TimedOut,
+    /// Abandoned: the common clock jumped.
+    TimeJumped,
+    /// Abandoned: what was stored of the secondary was replaced from outside.
+    RecordReplaced,
+    /// Record rejected: no secondary has its identity, or the secondary has no such sensor.
+    OfAnotherUnit,
+    /// Record rejected: not all of it are numbers. Unhealthy: nor are too many readings, the last on `channel`.
+    NotFinite,
+    /// Record rejected: it lies outside what the settings allow a calibration to be.
+    Implausible,
+    /// Refused: numbers failed.
+    Unsolvable,
+    /// Refused: fewer `pairs` than `limit`.
+    TooFewPairs,
+    /// Refused: the residual on held-out pairs is too large, m/s^2 or rad/s.
+    ResidualTooLarge,
+    /// Refused: the bias is too large, m/s^2 or rad/s.
+    ImplausibleBias,
+    /// Refused: a scale factor is too far from one.
+    ImplausibleScale,
+    /// Refused: axes are too far from where they are nominally, rad.
+    ImplausibleMisalignment,
+    /// Refused: the lever arm is too long, m.
+    ImplausibleLeverArm,
+    /// Refused: one of the two changed while pairs were collected, m/s^2 or rad/s.
+    Drifting,
+    /// Refused: at the rest before, the two related otherwise, m/s^2 or rad/s.
+    DisagreesWithRest,
+    /// Refused: the stored one explains the pairs kept from the fit as well, or better, m/s^2 or rad/s.
+    NotBetter,
+    /// Unhealthy: no sample came for `value` s.
+    Late,
+    /// Unhealthy: all axes of a sensor repeated their readings for `value` s.
+    Frozen,
+    /// Unhealthy: `channel` repeats its reading `value`, m/s^2 or rad/s, while the others of its sensor move.
+    Stuck,
+    /// Unhealthy: `channel` is at the end of its range too often; `value`: what it said last, m/s^2 or rad/s.
+    Saturated,
+    /// Unhealthy: readings of `channel` leave and come back too often, the last by `value`, m/s^2 or rad/s.
+    Spikes,
+    /// Unhealthy: a sensor is `value` from the median of the units, m/s^2 or rad/s.
+    OutOfFamily,
+    /// Unhealthy: a sensor scatters `value` times as much as the others.
+    Noisy,
+    /// Unhealthy: at rest a sensor does not say what physics says, by `value`, m/s^2 or rad/s.
+    ImplausibleAtRest,
+    /// Unhealthy: its clock left that of the other units.
+    ClockJumped,
+    /// Selected: there was no source, and the primary is fit.
+    Start,
+    /// Selected: the primary failed.
+    PrimaryFailed,
+    /// Selected: a secondary that was the source failed.
+    SourceFailed,
+    /// Selected: the primary has been healthy for long enough.
+    PrimaryProven,
+    /// Selected: the primary was asked for.
+    Command,
+    /// None selected: the source failed, and nobody else is fit.
+    NoneFit,
+}
+
+impl Reason {
+    /// Why a sensor that deviates is not calibrated.
+    pub fn of_withheld(why: Withheld) -> Self {
+        match why {
+            Withheld::PrimaryInvalid => Self::PrimaryInvalid,
+            Withheld::PrimaryUnhealthy => Self::PrimaryUnhealthy,
+            Withheld::SecondaryUnhealthy => Self::SecondaryUnhealthy,
+            Withheld::AlreadyCalibrating => Self::AlreadyCalibrating,
+        }
+    }
+
+    /// Why calibration mode ended without a fit.
+    pub fn of_abandoned(why: Abandoned) -> Self {
+        match why {
+            Abandoned::NoMotion => Self::NoMotion,
+            Abandoned::TimedOut => Self::TimedOut,
+            Abandoned::PrimaryInvalid => Self::PrimaryInvalid,
+            Abandoned::PrimaryUnhealthy => Self::PrimaryUnhealthy,
+            Abandoned::SecondaryUnhealthy => Self::SecondaryUnhealthy,
+            Abandoned::TimeJumped => Self::TimeJumped,
+            Abandoned::RecordReplaced => Self::RecordReplaced,
+        }
+    }
+
+    /// Why a stored record was not taken.
+    pub fn of_rejected(why: Rejected) -> Self {
+        match why {
+            Rejected::OfAnotherUnit => Self::OfAnotherUnit,
+            Rejected::NotFinite => Self::NotFinite,
+            Rejected::Implausible => Self::Implausible,
+        }
+    }
+
+    /// Why the source changed.
+    pub fn of_selection(reason: SelectionReason) -> Self {
+        match reason {
+            SelectionReason::Start => Self::Start,
+            SelectionReason::PrimaryFailed => Self::PrimaryFailed,
+            SelectionReason::SourceFailed => Self::SourceFailed,
+            SelectionReason::PrimaryProven => Self::PrimaryProven,
+            SelectionReason::Command => Self::Command,
+            SelectionReason::NoneFit => Self::NoneFit,
+        }
+    }
+}
