@@ -23,6 +23,9 @@ FORBIDDEN = re.compile(
 )
 """Symbols of what no firmware may reach: a panic, or a heap."""
 
+DOUBLE = re.compile(r"\b(__aeabi_(c?d\w+|\w+2d)|__\w*df\w*)\b")
+"""Symbols of the emulation of double precision, as Arm and as compilers call them: __aeabi_dmul, __muldf3."""
+
 LANGUAGES = {"c": ["gcc", "-std=c99"], "cpp": ["g++", "-std=c++17"]}
 
 
@@ -92,13 +95,18 @@ def test_a_library_for_another_number_of_units_keeps_the_same_laws(tmp_path: Pat
     done([laws("c", archive, *SANITIZED, "-DTUMBLE_UNITS=8"), "vectors"])
 
 
+def example_of(page: str) -> str:
+    """The one piece of C on a page."""
+    text = (ROOT / page).read_text()
+    (example,) = re.findall(r"^```c\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    return str(example)
+
+
 @pytest.mark.parametrize("page", ["README.md", "docs/how-to/c.md"])
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_the_example_of_a_page_compiles(page: str, language: str, tmp_path: Path) -> None:
-    text = (ROOT / page).read_text()
-    (example,) = re.findall(r"^```c\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
     source = tmp_path / f"example.{language}"
-    source.write_text(example)
+    source.write_text(example_of(page))
     done([*LANGUAGES[language], *STRICT, "-c", source, "-o", tmp_path / "example.o"])
 
 
@@ -112,6 +120,17 @@ def test_a_program_with_a_wrong_expectation_fails(host_library: Path, tmp_path: 
     answer = run([laws("c", host_library, *SANITIZED), tmp_path])
     assert answer.returncode == 1
     assert "BROKEN: the error model agrees with its vectors" in answer.stdout
+
+
+def test_the_example_of_the_page_keeps_what_it_found_over_a_reset(host_library: Path, tmp_path: Path) -> None:
+    """It is flown, and its flash fails at first."""
+    (tmp_path / "example.c").write_text(example_of("docs/how-to/c.md"))
+    tests = CAPI / "tests"
+    sources = [tests / "example" / "flight.c", tests / "c" / "ram_flash.c", tmp_path / "example.c"]
+    options = [*STRICT, *SANITIZED, f"-I{tests / 'c'}"]
+    program = tmp_path / "flight"
+    done([*LANGUAGES["c"], *options, *sources, host_library, "-lm", "-o", program])
+    assert done([program]) == "0 checks failed\n"
 
 
 def image(archive: Path, *options: str) -> subprocess.CompletedProcess[str]:
@@ -148,3 +167,20 @@ def test_an_image_that_reaches_the_heap_is_found_out(device_library: Path) -> No
     linked = image(device_library, "-DREACH_THE_HEAP")
     assert linked.returncode == 0, linked.stderr
     assert any(FORBIDDEN.search(name) for name in symbols(device_library.parent / "image.elf"))
+
+
+def test_a_cortex_m_image_without_spin_and_decomposition_emulates_no_double_precision(
+    device_library: Path,
+) -> None:
+    linked = image(device_library, "-DONLY_SINGLE_PRECISION")
+    assert linked.returncode == 0, linked.stderr
+    found = symbols(device_library.parent / "image.elf")
+    assert "tumble_redundancy_push" in found
+    assert [name for name in found if DOUBLE.search(name)] == []
+
+
+def test_an_image_with_a_spin_is_found_to_emulate_double_precision(device_library: Path) -> None:
+    linked = image(device_library)
+    assert linked.returncode == 0, linked.stderr
+    found = symbols(device_library.parent / "image.elf")
+    assert any(name == "__aeabi_dmul" and DOUBLE.search(name) for name in found)

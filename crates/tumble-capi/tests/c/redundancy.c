@@ -5,6 +5,7 @@
 
 #include "laws.h"
 #include "ram_flash.h"
+#include "records.h"
 #include "vectors.h"
 
 /* What a mission told. */
@@ -29,7 +30,7 @@ static void on_event(void *context, const tumble_event *event)
         return;
     }
     if (event->kind == TUMBLE_EVENT_KIND_ADOPTED) {
-        CHECK(event->record != NULL && event->unit == 1);
+        CHECK(event->record != NULL && event->unit == 1 && isnan(event->record->temperature));
         if (event->record != NULL && told->adopted < 4) {
             told->records[told->adopted++] = *event->record;
             if (told->store != NULL) {
@@ -242,6 +243,46 @@ static void a_callback_cannot_reach_back(void)
     free(told.monitor);
 }
 
+/* Tries to reach the store from within the call that restores from it. */
+static void on_restored_reaching_back(void *context, const tumble_event *event)
+{
+    mission *told = (mission *)context;
+    tumble_record record;
+    uint32_t entries = 0;
+    CHECK(event->kind == TUMBLE_EVENT_KIND_RESTORED);
+    ANSWERS(TUMBLE_ERROR_BUSY,
+            tumble_store_load(told->store, 2, TUMBLE_SENSOR_GYROSCOPE, TUMBLE_WHICH_IN_FORCE, &record));
+    ANSWERS(TUMBLE_ERROR_BUSY, tumble_store_get_entries(told->store, &entries));
+    ANSWERS(TUMBLE_ERROR_BUSY, tumble_redundancy_command(told->monitor, TUMBLE_COMMAND_EVALUATE));
+    ++told->kinds;
+}
+
+static void a_callback_cannot_reach_the_store_it_is_restored_from(void)
+{
+    tumble_redundancy_settings settings;
+    ANSWERS(TUMBLE_OK, tumble_redundancy_defaults(&settings));
+    ram_flash flash;
+    ram_flash_erase(&flash);
+    mission told;
+    memset(&told, 0, sizeof told);
+    told.store = ram_flash_open(&flash);
+    told.monitor = new_monitor(&settings);
+    tumble_record record = record_of(TUMBLE_SENSOR_GYROSCOPE, 1);
+    record.identity = 2;
+    for (int i = 0; i < 3; ++i) {
+        record.lever_arm[i] = 0.0F;
+    }
+    ANSWERS(TUMBLE_OK, tumble_store_save(told.store, 0, &record, NULL));
+    ANSWERS(TUMBLE_OK,
+            tumble_redundancy_restore_from(told.monitor, told.store, on_restored_reaching_back, &told));
+    CHECK(told.kinds == 1);
+    /* Afterwards both are free again. */
+    ANSWERS(TUMBLE_OK, tumble_store_load(told.store, 2, TUMBLE_SENSOR_GYROSCOPE, TUMBLE_WHICH_IN_FORCE, &record));
+    ANSWERS(TUMBLE_OK, tumble_redundancy_command(told.monitor, TUMBLE_COMMAND_EVALUATE));
+    free(told.monitor);
+    free(told.store);
+}
+
 static void a_dead_primary_is_replaced(void)
 {
     tumble_redundancy_settings settings;
@@ -267,6 +308,8 @@ const law redundancy_laws[] = {
     {"a redundant set agrees with its vectors", agrees_with_the_vectors},
     {"what was adopted and stored is there after a reset", outlasts_a_reset},
     {"a callback cannot reach back into the monitor that calls it", a_callback_cannot_reach_back},
+    {"a callback cannot reach the store that a monitor is restored from",
+     a_callback_cannot_reach_the_store_it_is_restored_from},
     {"a primary that dies is replaced by the secondary", a_dead_primary_is_replaced},
     {NULL, NULL},
 };

@@ -39,6 +39,12 @@ static void null_is_refused_everywhere(void)
     tumble_sample sample = SAMPLE;
     tumble_record record = example_record();
     tumble_unit unit;
+    tumble_decomposition parts;
+    tumble_spin_state state;
+    tumble_spin_progress progress;
+    tumble_spin_estimate estimate;
+    tumble_knowledge knowledge;
+    uint32_t number = 0;
     uint8_t bytes[TUMBLE_RECORD_BYTES];
     size_t length = 0;
     float three[3] = {0.0F, 0.0F, 0.0F};
@@ -52,7 +58,7 @@ static void null_is_refused_everywhere(void)
         tumble_error_model_measure(NULL, three, three),
         tumble_error_model_measure(&model, NULL, three),
         tumble_error_model_measure(&model, three, NULL),
-        tumble_error_model_decompose(NULL, NULL),
+        tumble_error_model_decompose(NULL, &parts),
         tumble_error_model_decompose(&model, NULL),
         tumble_spin_defaults(NULL),
         tumble_spin_init(NULL, sizeof *spin, &spin_settings),
@@ -61,9 +67,11 @@ static void null_is_refused_everywhere(void)
         tumble_spin_push(NULL, &sample, TUMBLE_WHEELS_UNKNOWN, NULL),
         tumble_spin_push(spin, NULL, TUMBLE_WHEELS_UNKNOWN, NULL),
         tumble_spin_tick(NULL, 0, NULL),
-        tumble_spin_get_state(NULL, NULL),
+        tumble_spin_get_state(NULL, &state),
         tumble_spin_get_state(spin, NULL),
+        tumble_spin_get_progress(NULL, &progress),
         tumble_spin_get_progress(spin, NULL),
+        tumble_spin_solve(NULL, NULL, &estimate, NULL),
         tumble_spin_solve(spin, NULL, NULL, NULL),
         tumble_redundancy_defaults(NULL),
         tumble_redundancy_check(NULL, NULL, 0),
@@ -74,7 +82,9 @@ static void null_is_refused_everywhere(void)
         tumble_redundancy_push(NULL, 0, &sample, NULL, NULL, NULL),
         tumble_redundancy_push(monitor, 0, NULL, NULL, NULL, NULL),
         tumble_redundancy_command(NULL, TUMBLE_COMMAND_EVALUATE),
+        tumble_redundancy_get_source(NULL, &number),
         tumble_redundancy_get_source(monitor, NULL),
+        tumble_redundancy_get_stored(NULL, 1, TUMBLE_SENSOR_GYROSCOPE, &knowledge),
         tumble_redundancy_get_stored(monitor, 1, TUMBLE_SENSOR_GYROSCOPE, NULL),
         tumble_redundancy_restore(NULL, &record, NULL, NULL),
         tumble_redundancy_restore(monitor, NULL, NULL, NULL),
@@ -87,11 +97,13 @@ static void null_is_refused_everywhere(void)
         tumble_record_decode(bytes, 159, NULL),
         tumble_store_init(NULL, sizeof *store, &driver, FLASH_START, 2 * PAGE, NULL),
         tumble_store_init(store, sizeof *store, NULL, FLASH_START, 2 * PAGE, NULL),
+        tumble_store_get_entries(NULL, &number),
         tumble_store_get_entries(store, NULL),
         tumble_store_load(NULL, 1, TUMBLE_SENSOR_GYROSCOPE, TUMBLE_WHICH_LAST, &record),
         tumble_store_load(store, 1, TUMBLE_SENSOR_GYROSCOPE, TUMBLE_WHICH_LAST, NULL),
         tumble_store_save(NULL, 0, &record, NULL),
         tumble_store_save(store, 0, NULL, NULL),
+        tumble_store_save_factory(NULL, 0, &record, NULL),
         tumble_store_save_factory(store, 0, NULL, NULL),
         tumble_store_roll_back(NULL, 0, 1, TUMBLE_SENSOR_GYROSCOPE, TUMBLE_WHICH_LAST, NULL, NULL),
         tumble_store_erase(NULL),
@@ -181,6 +193,9 @@ static void settings_that_cannot_be_are_refused(void)
     ANSWERS(TUMBLE_OK, tumble_spin_defaults(&spin_settings));
     spin_settings.block = 0;
     ANSWERS(TUMBLE_ERROR_SETTING, tumble_spin_init(spin, sizeof *spin, &spin_settings));
+    ANSWERS(TUMBLE_OK, tumble_spin_defaults(&spin_settings));
+    spin_settings.still_timeout = spin_settings.still;
+    ANSWERS(TUMBLE_ERROR_SETTING, tumble_spin_init(spin, sizeof *spin, &spin_settings));
     ANSWERS(TUMBLE_ERROR_NOT_INITIALISED, tumble_spin_start(spin));
     free(spin);
 
@@ -188,6 +203,9 @@ static void settings_that_cannot_be_are_refused(void)
     tumble_redundancy_settings settings;
     ANSWERS(TUMBLE_OK, tumble_redundancy_defaults(&settings));
     ANSWERS(TUMBLE_OK, tumble_redundancy_check(&settings, NULL, 0));
+    char nothing[] = "words of before";
+    ANSWERS(TUMBLE_OK, tumble_redundancy_check(&settings, nothing, sizeof nothing));
+    CHECK(nothing[0] == '\0');
     settings.first_threshold = NAN;
     ANSWERS(TUMBLE_ERROR_CONTRADICTION, begin(monitor, &settings));
     ANSWERS(TUMBLE_OK, tumble_redundancy_defaults(&settings));
@@ -304,12 +322,29 @@ static void readings_that_are_no_numbers_do_no_harm(void)
 
 static void a_pointer_that_is_not_aligned_is_refused(void)
 {
-    unsigned char *bytes = (unsigned char *)new_storage(sizeof(tumble_spin) + 8);
+    unsigned char *bytes = (unsigned char *)new_storage(sizeof(tumble_redundancy) + 8);
+    void *crooked = bytes + 1;
     tumble_spin_settings settings;
     ANSWERS(TUMBLE_OK, tumble_spin_defaults(&settings));
-    void *crooked = bytes + 1;
     ANSWERS(TUMBLE_ERROR_UNALIGNED, tumble_spin_init((tumble_spin *)crooked, sizeof(tumble_spin), &settings));
     ANSWERS(TUMBLE_ERROR_UNALIGNED, tumble_spin_start((tumble_spin *)crooked));
+    tumble_sample sample = SAMPLE;
+    ANSWERS(TUMBLE_ERROR_UNALIGNED,
+            tumble_redundancy_push((tumble_redundancy *)crooked, 0, &sample, NULL, NULL, NULL));
+    ANSWERS(TUMBLE_ERROR_UNALIGNED, tumble_store_erase((tumble_store *)crooked));
+    uint8_t encoded[TUMBLE_RECORD_BYTES];
+    size_t length = 0;
+    const tumble_record record = example_record();
+    ANSWERS(TUMBLE_ERROR_UNALIGNED,
+            tumble_record_encode((const tumble_record *)crooked, encoded, sizeof encoded, &length));
+    ANSWERS(TUMBLE_OK, tumble_record_encode(&record, encoded, sizeof encoded, &length));
+    ANSWERS(TUMBLE_ERROR_UNALIGNED, tumble_record_decode(encoded, length, (tumble_record *)crooked));
+    /* A pointer that may be null may all the same not be unaligned. */
+    tumble_spin *spin = NEW(tumble_spin);
+    ANSWERS(TUMBLE_OK, tumble_spin_init(spin, sizeof *spin, &settings));
+    ANSWERS(TUMBLE_ERROR_UNALIGNED,
+            tumble_spin_push(spin, &sample, TUMBLE_WHEELS_UNKNOWN, (tumble_spin_event *)crooked));
+    free(spin);
     free(bytes);
 }
 

@@ -219,11 +219,74 @@ static void too_many_units_are_refused_and_lose_nothing(void)
     free(store);
 }
 
+/* Flash whose driver tries to use the store that calls it. */
+typedef struct reaching_flash {
+    tumble_store *store;
+    int reads;
+} reaching_flash;
+
+static int read_reaching_back(void *context, uint32_t address, uint8_t *bytes, uint32_t length)
+{
+    reaching_flash *flash = (reaching_flash *)context;
+    uint32_t entries = 0;
+    (void)address;
+    ANSWERS(TUMBLE_ERROR_BUSY, tumble_store_get_entries(flash->store, &entries));
+    ANSWERS(TUMBLE_ERROR_BUSY, tumble_store_erase(flash->store));
+    memset(bytes, 0xFF, length);
+    ++flash->reads;
+    return 0;
+}
+
+static int write_never(void *context, uint32_t address, const uint8_t *bytes, uint32_t length)
+{
+    (void)context;
+    (void)address;
+    (void)bytes;
+    (void)length;
+    return -1;
+}
+
+static int erase_never(void *context, uint32_t address)
+{
+    (void)context;
+    (void)address;
+    return -1;
+}
+
+static void a_driver_cannot_use_the_store_that_calls_it(void)
+{
+    reaching_flash flash = {NEW(tumble_store), 0};
+    const tumble_flash driver = {&flash, read_reaching_back, write_never, erase_never, PAGE};
+    ANSWERS(TUMBLE_OK,
+            tumble_store_init(flash.store, sizeof *flash.store, &driver, FLASH_START, 2 * PAGE, NULL));
+    tumble_record read;
+    ANSWERS(TUMBLE_ERROR_NOTHING_STORED, load(flash.store, TUMBLE_WHICH_IN_FORCE, &read));
+    CHECK(flash.reads > 0);
+    free(flash.store);
+}
+
+static void a_limit_of_none_at_once_is_a_limit_of_one(void)
+{
+    ram_flash flash;
+    ram_flash_erase(&flash);
+    const tumble_flash driver = ram_flash_driver(&flash);
+    const tumble_write_limit limit = {1000, 0};
+    tumble_store *store = NEW(tumble_store);
+    ANSWERS(TUMBLE_OK, tumble_store_init(store, sizeof *store, &driver, FLASH_START, PAGE * PAGES, &limit));
+    const tumble_record records[2] = {record_of(TUMBLE_SENSOR_ACCELEROMETER, 1),
+                                      record_of(TUMBLE_SENSOR_ACCELEROMETER, 2)};
+    ANSWERS(TUMBLE_OK, tumble_store_save(store, 5000, &records[0], NULL));
+    ANSWERS(TUMBLE_ERROR_TOO_SOON, tumble_store_save(store, 5000, &records[1], NULL));
+    free(store);
+}
+
 const law store_laws[] = {
     {"the last, the previous and the factory's record are kept, and come back", keeps_last_previous_and_factory},
     {"a power cut at any byte leaves the old or the new record, whole",
      a_power_cut_leaves_the_old_or_the_new_record},
     {"writing too often is refused with the time to wait", writing_too_often_is_refused_with_the_time_to_wait},
+    {"a limit of none at once is one of one at once", a_limit_of_none_at_once_is_a_limit_of_one},
+    {"a driver of flash cannot use the store that calls it", a_driver_cannot_use_the_store_that_calls_it},
     {"flash that cannot hold records is refused", flash_that_cannot_be_is_refused},
     {"too many units for the flash are refused, and nothing is lost", too_many_units_are_refused_and_lose_nothing},
     {NULL, NULL},
