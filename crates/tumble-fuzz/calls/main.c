@@ -78,8 +78,22 @@ static int run_all(uint64_t from, uint64_t count)
         int status = 0;
         failures += wait(&status) < 0 || !WIFEXITED(status) || WEXITSTATUS(status) != 0;
     }
-    printf("\ncalls: %d failures\n", failures);
+    printf("\ncalls: a failure in %d of %ld processes, which ends with the first\n", failures, workers);
     return failures != 0;
+}
+
+static int usage(void)
+{
+    fprintf(stderr, "usage: tumble-calls [--runs N] [--from SEED] | [--seed SEED]\n");
+    return 2;
+}
+
+static bool is_number(const char *word, uint64_t *number)
+{
+    char *end = NULL;
+    *number = strtoull(word, &end, 10);
+    /* A sign would be taken for one that wraps around. */
+    return *word >= '0' && *word <= '9' && *end == '\0';
 }
 
 int main(int count, char **words)
@@ -88,17 +102,19 @@ int main(int count, char **words)
     uint64_t from = 1;
     bool once = false;
     for (int word = 1; word < count; word += 2) {
-        char *end = NULL;
-        const uint64_t number = word + 1 < count ? strtoull(words[word + 1], &end, 10) : 0;
-        if (end == NULL || *end != '\0') {
-            fprintf(stderr, "tumble-calls [--runs N] [--from SEED] | [--seed SEED]\n");
-            return 2;
+        uint64_t number = 0;
+        if (word + 1 == count || !is_number(words[word + 1], &number)) {
+            return usage();
         }
         if (strcmp(words[word], "--runs") == 0) {
             runs = number;
-        } else {
+        } else if (strcmp(words[word], "--from") == 0) {
             from = number;
-            once = strcmp(words[word], "--seed") == 0;
+        } else if (strcmp(words[word], "--seed") == 0) {
+            from = number;
+            once = true;
+        } else {
+            return usage();
         }
     }
     static const int signals[] = {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL};
