@@ -58,15 +58,21 @@ static void open_store(tumble_store *store)
     need(tumble_store_init(store, sizeof *store, &flash, 0, FLASH_PAGES * FLASH_PAGE, NULL), "store");
 }
 
-/* A spin shows bias only; scale, non-orthogonality and mounting stay as they are. */
+/* A spin shows bias only; scale, non-orthogonality and mounting stay as they are, and records say of what was not shown
+   that it may be off by any amount: zero would say that it is certain. */
 static void keep(tumble_store *store, tumble_sensor sensor, const struct tumble_spin_vector *bias, uint64_t now)
 {
     struct tumble_record record = {.identity = IDENTITY, .sensor = sensor, .rung = TUMBLE_RUNG_OFFSET};
     for (int i = 0; i < 3; ++i) {
-        record.matrix[i][i] = 1.0f;
+        for (int j = 0; j < 3; ++j) {
+            record.matrix[i][j] = i == j ? 1.0f : 0.0f;
+            record.matrix_sigma[i][j] = INFINITY;
+        }
         record.bias[i] = bias->value[i];
         record.bias_sigma[i] = bias->sigma[i];
+        record.lever_arm_sigma[i] = INFINITY;
     }
+    record.residual = record.residual_before = INFINITY;
     record.temperature = NAN;
     record.sequence = 1;
     need(tumble_store_save(store, now, &record, NULL), "save");
