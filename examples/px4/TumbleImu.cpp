@@ -13,6 +13,12 @@ static constexpr unsigned INTERVAL = 2500_us;
 /* A fit takes 10 kB, more than work queues have: so this is a task. */
 static constexpr int STACK = 16384;
 
+/* Who says nothing for so long after the start is not waited for. */
+static constexpr uint64_t PATIENCE = 2_s;
+
+/* A card that is full or missing is not asked with every step. */
+static constexpr uint64_t BETWEEN_ATTEMPTS = 10_s;
+
 TumbleImu::TumbleImu() :
 	ModuleParams(nullptr),
 	_units{
@@ -26,6 +32,8 @@ TumbleImu::TumbleImu() :
 
 void TumbleImu::run()
 {
+	_began = hrt_absolute_time();
+
 	while (!should_exit() && step()) {
 		px4_usleep(INTERVAL);
 	}
@@ -33,27 +41,20 @@ void TumbleImu::run()
 
 bool TumbleImu::step()
 {
-	update_parameters();
-
 	for (uint32_t number = 0; number < TUMBLE_UNITS; ++number) {
 		while (update(_units[number])) {
-			if (_started && !take_in(number)) {
+			if (_started && _units[number].seen && !take_in(number)) {
 				return false;
 			}
 		}
 	}
 
-	return _started || !all_are_seen() || start();
-}
-
-void TumbleImu::update_parameters()
-{
-	if (_parameter_update_sub.updated()) {
-		parameter_update_s update;
-		_parameter_update_sub.copy(&update);
-		/* Thresholds are taken at the start; a monitor is not changed while it runs. */
-		updateParams();
+	if (_started) {
+		use_files();
+		return true;
 	}
+
+	return !may_start() || start();
 }
 
 bool TumbleImu::update(Unit &unit)
@@ -67,11 +68,11 @@ bool TumbleImu::update(Unit &unit)
 	return true;
 }
 
-bool TumbleImu::all_are_seen() const
+bool TumbleImu::may_start() const
 {
 	for (const Unit &unit : _units) {
 		if (!unit.seen) {
-			return false;
+			return hrt_absolute_time() - _began > PATIENCE;
 		}
 	}
 
@@ -88,7 +89,12 @@ bool TumbleImu::start()
 	tumble_unit units[TUMBLE_UNITS];
 
 	for (uint32_t number = 0; number < TUMBLE_UNITS; ++number) {
-		tumble_unit_defaults(&units[number], identity(_units[number]));
+		/* The devices of a unit that comes late are not known yet: only files go by them. */
+		tumble_unit_defaults(&units[number], number);
+
+		if (!_units[number].seen) {
+			PX4_WARN("IMU %" PRIu32 ": says nothing; started without it", number);
+		}
 	}
 
 	const tumble_status status =
@@ -99,7 +105,10 @@ bool TumbleImu::start()
 		return false;
 	}
 
-	restore();
+	for (uint32_t number = 0; number < TUMBLE_UNITS; ++number) {
+		restore(number);
+	}
+
 	_started = true;
 	return true;
 }
@@ -159,20 +168,30 @@ uint64_t TumbleImu::identity(const Unit &unit)
 	return (static_cast<uint64_t>(unit.accel.device_id) << 32) | unit.gyro.device_id;
 }
 
-void TumbleImu::on_event(void *, const tumble_event *event)
+void TumbleImu::on_event(void *context, const tumble_event *event)
 {
-	switch (event->kind) {
+	static_cast<TumbleImu *>(context)->tell(*event);
+}
+
+void TumbleImu::tell(const tumble_event &event)
+{
+	switch (event.kind) {
 	case TUMBLE_EVENT_KIND_ADOPTED:
-		PX4_INFO("IMU %" PRIu32 ": calibrated", event->unit);
-		keep(*event->record);
+		PX4_INFO("IMU %" PRIu32 ": calibrated", event.unit);
+		/* Only copied: whoever flies waits for the push that this is called from. */
+		_adopted[event.unit][event.record->sensor] = {*event.record, true, 0};
 		break;
 
 	case TUMBLE_EVENT_KIND_UNHEALTHY:
-		PX4_WARN("IMU %" PRIu32 ": unhealthy, reason %" PRIu32, event->unit, static_cast<uint32_t>(event->reason));
+		PX4_WARN("IMU %" PRIu32 ": unhealthy, reason %" PRIu32, event.unit, static_cast<uint32_t>(event.reason));
+		break;
+
+	case TUMBLE_EVENT_KIND_HEALTHY:
+		PX4_INFO("IMU %" PRIu32 ": healthy", event.unit);
 		break;
 
 	case TUMBLE_EVENT_KIND_SELECTED:
-		PX4_INFO("IMU %" PRIu32 ": in use", event->unit);
+		PX4_INFO("IMU %" PRIu32 ": in use", event.unit);
 		break;
 
 	case TUMBLE_EVENT_KIND_NONE_SELECTED:
@@ -184,26 +203,59 @@ void TumbleImu::on_event(void *, const tumble_event *event)
 	}
 }
 
+/* A file takes longer than there is from one sample to the next: never in flight, and one record with a step. */
+void TumbleImu::use_files()
+{
+	_armed_sub.update(&_armed);
+
+	if (_armed.armed || save_one()) {
+		return;
+	}
+
+	for (uint32_t number = 0; number < TUMBLE_UNITS; ++number) {
+		if (!_units[number].restored) {
+			restore(number);
+		}
+	}
+}
+
+/* Whether any record waited. */
+bool TumbleImu::save_one()
+{
+	const uint64_t now = hrt_absolute_time();
+
+	for (uint32_t number = 0; number < TUMBLE_UNITS; ++number) {
+		for (Adopted &adopted : _adopted[number]) {
+			if (adopted.waits && now >= adopted.again) {
+				adopted.waits = !save(adopted.record, identity(_units[number]));
+				adopted.again = now + BETWEEN_ATTEMPTS;
+				return true;
+			}
+		}
+	}
+
+	return false;
+}
+
 static void name_file(char (&name)[96], const char *end, uint64_t identity, tumble_sensor sensor)
 {
 	snprintf(name, sizeof(name), PX4_STORAGEDIR "/tumble_%016" PRIx64 "_%" PRIu32 "%s", identity,
 		 static_cast<uint32_t>(sensor), end);
 }
 
-void TumbleImu::keep(const tumble_record &record)
+bool TumbleImu::save(const tumble_record &record, uint64_t identity)
 {
+	tumble_record named = record;
+	named.identity = identity;
 	uint8_t bytes[TUMBLE_RECORD_BYTES];
 	size_t length = 0;
-
-	if (tumble_record_encode(&record, bytes, sizeof(bytes), &length) != TUMBLE_OK) {
-		return;
-	}
+	const tumble_status status = tumble_record_encode(&named, bytes, sizeof(bytes), &length);
 
 	char name[96];
 	char temporary[96];
-	name_file(name, "", record.identity, record.sensor);
-	name_file(temporary, ".new", record.identity, record.sensor);
-	FILE *file = fopen(temporary, "wb");
+	name_file(name, "", identity, record.sensor);
+	name_file(temporary, ".new", identity, record.sensor);
+	FILE *file = status == TUMBLE_OK ? fopen(temporary, "wb") : nullptr;
 	bool whole = file != nullptr && fwrite(bytes, 1, length, file) == length;
 
 	if (file != nullptr) {
@@ -212,34 +264,50 @@ void TumbleImu::keep(const tumble_record &record)
 
 	if (!whole || rename(temporary, name) != 0) {
 		PX4_ERR("%s could not be written", name);
+		return false;
+	}
+
+	return true;
+}
+
+void TumbleImu::restore(uint32_t number)
+{
+	if (_units[number].seen) {
+		restore(number, TUMBLE_SENSOR_ACCELEROMETER);
+		restore(number, TUMBLE_SENSOR_GYROSCOPE);
+		_units[number].restored = true;
 	}
 }
 
-void TumbleImu::restore()
+void TumbleImu::restore(uint32_t number, tumble_sensor sensor)
 {
-	for (const Unit &unit : _units) {
-		for (tumble_sensor sensor : {TUMBLE_SENSOR_ACCELEROMETER, TUMBLE_SENSOR_GYROSCOPE}) {
-			char name[96];
-			name_file(name, "", identity(unit), sensor);
-			FILE *file = fopen(name, "rb");
-
-			if (file == nullptr) {
-				continue;
-			}
-
-			uint8_t bytes[TUMBLE_RECORD_BYTES];
-			const size_t length = fread(bytes, 1, sizeof(bytes), file);
-			fclose(file);
-			tumble_record record;
-			const tumble_status status = tumble_record_decode(bytes, length, &record);
-
-			if (status == TUMBLE_OK) {
-				tumble_redundancy_restore(&_redundancy, &record, &on_event, this);
-			} else {
-				PX4_WARN("%s: %s", name, tumble_strerror(status));
-			}
-		}
+	if (_adopted[number][sensor].waits) {
+		/* It is newer than what is in the file. */
+		return;
 	}
+
+	char name[96];
+	name_file(name, "", identity(_units[number]), sensor);
+	FILE *file = fopen(name, "rb");
+
+	if (file == nullptr) {
+		return;
+	}
+
+	uint8_t bytes[TUMBLE_RECORD_BYTES];
+	const size_t length = fread(bytes, 1, sizeof(bytes), file);
+	fclose(file);
+	tumble_record record;
+	const tumble_status status = tumble_record_decode(bytes, length, &record);
+
+	if (status != TUMBLE_OK) {
+		PX4_WARN("%s: %s", name, tumble_strerror(status));
+		return;
+	}
+
+	/* As the monitor calls the unit. */
+	record.identity = number;
+	tumble_redundancy_restore(&_redundancy, &record, &on_event, this);
 }
 
 int TumbleImu::task_spawn(int, char *argv[])

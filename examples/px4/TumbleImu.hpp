@@ -9,7 +9,7 @@
 #include <px4_platform_common/tasks.h>
 #include <uORB/Publication.hpp>
 #include <uORB/Subscription.hpp>
-#include <uORB/topics/parameter_update.h>
+#include <uORB/topics/actuator_armed.h>
 #include <uORB/topics/sensor_accel.h>
 #include <uORB/topics/sensor_gyro.h>
 #include <uORB/topics/vehicle_imu.h>
@@ -37,24 +37,39 @@ private:
 		sensor_accel_s accel{};
 		sensor_gyro_s gyro{};
 		bool seen{false};
+		/* Whether its files were read. */
+		bool restored{false};
+	};
+
+	/* A record that goes to the memory card when there is time. */
+	struct Adopted {
+		tumble_record record{};
+		bool waits{false};
+		uint64_t again{0};
 	};
 
 	bool step();
-	void update_parameters();
 	bool update(Unit &unit);
-	bool all_are_seen() const;
+	bool may_start() const;
 	bool start();
 	bool take_in(uint32_t number);
 	void publish(const tumble_output &output);
-	void restore();
+	void use_files();
+	bool save_one();
+	bool save(const tumble_record &record, uint64_t identity);
+	void restore(uint32_t number);
+	void restore(uint32_t number, tumble_sensor sensor);
+	void tell(const tumble_event &event);
 	static uint64_t identity(const Unit &unit);
 	static void on_event(void *context, const tumble_event *event);
-	static void keep(const tumble_record &record);
 
 	uORB::Publication<vehicle_imu_s> _vehicle_imu_pub{ORB_ID(vehicle_imu)};
-	uORB::Subscription _parameter_update_sub{ORB_ID(parameter_update)};
+	uORB::Subscription _armed_sub{ORB_ID(actuator_armed)};
+	actuator_armed_s _armed{};
 	Unit _units[TUMBLE_UNITS];
+	Adopted _adopted[TUMBLE_UNITS][2];
 	tumble_redundancy _redundancy{};
+	uint64_t _began{0};
 	uint64_t _published{0};
 	bool _started{false};
 

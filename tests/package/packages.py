@@ -12,6 +12,26 @@ HERE = Path(__file__).parent
 # One folder for all builds of the library, so that it is compiled once for each machine.
 CARGO_FOLDER = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
 
+# What Rust calls the processors that all packages know, without what is said of floats.
+PROCESSORS = {
+    "cortex-m3": "thumbv7m-none",
+    "cortex-m4": "thumbv7em-none",
+    "cortex-m7": "thumbv7em-none",
+    "cortex-m33": "thumbv8m.main-none",
+    "cortex-m35p": "thumbv8m.main-none",
+    "cortex-m55": "thumbv8m.main-none",
+    "cortex-m85": "thumbv8m.main-none",
+}
+
+
+# Each processor with each way to pass floats, hard ones or not, and its target.
+TARGETS = [
+    (processor, hard, target + ("-eabihf" if hard else "-eabi"))
+    for processor, target in PROCESSORS.items()
+    for hard in (False, True)
+    if not (hard and processor == "cortex-m3")
+]
+
 
 def run(*command: str | Path, folder: Path = ROOT) -> str:
     """What a command prints; fails with it if the command does."""
@@ -20,11 +40,13 @@ def run(*command: str | Path, folder: Path = ROOT) -> str:
     return ran.stdout
 
 
-def try_to_run(*command: str | Path, folder: Path = ROOT) -> subprocess.CompletedProcess[str]:
+def try_to_run(
+    *command: str | Path, folder: Path = ROOT, **environment: str
+) -> subprocess.CompletedProcess[str]:
     """Runs a command that may fail."""
-    return subprocess.run(
-        [str(word) for word in command], cwd=folder, capture_output=True, text=True, check=False
-    )
+    words = [str(word) for word in command]
+    changed = {**os.environ, **environment}
+    return subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False, env=changed)
 
 
 def build(source: Path, folder: Path, **options: str | Path) -> None:

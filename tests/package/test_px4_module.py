@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+import shutil
+
 import pytest
 import yaml
 
@@ -10,12 +13,15 @@ from package.packages import CRATE, HERE, ROOT, build, run
 EXAMPLE = ROOT / "examples" / "px4"
 
 
+def built(folder, example):
+    """The module with stand-ins of PX4 and a made flight."""
+    build(HERE / "px4", folder, EXAMPLE=example, TUMBLE_SOURCE=CRATE, TUMBLE_UNITS="3")
+    return folder / "flight"
+
+
 @pytest.fixture(scope="module")
 def flight(tmp_path_factory):
-    """The module with stand-ins of PX4 and a made flight."""
-    folder = tmp_path_factory.mktemp("px4")
-    build(HERE / "px4", folder, EXAMPLE=EXAMPLE, TUMBLE_SOURCE=CRATE, TUMBLE_UNITS="3")
-    return folder / "flight"
+    return built(tmp_path_factory.mktemp("px4"), EXAMPLE)
 
 
 def assert_the_vehicle_feels_the_truth(said):
@@ -51,6 +57,58 @@ def test_a_record_that_was_damaged_is_said_and_passed_over(flight, tmp_path):
     said = run(flight, folder=tmp_path)
     assert said.count("WARN ./tumble_") == 2
     assert said.count("INFO IMU 1: calibrated") == 2
+
+
+def files_touched(said):
+    """How often, how often in a push, and how often in flight."""
+    (line,) = re.findall(r"^files touched (\d+), in a push (\d+), while armed (\d+)$", said, re.MULTILINE)
+    return [int(times) for times in line]
+
+
+def test_no_file_is_touched_in_a_push_or_in_flight(flight, tmp_path):
+    touched, in_a_push, while_armed = files_touched(run(flight, folder=tmp_path))
+    # To read: three units, two sensors each. To write, twice: opened, written, closed, renamed.
+    assert touched == 6 + 2 * 4
+    assert (in_a_push, while_armed) == (0, 0)
+
+
+def test_a_module_that_saves_at_once_is_found_out(tmp_path):
+    """The control of the law above."""
+    hasty = tmp_path / "hasty"
+    shutil.copytree(EXAMPLE, hasty)
+    source = hasty / "TumbleImu.cpp"
+    text = source.read_text()
+    assert text.count("*event.record, true, 0};") == 1
+    source.write_text(text.replace("*event.record, true, 0};", "*event.record, true, 0}; save_one();"))
+    folder = tmp_path / "flown"
+    folder.mkdir()
+    touched, in_a_push, while_armed = files_touched(run(built(tmp_path / "px4", hasty), folder=folder))
+    assert touched == 6 + 2 * 4
+    assert (in_a_push, while_armed) == (8, 8)
+
+
+def test_a_unit_that_says_nothing_is_warned_of_once_and_not_waited_for(flight, tmp_path):
+    said = run(flight, "2", "1000", folder=tmp_path)
+    assert said.count("WARN IMU 2: says nothing") == said.count("says nothing") == 1
+    assert said.count("INFO IMU 1: calibrated") == 2
+    assert_the_vehicle_feels_the_truth(said)
+
+
+def test_a_unit_that_comes_late_is_known_again_by_its_records(flight, tmp_path):
+    run(flight, folder=tmp_path)
+    said = run(flight, "1", "3", folder=tmp_path)
+    assert said.count("WARN IMU 1: says nothing") == 1
+    assert "INFO IMU 1: healthy" in said
+    assert "calibrated" not in said
+    assert_the_vehicle_feels_the_truth(said)
+
+
+def test_a_file_that_cannot_be_written_is_said_once_and_keeps_no_other_waiting(flight, tmp_path):
+    # A folder lies in the way of the accelerometer's.
+    (tmp_path / "tumble_00000065000000c9_0.new").mkdir()
+    said = run(flight, folder=tmp_path)
+    assert said.count("ERROR ./tumble_00000065000000c9_0 could not be written") == 1
+    assert (tmp_path / "tumble_00000065000000c9_1").is_file()
 
 
 def test_every_parameter_of_the_module_is_declared():

@@ -1,5 +1,8 @@
-/* Flies three made IMUs: a rest, motion in which the first secondary is calibrated, and then the others die. */
+/* Flies three made IMUs: a rest, motion in which the first secondary is calibrated, and then the others die; the vehicle is
+   armed from the end of the first rest until just before the end. `flight [UNIT TIME]`: that unit says nothing before that
+   time, s. */
 #include <cmath>
+#include <cstdlib>
 #include <random>
 
 #include <TumbleImu.hpp>
@@ -19,6 +22,78 @@ static constexpr float motion = 50.0f;     /* s */
 static constexpr float interval = 0.005f;  /* s */
 static const float force_bias[3][3] = {{0, 0, 0}, {0.3f, -0.2f, 0.1f}, {0, 0, 0}};
 static const float rate_bias[3][3] = {{0, 0, 0}, {0.03f, -0.02f, 0.05f}, {0, 0, 0}};
+
+/* Files that were touched, and when they must not be. */
+static bool pushing, armed;
+static int touched, touched_in_a_push, touched_while_armed;
+
+static void touch()
+{
+	++touched;
+	touched_in_a_push += pushing;
+	touched_while_armed += armed;
+}
+
+/* The linker leads calls of the module here, and the real ones are called from here. */
+extern "C" {
+FILE *__real_fopen(const char *name, const char *mode);
+size_t __real_fread(void *bytes, size_t size, size_t count, FILE *file);
+size_t __real_fwrite(const void *bytes, size_t size, size_t count, FILE *file);
+int __real_fclose(FILE *file);
+int __real_rename(const char *from, const char *to);
+tumble_status __real_tumble_redundancy_push(tumble_redundancy *redundancy, uint32_t unit, const tumble_sample *sample,
+		tumble_on_event on_event, void *context, tumble_output *output);
+
+FILE *__wrap_fopen(const char *name, const char *mode)
+{
+	touch();
+	return __real_fopen(name, mode);
+}
+
+size_t __wrap_fread(void *bytes, size_t size, size_t count, FILE *file)
+{
+	touch();
+	return __real_fread(bytes, size, count, file);
+}
+
+size_t __wrap_fwrite(const void *bytes, size_t size, size_t count, FILE *file)
+{
+	touch();
+	return __real_fwrite(bytes, size, count, file);
+}
+
+int __wrap_fclose(FILE *file)
+{
+	touch();
+	return __real_fclose(file);
+}
+
+int __wrap_rename(const char *from, const char *to)
+{
+	touch();
+	return __real_rename(from, to);
+}
+
+tumble_status __wrap_tumble_redundancy_push(tumble_redundancy *redundancy, uint32_t unit, const tumble_sample *sample,
+		tumble_on_event on_event, void *context, tumble_output *output)
+{
+	pushing = true;
+	const tumble_status status = __real_tumble_redundancy_push(redundancy, unit, sample, on_event, context, output);
+	pushing = false;
+	return status;
+}
+}
+
+static void arm(bool wanted)
+{
+	if (armed != wanted) {
+		armed = wanted;
+		actuator_armed_s state{};
+		state.timestamp = now;
+		state.armed = wanted;
+		Topic<actuator_armed_s>::of(0).publish(state);
+	}
+}
 
 static void truth(float time, float force[3], float rate[3])
 {
@@ -79,6 +154,10 @@ static void compare(const float force[3], const float rate[3])
 	}
 }
 
+/* The unit that says nothing at first, if any. */
+static unsigned absent = 3;
+static float comes;
+
 /* While the module sleeps, the vehicle flies on. */
 int px4_usleep(unsigned)
 {
@@ -96,7 +175,13 @@ int px4_usleep(unsigned)
 	now += 5000;
 	truth(time, force, rate);
 
+	arm(time > rest && time < rest + motion + rest - 0.2f);
+
 	for (unsigned unit = 0; unit < 3; ++unit) {
+		if (unit == absent && time < comes) {
+			continue;
+		}
+
 		/* The unit that takes over has to be the one that was calibrated. */
 		if (unit == 1 || time <= dies) {
 			publish(unit, force, rate);
@@ -111,9 +196,15 @@ int px4_usleep(unsigned)
 	return 0;
 }
 
-int main()
+int main(int argc, char *argv[])
 {
+	if (argc == 3) {
+		absent = static_cast<unsigned>(std::atoi(argv[1]));
+		comes = static_cast<float>(std::atof(argv[2]));
+	}
+
 	call("start");
+	std::printf("files touched %d, in a push %d, while armed %d\n", touched, touched_in_a_push, touched_while_armed);
 	std::printf("outputs %d of device %u, error", outputs, static_cast<unsigned>(device));
 
 	for (int axis = 0; axis < 3; ++axis) {

@@ -23,6 +23,7 @@ namespace time_literals
 {
 constexpr unsigned long long operator""_us(unsigned long long time) { return time; }
 constexpr unsigned long long operator""_ms(unsigned long long time) { return time * 1000; }
+constexpr unsigned long long operator""_s(unsigned long long time) { return time * 1000000; }
 }
 
 #define SCHED_DEFAULT 0
@@ -41,8 +42,9 @@ inline int px4_task_spawn_cmd(const char *, int, int, int, px4_main_t entry, cha
 	return entry(2, words) == PX4_OK ? 1 : -1;
 }
 
-struct parameter_update_s {
+struct actuator_armed_s {
 	uint64_t timestamp;
+	bool armed, prearmed, ready_to_arm, lockdown, kill, termination, in_esc_calibration_mode;
 };
 
 struct sensor_accel_s {
@@ -69,7 +71,7 @@ struct vehicle_imu_s {
 	uint8_t delta_velocity_clipping, accel_calibration_count, gyro_calibration_count;
 };
 
-enum class ORB_ID { parameter_update, sensor_accel, sensor_gyro, vehicle_imu };
+enum class ORB_ID { actuator_armed, sensor_accel, sensor_gyro, vehicle_imu };
 #define ORB_ID(name) ORB_ID::name
 
 /* What was published on an instance of a topic, and how often. */
@@ -100,10 +102,6 @@ class Subscription
 {
 public:
 	Subscription(ORB_ID, uint8_t instance = 0) : _instance(instance) {}
-
-	bool updated() const { return false; }
-
-	template<class Message> bool copy(Message *) { return false; }
 
 	template<class Message> bool update(Message *message)
 	{
@@ -153,7 +151,6 @@ public:
 #define PARAMETER_TYPE(...) __VA_ARGS__
 #define PARAMETER(parameter) PARAMETER_TYPE parameter;
 #define DEFINE_PARAMETERS(first, second) \
-	void updateParams() {} \
 	PARAMETER(first) \
 	PARAMETER(second)
 
