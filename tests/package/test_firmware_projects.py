@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
 
 import pytest
 import yaml
 
-from package.packages import CARGO_FOLDER, CRATE, HERE, build, run, try_to_run
+from package.packages import CARGO_FOLDER, CRATE, HERE, TARGETS, build, configuring, run, try_to_run
 
 # What Zephyr's scripts/zephyr_module.py allows in a module that brings its own CMakeLists.txt and Kconfig.
 MODULE_KEYS = {"name", "build", "tests", "samples", "boards", "blobs"}
@@ -42,17 +43,16 @@ def test_zephyr_finds_cmake_and_kconfig_where_the_module_says():
     assert (CRATE / module["build"]["kconfig"]).is_file()
 
 
-@pytest.mark.parametrize(
-    ("symbols", "target"),
-    [
-        (["CPU_CORTEX_M3"], "thumbv7m-none-eabi"),
-        (["CPU_CORTEX_M4", "FP_HARDABI"], "thumbv7em-none-eabihf"),
-        (["CPU_CORTEX_M4"], "thumbv7em-none-eabi"),
-        (["CPU_CORTEX_M7", "FP_HARDABI"], "thumbv7em-none-eabihf"),
-        (["CPU_CORTEX_M33"], "thumbv8m.main-none-eabi"),
-        ([], ""),
-    ],
-)
+# What Zephyr's Kconfig says of a processor, and the target; it has no name for a Cortex-M35P.
+SYMBOLS = [
+    (["CPU_" + processor.upper().replace("-", "_")] + ["FP_HARDABI"] * hard, target)
+    for processor, hard, target in TARGETS
+    if processor != "cortex-m35p"
+]
+UNKNOWN = [([], ""), (["CPU_CORTEX_M0PLUS"], "")]
+
+
+@pytest.mark.parametrize(("symbols", "target"), [*SYMBOLS, *UNKNOWN])
 def test_kconfig_knows_the_target_of_a_processor(tmp_path, python, symbols, target):
     top = tmp_path / "Kconfig"
     zephyrs = "".join(f"config {symbol}\n\tdef_bool y\n" for symbol in symbols)
@@ -68,10 +68,29 @@ def test_kconfig_keeps_units_in_their_range(python):
     assert 2 <= int(configured["TUMBLE_UNITS"]) <= 8
 
 
+NATIVE = {"CONFIG_ARCH_POSIX": "y", "CONFIG_64BIT": "y"}
+
+
+def application_of_zephyr(**configuration):
+    """What Zephyr's Kconfig would have said where it knows no target of the processor."""
+    return {
+        "MODULE": CRATE, "BOARD": "nowhere", "CONFIG_TUMBLE": "y", "CONFIG_TUMBLE_UNITS": "2",
+        "CONFIG_TUMBLE_RUST_TARGET": "", **configuration,
+    }  # fmt: skip
+
+
 def test_an_application_of_zephyr_links_the_module(tmp_path):
-    configuration = {"CONFIG_TUMBLE": "y", "CONFIG_TUMBLE_UNITS": "2", "CONFIG_TUMBLE_RUST_TARGET": ""}
-    build(HERE / "zephyr", tmp_path, MODULE=CRATE, **configuration)
+    build(HERE / "zephyr", tmp_path, **application_of_zephyr(**NATIVE))
     assert run(tmp_path / "consumer") == "2 units: it was done\n"
+
+
+@pytest.mark.parametrize("configuration", [{}, {"CONFIG_ARCH_POSIX": "y"}, {"CONFIG_64BIT": "y"}])
+def test_zephyr_on_a_processor_that_is_not_known_is_refused_with_a_remedy(tmp_path, configuration):
+    options = application_of_zephyr(**configuration)
+    refused = try_to_run(*configuring(HERE / "zephyr", tmp_path, **options))
+    assert refused.returncode != 0
+    said = " ".join(refused.stderr.split())
+    assert 'board "nowhere"; set CONFIG_TUMBLE_RUST_TARGET in prj.conf' in said
 
 
 def test_platformio_takes_the_manifest_for_valid(python):
@@ -82,11 +101,12 @@ def test_platformio_takes_the_manifest_for_valid(python):
     assert f'\nversion = "{manifest["version"]}"\n' in workspace
 
 
-def scons(python, folder, options):
+def scons(python, folder, options, platform="native", flags="", path=os.environ["PATH"]):
     """Builds the consumer as PlatformIO would."""
     return try_to_run(
         python, "-m", "SCons", "-f", HERE / "SConstruct", f"LIBRARY={CRATE}", f"FOLDER={folder}",
-        f"SOURCE={HERE / 'consumer' / 'main.c'}", f"OPTIONS={json.dumps(options)}", folder=folder,
+        f"SOURCE={HERE / 'consumer' / 'main.c'}", f"OPTIONS={json.dumps(options)}", f"PLATFORM={platform}",
+        f"FLAGS={flags}", folder=folder, PATH=path,
     )  # fmt: skip
 
 
@@ -110,3 +130,26 @@ def test_a_project_of_platformio_with_too_many_units_is_told_so(tmp_path, python
     refused = scons(python, tmp_path, {"custom_tumble_units": "9"})
     assert refused.returncode != 0
     assert "tumble: custom_tumble_units is 9; it is 2 to 8" in refused.stdout
+
+
+@pytest.mark.parametrize("flags", ["", "-march=rv32imc", "-mcpu=cortex-m0plus"])
+def test_a_board_of_platformio_that_is_not_known_is_refused_with_a_remedy(tmp_path, python, flags):
+    refused = scons(python, tmp_path, {"board": "a-board"}, platform="a-platform", flags=flags)
+    assert refused.returncode != 0
+    assert "tumble: no Rust target is known for a-board; set custom_tumble_target" in refused.stdout
+    assert not (tmp_path / "cargo").exists()
+
+
+@pytest.mark.parametrize(("processor", "hard", "target"), TARGETS)
+def test_platformio_builds_for_the_processor_of_the_flags(tmp_path, python, processor, hard, target):
+    """Cargo is one that only says what it was asked for."""
+    cargo = tmp_path / "bin" / "cargo"
+    cargo.parent.mkdir()
+    cargo.write_text('#!/bin/sh\necho "cargo $*"\nexit 1\n')
+    cargo.chmod(0o755)
+    flags = f"-mcpu={processor} -mthumb" + " -mfloat-abi=hard" * hard
+    path = f"{cargo.parent}{os.pathsep}{os.environ['PATH']}"
+    said = scons(python, tmp_path, {}, platform="a-platform", flags=flags, path=path).stdout
+    assert said.count("cargo rustc ") == 1
+    assert f" --target {target}\n" in said
+    assert "tumble: cargo could not build the library" in said

@@ -12,6 +12,7 @@ function(tumble_find_rust_target result)
     if("${CMAKE_C_FLAGS} ${options}" MATCHES "-mfloat-abi=hard")
         set(abi eabihf)
     endif()
+    # As in platformio/build.py and zephyr/Kconfig.
     string(TOLOWER "${CMAKE_SYSTEM_PROCESSOR}" processor)
     if(processor MATCHES "^cortex-m3$")
         set(${result} thumbv7m-none-eabi PARENT_SCOPE)

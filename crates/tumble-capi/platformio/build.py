@@ -1,8 +1,8 @@
 """Builds libtumble.a with cargo, or takes a prebuilt one, for a project of PlatformIO.
 
 PlatformIO runs it with SCons where a project includes tumble.h. Options of the project's environment:
-custom_tumble_units (3), custom_tumble_target (found from the compiler's flags), custom_tumble_library (none:
-it is built).
+custom_tumble_units (3), custom_tumble_target (found from the compiler's flags; this machine on the platform
+native), custom_tumble_library (none: it is built).
 """
 
 # SCons brings `env` and `projenv` in, which a checker cannot see.
@@ -19,12 +19,15 @@ from SCons.Script import DefaultEnvironment, Import
 
 Import("env", "projenv")
 
-# Rust's names of the processors that -mcpu names, without what they do with floats.
+# Rust's names of the processors that -mcpu names, without floats. As in cmake/TumbleRust.cmake.
 PROCESSORS = {
     "cortex-m3": "thumbv7m-none",
     "cortex-m4": "thumbv7em-none",
     "cortex-m7": "thumbv7em-none",
     "cortex-m33": "thumbv8m.main-none",
+    "cortex-m35p": "thumbv8m.main-none",
+    "cortex-m55": "thumbv8m.main-none",
+    "cortex-m85": "thumbv8m.main-none",
 }
 
 
@@ -36,12 +39,13 @@ def fail(message: str) -> NoReturn:
 
 def find_target(flags: list[str]) -> str | None:
     """Rust's name of the machine that the compiler's flags are for; none for this machine."""
-    named = [flag.removeprefix("-mcpu=") for flag in flags if flag.startswith("-mcpu=")]
-    if not named:
+    if env["PIOPLATFORM"] == "native":
         return None
-    processor = named[-1].partition("+")[0]
+    named = [flag.removeprefix("-mcpu=") for flag in flags if flag.startswith("-mcpu=")]
+    processor = named[-1].partition("+")[0] if named else None
     if processor not in PROCESSORS:
-        fail(f"no Rust target is known for -mcpu={named[-1]}; set custom_tumble_target in platformio.ini")
+        board = env.GetProjectOption("board", env["PIOPLATFORM"])
+        fail(f"no Rust target is known for {board}; set custom_tumble_target in platformio.ini")
     hard = "-mfloat-abi=hard" in flags and processor != "cortex-m3"
     return PROCESSORS[processor] + ("-eabihf" if hard else "-eabi")
 
