@@ -19,15 +19,15 @@ demo: $(VENV)/.native  ## Simulate a turntable session, calibrate five targets, 
 	@$(BIN)/python examples/01_turntable.py out/demo
 
 firmware:  ## Fly a mission on an emulated Cortex-M4F, and compare it bit for bit with the host's replay
-	@scripts/install_device_tools.sh
+	@scripts/install_device_tools.sh qemu-system-arm
 	@scripts/fly_firmware.sh
 
 test: $(VENV)/.native $(VENV)/.requirements-test  ## Run the Rust, Python and documentation tests
+	scripts/install_device_tools.sh
 	cargo test --workspace --exclude tumble-fuzz --locked
 	cargo test --manifest-path firmware/Cargo.toml --target-dir target/firmware --locked
 	scripts/build_for_cortex_m.sh
-	scripts/install_device_tools.sh
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses auto --dist loadgroup
 	$(BIN)/python scripts/check_readme.py --run
 
 bench: $(VENV)/.native  ## Measure accuracy, speed and memory, print the README tables (forty minutes)
@@ -39,7 +39,7 @@ bench: $(VENV)/.native  ## Measure accuracy, speed and memory, print the README 
 	$(BIN)/python -m benchmarks.redundancy
 	$(BIN)/python -m benchmarks.speed
 	$(BIN)/python -m benchmarks.memory
-	scripts/install_device_tools.sh
+	scripts/install_device_tools.sh qemu-system-arm gcc-arm-none-eabi
 	$(BIN)/python -m benchmarks.footprint
 	$(BIN)/python -m benchmarks.report
 
@@ -68,6 +68,7 @@ lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types,
 
 format: $(VENV)/.requirements-test  ## Put every source file into the agreed format
 	cargo fmt --all
+	cargo fmt --all --manifest-path firmware/Cargo.toml
 	$(BIN)/ruff check --fix-only
 	$(BIN)/ruff format
 

@@ -333,10 +333,11 @@ def footprint(content: Content) -> Iterator[str]:
         yield _row(cells)
     yield ""
     yield (
-        "Built for size, with link-time optimisation; flash less that of an image without Tumble. "
-        "Instructions are counted by QEMU over the conformance vectors, 40 samples a second of each of "
-        "three units, 50 a second of the robot: every second sample completes a window, which is most of "
-        "the work, and at 200 a second every tenth would."
+        "Built for size, with link-time optimisation; flash less that of an image without Tumble. States are "
+        "what a caller sets aside, the stack is beside them. Instructions are counted by QEMU over the "
+        "conformance vectors: 40 samples a second of each of three units, of which every second completes a "
+        "window, and the same flight with four samples more between two; 50 a second of the robot. Taking up "
+        "and saving records include the emulated flash."
     )
 
 

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Proves that tumble-core and tumble-store build for a Cortex-M4F: no operating system, no heap.
+# Proves that tumble-core and tumble-store build for a Cortex-M4F, where there is no operating system.
 set -eu
 
 cd "$(dirname "$0")/.."

@@ -19,13 +19,18 @@ if has_core; then
 fi
 
 # Debian ships the sources of core beside its compiler, from which the target can be built.
-sources=/usr/lib/rustlib/src/rust/library/core
-if [ ! -d "$sources" ] && [ "$(id -u)" -eq 0 ] && command -v apt-get >/dev/null; then
-    apt-get update --quiet --quiet
-    apt-get install --yes --quiet --quiet --no-install-recommends rustc-web cargo-web rust-web-src lld
+packages="rustc-web cargo-web rust-web-src lld"
+has_sources() {
+    [ -d /usr/lib/rustlib/src/rust/library/core ] && command -v ld.lld >/dev/null
+}
+if ! has_sources && [ "$(id -u)" -eq 0 ] && command -v apt-get >/dev/null; then
+    apt-get update --quiet --quiet || true
+    # Words apart; other distributions have no such packages, which is said below.
+    # shellcheck disable=SC2086
+    apt-get install --yes --quiet --quiet --no-install-recommends $packages || true
 fi
-if [ ! -d "$sources" ]; then
-    echo "make: no Rust for $target; run: rustup target add $target" >&2
+if ! has_sources; then
+    echo "make: no Rust for $target; with rustup run: rustup target add $target (on Debian root can install: $packages)" >&2
     exit 1
 fi
 # rustup brings a linker along, Debian does not.

@@ -1,20 +1,24 @@
 #!/bin/sh
-# Installs what is missing of the tools for devices: an emulator, a C compiler for Cortex-M, CMake, and a memory checker.
+# Installs what is missing of the tools for devices, all of them or those named by their Debian packages: an emulator,
+# a C compiler for Cortex-M and its library, CMake, a memory checker, a C++ compiler, and a JSON reader for tests in C.
 set -eu
 
+has() {
+    case $1 in
+    gcc-arm-none-eabi) command -v arm-none-eabi-gcc ;;
+    libnewlib-arm-none-eabi) echo '#include <stdlib.h>' | arm-none-eabi-gcc -E - ;;
+    libcjson-dev) echo '#include <cjson/cJSON.h>' | "${CC:-cc}" -E - ;;
+    g++) command -v g++ || command -v c++ ;;
+    *) command -v "$1" ;;
+    esac >/dev/null 2>&1
+}
+
+[ $# -gt 0 ] ||
+    set -- qemu-system-arm gcc-arm-none-eabi libnewlib-arm-none-eabi cmake valgrind g++ libcjson-dev
 missing=
-# Each line: something the package brings, and the package.
-while read -r tool package; do
-    command -v "$tool" >/dev/null 2>&1 || [ -e "$tool" ] || missing="$missing $package"
-done <<TOOLS
-qemu-system-arm qemu-system-arm
-arm-none-eabi-gcc gcc-arm-none-eabi
-/usr/share/doc/libnewlib-arm-none-eabi libnewlib-arm-none-eabi
-cmake cmake
-valgrind valgrind
-g++ g++
-/usr/include/cjson/cJSON.h libcjson-dev
-TOOLS
+for package in "$@"; do
+    has "$package" || missing="$missing $package"
+done
 [ -n "$missing" ] || exit 0
 
 if [ "$(id -u)" -eq 0 ] && command -v apt-get >/dev/null; then
@@ -25,6 +29,6 @@ if [ "$(id -u)" -eq 0 ] && command -v apt-get >/dev/null; then
     # shellcheck disable=SC2086
     apt-get install --yes --quiet --quiet --no-install-recommends $missing >/dev/null
 else
-    echo "make: tools for devices are missing; install, or ask root to:$missing" >&2
+    echo "make: tools for devices are missing; install, or let root run $0 for:$missing (names of Debian's packages)" >&2
     exit 1
 fi

@@ -35,6 +35,10 @@ def test_the_image_names_no_function_of_a_panic(image):
     assert names(image, PANIC) == set()
 
 
+def test_a_program_that_can_panic_is_found_by_its_names(image):
+    assert b"panic_fmt" in names(FOLDER / "mission", PANIC)
+
+
 def test_an_image_that_can_panic_does_not_link(image):
     built = build("reach-a-panic")
     assert built.returncode != 0

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from firmware_images import VECTORS, compare, run
 
-CASES = json.loads((VECTORS / "redundancy.json").read_text())["cases"]
-SPIN = json.loads((VECTORS / "spin.json").read_text())["cases"]
+FLOWN = json.loads((VECTORS / "redundancy.json").read_text())
+SPUN = json.loads((VECTORS / "spin.json").read_text())
 
 
 def numbers(line):
@@ -27,6 +27,11 @@ def after(said, *lines):
         assert line in rest, f"{line!r} was not said, or not in this order"
         rest = rest[rest.index(line) + len(line) :]
     return rest
+
+
+def sigmas(found, sigma, vectors, quantity):
+    """How far what was found is from the vectors, in sigmas."""
+    return np.abs(found - vectors["cases"][quantity]) / sigma
 
 
 @pytest.fixture
@@ -106,17 +111,18 @@ def test_records_are_saved_before_the_reset_and_restored_after_it(said):
     assert nothing == ["0", "0"]
 
 
-def test_the_record_in_flash_is_that_of_the_vectors(said):
+def test_the_record_adopted_is_that_of_the_vectors(said):
     record = after(said, "record of Accelerometer of 0x7002")
     found, sigma = (
         np.array(numbers(re.search(rf"{name} (#.*)", record)[1])) for name in ("    b", "sigma of b")
     )
-    assert np.all(np.abs(found - CASES["accelerometer_b"]) < 0.6 * sigma)
+    allowed = FLOWN["tolerance"]
+    assert np.all(sigmas(found, sigma, FLOWN, "accelerometer_b") < allowed["accelerometer_b"]["f32"])
     arm, sigma = (
         np.array(numbers(re.search(rf"{name} (#.*)", record)[1]))
         for name in ("    lever arm", "sigma of lever arm")
     )
-    assert np.all(np.abs(arm - CASES["lever_arm"]) < 0.2 * sigma)
+    assert np.all(sigmas(arm, sigma, FLOWN, "lever_arm") < allowed["lever_arm"]["f32"])
 
 
 def test_each_secondary_takes_over_in_turn_and_compensated_is_close_to_the_dead_primary(said):
@@ -142,25 +148,49 @@ def test_the_spin_shows_the_biases_of_the_vectors(said):
         ("accelerometer bias", "accelerometer_bias"),
     ):
         found = numbers(re.search(rf"    {name} (#.*)", spun)[1])
-        bias, sigma = np.array(found[:3]), np.array(found[3:])
-        assert np.all(np.abs(bias - SPIN[quantity]) < 3 * sigma), name
+        # The machine ends with the spin; what the vectors allow is for an estimate from the rest behind it, too.
+        assert np.all(sigmas(np.array(found[:3]), np.array(found[3:]), SPUN, quantity) < 2.0), name
 
 
 def test_a_device_without_vectors_says_so_and_fails(image, tmp_path):
     ran = run(image, tmp_path)
     assert ran.returncode != 0
-    assert "cannot go on: QEMU has to be started where vectors/ is" in ran.stdout
+    assert "cannot go on: vectors/redundancy.json: there is no such file; start QEMU" in ran.stdout
 
 
-def test_vectors_that_lack_an_entry_are_refused_by_its_name(image, elsewhere):
-    changed(elsewhere, "redundancy.json", '"collect_s"', '"collected"')
+def test_vectors_that_are_too_long_are_refused(image, elsewhere):
+    with (elsewhere / "vectors" / "spin.json").open("a") as file:
+        file.write(" " * 256 * 1024)
     ran = run(image, elsewhere)
     assert ran.returncode != 0
-    assert "cannot go on: collect_s" in ran.stdout
+    assert "cannot go on: vectors/spin.json: longer than 262144 bytes" in ran.stdout
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "name"),
+    [
+        ("redundancy.json", '"collect_s"', '"collected"', "collect_s"),
+        ("spin.json", '"counts": [', '"counts": [[1, 2], ', "counts"),
+    ],
+)
+def test_broken_vectors_are_refused_by_the_name_of_what_is_broken(image, elsewhere, file, old, new, name):
+    changed(elsewhere, file, old, new)
+    wrong = f'vectors/{file}: there is no "{name}" as it should be; restore the file'
+    ran = run(image, elsewhere)
+    assert ran.returncode != 0
+    assert f"cannot go on: {wrong}" in ran.stdout
+    log = elsewhere / "said.txt"
+    log.write_text(ran.stdout)
+    replayed = compare(elsewhere / "vectors", log)
+    assert replayed.returncode == 2
+    assert wrong in replayed.stderr
 
 
 def test_the_stack_is_measured_in_every_phase(said):
-    stack = {phase: int(size) for size, phase in re.findall(r"device: stack (\d+) bytes: (\w+)", said)}
+    stack = {
+        phase: int(size)
+        for size, phase in re.findall(r"device: stack (?:at least )?(\d+) bytes: (\w+)", said)
+    }
     for phase in ("Restore", "Push", "Fit", "Save", "SpinPush", "SpinFinish", "SpinSolve"):
         assert 100 < stack[phase] < stack["all"] < 64 * 1024, phase
     assert stack["Push"] < stack["Fit"]

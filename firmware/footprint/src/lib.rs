@@ -4,15 +4,22 @@
 //! would call is called, with values that go through [`black_box`], so that nothing is worked out beforehand.
 #![no_std]
 
-use core::hint::black_box;
-use core::panic::PanicInfo;
+pub mod dense;
+#[path = "../../platform/src/panic_handler.rs"]
+mod panic_handler;
 
+use core::convert::Infallible;
+use core::hint::black_box;
+
+use mission::MissionError;
 use mission::nor::{BYTES, ERASED, Nor};
+use mission::units::UNITS;
+use mission::watch::Watch;
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::model::{Correction, ErrorModel};
 use tumble_core::redundancy::monitor::{Command, Monitor};
 use tumble_core::redundancy::platform::{Platform, PrimaryCalibration, Unit};
-use tumble_core::redundancy::record::Record;
+use tumble_core::redundancy::record::{Record, Storage};
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::redundancy::settings::{Rung, Settings};
 use tumble_core::sample::Sample;
@@ -20,9 +27,6 @@ use tumble_core::spin::machine::{SpinMachine, Wheels};
 use tumble_core::spin::settings::SpinSettings;
 use tumble_store::flash::{RecordStore, Which, WriteLimit};
 use tumble_store::record::StoredRecord;
-
-/// Two secondaries.
-pub const UNITS: usize = 3;
 
 /// Some sample.
 pub fn sample() -> Sample<f32> {
@@ -52,7 +56,10 @@ pub fn apply([accelerometer, gyroscope]: &[Correction<f32>; 2], sample: &Sample<
 
 /// Everything of a turntable calibration on a device.
 pub fn use_apply() {
-    black_box(apply(&corrections(), &sample()));
+    let correction = || black_box(ErrorModel::<f32>::identity()).correction();
+    if let (Ok(accelerometer), Ok(gyroscope)) = (correction(), correction()) {
+        black_box(apply(&[accelerometer, gyroscope], &sample()));
+    }
 }
 
 /// Everything of a spin.
@@ -78,12 +85,30 @@ pub fn use_redundancy() {
     monitor.restore(&platform, &record(), &mut |event| {
         black_box(event);
     });
+    let _ = black_box(monitor.restore_from(&platform, &mut Given, &mut |event| {
+        black_box(event);
+    }));
     monitor.command(black_box(Command::Evaluate));
     while black_box(true) {
         let unit = black_box(0);
         black_box(monitor.push(&platform, unit, &sample(), &mut |event| {
             black_box(event);
         }));
+    }
+}
+
+/// Records that are simply there.
+struct Given;
+
+impl Storage<f32> for Given {
+    type Error = Infallible;
+
+    fn load(&mut self, _: u64, _: Sensor) -> Result<Option<Record<f32>>, Infallible> {
+        Ok(black_box(Some(record())))
+    }
+
+    fn save(&mut self, _: &Record<f32>) -> Result<(), Infallible> {
+        Ok(())
     }
 }
 
@@ -125,18 +150,39 @@ pub fn use_store() {
     let _ = black_box(store.save(black_box(0), &record));
     let _ = black_box(store.save_factory(black_box(0), &record));
     let _ = black_box(store.in_force(identity, sensor));
+    let _ = black_box(store.load(identity, sensor, black_box(Which::Factory)));
     let _ = black_box(store.roll_back(black_box(0), identity, sensor, black_box(Which::Previous)));
+    let mut storage = store.at(black_box(0), black_box(None));
+    let _ = black_box(Storage::<f32>::load(&mut storage, identity, sensor));
+    let _ = black_box(Storage::<f32>::save(&mut storage, &record.record));
+    let _ = black_box(store.erase());
 }
 
-#[allow(unsafe_code)]
-unsafe extern "C" {
-    fn tumble_panic_is_reachable() -> !;
-}
-
-/// As in the platform: an image that reaches a panic does not link.
-#[panic_handler]
-#[allow(unsafe_code)]
-fn panic(_: &PanicInfo<'_>) -> ! {
-    // SAFETY: never called, as it would not have been linked.
-    unsafe { tumble_panic_is_reachable() }
+/// Fills a bank, and watches the save that finds no room: the other bank is erased, takes what is of use, and the record.
+///
+/// # Errors
+/// [`MissionError`].
+pub fn save_into_a_full_bank<W: Watch>(chip: &mut [u8; BYTES], watch: &mut W) -> Result<(), MissionError> {
+    chip.fill(ERASED);
+    let limit = WriteLimit {
+        shortest_between: 0,
+        at_once: 1,
+    };
+    let mut store = RecordStore::new(Nor::new(chip), 0..BYTES as u32, limit)?;
+    let mut record = StoredRecord {
+        record: record(),
+        temperature: None,
+    };
+    // Two units with two sensors each, again and again.
+    for number in 0..=store.entries() {
+        record.record.identity = u64::from(number / 2 % 2);
+        record.record.sensor = if number % 2 == 0 {
+            Sensor::Accelerometer
+        } else {
+            Sensor::Gyroscope
+        };
+        record.record.sequence = number;
+        watch.during(|| store.save(0, &record))?;
+    }
+    Ok(())
 }

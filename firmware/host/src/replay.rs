@@ -4,7 +4,7 @@ use std::path::Path;
 
 use mission::nor::{BYTES, ERASED, Nor};
 use mission::watch::Nobody;
-use mission::{Trouble, flight, spin};
+use mission::{MissionError, flight, spin};
 
 use crate::Problem;
 
@@ -16,7 +16,7 @@ pub fn replay(vectors: &Path) -> Result<String, Problem> {
     let mut said = String::new();
     let of = |path: &Path| {
         let path = path.display().to_string();
-        move |trouble: Trouble| Problem(format!("{path}: {trouble:?}"))
+        move |why: MissionError| Problem(format!("{path}: {why}"))
     };
     let mut memory = [ERASED; BYTES];
     flight::first(&flown, Nor::new(&mut memory), &mut Nobody, &mut said).map_err(of(&redundancy))?;

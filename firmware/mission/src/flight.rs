@@ -15,7 +15,7 @@ use tumble_core::redundancy::sensor::SENSORS;
 use tumble_core::sample::Sample;
 use tumble_store::flash::{RecordStore, WriteLimit};
 
-use crate::Trouble;
+use crate::MissionError;
 use crate::nor::{BYTES, Nor};
 use crate::units::{Instant, Readings, UNITS, platform};
 use crate::vectors::Cases;
@@ -49,20 +49,25 @@ struct Flight<'m, 'w, W> {
 /// The first start: evaluation at rest, calibration in motion, records into flash.
 ///
 /// # Errors
-/// [`Trouble`].
-pub fn first<W: Watch>(file: &[u8], nor: Nor<'_>, watch: &mut W, out: &mut dyn Write) -> Result<(), Trouble> {
+/// [`MissionError`].
+pub fn first<W: Watch>(
+    file: &[u8],
+    nor: Nor<'_>,
+    watch: &mut W,
+    out: &mut dyn Write,
+) -> Result<(), MissionError> {
     writeln!(out, "first start")?;
     let cases = Cases::of(file)?;
     let mut flight = Flight::begin(&cases, nor, NO_DEATHS, watch, out)?;
     let mut readings = Readings::new(&cases)?;
     for instant in readings.by_ref() {
-        flight.live_through(&instant)?;
+        flight.live_through(&instant?)?;
     }
     // One is calibrated at a time: the other secondary has its turn at a rest that somebody asks to be used.
     writeln!(flight.out, "evaluation commanded")?;
     flight.monitor.command(Command::Evaluate);
     for instant in readings.again(&cases)? {
-        flight.live_through(&instant)?;
+        flight.live_through(&instant?)?;
     }
     flight.end()
 }
@@ -70,18 +75,18 @@ pub fn first<W: Watch>(file: &[u8], nor: Nor<'_>, watch: &mut W, out: &mut dyn W
 /// The second start: records from flash, then the primary dies, and later the first secondary.
 ///
 /// # Errors
-/// [`Trouble`].
+/// [`MissionError`].
 pub fn second<W: Watch>(
     file: &[u8],
     nor: Nor<'_>,
     watch: &mut W,
     out: &mut dyn Write,
-) -> Result<(), Trouble> {
+) -> Result<(), MissionError> {
     writeln!(out, "second start")?;
     let cases = Cases::of(file)?;
     let mut flight = Flight::begin(&cases, nor, DEATHS, watch, out)?;
     for instant in Readings::new(&cases)? {
-        flight.live_through(&instant)?;
+        flight.live_through(&instant?)?;
     }
     flight.end()
 }
@@ -89,8 +94,8 @@ pub fn second<W: Watch>(
 /// Whether a record of every sensor of every secondary is in flash.
 ///
 /// # Errors
-/// [`Trouble`].
-pub fn has_records(file: &[u8], nor: Nor<'_>) -> Result<bool, Trouble> {
+/// [`MissionError`].
+pub fn has_records(file: &[u8], nor: Nor<'_>) -> Result<bool, MissionError> {
     let platform = platform(&Cases::of(file)?)?;
     let mut store = store(nor)?;
     for unit in platform.units().iter().skip(1) {
@@ -104,7 +109,7 @@ pub fn has_records(file: &[u8], nor: Nor<'_>) -> Result<bool, Trouble> {
 }
 
 /// All of the flash, for records.
-fn store(nor: Nor<'_>) -> Result<RecordStore<Nor<'_>>, Trouble> {
+fn store(nor: Nor<'_>) -> Result<RecordStore<Nor<'_>>, MissionError> {
     Ok(RecordStore::new(nor, 0..BYTES as u32, WriteLimit::default())?)
 }
 
@@ -116,7 +121,7 @@ impl<'m, 'w, W: Watch> Flight<'m, 'w, W> {
         deaths: [u64; UNITS],
         watch: &'w mut W,
         out: &'w mut dyn Write,
-    ) -> Result<Self, Trouble> {
+    ) -> Result<Self, MissionError> {
         let mut flight = Self {
             platform: platform(cases)?,
             monitor: Monitor::new(),
@@ -145,7 +150,7 @@ impl<'m, 'w, W: Watch> Flight<'m, 'w, W> {
     }
 
     /// Takes in what all units that are alive say.
-    fn live_through(&mut self, instant: &Instant) -> Result<(), Trouble> {
+    fn live_through(&mut self, instant: &Instant) -> Result<(), MissionError> {
         let alive = self.deaths;
         for (unit, (sample, death)) in instant.iter().zip(alive).enumerate() {
             if sample.time < death {
@@ -155,7 +160,7 @@ impl<'m, 'w, W: Watch> Flight<'m, 'w, W> {
         Ok(())
     }
 
-    fn take(&mut self, unit: usize, sample: &Sample<f32>, instant: &Instant) -> Result<(), Trouble> {
+    fn take(&mut self, unit: usize, sample: &Sample<f32>, instant: &Instant) -> Result<(), MissionError> {
         let mut events = Events::default();
         let (monitor, platform) = (&mut self.monitor, &self.platform);
         let output = self
@@ -179,7 +184,7 @@ impl<'m, 'w, W: Watch> Flight<'m, 'w, W> {
         Ok(())
     }
 
-    fn tell(&mut self, events: &Events) -> Result<(), Trouble> {
+    fn tell(&mut self, events: &Events) -> Result<(), MissionError> {
         for event in &events.list {
             words::event(self.out, event)?;
         }
@@ -189,7 +194,7 @@ impl<'m, 'w, W: Watch> Flight<'m, 'w, W> {
         Ok(())
     }
 
-    fn save(&mut self, now: u64, record: &Record<f32>) -> Result<(), Trouble> {
+    fn save(&mut self, now: u64, record: &Record<f32>) -> Result<(), MissionError> {
         let mut storage = self.store.at(now, Some(TEMPERATURE));
         let saved = self.watch.during(|| storage.save(record));
         self.watch.was(Phase::Save);
@@ -220,7 +225,7 @@ impl<'m, 'w, W: Watch> Flight<'m, 'w, W> {
     }
 
     /// Says what is left to say.
-    fn end(self) -> Result<(), Trouble> {
+    fn end(self) -> Result<(), MissionError> {
         self.outputs.end(self.out)?;
         for (unit, departure) in self.departures.iter().enumerate().skip(1) {
             departure.tell(self.out, unit)?;

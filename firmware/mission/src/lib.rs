@@ -10,7 +10,7 @@
 //! 5. [`words`]: how events, records and results are written down.
 //! 6. [`watch`]: who measures the stack meanwhile.
 //!
-//! Nothing here panics or needs a heap: what can go wrong is a [`Trouble`].
+//! Nothing here panics or needs a heap: what can go wrong is a [`MissionError`].
 #![no_std]
 
 pub mod flight;
@@ -21,13 +21,15 @@ pub mod vectors;
 pub mod watch;
 pub mod words;
 
+use core::fmt::{self, Display, Formatter};
+
 use embedded_storage::nor_flash::NorFlashErrorKind;
 use tumble_core::redundancy::platform::PlatformError;
 use tumble_store::flash::{LayoutError, StoreError};
 
 /// Why the mission cannot go on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Trouble {
+pub enum MissionError {
     /// A file of vectors has no such entry, or it is not what it should be.
     Vectors(&'static str),
     /// The set of units contradicts itself.
@@ -40,25 +42,43 @@ pub enum Trouble {
     Silenced,
 }
 
-impl From<core::fmt::Error> for Trouble {
-    fn from(_: core::fmt::Error) -> Self {
+impl Display for MissionError {
+    fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Vectors(name) => {
+                out.write_str("there is no \"")?;
+                out.write_str(name)?;
+                out.write_str(
+                    "\" as it should be; restore the file, or write it anew with vectors/generate.py",
+                )
+            }
+            Self::Platform(_) => out.write_str("the set of units contradicts itself; see mission::units"),
+            Self::Layout(_) => out.write_str("no records fit into the flash; see mission::nor"),
+            Self::Store(_) => out.write_str("a record was not stored or not read; see mission::nor"),
+            Self::Silenced => out.write_str("nobody takes in what is said"),
+        }
+    }
+}
+
+impl From<fmt::Error> for MissionError {
+    fn from(_: fmt::Error) -> Self {
         Self::Silenced
     }
 }
 
-impl From<LayoutError> for Trouble {
+impl From<LayoutError> for MissionError {
     fn from(why: LayoutError) -> Self {
         Self::Layout(why)
     }
 }
 
-impl From<StoreError<NorFlashErrorKind>> for Trouble {
+impl From<StoreError<NorFlashErrorKind>> for MissionError {
     fn from(why: StoreError<NorFlashErrorKind>) -> Self {
         Self::Store(why)
     }
 }
 
-impl From<PlatformError> for Trouble {
+impl From<PlatformError> for MissionError {
     fn from(why: PlatformError) -> Self {
         Self::Platform(why)
     }

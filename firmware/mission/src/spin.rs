@@ -7,7 +7,7 @@ use tumble_core::spin::estimate::{Bias, SpinEstimate, Value};
 use tumble_core::spin::machine::{Event, SpinMachine, State, Wheels};
 use tumble_core::spin::settings::SpinSettings;
 
-use crate::Trouble;
+use crate::MissionError;
 use crate::units::sample;
 use crate::vectors::Cases;
 use crate::watch::{Phase, Watch};
@@ -16,8 +16,8 @@ use crate::words::{All, Bits, Time, vector};
 /// Plays a spin, and says what comes of it.
 ///
 /// # Errors
-/// [`Trouble`].
-pub fn spin<W: Watch>(file: &[u8], watch: &mut W, out: &mut dyn Write) -> Result<(), Trouble> {
+/// [`MissionError`].
+pub fn spin<W: Watch>(file: &[u8], watch: &mut W, out: &mut dyn Write) -> Result<(), MissionError> {
     let cases = Cases::of(file)?;
     writeln!(out, "spin")?;
     let mut machine = SpinMachine::new(&SpinSettings {
@@ -32,7 +32,7 @@ pub fn spin<W: Watch>(file: &[u8], watch: &mut W, out: &mut dyn Write) -> Result
     let interval = cases.microseconds("interval_us")?;
     let mut time = 0_u64;
     for counts in cases.rows("counts")? {
-        let sample = sample(time, &counts, steps);
+        let sample = sample(time, &counts?, steps);
         let event = watch.during(|| machine.push(&sample, Wheels::Unknown));
         watch.was(if event == Some(Event::Done) {
             Phase::SpinFinish
@@ -48,6 +48,10 @@ pub fn spin<W: Watch>(file: &[u8], watch: &mut W, out: &mut dyn Write) -> Result
                 Bits(turned),
                 Bits(rate)
             )?;
+        }
+        // What comes behind the end is not looked at, and would count as samples that cost next to nothing.
+        if matches!(event, Some(Event::Done | Event::Failed)) {
+            break;
         }
         time = time.saturating_add(interval);
     }

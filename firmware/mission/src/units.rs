@@ -6,7 +6,7 @@ use tumble_core::redundancy::platform::{Platform, PrimaryCalibration, Unit};
 use tumble_core::redundancy::settings::Settings;
 use tumble_core::sample::{CHANNELS, Sample};
 
-use crate::Trouble;
+use crate::MissionError;
 use crate::vectors::{Cases, Counts, Rows};
 
 /// A primary and two secondaries.
@@ -27,8 +27,8 @@ const UPSIDE_DOWN: Counts = [1, -1, -1, 1, -1, -1];
 /// The set as it is built.
 ///
 /// # Errors
-/// [`Trouble`] where the vectors lack a setting, or the set contradicts itself.
-pub fn platform(cases: &Cases<'_>) -> Result<Platform<f32, UNITS>, Trouble> {
+/// [`MissionError`] where the vectors lack a setting, or the set contradicts itself.
+pub fn platform(cases: &Cases<'_>) -> Result<Platform<f32, UNITS>, MissionError> {
     let mut settings = Settings::default();
     settings.evaluation.duration = cases.seconds("rest_duration_s")?;
     settings.collection.collect = cases.seconds("collect_s")?;
@@ -55,8 +55,8 @@ impl<'f> Readings<'f> {
     /// From the beginning.
     ///
     /// # Errors
-    /// [`Trouble::Vectors`] where something is missing.
-    pub fn new(cases: &Cases<'f>) -> Result<Self, Trouble> {
+    /// [`MissionError::Vectors`] where something is missing.
+    pub fn new(cases: &Cases<'f>) -> Result<Self, MissionError> {
         Ok(Self {
             primary: cases.rows("primary_counts")?,
             secondary: cases.rows("secondary_counts")?,
@@ -70,7 +70,7 @@ impl<'f> Readings<'f> {
     }
 
     /// The same once more, with time going on.
-    pub fn again(&self, cases: &Cases<'f>) -> Result<Self, Trouble> {
+    pub fn again(&self, cases: &Cases<'f>) -> Result<Self, MissionError> {
         Ok(Self {
             time: self.time,
             ..Self::new(cases)?
@@ -79,18 +79,21 @@ impl<'f> Readings<'f> {
 }
 
 impl Iterator for Readings<'_> {
-    type Item = Instant;
+    type Item = Result<Instant, MissionError>;
 
-    fn next(&mut self) -> Option<Instant> {
-        let (primary, secondary) = (self.primary.next()?, self.secondary.next()?);
+    fn next(&mut self) -> Option<Self::Item> {
+        let (primary, secondary) = match (self.primary.next()?, self.secondary.next()?) {
+            (Ok(primary), Ok(secondary)) => (primary, secondary),
+            (Err(why), _) | (_, Err(why)) => return Some(Err(why)),
+        };
         let time = self.time;
         self.time = time.saturating_add(self.interval);
         let sample = |counts: &Counts| sample(time, counts, self.steps);
-        Some([
+        Some(Ok([
             sample(&primary),
             sample(&secondary),
             sample(&upside_down(&secondary)),
-        ])
+        ]))
     }
 }
 

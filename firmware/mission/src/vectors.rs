@@ -6,7 +6,7 @@
 
 use tumble_core::sample::CHANNELS;
 
-use crate::Trouble;
+use crate::MissionError;
 
 /// The cases of a file.
 #[derive(Clone, Copy)]
@@ -19,66 +19,89 @@ impl<'f> Cases<'f> {
     /// Of the bytes of a file.
     ///
     /// # Errors
-    /// [`Trouble::Vectors`] where it has none.
-    pub fn of(file: &'f [u8]) -> Result<Self, Trouble> {
+    /// [`MissionError::Vectors`] where it has none.
+    pub fn of(file: &'f [u8]) -> Result<Self, MissionError> {
         after_key(file, "cases")
             .map(Self)
-            .ok_or(Trouble::Vectors("cases"))
+            .ok_or(MissionError::Vectors("cases"))
     }
 
     /// A number.
     ///
     /// # Errors
-    /// [`Trouble::Vectors`] where there is none of this name.
-    pub fn number(&self, name: &'static str) -> Result<f64, Trouble> {
+    /// [`MissionError::Vectors`] where there is none of this name.
+    pub fn number(&self, name: &'static str) -> Result<f64, MissionError> {
         let number = after_key(self.0, name).and_then(|text| Decimal::read(&mut { text }));
-        number.map(Decimal::value).ok_or(Trouble::Vectors(name))
+        number.map(Decimal::value).ok_or(MissionError::Vectors(name))
     }
 
     /// A number of microseconds.
     ///
     /// # Errors
-    /// [`Trouble::Vectors`] where there is none of this name.
-    pub fn microseconds(&self, name: &'static str) -> Result<u64, Trouble> {
-        whole(self.number(name)?).ok_or(Trouble::Vectors(name))
+    /// [`MissionError::Vectors`] where there is none of this name.
+    pub fn microseconds(&self, name: &'static str) -> Result<u64, MissionError> {
+        whole(self.number(name)?).ok_or(MissionError::Vectors(name))
     }
 
     /// A number of seconds, in microseconds.
     ///
     /// # Errors
-    /// [`Trouble::Vectors`] where there is none of this name.
-    pub fn seconds(&self, name: &'static str) -> Result<u64, Trouble> {
-        whole(self.number(name)? * 1e6).ok_or(Trouble::Vectors(name))
+    /// [`MissionError::Vectors`] where there is none of this name.
+    pub fn seconds(&self, name: &'static str) -> Result<u64, MissionError> {
+        whole(self.number(name)? * 1e6).ok_or(MissionError::Vectors(name))
     }
 
     /// Rows of readings.
     ///
     /// # Errors
-    /// [`Trouble::Vectors`] where there are none of this name.
-    pub fn rows(&self, name: &'static str) -> Result<Rows<'f>, Trouble> {
-        let text = after_key(self.0, name).and_then(|text| after(text, b'['));
-        text.map(Rows).ok_or(Trouble::Vectors(name))
+    /// [`MissionError::Vectors`] where there are none of this name.
+    pub fn rows(&self, name: &'static str) -> Result<Rows<'f>, MissionError> {
+        let rest = after_key(self.0, name).and_then(|text| after(text, b'['));
+        rest.map_or(Err(MissionError::Vectors(name)), |rest| {
+            Ok(Rows {
+                name,
+                rest: Some(rest),
+            })
+        })
     }
 }
 
-/// Rows of readings, read one by one; it ends where the list ends, or is not a list of six integers each.
+/// Rows of readings, read one by one. What is not a list of six integers is [`MissionError::Vectors`], and the last.
 #[derive(Clone)]
-pub struct Rows<'f>(&'f [u8]);
+pub struct Rows<'f> {
+    name: &'static str,
+    /// Where a row begins, or the list ends.
+    rest: Option<&'f [u8]>,
+}
 
 impl Iterator for Rows<'_> {
-    type Item = Counts;
+    type Item = Result<Counts, MissionError>;
 
-    fn next(&mut self) -> Option<Counts> {
-        let mut text = after(self.0, b'[')?;
-        let mut counts = [0; CHANNELS];
-        for (i, count) in counts.iter_mut().enumerate() {
-            *count = Decimal::read(&mut text)?.integer()?;
-            text = after(text, if i + 1 < CHANNELS { b',' } else { b']' })?;
+    fn next(&mut self) -> Option<Self::Item> {
+        let text = self.rest.take()?;
+        if after(text, b']').is_some() {
+            return None;
         }
-        // Behind a row comes the next, or the end of the list.
-        self.0 = after(text, b',').unwrap_or_default();
-        Some(counts)
+        let Some((counts, behind)) = row(text) else {
+            return Some(Err(MissionError::Vectors(self.name)));
+        };
+        self.rest = after(behind, b',');
+        if self.rest.is_none() && after(behind, b']').is_none() {
+            return Some(Err(MissionError::Vectors(self.name)));
+        }
+        Some(Ok(counts))
     }
+}
+
+/// The row that text begins with, and what is behind it.
+fn row(text: &[u8]) -> Option<(Counts, &[u8])> {
+    let mut text = after(text, b'[')?;
+    let mut counts = [0; CHANNELS];
+    for (i, count) in counts.iter_mut().enumerate() {
+        *count = Decimal::read(&mut text)?.integer()?;
+        text = after(text, if i + 1 < CHANNELS { b',' } else { b']' })?;
+    }
+    Some((counts, text))
 }
 
 /// A number as it is written: digits, and by which power of ten they are moved.
@@ -202,7 +225,8 @@ mod tests {
 
     const FILE: &[u8] =
         br#"{"rows": [[9]], "cases": {"tenth_s": 1e-1, "small": 0.0001, "g": -9.80665, "count": 25000,
-        "rows": [[1, -2, 3, 4, 5, 6], [ 7,8,9,10,11,-12 ]], "short": [[1, 2]], "text": "rows", "e": 1e}}"#;
+        "rows": [[1, -2, 3, 4, 5, 6], [ 7,8,9,10,11,-12 ]], "short": [[1, 2]],
+        "cut": [[1, 2, 3, 4, 5, 6] [7, 8, 9, 10, 11, 12]], "none": [], "text": "rows", "e": 1e}}"#;
 
     #[test]
     fn numbers_are_those_that_the_compiler_reads() {
@@ -217,21 +241,26 @@ mod tests {
     #[test]
     fn rows_come_one_by_one_and_end_with_their_list() {
         let mut rows = Cases::of(FILE).unwrap().rows("rows").unwrap();
-        assert_eq!(rows.next(), Some([1, -2, 3, 4, 5, 6]));
-        assert_eq!(rows.next(), Some([7, 8, 9, 10, 11, -12]));
+        assert_eq!(rows.next(), Some(Ok([1, -2, 3, 4, 5, 6])));
+        assert_eq!(rows.next(), Some(Ok([7, 8, 9, 10, 11, -12])));
         assert_eq!(rows.next(), None);
         assert_eq!(rows.next(), None);
+        assert_eq!(Cases::of(FILE).unwrap().rows("none").unwrap().next(), None);
     }
 
     #[test]
     fn what_is_missing_or_something_else_is_named() {
         let cases = Cases::of(FILE).unwrap();
-        assert_eq!(cases.number("none"), Err(Trouble::Vectors("none")));
-        assert_eq!(cases.number("rows"), Err(Trouble::Vectors("rows")));
-        assert_eq!(cases.number("e"), Err(Trouble::Vectors("e")));
-        assert_eq!(cases.microseconds("g"), Err(Trouble::Vectors("g")));
-        assert_eq!(cases.rows("count").err(), Some(Trouble::Vectors("count")));
-        assert_eq!(cases.rows("short").unwrap().next(), None);
-        assert_eq!(Cases::of(b"{}").err(), Some(Trouble::Vectors("cases")));
+        assert_eq!(cases.number("nothing"), Err(MissionError::Vectors("nothing")));
+        assert_eq!(cases.number("rows"), Err(MissionError::Vectors("rows")));
+        assert_eq!(cases.number("e"), Err(MissionError::Vectors("e")));
+        assert_eq!(cases.microseconds("g"), Err(MissionError::Vectors("g")));
+        assert_eq!(cases.rows("count").err(), Some(MissionError::Vectors("count")));
+        for name in ["short", "cut"] {
+            let mut rows = cases.rows(name).unwrap();
+            assert_eq!(rows.next(), Some(Err(MissionError::Vectors(name))));
+            assert_eq!(rows.next(), None);
+        }
+        assert_eq!(Cases::of(b"{}").err(), Some(MissionError::Vectors("cases")));
     }
 }

@@ -8,33 +8,60 @@
 mod console;
 mod file;
 mod memory;
-mod never;
+mod panic_handler;
 mod proof;
 mod stack;
 
+use core::ffi::CStr;
 use core::fmt::Write;
 use core::mem::size_of;
 
 use cortex_m::peripheral::SCB;
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
-use mission::nor::Nor;
+use mission::nor::{BYTES, Nor};
 use mission::units::UNITS;
-use mission::{Trouble, flight, spin};
+use mission::{MissionError, flight, spin};
 use tumble_core::model::Correction;
 use tumble_core::redundancy::monitor::Monitor;
 use tumble_core::redundancy::platform::Platform;
-use tumble_core::redundancy::record::Record;
 use tumble_core::spin::machine::SpinMachine;
 use tumble_store::flash::RecordStore;
 
 use crate::console::Console;
-use crate::memory::Memory;
+use crate::file::FileError;
+use crate::memory::{FILE, Memory};
 use crate::stack::Stack;
 
 /// What is done after a start.
 enum Next {
     Reset,
     Leave,
+}
+
+/// A file of vectors, by its name for the host and for people.
+struct File(&'static CStr, &'static str);
+
+const REDUNDANCY: File = File(c"vectors/redundancy.json", "vectors/redundancy.json");
+const SPIN: File = File(c"vectors/spin.json", "vectors/spin.json");
+
+/// Why the device cannot go on.
+enum Why {
+    File(FileError),
+    Mission(MissionError),
+}
+
+/// That, and the file that was played.
+struct Failure(Why, &'static str);
+
+impl File {
+    fn read<'r>(&self, room: &'r mut [u8]) -> Result<&'r [u8], Failure> {
+        file::read(self.0, room).map_err(|why| Failure(Why::File(why), self.1))
+    }
+
+    fn failed(&self) -> impl Fn(MissionError) -> Failure {
+        let name = self.1;
+        move |why| Failure(Why::Mission(why), name)
+    }
 }
 
 #[cortex_m_rt::entry]
@@ -46,9 +73,9 @@ fn main() -> ! {
         Some(memory) => live(memory, &mut out),
         None => leave(EXIT_FAILURE),
     };
-    if let Err(trouble) = &lived {
+    if let Err(failure) = &lived {
         // Nobody is left to be told if this fails too.
-        let _ = say(&mut out, trouble);
+        let _ = say(&mut out, failure);
     }
     out.flush();
     match lived {
@@ -59,62 +86,79 @@ fn main() -> ! {
 }
 
 /// From one start to its end: records are in flash, or they are not.
-fn live(memory: Memory, out: &mut Console) -> Result<Next, Trouble> {
+fn live(memory: Memory, out: &mut Console) -> Result<Next, Failure> {
     let Memory { nor, start, file } = memory;
-    writeln!(out, "device: start {start}")?;
     proof::run(start);
     let mut stack = Stack::new();
-    let vectors = file::read(c"vectors/redundancy.json", file).ok_or(Trouble::Vectors("file"))?;
+    let vectors = REDUNDANCY.read(file)?;
+    let next = fly(vectors, nor, start, &mut stack, out).map_err(REDUNDANCY.failed())?;
+    if let Next::Leave = next {
+        turn(SPIN.read(file)?, &mut stack, out).map_err(SPIN.failed())?;
+    }
+    Ok(next)
+}
+
+/// The first flight, before a reset; or the second, before the device is left.
+fn fly(
+    vectors: &[u8],
+    nor: &mut [u8; BYTES],
+    start: u32,
+    stack: &mut Stack,
+    out: &mut Console,
+) -> Result<Next, MissionError> {
+    writeln!(out, "device: start {start}")?;
     let stored = flight::has_records(vectors, Nor::new(nor))?;
     if !stored && start == 1 {
-        flight::first(vectors, Nor::new(nor), &mut stack, out)?;
+        flight::first(vectors, Nor::new(nor), stack, out)?;
         stack.tell(out)?;
         writeln!(out, "device: resets itself")?;
         return Ok(Next::Reset);
     }
-    flight::second(vectors, Nor::new(nor), &mut stack, out)?;
-    let vectors = file::read(c"vectors/spin.json", file).ok_or(Trouble::Vectors("file"))?;
-    spin::spin(vectors, &mut stack, out)?;
-    stack.tell(out)?;
-    sizes(out)?;
+    flight::second(vectors, Nor::new(nor), stack, out)?;
     Ok(Next::Leave)
 }
 
-/// Memory that callers of each part set aside.
-fn sizes(out: &mut Console) -> core::fmt::Result {
+/// The spin, and what all of it took.
+fn turn(vectors: &[u8], stack: &mut Stack, out: &mut Console) -> Result<(), MissionError> {
+    spin::spin(vectors, stack, out)?;
+    stack.tell(out)?;
+    states(out)?;
+    Ok(())
+}
+
+/// Memory that callers of each part set aside: a monitor of three units that calibrates one at a time, its settings
+/// (which may lie in flash), a spin, a store with its flash driver, the corrections of both triads of a unit.
+fn states(out: &mut Console) -> core::fmt::Result {
     for (what, bytes) in [
-        (
-            "Monitor of three units, one calibrated at a time",
-            size_of::<Monitor<f32, UNITS, 1>>(),
-        ),
-        (
-            "Platform of three units, may lie in flash",
-            size_of::<Platform<f32, UNITS>>(),
-        ),
+        ("Monitor", size_of::<Monitor<f32, UNITS, 1>>()),
+        ("Platform", size_of::<Platform<f32, UNITS>>()),
         ("SpinMachine", size_of::<SpinMachine<f32>>()),
-        (
-            "RecordStore, flash driver included",
-            size_of::<RecordStore<Nor<'_>>>(),
-        ),
-        ("Record", size_of::<Record<f32>>()),
-        ("Correction of a triad", size_of::<Correction<f32>>()),
+        ("RecordStore", size_of::<RecordStore<Nor<'_>>>()),
+        ("Corrections", size_of::<[Correction<f32>; 2]>()),
     ] {
-        writeln!(out, "device: memory {bytes} bytes: {what}")?;
+        writeln!(out, "device: state {bytes} bytes: {what}")?;
     }
     Ok(())
 }
 
 /// Says why the mission cannot go on.
-fn say(out: &mut Console, trouble: &Trouble) -> core::fmt::Result {
-    let what = match trouble {
-        Trouble::Vectors("file") => "QEMU has to be started where vectors/ is",
-        Trouble::Vectors(name) => name,
-        Trouble::Platform(_) => "the set of units contradicts itself",
-        Trouble::Layout(_) => "no records fit into the flash",
-        Trouble::Store(_) => "a record was not stored or not read",
-        Trouble::Silenced => "nobody listens",
-    };
-    writeln!(out, "device: cannot go on: {what}")
+fn say(out: &mut Console, Failure(why, file): &Failure) -> core::fmt::Result {
+    write!(out, "device: cannot go on: {file}: ")?;
+    match why {
+        Why::File(FileError::Missing) => {
+            writeln!(
+                out,
+                "there is no such file; start QEMU in the folder that holds vectors/"
+            )
+        }
+        Why::File(FileError::TooLong) => {
+            writeln!(
+                out,
+                "longer than {FILE} bytes; make more room in memory.x and memory.rs"
+            )
+        }
+        Why::Mission(why) => writeln!(out, "{why}"),
+    }
 }
 
 fn leave(status: debug::ExitStatus) -> ! {

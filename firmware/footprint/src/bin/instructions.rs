@@ -5,20 +5,15 @@
 
 use core::fmt::Write;
 use core::hint::black_box;
-use core::mem::size_of;
 
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hio::{self, HostStream};
-use footprint::{UNITS, apply, corrections, sample};
+use footprint::{apply, corrections, dense, sample, save_into_a_full_bank};
 use mission::nor::{BYTES, ERASED, Nor};
 use mission::watch::{Phase, Watch};
-use mission::{Trouble, flight, spin};
-use tumble_core::redundancy::monitor::Monitor;
-use tumble_core::redundancy::platform::Platform;
-use tumble_core::spin::machine::SpinMachine;
-use tumble_store::flash::RecordStore;
+use mission::{MissionError, flight, spin};
 
 static REDUNDANCY: &[u8] = include_bytes!("../../../../vectors/redundancy.json");
 static SPIN: &[u8] = include_bytes!("../../../../vectors/spin.json");
@@ -26,7 +21,7 @@ static SPIN: &[u8] = include_bytes!("../../../../vectors/spin.json");
 /// While the timer counts one.
 const NANOSECONDS: u64 = 40;
 
-/// The timer counts down from here, and around.
+/// The timer counts down from here.
 const RANGE: u32 = 0x00FF_FFFF;
 
 /// Times that what is short is repeated.
@@ -34,21 +29,50 @@ const REPEATED: u32 = 10_000;
 
 /// Counts instructions of each part, and says so at once.
 struct Counter {
+    timer: SYST,
     out: HostStream,
-    last: u32,
+    /// Of the timer; `None` if it came to its end meanwhile.
+    last: Option<u32>,
+    /// What is said behind the name of each phase.
+    suffix: &'static str,
 }
 
 impl Watch for Counter {
     fn during<R>(&mut self, work: impl FnOnce() -> R) -> R {
+        // It starts anew from the top.
+        self.timer.clear_current();
         let before = SYST::get_current();
         let result = work();
-        self.last = before.wrapping_sub(SYST::get_current()) & RANGE;
+        let after = SYST::get_current();
+        self.last = (!self.timer.has_wrapped()).then(|| before.wrapping_sub(after) & RANGE);
         result
     }
 
     fn was(&mut self, phase: Phase) {
         // Where nobody listens, the end of the mission says so.
-        let _ = writeln!(self.out, "{phase:?} 1 {}", u64::from(self.last) * NANOSECONDS);
+        let suffix = self.suffix;
+        let _ = self.tell(format_args!("{phase:?}{suffix}"), 1);
+    }
+}
+
+impl Counter {
+    fn new(mut timer: SYST, out: HostStream) -> Self {
+        timer.set_clock_source(SystClkSource::Core);
+        timer.set_reload(RANGE);
+        timer.enable_counter();
+        Self {
+            timer,
+            out,
+            last: None,
+            suffix: "",
+        }
+    }
+
+    fn tell(&mut self, what: core::fmt::Arguments<'_>, times: u32) -> core::fmt::Result {
+        match self.last {
+            Some(counted) => writeln!(self.out, "{what} {times} {}", u64::from(counted) * NANOSECONDS),
+            None => writeln!(self.out, "{what} {times} longer"),
+        }
     }
 }
 
@@ -64,7 +88,7 @@ impl Write for Silence {
 #[cortex_m_rt::entry]
 fn main() -> ! {
     let counted = match (cortex_m::Peripherals::take(), hio::hstdout()) {
-        (Some(peripherals), Ok(out)) => count(peripherals.SYST, out).is_ok(),
+        (Some(peripherals), Ok(out)) => count(Counter::new(peripherals.SYST, out)).is_ok(),
         _ => false,
     };
     loop {
@@ -72,41 +96,24 @@ fn main() -> ! {
     }
 }
 
-/// Says, line by line, what was done, how many times, and the nanoseconds that took; then bytes of states.
-fn count(mut timer: SYST, out: HostStream) -> Result<(), Trouble> {
-    timer.set_clock_source(SystClkSource::Core);
-    timer.set_reload(RANGE);
-    timer.clear_current();
-    timer.enable_counter();
-    let mut counter = Counter { out, last: 0 };
+/// Says, line by line, what was done, how many times, and the nanoseconds that took.
+fn count(mut counter: Counter) -> Result<(), MissionError> {
     // A loop of two instructions shows whether the timer counts what it is said to.
     counter.during(|| cortex_m::asm::delay(black_box(2 * REPEATED)));
-    counter.tell("check", REPEATED)?;
+    counter.tell(format_args!("check"), REPEATED)?;
     let (corrections, sample) = (corrections(), sample());
     counter.during(|| {
         for _ in 0..REPEATED {
-            black_box(apply(&corrections, black_box(&sample)));
+            black_box(apply(black_box(&corrections), black_box(&sample)));
         }
     });
-    counter.tell("Apply", REPEATED)?;
+    counter.tell(format_args!("Apply"), REPEATED)?;
     let mut chip = [ERASED; BYTES];
     flight::first(REDUNDANCY, Nor::new(&mut chip), &mut counter, &mut Silence)?;
     flight::second(REDUNDANCY, Nor::new(&mut chip), &mut counter, &mut Silence)?;
     spin::spin(SPIN, &mut counter, &mut Silence)?;
-    for (what, bytes) in [
-        ("Monitor", size_of::<Monitor<f32, UNITS, 1>>()),
-        ("Platform", size_of::<Platform<f32, UNITS>>()),
-        ("SpinMachine", size_of::<SpinMachine<f32>>()),
-        ("RecordStore", size_of::<RecordStore<Nor<'_>>>()),
-        ("Corrections", size_of_val(&corrections)),
-    ] {
-        writeln!(counter.out, "bytes {what} {bytes}")?;
-    }
-    Ok(())
-}
-
-impl Counter {
-    fn tell(&mut self, what: &str, times: u32) -> core::fmt::Result {
-        writeln!(self.out, "{what} {times} {}", u64::from(self.last) * NANOSECONDS)
-    }
+    save_into_a_full_bank(&mut chip, &mut counter)?;
+    counter.tell(format_args!("SaveIntoAFullBank"), 1)?;
+    counter.suffix = "Dense";
+    dense::fly(REDUNDANCY, &mut counter)
 }
