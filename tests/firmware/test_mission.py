@@ -148,7 +148,7 @@ def test_the_spin_shows_the_biases_of_the_vectors(said):
         ("accelerometer bias", "accelerometer_bias"),
     ):
         found = numbers(re.search(rf"    {name} (#.*)", spun)[1])
-        # The machine ends with the spin; what the vectors allow is for an estimate from the rest behind it, too.
+        # What the vectors allow is for an estimate that saw the rest behind the spin, too.
         assert np.all(sigmas(np.array(found[:3]), np.array(found[3:]), SPUN, quantity) < 2.0), name
 
 
