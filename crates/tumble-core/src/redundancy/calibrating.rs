@@ -280,7 +280,7 @@ impl<T: Real> Trial<'_, T> {
         let whole = self.fit(all, layout)?.less_certain(times);
         let candidate = Candidate {
             sensor: self.sensor,
-            axes: self.unit.axes.of(self.sensor),
+            axes: *self.unit.axes.of(self.sensor),
             layout,
             half: &half,
             whole: &whole,
@@ -303,7 +303,7 @@ impl<T: Real> Trial<'_, T> {
         let problem = Problem {
             pairs,
             layout,
-            axes: self.unit.axes.of(self.sensor),
+            axes: *self.unit.axes.of(self.sensor),
             noise: self.noise,
             stored: self.stored,
             highest: settings.highest_rung,

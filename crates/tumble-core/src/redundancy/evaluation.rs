@@ -179,7 +179,7 @@ impl<T: Real> SecondaryAtRest<'_, T> {
 
     fn over_axes(&self, v: &Vector3<T>) -> T {
         let present = v.iter().zip(self.unit.axes.of(self.sensor));
-        let squares = present.fold(T::zero(), |sum, (x, has)| if has { sum + *x * *x } else { sum });
+        let squares = present.fold(T::zero(), |sum, (x, has)| if *has { sum + *x * *x } else { sum });
         squares.sqrt()
     }
 

@@ -1,17 +1,19 @@
 //! The monitor: takes samples of any unit, and keeps the set calibrated and its output alive.
 
+use nalgebra::Vector3;
+
 use crate::real::Real;
 use crate::redundancy::calibrating::Calibration;
 use crate::redundancy::clock::{Clock, ClockSettings, Verdict};
 use crate::redundancy::evaluation::Stored;
 use crate::redundancy::event::{Abandoned, Event, What};
 use crate::redundancy::health::Health;
-use crate::redundancy::output::{Carrier, Output, compensate, lever_arm};
+use crate::redundancy::output::{Carrier, Compensated, Output, compensate, lever_arm};
 use crate::redundancy::pairing::products;
 use crate::redundancy::platform::Platform;
 use crate::redundancy::rest::Rest;
 use crate::redundancy::selection::{Candidate, Selection};
-use crate::redundancy::sensor::{SENSORS, Sensor};
+use crate::redundancy::sensor::{Axes, Sensor};
 use crate::redundancy::unit::{AtRest, Stream};
 use crate::sample::{CHANNELS, Sample};
 
@@ -241,20 +243,20 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
     }
 
     fn select(&mut self, platform: &Platform<T, UNITS>, now: u64, report: Report<'_, T>) {
-        let candidates: [Candidate<T>; UNITS] = core::array::from_fn(|i| {
-            let healthy_since = self.health[i].healthy_since();
-            let axes = &platform.units()[i].axes;
-            let stored = &self.stored[i];
-            Candidate {
-                healthy: healthy_since.is_some() && SENSORS.iter().all(|sensor| axes.complete(*sensor)),
+        let (units, health, stored) = (platform.units(), &self.health, &self.stored);
+        let candidate = |unit: usize| {
+            let healthy_since = health.get(unit)?.healthy_since();
+            let stored = stored.get(unit)?;
+            Some(Candidate {
+                healthy: healthy_since.is_some() && units.get(unit)?.axes == Axes::ALL,
                 healthy_for: healthy_since.map_or(0, |since| now.saturating_sub(since)),
                 calibrated: stored.iter().all(|stored| stored.calibrated || stored.agrees),
                 residual: Sensor::Accelerometer.of(stored).error_left(),
-            }
-        });
+            })
+        };
         let Some(change) = self
             .selection
-            .update(now, &candidates, &platform.settings().selection)
+            .update(now, candidate, &platform.settings().selection)
         else {
             return;
         };
@@ -275,6 +277,22 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         });
     }
 
+    /// What a sensor of a unit reads, as the primary would read it, with its calibration applied.
+    pub(super) fn compensated(
+        &self,
+        platform: &Platform<T, UNITS>,
+        number: usize,
+        sensor: Sensor,
+        y: &Vector3<T>,
+    ) -> Option<Vector3<T>> {
+        let calibration = platform.calibration();
+        if number == 0 {
+            return Some(calibration.correct(sensor, y));
+        }
+        let (unit, stored) = (platform.units().get(number)?, self.stored.get(number)?);
+        Some(compensate(sensor, unit, stored, calibration, y))
+    }
+
     fn output(
         &mut self,
         platform: &Platform<T, UNITS>,
@@ -283,7 +301,10 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
     ) -> Option<Output<T>> {
         let (unit, stored) = (platform.units().get(number)?, self.stored.get(number)?);
         let (f, w) = (&sample.specific_force, &sample.angular_rate);
-        let said = compensate(unit, stored, platform.calibration(), f, w);
+        let said = Compensated {
+            specific_force: self.compensated(platform, number, Sensor::Accelerometer, f)?,
+            angular_rate: self.compensated(platform, number, Sensor::Gyroscope, w)?,
+        };
         let arm = lever_arm(unit, stored);
         let output = Output {
             time: sample.time,

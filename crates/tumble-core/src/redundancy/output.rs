@@ -36,21 +36,19 @@ pub struct Compensated<T: Real> {
     pub angular_rate: Vector3<T>,
 }
 
-/// Takes off the stored error, then the primary's own calibration; of the primary itself nothing is stored (docs/theory/redundancy.md, eq. 14).
+/// Takes the stored error and then the primary's own calibration off what a sensor of a secondary reads; of the primary
+/// itself nothing is stored (docs/theory/redundancy.md, eq. 14).
 pub fn compensate<T: Real>(
+    sensor: Sensor,
     unit: &Unit<T>,
-    [accelerometer, gyroscope]: &[Stored<T>; 2],
+    stored: &[Stored<T>; 2],
     calibration: &PrimaryCalibration<T>,
-    specific_force: &Vector3<T>,
-    angular_rate: &Vector3<T>,
-) -> Compensated<T> {
-    let as_primary =
-        |stored: &Stored<T>, y: &Vector3<T>| unit.sensor_from_primary.tr_mul(&stored.relation.correct(y));
-    Compensated {
-        specific_force: calibration
-            .correct(Sensor::Accelerometer, &as_primary(accelerometer, specific_force)),
-        angular_rate: calibration.correct(Sensor::Gyroscope, &as_primary(gyroscope, angular_rate)),
-    }
+    y: &Vector3<T>,
+) -> Vector3<T> {
+    let as_primary = unit
+        .sensor_from_primary
+        .tr_mul(&sensor.of(stored).relation.correct(y));
+    calibration.correct(sensor, &as_primary)
 }
 
 /// From the primary to a unit, m: as given, or else as found.

@@ -135,21 +135,21 @@ impl Selection {
         self.failing_since = None;
     }
 
-    /// Looks at all units, the primary first, and says whether the source changes. `now` is the time of the set,
+    /// Says whether the source changes. `candidate` gives the unit of a number, 0 the primary, and none behind the last;
+    /// only those are asked for that matter, with every sample mostly the source alone. `now` is the time of the set,
     /// microseconds. Units from number 255 on are not looked at.
     pub fn update<T: Real>(
         &mut self,
         now: u64,
-        candidates: &[Candidate<T>],
+        candidate: impl Fn(usize) -> Option<Candidate<T>>,
         settings: &SelectionSettings,
     ) -> Option<Change> {
-        let primary = candidates.first().filter(|primary| primary.healthy);
         let commanded = core::mem::take(&mut self.commanded);
         let Some(source) = self.source() else {
-            return self.begin(now, candidates, settings);
+            return self.begin(now, &candidate, settings);
         };
         if source != 0
-            && let Some(primary) = primary
+            && let Some(primary) = candidate(0).filter(|primary| primary.healthy)
         {
             if commanded {
                 return Some(self.change(Some(0), SelectionReason::Command));
@@ -161,30 +161,29 @@ impl Selection {
                 return Some(self.change(Some(0), SelectionReason::PrimaryProven));
             }
         }
-        let healthy = candidates.get(source).is_some_and(|candidate| candidate.healthy);
-        if healthy {
+        if candidate(source).is_some_and(|source| source.healthy) {
             self.failing_since = None;
             return None;
         }
         self.has_failed(now, settings)
-            .then(|| self.replace(source, candidates, settings))
+            .then(|| self.replace(source, &candidate, settings))
     }
 
     /// Until there is a source, whoever is fit becomes it; the primary is waited for at the very start.
     fn begin<T: Real>(
         &mut self,
         now: u64,
-        candidates: &[Candidate<T>],
+        candidate: &impl Fn(usize) -> Option<Candidate<T>>,
         settings: &SelectionSettings,
     ) -> Option<Change> {
-        if candidates.first().is_some_and(|primary| primary.healthy) {
+        if candidate(0).is_some_and(|primary| primary.healthy) {
             return Some(self.change(Some(0), SelectionReason::Start));
         }
         let starting = self.source == Source::Unset;
         if starting && !self.has_failed(now, settings) {
             return None;
         }
-        match best_secondary(candidates, settings) {
+        match best_secondary(candidate, settings) {
             Some(best) => Some(self.change(Some(best), SelectionReason::PrimaryFailed)),
             None => starting.then(|| self.change(None, SelectionReason::NoneFit)),
         }
@@ -200,11 +199,11 @@ impl Selection {
     fn replace<T: Real>(
         &mut self,
         failed: usize,
-        candidates: &[Candidate<T>],
+        candidate: &impl Fn(usize) -> Option<Candidate<T>>,
         settings: &SelectionSettings,
     ) -> Change {
-        let primary = candidates.first().filter(|primary| primary.healthy).map(|_| 0);
-        match best_secondary(candidates, settings).or(primary) {
+        let primary = candidate(0).filter(|primary| primary.healthy).map(|_| 0);
+        match best_secondary(candidate, settings).or(primary) {
             Some(next) if failed == 0 => self.change(Some(next), SelectionReason::PrimaryFailed),
             Some(next) => self.change(Some(next), SelectionReason::SourceFailed),
             None => self.change(None, SelectionReason::NoneFit),
@@ -221,12 +220,16 @@ impl Selection {
 }
 
 /// The healthy secondary that is calibrated, or else any; of these the one with the smallest residual, or else the first.
-fn best_secondary<T: Real>(candidates: &[Candidate<T>], settings: &SelectionSettings) -> Option<usize> {
-    let mut best: Option<(usize, &Candidate<T>)> = None;
-    for (unit, candidate) in candidates.iter().enumerate().take(usize::from(u8::MAX)).skip(1) {
-        let fit = candidate.healthy && (candidate.calibrated || !settings.calibrated_only);
-        if fit && best.is_none_or(|(_, other)| is_better(candidate, other)) {
-            best = Some((unit, candidate));
+fn best_secondary<T: Real>(
+    candidate: &impl Fn(usize) -> Option<Candidate<T>>,
+    settings: &SelectionSettings,
+) -> Option<usize> {
+    let mut best: Option<(usize, Candidate<T>)> = None;
+    let secondaries = 1..usize::from(u8::MAX);
+    for (unit, secondary) in secondaries.map_while(|unit| Some((unit, candidate(unit)?))) {
+        let fit = secondary.healthy && (secondary.calibrated || !settings.calibrated_only);
+        if fit && best.is_none_or(|(_, other)| is_better(&secondary, &other)) {
+            best = Some((unit, secondary));
         }
     }
     best.map(|(unit, _)| unit)

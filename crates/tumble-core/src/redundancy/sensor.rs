@@ -75,22 +75,23 @@ impl Axes {
     pub const ALL: Self = Self([true; CHANNELS]);
 
     /// The three of one sensor.
-    pub fn of(&self, sensor: Sensor) -> [bool; 3] {
-        let [fx, fy, fz, wx, wy, wz] = self.0;
-        match sensor {
-            Sensor::Accelerometer => [fx, fy, fz],
-            Sensor::Gyroscope => [wx, wy, wz],
-        }
+    pub fn of(&self, sensor: Sensor) -> &[bool; 3] {
+        let triad = match sensor {
+            Sensor::Accelerometer => self.0.first_chunk(),
+            Sensor::Gyroscope => self.0.last_chunk(),
+        };
+        // Of six channels both triads are there.
+        triad.unwrap_or(&[true; 3])
     }
 
     /// Whether a sensor has all three.
     pub fn complete(&self, sensor: Sensor) -> bool {
-        self.of(sensor) == [true; 3]
+        *self.of(sensor) == [true; 3]
     }
 
     /// Whether a sensor has any.
     pub fn any(&self, sensor: Sensor) -> bool {
-        self.of(sensor) != [false; 3]
+        *self.of(sensor) != [false; 3]
     }
 
     /// Whether every sensor that has any is among these, accelerometer first.
@@ -102,6 +103,9 @@ impl Axes {
     /// The sample with zeros in channels that the unit does not have, whatever was written there.
     pub fn only<T: Real>(&self, sample: &Sample<T>) -> Sample<T> {
         let mut present = *sample;
+        if *self == Self::ALL {
+            return present;
+        }
         let values = present
             .specific_force
             .iter_mut()

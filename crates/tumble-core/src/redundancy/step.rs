@@ -6,7 +6,7 @@ use crate::redundancy::conclusion::conclude;
 use crate::redundancy::event::{Event, What};
 use crate::redundancy::family::{Member, vote};
 use crate::redundancy::monitor::{Monitor, Report, abandon};
-use crate::redundancy::output::{Compensated, compensate, lever_arm};
+use crate::redundancy::output::{Compensated, lever_arm};
 use crate::redundancy::pairing::{Pair, PrimaryMeans};
 use crate::redundancy::platform::Platform;
 use crate::redundancy::rest::Turn;
@@ -78,16 +78,16 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
     ) -> Option<Compensated<T>> {
         let (before, means) = self.streams.get(number)?.pair(window)?;
         let (unit, stored) = (platform.units().get(number)?, self.stored.get(number)?);
-        let said = |means: &Means<T, CHANNELS>| {
-            let force = Sensor::Accelerometer.triad(&means.mean);
-            let rate = Sensor::Gyroscope.triad(&means.mean);
-            compensate(unit, stored, platform.calibration(), &force, &rate)
+        let said = |sensor: Sensor, means: &Means<T, CHANNELS>| {
+            self.compensated(platform, number, sensor, &sensor.triad(&means.mean))
         };
-        let (earlier, now) = (said(before), said(means));
-        let (w, arm) = (now.angular_rate, lever_arm(unit, stored));
-        let change = (w - earlier.angular_rate) / seconds::<T>(platform.settings().window);
+        let (earlier, w) = (said(Sensor::Gyroscope, before)?, said(Sensor::Gyroscope, means)?);
+        let change = (w - earlier) / seconds::<T>(platform.settings().window);
+        let arm = lever_arm(unit, stored);
         Some(Compensated {
-            specific_force: now.specific_force - change.cross(&arm) - w.cross(&w.cross(&arm)),
+            specific_force: said(Sensor::Accelerometer, means)?
+                - change.cross(&arm)
+                - w.cross(&w.cross(&arm)),
             angular_rate: w,
         })
     }

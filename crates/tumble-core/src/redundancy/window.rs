@@ -5,7 +5,6 @@
 //! of them is synchronous by construction (docs/theory/redundancy.md, eq. 1 and 2).
 
 use crate::real::{Real, count, real};
-use crate::sample::CHANNELS;
 
 /// What is kept of K channels over one window.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -157,6 +156,20 @@ fn between<T: Real, const K: usize>(from: &[T; K], to: &[T; K], share: T) -> [T;
     at
 }
 
+/// The first three channels, and the second three.
+fn triads<T>(channels: &[T]) -> Option<(&[T; 3], &[T; 3])> {
+    let (first, rest) = channels.split_first_chunk()?;
+    Some((first, rest.first_chunk()?))
+}
+
+/// Adds the squared steps of three channels.
+fn add_squares<T: Real>(sum: &mut T, from: &[T; 3], to: &[T; 3]) {
+    let ([x, y, z], [next_x, next_y, next_z]) = (from, to);
+    for step in [*next_x - *x, *next_y - *y, *next_z - *z] {
+        *sum += step * step;
+    }
+}
+
 impl<T: Real, const K: usize> Sums<T, K> {
     fn starting(start: u64, origin: &[T; K], whole: bool) -> Self {
         Self {
@@ -172,9 +185,10 @@ impl<T: Real, const K: usize> Sums<T, K> {
     }
 
     fn spoil(&mut self, before: [bool; 2], now: [bool; 2]) {
-        for ((usable, before), now) in self.usable.iter_mut().zip(before).zip(now) {
-            *usable &= before && now;
-        }
+        let ([first, second], [before_first, before_second], [now_first, now_second]) =
+            (&mut self.usable, before, now);
+        *first &= before_first & now_first;
+        *second &= before_second & now_second;
     }
 
     /// Integrals of `x` and of `x s` along a straight piece.
@@ -193,10 +207,10 @@ impl<T: Real, const K: usize> Sums<T, K> {
 
     fn step(&mut self, from: &[T; K], to: &[T; K]) {
         self.steps += T::one();
-        for (i, (from, to)) in from.iter().zip(to).take(CHANNELS).enumerate() {
-            let step = *to - *from;
-            let [first, second] = &mut self.squares;
-            *(if i < 3 { first } else { second }) += step * step;
+        let [first, second] = &mut self.squares;
+        if let (Some((f, w)), Some((next_f, next_w))) = (triads(from), triads(to)) {
+            add_squares(first, f, next_f);
+            add_squares(second, w, next_w);
         }
     }
 

@@ -436,7 +436,8 @@ proptest! {
         for (wait, healthy) in fates {
             now += wait;
             let before = selection.source();
-            let change = selection.update(now, &candidates.at(now, healthy), &settings);
+            let set = candidates.at(now, healthy);
+            let change = selection.update(now, |unit| set.get(unit).copied(), &settings);
             prop_assert!(change.is_some() || selection.source() == before);
             changes += u64::from(change.is_some());
             let source = selection.source();

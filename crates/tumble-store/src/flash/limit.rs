@@ -11,7 +11,7 @@
 pub struct WriteLimit {
     /// Between two writes in the long run, in the microseconds of the caller's clock; 0 sets no limit.
     pub shortest_between: u64,
-    /// How many may follow each other at once, since calibrations of several sensors end together; at least 1.
+    /// How many may follow each other at once, since calibrations of several sensors end together; 0 counts as 1.
     pub at_once: u32,
 }
 

@@ -2,8 +2,9 @@
 
 use crate::real::{Real, count};
 
-/// Microseconds in a tick.
-const TICK: u64 = 256;
+/// Microseconds in a tick: a power of two, so that times are counted in it without a division.
+const TICK: u64 = 1 << TICK_BITS;
+const TICK_BITS: u32 = 8;
 
 /// Longest time that can be a limit, microseconds: what is kept goes to twice a limit.
 pub(super) const LONGEST: u64 = TICK * (u16::MAX as u64) / 2;
@@ -26,10 +27,10 @@ impl Lapse {
     /// Between two times, microseconds.
     pub fn between(before: u64, now: u64) -> Self {
         let crossed =
-            |tick: u64| u16::try_from((now / tick).saturating_sub(before / tick)).unwrap_or(u16::MAX);
+            |bits: u32| u16::try_from((now >> bits).saturating_sub(before >> bits)).unwrap_or(u16::MAX);
         Self {
-            whole: crossed(TICK),
-            quarter: crossed(4 * TICK),
+            whole: crossed(TICK_BITS),
+            quarter: crossed(TICK_BITS + 2),
         }
     }
 }

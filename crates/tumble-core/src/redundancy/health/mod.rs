@@ -104,25 +104,22 @@ impl<T: Real> Health<T> {
         let lapse = Lapse::between(self.time, now);
         self.time = now;
         let mut usable = [false; 2];
-        let triads = [
-            (sample.specific_force, range.specific_force),
-            (sample.angular_rate, range.angular_rate),
-        ];
-        for (i, (sensor, (triad, end))) in SENSORS.into_iter().zip(triads).enumerate() {
-            let (Some(watch), Some(usable)) = (self.watches.get_mut(i), usable.get_mut(i)) else {
-                continue;
+        for sensor in SENSORS {
+            let (triad, end) = match sensor {
+                Sensor::Accelerometer => (&sample.specific_force, range.specific_force),
+                Sensor::Gyroscope => (&sample.angular_rate, range.angular_rate),
             };
-            let judgement = watch.push(&Reading {
+            let judgement = sensor.of_mut(&mut self.watches).push(&Reading {
                 sensor,
-                values: triad.into(),
+                values: (*triad).into(),
                 axes: axes.of(sensor),
                 end,
                 lapse,
                 settings,
             });
-            *usable = judgement.usable;
-            match judgement.fault {
-                Some(fault) => self.condemn(fault, now),
+            *sensor.of_mut(&mut usable) = judgement.usable;
+            match &judgement.fault {
+                Some(fault) => self.condemn(*fault, now),
                 None if judgement.lasts && self.fault.is_some() => self.since = now,
                 None => {}
             }

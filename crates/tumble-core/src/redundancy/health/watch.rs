@@ -10,7 +10,7 @@ use crate::redundancy::sensor::Sensor;
 pub(super) struct Reading<'a, T: Real> {
     pub sensor: Sensor,
     pub values: [T; 3],
-    pub axes: [bool; 3],
+    pub axes: &'a [bool; 3],
     /// End of the range, where known.
     pub end: Option<T>,
     /// Time since the reading before.
@@ -43,7 +43,7 @@ impl<T: Real> Reading<'_, T> {
             change: T::zero(),
             repeats: [false; 3],
         };
-        let axes = self.values.iter().zip(&self.axes).zip(latest);
+        let axes = self.values.iter().zip(self.axes).zip(latest);
         for (((value, has), before), repeats) in axes.zip(&mut look.repeats) {
             let change = (*value - *before).abs();
             let at_end = self.is_at_end(*value);
@@ -66,9 +66,9 @@ impl<T: Real> Reading<'_, T> {
 
     /// The first channel whose value is so, and that value.
     fn first(&self, is_so: impl Fn(T) -> bool) -> Option<(u8, T)> {
-        let mut axes = (0..).zip(self.values).zip(self.axes);
-        let ((axis, value), _) = axes.find(|((_, value), has)| *has && is_so(*value))?;
-        Some((self.channel(axis), value))
+        let mut axes = (0..).zip(&self.values).zip(self.axes);
+        let ((axis, value), _) = axes.find(|((_, value), has)| **has && is_so(**value))?;
+        Some((self.channel(axis), *value))
     }
 }
 
@@ -179,7 +179,9 @@ impl<T: Real> Watch<T> {
         self.spiking.drain(reading.lapse.whole);
         let useless = self.find_useless(look.at_end || !look.finite, reading);
         if look.present == 0 || !look.finite {
-            let bad = reading.first(|value| useless && !value.is_finite());
+            let bad = useless
+                .then(|| reading.first(|value| !value.is_finite()))
+                .flatten();
             return Judgement {
                 usable: false,
                 fault: bad.map(|(channel, _)| Fault::NotFinite { channel }),
@@ -187,17 +189,60 @@ impl<T: Real> Watch<T> {
             };
         }
         let frozen = self.find_frozen(&look, reading);
+        let worn = useless && look.at_end;
         let spikes = self.find_spikes(look.change, reading);
         let away = self.departed != NONE;
         if !away {
             self.latest = reading.values;
         }
-        let worn = reading.first(|value| useless && look.at_end && reading.is_at_end(value));
-        let worn = worn.map(|(channel, value)| Fault::Saturated { channel, value });
+        // Faults are large, and rare: they are made out only when there is one.
+        let fault = if frozen || worn || spikes.is_some() {
+            self.fault(frozen, worn, spikes, reading)
+        } else {
+            None
+        };
         Judgement {
-            usable: !away && frozen.is_none() && !look.at_end,
-            fault: frozen.or(worn).or(spikes),
+            usable: !away && !frozen && !look.at_end,
+            fault,
             lasts: useless || self.spiking.is_over(ticks(SPIKES)),
+        }
+    }
+
+    #[cold]
+    fn fault(
+        &self,
+        frozen: bool,
+        worn: bool,
+        spikes: Option<u8>,
+        reading: &Reading<'_, T>,
+    ) -> Option<Fault<T>> {
+        if frozen {
+            return Some(self.frozen(reading));
+        }
+        let at_end = reading
+            .first(|value| worn && reading.is_at_end(value))
+            .map(|(channel, value)| Fault::Saturated { channel, value });
+        let spiky = || {
+            let channel = reading.channel(spikes?);
+            let value = self.departure;
+            Some(Fault::Spikes { channel, value })
+        };
+        at_end.or_else(spiky)
+    }
+
+    /// The whole sensor where all of it repeats, or else the axis that is stuck.
+    fn frozen(&self, reading: &Reading<'_, T>) -> Fault<T> {
+        let mut axes = (0_u8..).zip(&self.stuck).zip(&reading.values);
+        let repeating = self.repeating != Leaky::default();
+        match axes.find(|((_, stuck), _)| !repeating && **stuck >= STUCK) {
+            Some(((axis, _), value)) => Fault::Stuck {
+                channel: reading.channel(axis),
+                value: *value,
+            },
+            None => Fault::Frozen {
+                sensor: reading.sensor,
+                duration: self.repeating.seconds(),
+            },
         }
     }
 
@@ -212,8 +257,9 @@ impl<T: Real> Watch<T> {
         self.useless.is_over(limit)
     }
 
-    /// A spike is known when it is over: the reading after it is where the one before it was.
-    fn find_spikes(&mut self, change: T, reading: &Reading<'_, T>) -> Option<Fault<T>> {
+    /// A spike is known when it is over: the reading after it is where the one before it was. Gives its axis, if it was one
+    /// too many.
+    fn find_spikes(&mut self, change: T, reading: &Reading<'_, T>) -> Option<u8> {
         let spike = reading.spike().max(self.usual_change * real(TIMES_USUAL));
         let away = core::mem::replace(&mut self.departed, NONE);
         if away == NONE && change > spike {
@@ -226,10 +272,7 @@ impl<T: Real> Watch<T> {
             return None;
         }
         self.spiking.fill(ticks(SPIKE), ticks(SPIKES), 1);
-        self.spiking.is_over(ticks(SPIKES)).then(|| Fault::Spikes {
-            channel: reading.channel(away),
-            value: self.departure,
-        })
+        self.spiking.is_over(ticks(SPIKES)).then_some(away)
     }
 
     /// The axis that changed most.
@@ -238,43 +281,32 @@ impl<T: Real> Watch<T> {
         let mut most = (0, T::zero());
         for (axis, ((value, before), has)) in (0..).zip(axes) {
             let change = (*value - *before).abs();
-            if has && change > most.1 {
+            if *has && change > most.1 {
                 most = (axis, change);
             }
         }
         most.0
     }
 
-    /// All axes repeating for a time, or one while the others move. The fewer axes, the less it means that all repeat.
-    fn find_frozen(&mut self, look: &Look<T>, reading: &Reading<'_, T>) -> Option<Fault<T>> {
+    /// Whether all axes repeat for a time, or one while the others move. The fewer axes, the less it means that all repeat.
+    fn find_frozen(&mut self, look: &Look<T>, reading: &Reading<'_, T>) -> bool {
         let moving = look.change > reading.spike() * real(MOVING);
-        let mut repeating = 0_u16;
-        for (stuck, repeats) in self.stuck.iter_mut().zip(look.repeats) {
-            repeating += u16::from(repeats);
-            *stuck = if repeats {
+        let (mut repeating, mut longest) = (0_u16, 0);
+        for (stuck, repeats) in self.stuck.iter_mut().zip(&look.repeats) {
+            repeating += u16::from(*repeats);
+            *stuck = if *repeats {
                 stuck.saturating_add(u8::from(moving))
             } else {
                 0
             };
+            longest = longest.max(*stuck);
         }
         if repeating < look.present {
             self.repeating.empty();
-            return self.find_stuck(reading);
+            return longest >= STUCK;
         }
         let limit = ticks(reading.settings.frozen).saturating_mul(3) / look.present.max(1);
         self.repeating.fill(reading.lapse.whole, limit, FEWEST_REPEATED);
-        self.repeating.is_over(limit).then(|| Fault::Frozen {
-            sensor: reading.sensor,
-            duration: self.repeating.seconds(),
-        })
-    }
-
-    fn find_stuck(&self, reading: &Reading<'_, T>) -> Option<Fault<T>> {
-        let axes = (0_u8..).zip(self.stuck).zip(reading.values);
-        let ((axis, _), value) = axes.into_iter().find(|((_, stuck), _)| *stuck >= STUCK)?;
-        Some(Fault::Stuck {
-            channel: reading.channel(axis),
-            value,
-        })
+        self.repeating.is_over(limit)
     }
 }
