@@ -1,5 +1,6 @@
 """Each benchmark runs, on next to nothing; no times are judged here."""
 
+import json
 import sys
 from pathlib import Path
 
@@ -73,6 +74,15 @@ def test_the_readme_shows_a_table_for_each_benchmark(measured, tmp_path):
     assert "`numpy.copyto`" in text
     assert "| ROS 1 bag |" in text
     assert report.main(["--readme", str(readme), "--check"]) == 0
+
+
+def test_what_a_sample_of_a_spin_costs_is_counted_to_its_end_and_no_further(measured):
+    vectors = json.loads((ROOT / "vectors" / "spin.json").read_text(encoding="utf-8"))
+    instructions = results.load("footprint", measured)["instructions"]
+    pushes, finish = instructions["SpinPush"], instructions["SpinFinish"]
+    assert finish["times"] == 1
+    assert 500 < pushes["times"] + 1 < len(vectors["cases"]["counts"])
+    assert pushes["solving"] < 10
 
 
 def test_a_readme_without_its_markers_is_refused():

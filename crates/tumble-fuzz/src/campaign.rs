@@ -1,7 +1,7 @@
 //! Many runs over all processors, each from its own seed.
 
 use std::cell::Cell;
-use std::io::Write as _;
+use std::io::{self, IsTerminal, Write as _};
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -77,7 +77,10 @@ pub fn runs(name: &str, first: u64, count: u64, run: impl Fn(u64) -> Outcome + S
         let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
         while !workers.iter().all(thread::ScopedJoinHandle::is_finished) {
             thread::sleep(Duration::from_millis(200));
-            progress(name, done.load(Ordering::Relaxed), count, began);
+            // In a log it would be a line for each look.
+            if io::stderr().is_terminal() {
+                progress(name, done.load(Ordering::Relaxed), count, began);
+            }
         }
     });
     progress(name, done.into_inner(), count, began);
@@ -92,7 +95,7 @@ fn progress(name: &str, done: u64, count: u64, began: Instant) {
     let rate = done as f64 / began.elapsed().as_secs_f64();
     eprint!("\r{name}: {done} of {count} runs, {rate:.0} a second ");
     // A line that is not shown does no harm.
-    let _ = std::io::stderr().flush();
+    let _ = io::stderr().flush();
 }
 
 #[cfg(test)]
