@@ -119,6 +119,21 @@ def test_clocks_that_began_years_apart_are_brought_together_by_their_offset(said
     assert ends[0] == pytest.approx(ends[1], abs=0.11)
 
 
+@pytest.mark.parametrize("ahead", [50.0, -50.0])
+def test_a_secondary_of_another_clock_is_followed_before_the_primary_says_anything(said, tmp_path, ahead):
+    late, early = said["imu1"].part(start=4.0), said["imu2"]
+    late.write(tmp_path / "imu1.csv")
+    early.time += ahead
+    early.write(tmp_path / "imu2.csv")
+    paths = [tmp_path / "imu1.csv", tmp_path / "imu2.csv"]
+    offset = ("--set", f"units.imu2.time_offset={-ahead}")
+    result, events = replay(*units(paths), *offset, "-o", tmp_path / "out", code=None)
+    assert faults(events, "imu2") == []
+    first = result["selected"][0]
+    assert (first["unit"], first["reason"]) == ("imu2", "primary failed")
+    assert first["start"] == pytest.approx(result["start"], abs=0.2)
+
+
 def test_a_unit_that_is_missing_is_refused_or_replayed_as_silent_on_request(said, tmp_path):
     paths = [*logs(said, tmp_path), tmp_path / "gone.csv"]
     assert "no such file" in refusal(*units(paths), "-o", tmp_path / "out")

@@ -79,6 +79,19 @@ pub struct PyMonitor {
     records: Vec<(Record<f64>, Option<f64>)>,
 }
 
+/// When the first of all units said something, s of the common clock; infinite where none did.
+fn first_of(tracks: &[Track<'_>]) -> f64 {
+    let common = |track: &Track<'_>| Some(track.time.first()? + track.time_offset);
+    tracks.iter().filter_map(common).fold(f64::INFINITY, f64::min)
+}
+
+/// Time 0 of the monitor, s: before all that is said from then on, on the common clock and on that of each unit, since
+/// a monitor knows no time before 0.
+fn origin(first: f64, time_offsets: &[f64]) -> f64 {
+    let farthest_behind = time_offsets.iter().copied().fold(0.0, f64::max);
+    (first - farthest_behind).floor() - 1.0
+}
+
 #[pymethods]
 impl PyMonitor {
     #[new]
@@ -174,10 +187,10 @@ impl PyMonitor {
             }
             tracks.push(track);
         }
-        let first = tracks.iter().filter_map(|track| track.time.first().copied());
-        let first = first.fold(f64::INFINITY, f64::min);
+        let first = first_of(&tracks);
         if first.is_finite() {
-            self.origin.get_or_insert(first.floor() - 1.0);
+            self.origin
+                .get_or_insert_with(|| origin(first, &self.time_offsets));
         }
         let origin = self.origin.unwrap_or(0.0);
         let begun = std::time::Instant::now();
