@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from tumble import _core
 
 RATE = 100.0
@@ -12,7 +13,7 @@ RATE = 100.0
 def said(start, end, generator):
     """Time, specific force and angular rate of a unit at rest."""
     time = np.arange(round(start * RATE), round(end * RATE)) / RATE
-    force = [0.0, 0.0, 9.80665] + generator.normal(0.0, 0.01, (len(time), 3))
+    force = generator.normal((0.0, 0.0, 9.80665), 0.01, (len(time), 3))
     return time, force, generator.normal(0.0, 0.001, (len(time), 3))
 
 
