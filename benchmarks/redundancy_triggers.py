@@ -51,7 +51,7 @@ def _should_trigger(flown: Flown, at: float, number: int, ratio: dict[str, float
     units = flown.flight.units
     moment = np.array([at])
     sound = not any(faulty(units[k], moment)[0] for k in (0, number))
-    healthy = not unhealthy(flown, at + HEARD) & {0, number}
+    healthy = not (unhealthy(flown, at) | unhealthy(flown, at + HEARD)) & {0, number}
     gate = flown.mission.settings["gate"]
     valid = {name: ratio[f"primary {name}"] < 1.0 - CLEAR for name in SENSORS}
     for name in SENSORS:
