@@ -40,16 +40,16 @@ proptest! {
 
     #[test]
     fn a_turn_too_slow_for_the_segmenter_is_refused_because_gravity_drifts(
-        rate in 0.0017..0.004_f64, axis in direction(), bias in -0.2..0.2_f64, seed in any::<u64>()
+        rate in 0.0026..0.0035_f64, axis in direction(), bias in -0.2..0.2_f64, seed in any::<u64>()
     ) {
-        // Even in the shortest rest, a second, gravity must drift by more than six sigma of a slope through 200 samples:
-        // 0.015 m/s^3.
+        // A drift of six sigma is refused, and noise may hide four: even in the shortest rest, a second, gravity must drift
+        // by more than ten sigma of a slope through 200 samples, 0.025 m/s^3. Faster turns the segmenter sees by itself.
         let schedule = in_the_middle(vec![Phase::Spin(axis * rate, 8.0)]);
         let unit = Unit { bias: (Vector3::zeros(), Vector3::repeat(bias)), ..Unit::noisy(0.01, 0.001) };
         let found = acquired(schedule, &unit, seed);
         let up = found.rests[6].specific_force();
         let up = nalgebra::UnitQuaternion::from_scaled_axis(-Vector3::x()) * up;
-        prop_assume!(axis.cross(&up.normalize()).norm() * rate > 0.0017);
+        prop_assume!(axis.cross(&up.normalize()).norm() * rate > 0.0026);
         fits_together(&found)?;
         prop_assert_eq!(found.rests.len(), 9);
         prop_assert!(found.refused.iter().all(|(_, why)| *why == NotARest::Drifting), "{:?}", found.refused);
