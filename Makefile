@@ -4,6 +4,8 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
+# They build for the device, in folders that they share: one after the other.
+DEVICE_TESTS := tests/firmware tests/package tests/test_capi.py tests/test_benchmarks.py
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
 .DEFAULT_GOAL := help
@@ -27,7 +29,8 @@ test: $(VENV)/.native $(VENV)/.requirements-test  ## Run the Rust, Python and do
 	cargo test --workspace --exclude tumble-fuzz --locked
 	cargo test --manifest-path firmware/Cargo.toml --target-dir target/firmware --locked
 	scripts/build_for_cortex_m.sh
-	$(BIN)/python -m pytest --numprocesses auto --dist loadgroup
+	$(BIN)/python -m pytest $(DEVICE_TESTS)
+	$(BIN)/python -m pytest --numprocesses auto --dist loadfile $(DEVICE_TESTS:%=--ignore=%)
 	$(BIN)/python scripts/check_readme.py --run
 
 bench: $(VENV)/.native  ## Measure accuracy, speed and memory, print the README tables (forty minutes)
