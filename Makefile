@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 # They build for the device, in folders that they share: one after the other.
-DEVICE_TESTS := tests/firmware tests/package tests/test_capi.py tests/test_benchmarks.py
+DEVICE_TESTS := tests/device
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
 .DEFAULT_GOAL := help

@@ -6,7 +6,7 @@ import os
 import subprocess
 from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 CRATE = ROOT / "crates" / "tumble-capi"
 HERE = Path(__file__).parent
 # One folder for all builds of the library, so that it is compiled once for each machine.

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 CAPI = ROOT / "crates" / "tumble-capi"
 HEADER = CAPI / "include" / "tumble.h"
 DEVICE = "thumbv7em-none-eabihf"
