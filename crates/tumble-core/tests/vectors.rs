@@ -18,8 +18,9 @@ use tumble_core::sample::{CHANNELS, Sample};
 use tumble_core::segmenter::{Segment, Segmenter, SegmenterSettings, Stretch};
 use tumble_core::spin::collector::Collector;
 use tumble_core::spin::settings::SpinSettings;
-use tumble_core::turntable::fit::{Knowledge, fit};
+use tumble_core::turntable::fit::fit;
 use tumble_core::turntable::mounting::{PoseMean, fit_mounting};
+use tumble_core::turntable::observation::Knowledge;
 use tumble_core::turntable::reference::fit_sphere;
 use tumble_core::turntable::truth::{RestPair, from_reference};
 

@@ -1,19 +1,14 @@
 //! What only a workstation does: whole recordings, matching of clocks, simulation.
 //!
-//! [`acquisition`] turns a recording of any length into rests and turns, [`health`] watches its channels, [`trace`]
-//! keeps a picture of it. [`pairing`] lays targets beside their reference, [`turntable`] calibrates them.
-//! [`mod@correct`] applies the result to arrays.
+//! [`acquisition`] turns a recording of any length into rests and turns, and watches its channels. [`turntable`] lays
+//! targets beside their reference and calibrates them. [`mod@correct`] applies the result to arrays.
 //! [`spin`] does the same for a robot that turned on the spot. [`align`](mod@align) finds how two units that move together
 //! sit beside each other. [`simulate`] makes recordings whose truth is known.
 
 pub mod acquisition;
 pub mod align;
-pub mod consistency;
 pub mod correct;
-pub mod health;
-pub mod pairing;
 pub mod redundancy;
 pub mod simulate;
 pub mod spin;
-pub mod trace;
 pub mod turntable;

@@ -4,9 +4,10 @@ use nalgebra::Vector3;
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use tumble_core::real::seconds;
 use tumble_core::segmenter::SegmenterSettings;
-use tumble_lab::acquisition::{Acquired, Acquisition, CHANNEL_NAMES, NotARest, seconds};
-use tumble_lab::health::FaultKind;
+use tumble_lab::acquisition::health::FaultKind;
+use tumble_lab::acquisition::{Acquired, Acquisition, CHANNEL_NAMES, NotARest};
 use tumble_lab::turntable::{force_sigma, rate_sigma};
 
 use crate::convert::{rows, stacked};
@@ -129,8 +130,8 @@ impl PyAcquired {
             .iter()
             .map(|rest| {
                 vec![
-                    self.inner.origin + seconds(rest.start),
-                    self.inner.origin + seconds(rest.end),
+                    self.inner.origin + seconds::<f64>(rest.start),
+                    self.inner.origin + seconds::<f64>(rest.end),
                 ]
             })
             .collect();
@@ -218,7 +219,7 @@ impl PyAcquired {
             NotARest::Drifting => "gravity drifts: a slow turn",
             NotARest::Turning => "angular rate differs from the rests beside it: a slow turn",
         };
-        let at = |microseconds: u64| self.inner.origin + seconds(microseconds);
+        let at = |microseconds: u64| self.inner.origin + seconds::<f64>(microseconds);
         self.inner
             .refused
             .iter()

@@ -8,10 +8,10 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tumble_core::model::ModelError;
 use tumble_core::turntable::truth::Truth;
-use tumble_lab::consistency::{RateVerdict, judge_rate};
-use tumble_lab::pairing::{Clocks, PairingError};
+use tumble_lab::acquisition::consistency::{RateVerdict, judge_rate};
 use tumble_lab::turntable::{
-    Label, Reference, Settings, Target, Triad, TurntableError, calibrate, own_sphere, poses, understand,
+    Clocks, Label, PairingError, Reference, Settings, Target, Triad, TurntableError, calibrate, own_sphere,
+    poses, understand,
 };
 
 use crate::acquisition::PyAcquired;

@@ -3,10 +3,11 @@
 use crate::real::{Real, real, seconds};
 use crate::sample::{CHANNELS, Sample};
 use crate::spin::block::{Block, BlockBuilder};
-use crate::spin::estimate::{self, SpinEstimate, TrueAngle};
+use crate::spin::estimate::{SpinEstimate, TrueAngle};
 use crate::spin::estimator::SpinEstimator;
 use crate::spin::failure::Failure;
 use crate::spin::settings::SpinSettings;
+use crate::spin::solve;
 
 /// Gathers samples into blocks and blocks into the estimator.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,9 +81,9 @@ impl<T: Real> Collector<T> {
     /// Solves for everything seen so far.
     ///
     /// # Errors
-    /// As of [`estimate::solve`].
+    /// As of [`solve::solve`].
     pub fn solve(&self, true_angle: Option<&TrueAngle<T>>) -> Result<SpinEstimate<T>, Failure<T>> {
-        estimate::solve(&self.estimator, true_angle)
+        solve::solve(&self.estimator, true_angle)
     }
 
     fn follow(&mut self) {
@@ -90,7 +91,7 @@ impl<T: Real> Collector<T> {
         if turned >= self.correct_at {
             self.correct_at = turned + real(CORRECTED_EVERY);
             // Where nothing can be solved yet, heading is counted on as it was.
-            if let Ok((by_heading, by_time)) = estimate::heading_correction(&self.estimator) {
+            if let Ok((by_heading, by_time)) = solve::heading_correction(&self.estimator) {
                 self.estimator.correct_heading(by_heading, by_time);
             }
         }

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::moments::Moments;
 use crate::real::{Real, count, real};
 use crate::sample::CHANNELS;
-use crate::spin::axis::{Cloud, floor_frame};
+use crate::spin::axis::{AxisFit, Cloud, floor_frame};
 use crate::spin::block::{Block, Guide};
 use crate::spin::failure::Failure;
 use crate::spin::harmonics::{Harmonics, Row};
@@ -114,6 +114,9 @@ pub struct SpinEstimator<T: Real> {
     middle: Option<Kept<T>>,
 }
 
+/// Turned angle without which there is no axis, rad.
+pub(super) const LEAST_TURN: f64 = 0.2;
+
 /// Turned angle from which on the axis is taken from the gyroscope rather than from gravity, rad.
 const AXIS_SHOWN: f64 = 0.05;
 
@@ -194,6 +197,11 @@ impl<T: Real> SpinEstimator<T> {
     /// How far the robot turned.
     pub fn turned(&self) -> &Turned<T> {
         &self.turned
+    }
+
+    /// Random walk of the heading, rad^2/s.
+    pub(super) fn heading_walk(&self, axis: &AxisFit<T>) -> T {
+        axis.block_variance * self.turned.duration() / count(self.cloud.points().max(1))
     }
 
     /// How it is set.

@@ -7,7 +7,7 @@
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use crate::real::{Real, real};
-use crate::regression::{LeastSquares, Prior, Solution, Unsolvable};
+use crate::regression::{LeastSquares, Prior, Solution, Unsolvable, degrees_of_freedom, reduced};
 use crate::spin::axis::AxisFit;
 use crate::spin::harmonics::{FUNCTIONS, Harmonics};
 
@@ -97,6 +97,17 @@ impl<T: Real> LevelFree<T> {
             - self.up.cross(&uphill) * sine
             - arm * (rate * rate * single * single)
             + self.up.cross(&arm) * (acceleration * single)
+    }
+
+    /// How much the variances are widened where the model does not fit the harmonics.
+    pub(super) fn widening(&self) -> T {
+        const UNLIKELY: f64 = 2.0;
+        let reduced = reduced(self.solution.chi_square, self.degrees_of_freedom);
+        if reduced > real(UNLIKELY) {
+            reduced
+        } else {
+            T::one()
+        }
     }
 
     /// What is to be added to a heading as it was counted, rad, `time` s after the origin.
@@ -303,7 +314,7 @@ pub fn fit<T: Real>(
         by_time: point.stretch.by_time,
         gyroscope_bias: knowledge.axis.bias + floor * correction,
         floor,
-        degrees_of_freedom: crate::regression::degrees_of_freedom(solution.rows, FREE),
+        degrees_of_freedom: degrees_of_freedom(solution.rows, FREE),
         solution,
     })
 }

@@ -6,8 +6,8 @@
 //! 2. [`rests`]: what standing still shows; [`axis`]: the turning axis and the bias of the gyroscope;
 //! 3. [`harmonics`]: what the accelerometer says over heading;
 //! 4. [`published`]: the estimator for level floors; [`level_free`]: that for any floor;
-//! 5. [`estimator`] keeps what is needed, in constant memory, and [`estimate`] solves it (`scale` and `quantities` are
-//!    parts of that);
+//! 5. [`estimator`] keeps what is needed, in constant memory, and [`solve`] makes an [`estimate`] of it (`scale` and
+//!    `quantities` are parts of that);
 //! 6. [`collector`] takes samples to the estimator, and [`machine`] is the procedure on a device, which tells the robot what it
 //!    waits for;
 //! 7. [`compensation`]: what the result is for.
@@ -29,3 +29,4 @@ mod quantities;
 pub mod rests;
 mod scale;
 pub mod settings;
+pub mod solve;

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
 
 use crate::real::{Real, real};
 use crate::spin::axis::{self, RestingRate};
-use crate::spin::estimate::{Bias, SpinEstimate, Value, walk, widening};
+use crate::spin::estimate::{Bias, SpinEstimate, Value};
 use crate::spin::estimator::SpinEstimator;
 use crate::spin::level_free::{
     self, ACCELEROMETER, Knowledge, LEVER_ARM, LevelFree, SCALE, UNKNOWNS, UPHILL,
@@ -27,7 +27,7 @@ pub(super) fn assemble<T: Real>(
     scales: &Scales<T>,
     (slow_turn, turned_while_still): (Value<T>, bool),
 ) -> SpinEstimate<T> {
-    let covariance = fit.solution.covariance * widening(fit);
+    let covariance = fit.solution.covariance * fit.widening();
     let joint = biases(&fit.floor, &covariance);
     let (roll, pitch) = axis::tilt(&fit.up);
     let tilt_sigma = |i: usize| covariance[(level_free::AXIS + i, level_free::AXIS + i)].sqrt();
@@ -148,7 +148,7 @@ fn published<T: Real>(
         specific_force_variance: force_variance,
         turned: turned.vector,
         net_duration,
-        turned_variance: walk(&knowledge.axis, turned, spin.cloud().points()) * turned.duration(),
+        turned_variance: spin.heading_walk(&knowledge.axis) * turned.duration(),
         gravity: knowledge.gravity,
     });
     let Some(Published {

@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 
 use crate::real::{Real, real};
 use crate::spin::axis::AxisFit;
-use crate::spin::estimate::{LEAST_TURN, TrueAngle, Value};
-use crate::spin::estimator::{Direction, Turned};
+use crate::spin::estimate::{TrueAngle, Value};
+use crate::spin::estimator::{Direction, LEAST_TURN, Turned};
 use crate::spin::level_free::Knowledge;
 
 /// Scale error of each direction.

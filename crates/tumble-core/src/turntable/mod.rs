@@ -9,7 +9,8 @@
 //! 2. *mounting angle* `R_e` of the reference, from `m = R_e m_ref + b_a`: [`mounting`];
 //! 3. *compensate* the target, `m_comp = R_e^-1 m`: [`truth`], which also has the two truths that are exact where
 //!    this one holds to first order;
-//! 4. *calibrate* scale, non-orthogonality and bias from the compensated data: [`fit`].
+//! 4. *calibrate* scale, non-orthogonality and bias from the compensated data: [`fit`],
+//!    over [`observation`]s.
 //!
 //! [`reference`] finds what the reference itself adds: its biases, and the rotation of the Earth it saw.
 //! Derivations: docs/theory/turntable.md.
@@ -17,6 +18,7 @@
 pub mod clock;
 pub mod fit;
 pub mod mounting;
+pub mod observation;
 pub mod reference;
 pub mod truth;
 mod whitening;

@@ -12,8 +12,8 @@ use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3, Vector4};
 use crate::noise::{Interval, Noise};
 use crate::real::Real;
 use crate::rotation::cross_matrix;
-use crate::turntable::fit::Observation;
 use crate::turntable::mounting::MountingFit;
+use crate::turntable::observation::Observation;
 use crate::turntable::reference::{EarthFit, SphereFit, earth_variance};
 
 /// Where the truth comes from.

@@ -11,7 +11,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 
 use crate::noise::{Flicker, Interval, Placed, Pool};
 use crate::real::{Real, real};
-use crate::turntable::fit::{Knowledge, Observation};
+use crate::turntable::observation::{Knowledge, Observation};
 
 /// Intervals just before that help to predict the error of one.
 const NEAREST: usize = 5;

@@ -7,7 +7,8 @@ use tumble_core::model::ErrorModel;
 use tumble_core::noise::{Interval, Noise};
 use tumble_core::real::Real;
 use tumble_core::regression::Unsolvable;
-use tumble_core::turntable::fit::{Knowledge, Observation, TriadFit, fit};
+use tumble_core::turntable::fit::{TriadFit, fit};
+use tumble_core::turntable::observation::{Knowledge, Observation};
 
 use crate::common::{
     Calibration, Correlated, Draws, assert_close, cases, cast, direction, faces, non_orthogonality, rotation,

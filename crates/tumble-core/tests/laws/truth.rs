@@ -45,7 +45,7 @@ fn pair<T: Real>(
 }
 
 fn u<T: Real, const P: usize, const Q: usize>(
-    observation: &tumble_core::turntable::fit::Observation<T, P, Q>,
+    observation: &tumble_core::turntable::observation::Observation<T, P, Q>,
 ) -> Vector3<T> {
     observation.regressor.fixed_rows::<3>(0).into_owned()
 }

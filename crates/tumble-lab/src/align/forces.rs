@@ -3,12 +3,12 @@
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 use tumble_core::rotation::cross_matrix;
 
-use crate::align::AlignSettings;
 use crate::align::grid::Pair;
 use crate::align::rates::{
     ABOVE_NOISE, HELD, RatesFit, directions_above_noise, directions_below, set_stretch, symmetric,
 };
 use crate::align::robust::{Belief, Row, covariance, covariance_of_neglected, scale_of, step};
+use crate::align::settings::AlignSettings;
 use crate::align::track::{force_of, rate_of};
 
 /// Lever arm, bias, rotation between the triads, stretch, delay, and the primary's own gyroscope bias.

@@ -4,9 +4,9 @@ use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 use tumble_core::eigen;
 use tumble_core::rotation::{cross_matrix, inverse_left_jacobian};
 
-use crate::align::AlignSettings;
 use crate::align::grid::{Clock, Grid, Pair};
 use crate::align::robust::{Belief, Row, covariance, covariance_of_neglected, scale_of, step};
+use crate::align::settings::AlignSettings;
 use crate::align::track::{Track, rate_of};
 
 /// Rotation, stretch, bias, offset and skew of the clock.

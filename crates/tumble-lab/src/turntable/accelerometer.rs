@@ -2,15 +2,17 @@
 
 use nalgebra::Matrix3;
 use tumble_core::rotation::Procrustes;
-use tumble_core::turntable::fit::{Knowledge, Observation, fit};
+use tumble_core::turntable::fit::fit;
+use tumble_core::turntable::observation::{Knowledge, Observation};
 use tumble_core::turntable::truth::{ForceObservation, RestPair, Truth, from_poses, from_reference};
 
+use super::error::TurntableError;
 use super::flicker::refine;
+use super::pairing::Pair;
 use super::reference::force_at;
 use super::session::{LARGEST_FORCE_BIAS, Session};
+use super::settings::FEWEST_RESTS;
 use super::triad::{Label, Triad, finish};
-use super::{FEWEST_RESTS, TurntableError};
-use crate::pairing::Pair;
 
 impl Session<'_> {
     /// Calibrates the accelerometer.

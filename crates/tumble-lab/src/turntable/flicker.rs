@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use tumble_core::noise::{Flicker, Interval, Noise};
-use tumble_core::turntable::fit::{Knowledge, Observation};
+use tumble_core::turntable::observation::{Knowledge, Observation};
 
 /// Beyond this many sigma residuals and ladder speak of different things, and the fit has another flaw than flicker.
 const AGREE: f64 = 4.0;

@@ -2,17 +2,18 @@
 
 use nalgebra::{Matrix6, Rotation3, Vector3};
 use tumble_core::noise::Interval;
-use tumble_core::turntable::fit::{Knowledge, fit};
+use tumble_core::turntable::fit::fit;
+use tumble_core::turntable::observation::Knowledge;
 use tumble_core::turntable::truth::{
     RateObservation, ReferenceTurn, Truth, at_rest, turning, with_specific_force,
 };
 
-use super::TurntableError;
+use super::error::TurntableError;
 use super::flicker::refine;
+use super::pairing::Pair;
 use super::session::{LARGEST_RATE_BIAS, Session};
 use super::triad::{Label, Triad, finish};
 use crate::acquisition::interval;
-use crate::pairing::Pair;
 
 /// The angular rate over one interval, and the mean specific force over it, m/s^2.
 struct Rate {

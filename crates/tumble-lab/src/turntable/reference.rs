@@ -7,7 +7,8 @@ use tumble_core::turntable::mounting::{MountingFit, PoseMean, fit_mounting};
 use tumble_core::turntable::reference::{EarthFit, GyroscopeRest, SphereFit, fit_earth, fit_sphere};
 use tumble_core::turntable::truth::Attitude;
 
-use super::{FEWEST_RESTS, Settings, TurntableError};
+use super::error::TurntableError;
+use super::settings::{FEWEST_RESTS, Settings};
 use crate::acquisition::{Acquired, interval};
 
 /// Up direction of each rest of the reference in the table frame, where its pose is known.

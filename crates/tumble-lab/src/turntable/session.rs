@@ -3,9 +3,10 @@
 use tumble_core::noise::Interval;
 use tumble_core::segmenter::Stretch;
 
-use super::{Reference, Settings, Ups};
+use super::pairing::{Pair, Pairing};
+use super::reference::{Reference, Ups};
+use super::settings::Settings;
 use crate::acquisition::{Acquired, interval};
-use crate::pairing::Pairing;
 
 /// Largest plausible bias of a target accelerometer, m/s^2.
 pub(super) const LARGEST_FORCE_BIAS: f64 = 20.0;
@@ -41,7 +42,7 @@ impl Session<'_> {
 
     /// From the first rest both saw to the last: the bias is the mean over it.
     pub fn span(&self) -> Interval<f64> {
-        let when = |k: Option<&crate::pairing::Pair>| k.map(|pair| self.when(&pair.stretch));
+        let when = |k: Option<&Pair>| k.map(|pair| self.when(&pair.stretch));
         let (first, last) = (when(self.pairing.pairs.first()), when(self.pairing.pairs.last()));
         Interval {
             start: first.map_or(0.0, |rest| rest.start),

@@ -2,9 +2,10 @@
 
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::model::{Covariance, Decomposition, ErrorModel};
-use tumble_core::turntable::fit::{Knowledge, Observation, TriadFit};
+use tumble_core::turntable::fit::TriadFit;
+use tumble_core::turntable::observation::{Knowledge, Observation};
 
-use super::TurntableError;
+use super::error::TurntableError;
 use super::flicker::variance_freedom;
 use super::reference::mean_covariance;
 

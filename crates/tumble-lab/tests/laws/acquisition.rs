@@ -2,9 +2,10 @@
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
+use tumble_core::real::seconds;
 use tumble_core::segmenter::SegmenterSettings;
-use tumble_lab::acquisition::{Acquired, Acquisition, interval, seconds};
-use tumble_lab::health::FaultKind;
+use tumble_lab::acquisition::health::FaultKind;
+use tumble_lab::acquisition::{Acquired, Acquisition, interval};
 
 use crate::common::{Draws, cases};
 use crate::stream::{Phase, Unit};

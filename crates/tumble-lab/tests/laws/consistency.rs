@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
-use tumble_lab::consistency::{RateVerdict, judge_rate};
+use tumble_lab::acquisition::consistency::{RateVerdict, judge_rate};
 
 use crate::common::{Draws, cases, direction};
 use crate::stream::{Phase, Unit};

@@ -3,7 +3,7 @@
 use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
 use tumble_lab::acquisition::Acquired;
-use tumble_lab::health::FaultKind;
+use tumble_lab::acquisition::health::FaultKind;
 
 use crate::common::{Draws, cases};
 use crate::stream::{Phase, Unit};

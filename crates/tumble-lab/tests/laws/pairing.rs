@@ -3,7 +3,8 @@
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use tumble_lab::acquisition::Acquired;
-use tumble_lab::pairing::{Clocks, PairingError, pair};
+use tumble_lab::turntable::pairing::pair;
+use tumble_lab::turntable::{Clocks, PairingError};
 
 use crate::common::{Draws, cases, direction};
 use crate::stream::{Phase, Unit};

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use tumble_core::segmenter::{Segmenter, SegmenterSettings, Stretch};
-use tumble_lab::trace::Trace;
+use tumble_lab::acquisition::trace::Trace;
 
 use crate::common::{Draws, cases};
 use crate::stream::{Phase, Unit, samples};

@@ -6,9 +6,8 @@ use tumble_core::gravity::STANDARD;
 use tumble_core::model::{ErrorModel, ModelError};
 use tumble_core::turntable::truth::Truth;
 use tumble_lab::acquisition::Acquired;
-use tumble_lab::pairing::{Clocks, PairingError};
 use tumble_lab::turntable::{
-    Label, Reference, Settings, Target, Triad, TurntableError, calibrate, understand,
+    Clocks, Label, PairingError, Reference, Settings, Target, Triad, TurntableError, calibrate, understand,
 };
 
 use crate::common::{Draws, cases, rotation};

@@ -1,9 +1,8 @@
 //! Channels that cannot be trusted: stuck at one value, or pinned at the end of their range.
 
+use tumble_core::real::seconds;
 use tumble_core::sample::CHANNELS;
 use tumble_core::segmenter::Stretch;
-
-use crate::acquisition::seconds;
 
 /// What is wrong with a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,13 +2,15 @@
 //!
 //! Nobody can say how long it took from one file to the next, so no clock leads from the reference to the target.
 
+use tumble_core::real::seconds;
 use tumble_core::turntable::clock::ClockFit;
 
-use super::{Met, Pair, Pairing, PairingError, reference_stayed_put, stayed_put};
-use crate::acquisition::{Acquired, seconds};
+use super::rests::{Met, Pair, Pairing, reference_stayed_put, stayed_put};
+use crate::acquisition::Acquired;
+use crate::turntable::error::PairingError;
 
 /// Lays a target beside its reference, file by file.
-pub(super) fn pair_files(reference: &Acquired, target: &Acquired) -> Result<Pairing, PairingError> {
+pub(super) fn pair_by_file(reference: &Acquired, target: &Acquired) -> Result<Pairing, PairingError> {
     let (mut pairs, mut continued) = (Vec::new(), Vec::new());
     for (number, part) in reference.parts.iter().enumerate() {
         let Some(other) = target.parts.iter().position(|other| other.name == part.name) else {

@@ -1,90 +1,13 @@
-//! Which rests of the target belong to which of the reference.
+//! Recordings that go on from rest to rest: a rest of the target is one of the reference if both took place at a time.
 
 use tumble_core::noise::Interval;
-use tumble_core::segmenter::Stretch;
+use tumble_core::real::seconds;
 use tumble_core::turntable::clock::{ClockFit, TurnMark, centre_sigma, fit_clock, search_offset};
 
-use crate::acquisition::{Acquired, interval, seconds};
-use crate::turntable::FEWEST_RESTS;
-
-mod files;
-use files::pair_files;
-
-/// How the two clocks are related.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Clocks {
-    /// One clock stamped both recordings.
-    Shared,
-    /// Each recording has its own; offset and skew are estimated.
-    Apart,
-    /// Shared if the recordings overlap in time and their turns coincide, else apart.
-    Unknown,
-}
-
-/// A rest both units saw.
-#[derive(Clone, Debug)]
-pub struct Pair {
-    /// Index of the reference rest.
-    pub reference: usize,
-    /// First and last of the target's rests within it.
-    pub target: (usize, usize),
-    /// The target's rest, joined.
-    pub stretch: Stretch<f64>,
-}
-
-/// Why a target could not be laid beside the reference.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum PairingError {
-    /// No turn or rest of the target meets one of the reference.
-    NoCommonTime,
-    /// The target turned in itself while the reference stood still.
-    MovedDuringRest {
-        /// Index of the reference rest.
-        rest: usize,
-        /// When, s of the target's own clock.
-        time: f64,
-        /// By how much its gravity turned, deg.
-        angle: f64,
-    },
-    /// The reference turned in itself while the target stood still.
-    ReferenceMoved {
-        /// When, s of the reference's clock.
-        time: f64,
-        /// By how much its gravity turned, deg.
-        angle: f64,
-    },
-    /// One unit was recorded in one file a pose, the other continuously.
-    OneInFiles,
-    /// No file of the target has the name of one of the reference.
-    NoCommonFile,
-    /// Both units rested often enough, but hardly ever at the same time.
-    FewMeet {
-        /// Rests both saw.
-        met: usize,
-        /// Rests of the target.
-        rests: usize,
-    },
-    /// The clocks are said to be shared, and then hardly any rest meets another.
-    ClocksApart {
-        /// What the turns show the offset to be, s.
-        offset: f64,
-    },
-}
-
-/// Both units laid beside each other.
-#[derive(Clone, Debug)]
-pub struct Pairing {
-    /// The clocks.
-    pub clock: ClockFit<f64>,
-    /// Whether one clock stamped both.
-    pub shared: bool,
-    /// Rests both saw, in order.
-    pub pairs: Vec<Pair>,
-    /// Rests of the reference that only go on with the one before, as the target shows.
-    pub continued: Vec<usize>,
-    /// Offset the turns show although the clocks were said to be shared, s, with its sigma.
-    pub contradiction: Option<(f64, f64)>,
-}
+use super::rests::{Met, Pair, Pairing, reference_stayed_put, stayed_put};
+use crate::acquisition::{Acquired, interval};
+use crate::turntable::error::PairingError;
+use crate::turntable::settings::{Clocks, FEWEST_RESTS};
 
 /// Offsets below this are the latency of a logger, not another clock, s.
 const SAME_CLOCK: f64 = 0.1;
@@ -98,16 +21,12 @@ fn coincide(clock: &ClockFit<f64>, given: f64) -> bool {
     (clock.offset - given).abs() <= SAME_CLOCK && clock.skew.abs() <= SAME_RATE.max(5.0 * skew_sigma)
 }
 
-/// Lays the target beside the reference.
-///
-/// # Errors
-/// [`PairingError`] as it says.
-pub fn pair(reference: &Acquired, target: &Acquired, clocks: Clocks) -> Result<Pairing, PairingError> {
-    match (in_files(reference), in_files(target)) {
-        (true, true) => return pair_files(reference, target),
-        (false, false) => {}
-        _ => return Err(PairingError::OneInFiles),
-    }
+/// Lays a target beside its reference, by the turns both felt.
+pub(super) fn pair_by_clock(
+    reference: &Acquired,
+    target: &Acquired,
+    clocks: Clocks,
+) -> Result<Pairing, PairingError> {
     let given = reference.origin - target.origin;
     let estimated = estimate(reference, target);
     let (clock, shared) = match (clocks, estimated) {
@@ -138,10 +57,6 @@ pub fn pair(reference: &Acquired, target: &Acquired, clocks: Clocks) -> Result<P
             contradiction,
         }),
     }
-}
-
-fn in_files(unit: &Acquired) -> bool {
-    unit.parts.first().is_some_and(|part| !part.name.is_empty())
 }
 
 fn overlap(reference: &Acquired, target: &Acquired, offset: f64) -> bool {
@@ -176,7 +91,7 @@ fn marks(unit: &Acquired) -> Vec<TurnMark<f64>> {
             let angle = (turn.angle() - bias * duration).norm();
             let sigma = centre_sigma(&noise, duration, angle);
             Some(TurnMark {
-                centre: seconds(turn.start) + centre,
+                centre: seconds::<f64>(turn.start) + centre,
                 sigma,
                 angle,
             })
@@ -189,9 +104,6 @@ fn same_rest(a: &Interval<f64>, b: &Interval<f64>) -> bool {
     let common = a.end.min(b.end) - a.start.max(b.start);
     common > 0.5 * a.duration().min(b.duration())
 }
-
-/// Rests both saw, and those of the reference that only go on with the one before.
-type Met = (Vec<Pair>, Vec<usize>);
 
 fn meet(reference: &Acquired, target: &Acquired, clock: &ClockFit<f64>) -> Result<Met, PairingError> {
     let (mut pairs, mut continued) = (Vec::new(), Vec::new());
@@ -226,31 +138,4 @@ fn meet(reference: &Acquired, target: &Acquired, clock: &ClockFit<f64>) -> Resul
         });
     }
     Ok((pairs, continued))
-}
-
-/// Turning of gravity within one rest that a target at peace does not show, rad.
-const MOVED: f64 = 0.005;
-
-fn stayed_put(target: &Acquired, rest: usize, first: usize, last: usize) -> Result<(), PairingError> {
-    match (first + 1..=last).find_map(|j| moved(target, j)) {
-        Some((time, angle)) => Err(PairingError::MovedDuringRest { rest, time, angle }),
-        None => Ok(()),
-    }
-}
-
-/// The target stood still from the rest of the reference before until this one.
-fn reference_stayed_put(reference: &Acquired, rest: usize) -> Result<(), PairingError> {
-    match moved(reference, rest) {
-        Some((time, angle)) => Err(PairingError::ReferenceMoved { time, angle }),
-        None => Ok(()),
-    }
-}
-
-/// When a unit turned since the rest before, s of its own clock, and by how much, deg; `None` if it did not.
-fn moved(unit: &Acquired, rest: usize) -> Option<(f64, f64)> {
-    let (before, after) = (unit.rests.get(rest.checked_sub(1)?)?, unit.rests.get(rest)?);
-    let angle = before.specific_force().angle(&after.specific_force());
-    // The rests beside it are cut short alike.
-    let when = 0.5 * (seconds(before.end) + seconds(after.start));
-    (angle > MOVED).then(|| (unit.origin + when, angle.to_degrees()))
 }

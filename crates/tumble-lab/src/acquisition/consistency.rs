@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-use crate::acquisition::Acquired;
+use super::acquired::Acquired;
 
 /// What the gyroscope seems to be.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,0 +1,153 @@
+//! A spin solved from what was kept of it: the fit that believes its rest, and the one that does not.
+
+use nalgebra::Vector3;
+
+use crate::real::{Real, real};
+use crate::regression::reduced;
+use crate::spin::axis::{self, AxisFit, TurningRates, floored};
+use crate::spin::estimate::{SpinEstimate, TrueAngle, Value};
+use crate::spin::estimator::{LEAST_TURN, SpinEstimator};
+use crate::spin::failure::Failure;
+use crate::spin::level_free::{self, GYROSCOPE, Knowledge, LevelFree};
+use crate::spin::quantities::assemble;
+use crate::spin::rests::Rests;
+use crate::spin::scale::{Scales, common_scale, doubted_scale, scales};
+
+/// Sigma of the gyroscope bias along the axis where the rest is not believed, rad/s.
+const BIAS_UNKNOWN: f64 = 0.1;
+/// The random walk of the heading as a constant rate over the spin: its variance over that of the end point.
+const WALK_SHARE: f64 = 1.2;
+
+/// Solves for everything.
+///
+/// # Errors
+/// [`Failure::NoRest`], [`Failure::NoTurn`], [`Failure::FloorTooSteep`], [`Failure::Unsolvable`].
+pub fn solve<T: Real>(
+    spin: &SpinEstimator<T>,
+    true_angle: Option<&TrueAngle<T>>,
+) -> Result<SpinEstimate<T>, Failure<T>> {
+    let (knowledge, scales) = prepare(spin, true_angle)?;
+    let (fit, slow_turn, turned_while_still) = decide(spin, &knowledge)?;
+    let estimate = assemble(spin, &knowledge, &fit, &scales, (slow_turn, turned_while_still));
+    let (tilt, limit) = (&estimate.floor_tilt, spin.settings().largest_floor_tilt);
+    if tilt.value - tilt.sigma * real(3.0) > limit {
+        return Err(Failure::FloorTooSteep {
+            tilt: tilt.value,
+            limit,
+        });
+    }
+    Ok(estimate)
+}
+
+/// How heading should be counted from here on, rad a rad and rad a second.
+///
+/// Before a full turn was made the rest is believed: harmonics of a part of a turn can be bent to many shapes.
+///
+/// # Errors
+/// As of [`solve`].
+pub fn heading_correction<T: Real>(spin: &SpinEstimator<T>) -> Result<(T, T), Failure<T>> {
+    let (knowledge, _) = prepare(spin, None)?;
+    let fit = if spin.turned().span() < real(core::f64::consts::TAU) {
+        fit(spin, &knowledge)?
+    } else {
+        decide(spin, &knowledge)?.0
+    };
+    Ok((fit.heading_correction(T::one(), T::zero()), fit.by_time))
+}
+
+fn prepare<T: Real>(
+    spin: &SpinEstimator<T>,
+    true_angle: Option<&TrueAngle<T>>,
+) -> Result<(Knowledge<T>, Scales<T>), Failure<T>> {
+    let (rests, guide) = spin.rests().zip(spin.guide()).ok_or(Failure::NoRest)?;
+    let turned = spin.turned();
+    if turned.angle() < real(LEAST_TURN) || spin.cloud().points() < 3 {
+        return Err(Failure::NoTurn {
+            turned: turned.angle(),
+        });
+    }
+    let rates = TurningRates {
+        cloud: *spin.cloud(),
+        frame: *spin.frame(),
+        counted_bias: guide.bias,
+    };
+    let (_, instability) = spin.settings().bias_instability;
+    let axis = axis::fit(&rates, &rests.rate(instability), &guide.up);
+    let walk = spin.heading_walk(&axis);
+    let scales = scales(&axis, &guide.bias, turned, true_angle, walk);
+    let knowledge = knowledge(spin, rests, &axis, &guide.bias, walk, &scales);
+    Ok((knowledge, scales))
+}
+
+fn fit<T: Real>(spin: &SpinEstimator<T>, knowledge: &Knowledge<T>) -> Result<LevelFree<T>, Failure<T>> {
+    let rests = spin.rests().ok_or(Failure::NoRest)?;
+    level_free::fit(rests.harmonics(), spin.turning(), knowledge).map_err(|_| Failure::Unsolvable)
+}
+
+/// The fit that believes the rest, or the one that does not where the harmonics say so.
+fn decide<T: Real>(
+    spin: &SpinEstimator<T>,
+    knowledge: &Knowledge<T>,
+) -> Result<(LevelFree<T>, Value<T>, bool), Failure<T>> {
+    let believing = fit(spin, knowledge)?;
+    let doubting = fit(
+        spin,
+        &Knowledge {
+            bias_variance: real(BIAS_UNKNOWN * BIAS_UNKNOWN),
+            scale: doubted_scale(knowledge, spin.settings().scale_sigma),
+            ..*knowledge
+        },
+    )?;
+    let (slow_turn, found) = slow_turn(&doubting, knowledge);
+    Ok((if found { doubting } else { believing }, slow_turn, found))
+}
+
+fn knowledge<T: Real>(
+    spin: &SpinEstimator<T>,
+    rests: &Rests<T>,
+    axis: &AxisFit<T>,
+    counted_bias: &Vector3<T>,
+    walk: T,
+    scales: &Scales<T>,
+) -> Knowledge<T> {
+    let rest_variance = rests.block_variance(0);
+    let half = real::<T>(0.5);
+    Knowledge {
+        gravity: spin.settings().gravity,
+        origin: rests.first_force(),
+        axis: *axis,
+        counted_bias: *counted_bias,
+        scale: common_scale(scales, spin.settings().scale_sigma),
+        bias_variance: axis.covariance[(2, 2)],
+        walk_variance: walk * real(WALK_SHARE) / spin.turned().duration(),
+        rest_variance: rests
+            .line_variance(spin.settings().bias_instability.0)
+            .map(|v| floored(v, LEAST)),
+        turning_variance: spin
+            .turning()
+            .variance()
+            .unwrap_or(rest_variance * half)
+            .map(|v| floored(v, LEAST)),
+    }
+}
+
+/// Smallest variance of a specific force that is divided by, (m/s^2)^2.
+const LEAST: f64 = 1e-12;
+
+/// The rate at rest that the harmonics ask for, and whether chance could not have made it. Harmonics that fit the model
+/// neither way ask for nothing.
+fn slow_turn<T: Real>(doubting: &LevelFree<T>, knowledge: &Knowledge<T>) -> (Value<T>, bool) {
+    const SIGMAS: f64 = 5.0;
+    const DRIFT: f64 = 3e-4;
+    const FITS: f64 = 4.0;
+    let i = GYROSCOPE + 2;
+    if !doubting.solution.observed(i) {
+        return (Value::unknown(), false);
+    }
+    let variance = doubting.solution.covariance[(i, i)];
+    let value = -doubting.solution.x[i];
+    let chance = (variance + knowledge.bias_variance).sqrt();
+    let reduced = reduced(doubting.solution.chi_square, doubting.degrees_of_freedom);
+    let found = value.abs() > chance * real(SIGMAS) + real(DRIFT) && reduced < real(FITS);
+    (Value { value, sigma: chance }, found)
+}

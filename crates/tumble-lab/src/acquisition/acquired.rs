@@ -1,0 +1,105 @@
+//! What one unit showed: its rests, the turns between them, and what goes with both.
+
+use tumble_core::noise::{Interval, Noise};
+use tumble_core::real::seconds;
+use tumble_core::sample::CHANNELS;
+use tumble_core::segmenter::Stretch;
+
+use super::health::Fault;
+use super::trace::Trace;
+
+/// Why a stretch that looked like a rest is not one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NotARest {
+    /// The scatter was above the sensor's own noise: vibration.
+    Vibrating,
+    /// The specific force drifted: a slow turn.
+    Drifting,
+    /// The angular rate differed from that of the rests beside it: a slow turn about the vertical.
+    Turning,
+}
+
+/// A recording, or one of its files.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// When it began, s since the origin.
+    pub start: f64,
+    /// Name of the file where there is one a pose; empty for a continuous recording.
+    pub name: String,
+}
+
+/// What one unit showed.
+#[derive(Clone, Debug)]
+pub struct Acquired {
+    /// Time of the first sample, s of the recording's own clock; all other times count from it.
+    pub origin: f64,
+    /// One for a continuous recording, one a file otherwise.
+    pub parts: Vec<Part>,
+    /// Stretches at rest.
+    pub rests: Vec<Stretch<f64>>,
+    /// `turns[i]` lies between `rests[i]` and `rests[i + 1]`.
+    pub turns: Vec<Stretch<f64>>,
+    /// Stretches that looked like rests, with the reason why they are none.
+    pub refused: Vec<(Stretch<f64>, NotARest)>,
+    /// Noise of the six channels.
+    pub noise: [Noise<f64>; CHANNELS],
+    /// The recording at a glance.
+    pub trace: Trace,
+    /// What is wrong with channels.
+    pub faults: Vec<Fault>,
+    /// Finite samples taken in.
+    pub samples: u64,
+    /// Samples passed over because a channel was not a number.
+    pub not_finite: u64,
+    /// Time of the first sample that was not later than the one before, s of the recording's own clock.
+    pub first_backwards: Option<f64>,
+    /// Lowest, mean and highest temperature, degC.
+    pub temperature: Option<[f64; 3]>,
+}
+
+impl Acquired {
+    /// Noise of the accelerometer.
+    pub fn force_noise(&self) -> [Noise<f64>; 3] {
+        [self.noise[0], self.noise[1], self.noise[2]]
+    }
+
+    /// Noise of the gyroscope.
+    pub fn rate_noise(&self) -> [Noise<f64>; 3] {
+        [self.noise[3], self.noise[4], self.noise[5]]
+    }
+
+    /// From the start of the first rest to the end of the last, s since the origin.
+    pub fn session(&self) -> Interval<f64> {
+        let start = self.rests.first().map_or(0.0, |rest| seconds(rest.start));
+        let end = self.rests.last().map_or(0.0, |rest| seconds(rest.end));
+        Interval { start, end }
+    }
+
+    /// All that happened after rest `i` and before rest `j`.
+    pub fn between(&self, i: usize, j: usize) -> Option<Stretch<f64>> {
+        let mut span = *self.turns.get(i)?;
+        for k in i + 1..j {
+            span.append(self.rests.get(k)?);
+            span.append(self.turns.get(k)?);
+        }
+        Some(span)
+    }
+
+    /// Rests `first ..= last` as one, without what lies between them.
+    pub fn joined(&self, first: usize, last: usize) -> Option<Stretch<f64>> {
+        let mut rest = *self.rests.get(first)?;
+        for next in self.rests.get(first + 1..=last)? {
+            rest.moments.merge(&next.moments);
+            rest.end = next.end;
+        }
+        Some(rest)
+    }
+}
+
+/// When a stretch took place, s since the origin.
+pub fn interval(stretch: &Stretch<f64>) -> Interval<f64> {
+    Interval {
+        start: seconds(stretch.start),
+        end: seconds(stretch.end),
+    }
+}

@@ -1,0 +1,177 @@
+//! Takes a recording in, chunk by chunk, file by file, in memory that does not grow with its samples.
+
+use tumble_core::noise::{AllanLadder, Noise};
+use tumble_core::sample::CHANNELS;
+use tumble_core::segmenter::{Segment, Segmenter, SegmenterSettings};
+
+use super::acquired::{Acquired, Part};
+use super::health::Channels;
+use super::sift::{leave_out_saturated, leave_out_unrest};
+use super::trace::Trace;
+
+/// Takes in a recording chunk by chunk.
+pub struct Acquisition {
+    settings: SegmenterSettings<f64>,
+    segmenter: Segmenter<f64>,
+    origin: Option<f64>,
+    part_start: f64,
+    part_offset: f64,
+    part_name: String,
+    latest: f64,
+    leading: bool,
+    found: Acquired,
+    channels: Channels,
+    allan: AllanLadder<f64>,
+    temperature: (u64, f64, f64, f64),
+}
+
+impl Acquisition {
+    /// Nothing seen yet.
+    pub fn new(settings: SegmenterSettings<f64>) -> Self {
+        let none = Noise::none();
+        Self {
+            settings,
+            segmenter: Segmenter::new(settings),
+            origin: None,
+            part_start: 0.0,
+            part_offset: 0.0,
+            part_name: String::new(),
+            latest: f64::NEG_INFINITY,
+            leading: true,
+            found: Acquired {
+                origin: 0.0,
+                parts: Vec::new(),
+                rests: Vec::new(),
+                turns: Vec::new(),
+                refused: Vec::new(),
+                noise: [none; CHANNELS],
+                trace: Trace::new(),
+                faults: Vec::new(),
+                samples: 0,
+                not_finite: 0,
+                first_backwards: None,
+                temperature: None,
+            },
+            channels: Channels::new(),
+            allan: AllanLadder::new(),
+            temperature: (0, f64::INFINITY, 0.0, f64::NEG_INFINITY),
+        }
+    }
+
+    /// Takes in successive samples: `time` (n) s, `force` (n x 3) m/s^2, `rate` (n x 3) rad/s.
+    pub fn push(&mut self, time: &[f64], force: &[[f64; 3]], rate: &[[f64; 3]], temperature: Option<&[f64]>) {
+        let Some(&first) = time.iter().find(|t| t.is_finite()) else {
+            self.found.not_finite += time.len() as u64;
+            return;
+        };
+        if self.origin.is_none() {
+            self.origin = Some(first);
+            self.part_start = first;
+            self.found.parts.push(Part {
+                start: self.part_offset,
+                name: self.part_name.clone(),
+            });
+        }
+        let origin = self.part_start - self.part_offset;
+        if self.found.parts.len() == 1 {
+            self.found.origin = origin;
+        }
+        for ((&t, f), w) in time.iter().zip(force).zip(rate) {
+            let y = [f[0], f[1], f[2], w[0], w[1], w[2]];
+            let sum = t + y.iter().sum::<f64>();
+            if !sum.is_finite() {
+                self.found.not_finite += 1;
+                continue;
+            }
+            if t <= self.latest {
+                self.found.first_backwards.get_or_insert(t);
+                continue;
+            }
+            self.latest = t;
+            self.found.samples += 1;
+            // Processors convert to signed integers in one step, to unsigned ones in several.
+            #[allow(clippy::cast_possible_truncation)]
+            let microseconds = (((t - origin) * 1e6 + 0.5) as i64).max(0).cast_unsigned();
+            self.channels.push_sample(microseconds, &y);
+            let segment = self.segmenter.push_channels(microseconds, &y);
+            if self.segmenter.has_block() {
+                self.look();
+            }
+            if let Some(segment) = segment {
+                self.keep(segment);
+            }
+        }
+        for &t in temperature.unwrap_or_default() {
+            if t.is_finite() {
+                let (n, low, sum, high) = self.temperature;
+                self.temperature = (n + 1, low.min(t), sum + t, high.max(t));
+            }
+        }
+    }
+
+    /// Starts a file of a recording that comes as one file a pose. Its clock may start anew.
+    pub fn begin_part(&mut self, name: &str) {
+        self.drain();
+        name.clone_into(&mut self.part_name);
+        if self.origin.is_some() {
+            // One empty second between parts keeps rests apart; no turn is known between them.
+            self.part_offset += (self.latest - self.part_start).max(0.0) + 1.0;
+            self.origin = None;
+            self.latest = f64::NEG_INFINITY;
+            self.leading = true;
+            self.segmenter = Segmenter::new(self.settings);
+        }
+    }
+
+    /// Ends the recording.
+    pub fn finish(mut self) -> Acquired {
+        self.drain();
+        let ([fx, fy, fz], [wx, wy, wz]) = (
+            self.allan.fit_jointly([0, 1, 2]),
+            self.allan.fit_jointly([3, 4, 5]),
+        );
+        self.found.noise = [fx, fy, fz, wx, wy, wz];
+        let (n, low, sum, high) = self.temperature;
+        #[allow(clippy::cast_precision_loss)]
+        if n > 0 {
+            self.found.temperature = Some([low, sum / n as f64, high]);
+        }
+        leave_out_unrest(&mut self.found, &self.settings, self.segmenter.floor());
+        self.found.faults = self.channels.faults(&self.found.rests, &self.found.turns);
+        leave_out_saturated(&mut self.found);
+        self.found
+    }
+
+    fn drain(&mut self) {
+        while let Some(segment) = self.segmenter.finish() {
+            self.keep(segment);
+            self.look();
+        }
+        // What came after the last rest leads nowhere.
+        self.found
+            .turns
+            .truncate(self.found.rests.len().saturating_sub(1));
+        self.look();
+        self.allan.merge(self.segmenter.allan());
+    }
+
+    fn look(&mut self) {
+        if let Some(block) = self.segmenter.take_block() {
+            self.found.trace.push(block);
+            self.channels.push_block(block);
+        }
+    }
+
+    fn keep(&mut self, segment: Segment<f64>) {
+        match segment {
+            Segment::Rest(rest) => self.found.rests.push(rest),
+            // What came before the first rest leads from nowhere.
+            Segment::Turn(_) if self.found.rests.is_empty() => {}
+            Segment::Turn(mut turn) => {
+                turn.complete &= !self.leading;
+                self.found.turns.push(turn);
+            }
+        }
+        self.leading = false;
+    }
+}

@@ -1,0 +1,235 @@
+//! From the samples of two units to how they sit beside each other: coarse, then rates, then forces.
+
+use std::f64::consts::PI;
+
+use nalgebra::Vector3;
+
+use crate::align::coarse::{self, Shift};
+use crate::align::error::Refusal;
+use crate::align::forces::{self, ForcesFit};
+use crate::align::gravity;
+use crate::align::grid::{Clock, Grid, edges, whole};
+use crate::align::rates::{self, RatesFit};
+use crate::align::settings::AlignSettings;
+use crate::align::track::{Track, Window, force_of, rate_of};
+
+/// What two units show of each other.
+#[derive(Clone, Debug)]
+pub struct Aligned {
+    /// Best correlation of their rates: 1 where both feel one motion.
+    pub correlation: f64,
+    /// Root mean square rate less its mean, rad/s.
+    pub motion: f64,
+    /// Length of a window, s.
+    pub window: f64,
+    /// Whether the rates left the rotation open about an axis, and the specific forces showed it there.
+    pub completed: bool,
+    /// From the rates.
+    pub rates: RatesFit,
+    /// From the specific forces, where the rotation is known.
+    pub forces: Option<ForcesFit>,
+}
+
+impl Aligned {
+    /// Sum of the variances of the lever arm, m^2, and of the rotation, rad^2, at a tenth of a metre.
+    fn doubt(&self) -> f64 {
+        let of_arm = self
+            .forces
+            .as_ref()
+            .map(|forces| forces.lever_arm_covariance.trace());
+        of_arm.unwrap_or(f64::MAX) + 0.01 * self.rates.rotation_covariance.trace()
+    }
+
+    fn refuse_if_forces_disagree(&self) -> Result<(), Refusal> {
+        let Some(forces) = &self.forces else { return Ok(()) };
+        let felt = || self.rates.pairs.iter().map(|pair| force_of(&pair.secondary.mean));
+        #[allow(clippy::cast_precision_loss)]
+        let share = 1.0 / self.rates.pairs.len().max(1) as f64;
+        let mean = felt().sum::<Vector3<f64>>() * share;
+        let spread = (felt().map(|f| (f - mean).norm_squared()).sum::<f64>() * share / 3.0).sqrt();
+        if forces.scale > LARGEST_RESIDUAL && forces.scale > LARGEST_RESIDUAL_SHARE * spread {
+            return Err(Refusal::ForcesDisagree { apart: forces.scale });
+        }
+        Ok(())
+    }
+}
+
+/// Root mean square rate, rad/s, below which there was no motion to speak of: drift of biases turns as fast.
+pub const LEAST_MOTION: f64 = 0.02;
+/// Correlation below which two units do not feel one motion.
+pub const LEAST_CORRELATION: f64 = 0.7;
+/// Ratio of the rates of two units that no scale error explains.
+const LARGEST_RATIO: f64 = 1.25;
+/// What remains between two accelerometers, m/s^2, and its share of what the secondary's feels, where both are sound.
+const LARGEST_RESIDUAL: f64 = 0.5;
+const LARGEST_RESIDUAL_SHARE: f64 = 0.4;
+/// A mirror image is one where a rotation leaves so many times what a reflection leaves.
+const MIRRORED: f64 = 4.0;
+/// Samples that a window holds at least.
+const SAMPLES: f64 = 3.0;
+/// Vibration above half the sample rate is averaged out by longer windows, at the cost of quick motion: so many times
+/// the shortest are tried as well.
+const LONGER: [f64; 3] = [2.0, 4.0, 8.0];
+/// Share of the variance at which a longer window is preferred: by chance alone some window always looks a bit better.
+const WORTH_IT: f64 = 0.6;
+/// Blocks of time that the residuals are cut into.
+const BLOCKS: usize = 60;
+/// Offsets that are tried.
+const CANDIDATES: usize = 6;
+/// Logarithm of the likelihood ratio, of independent blocks, above which the better of two offsets is certain.
+const CERTAIN: f64 = 10.0;
+
+/// Aligns a secondary with a primary.
+///
+/// # Errors
+/// [`Refusal`] where the motion does not show how the two sit beside each other.
+pub fn align(
+    primary: &Track<'_>,
+    secondary: &Track<'_>,
+    settings: &AlignSettings,
+) -> Result<Aligned, Refusal> {
+    let slowest = primary.interval.max(secondary.interval);
+    let grid = Grid::over(primary, settings.window.max(SAMPLES * slowest), BLOCKS);
+    let shifts = search(&grid, secondary, settings);
+    let found = coarse::peaks(&shifts);
+    let best = *found.first().ok_or(Refusal::NothingInCommon)?;
+    refuse_if_unlike(&best, &shifts)?;
+    let start = refined(&grid, secondary, &found, settings)?;
+    let (rotation, clock) = (start.rotation, start.clock);
+    let shortest = solved(start, best, grid.length, settings).ok_or(Refusal::Unsolvable)?;
+    let longer = LONGER.iter().filter_map(|factor| {
+        let grid = Grid::over(primary, factor * grid.length, BLOCKS);
+        let rates = rates::fit(&grid, secondary, rotation, clock, settings)?;
+        solved(rates, best, grid.length, settings)
+    });
+    let best = longer.fold(shortest, |best, other| {
+        if other.doubt() < WORTH_IT * best.doubt() {
+            other
+        } else {
+            best
+        }
+    });
+    best.refuse_if_forces_disagree()?;
+    Ok(best)
+}
+
+/// Goes on from what the rates show to what the forces do.
+fn solved(mut rates: RatesFit, shift: Shift, window: f64, settings: &AlignSettings) -> Option<Aligned> {
+    let one_axis = !rates.unseen.is_empty();
+    let across = gravity::turn_about_unseen(&mut rates);
+    let forces = forces::fit(&rates, settings)?;
+    let completed = across.is_some_and(|across| gravity::complete(&mut rates, &forces, across));
+    for axis in rates.unseen.clone() {
+        rates.open(&axis, PI * PI);
+    }
+    Some(Aligned {
+        completed,
+        correlation: shift.correlation,
+        motion: shift.motion,
+        window,
+        rates,
+        // Without the rotation, the lever arm would be known in no frame.
+        forces: (completed || !one_axis).then_some(forces),
+    })
+}
+
+/// All shifts within the search; the shift by no window is the latest offset.
+fn search(grid: &Grid, secondary: &Track<'_>, settings: &AlignSettings) -> Vec<Shift> {
+    let Some(start) = grid.edges.first() else {
+        return Vec::new();
+    };
+    let most = whole(settings.search / grid.length);
+    let count = grid.primary.len() + 2 * most;
+    let earliest = start - latest_offset(grid, settings);
+    let theirs = secondary.windows(&edges(earliest, count, grid.length));
+    coarse::correlations(&rates_of(&grid.primary), &rates_of(&theirs), 2 * most)
+}
+
+/// Offset of the shift by no window, s.
+fn latest_offset(grid: &Grid, settings: &AlignSettings) -> f64 {
+    #[allow(clippy::cast_precision_loss)]
+    let most = whole(settings.search / grid.length) as f64;
+    settings.around + most * grid.length
+}
+
+fn rates_of<const N: usize>(windows: &[Option<Window<N>>]) -> Vec<Option<Vector3<f64>>> {
+    windows
+        .iter()
+        .map(|window| window.as_ref().map(|window| rate_of(&window.mean)))
+        .collect()
+}
+
+fn refuse_if_unlike(best: &Shift, shifts: &[Shift]) -> Result<(), Refusal> {
+    let least = best.motion.min(best.motion * best.ratio);
+    if least < LEAST_MOTION {
+        return Err(Refusal::NoMotion {
+            found: least,
+            needed: LEAST_MOTION,
+        });
+    }
+    let left = |correlation: f64| (1.0 - correlation * correlation).max(0.0);
+    let mirrored = shifts.iter().fold(0.0, |most, shift| shift.mirrored.max(most));
+    if mirrored > LEAST_CORRELATION && left(best.correlation) > MIRRORED * left(mirrored) + 1e-3 {
+        return Err(Refusal::Mirrored);
+    }
+    if best.correlation < LEAST_CORRELATION {
+        return Err(Refusal::NotAlike {
+            correlation: best.correlation,
+        });
+    }
+    if !(1.0 / LARGEST_RATIO..=LARGEST_RATIO).contains(&best.ratio) {
+        return Err(Refusal::Scaled { ratio: best.ratio });
+    }
+    Ok(())
+}
+
+/// The best of the offsets that the search has left, to the last digit.
+fn refined(
+    grid: &Grid,
+    secondary: &Track<'_>,
+    found: &[Shift],
+    settings: &AlignSettings,
+) -> Result<RatesFit, Refusal> {
+    let likely = |shift: &&Shift| shift.correlation >= LEAST_CORRELATION;
+    let reference = grid
+        .edges
+        .first()
+        .zip(grid.edges.last())
+        .map_or(0.0, |(a, b)| 0.5 * (a + b));
+    let fits = found.iter().filter(likely).take(CANDIDATES).filter_map(|shift| {
+        #[allow(clippy::cast_precision_loss)]
+        let offset = latest_offset(grid, settings) - shift.windows as f64 * grid.length;
+        let clock = Clock {
+            offset,
+            skew: 0.0,
+            reference,
+        };
+        rates::fit(grid, secondary, shift.rotation, clock, settings)
+    });
+    let mut fits: Vec<RatesFit> = fits.collect();
+    fits.sort_by(|a, b| per_pair(a).total_cmp(&per_pair(b)));
+    let mut fits = fits.into_iter();
+    let best = fits.next().ok_or(Refusal::Unsolvable)?;
+    let rival = fits.find(|rival| (rival.clock.offset - best.clock.offset).abs() > grid.length);
+    match rival {
+        Some(rival) if !is_certain(&best, &rival) => Err(Refusal::Ambiguous {
+            offset: best.clock.offset,
+            other: rival.clock.offset,
+        }),
+        _ => Ok(best),
+    }
+}
+
+/// Minus twice the logarithm of the likelihood, of one pair: other offsets have other pairs in common.
+fn per_pair(fit: &RatesFit) -> f64 {
+    #[allow(clippy::cast_precision_loss)]
+    let pairs = fit.pairs.len().max(1) as f64;
+    fit.deviance / pairs
+}
+
+/// Neighbouring residuals are alike, so that only as many count as there are blocks.
+fn is_certain(best: &RatesFit, rival: &RatesFit) -> bool {
+    #[allow(clippy::cast_precision_loss)]
+    let blocks = BLOCKS as f64;
+    0.5 * blocks * (per_pair(rival) - per_pair(best)) > CERTAIN
+}

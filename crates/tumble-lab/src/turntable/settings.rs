@@ -1,0 +1,32 @@
+//! How to calibrate on a turntable.
+
+use tumble_core::turntable::truth::Truth;
+
+/// Rests that twelve unknowns of three axes need.
+pub const FEWEST_RESTS: usize = 4;
+
+/// How the two clocks are related.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Clocks {
+    /// One clock stamped both recordings.
+    Shared,
+    /// Each recording has its own; offset and skew are estimated.
+    Apart,
+    /// Shared if the recordings overlap in time and their turns coincide, else apart.
+    Unknown,
+}
+
+/// How to calibrate.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Local gravity, m/s^2.
+    pub gravity: f64,
+    /// Latitude, rad, where it is known: it fixes the upward part of the Earth's rotation.
+    pub latitude: Option<f64>,
+    /// Where the truth comes from.
+    pub truth: Truth,
+    /// How the clocks are related.
+    pub clocks: Clocks,
+    /// Whether to fit the gyroscope's sensitivity to specific force.
+    pub g_sensitivity: bool,
+}

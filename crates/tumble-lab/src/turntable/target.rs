@@ -1,0 +1,60 @@
+//! A target, calibrated against a reference that is understood.
+
+use super::error::TurntableError;
+use super::pairing::{Pairing, pair};
+use super::reference::{Reference, Ups};
+use super::session::Session;
+use super::settings::{FEWEST_RESTS, Settings};
+use super::triad::Triad;
+use crate::acquisition::Acquired;
+
+/// A target, calibrated.
+#[derive(Clone, Debug)]
+pub struct Target {
+    /// How it was laid beside the reference.
+    pub pairing: Pairing,
+    /// Accelerometer.
+    pub accelerometer: Triad,
+    /// Gyroscope.
+    pub gyroscope: Triad,
+}
+
+/// Calibrates one target.
+///
+/// # Errors
+/// [`TurntableError`] as it says.
+pub fn calibrate(
+    reference_unit: &Acquired,
+    reference: &Reference,
+    unit: &Acquired,
+    ups: &Ups,
+    settings: &Settings,
+) -> Result<Target, TurntableError> {
+    let pairing = pair(reference_unit, unit, settings.clocks)?;
+    if pairing.pairs.len() < FEWEST_RESTS {
+        return Err(TurntableError::TooFewRests {
+            found: pairing.pairs.len(),
+            needed: FEWEST_RESTS,
+        });
+    }
+    let session = Session {
+        reference_unit,
+        reference,
+        unit,
+        pairing: &pairing,
+        ups,
+        settings,
+    };
+    let accelerometer = session.accelerometer()?;
+    let gyroscope = session
+        .gyroscope(&accelerometer.parts.mounting)
+        .map_err(|error| match error {
+            TurntableError::Axes(of) => TurntableError::GyroscopeAxes(of),
+            other => other,
+        })?;
+    Ok(Target {
+        pairing,
+        accelerometer,
+        gyroscope,
+    })
+}
