@@ -3,7 +3,7 @@
 use core::ffi::{CStr, c_char};
 use core::mem::MaybeUninit;
 
-use tumble_core::redundancy::contradiction::{Contradiction, Objection};
+use tumble_core::redundancy::settings::validate::{Contradiction, Objection};
 
 use crate::code::{Code, code};
 use crate::pointer::look;

@@ -7,7 +7,7 @@ use std::fmt::{self, Write as _};
 use std::hash::{DefaultHasher, Hasher as _};
 use std::ops::Range;
 
-use tumble_core::redundancy::event::{Event, What};
+use tumble_core::redundancy::monitor::event::{Event, What};
 use tumble_core::redundancy::monitor::{Command, Monitor};
 use tumble_core::redundancy::output::Output;
 use tumble_core::redundancy::platform::Platform;

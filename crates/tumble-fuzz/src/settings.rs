@@ -4,10 +4,10 @@ use nalgebra::{Matrix3, Vector3};
 use tumble_core::model::ErrorModel;
 use tumble_core::redundancy::platform::{Platform, PrimaryCalibration, Range, Unit};
 use tumble_core::redundancy::sensor::Axes;
+use tumble_core::redundancy::settings::thresholds::Threshold;
 use tumble_core::redundancy::settings::{
     CollectionSettings, Data, EvaluationSettings, Gate, Rung, Scope, Settings,
 };
-use tumble_core::redundancy::thresholds::Threshold;
 
 use crate::draw::Draw;
 use crate::mission::UNITS;

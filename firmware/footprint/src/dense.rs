@@ -4,7 +4,7 @@ use mission::MissionError;
 use mission::units::{Instant, Readings, UNITS, platform};
 use mission::vectors::Cases;
 use mission::watch::{Phase, Watch};
-use tumble_core::redundancy::event::What;
+use tumble_core::redundancy::monitor::event::What;
 use tumble_core::redundancy::monitor::Monitor;
 use tumble_core::sample::Sample;
 

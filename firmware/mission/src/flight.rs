@@ -6,7 +6,7 @@ use core::fmt::Write;
 
 use heapless::Vec;
 use nalgebra::Vector3;
-use tumble_core::redundancy::event::{Event, What};
+use tumble_core::redundancy::monitor::event::{Event, What};
 use tumble_core::redundancy::monitor::{Command, Monitor};
 use tumble_core::redundancy::output::Output;
 use tumble_core::redundancy::platform::Platform;

@@ -9,8 +9,8 @@ use core::fmt::{Display, Formatter, Result, Write};
 
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
 use nalgebra::{Matrix3, Vector3};
-use tumble_core::redundancy::adoption::{Excess, Refusal};
-use tumble_core::redundancy::event::{Event, What};
+use tumble_core::redundancy::fit::adoption::{Excess, Refusal};
+use tumble_core::redundancy::monitor::event::{Event, What};
 use tumble_core::redundancy::health::Fault;
 use tumble_core::redundancy::output::Output;
 use tumble_core::redundancy::record::Record;

@@ -2,8 +2,8 @@
 
 use core::mem::MaybeUninit;
 
+use tumble_core::redundancy::settings::thresholds::Threshold as CoreThreshold;
 use tumble_core::redundancy::settings::{Data as CoreData, Gate as CoreGate, Scope as CoreScope};
-use tumble_core::redundancy::thresholds::Threshold as CoreThreshold;
 
 use crate::code::{Code, code};
 use crate::status::Outcome;

@@ -3,9 +3,9 @@
 use core::ffi::c_void;
 use core::ptr::{from_ref, null};
 
-use tumble_core::redundancy::adoption::{Excess, Refusal};
-use tumble_core::redundancy::event::{Check as CoreCheck, Event as Core, What};
+use tumble_core::redundancy::fit::adoption::{Excess, Refusal};
 use tumble_core::redundancy::health::Fault;
+use tumble_core::redundancy::monitor::event::{Check as CoreCheck, Event as Core, What};
 use tumble_core::redundancy::sensor::Sensor as CoreSensor;
 
 use crate::record::{Record, Rung};

@@ -1,7 +1,7 @@
 //! Why things happen in a redundant set.
 
-use tumble_core::redundancy::event::{Abandoned, Rejected};
 use tumble_core::redundancy::gate::Withheld;
+use tumble_core::redundancy::monitor::event::{Abandoned, Rejected};
 use tumble_core::redundancy::selection::SelectionReason;
 
 /// Why it happened.

@@ -2,12 +2,11 @@
 
 use core::mem::MaybeUninit;
 
-use tumble_core::redundancy::health::HealthSettings;
-use tumble_core::redundancy::selection::SelectionSettings;
+use tumble_core::redundancy::settings::thresholds::Thresholds;
 use tumble_core::redundancy::settings::{
-    AdoptionSettings, Both, CollectionSettings, EvaluationSettings, FitSettings, Settings as Core,
+    AdoptionSettings, Both, CollectionSettings, EvaluationSettings, FitSettings, HealthSettings,
+    SelectionSettings, Settings as Core,
 };
-use tumble_core::redundancy::thresholds::Thresholds;
 
 use crate::code::{code, truth};
 use crate::pointer::{Place, answer};

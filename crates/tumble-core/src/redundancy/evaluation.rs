@@ -4,10 +4,10 @@ use nalgebra::Vector3;
 
 use crate::real::{Real, count, real};
 use crate::redundancy::platform::{PrimaryCalibration, Unit};
-use crate::redundancy::relation::Relation;
+use crate::redundancy::relative_error::Relation;
 use crate::redundancy::sensor::Sensor;
+use crate::redundancy::settings::thresholds::Threshold;
 use crate::redundancy::settings::{Data, EvaluationSettings};
-use crate::redundancy::thresholds::Threshold;
 
 /// A deviation and its threshold, m/s^2 or rad/s.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,9 +4,9 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::model::{Correction, ErrorModel};
 use crate::real::{Real, real};
-use crate::redundancy::contradiction::Contradiction;
 use crate::redundancy::sensor::{Axes, Sensor};
 use crate::redundancy::settings::Settings;
+use crate::redundancy::settings::validate::Contradiction;
 
 /// Ends of the range of a unit's sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]

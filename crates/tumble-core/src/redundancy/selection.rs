@@ -4,44 +4,7 @@
 //! back on command or after a proven spell of health, and not because it looks well for a moment.
 
 use crate::real::Real;
-use crate::redundancy::contradiction::{Contradiction, Objection};
-
-/// When the source changes; lengths of time in microseconds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SelectionSettings {
-    /// How long the source has to be unhealthy to be replaced.
-    pub hold: u64,
-    /// How long the primary has to be healthy to become the source again; `None`: on command only.
-    pub return_after: Option<u64>,
-    /// Whether secondaries that were never calibrated against the primary are passed over.
-    pub calibrated_only: bool,
-}
-
-impl Default for SelectionSettings {
-    fn default() -> Self {
-        Self {
-            hold: 20_000,
-            return_after: None,
-            calibrated_only: false,
-        }
-    }
-}
-
-impl SelectionSettings {
-    /// Looks for contradictions.
-    ///
-    /// # Errors
-    /// [`Contradiction`] where the primary would come back sooner than it is replaced.
-    pub fn check(&self) -> Result<(), Contradiction> {
-        if self.return_after.is_none_or(|after| after > self.hold) {
-            return Ok(());
-        }
-        Err(Contradiction {
-            setting: "return_after",
-            objection: Objection::ShorterThan("hold"),
-        })
-    }
-}
+use crate::redundancy::settings::SelectionSettings;
 
 /// A unit that may become the source.
 #[derive(Clone, Copy, Debug, PartialEq)]

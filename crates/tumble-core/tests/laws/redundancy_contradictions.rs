@@ -1,9 +1,9 @@
 //! Settings that contradict each other, or themselves, are refused when a set is built, by name and with the reason.
 
-use tumble_core::redundancy::contradiction::{Contradiction, Objection};
 use tumble_core::redundancy::platform::{Platform, PlatformError, PrimaryCalibration, Unit};
+use tumble_core::redundancy::settings::thresholds::Threshold;
+use tumble_core::redundancy::settings::validate::{Contradiction, Objection};
 use tumble_core::redundancy::settings::{Data, Settings};
-use tumble_core::redundancy::thresholds::Threshold;
 
 type Change = fn(&mut Settings<f64>);
 

@@ -2,9 +2,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::real::Real;
-use tumble_core::redundancy::adoption::Refusal;
-use tumble_core::redundancy::event::{Abandoned, What};
+use tumble_core::redundancy::fit::adoption::Refusal;
 use tumble_core::redundancy::gate::Withheld;
+use tumble_core::redundancy::monitor::event::{Abandoned, What};
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::redundancy::settings::{Gate, Settings};
 

@@ -4,11 +4,12 @@
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use tumble_core::real::{Real, real};
-use tumble_core::redundancy::family::Comparison;
-use tumble_core::redundancy::health::{Fault, Health, HealthSettings, Usable};
+use tumble_core::redundancy::health::median_vote::Comparison;
+use tumble_core::redundancy::health::{Fault, Health, Usable};
 use tumble_core::redundancy::platform::Range;
-use tumble_core::redundancy::selection::{Candidate, Selection, SelectionSettings};
+use tumble_core::redundancy::selection::{Candidate, Selection};
 use tumble_core::redundancy::sensor::{Axes, SENSORS, Sensor};
+use tumble_core::redundancy::settings::{HealthSettings, SelectionSettings};
 use tumble_core::sample::{CHANNELS, Sample};
 
 use crate::common::{Draws, cases};

@@ -1,13 +1,13 @@
 //! Every mode a setting has, and motion that shows little: what triggers, what is calibrated, how far a fit goes.
 
 use tumble_core::real::{Real, real};
-use tumble_core::redundancy::event::{Abandoned, Check, What};
 use tumble_core::redundancy::gate::Withheld;
 use tumble_core::redundancy::monitor::Command;
+use tumble_core::redundancy::monitor::event::{Abandoned, Check, What};
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::{Axes, Sensor};
+use tumble_core::redundancy::settings::thresholds::Threshold;
 use tumble_core::redundancy::settings::{Both, Data, Rung, Scope, Settings};
-use tumble_core::redundancy::thresholds::Threshold;
 
 use crate::redundancy_mission::{
     Flight, Mission, Part, Phase, SECOND, assert_holds, assert_told, fly, platform, settings, units,

@@ -1,8 +1,8 @@
 //! What becomes of a calibration: it is refused, replaced, restored, or it speaks for a primary that died.
 
 use tumble_core::real::Real;
-use tumble_core::redundancy::adoption::Refusal;
-use tumble_core::redundancy::event::What;
+use tumble_core::redundancy::fit::adoption::Refusal;
+use tumble_core::redundancy::monitor::event::What;
 use tumble_core::redundancy::selection::SelectionReason;
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::redundancy::settings::Settings;

@@ -3,11 +3,11 @@
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use tumble_core::real::{Real, real};
-use tumble_core::redundancy::clock::Unwrapper;
-use tumble_core::redundancy::event::{Abandoned, What};
 use tumble_core::redundancy::health::Fault;
 use tumble_core::redundancy::monitor::Monitor;
+use tumble_core::redundancy::monitor::event::{Abandoned, What};
 use tumble_core::redundancy::platform::Platform;
+use tumble_core::redundancy::samples::clock::Unwrapper;
 use tumble_core::redundancy::sensor::SENSORS;
 use tumble_core::sample::Sample;
 

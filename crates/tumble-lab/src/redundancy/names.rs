@@ -1,8 +1,8 @@
 //! Every setting of the monitor by its name, in SI units, times in seconds.
 
 use tumble_core::real::{Real, real};
+use tumble_core::redundancy::settings::thresholds::Threshold;
 use tumble_core::redundancy::settings::{Data, Gate, Rung, Scope, Settings};
-use tumble_core::redundancy::thresholds::Threshold;
 
 /// What a setting is set to.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::model::ErrorModel;
 use tumble_core::real::{Real, real};
-use tumble_core::redundancy::event::What;
+use tumble_core::redundancy::monitor::event::What;
 use tumble_core::redundancy::monitor::{Command, Monitor};
 use tumble_core::redundancy::platform::{Platform, PlatformError, PrimaryCalibration, Range, Unit};
 use tumble_core::redundancy::record::Record;

@@ -1,11 +1,11 @@
 //! Events in words and figures.
 
 use tumble_core::real::Real;
-use tumble_core::redundancy::adoption::{Excess, Refusal};
 use tumble_core::redundancy::evaluation::Deviation;
-use tumble_core::redundancy::event::{Abandoned, Check, Event, Rejected, What};
+use tumble_core::redundancy::fit::adoption::{Excess, Refusal};
 use tumble_core::redundancy::gate::Withheld;
 use tumble_core::redundancy::health::Fault;
+use tumble_core::redundancy::monitor::event::{Abandoned, Check, Event, Rejected, What};
 use tumble_core::redundancy::selection::SelectionReason;
 use tumble_core::redundancy::sensor::Sensor;
 

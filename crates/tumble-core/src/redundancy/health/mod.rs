@@ -11,19 +11,18 @@
 //! * A unit is healthy again when nothing has been wrong for a while. Only a later rest clears what a rest has shown.
 
 mod fault;
-mod leaky;
-mod settings;
+pub mod median_vote;
 mod watch;
 
 pub use fault::Fault;
-pub use settings::HealthSettings;
 
 use crate::real::{Real, real, seconds};
-use crate::redundancy::family::Comparison;
-use crate::redundancy::health::leaky::{Lapse, ticks};
+use crate::redundancy::health::median_vote::Comparison;
 use crate::redundancy::health::watch::{Reading, Watch};
+use crate::redundancy::leaky::{Lapse, ticks};
 use crate::redundancy::platform::Range;
 use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
+use crate::redundancy::settings::HealthSettings;
 use crate::sample::Sample;
 
 /// A unit is out of its family where it is beyond the limit, and so many times as far from the median as is usual there.
@@ -249,6 +248,17 @@ impl<T: Real> Health<T> {
             self.fault = None;
             self.since = now;
         }
+    }
+}
+
+/// Share of the distance allowed from the median that a scatter may have whatever that of the others is: units of
+/// different grades at rest differ in noise by more than any ratio worth having, and none of it matters.
+const QUIET: f64 = 0.05;
+
+impl<T: Real> HealthSettings<T> {
+    /// What a scatter is compared with.
+    fn usual_scatter(&self, sensor: Sensor, median: T) -> T {
+        median.max(self.family.of(sensor) * real(QUIET))
     }
 }
 

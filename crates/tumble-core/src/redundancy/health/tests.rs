@@ -8,7 +8,8 @@ use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Dxsm;
 
 use super::*;
-use crate::redundancy::contradiction::Objection;
+use crate::redundancy::leaky;
+use crate::redundancy::settings::validate::Objection;
 
 const PERIOD: u64 = 5_000;
 const RANGE: Range<f32> = Range {

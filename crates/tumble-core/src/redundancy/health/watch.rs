@@ -2,9 +2,9 @@
 
 use crate::real::{Real, real};
 use crate::redundancy::health::fault::Fault;
-use crate::redundancy::health::leaky::{Lapse, Leaky, ticks};
-use crate::redundancy::health::settings::HealthSettings;
+use crate::redundancy::leaky::{Lapse, Leaky, ticks};
 use crate::redundancy::sensor::Sensor;
+use crate::redundancy::settings::HealthSettings;
 
 /// The next reading of a sensor, with what is known of it.
 pub(super) struct Reading<'a, T: Real> {

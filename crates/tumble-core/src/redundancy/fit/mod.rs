@@ -7,14 +7,19 @@
 //! solved are 3 x 3: the rows of M share the covariance of the motion, and the lever arm remains by Schur complement
 //! (docs/theory/redundancy.md, eq. 5 to 11).
 
+pub mod adoption;
+mod excitation;
+pub mod joint_moments;
+pub mod residual;
+
 use nalgebra::{Matrix3, Vector3};
 
 use crate::model::times;
 use crate::real::{Real, count, real};
-use crate::redundancy::excitation::Excited;
-use crate::redundancy::pairing::FORCE_CHANNELS;
-use crate::redundancy::relation::Relation;
-use crate::redundancy::residual::{Layout, Pairs, Residual};
+use crate::redundancy::fit::excitation::Excited;
+use crate::redundancy::fit::residual::{Layout, Pairs, Residual};
+use crate::redundancy::relative_error::Relation;
+use crate::redundancy::samples::pair::FORCE_CHANNELS;
 use crate::redundancy::settings::Rung;
 
 /// Variance of the primary's noise in a pair, measured at rest.
@@ -345,5 +350,4 @@ impl<T: Real> Problem<'_, T> {
 }
 
 #[cfg(test)]
-#[path = "fit_tests.rs"]
 mod tests;

@@ -3,15 +3,15 @@
 use nalgebra::Matrix3;
 
 use crate::real::{Real, SECOND, real, seconds};
-use crate::redundancy::adoption::{Candidate, Refusal, Residuals, RestPair};
 use crate::redundancy::evaluation::Stored;
-use crate::redundancy::event::Abandoned;
+use crate::redundancy::fit::adoption::{Candidate, Refusal, Residuals, RestPair};
+use crate::redundancy::fit::joint_moments::JointMoments;
+use crate::redundancy::fit::residual::{FORCE_LAYOUT, FORCE_PACKED, Layout, Pairs, RATE_LAYOUT, RATE_PACKED};
 use crate::redundancy::fit::{Fit, PrimaryNoise, Problem};
-use crate::redundancy::joint::JointMoments;
-use crate::redundancy::pairing::{FORCE_CHANNELS, FORCE_PACKED, Pair, RATE_CHANNELS, RATE_PACKED};
+use crate::redundancy::monitor::event::Abandoned;
 use crate::redundancy::platform::Unit;
-use crate::redundancy::relation::Relation;
-use crate::redundancy::residual::{FORCE_LAYOUT, Layout, Pairs, RATE_LAYOUT};
+use crate::redundancy::relative_error::Relation;
+use crate::redundancy::samples::pair::{FORCE_CHANNELS, Pair, RATE_CHANNELS};
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::{CollectionSettings, Settings};
 use crate::sample::CHANNELS;

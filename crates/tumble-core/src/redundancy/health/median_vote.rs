@@ -125,5 +125,5 @@ fn insert<T: Real>(sorted: &mut [T], found: usize, x: T) {
 }
 
 #[cfg(test)]
-#[path = "family_tests.rs"]
+#[path = "median_vote_tests.rs"]
 mod tests;

@@ -3,11 +3,10 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::real::{Real, seconds};
-use crate::redundancy::joint::packed;
 use crate::redundancy::platform::{PrimaryCalibration, Unit};
-use crate::redundancy::relation::Relation;
+use crate::redundancy::relative_error::Relation;
+use crate::redundancy::samples::window::Means;
 use crate::redundancy::sensor::Sensor;
-use crate::redundancy::window::Means;
 use crate::sample::CHANNELS;
 
 /// Channels of a pair of accelerometers: primary 3, lever 9, time, secondary 3.
@@ -15,12 +14,6 @@ pub const FORCE_CHANNELS: usize = 16;
 
 /// Channels of a pair of gyroscopes: primary 3, time, secondary 3.
 pub const RATE_CHANNELS: usize = 7;
-
-/// Different covariances of so many.
-pub const FORCE_PACKED: usize = packed(FORCE_CHANNELS);
-
-/// Different covariances of so many.
-pub const RATE_PACKED: usize = packed(RATE_CHANNELS);
 
 /// Products of the primary's angular rates xx yy zz xy yz zx, formed of samples before any mean is taken.
 pub fn products<T: Real>(calibration: &PrimaryCalibration<T>, angular_rate: &Vector3<T>) -> [T; CHANNELS] {

@@ -2,8 +2,8 @@
 
 use crate::moments::Moments;
 use crate::real::Real;
+use crate::redundancy::samples::window::{Means, Windows};
 use crate::redundancy::sensor::Sensor;
-use crate::redundancy::window::{Means, Windows};
 use crate::sample::CHANNELS;
 
 /// Windows that are kept of a unit, so that others may be one and a half windows behind.

@@ -4,8 +4,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::real::{Real, real};
 use crate::redundancy::fit::Fit;
-use crate::redundancy::relation::Relation;
-use crate::redundancy::residual::{Layout, Pairs, Residual};
+use crate::redundancy::fit::residual::{Layout, Pairs, Residual};
+use crate::redundancy::relative_error::Relation;
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::AdoptionSettings;
 

@@ -1,20 +1,28 @@
 //! The monitor: takes samples of any unit, and keeps the set calibrated and its output alive.
 
+mod adopt;
+pub mod calibration;
+mod evaluate;
+pub mod event;
+mod process_window;
+pub mod rest_state;
+mod restore;
+
 use nalgebra::Vector3;
 
 use crate::real::Real;
-use crate::redundancy::calibrating::Calibration;
-use crate::redundancy::clock::{Clock, ClockSettings, Verdict};
 use crate::redundancy::evaluation::Stored;
-use crate::redundancy::event::{Abandoned, Event, What};
 use crate::redundancy::health::Health;
+use crate::redundancy::monitor::calibration::Calibration;
+use crate::redundancy::monitor::event::{Abandoned, Event, What};
+use crate::redundancy::monitor::rest_state::Rest;
 use crate::redundancy::output::{Carrier, Compensated, Output, compensate, lever_arm};
-use crate::redundancy::pairing::products;
 use crate::redundancy::platform::Platform;
-use crate::redundancy::rest::Rest;
+use crate::redundancy::samples::clock::{Clock, ClockSettings, Verdict};
+use crate::redundancy::samples::history::{AtRest, Stream};
+use crate::redundancy::samples::pair::products;
 use crate::redundancy::selection::{Candidate, Selection};
 use crate::redundancy::sensor::{Axes, Sensor};
-use crate::redundancy::unit::{AtRest, Stream};
 use crate::sample::{CHANNELS, Sample};
 
 /// Who is told of what happened.
@@ -33,15 +41,15 @@ pub enum Command {
 /// memory is in it; the platform is handed in with every call, so that it may lie in read-only memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize> {
-    pub(super) clock: Clock<UNITS>,
-    pub(super) streams: [Stream<T>; UNITS],
-    pub(super) products: Stream<T>,
-    pub(super) health: [Health<T>; UNITS],
-    pub(super) at_rest: [AtRest<T>; UNITS],
-    pub(super) rest: Rest<T>,
-    pub(super) stored: [[Stored<T>; 2]; UNITS],
-    pub(super) calibrations: [Option<Calibration<T>>; AT_ONCE],
-    pub(super) step: Option<u64>,
+    clock: Clock<UNITS>,
+    streams: [Stream<T>; UNITS],
+    products: Stream<T>,
+    health: [Health<T>; UNITS],
+    at_rest: [AtRest<T>; UNITS],
+    rest: Rest<T>,
+    stored: [[Stored<T>; 2]; UNITS],
+    calibrations: [Option<Calibration<T>>; AT_ONCE],
+    step: Option<u64>,
     known_healthy: [bool; UNITS],
     selection: Selection,
     carrier: Carrier<T>,
@@ -278,7 +286,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
     }
 
     /// What a sensor of a unit reads, as the primary would read it, with its calibration applied.
-    pub(super) fn compensated(
+    fn compensated(
         &self,
         platform: &Platform<T, UNITS>,
         number: usize,
@@ -322,12 +330,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
 }
 
 /// Ends a calibration without a fit, where there is one.
-pub(super) fn abandon<T: Real>(
-    slot: &mut Option<Calibration<T>>,
-    time: u64,
-    why: Abandoned,
-    report: Report<'_, T>,
-) {
+fn abandon<T: Real>(slot: &mut Option<Calibration<T>>, time: u64, why: Abandoned, report: Report<'_, T>) {
     if let Some(calibration) = slot.take() {
         report(Event {
             time,

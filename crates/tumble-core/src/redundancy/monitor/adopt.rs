@@ -3,11 +3,11 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::real::{Real, real};
-use crate::redundancy::calibrating::{Calibration, Outcome};
 use crate::redundancy::evaluation::Stored;
-use crate::redundancy::event::{Event, What};
 use crate::redundancy::fit::Fit;
 use crate::redundancy::monitor::Report;
+use crate::redundancy::monitor::calibration::{Calibration, Outcome};
+use crate::redundancy::monitor::event::{Event, What};
 use crate::redundancy::platform::Unit;
 use crate::redundancy::record::Record;
 use crate::redundancy::sensor::{SENSORS, Sensor};

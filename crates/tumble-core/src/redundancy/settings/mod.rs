@@ -1,11 +1,12 @@
 //! How a redundant set watches, calibrates and replaces its units.
 
+pub mod thresholds;
+pub mod validate;
+
 use crate::gravity;
 use crate::real::{Real, SECOND, real};
-use crate::redundancy::health::HealthSettings;
-use crate::redundancy::selection::SelectionSettings;
 use crate::redundancy::sensor::Sensor;
-use crate::redundancy::thresholds::{Threshold, Thresholds};
+use crate::redundancy::settings::thresholds::{Threshold, Thresholds};
 
 /// Which data deviations at rest are taken from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -137,6 +138,72 @@ pub struct AdoptionSettings<T: Real> {
     pub drift: Both<T>,
     /// Largest root mean square residual.
     pub residual: Both<T>,
+}
+
+/// Limits of what a healthy unit does; lengths of time in microseconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HealthSettings<T: Real> {
+    /// Longest time without a sample.
+    pub late: u64,
+    /// Longest time over which all axes of a sensor may repeat their readings, and 16 readings at least; three times that
+    /// for a sensor of one axis.
+    pub frozen: u64,
+    /// Longest time that may be spent at the end of the range or with readings that are not numbers; a quarter of the
+    /// good time after that is counted against it.
+    pub saturated: u64,
+    /// A reading that leaves by more, m/s^2 or rad/s, and comes back at once, is a spike.
+    pub spike: Both<T>,
+    /// Largest distance from the median of the units, m/s^2 and rad/s.
+    pub family: Both<T>,
+    /// How much longer than within it a unit may be beyond that distance, or noisier than is allowed.
+    pub family_time: u64,
+    /// Largest ratio of the scatter of a unit to the median of the units.
+    pub noise_ratio: T,
+    /// Largest deviation at rest from gravity, m/s^2, and from zero, rad/s.
+    pub rest: Both<T>,
+    /// How long nothing may have been wrong until a unit is healthy again.
+    pub recovery: u64,
+}
+
+impl<T: Real> Default for HealthSettings<T> {
+    fn default() -> Self {
+        let both = |specific_force, angular_rate| Both {
+            specific_force: real(specific_force),
+            angular_rate: real(angular_rate),
+        };
+        Self {
+            late: 100_000,
+            frozen: 100_000,
+            saturated: 50_000,
+            spike: both(40.0, 10.0),
+            family: both(1.0, 0.1),
+            family_time: 500_000,
+            noise_ratio: real(5.0),
+            rest: both(1.5, 0.2),
+            recovery: 500_000,
+        }
+    }
+}
+
+/// When the source changes; lengths of time in microseconds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SelectionSettings {
+    /// How long the source has to be unhealthy to be replaced.
+    pub hold: u64,
+    /// How long the primary has to be healthy to become the source again; `None`: on command only.
+    pub return_after: Option<u64>,
+    /// Whether secondaries that were never calibrated against the primary are passed over.
+    pub calibrated_only: bool,
+}
+
+impl Default for SelectionSettings {
+    fn default() -> Self {
+        Self {
+            hold: 20_000,
+            return_after: None,
+            calibrated_only: false,
+        }
+    }
 }
 
 /// All settings of the monitor.

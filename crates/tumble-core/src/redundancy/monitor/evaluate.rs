@@ -1,15 +1,15 @@
 //! What the monitor finds while the platform rests, and what that triggers.
 
 use crate::real::Real;
-use crate::redundancy::calibrating::{Calibration, RestBefore};
 use crate::redundancy::evaluation::{Deviation, PrimaryAtRest, SecondaryAtRest};
-use crate::redundancy::event::{Abandoned, Check, Event, What};
 use crate::redundancy::gate::{Decision, Findings, Withheld};
+use crate::redundancy::monitor::calibration::{Calibration, RestBefore};
+use crate::redundancy::monitor::event::{Abandoned, Check, Event, What};
 use crate::redundancy::monitor::{Monitor, Report, abandon};
 use crate::redundancy::platform::Platform;
+use crate::redundancy::samples::history::AtRest;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::{Data, Scope};
-use crate::redundancy::unit::AtRest;
 
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONCE> {
     /// Takes a window at rest, and evaluates where enough of them have been taken.

@@ -1,9 +1,15 @@
 //! Moments of pairs as a fit sees them, and what a relation leaves unexplained of them.
 
 use crate::real::Real;
-use crate::redundancy::joint::JointMoments;
-use crate::redundancy::pairing::FORCE_CHANNELS;
-use crate::redundancy::relation::Relation;
+use crate::redundancy::fit::joint_moments::{JointMoments, packed};
+use crate::redundancy::relative_error::Relation;
+use crate::redundancy::samples::pair::{FORCE_CHANNELS, RATE_CHANNELS};
+
+/// Different covariances of the channels of a pair of accelerometers.
+pub const FORCE_PACKED: usize = packed(FORCE_CHANNELS);
+
+/// Different covariances of the channels of a pair of gyroscopes.
+pub const RATE_PACKED: usize = packed(RATE_CHANNELS);
 
 /// Moments of pairs of either sensor.
 pub trait Pairs<T: Real> {

@@ -2,11 +2,11 @@
 
 use crate::real::Real;
 use crate::redundancy::evaluation::Stored;
-use crate::redundancy::event::{Abandoned, Event, Rejected, What};
+use crate::redundancy::monitor::event::{Abandoned, Event, Rejected, What};
 use crate::redundancy::monitor::{Monitor, Report, abandon};
 use crate::redundancy::platform::{Platform, Unit};
 use crate::redundancy::record::{Record, Storage};
-use crate::redundancy::relation::Relation;
+use crate::redundancy::relative_error::Relation;
 use crate::redundancy::sensor::SENSORS;
 
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONCE> {

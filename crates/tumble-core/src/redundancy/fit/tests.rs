@@ -1,7 +1,7 @@
 use super::*;
-use crate::redundancy::joint::JointMoments;
-use crate::redundancy::pairing::{FORCE_CHANNELS, FORCE_PACKED, Pair, RATE_CHANNELS, RATE_PACKED};
-use crate::redundancy::residual::{FORCE_LAYOUT, RATE_LAYOUT};
+use crate::redundancy::fit::joint_moments::JointMoments;
+use crate::redundancy::fit::residual::{FORCE_LAYOUT, FORCE_PACKED, RATE_LAYOUT, RATE_PACKED};
+use crate::redundancy::samples::pair::{FORCE_CHANNELS, Pair, RATE_CHANNELS};
 use proptest::prelude::*;
 
 fn vector(limit: f64) -> impl Strategy<Value = Vector3<f64>> {

@@ -1,18 +1,18 @@
 //! What the monitor does with each window: the vote, rest and its evaluation, calibration mode.
 
 use crate::real::{Real, SECOND, real, seconds};
-use crate::redundancy::calibrating::{Phase, Progress};
-use crate::redundancy::conclusion::conclude;
-use crate::redundancy::event::{Event, What};
-use crate::redundancy::family::{Member, vote};
+use crate::redundancy::health::median_vote::{Member, vote};
+use crate::redundancy::monitor::adopt::conclude;
+use crate::redundancy::monitor::calibration::{Phase, Progress};
+use crate::redundancy::monitor::event::{Event, What};
+use crate::redundancy::monitor::rest_state::Turn;
 use crate::redundancy::monitor::{Monitor, Report, abandon};
 use crate::redundancy::output::{Compensated, lever_arm};
-use crate::redundancy::pairing::{Pair, PrimaryMeans};
 use crate::redundancy::platform::Platform;
-use crate::redundancy::rest::Turn;
+use crate::redundancy::samples::history::AtRest;
+use crate::redundancy::samples::pair::{Pair, PrimaryMeans};
+use crate::redundancy::samples::window::Means;
 use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
-use crate::redundancy::unit::AtRest;
-use crate::redundancy::window::Means;
 use crate::sample::CHANNELS;
 
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONCE> {

@@ -1,7 +1,7 @@
 //! Everything that happened, and why, with figures.
 
 use crate::real::Real;
-use crate::redundancy::adoption::Refusal;
+use crate::redundancy::fit::adoption::Refusal;
 use crate::redundancy::gate::Withheld;
 use crate::redundancy::health::Fault;
 use crate::redundancy::record::Record;

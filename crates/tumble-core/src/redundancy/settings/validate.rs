@@ -1,8 +1,9 @@
 //! Settings that cannot be meant, alone or together.
 
 use crate::real::{Real, SECOND};
-use crate::redundancy::settings::{Data, Settings};
-use crate::redundancy::thresholds::Threshold;
+use crate::redundancy::leaky::LONGEST;
+use crate::redundancy::settings::thresholds::Threshold;
+use crate::redundancy::settings::{Data, HealthSettings, SelectionSettings, Settings};
 
 /// Why a setting cannot be meant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -143,8 +144,60 @@ impl<T: Real> Settings<T> {
     }
 }
 
+impl<T: Real> HealthSettings<T> {
+    /// Looks for numbers that cannot be meant.
+    ///
+    /// # Errors
+    /// The first [`Contradiction`] there is.
+    pub fn check(&self) -> Result<(), Contradiction> {
+        require_some(&[
+            ("late", self.late),
+            ("frozen", self.frozen),
+            ("saturated", self.saturated),
+            ("family_time", self.family_time),
+        ])?;
+        require_positive(&[
+            ("spike_specific_force", self.spike.specific_force),
+            ("spike_angular_rate", self.spike.angular_rate),
+            ("family_specific_force", self.family.specific_force),
+            ("family_angular_rate", self.family.angular_rate),
+            ("noise_ratio", self.noise_ratio),
+            ("rest_specific_force", self.rest.specific_force),
+            ("rest_angular_rate", self.rest.angular_rate),
+        ])?;
+        for (setting, time, most) in [
+            ("frozen", self.frozen, LONGEST / 3),
+            ("saturated", self.saturated, LONGEST),
+            ("family_time", self.family_time, LONGEST),
+        ] {
+            require(time <= most, setting, Objection::TooLong(most))?;
+        }
+        require(
+            self.noise_ratio > T::one(),
+            "noise_ratio",
+            Objection::AlwaysExceeded,
+        )
+    }
+}
+
+impl SelectionSettings {
+    /// Looks for contradictions.
+    ///
+    /// # Errors
+    /// [`Contradiction`] where the primary would come back sooner than it is replaced.
+    pub fn check(&self) -> Result<(), Contradiction> {
+        if self.return_after.is_none_or(|after| after > self.hold) {
+            return Ok(());
+        }
+        Err(Contradiction {
+            setting: "return_after",
+            objection: Objection::ShorterThan("hold"),
+        })
+    }
+}
+
 /// Objects to what is not so.
-pub(super) fn require(good: bool, setting: &'static str, objection: Objection) -> Result<(), Contradiction> {
+fn require(good: bool, setting: &'static str, objection: Objection) -> Result<(), Contradiction> {
     if good {
         Ok(())
     } else {
@@ -153,7 +206,7 @@ pub(super) fn require(good: bool, setting: &'static str, objection: Objection) -
 }
 
 /// Objects to the first that is not a number above zero.
-pub(super) fn require_positive<T: Real>(settings: &[(&'static str, T)]) -> Result<(), Contradiction> {
+fn require_positive<T: Real>(settings: &[(&'static str, T)]) -> Result<(), Contradiction> {
     let mut settings = settings.iter();
     settings.try_for_each(|(setting, value)| {
         let positive = value.is_finite() && *value > T::zero();
@@ -162,7 +215,7 @@ pub(super) fn require_positive<T: Real>(settings: &[(&'static str, T)]) -> Resul
 }
 
 /// Objects to the first that is zero.
-pub(super) fn require_some(settings: &[(&'static str, u64)]) -> Result<(), Contradiction> {
+fn require_some(settings: &[(&'static str, u64)]) -> Result<(), Contradiction> {
     let mut settings = settings.iter();
     settings.try_for_each(|(setting, count)| require(*count > 0, setting, Objection::NotPositive))
 }
