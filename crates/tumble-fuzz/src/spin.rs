@@ -6,7 +6,7 @@ use std::hash::{DefaultHasher, Hasher as _};
 use nalgebra::Vector3;
 use tumble_core::gravity;
 use tumble_core::sample::Sample;
-use tumble_core::spin::estimate::{Bias, SpinEstimate, TrueAngle, Value};
+use tumble_core::spin::estimate::{ScalarEstimate, SpinEstimate, TrueAngle, VectorEstimate};
 use tumble_core::spin::machine::{SpinMachine, Wheels};
 use tumble_core::spin::settings::SpinSettings;
 
@@ -179,8 +179,8 @@ fn true_angle(draw: &mut Draw) -> TrueAngle<f32> {
 
 /// What is known is finite.
 fn check(estimate: &SpinEstimate<f32>) -> Outcome {
-    let bias = |bias: &Bias<f32>| !bias.observed || bias.value.iter().all(|x| x.is_finite());
-    let value = |value: &Value<f32>| !value.is_known() || value.value.is_finite();
+    let bias = |bias: &VectorEstimate<f32>| !bias.observed || bias.value.iter().all(|x| x.is_finite());
+    let value = |value: &ScalarEstimate<f32>| !value.is_known() || value.value.is_finite();
     let sound = [
         ("gyroscope bias", bias(&estimate.gyroscope_bias)),
         ("accelerometer bias", bias(estimate.accelerometer_bias())),
@@ -263,18 +263,18 @@ fn numbers(settings: &mut SpinSettings<f32>) -> [&mut f32; 23] {
 
 #[cfg(test)]
 mod tests {
-    use tumble_core::spin::machine::State;
+    use tumble_core::spin::machine::SpinState;
 
     use super::*;
 
     #[test]
     fn runs_begin_while_it_stands_while_it_turns_and_when_it_is_done() {
         let Scenes(scenes) = Scenes::new();
-        let some = |is: fn(&State<f32>) -> bool| scenes.iter().any(|scene| is(scene.machine.state()));
-        assert!(some(|state| *state == State::Still));
-        assert!(some(|state| *state == State::Spin));
-        assert!(some(|state| *state == State::Done));
-        assert!(!some(|state| matches!(state, State::Failed(_))));
+        let some = |is: fn(&SpinState<f32>) -> bool| scenes.iter().any(|scene| is(scene.machine.state()));
+        assert!(some(|state| *state == SpinState::Still));
+        assert!(some(|state| *state == SpinState::Spin));
+        assert!(some(|state| *state == SpinState::Done));
+        assert!(!some(|state| matches!(state, SpinState::Failed(_))));
     }
 
     #[test]

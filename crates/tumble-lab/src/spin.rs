@@ -7,7 +7,7 @@ use tumble_core::sample::Sample;
 use tumble_core::spin::block::Block;
 use tumble_core::spin::collector::Collector;
 use tumble_core::spin::estimate::{SpinEstimate, TrueAngle};
-use tumble_core::spin::failure::Failure;
+use tumble_core::spin::failure::SpinFailure;
 use tumble_core::spin::settings::SpinSettings;
 
 /// First and last instant of a rest, microseconds.
@@ -15,7 +15,7 @@ pub type RestTimes = (u64, u64);
 
 /// One block of the recording beside what the fit has for it, floor frame: forward, left, up.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drawn<T: Real> {
+pub struct FittedBlock<T: Real> {
     /// Middle, microseconds.
     pub time: u64,
     /// Whether the robot stood still.
@@ -34,25 +34,25 @@ pub struct Drawn<T: Real> {
 
 /// What a spin shows, and its blocks.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fitted<T: Real> {
+pub struct SpinFit<T: Real> {
     /// Everything found.
     pub estimate: SpinEstimate<T>,
     /// Successive blocks.
-    pub drawn: Vec<Drawn<T>>,
+    pub blocks: Vec<FittedBlock<T>>,
 }
 
 /// Estimates from the samples of one spin, in order of time, given when the robot stood still. Bias instability is read
 /// off the residuals where it is not given.
 ///
 /// # Errors
-/// [`Failure`] where the samples are no spin that can be used.
+/// [`SpinFailure`] where the samples are no spin that can be used.
 pub fn fit<T: Real>(
     samples: impl Iterator<Item = Sample<T>> + Clone,
     rests: &[RestTimes],
     settings: &SpinSettings<T>,
     bias_instability: Option<(T, T)>,
     true_angle: Option<&TrueAngle<T>>,
-) -> Result<Fitted<T>, Failure<T>> {
+) -> Result<SpinFit<T>, SpinFailure<T>> {
     let with = |bias_instability: (T, T)| SpinSettings {
         bias_instability,
         ..*settings
@@ -61,12 +61,12 @@ pub fn fit<T: Real>(
         return fit_once(samples, rests, &with(known), true_angle);
     }
     let first = fit_once(samples.clone(), rests, settings, true_angle)?;
-    fit_once(samples, rests, &with(instability(&first.drawn)), true_angle)
+    fit_once(samples, rests, &with(instability(&first.blocks)), true_angle)
 }
 
 /// Bias instability of accelerometer and gyroscope that the residuals show: of the force along the turning axis, which
 /// no motion changes, and of the rate across it (docs/theory/noise.md, eq. 7).
-fn instability<T: Real>(blocks: &[Drawn<T>]) -> (T, T) {
+fn instability<T: Real>(blocks: &[FittedBlock<T>]) -> (T, T) {
     let mut ladder = AllanLadder::new();
     for pair in blocks.windows(2) {
         let [block, next] = pair else { continue };
@@ -85,8 +85,8 @@ fn fit_once<T: Real>(
     rests: &[RestTimes],
     settings: &SpinSettings<T>,
     true_angle: Option<&TrueAngle<T>>,
-) -> Result<Fitted<T>, Failure<T>> {
-    let mut pass = Pass {
+) -> Result<SpinFit<T>, SpinFailure<T>> {
+    let mut recorder = BlockRecorder {
         collector: Collector::new(settings),
         blocks: Vec::new(),
     };
@@ -96,33 +96,33 @@ fn fit_once<T: Real>(
             .iter()
             .any(|(start, end)| (*start..=*end).contains(&sample.time));
         if let Some(before) = was_resting.filter(|before| *before != resting) {
-            pass.cut(before)?;
+            recorder.cut(before)?;
         }
         was_resting = Some(resting);
-        if let Some(block) = pass.collector.push(&sample)? {
-            pass.take(block, resting)?;
+        if let Some(block) = recorder.collector.push(&sample)? {
+            recorder.take(block, resting)?;
         }
     }
-    pass.cut(was_resting.unwrap_or(false))?;
-    let estimate = pass.collector.solve(true_angle)?;
-    let drawn = draw(&pass.blocks, &estimate);
-    Ok(Fitted { estimate, drawn })
+    recorder.cut(was_resting.unwrap_or(false))?;
+    let estimate = recorder.collector.solve(true_angle)?;
+    let blocks = draw(&recorder.blocks, &estimate);
+    Ok(SpinFit { estimate, blocks })
 }
 
-struct Pass<T: Real> {
+struct BlockRecorder<T: Real> {
     collector: Collector<T>,
     blocks: Vec<(Block<T>, bool)>,
 }
 
-impl<T: Real> Pass<T> {
-    fn take(&mut self, block: Block<T>, resting: bool) -> Result<(), Failure<T>> {
+impl<T: Real> BlockRecorder<T> {
+    fn take(&mut self, block: Block<T>, resting: bool) -> Result<(), SpinFailure<T>> {
         self.collector.take(&block, resting)?;
         self.blocks.push((block, resting));
         Ok(())
     }
 
     /// Ends the block at hand where the robot stops or starts.
-    fn cut(&mut self, resting: bool) -> Result<(), Failure<T>> {
+    fn cut(&mut self, resting: bool) -> Result<(), SpinFailure<T>> {
         if let Some(block) = self.collector.cut() {
             self.take(block, resting)?;
         }
@@ -133,7 +133,7 @@ impl<T: Real> Pass<T> {
     }
 }
 
-fn draw<T: Real>(blocks: &[(Block<T>, bool)], estimate: &SpinEstimate<T>) -> Vec<Drawn<T>> {
+fn draw<T: Real>(blocks: &[(Block<T>, bool)], estimate: &SpinEstimate<T>) -> Vec<FittedBlock<T>> {
     let floor: Matrix3<T> = estimate.fit.floor;
     let accelerometer = estimate.fit.accelerometer_bias();
     let gyroscope = estimate.fit.gyroscope_bias;
@@ -145,7 +145,7 @@ fn draw<T: Real>(blocks: &[(Block<T>, bool)], estimate: &SpinEstimate<T>) -> Vec
             let modelled = estimate
                 .fit
                 .specific_force(heading, block.rate, acceleration(blocks, i));
-            Drawn {
+            FittedBlock {
                 time: block.start + (block.end - block.start) / 2,
                 resting: *resting,
                 heading,

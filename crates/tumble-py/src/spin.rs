@@ -9,9 +9,9 @@ use tumble_core::gravity::vertical_earth_rate;
 use tumble_core::real::{Real, real};
 use tumble_core::sample::Sample;
 use tumble_core::spin::estimate::TrueAngle;
-use tumble_core::spin::failure::Failure;
+use tumble_core::spin::failure::SpinFailure;
 use tumble_core::spin::settings::SpinSettings;
-use tumble_lab::spin::{Fitted, fit};
+use tumble_lab::spin::{SpinFit, fit};
 
 use crate::convert::rows;
 use crate::spin_figures::{block_figures, error, figures};
@@ -83,7 +83,7 @@ fn fit_spin<'py>(
     precision: &str,
     true_angle: Option<(f64, f64, f64)>,
 ) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
-    let samples = Samples::new(&time, &accelerometer, &gyroscope)?;
+    let samples = SampleArrays::new(&time, &accelerometer, &gyroscope)?;
     let origin = samples.time.first().copied().unwrap_or(0.0);
     let rests: Vec<(u64, u64)> = rests
         .as_array()
@@ -104,13 +104,13 @@ fn fit_spin<'py>(
 }
 
 /// Arrays of samples.
-pub(crate) struct Samples<'a> {
+pub(crate) struct SampleArrays<'a> {
     pub(crate) time: &'a [f64],
     force: &'a [[f64; 3]],
     rate: &'a [[f64; 3]],
 }
 
-impl<'a> Samples<'a> {
+impl<'a> SampleArrays<'a> {
     pub(crate) fn new(
         time: &'a PyReadonlyArray1<'_, f64>,
         accelerometer: &'a PyReadonlyArray2<'_, f64>,
@@ -147,7 +147,7 @@ impl<'a> Samples<'a> {
         settings: &SpinSettings<T>,
         instability: Option<(T, T)>,
         angle: Option<(f64, f64, f64)>,
-    ) -> Result<Fitted<T>, Failure<T>> {
+    ) -> Result<SpinFit<T>, SpinFailure<T>> {
         fit(
             self.iter(origin),
             rests,
@@ -206,13 +206,13 @@ pub(crate) fn true_angle<T: Real>(angle: Option<(f64, f64, f64)>) -> Option<True
 
 fn both<'py, T: Real>(
     py: Python<'py>,
-    fitted: Result<Fitted<T>, Failure<T>>,
+    fitted: Result<SpinFit<T>, SpinFailure<T>>,
     origin: f64,
 ) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
     let fitted = fitted.map_err(|failure| error(py, &failure, origin))?;
     Ok((
         figures(py, &fitted.estimate)?,
-        block_figures(py, &fitted.drawn, origin)?,
+        block_figures(py, &fitted.blocks, origin)?,
     ))
 }
 

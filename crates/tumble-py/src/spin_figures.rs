@@ -5,9 +5,9 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tumble_core::real::Real;
-use tumble_core::spin::estimate::{Bias, SpinEstimate, Value};
-use tumble_core::spin::failure::Failure;
-use tumble_lab::spin::Drawn;
+use tumble_core::spin::estimate::{ScalarEstimate, SpinEstimate, VectorEstimate};
+use tumble_core::spin::failure::SpinFailure;
+use tumble_lab::spin::FittedBlock;
 
 use crate::convert::{array1, array2, stacked};
 use crate::turntable::CoreError;
@@ -20,19 +20,19 @@ pub(crate) fn wide<T: Real>(value: T) -> f64 {
 #[allow(clippy::cast_precision_loss)]
 pub(crate) fn failure_figures<'py, T: Real>(
     py: Python<'py>,
-    failure: &Failure<T>,
+    failure: &SpinFailure<T>,
     origin: f64,
 ) -> PyResult<(&'static str, Bound<'py, PyDict>)> {
     let at = |time: u64| origin + time as f64 * 1e-6;
     let (kind, figures): (_, Vec<(&str, f64)>) = match *failure {
-        Failure::NeverStill { waited } => ("never still", vec![("waited", wide(waited))]),
-        Failure::NoRest => ("no rest", vec![]),
-        Failure::NoTurn { turned } => ("no turn", vec![("turned", wide(turned))]),
-        Failure::TurnedTooLittle { turned, wanted } => (
+        SpinFailure::NeverStill { waited } => ("never still", vec![("waited", wide(waited))]),
+        SpinFailure::NoRest => ("no rest", vec![]),
+        SpinFailure::NoTurn { turned } => ("no turn", vec![("turned", wide(turned))]),
+        SpinFailure::TurnedTooLittle { turned, wanted } => (
             "turned too little",
             vec![("turned", wide(turned)), ("wanted", wide(wanted))],
         ),
-        Failure::NotOneAxis { time, across, limit } => (
+        SpinFailure::NotOneAxis { time, across, limit } => (
             "not one axis",
             vec![
                 ("time", at(time)),
@@ -40,7 +40,7 @@ pub(crate) fn failure_figures<'py, T: Real>(
                 ("limit", wide(limit)),
             ],
         ),
-        Failure::Lifted { time, change, limit } => (
+        SpinFailure::Lifted { time, change, limit } => (
             "lifted",
             vec![
                 ("time", at(time)),
@@ -48,7 +48,7 @@ pub(crate) fn failure_figures<'py, T: Real>(
                 ("limit", wide(limit)),
             ],
         ),
-        Failure::Saturated { time, channel, value } => (
+        SpinFailure::Saturated { time, channel, value } => (
             "saturated",
             vec![
                 ("time", at(time)),
@@ -56,21 +56,21 @@ pub(crate) fn failure_figures<'py, T: Real>(
                 ("value", wide(value)),
             ],
         ),
-        Failure::FloorTooSteep { tilt, limit } => (
+        SpinFailure::FloorTooSteep { tilt, limit } => (
             "floor too steep",
             vec![("tilt", wide(tilt)), ("limit", wide(limit))],
         ),
-        Failure::SampleRateTooLow { rate, needed } => (
+        SpinFailure::SampleRateTooLow { rate, needed } => (
             "sample rate too low",
             vec![("rate", wide(rate)), ("needed", wide(needed))],
         ),
-        Failure::SamplesMissing { time, gap } => {
+        SpinFailure::SamplesMissing { time, gap } => {
             ("samples missing", vec![("time", at(time)), ("gap", wide(gap))])
         }
-        Failure::StreamStopped { time, gap } => {
+        SpinFailure::StreamStopped { time, gap } => {
             ("stream stopped", vec![("time", at(time)), ("gap", wide(gap))])
         }
-        Failure::Unsolvable => ("unsolvable", vec![]),
+        SpinFailure::Unsolvable => ("unsolvable", vec![]),
     };
     let dict = PyDict::new(py);
     for (name, value) in figures {
@@ -79,7 +79,7 @@ pub(crate) fn failure_figures<'py, T: Real>(
     Ok((kind, dict))
 }
 
-pub(crate) fn error<T: Real>(py: Python<'_>, failure: &Failure<T>, origin: f64) -> PyErr {
+pub(crate) fn error<T: Real>(py: Python<'_>, failure: &SpinFailure<T>, origin: f64) -> PyErr {
     match failure_figures(py, failure, origin) {
         Ok((kind, figures)) => CoreError::new_err((kind, figures.unbind())),
         Err(error) => error,
@@ -90,7 +90,7 @@ pub(crate) fn vector<T: Real>(py: Python<'_>, v: &Vector3<T>) -> Py<PyArray1<f64
     array1(py, &v.map(wide))
 }
 
-pub(crate) fn value<T: Real>(value: &Value<T>) -> (f64, f64) {
+pub(crate) fn value<T: Real>(value: &ScalarEstimate<T>) -> (f64, f64) {
     if value.is_known() {
         (wide(value.value), wide(value.sigma))
     } else {
@@ -98,7 +98,7 @@ pub(crate) fn value<T: Real>(value: &Value<T>) -> (f64, f64) {
     }
 }
 
-pub(crate) fn bias<'py, T: Real>(py: Python<'py>, bias: &Bias<T>) -> PyResult<Bound<'py, PyDict>> {
+pub(crate) fn bias<'py, T: Real>(py: Python<'py>, bias: &VectorEstimate<T>) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     dict.set_item("value", vector(py, &bias.value))?;
     dict.set_item("sigma", vector(py, &bias.sigma))?;
@@ -122,7 +122,7 @@ pub(crate) fn figures<'py, T: Real>(
     dict.set_item("samples", estimate.samples)?;
     dict.set_item("gyroscope_bias", bias(py, &estimate.gyroscope_bias)?)?;
     dict.set_item("level_free", bias(py, &estimate.level_free)?)?;
-    dict.set_item("published", bias(py, &estimate.published)?)?;
+    dict.set_item("published", bias(py, &estimate.level_floor)?)?;
     dict.set_item("level_free_is_default", estimate.level_free_is_default)?;
     dict.set_item("up", vector(py, &estimate.up))?;
     dict.set_item("roll", value(&estimate.roll))?;
@@ -157,24 +157,24 @@ pub(crate) fn figures<'py, T: Real>(
 #[allow(clippy::cast_precision_loss)]
 pub(crate) fn block_figures<'py, T: Real>(
     py: Python<'py>,
-    drawn: &[Drawn<T>],
+    blocks: &[FittedBlock<T>],
     origin: f64,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let column = |f: &dyn Fn(&Drawn<T>) -> f64| PyArray1::from_iter(py, drawn.iter().map(f));
+    let column = |f: &dyn Fn(&FittedBlock<T>) -> f64| PyArray1::from_iter(py, blocks.iter().map(f));
     let dict = PyDict::new(py);
     dict.set_item("time", column(&|block| origin + block.time as f64 * 1e-6))?;
     dict.set_item("resting", column(&|block| f64::from(u8::from(block.resting))))?;
     dict.set_item("heading", column(&|block| wide(block.heading)))?;
     dict.set_item("rate", column(&|block| wide(block.rate)))?;
-    let across: Vec<Vec<f64>> = drawn
+    let across: Vec<Vec<f64>> = blocks
         .iter()
         .map(|block| vec![wide(block.across.x), wide(block.across.y)])
         .collect();
     dict.set_item("across", numpy::PyArray2::from_vec2(py, &across)?)?;
     dict.set_item(
         "force",
-        stacked(py, drawn.iter().map(|block| block.force.map(wide))),
+        stacked(py, blocks.iter().map(|block| block.force.map(wide))),
     )?;
-    dict.set_item("fit", stacked(py, drawn.iter().map(|block| block.fit.map(wide))))?;
+    dict.set_item("fit", stacked(py, blocks.iter().map(|block| block.fit.map(wide))))?;
     Ok(dict)
 }

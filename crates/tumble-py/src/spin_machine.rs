@@ -4,10 +4,10 @@ use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tumble_core::real::Real;
-use tumble_core::spin::machine::{Event, SpinMachine, State, Wheels};
+use tumble_core::spin::machine::{SpinEvent, SpinMachine, SpinState, Wheels};
 use tumble_core::spin::settings::SpinSettings;
 
-use crate::spin::{PySpinSettings, Samples, converted, is_single, microseconds, true_angle};
+use crate::spin::{PySpinSettings, SampleArrays, converted, is_single, microseconds, true_angle};
 use crate::spin_figures::{error, failure_figures, figures, wide};
 
 /// The state machine in one of the two precisions.
@@ -58,7 +58,7 @@ impl PySpinMachine {
         gyroscope: PyReadonlyArray2<'_, f64>,
         moving: Option<PyReadonlyArray1<'_, f64>>,
     ) -> PyResult<Vec<(f64, &'static str)>> {
-        let samples = Samples::new(&time, &accelerometer, &gyroscope)?;
+        let samples = SampleArrays::new(&time, &accelerometer, &gyroscope)?;
         let moving = moving.as_ref().map(PyReadonlyArray1::as_slice).transpose()?;
         let Some(first) = samples.time.first() else {
             return Ok(Vec::new());
@@ -143,7 +143,7 @@ impl PySpinMachine {
     }
 }
 
-impl Samples<'_> {
+impl SampleArrays<'_> {
     fn drive<T: Real>(
         &self,
         machine: &mut SpinMachine<T>,
@@ -169,24 +169,24 @@ fn wheels(moving: Option<f64>) -> Wheels {
     }
 }
 
-fn event_name(event: Event) -> &'static str {
+fn event_name(event: SpinEvent) -> &'static str {
     match event {
-        Event::StillBegan => "still began",
-        Event::StillBroken => "still broken",
-        Event::StillDone => "still done",
-        Event::SpinBegan => "spin began",
-        Event::Done => "done",
-        Event::Failed => "failed",
+        SpinEvent::StillBegan => "still began",
+        SpinEvent::StillBroken => "still broken",
+        SpinEvent::StillDone => "still done",
+        SpinEvent::SpinBegan => "spin began",
+        SpinEvent::Done => "done",
+        SpinEvent::Failed => "failed",
     }
 }
 
-fn state_name<T: Real>(state: &State<T>) -> &'static str {
+fn state_name<T: Real>(state: &SpinState<T>) -> &'static str {
     match state {
-        State::Idle => "idle",
-        State::Still => "still",
-        State::Spin => "spin",
-        State::Done => "done",
-        State::Failed(_) => "failed",
+        SpinState::Idle => "idle",
+        SpinState::Still => "still",
+        SpinState::Spin => "spin",
+        SpinState::Done => "done",
+        SpinState::Failed(_) => "failed",
     }
 }
 
@@ -202,11 +202,11 @@ fn progress_of<T: Real>(machine: &SpinMachine<T>) -> (f64, f64, f64, bool) {
 
 fn failure_of<'py, T: Real>(
     py: Python<'py>,
-    state: &State<T>,
+    state: &SpinState<T>,
     origin: f64,
 ) -> PyResult<Option<(&'static str, Bound<'py, PyDict>)>> {
     match state {
-        State::Failed(failure) => Ok(Some(failure_figures(py, failure, origin)?)),
+        SpinState::Failed(failure) => Ok(Some(failure_figures(py, failure, origin)?)),
         _ => Ok(None),
     }
 }

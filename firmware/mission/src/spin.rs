@@ -3,8 +3,8 @@
 use core::fmt::Write;
 
 use tumble_core::real::real;
-use tumble_core::spin::estimate::{Bias, SpinEstimate, Value};
-use tumble_core::spin::machine::{Event, SpinMachine, State, Wheels};
+use tumble_core::spin::estimate::{ScalarEstimate, SpinEstimate, VectorEstimate};
+use tumble_core::spin::machine::{SpinEvent, SpinMachine, SpinState, Wheels};
 use tumble_core::spin::settings::SpinSettings;
 
 use crate::MissionError;
@@ -34,7 +34,7 @@ pub fn spin<W: Watch>(file: &[u8], watch: &mut W, out: &mut dyn Write) -> Result
     for counts in cases.rows("counts")? {
         let sample = sample(time, &counts?, steps);
         let event = watch.during(|| machine.push(&sample, Wheels::Unknown));
-        watch.was(if event == Some(Event::Done) {
+        watch.was(if event == Some(SpinEvent::Done) {
             Phase::SpinFinish
         } else {
             Phase::SpinPush
@@ -50,7 +50,7 @@ pub fn spin<W: Watch>(file: &[u8], watch: &mut W, out: &mut dyn Write) -> Result
             )?;
         }
         // What comes behind the end is not looked at, and would count as samples that cost next to nothing.
-        if matches!(event, Some(Event::Done | Event::Failed)) {
+        if matches!(event, Some(SpinEvent::Done | SpinEvent::Failed)) {
             break;
         }
         time = time.saturating_add(interval);
@@ -58,8 +58,8 @@ pub fn spin<W: Watch>(file: &[u8], watch: &mut W, out: &mut dyn Write) -> Result
     let found = watch.during(|| machine.solve(None));
     watch.was(Phase::SpinSolve);
     match (machine.state(), found) {
-        (State::Done, Ok(estimate)) => tell(out, &estimate)?,
-        (State::Failed(_), _) => writeln!(out, "spin failed")?,
+        (SpinState::Done, Ok(estimate)) => tell(out, &estimate)?,
+        (SpinState::Failed(_), _) => writeln!(out, "spin failed")?,
         _ => writeln!(out, "spin is not finished")?,
     }
     Ok(())
@@ -97,7 +97,7 @@ fn tell(out: &mut dyn Write, found: &SpinEstimate<f32>) -> core::fmt::Result {
     for (name, found) in [
         ("gyroscope bias", &found.gyroscope_bias),
         ("accelerometer bias", &found.level_free),
-        ("accelerometer bias if the floor is level", &found.published),
+        ("accelerometer bias if the floor is level", &found.level_floor),
         ("lever arm", &found.lever_arm),
     ] {
         bias(out, name, found)?;
@@ -127,7 +127,7 @@ fn tell(out: &mut dyn Write, found: &SpinEstimate<f32>) -> core::fmt::Result {
     writeln!(out, "    chi-square {chi_square}, degrees of freedom {freedom}")
 }
 
-fn bias(out: &mut dyn Write, name: &str, bias: &Bias<f32>) -> core::fmt::Result {
+fn bias(out: &mut dyn Write, name: &str, bias: &VectorEstimate<f32>) -> core::fmt::Result {
     let (value, sigma) = (All(bias.value.as_slice()), All(bias.sigma.as_slice()));
     writeln!(
         out,
@@ -136,7 +136,7 @@ fn bias(out: &mut dyn Write, name: &str, bias: &Bias<f32>) -> core::fmt::Result 
     )
 }
 
-fn value(out: &mut dyn Write, name: &str, value: &Value<f32>) -> core::fmt::Result {
+fn value(out: &mut dyn Write, name: &str, value: &ScalarEstimate<f32>) -> core::fmt::Result {
     writeln!(
         out,
         "    {name} {}, sigma {}",

@@ -1,6 +1,6 @@
 //! What a spin shows.
 
-use tumble_core::spin::estimate::{Bias, SpinEstimate as Core, TrueAngle, Value};
+use tumble_core::spin::estimate::{ScalarEstimate, SpinEstimate as Core, TrueAngle, VectorEstimate};
 
 use crate::pointer::{Place, look, view};
 use crate::spin::settings::known;
@@ -149,7 +149,7 @@ impl SpinEstimate {
             gyroscope_bias: SpinVector::of(&found.gyroscope_bias),
             covariance: found.covariance.transpose().into(),
             level_free: SpinVector::of(&found.level_free),
-            published: SpinVector::of(&found.published),
+            published: SpinVector::of(&found.level_floor),
             level_free_is_default: found.level_free_is_default,
             up: found.up.into(),
             roll: SpinValue::of(&found.roll),
@@ -171,7 +171,7 @@ impl SpinEstimate {
 }
 
 impl SpinValue {
-    fn of(value: &Value<f32>) -> Self {
+    fn of(value: &ScalarEstimate<f32>) -> Self {
         Self {
             value: value.value,
             sigma: value.sigma,
@@ -181,7 +181,7 @@ impl SpinValue {
 }
 
 impl SpinVector {
-    fn of(bias: &Bias<f32>) -> Self {
+    fn of(bias: &VectorEstimate<f32>) -> Self {
         Self {
             value: bias.value.into(),
             sigma: bias.sigma.into(),

@@ -5,8 +5,10 @@ mod settings;
 
 use core::mem::MaybeUninit;
 
-use tumble_core::spin::failure::Failure;
-use tumble_core::spin::machine::{Event as CoreEvent, SpinMachine, State as CoreState, Wheels as CoreWheels};
+use tumble_core::spin::failure::SpinFailure as CoreFailure;
+use tumble_core::spin::machine::{
+    SpinEvent as CoreEvent, SpinMachine, SpinState as CoreState, Wheels as CoreWheels,
+};
 
 pub use crate::spin::estimate::{SpinEstimate, SpinTrueAngle, SpinValue, SpinVector, tumble_spin_solve};
 pub use crate::spin::settings::{SpinSettings, known, tumble_spin_defaults};
@@ -329,24 +331,28 @@ impl SpinFailure {
     }
 
     /// As C has it.
-    pub fn of(failure: &Failure<f32>) -> Self {
+    pub fn of(failure: &CoreFailure<f32>) -> Self {
         let new = Self::new;
         match *failure {
-            Failure::NeverStill { waited } => new(SpinFault::NeverStill, waited, 0.0),
-            Failure::NoRest => new(SpinFault::NoRest, 0.0, 0.0),
-            Failure::NoTurn { turned } => new(SpinFault::NoTurn, turned, 0.0),
-            Failure::TurnedTooLittle { turned, wanted } => new(SpinFault::TurnedTooLittle, turned, wanted),
-            Failure::NotOneAxis { time, across, limit } => new(SpinFault::NotOneAxis, across, limit).at(time),
-            Failure::Lifted { time, change, limit } => new(SpinFault::Lifted, change, limit).at(time),
-            Failure::Saturated { time, channel, value } => Self {
+            CoreFailure::NeverStill { waited } => new(SpinFault::NeverStill, waited, 0.0),
+            CoreFailure::NoRest => new(SpinFault::NoRest, 0.0, 0.0),
+            CoreFailure::NoTurn { turned } => new(SpinFault::NoTurn, turned, 0.0),
+            CoreFailure::TurnedTooLittle { turned, wanted } => {
+                new(SpinFault::TurnedTooLittle, turned, wanted)
+            }
+            CoreFailure::NotOneAxis { time, across, limit } => {
+                new(SpinFault::NotOneAxis, across, limit).at(time)
+            }
+            CoreFailure::Lifted { time, change, limit } => new(SpinFault::Lifted, change, limit).at(time),
+            CoreFailure::Saturated { time, channel, value } => Self {
                 channel: u32::try_from(channel).unwrap_or(0),
                 ..new(SpinFault::Saturated, value, 0.0).at(time)
             },
-            Failure::FloorTooSteep { tilt, limit } => new(SpinFault::FloorTooSteep, tilt, limit),
-            Failure::SampleRateTooLow { rate, needed } => new(SpinFault::SampleRateTooLow, rate, needed),
-            Failure::SamplesMissing { time, gap } => new(SpinFault::SamplesMissing, gap, 0.0).at(time),
-            Failure::StreamStopped { time, gap } => new(SpinFault::StreamStopped, gap, 0.0).at(time),
-            Failure::Unsolvable => new(SpinFault::Unsolvable, 0.0, 0.0),
+            CoreFailure::FloorTooSteep { tilt, limit } => new(SpinFault::FloorTooSteep, tilt, limit),
+            CoreFailure::SampleRateTooLow { rate, needed } => new(SpinFault::SampleRateTooLow, rate, needed),
+            CoreFailure::SamplesMissing { time, gap } => new(SpinFault::SamplesMissing, gap, 0.0).at(time),
+            CoreFailure::StreamStopped { time, gap } => new(SpinFault::StreamStopped, gap, 0.0).at(time),
+            CoreFailure::Unsolvable => new(SpinFault::Unsolvable, 0.0, 0.0),
         }
     }
 }

@@ -9,13 +9,13 @@ use crate::real::{Real, count, real};
 
 /// Mean and centred second moments of three channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cloud<T: Real> {
+pub struct RateMoments<T: Real> {
     points: u32,
     mean: Vector3<T>,
     spread: Matrix3<T>,
 }
 
-impl<T: Real> Default for Cloud<T> {
+impl<T: Real> Default for RateMoments<T> {
     fn default() -> Self {
         Self {
             points: 0,
@@ -25,7 +25,7 @@ impl<T: Real> Default for Cloud<T> {
     }
 }
 
-impl<T: Real> Cloud<T> {
+impl<T: Real> RateMoments<T> {
     /// Takes in one point (Welford 1962).
     pub fn push(&mut self, point: &Vector3<T>) {
         self.points = self.points.saturating_add(1);
@@ -35,7 +35,7 @@ impl<T: Real> Cloud<T> {
     }
 
     /// The same points in another frame: `to_from` turns what was into what is.
-    pub fn turned(&self, to_from: &Matrix3<T>) -> Self {
+    pub fn in_frame(&self, to_from: &Matrix3<T>) -> Self {
         Self {
             points: self.points,
             mean: to_from * self.mean,
@@ -49,7 +49,7 @@ impl<T: Real> Cloud<T> {
     }
 }
 
-/// Frame of the floor: forward, left, up, as columns in the case frame. Forward is the case's x, laid onto the floor.
+/// Frame of the floor: forward, left, up, as columns in the case frame. Forward is the case's x, projected onto the floor.
 pub fn floor_frame<T: Real>(up: &Vector3<T>) -> Matrix3<T> {
     let level = up.y.hypot(up.z);
     // Where x points up or down there is no forward, and roll counts as zero.
@@ -97,7 +97,7 @@ const ROUNDS: u32 = 4;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TurningRates<T: Real> {
     /// Rates less `counted_bias`, rad/s, in `frame`.
-    pub cloud: Cloud<T>,
+    pub moments: RateMoments<T>,
     /// Columns in the case frame; the third is close to the turning axis, so that rounding of the rate about it does not
     /// spoil what is seen across.
     pub frame: Matrix3<T>,
@@ -123,7 +123,7 @@ pub(super) fn floored<T: Real>(variance: T, least: f64) -> T {
 }
 
 /// Sums of the regression of what is seen across the axis on the rate along it.
-struct Sums<T> {
+struct LineSums<T> {
     points: T,
     along: T,
     along_squared: T,
@@ -131,26 +131,26 @@ struct Sums<T> {
 
 fn one_round<T: Real>(turning: &TurningRates<T>, rest: &RestingRate<T>, up: &Vector3<T>) -> AxisFit<T> {
     let floor = floor_frame(up);
-    let cloud = &turning.cloud;
-    let points = count::<T>(cloud.points.max(1));
+    let rates = &turning.moments;
+    let points = count::<T>(rates.points.max(1));
     let local = turning.frame.tr_mul(&floor);
     // The rest is the origin: means and moments about it.
-    let offset = cloud.mean - turning.frame.tr_mul(&(rest.mean - turning.counted_bias));
-    let spread = local.tr_mul(&(cloud.spread * local));
+    let offset = rates.mean - turning.frame.tr_mul(&(rest.mean - turning.counted_bias));
+    let spread = local.tr_mul(&(rates.spread * local));
     let mean = local.tr_mul(&offset);
-    let moments = spread + mean * mean.transpose() * points;
+    let about_rest = spread + mean * mean.transpose() * points;
     let rest_variance = floor
         .map(|e| e * e)
         .tr_mul(&rest.variance)
         .map(|v| floored(v, LEAST));
-    let sums = Sums {
+    let sums = LineSums {
         points,
         along: mean.z * points,
-        along_squared: moments[(2, 2)],
+        along_squared: about_rest[(2, 2)],
     };
     let block_variance = floored(scatter(&spread, &sums), LEAST);
     let across = |i: usize| {
-        let (seen, with_rate) = (mean[i] * points, moments[(i, 2)]);
+        let (seen, with_rate) = (mean[i] * points, about_rest[(i, 2)]);
         line(&sums, seen, with_rate, block_variance, rest_variance[i])
     };
     let (forward, left) = (across(0), across(1));
@@ -173,7 +173,7 @@ fn one_round<T: Real>(turning: &TurningRates<T>, rest: &RestingRate<T>, up: &Vec
 }
 
 /// Variance across the axis about the line through the turning blocks alone; that of a block.
-fn scatter<T: Real>(spread: &Matrix3<T>, sums: &Sums<T>) -> T {
+fn scatter<T: Real>(spread: &Matrix3<T>, sums: &LineSums<T>) -> T {
     let along = spread[(2, 2)];
     let left_over = |i: usize| {
         let explained = if along > T::zero() {
@@ -188,7 +188,7 @@ fn scatter<T: Real>(spread: &Matrix3<T>, sums: &Sums<T>) -> T {
 
 /// One direction across the axis: offset of the bias from the rest's, and slope over the rate, with their covariance.
 fn line<T: Real>(
-    sums: &Sums<T>,
+    sums: &LineSums<T>,
     seen: T,
     with_rate: T,
     variance: T,

@@ -64,7 +64,7 @@ impl<T: Real> Block<T> {
 
 /// How samples are gathered and heading is counted.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Guide<T: Real> {
+pub struct HeadingReference<T: Real> {
     /// Origin of time, microseconds.
     pub origin: u64,
     /// Angular rate at rest, rad/s.
@@ -99,7 +99,7 @@ impl<T: Real> Heading<T> {
 /// by the powers below of its angle, costs thirty. Steps are differences of the angle itself, so their rounding does
 /// not add up; each block begins with a whole sine, so that of the products does not either.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Phase<T: Real> {
+struct HeadingPhasor<T: Real> {
     angle: T,
     cosine: T,
     sine: T,
@@ -108,7 +108,7 @@ struct Phase<T: Real> {
 /// Largest step, rad: what its powers beyond the tenth add is below the rounding of double precision.
 const SMALL_STEP: f64 = 0.125;
 
-impl<T: Real> Phase<T> {
+impl<T: Real> HeadingPhasor<T> {
     #[inline(never)]
     fn at(angle: T) -> Self {
         let (sine, cosine) = angle.sin_cos();
@@ -134,9 +134,9 @@ impl<T: Real> Phase<T> {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Open<T: Real> {
+struct OpenBlock<T: Real> {
     sums: RunningSums<T, CHANNELS>,
-    phase: Phase<T>,
+    phase: HeadingPhasor<T>,
     start: u64,
     first: u64,
     began: T,
@@ -148,10 +148,10 @@ struct Open<T: Real> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlockBuilder<T: Real> {
     length: u64,
-    guide: Option<Guide<T>>,
+    reference: Option<HeadingReference<T>>,
     heading: Heading<T>,
     last: Option<(u64, T)>,
-    open: Option<Open<T>>,
+    open: Option<OpenBlock<T>>,
 }
 
 /// Fewest samples in a block.
@@ -162,7 +162,7 @@ impl<T: Real> BlockBuilder<T> {
     pub fn new(length: u64) -> Self {
         Self {
             length,
-            guide: None,
+            reference: None,
             heading: Heading {
                 angle: T::zero(),
                 lost: T::zero(),
@@ -173,8 +173,8 @@ impl<T: Real> BlockBuilder<T> {
     }
 
     /// Counts heading from here on, or as told from here on, with `lost` rad added that were not counted so far.
-    pub fn guide(&mut self, guide: Guide<T>, lost: T) {
-        self.guide = Some(guide);
+    pub fn refer_heading(&mut self, reference: HeadingReference<T>, lost: T) {
+        self.reference = Some(reference);
         self.heading.advance(lost);
     }
 
@@ -192,11 +192,11 @@ impl<T: Real> BlockBuilder<T> {
             .unwrap_or((sample.time, rate));
         let finished = self.is_full(sample.time).then(|| self.finish(time)).flatten();
         let began = self.heading.angle;
-        if self.guide.is_some() {
+        if self.reference.is_some() {
             let interval = seconds::<T>(sample.time.saturating_sub(time));
             self.heading.advance((rate + last_rate) * interval * real(0.5));
         }
-        self.gather(sample, rate, time, began);
+        self.accumulate(sample, rate, time, began);
         finished
     }
 
@@ -213,22 +213,22 @@ impl<T: Real> BlockBuilder<T> {
     }
 
     fn rate(&self, sample: &Sample<T>) -> T {
-        self.guide.as_ref().map_or(T::zero(), |guide| {
-            (sample.angular_rate - guide.bias).dot(&guide.up)
+        self.reference.as_ref().map_or(T::zero(), |reference| {
+            (sample.angular_rate - reference.bias).dot(&reference.up)
         })
     }
 
     fn correction(&self, time: u64, heading: T) -> T {
-        self.guide.as_ref().map_or(T::zero(), |guide| {
-            let elapsed = since::<T>(guide.origin, time);
-            guide.by_heading * heading + guide.by_time * elapsed
+        self.reference.as_ref().map_or(T::zero(), |reference| {
+            let elapsed = since::<T>(reference.origin, time);
+            reference.by_heading * heading + reference.by_time * elapsed
         })
     }
 
-    fn gather(&mut self, sample: &Sample<T>, rate: T, start: u64, began: T) {
+    fn accumulate(&mut self, sample: &Sample<T>, rate: T, start: u64, began: T) {
         let heading = self.heading.angle;
         let angle = heading + self.correction(sample.time, heading);
-        let course = |phase: &Phase<T>| [phase.cosine, phase.sine, rate * rate, rate, heading];
+        let course = |phase: &HeadingPhasor<T>| [phase.cosine, phase.sine, rate * rate, rate, heading];
         let y = sample.channels();
         match self.open.as_mut() {
             Some(open) => {
@@ -238,8 +238,8 @@ impl<T: Real> BlockBuilder<T> {
                 open.course.push(&course(&open.phase), age);
             }
             None => {
-                let phase = Phase::at(angle);
-                self.open = Some(Open {
+                let phase = HeadingPhasor::at(angle);
+                self.open = Some(OpenBlock {
                     sums: RunningSums::start(&y),
                     phase,
                     start,
@@ -261,9 +261,9 @@ impl<T: Real> BlockBuilder<T> {
             start: open.start,
             end,
             time: self
-                .guide
+                .reference
                 .as_ref()
-                .map_or(T::zero(), |guide| since(guide.origin, middle)),
+                .map_or(T::zero(), |reference| since(reference.origin, middle)),
             moments: open.sums.moments(),
             heading,
             correction: self.correction(middle, heading),
@@ -293,7 +293,7 @@ mod tests {
 
     /// Largest distance from the sine and cosine of the angle itself, over two hundred steps of a size.
     fn farthest<T: Real>(step: f64) -> f64 {
-        let mut phase = Phase::<T>::at(real(-3.0));
+        let mut phase = HeadingPhasor::<T>::at(real(-3.0));
         let mut farthest = T::zero();
         for number in 1..=200 {
             phase.advance(real::<T>(-3.0) + real::<T>(step) * count(number));

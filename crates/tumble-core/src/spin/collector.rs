@@ -5,7 +5,7 @@ use crate::sample::{CHANNELS, Sample};
 use crate::spin::block::{Block, BlockBuilder};
 use crate::spin::estimate::{SpinEstimate, TrueAngle};
 use crate::spin::estimator::SpinEstimator;
-use crate::spin::failure::Failure;
+use crate::spin::failure::SpinFailure;
 use crate::spin::settings::SpinSettings;
 use crate::spin::solve;
 
@@ -44,8 +44,8 @@ impl<T: Real> Collector<T> {
     /// robot stood still over it. What is not finite, or not later than the sample before, is passed over.
     ///
     /// # Errors
-    /// [`Failure::Saturated`]; while turning also [`Failure::SamplesMissing`] and [`Failure::SampleRateTooLow`].
-    pub fn push(&mut self, sample: &Sample<T>) -> Result<Option<Block<T>>, Failure<T>> {
+    /// [`SpinFailure::Saturated`]; while turning also [`SpinFailure::SamplesMissing`] and [`SpinFailure::SampleRateTooLow`].
+    pub fn push(&mut self, sample: &Sample<T>) -> Result<Option<Block<T>>, SpinFailure<T>> {
         let before = self.blocks.last_time();
         if !sample.is_finite() || before.is_some_and(|before| sample.time <= before) {
             return Ok(None);
@@ -66,7 +66,7 @@ impl<T: Real> Collector<T> {
     ///
     /// # Errors
     /// As of [`SpinEstimator::push`].
-    pub fn take(&mut self, block: &Block<T>, resting: bool) -> Result<(), Failure<T>> {
+    pub fn take(&mut self, block: &Block<T>, resting: bool) -> Result<(), SpinFailure<T>> {
         self.estimator.push(block, resting)?;
         self.follow();
         Ok(())
@@ -82,7 +82,7 @@ impl<T: Real> Collector<T> {
     ///
     /// # Errors
     /// As of [`solve::solve`].
-    pub fn solve(&self, true_angle: Option<&TrueAngle<T>>) -> Result<SpinEstimate<T>, Failure<T>> {
+    pub fn solve(&self, true_angle: Option<&TrueAngle<T>>) -> Result<SpinEstimate<T>, SpinFailure<T>> {
         solve::solve(&self.estimator, true_angle)
     }
 
@@ -96,12 +96,12 @@ impl<T: Real> Collector<T> {
             }
         }
         let lost = self.estimator.take_lost_heading();
-        if let Some(guide) = self.estimator.guide() {
-            self.blocks.guide(*guide, lost);
+        if let Some(reference) = self.estimator.heading_reference() {
+            self.blocks.refer_heading(*reference, lost);
         }
     }
 
-    fn check_range(&mut self, sample: &Sample<T>) -> Result<(), Failure<T>> {
+    fn check_range(&mut self, sample: &Sample<T>) -> Result<(), SpinFailure<T>> {
         let settings = self.estimator.settings();
         let ranges = [settings.specific_force_range, settings.angular_rate_range];
         let mut worst = None;
@@ -122,29 +122,29 @@ impl<T: Real> Collector<T> {
         if self.saturated < SPIKES {
             return Ok(());
         }
-        Err(Failure::Saturated {
+        Err(SpinFailure::Saturated {
             time: sample.time,
             channel,
             value,
         })
     }
 
-    fn check_step(&self, sample: &Sample<T>, before: u64) -> Result<(), Failure<T>> {
+    fn check_step(&self, sample: &Sample<T>, before: u64) -> Result<(), SpinFailure<T>> {
         let settings = self.estimator.settings();
-        let Some(guide) = self.estimator.guide() else {
+        let Some(reference) = self.estimator.heading_reference() else {
             return Ok(());
         };
         let pause = sample.time.saturating_sub(before);
         let interval = seconds::<T>(pause);
         if pause > settings.longest_gap {
-            return Err(Failure::SamplesMissing {
+            return Err(SpinFailure::SamplesMissing {
                 time: before,
                 gap: interval,
             });
         }
-        let rate = (sample.angular_rate - guide.bias).norm();
+        let rate = (sample.angular_rate - reference.bias).norm();
         if rate * interval > settings.largest_step {
-            return Err(Failure::SampleRateTooLow {
+            return Err(SpinFailure::SampleRateTooLow {
                 rate: T::one() / interval,
                 needed: rate / settings.largest_step,
             });

@@ -3,19 +3,19 @@
 use nalgebra::{SMatrix, Vector3};
 
 use crate::real::Real;
-use crate::spin::estimator::Turned;
+use crate::spin::estimator::TurnTotals;
 use crate::spin::level_free::LevelFree;
 
 /// A number with its 1-sigma; infinite sigma where the data do not show it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Value<T: Real> {
+pub struct ScalarEstimate<T: Real> {
     /// The number.
     pub value: T,
     /// 1-sigma; the largest number there is where nothing is known.
     pub sigma: T,
 }
 
-impl<T: Real> Value<T> {
+impl<T: Real> ScalarEstimate<T> {
     pub(super) fn unknown() -> Self {
         Self {
             value: T::zero(),
@@ -40,10 +40,10 @@ pub struct TrueAngle<T: Real> {
     pub sigma: T,
 }
 
-/// Bias of three axes.
+/// Three numbers with their 1-sigma, such as the bias of a triad.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bias<T: Real> {
-    /// m/s^2 or rad/s, case frame.
+pub struct VectorEstimate<T: Real> {
+    /// m/s^2, rad/s or m, case frame.
     pub value: Vector3<T>,
     /// 1-sigma.
     pub sigma: Vector3<T>,
@@ -55,7 +55,7 @@ pub struct Bias<T: Real> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpinEstimate<T: Real> {
     /// How far the robot turned.
-    pub turned: Turned<T>,
+    pub turned: TurnTotals<T>,
     /// Time at rest, s.
     pub resting_time: T,
     /// Samples at rest and turning.
@@ -63,11 +63,11 @@ pub struct SpinEstimate<T: Real> {
     /// Scatter of one sample: accelerometer at rest and turning, m/s^2, gyroscope at rest and turning, rad/s.
     pub noise: [Vector3<T>; 4],
     /// Gyroscope bias, rad/s.
-    pub gyroscope_bias: Bias<T>,
+    pub gyroscope_bias: VectorEstimate<T>,
     /// Accelerometer bias whatever the floor, m/s^2.
-    pub level_free: Bias<T>,
+    pub level_free: VectorEstimate<T>,
     /// Accelerometer bias if the floor is level, m/s^2.
-    pub published: Bias<T>,
+    pub level_floor: VectorEstimate<T>,
     /// Whether the level-free bias is the result: at least one full turn, or a part that shows it well enough, and nobody
     /// said that the floor is level.
     pub level_free_is_default: bool,
@@ -76,23 +76,23 @@ pub struct SpinEstimate<T: Real> {
     /// Turning axis, unit length, case frame.
     pub up: Vector3<T>,
     /// Roll of the IMU against the floor, rad.
-    pub roll: Value<T>,
+    pub roll: ScalarEstimate<T>,
     /// Pitch of the IMU against the floor, rad.
-    pub pitch: Value<T>,
+    pub pitch: ScalarEstimate<T>,
     /// Tilt of the floor, rad.
-    pub floor_tilt: Value<T>,
+    pub floor_tilt: ScalarEstimate<T>,
     /// Uphill, rad counter-clockwise from forward, at the heading of the first rest.
-    pub uphill_bearing: Value<T>,
+    pub uphill_bearing: ScalarEstimate<T>,
     /// Position of the IMU from the turning axis, m, case frame, across the axis.
-    pub lever_arm: Bias<T>,
+    pub lever_arm: VectorEstimate<T>,
     /// Scale error of the gyroscope about the axis, from harmonics and true angles.
-    pub scale: Value<T>,
+    pub scale: ScalarEstimate<T>,
     /// The same clockwise alone, from the true angle.
-    pub scale_clockwise: Value<T>,
+    pub scale_clockwise: ScalarEstimate<T>,
     /// The same counter-clockwise alone.
-    pub scale_counter_clockwise: Value<T>,
+    pub scale_counter_clockwise: ScalarEstimate<T>,
     /// Rate about the axis while the robot seemed to stand still, as the harmonics have it, rad/s.
-    pub slow_turn: Value<T>,
+    pub slow_turn: ScalarEstimate<T>,
     /// Whether that rate is none of chance's, and was taken off the gyroscope bias.
     pub turned_while_still: bool,
     /// Sum of squared normalised residuals of the model against the free harmonics.
@@ -105,11 +105,11 @@ pub struct SpinEstimate<T: Real> {
 
 impl<T: Real> SpinEstimate<T> {
     /// Accelerometer bias by the method of choice.
-    pub fn accelerometer_bias(&self) -> &Bias<T> {
+    pub fn accelerometer_bias(&self) -> &VectorEstimate<T> {
         if self.level_free_is_default {
             &self.level_free
         } else {
-            &self.published
+            &self.level_floor
         }
     }
 }

@@ -5,10 +5,10 @@ use nalgebra::{Matrix3, Vector3};
 use crate::moments::Moments;
 use crate::real::{Real, count, real};
 use crate::sample::CHANNELS;
-use crate::spin::axis::{AxisFit, Cloud, floor_frame};
-use crate::spin::block::{Block, Guide};
-use crate::spin::failure::Failure;
-use crate::spin::harmonics::{Harmonics, Row};
+use crate::spin::axis::{AxisFit, RateMoments, floor_frame};
+use crate::spin::block::{Block, HeadingReference};
+use crate::spin::failure::SpinFailure;
+use crate::spin::harmonics::{HarmonicRow, Harmonics};
 use crate::spin::rests::{Rests, Stop};
 use crate::spin::settings::SpinSettings;
 
@@ -23,7 +23,7 @@ pub struct Direction<T: Real> {
 
 /// How far the robot turned.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Turned<T: Real> {
+pub struct TurnTotals<T: Real> {
     /// Clockwise, seen from above.
     pub clockwise: Direction<T>,
     /// Counter-clockwise.
@@ -38,7 +38,7 @@ pub struct Turned<T: Real> {
     pub vector: Vector3<T>,
 }
 
-impl<T: Real> Turned<T> {
+impl<T: Real> TurnTotals<T> {
     fn none() -> Self {
         let none = Direction {
             angle: T::zero(),
@@ -91,7 +91,7 @@ impl<T: Real> Turned<T> {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Kept<T: Real> {
+struct PendingBlock<T: Real> {
     block: Block<T>,
     resting: bool,
 }
@@ -100,18 +100,18 @@ struct Kept<T: Real> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpinEstimator<T: Real> {
     settings: SpinSettings<T>,
-    guide: Option<Guide<T>>,
+    reference: Option<HeadingReference<T>>,
     rests: Option<Rests<T>>,
     stop: Option<Stop<T>>,
     turning: Harmonics<T>,
     frame: Matrix3<T>,
-    cloud: Cloud<T>,
+    rates: RateMoments<T>,
     noise: Moments<T, CHANNELS>,
     turning_samples: u32,
-    turned: Turned<T>,
+    turned: TurnTotals<T>,
     lost: T,
-    first: Option<Kept<T>>,
-    middle: Option<Kept<T>>,
+    first: Option<PendingBlock<T>>,
+    middle: Option<PendingBlock<T>>,
 }
 
 /// Turned angle without which there is no axis, rad.
@@ -131,15 +131,15 @@ impl<T: Real> SpinEstimator<T> {
     pub fn new(settings: &SpinSettings<T>) -> Self {
         Self {
             settings: *settings,
-            guide: None,
+            reference: None,
             rests: None,
             stop: None,
             turning: Harmonics::default(),
             frame: Matrix3::identity(),
-            cloud: Cloud::default(),
+            rates: RateMoments::default(),
             noise: Moments::new(),
             turning_samples: 0,
-            turned: Turned::none(),
+            turned: TurnTotals::none(),
             lost: T::zero(),
             first: None,
             middle: None,
@@ -147,14 +147,14 @@ impl<T: Real> SpinEstimator<T> {
     }
 
     /// How heading is to be counted from now on; `None` before the first rest has ended.
-    pub fn guide(&self) -> Option<&Guide<T>> {
-        self.guide.as_ref()
+    pub fn heading_reference(&self) -> Option<&HeadingReference<T>> {
+        self.reference.as_ref()
     }
 
     /// Corrects the heading that is counted from now on, rad a rad and rad a second.
     pub fn correct_heading(&mut self, by_heading: T, by_time: T) {
-        if let Some(guide) = self.guide.as_mut() {
-            (guide.by_heading, guide.by_time) = (by_heading, by_time);
+        if let Some(reference) = self.reference.as_mut() {
+            (reference.by_heading, reference.by_time) = (by_heading, by_time);
         }
     }
 
@@ -174,8 +174,8 @@ impl<T: Real> SpinEstimator<T> {
     }
 
     /// The gyroscope while turning: rates from the bias that heading is counted with, in [`Self::frame`].
-    pub fn cloud(&self) -> &Cloud<T> {
-        &self.cloud
+    pub fn rate_moments(&self) -> &RateMoments<T> {
+        &self.rates
     }
 
     /// Forward, left, up as they were known when the robot began to turn: columns in the case frame.
@@ -195,13 +195,13 @@ impl<T: Real> SpinEstimator<T> {
     }
 
     /// How far the robot turned.
-    pub fn turned(&self) -> &Turned<T> {
+    pub fn turned(&self) -> &TurnTotals<T> {
         &self.turned
     }
 
     /// Random walk of the heading, rad^2/s.
     pub(super) fn heading_walk(&self, axis: &AxisFit<T>) -> T {
-        axis.block_variance * self.turned.duration() / count(self.cloud.points().max(1))
+        axis.block_variance * self.turned.duration() / count(self.rates.points().max(1))
     }
 
     /// How it is set.
@@ -212,9 +212,9 @@ impl<T: Real> SpinEstimator<T> {
     /// Takes in a block, and whether the robot stood still over it.
     ///
     /// # Errors
-    /// [`Failure::NoRest`] where the robot turns before it has stood still; [`Failure::NotOneAxis`] and
-    /// [`Failure::Lifted`] where it left the floor.
-    pub fn push(&mut self, block: &Block<T>, resting: bool) -> Result<(), Failure<T>> {
+    /// [`SpinFailure::NoRest`] where the robot turns before it has stood still; [`SpinFailure::NotOneAxis`] and
+    /// [`SpinFailure::Lifted`] where it left the floor.
+    pub fn push(&mut self, block: &Block<T>, resting: bool) -> Result<(), SpinFailure<T>> {
         if resting {
             match self.stop.as_mut() {
                 Some(stop) => stop.push(block),
@@ -222,12 +222,12 @@ impl<T: Real> SpinEstimator<T> {
             }
         } else {
             self.end_stop();
-            let guide = self.guide.ok_or(Failure::NoRest)?;
-            self.check(block, &guide)?;
-            self.turn(block, &guide);
+            let reference = self.reference.ok_or(SpinFailure::NoRest)?;
+            self.check(block, &reference)?;
+            self.turn(block, &reference);
         }
-        if self.guide.is_some() {
-            self.gather(Kept {
+        if self.reference.is_some() {
+            self.accumulate(PendingBlock {
                 block: *block,
                 resting,
             });
@@ -242,7 +242,7 @@ impl<T: Real> SpinEstimator<T> {
             None => {
                 let up = stop.specific_force().normalize();
                 self.frame = floor_frame(&up);
-                self.guide = Some(Guide {
+                self.reference = Some(HeadingReference {
                     origin: stop.start + stop.duration() / 2,
                     bias: stop.angular_rate(),
                     up,
@@ -259,30 +259,30 @@ impl<T: Real> SpinEstimator<T> {
         }
     }
 
-    fn turn(&mut self, block: &Block<T>, guide: &Guide<T>) {
+    fn turn(&mut self, block: &Block<T>, reference: &HeadingReference<T>) {
         if !self.rests.as_ref().is_some_and(|rests| rests.is_short(block)) {
             // About the rest, and with most of the rate on one axis: so single precision keeps what is seen across it.
-            self.cloud
-                .push(&self.frame.tr_mul(&(block.angular_rate() - guide.bias)));
+            self.rates
+                .push(&self.frame.tr_mul(&(block.angular_rate() - reference.bias)));
             self.noise.push(&block.moments.variance());
         }
         self.turning_samples = self.turning_samples.saturating_add(block.moments.samples());
         let guessed = !self.axis_shown();
-        self.turned.push(block, &(block.angular_rate() - guide.bias));
+        self.turned.push(block, &(block.angular_rate() - reference.bias));
         if !self.axis_shown() {
             return;
         }
         let vector = self.turned.vector;
         if guessed {
             // So far the angle was counted about the specific force at rest, which on a slope is another axis.
-            let lost = vector.norm() - vector.dot(&guide.up);
+            let lost = vector.norm() - vector.dot(&reference.up);
             self.lost = if block.gained < T::zero() { -lost } else { lost };
             let frame = floor_frame(&vector.normalize());
-            self.cloud = self.cloud.turned(&frame.tr_mul(&self.frame));
+            self.rates = self.rates.in_frame(&frame.tr_mul(&self.frame));
             self.frame = frame;
         }
-        if let Some(guide) = self.guide.as_mut() {
-            guide.up = vector.normalize();
+        if let Some(reference) = self.reference.as_mut() {
+            reference.up = vector.normalize();
         }
     }
 
@@ -296,11 +296,11 @@ impl<T: Real> SpinEstimator<T> {
     }
 
     /// Rows of three blocks, every second of them in two.
-    fn gather(&mut self, last: Kept<T>) {
+    fn accumulate(&mut self, last: PendingBlock<T>) {
         match (self.first, self.middle) {
             (Some(first), Some(middle)) => {
                 if !(first.resting && middle.resting && last.resting) {
-                    self.push_row(Row::of_three([&first.block, &middle.block, &last.block]));
+                    self.push_row(HarmonicRow::of_three([&first.block, &middle.block, &last.block]));
                 }
                 (self.first, self.middle) = (Some(last), None);
             }
@@ -310,18 +310,18 @@ impl<T: Real> SpinEstimator<T> {
     }
 
     /// Specific force from that of the first rest: in single precision gravity would cost three digits.
-    fn push_row(&mut self, row: Row<T>) {
+    fn push_row(&mut self, row: HarmonicRow<T>) {
         let origin = self.rests.as_ref().map_or(Vector3::zeros(), Rests::first_force);
-        self.turning.push(&Row {
+        self.turning.push(&HarmonicRow {
             specific_force: row.specific_force - origin,
             ..row
         });
     }
 
-    fn check(&self, block: &Block<T>, guide: &Guide<T>) -> Result<(), Failure<T>> {
+    fn check(&self, block: &Block<T>, reference: &HeadingReference<T>) -> Result<(), SpinFailure<T>> {
         const SIGMAS: f64 = 6.0;
         let Some(rests) = &self.rests else {
-            return Err(Failure::NoRest);
+            return Err(SpinFailure::NoRest);
         };
         // A robot that turns shakes more than one that stands: by how much, the scatter within its blocks tells. Of the
         // block at hand it tells only at first, since what is looked for here scatters too.
@@ -332,7 +332,7 @@ impl<T: Real> SpinEstimator<T> {
         };
         let share = T::one() / count(block.moments.samples().max(1));
         let shaking = |first: usize, along: T, across: T| {
-            let axes = guide.up.iter().zip(within.iter().skip(first));
+            let axes = reference.up.iter().zip(within.iter().skip(first));
             axes.fold(T::zero(), |sum, (cosine, variance)| {
                 let square = *cosine * *cosine;
                 sum + *variance * share * (along * square + across * (T::one() - square))
@@ -340,8 +340,8 @@ impl<T: Real> SpinEstimator<T> {
         };
         let sigmas =
             |first: usize, shaking: T| (rests.block_variance(first).sum() + shaking).sqrt() * real(SIGMAS);
-        let rate = block.angular_rate() - guide.bias;
-        let across = (rate - guide.up * guide.up.dot(&rate)).norm();
+        let rate = block.angular_rate() - reference.bias;
+        let across = (rate - reference.up * reference.up.dot(&rate)).norm();
         let allowed = if self.axis_shown() {
             self.settings.largest_share_across
         } else {
@@ -352,14 +352,14 @@ impl<T: Real> SpinEstimator<T> {
             + sigmas(3, shaking(3, T::zero(), T::one()));
         let time = block.end;
         if across > limit {
-            return Err(Failure::NotOneAxis { time, across, limit });
+            return Err(SpinFailure::NotOneAxis { time, across, limit });
         }
         let change = (block.specific_force() - rests.first_force())
-            .dot(&guide.up)
+            .dot(&reference.up)
             .abs();
         let limit = self.settings.largest_lift + sigmas(0, shaking(0, T::one(), T::zero()));
         if change > limit {
-            return Err(Failure::Lifted { time, change, limit });
+            return Err(SpinFailure::Lifted { time, change, limit });
         }
         Ok(())
     }

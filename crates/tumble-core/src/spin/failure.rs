@@ -4,7 +4,7 @@ use crate::real::Real;
 
 /// What went wrong.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Failure<T: Real> {
+pub enum SpinFailure<T: Real> {
     /// The robot never stood still long enough.
     NeverStill {
         /// How long was waited, s.

@@ -15,7 +15,7 @@ pub const FUNCTIONS: usize = 9;
 
 /// The functions over one row, and the specific force, m/s^2.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row<T: Real> {
+pub struct HarmonicRow<T: Real> {
     /// The functions of eq. 9.
     pub functions: SVector<T, FUNCTIONS>,
     /// Specific force, case frame, m/s^2.
@@ -33,7 +33,7 @@ enum Weight {
     Falling,
 }
 
-impl<T: Real> Row<T> {
+impl<T: Real> HarmonicRow<T> {
     /// Of one block; its neighbours are needed for the angular acceleration, which is left at zero.
     pub fn of_block(block: &Block<T>) -> Self {
         Self::weighted(block, Weight::Even)
@@ -113,7 +113,7 @@ impl<T: Real> Default for Harmonics<T> {
 
 impl<T: Real> Harmonics<T> {
     /// Takes in one row.
-    pub fn push(&mut self, row: &Row<T>) {
+    pub fn push(&mut self, row: &HarmonicRow<T>) {
         self.rows = self.rows.saturating_add(1);
         let (mut functions, mut force) = (row.functions, row.specific_force);
         for i in 0..FUNCTIONS {

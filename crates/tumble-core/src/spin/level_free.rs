@@ -35,7 +35,7 @@ const LARGEST: (f64, f64, f64) = (5.0, 5.0, 1.0);
 
 /// What goes into the fit besides the harmonics.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Knowledge<T: Real> {
+pub struct SpinPriors<T: Real> {
     /// Gravity, m/s^2.
     pub gravity: T,
     /// What was taken off the specific force before it was kept, m/s^2.
@@ -85,11 +85,11 @@ impl<T: Real> LevelFree<T> {
     /// and angular acceleration in rad/s^2.
     pub fn specific_force(&self, heading: T, rate: T, acceleration: T) -> Vector3<T> {
         let x = &self.solution.x;
-        let laid = |i: usize| {
+        let project_horizontal = |i: usize| {
             let v = self.floor * Vector3::new(x[i], x[i + 1], T::zero());
             v - self.up * self.up.dot(&v)
         };
-        let (uphill, arm) = (laid(UPHILL), laid(LEVER_ARM));
+        let (uphill, arm) = (project_horizontal(UPHILL), project_horizontal(LEVER_ARM));
         let (sine, cosine) = heading.sin_cos();
         let single = T::one() / (T::one() + x[SCALE]);
         let vertical = (self.gravity * self.gravity - uphill.norm_squared()).max(T::zero());
@@ -131,7 +131,7 @@ struct Vectors<T: Real> {
 
 /// How heading as counted has to be stretched and sheared to be the true one.
 #[derive(Clone, Copy)]
-struct Stretch<T: Real> {
+struct HeadingDistortion<T: Real> {
     by_heading: T,
     by_time: T,
     squared: T,
@@ -140,17 +140,17 @@ struct Stretch<T: Real> {
 
 impl<T: Real> Vectors<T> {
     /// Eq. 11.
-    fn coefficients(&self, stretch: &Stretch<T>) -> Coefficients<T> {
+    fn coefficients(&self, distortion: &HeadingDistortion<T>) -> Coefficients<T> {
         Coefficients::from_rows(&[
             self.constant.transpose(),
             self.cosine.transpose(),
             self.sine.transpose(),
-            (self.cosine * -stretch.by_heading).transpose(),
-            (self.sine * stretch.by_heading).transpose(),
-            (self.cosine * -stretch.by_time).transpose(),
-            (self.sine * stretch.by_time).transpose(),
-            (self.arm * -stretch.squared).transpose(),
-            (self.arm_left * stretch.single).transpose(),
+            (self.cosine * -distortion.by_heading).transpose(),
+            (self.sine * distortion.by_heading).transpose(),
+            (self.cosine * -distortion.by_time).transpose(),
+            (self.sine * distortion.by_time).transpose(),
+            (self.arm * -distortion.squared).transpose(),
+            (self.arm_left * distortion.single).transpose(),
         ])
     }
 }
@@ -161,36 +161,39 @@ struct Point<T: Real> {
     up: Vector3<T>,
     plane: [Vector3<T>; 2],
     vectors: Vectors<T>,
-    stretch: Stretch<T>,
+    distortion: HeadingDistortion<T>,
     drift: T,
 }
 
 impl<T: Real> Point<T> {
-    fn new(knowledge: &Knowledge<T>, x: &SVector<T, UNKNOWNS>) -> Self {
-        let floor = &knowledge.axis.floor;
+    fn new(priors: &SpinPriors<T>, x: &SVector<T, UNKNOWNS>) -> Self {
+        let floor = &priors.axis.floor;
         let (forward, left) = (floor.column(0), floor.column(1));
         let up = (floor.column(2) + forward * x[AXIS] + left * x[AXIS + 1]).normalize();
-        let lay = |v: Vector3<T>| v - up * up.dot(&v);
-        let plane = [lay(forward.into_owned()), lay(left.into_owned())];
+        let project_horizontal = |v: Vector3<T>| v - up * up.dot(&v);
+        let plane = [
+            project_horizontal(forward.into_owned()),
+            project_horizontal(left.into_owned()),
+        ];
         let uphill = plane[0] * x[UPHILL] + plane[1] * x[UPHILL + 1];
         let arm = plane[0] * x[LEVER_ARM] + plane[1] * x[LEVER_ARM + 1];
-        let vertical = (knowledge.gravity * knowledge.gravity - uphill.norm_squared())
+        let vertical = (priors.gravity * priors.gravity - uphill.norm_squared())
             .max(T::zero())
             .sqrt();
         let single = T::one() / (T::one() + x[SCALE]);
-        let drift = (knowledge.axis.bias - knowledge.counted_bias).dot(&up) + x[GYROSCOPE + 2];
+        let drift = (priors.axis.bias - priors.counted_bias).dot(&up) + x[GYROSCOPE + 2];
         Self {
             gravity: vertical,
             up,
             plane,
             vectors: Vectors {
-                constant: Vector3::new(x[0], x[1], x[2]) + (up * vertical - knowledge.origin),
+                constant: Vector3::new(x[0], x[1], x[2]) + (up * vertical - priors.origin),
                 cosine: uphill,
                 sine: -up.cross(&uphill),
                 arm,
                 arm_left: up.cross(&arm),
             },
-            stretch: Stretch {
+            distortion: HeadingDistortion {
                 by_heading: single - T::one(),
                 by_time: x[WALK] - drift * single,
                 squared: single * single,
@@ -211,8 +214,8 @@ impl<T: Real> Point<T> {
             arm: zero,
             arm_left: zero,
         };
-        let single = self.stretch.single;
-        let still = Stretch {
+        let single = self.distortion.single;
+        let still = HeadingDistortion {
             by_heading: T::zero(),
             by_time: T::zero(),
             squared: T::zero(),
@@ -222,8 +225,8 @@ impl<T: Real> Point<T> {
             constant: zero,
             ..self.vectors
         };
-        let stretched = |stretch: Stretch<T>| {
-            let mut coefficients = turning.coefficients(&stretch);
+        let distorted = |distortion: HeadingDistortion<T>| {
+            let mut coefficients = turning.coefficients(&distortion);
             coefficients.fixed_rows_mut::<3>(0).fill(T::zero());
             coefficients
         };
@@ -233,11 +236,11 @@ impl<T: Real> Point<T> {
                 ..none
             }
             .coefficients(&still),
-            5 => stretched(Stretch {
+            5 => distorted(HeadingDistortion {
                 by_time: -single,
                 ..still
             }),
-            6 | 7 => self.by_tilt(&self.plane[i - 6]).coefficients(&self.stretch),
+            6 | 7 => self.by_tilt(&self.plane[i - 6]).coefficients(&self.distortion),
             8 | 9 => {
                 let e = self.plane[i - 8];
                 Vectors {
@@ -246,7 +249,7 @@ impl<T: Real> Point<T> {
                     sine: -self.up.cross(&e),
                     ..none
                 }
-                .coefficients(&self.stretch)
+                .coefficients(&self.distortion)
             }
             10 | 11 => {
                 let e = self.plane[i - 10];
@@ -255,15 +258,15 @@ impl<T: Real> Point<T> {
                     arm_left: self.up.cross(&e),
                     ..none
                 }
-                .coefficients(&self.stretch)
+                .coefficients(&self.distortion)
             }
-            SCALE => stretched(Stretch {
+            SCALE => distorted(HeadingDistortion {
                 by_heading: -single * single,
                 by_time: self.drift * single * single,
                 squared: -single * single * single * real::<T>(2.0),
                 single: -single * single,
             }),
-            WALK => stretched(Stretch {
+            WALK => distorted(HeadingDistortion {
                 by_time: T::one(),
                 ..still
             }),
@@ -273,12 +276,12 @@ impl<T: Real> Point<T> {
 
     /// How everything moves when the axis tilts towards `e`.
     fn by_tilt(&self, e: &Vector3<T>) -> Vectors<T> {
-        let lay = |v: &Vector3<T>| self.up * -e.dot(v);
+        let moved_up = |v: &Vector3<T>| self.up * -e.dot(v);
         Vectors {
             constant: e * self.gravity,
-            cosine: lay(&self.vectors.cosine),
+            cosine: moved_up(&self.vectors.cosine),
             sine: -e.cross(&self.vectors.cosine),
-            arm: lay(&self.vectors.arm),
+            arm: moved_up(&self.vectors.arm),
             arm_left: e.cross(&self.vectors.arm),
         }
     }
@@ -297,22 +300,22 @@ const ROUNDS: u32 = 5;
 pub fn fit<T: Real>(
     resting: &Harmonics<T>,
     turning: &Harmonics<T>,
-    knowledge: &Knowledge<T>,
+    priors: &SpinPriors<T>,
 ) -> Result<LevelFree<T>, Unsolvable> {
     let harmonics = [resting, turning];
-    let mut solution = one_round(harmonics, knowledge, &nominal(knowledge))?;
+    let mut solution = one_round(harmonics, priors, &nominal(priors))?;
     for _ in 1..ROUNDS {
-        solution = one_round(harmonics, knowledge, &solution.x)?;
+        solution = one_round(harmonics, priors, &solution.x)?;
     }
-    let floor = knowledge.axis.floor;
+    let floor = priors.axis.floor;
     let x = &solution.x;
     let correction = Vector3::new(x[GYROSCOPE], x[GYROSCOPE + 1], x[GYROSCOPE + 2]);
-    let point = Point::new(knowledge, x);
+    let point = Point::new(priors, x);
     Ok(LevelFree {
         up: point.up,
-        gravity: knowledge.gravity,
-        by_time: point.stretch.by_time,
-        gyroscope_bias: knowledge.axis.bias + floor * correction,
+        gravity: priors.gravity,
+        by_time: point.distortion.by_time,
+        gyroscope_bias: priors.axis.bias + floor * correction,
         floor,
         degrees_of_freedom: degrees_of_freedom(solution.rows, FREE),
         solution,
@@ -323,26 +326,26 @@ pub fn fit<T: Real>(
 const FREE: usize = 7;
 
 /// Unknowns before any data.
-fn nominal<T: Real>(knowledge: &Knowledge<T>) -> SVector<T, UNKNOWNS> {
-    SVector::from_fn(|i, _| if i == SCALE { knowledge.scale.0 } else { T::zero() })
+fn nominal<T: Real>(priors: &SpinPriors<T>) -> SVector<T, UNKNOWNS> {
+    SVector::from_fn(|i, _| if i == SCALE { priors.scale.0 } else { T::zero() })
 }
 
 // Here and below: what is inlined into the fit keeps its stack while the fit goes on, 12 kB of it on a device.
 #[inline(never)]
 fn one_round<T: Real>(
     harmonics: [&Harmonics<T>; 2],
-    knowledge: &Knowledge<T>,
+    priors: &SpinPriors<T>,
     x: &SVector<T, UNKNOWNS>,
 ) -> Result<Solution<T, UNKNOWNS>, Unsolvable> {
-    let mut equations = believed(knowledge);
-    gather(harmonics, knowledge, x, &mut equations);
+    let mut equations = prior(priors);
+    accumulate(harmonics, priors, x, &mut equations);
     equations.solve()
 }
 
 #[inline(never)]
-fn believed<T: Real>(knowledge: &Knowledge<T>) -> LeastSquares<T, UNKNOWNS> {
+fn prior<T: Real>(priors: &SpinPriors<T>) -> LeastSquares<T, UNKNOWNS> {
     let mut prior = Prior::<T, UNKNOWNS> {
-        mean: nominal(knowledge),
+        mean: nominal(priors),
         covariance: SMatrix::zeros(),
     };
     let variance = |i: usize| -> T {
@@ -350,8 +353,8 @@ fn believed<T: Real>(knowledge: &Knowledge<T>) -> LeastSquares<T, UNKNOWNS> {
             0..3 => real(LARGEST.0),
             8 | 9 => real(LARGEST.1),
             10 | 11 => real(LARGEST.2),
-            SCALE => knowledge.scale.1,
-            _ => return knowledge.walk_variance.max(real(1e-20)),
+            SCALE => priors.scale.1,
+            _ => return priors.walk_variance.max(real(1e-20)),
         };
         largest * largest
     };
@@ -361,25 +364,25 @@ fn believed<T: Real>(knowledge: &Knowledge<T>) -> LeastSquares<T, UNKNOWNS> {
     prior
         .covariance
         .fixed_view_mut::<5, 5>(GYROSCOPE, GYROSCOPE)
-        .copy_from(&knowledge.axis.covariance);
-    prior.covariance[(GYROSCOPE + 2, GYROSCOPE + 2)] = knowledge.bias_variance;
+        .copy_from(&priors.axis.covariance);
+    prior.covariance[(GYROSCOPE + 2, GYROSCOPE + 2)] = priors.bias_variance;
     LeastSquares::new(&prior)
 }
 
 /// The harmonics as equations, linearised about `x`.
 #[inline(never)]
-fn gather<T: Real>(
+fn accumulate<T: Real>(
     [resting, turning]: [&Harmonics<T>; 2],
-    knowledge: &Knowledge<T>,
+    priors: &SpinPriors<T>,
     x: &SVector<T, UNKNOWNS>,
     equations: &mut LeastSquares<T, UNKNOWNS>,
 ) {
-    let point = Point::new(knowledge, x);
-    let model = point.vectors.coefficients(&point.stretch);
+    let point = Point::new(priors, x);
+    let model = point.vectors.coefficients(&point.distortion);
     let derivatives: [Coefficients<T>; UNKNOWNS] = core::array::from_fn(|i| point.derivative(i));
     for (harmonics, variance) in [
-        (resting, &knowledge.rest_variance),
-        (turning, &knowledge.turning_variance),
+        (resting, &priors.rest_variance),
+        (turning, &priors.turning_variance),
     ] {
         for i in 0..FUNCTIONS {
             let (line, right) = harmonics.line(i);

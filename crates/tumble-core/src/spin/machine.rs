@@ -10,7 +10,7 @@ use crate::sample::Sample;
 use crate::spin::block::Block;
 use crate::spin::collector::Collector;
 use crate::spin::estimate::{SpinEstimate, TrueAngle};
-use crate::spin::failure::Failure;
+use crate::spin::failure::SpinFailure;
 use crate::spin::settings::SpinSettings;
 use crate::stillness::{Scatter, Stillness};
 
@@ -27,7 +27,7 @@ pub enum Wheels {
 
 /// Where the procedure is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum State<T: Real> {
+pub enum SpinState<T: Real> {
     /// Not started.
     Idle,
     /// Waits for the robot to stand still, and gathers while it does.
@@ -37,12 +37,12 @@ pub enum State<T: Real> {
     /// The result can be had from [`SpinMachine::solve`].
     Done,
     /// There is no result; a calibration from before stays.
-    Failed(Failure<T>),
+    Failed(SpinFailure<T>),
 }
 
 /// What happened with a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Event {
+pub enum SpinEvent {
     /// The robot has come to stand.
     StillBegan,
     /// It moved before it had stood long enough; waiting begins anew.
@@ -53,13 +53,13 @@ pub enum Event {
     SpinBegan,
     /// It turned far enough and the result is there.
     Done,
-    /// [`State::Failed`] says why.
+    /// [`SpinState::Failed`] says why.
     Failed,
 }
 
 /// How far the procedure is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress<T: Real> {
+pub struct SpinProgress<T: Real> {
     /// Time stood still, s.
     pub still: T,
     /// Angle turned, both directions, rad.
@@ -73,7 +73,7 @@ pub struct Progress<T: Real> {
 /// The state machine. All its memory is in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpinMachine<T: Real> {
-    state: State<T>,
+    state: SpinState<T>,
     collector: Collector<T>,
     stillness: Stillness<T>,
     wheels: Option<Wheels>,
@@ -98,7 +98,7 @@ impl<T: Real> SpinMachine<T> {
     /// Idle.
     pub fn new(settings: &SpinSettings<T>) -> Self {
         Self {
-            state: State::Idle,
+            state: SpinState::Idle,
             collector: Collector::new(settings),
             stillness: Stillness::new(settings.stillness),
             wheels: None,
@@ -113,25 +113,25 @@ impl<T: Real> SpinMachine<T> {
     /// Begins, or begins anew, with the next sample.
     pub fn start(&mut self) {
         *self = Self {
-            state: State::Still,
+            state: SpinState::Still,
             ..Self::new(self.settings())
         };
     }
 
     /// Where the procedure is.
-    pub fn state(&self) -> &State<T> {
+    pub fn state(&self) -> &SpinState<T> {
         &self.state
     }
 
     /// How far it is.
-    pub fn progress(&self) -> Progress<T> {
+    pub fn progress(&self) -> SpinProgress<T> {
         let estimator = self.collector.estimator();
         let still = match self.state {
-            State::Idle => 0,
-            State::Still => estimator.stop().map_or(0, |stop| stop.duration()),
-            State::Spin | State::Done | State::Failed(_) => self.settings().still,
+            SpinState::Idle => 0,
+            SpinState::Still => estimator.stop().map_or(0, |stop| stop.duration()),
+            SpinState::Spin | SpinState::Done | SpinState::Failed(_) => self.settings().still,
         };
-        Progress {
+        SpinProgress {
             still: seconds(still),
             turned: estimator.turned().angle(),
             rate: self.rate,
@@ -139,20 +139,20 @@ impl<T: Real> SpinMachine<T> {
         }
     }
 
-    /// What the spin showed so far; useful when [`State::Done`], and of a spin that failed, to those who want to know.
+    /// What the spin showed so far; useful when [`SpinState::Done`], and of a spin that failed, to those who want to know.
     ///
     /// # Errors
-    /// [`Failure`] where there is nothing to be had.
-    pub fn solve(&self, true_angle: Option<&TrueAngle<T>>) -> Result<SpinEstimate<T>, Failure<T>> {
+    /// [`SpinFailure`] where there is nothing to be had.
+    pub fn solve(&self, true_angle: Option<&TrueAngle<T>>) -> Result<SpinEstimate<T>, SpinFailure<T>> {
         self.collector.solve(true_angle)
     }
 
     /// Takes in the next sample, with what the wheels did.
-    pub fn push(&mut self, sample: &Sample<T>, wheels: Wheels) -> Option<Event> {
-        if !matches!(self.state, State::Still | State::Spin) || !sample.is_finite() {
+    pub fn push(&mut self, sample: &Sample<T>, wheels: Wheels) -> Option<SpinEvent> {
+        if !matches!(self.state, SpinState::Still | SpinState::Spin) || !sample.is_finite() {
             return None;
         }
-        if matches!(self.state, State::Still) && self.is_gap(sample.time) {
+        if matches!(self.state, SpinState::Still) && self.is_gap(sample.time) {
             self.last = sample.time;
             return self.break_off();
         }
@@ -173,11 +173,11 @@ impl<T: Real> SpinMachine<T> {
     }
 
     /// Says that time, microseconds, has passed without samples.
-    pub fn tick(&mut self, now: u64) -> Option<Event> {
-        let begun = matches!(self.state, State::Still | State::Spin) && self.since.is_some();
+    pub fn tick(&mut self, now: u64) -> Option<SpinEvent> {
+        let begun = matches!(self.state, SpinState::Still | SpinState::Spin) && self.since.is_some();
         let pause = now.saturating_sub(self.last);
         (begun && pause > self.settings().longest_gap).then(|| {
-            self.fail(Failure::StreamStopped {
+            self.fail(SpinFailure::StreamStopped {
                 time: self.last,
                 gap: seconds(pause),
             })
@@ -192,12 +192,12 @@ impl<T: Real> SpinMachine<T> {
         self.since.is_some() && time.saturating_sub(self.last) > self.settings().longest_gap
     }
 
-    fn fail(&mut self, failure: Failure<T>) -> Event {
-        self.state = State::Failed(failure);
-        Event::Failed
+    fn fail(&mut self, failure: SpinFailure<T>) -> SpinEvent {
+        self.state = SpinState::Failed(failure);
+        SpinEvent::Failed
     }
 
-    fn step(&mut self, block: &Block<T>, wheels: Wheels) -> Option<Event> {
+    fn step(&mut self, block: &Block<T>, wheels: Wheels) -> Option<SpinEvent> {
         let quiet = self.stillness.push(&block.moments);
         self.rate = block.rate;
         self.at_rest = match wheels {
@@ -206,9 +206,9 @@ impl<T: Real> SpinMachine<T> {
             Wheels::Unknown => quiet && self.is_calm(block) && self.has_stopped(block),
         };
         match self.state {
-            State::Still => self.stand(block),
-            State::Spin => self.turn(block),
-            State::Idle | State::Done | State::Failed(_) => None,
+            SpinState::Still => self.stand(block),
+            SpinState::Spin => self.turn(block),
+            SpinState::Idle | SpinState::Done | SpinState::Failed(_) => None,
         }
     }
 
@@ -223,7 +223,7 @@ impl<T: Real> SpinMachine<T> {
         let level =
             |stop: &crate::spin::rests::Stop<T>| self.stillness.is_level(&stop.samples, &block.moments);
         match self.state {
-            State::Spin => block.rate.abs() < real(STOPPED) && estimator.stop().is_none_or(level),
+            SpinState::Spin => block.rate.abs() < real(STOPPED) && estimator.stop().is_none_or(level),
             _ => {
                 block.angular_rate().norm() < self.settings().largest_rate_bias
                     && estimator.stop().is_none_or(level)
@@ -231,7 +231,7 @@ impl<T: Real> SpinMachine<T> {
         }
     }
 
-    fn stand(&mut self, block: &Block<T>) -> Option<Event> {
+    fn stand(&mut self, block: &Block<T>) -> Option<SpinEvent> {
         if !self.at_rest {
             return self.break_off();
         }
@@ -245,23 +245,23 @@ impl<T: Real> SpinMachine<T> {
             .stop()
             .map_or(0, |stop| stop.duration());
         if stood < self.settings().still {
-            return began.then_some(Event::StillBegan);
+            return began.then_some(SpinEvent::StillBegan);
         }
         self.collector.end_stop();
-        self.state = State::Spin;
+        self.state = SpinState::Spin;
         self.since = Some(block.end);
-        Some(Event::StillDone)
+        Some(SpinEvent::StillDone)
     }
 
     /// Gathers anew, with the noise floor learnt so far.
-    fn break_off(&mut self) -> Option<Event> {
+    fn break_off(&mut self) -> Option<SpinEvent> {
         let stood = self.collector.estimator().stop().is_some();
         self.collector = Collector::new(self.settings());
         self.wheels = None;
-        stood.then_some(Event::StillBroken)
+        stood.then_some(SpinEvent::StillBroken)
     }
 
-    fn turn(&mut self, block: &Block<T>) -> Option<Event> {
+    fn turn(&mut self, block: &Block<T>) -> Option<SpinEvent> {
         if let Err(failure) = self.collector.take(block, self.at_rest) {
             return Some(self.fail(failure));
         }
@@ -276,26 +276,26 @@ impl<T: Real> SpinMachine<T> {
         }
         let begins = !self.began && turned >= real(BEGUN);
         self.began |= begins;
-        begins.then_some(Event::SpinBegan)
+        begins.then_some(SpinEvent::SpinBegan)
     }
 
-    fn finish(&mut self) -> Event {
+    fn finish(&mut self) -> SpinEvent {
         match self.solve(None) {
             Ok(_) => {
-                self.state = State::Done;
-                Event::Done
+                self.state = SpinState::Done;
+                SpinEvent::Done
             }
             Err(failure) => self.fail(failure),
         }
     }
 
-    fn check_time(&mut self, since: u64) -> Option<Event> {
+    fn check_time(&mut self, since: u64) -> Option<SpinEvent> {
         let passed = self.last.saturating_sub(since);
         let failure = match self.state {
-            State::Still if passed > self.settings().still_timeout => Failure::NeverStill {
+            SpinState::Still if passed > self.settings().still_timeout => SpinFailure::NeverStill {
                 waited: seconds(passed),
             },
-            State::Spin if passed > self.settings().spin_timeout => Failure::TurnedTooLittle {
+            SpinState::Spin if passed > self.settings().spin_timeout => SpinFailure::TurnedTooLittle {
                 turned: self.collector.estimator().turned().angle(),
                 wanted: self.settings().turn,
             },

@@ -5,9 +5,9 @@
 //! 1. [`block`]: samples become blocks, and rate becomes heading;
 //! 2. [`rests`]: what standing still shows; [`axis`]: the turning axis and the bias of the gyroscope;
 //! 3. [`harmonics`]: what the accelerometer says over heading;
-//! 4. [`published`]: the estimator for level floors; [`level_free`]: that for any floor;
+//! 4. [`level_floor`]: the published estimator, for level floors; [`level_free`]: that for any floor;
 //! 5. [`estimator`] keeps what is needed, in constant memory, and [`solve`] makes an [`estimate`] of it (`scale` and
-//!    `quantities` are parts of that);
+//!    `outputs` are parts of that);
 //! 6. [`collector`] takes samples to the estimator, and [`machine`] is the procedure on a device, which tells the robot what it
 //!    waits for;
 //! 7. [`compensation`]: what the result is for.
@@ -22,10 +22,10 @@ pub mod estimate;
 pub mod estimator;
 pub mod failure;
 pub mod harmonics;
+pub mod level_floor;
 pub mod level_free;
 pub mod machine;
-pub mod published;
-mod quantities;
+mod outputs;
 pub mod rests;
 mod scale;
 pub mod settings;

@@ -7,7 +7,7 @@ use crate::real::{Real, count, real, seconds};
 use crate::sample::CHANNELS;
 use crate::spin::axis::RestingRate;
 use crate::spin::block::Block;
-use crate::spin::harmonics::{FUNCTIONS, Harmonics, Row};
+use crate::spin::harmonics::{FUNCTIONS, HarmonicRow, Harmonics};
 use crate::stillness::UnitMoments;
 
 /// Successive blocks at rest.
@@ -45,7 +45,7 @@ impl<T: Real> Stop<T> {
         }
         self.samples.merge(&block.moments);
         self.blocks.push(block.moments.mean());
-        self.functions += Row::of_block(block).functions;
+        self.functions += HarmonicRow::of_block(block).functions;
     }
 
     /// How long it lasts, microseconds.
@@ -69,14 +69,14 @@ impl<T: Real> Stop<T> {
     }
 
     /// Mean over its blocks, so weighted that its variance is that of one block; specific force from `origin`.
-    fn row(&self, origin: &Vector3<T>) -> Row<T> {
+    fn row(&self, origin: &Vector3<T>) -> HarmonicRow<T> {
         let blocks = count::<T>(self.blocks.samples());
         let weight = blocks.sqrt();
         let mut functions = self.functions / blocks;
         // At rest nothing pulls: what is left in these two is noise.
         functions[FUNCTIONS - 2] = T::zero();
         functions[FUNCTIONS - 1] = T::zero();
-        Row {
+        HarmonicRow {
             functions: functions * weight,
             specific_force: (self.specific_force() - origin) * weight,
         }

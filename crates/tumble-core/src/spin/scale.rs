@@ -4,34 +4,34 @@ use nalgebra::Vector3;
 
 use crate::real::{Real, real};
 use crate::spin::axis::AxisFit;
-use crate::spin::estimate::{TrueAngle, Value};
-use crate::spin::estimator::{Direction, LEAST_TURN, Turned};
-use crate::spin::level_free::Knowledge;
+use crate::spin::estimate::{ScalarEstimate, TrueAngle};
+use crate::spin::estimator::{Direction, LEAST_TURN, TurnTotals};
+use crate::spin::level_free::SpinPriors;
 
 /// Scale error of each direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Scales<T: Real> {
-    pub clockwise: Value<T>,
-    pub counter_clockwise: Value<T>,
+    pub clockwise: ScalarEstimate<T>,
+    pub counter_clockwise: ScalarEstimate<T>,
 }
 
 /// Scale error of each direction: `(angle seen - bias left over) / true angle - 1`.
 pub(super) fn scales<T: Real>(
     axis: &AxisFit<T>,
     counted: &Vector3<T>,
-    turned: &Turned<T>,
+    turned: &TurnTotals<T>,
     truth: Option<&TrueAngle<T>>,
     walk: T,
 ) -> Scales<T> {
     let drift = (axis.bias - counted).dot(&axis.floor.column(2));
     let one = |direction: &Direction<T>, sign: T, angle: Option<T>| {
         let Some((truth, angle)) = truth.zip(angle).filter(|(_, angle)| *angle > real(LEAST_TURN)) else {
-            return Value::unknown();
+            return ScalarEstimate::unknown();
         };
         let time = direction.duration;
         let seen = direction.angle - sign * drift * time;
         let variance = truth.sigma * truth.sigma + axis.covariance[(2, 2)] * time * time + walk * time;
-        Value {
+        ScalarEstimate {
             value: seen / angle - T::one(),
             sigma: variance.sqrt() / angle,
         }
@@ -61,9 +61,9 @@ pub(super) fn common_scale<T: Real>(scales: &Scales<T>, sigma: T) -> (T, T) {
 
 /// Over turns in one direction a scale error looks like a slow turn at rest: one is not to be found for want of the
 /// other. A scale that a true angle has shown stands.
-pub(super) fn doubted_scale<T: Real>(knowledge: &Knowledge<T>, believed: T) -> (T, T) {
+pub(super) fn doubted_scale<T: Real>(priors: &SpinPriors<T>, believed: T) -> (T, T) {
     const DOUBTED: f64 = 5.0;
-    let (scale, sigma) = knowledge.scale;
+    let (scale, sigma) = priors.scale;
     let told = sigma < believed * real(0.5);
     (scale, if told { sigma } else { sigma * real(DOUBTED) })
 }

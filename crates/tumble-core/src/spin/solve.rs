@@ -5,11 +5,11 @@ use nalgebra::Vector3;
 use crate::real::{Real, real};
 use crate::regression::reduced;
 use crate::spin::axis::{self, AxisFit, TurningRates, floored};
-use crate::spin::estimate::{SpinEstimate, TrueAngle, Value};
+use crate::spin::estimate::{ScalarEstimate, SpinEstimate, TrueAngle};
 use crate::spin::estimator::{LEAST_TURN, SpinEstimator};
-use crate::spin::failure::Failure;
-use crate::spin::level_free::{self, GYROSCOPE, Knowledge, LevelFree};
-use crate::spin::quantities::assemble;
+use crate::spin::failure::SpinFailure;
+use crate::spin::level_free::{self, GYROSCOPE, LevelFree, SpinPriors};
+use crate::spin::outputs::from_fit;
 use crate::spin::rests::Rests;
 use crate::spin::scale::{Scales, common_scale, doubted_scale, scales};
 
@@ -21,17 +21,17 @@ const WALK_SHARE: f64 = 1.2;
 /// Solves for everything.
 ///
 /// # Errors
-/// [`Failure::NoRest`], [`Failure::NoTurn`], [`Failure::FloorTooSteep`], [`Failure::Unsolvable`].
+/// [`SpinFailure::NoRest`], [`SpinFailure::NoTurn`], [`SpinFailure::FloorTooSteep`], [`SpinFailure::Unsolvable`].
 pub fn solve<T: Real>(
     spin: &SpinEstimator<T>,
     true_angle: Option<&TrueAngle<T>>,
-) -> Result<SpinEstimate<T>, Failure<T>> {
-    let (knowledge, scales) = prepare(spin, true_angle)?;
-    let (fit, slow_turn, turned_while_still) = decide(spin, &knowledge)?;
-    let estimate = assemble(spin, &knowledge, &fit, &scales, (slow_turn, turned_while_still));
+) -> Result<SpinEstimate<T>, SpinFailure<T>> {
+    let (priors, scales) = prepare(spin, true_angle)?;
+    let (fit, slow_turn, turned_while_still) = decide(spin, &priors)?;
+    let estimate = from_fit(spin, &priors, &fit, &scales, (slow_turn, turned_while_still));
     let (tilt, limit) = (&estimate.floor_tilt, spin.settings().largest_floor_tilt);
     if tilt.value - tilt.sigma * real(3.0) > limit {
-        return Err(Failure::FloorTooSteep {
+        return Err(SpinFailure::FloorTooSteep {
             tilt: tilt.value,
             limit,
         });
@@ -45,12 +45,12 @@ pub fn solve<T: Real>(
 ///
 /// # Errors
 /// As of [`solve`].
-pub fn heading_correction<T: Real>(spin: &SpinEstimator<T>) -> Result<(T, T), Failure<T>> {
-    let (knowledge, _) = prepare(spin, None)?;
+pub fn heading_correction<T: Real>(spin: &SpinEstimator<T>) -> Result<(T, T), SpinFailure<T>> {
+    let (priors, _) = prepare(spin, None)?;
     let fit = if spin.turned().span() < real(core::f64::consts::TAU) {
-        fit(spin, &knowledge)?
+        fit(spin, &priors)?
     } else {
-        decide(spin, &knowledge)?.0
+        decide(spin, &priors)?.0
     };
     Ok((fit.heading_correction(T::one(), T::zero()), fit.by_time))
 }
@@ -58,61 +58,64 @@ pub fn heading_correction<T: Real>(spin: &SpinEstimator<T>) -> Result<(T, T), Fa
 fn prepare<T: Real>(
     spin: &SpinEstimator<T>,
     true_angle: Option<&TrueAngle<T>>,
-) -> Result<(Knowledge<T>, Scales<T>), Failure<T>> {
-    let (rests, guide) = spin.rests().zip(spin.guide()).ok_or(Failure::NoRest)?;
+) -> Result<(SpinPriors<T>, Scales<T>), SpinFailure<T>> {
+    let (rests, reference) = spin
+        .rests()
+        .zip(spin.heading_reference())
+        .ok_or(SpinFailure::NoRest)?;
     let turned = spin.turned();
-    if turned.angle() < real(LEAST_TURN) || spin.cloud().points() < 3 {
-        return Err(Failure::NoTurn {
+    if turned.angle() < real(LEAST_TURN) || spin.rate_moments().points() < 3 {
+        return Err(SpinFailure::NoTurn {
             turned: turned.angle(),
         });
     }
     let rates = TurningRates {
-        cloud: *spin.cloud(),
+        moments: *spin.rate_moments(),
         frame: *spin.frame(),
-        counted_bias: guide.bias,
+        counted_bias: reference.bias,
     };
     let (_, instability) = spin.settings().bias_instability;
-    let axis = axis::fit(&rates, &rests.rate(instability), &guide.up);
+    let axis = axis::fit(&rates, &rests.rate(instability), &reference.up);
     let walk = spin.heading_walk(&axis);
-    let scales = scales(&axis, &guide.bias, turned, true_angle, walk);
-    let knowledge = knowledge(spin, rests, &axis, &guide.bias, walk, &scales);
-    Ok((knowledge, scales))
+    let scales = scales(&axis, &reference.bias, turned, true_angle, walk);
+    let priors = priors(spin, rests, &axis, &reference.bias, walk, &scales);
+    Ok((priors, scales))
 }
 
-fn fit<T: Real>(spin: &SpinEstimator<T>, knowledge: &Knowledge<T>) -> Result<LevelFree<T>, Failure<T>> {
-    let rests = spin.rests().ok_or(Failure::NoRest)?;
-    level_free::fit(rests.harmonics(), spin.turning(), knowledge).map_err(|_| Failure::Unsolvable)
+fn fit<T: Real>(spin: &SpinEstimator<T>, priors: &SpinPriors<T>) -> Result<LevelFree<T>, SpinFailure<T>> {
+    let rests = spin.rests().ok_or(SpinFailure::NoRest)?;
+    level_free::fit(rests.harmonics(), spin.turning(), priors).map_err(|_| SpinFailure::Unsolvable)
 }
 
 /// The fit that believes the rest, or the one that does not where the harmonics say so.
 fn decide<T: Real>(
     spin: &SpinEstimator<T>,
-    knowledge: &Knowledge<T>,
-) -> Result<(LevelFree<T>, Value<T>, bool), Failure<T>> {
-    let believing = fit(spin, knowledge)?;
+    priors: &SpinPriors<T>,
+) -> Result<(LevelFree<T>, ScalarEstimate<T>, bool), SpinFailure<T>> {
+    let believing = fit(spin, priors)?;
     let doubting = fit(
         spin,
-        &Knowledge {
+        &SpinPriors {
             bias_variance: real(BIAS_UNKNOWN * BIAS_UNKNOWN),
-            scale: doubted_scale(knowledge, spin.settings().scale_sigma),
-            ..*knowledge
+            scale: doubted_scale(priors, spin.settings().scale_sigma),
+            ..*priors
         },
     )?;
-    let (slow_turn, found) = slow_turn(&doubting, knowledge);
+    let (slow_turn, found) = slow_turn(&doubting, priors);
     Ok((if found { doubting } else { believing }, slow_turn, found))
 }
 
-fn knowledge<T: Real>(
+fn priors<T: Real>(
     spin: &SpinEstimator<T>,
     rests: &Rests<T>,
     axis: &AxisFit<T>,
     counted_bias: &Vector3<T>,
     walk: T,
     scales: &Scales<T>,
-) -> Knowledge<T> {
+) -> SpinPriors<T> {
     let rest_variance = rests.block_variance(0);
     let half = real::<T>(0.5);
-    Knowledge {
+    SpinPriors {
         gravity: spin.settings().gravity,
         origin: rests.first_force(),
         axis: *axis,
@@ -136,18 +139,18 @@ const LEAST: f64 = 1e-12;
 
 /// The rate at rest that the harmonics ask for, and whether chance could not have made it. Harmonics that fit the model
 /// neither way ask for nothing.
-fn slow_turn<T: Real>(doubting: &LevelFree<T>, knowledge: &Knowledge<T>) -> (Value<T>, bool) {
+fn slow_turn<T: Real>(doubting: &LevelFree<T>, priors: &SpinPriors<T>) -> (ScalarEstimate<T>, bool) {
     const SIGMAS: f64 = 5.0;
     const DRIFT: f64 = 3e-4;
     const FITS: f64 = 4.0;
     let i = GYROSCOPE + 2;
     if !doubting.solution.observed(i) {
-        return (Value::unknown(), false);
+        return (ScalarEstimate::unknown(), false);
     }
     let variance = doubting.solution.covariance[(i, i)];
     let value = -doubting.solution.x[i];
-    let chance = (variance + knowledge.bias_variance).sqrt();
+    let chance = (variance + priors.bias_variance).sqrt();
     let reduced = reduced(doubting.solution.chi_square, doubting.degrees_of_freedom);
     let found = value.abs() > chance * real(SIGMAS) + real(DRIFT) && reduced < real(FITS);
-    (Value { value, sigma: chance }, found)
+    (ScalarEstimate { value, sigma: chance }, found)
 }

@@ -8,7 +8,7 @@ use tumble_core::real::Real;
 use tumble_core::sample::Sample;
 use tumble_core::spin::collector::Collector;
 use tumble_core::spin::estimate::{SpinEstimate, TrueAngle};
-use tumble_core::spin::failure::Failure;
+use tumble_core::spin::failure::SpinFailure;
 use tumble_core::spin::settings::SpinSettings;
 
 use crate::common::{assert_close, cases, rounding};
@@ -20,7 +20,7 @@ fn solve<T: Real>(
     still: f64,
     settings: &SpinSettings<T>,
     true_angle: Option<&TrueAngle<T>>,
-) -> Result<SpinEstimate<T>, Failure<T>> {
+) -> Result<SpinEstimate<T>, SpinFailure<T>> {
     let mut collector = Collector::new(settings);
     let mut ended = false;
     for sample in narrowed::<T>(stream) {
@@ -99,8 +99,8 @@ proptest! {
     fn on_level_ground_the_published_estimate_and_the_level_free_one_agree(seed in any::<u64>(), up in crate::common::direction()) {
         let truth = Truth { up, lever_arm: (0.2, -0.1), ..Truth::plain() };
         let found: SpinEstimate<f64> = estimate(&truth, (0.02, 0.002), seed);
-        let sigma = found.level_free.sigma + found.published.sigma;
-        let apart = (found.level_free.value - found.published.value).component_div(&sigma);
+        let sigma = found.level_free.sigma + found.level_floor.sigma;
+        let apart = (found.level_free.value - found.level_floor.value).component_div(&sigma);
         prop_assert!(apart.amax() < 5.0, "{apart:?}");
     }
 }
@@ -109,7 +109,7 @@ proptest! {
 fn a_tilted_floor_misleads_the_published_estimate_as_far_as_its_sine_and_the_other_not_at_all() {
     let truth = Truth::usual();
     let found: SpinEstimate<f64> = estimate(&truth, (0.02, 0.002), 7);
-    let published = (found.published.value - truth.accelerometer_bias).norm();
+    let published = (found.level_floor.value - truth.accelerometer_bias).norm();
     let level_free = (found.level_free.value - truth.accelerometer_bias).norm();
     assert!((published - 0.171).abs() < 0.003, "{published}");
     assert!(level_free < 0.005, "{level_free}");
@@ -257,10 +257,10 @@ fn a_spin_without_rest_or_without_turn_has_no_result() {
     let truth = Truth::usual();
     let stream = truth.stream((0.02, 0.002), 0.0, 1);
     let settings = SpinSettings::<f64>::default();
-    assert_eq!(solve(&stream, 0.0, &settings, None), Err(Failure::NoRest));
+    assert_eq!(solve(&stream, 0.0, &settings, None), Err(SpinFailure::NoRest));
     let standing = &stream[..480];
     assert!(matches!(
         solve(standing, 4.0, &settings, None),
-        Err(Failure::NoTurn { .. })
+        Err(SpinFailure::NoTurn { .. })
     ));
 }

@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 use proptest::prelude::*;
 use tumble_core::sample::Sample;
 use tumble_core::spin::compensation::Compensation;
-use tumble_core::spin::failure::Failure;
-use tumble_core::spin::machine::{Event, SpinMachine, State, Wheels};
+use tumble_core::spin::failure::SpinFailure;
+use tumble_core::spin::machine::{SpinEvent, SpinMachine, SpinState, Wheels};
 use tumble_core::spin::settings::SpinSettings;
 
 use crate::common::{Draws, cases};
@@ -17,7 +17,7 @@ fn run(
     stream: &[Sample<f64>],
     settings: &SpinSettings<f32>,
     wheels: impl Fn(u64) -> Wheels,
-) -> (SpinMachine<f32>, Vec<Event>) {
+) -> (SpinMachine<f32>, Vec<SpinEvent>) {
     let mut machine = SpinMachine::new(settings);
     machine.start();
     let events = narrowed::<f32>(stream)
@@ -38,9 +38,9 @@ fn two_turns() -> Truth {
     }
 }
 
-fn failure(stream: &[Sample<f64>]) -> Failure<f32> {
+fn failure(stream: &[Sample<f64>]) -> SpinFailure<f32> {
     match run(stream, &SpinSettings::default(), unknown).0.state() {
-        State::Failed(failure) => *failure,
+        SpinState::Failed(failure) => *failure,
         state => panic!("{state:?}"),
     }
 }
@@ -51,7 +51,12 @@ fn a_good_spin_goes_from_still_to_done_and_compensates() {
     let (machine, events) = run(&truth.stream(NOISE, 3.0, 1), &SpinSettings::default(), unknown);
     assert_eq!(
         events,
-        [Event::StillBegan, Event::StillDone, Event::SpinBegan, Event::Done]
+        [
+            SpinEvent::StillBegan,
+            SpinEvent::StillDone,
+            SpinEvent::SpinBegan,
+            SpinEvent::Done
+        ]
     );
     let estimate = machine.solve(None).unwrap();
     let compensation = Compensation::updated(&Compensation::none(), &estimate);
@@ -70,17 +75,17 @@ fn before_it_is_started_it_takes_nothing_in() {
     for sample in narrowed(&two_turns().stream(NOISE, 0.0, 1)) {
         assert_eq!(machine.push(&sample, Wheels::Unknown), None);
     }
-    assert_eq!(*machine.state(), State::Idle);
+    assert_eq!(*machine.state(), SpinState::Idle);
 }
 
 /// What happens where standing still is broken once and the spin ends well.
-const BROKEN_ONCE: [Event; 6] = [
-    Event::StillBegan,
-    Event::StillBroken,
-    Event::StillBegan,
-    Event::StillDone,
-    Event::SpinBegan,
-    Event::Done,
+const BROKEN_ONCE: [SpinEvent; 6] = [
+    SpinEvent::StillBegan,
+    SpinEvent::StillBroken,
+    SpinEvent::StillBegan,
+    SpinEvent::StillDone,
+    SpinEvent::SpinBegan,
+    SpinEvent::Done,
 ];
 
 #[test]
@@ -127,7 +132,7 @@ fn never_still_it_fails_in_time() {
             ..sample
         })
         .collect();
-    assert!(matches!(failure(&shaken), Failure::NeverStill { .. }));
+    assert!(matches!(failure(&shaken), SpinFailure::NeverStill { .. }));
 }
 
 #[test]
@@ -137,7 +142,7 @@ fn turned_less_than_asked_it_fails_in_time() {
         ..two_turns()
     }
     .stream(NOISE, 125.0, 1);
-    let Failure::TurnedTooLittle { turned, .. } = failure(&stream) else {
+    let SpinFailure::TurnedTooLittle { turned, .. } = failure(&stream) else {
         panic!()
     };
     assert!((turned - core::f32::consts::TAU).abs() < 0.05, "{turned}");
@@ -153,11 +158,11 @@ fn lifted_picked_up_or_turned_too_fast_for_its_samples_it_fails() {
     };
     assert!(matches!(
         spoilt(&|s| s.specific_force.z += 2.0),
-        Failure::Lifted { .. }
+        SpinFailure::Lifted { .. }
     ));
     assert!(matches!(
         spoilt(&|s| s.angular_rate.x += 0.5),
-        Failure::NotOneAxis { .. }
+        SpinFailure::NotOneAxis { .. }
     ));
     let sparse: Vec<_> = Truth {
         rate: 3.0,
@@ -167,10 +172,10 @@ fn lifted_picked_up_or_turned_too_fast_for_its_samples_it_fails() {
     .into_iter()
     .step_by(10)
     .collect();
-    assert!(matches!(failure(&sparse), Failure::SampleRateTooLow { .. }));
+    assert!(matches!(failure(&sparse), SpinFailure::SampleRateTooLow { .. }));
     let mut torn = good.clone();
     torn.drain(1000..1100);
-    assert!(matches!(failure(&torn), Failure::SamplesMissing { .. }));
+    assert!(matches!(failure(&torn), SpinFailure::SamplesMissing { .. }));
 }
 
 #[test]
@@ -187,7 +192,7 @@ fn a_sensor_at_the_end_of_its_range_fails_and_a_single_spike_does_not() {
         let (machine, _) = run(&stream, &settings, unknown);
         let failed = matches!(
             machine.state(),
-            State::Failed(Failure::Saturated { channel: 0, .. })
+            SpinState::Failed(SpinFailure::Saturated { channel: 0, .. })
         );
         assert_eq!(failed, fails, "{:?}", machine.state());
     }
@@ -199,7 +204,7 @@ fn a_floor_beyond_the_limit_fails_with_its_tilt() {
         floor_tilt: 12_f64.to_radians(),
         ..two_turns()
     };
-    let Failure::FloorTooSteep { tilt, .. } = failure(&truth.stream(NOISE, 3.0, 1)) else {
+    let SpinFailure::FloorTooSteep { tilt, .. } = failure(&truth.stream(NOISE, 3.0, 1)) else {
         panic!()
     };
     assert!((tilt.to_degrees() - 12.0).abs() < 0.1, "{tilt}");
@@ -211,10 +216,10 @@ fn a_stream_that_stops_half_way_fails_and_the_compensation_of_before_stays() {
     stream.truncate(1200);
     let (mut machine, _) = run(&stream, &SpinSettings::default(), unknown);
     assert_eq!(machine.tick(12_100_000), None);
-    assert_eq!(machine.tick(13_000_000), Some(Event::Failed));
+    assert_eq!(machine.tick(13_000_000), Some(SpinEvent::Failed));
     assert!(matches!(
         machine.state(),
-        State::Failed(Failure::StreamStopped { .. })
+        SpinState::Failed(SpinFailure::StreamStopped { .. })
     ));
     assert_eq!(machine.tick(14_000_000), None);
 }
@@ -234,7 +239,7 @@ fn a_bias_above_any_gate_still_calibrates_and_uneven_wheels_do_too() {
     ] {
         let (machine, _) = run(&truth.stream(NOISE, 3.0, 4), &SpinSettings::default(), unknown);
         let found = machine.solve(None).unwrap();
-        assert_eq!(*machine.state(), State::Done);
+        assert_eq!(*machine.state(), SpinState::Done);
         let error = found.level_free.value.map(f64::from) - truth.accelerometer_bias;
         assert!(error.norm() < 0.01, "{error:?}");
     }
@@ -250,10 +255,10 @@ fn wheels_that_turn_are_no_rest_however_steady_the_robot_turns() {
     };
     let stream = truth.stream(NOISE, 0.0, 1);
     let (_, fooled) = run(&stream, &SpinSettings::default(), unknown);
-    assert!(fooled.contains(&Event::StillDone));
+    assert!(fooled.contains(&SpinEvent::StillDone));
     let (machine, told) = run(&stream, &SpinSettings::default(), |_| Wheels::Turning);
     assert_eq!(told, []);
-    assert_eq!(*machine.state(), State::Still);
+    assert_eq!(*machine.state(), SpinState::Still);
     // Vibration of a running fan is no motion where the wheels say so.
     let mut draws = Draws::new(1);
     let mut shaken = two_turns().stream(NOISE, 3.0, 1);
@@ -269,7 +274,7 @@ fn wheels_that_turn_are_no_rest_however_steady_the_robot_turns() {
         }
     };
     let (_, events) = run(&shaken, &SpinSettings::default(), stopped);
-    assert!(events.contains(&Event::StillDone), "{events:?}");
+    assert!(events.contains(&SpinEvent::StillDone), "{events:?}");
 }
 
 proptest! {
@@ -294,7 +299,7 @@ proptest! {
             // Whatever is solved is no number or a number, and says which.
             let _ = machine.solve(None);
             machine.tick(time);
-            if matches!(machine.state(), State::Done | State::Failed(_)) {
+            if matches!(machine.state(), SpinState::Done | SpinState::Failed(_)) {
                 machine.start();
             }
         }

@@ -4,12 +4,12 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
 
 use crate::real::{Real, real};
 use crate::spin::axis::{self, RestingRate};
-use crate::spin::estimate::{Bias, SpinEstimate, Value};
+use crate::spin::estimate::{ScalarEstimate, SpinEstimate, VectorEstimate};
 use crate::spin::estimator::SpinEstimator;
+use crate::spin::level_floor::{self, LevelFloor, LevelFloorInputs};
 use crate::spin::level_free::{
-    self, ACCELEROMETER, Knowledge, LEVER_ARM, LevelFree, SCALE, UNKNOWNS, UPHILL,
+    self, ACCELEROMETER, LEVER_ARM, LevelFree, SCALE, SpinPriors, UNKNOWNS, UPHILL,
 };
-use crate::spin::published::{self, Published, Readings};
 use crate::spin::rests::Rests;
 use crate::spin::scale::Scales;
 
@@ -20,18 +20,18 @@ const LARGEST_USEFUL_SIGMA: f64 = 0.5;
 const TRUSTED_SIGMA: f64 = 0.02;
 
 /// Everything a fit says, in the quantities people ask for (docs/theory/spin.md, eq. 14).
-pub(super) fn assemble<T: Real>(
+pub(super) fn from_fit<T: Real>(
     spin: &SpinEstimator<T>,
-    knowledge: &Knowledge<T>,
+    priors: &SpinPriors<T>,
     fit: &LevelFree<T>,
     scales: &Scales<T>,
-    (slow_turn, turned_while_still): (Value<T>, bool),
+    (slow_turn, turned_while_still): (ScalarEstimate<T>, bool),
 ) -> SpinEstimate<T> {
     let covariance = fit.solution.covariance * fit.widening();
     let joint = biases(&fit.floor, &covariance);
     let (roll, pitch) = axis::tilt(&fit.up);
     let tilt_sigma = |i: usize| covariance[(level_free::AXIS + i, level_free::AXIS + i)].sqrt();
-    let (published, published_covariance) = published(spin, knowledge, &joint);
+    let (level_floor, level_floor_covariance) = level_floor(spin, priors, &joint);
     let full_turn = spin.turned().span() >= real(core::f64::consts::TAU);
     let earth = fit.up * spin.settings().earth_rate_up;
     let x = &fit.solution.x;
@@ -43,38 +43,38 @@ pub(super) fn assemble<T: Real>(
     let level_free_is_default = trusted && !spin.settings().level_floor;
     // Forward turns with the roll where x points up or down.
     let forward_sigma = tilt_sigma(1) * (pitch.sin() / pitch.cos().max(real(1e-6))).abs();
-    let (floor_tilt, uphill_bearing) = uphill(knowledge, x, &covariance, forward_sigma);
+    let (floor_tilt, uphill_bearing) = uphill(priors, x, &covariance, forward_sigma);
     SpinEstimate {
         turned: *spin.turned(),
         resting_time: spin.rests().map_or(T::zero(), Rests::time),
         samples: spin.samples(),
         noise: noise(spin),
-        gyroscope_bias: Bias {
+        gyroscope_bias: VectorEstimate {
             value: fit.gyroscope_bias - earth,
             sigma: Vector3::from_fn(|i, _| joint[(3 + i, 3 + i)].sqrt()),
             observed: true,
         },
         level_free,
-        published,
+        level_floor,
         level_free_is_default,
         covariance: if level_free_is_default {
             joint
         } else {
-            published_covariance
+            level_floor_covariance
         },
         up: fit.up,
-        roll: Value {
+        roll: ScalarEstimate {
             value: roll,
             sigma: tilt_sigma(1) / pitch.cos().abs().max(real(1e-6)),
         },
-        pitch: Value {
+        pitch: ScalarEstimate {
             value: pitch,
             sigma: tilt_sigma(0),
         },
         floor_tilt,
         uphill_bearing,
         lever_arm: lever_arm(fit, &covariance),
-        scale: scale(fit, knowledge, &covariance),
+        scale: scale(fit, priors, &covariance),
         scale_clockwise: scales.clockwise,
         scale_counter_clockwise: scales.counter_clockwise,
         slow_turn,
@@ -108,19 +108,19 @@ fn biases<T: Real>(floor: &Matrix3<T>, covariance: &SMatrix<T, UNKNOWNS, UNKNOWN
     turn * covariance.fixed_view::<6, 6>(0, 0) * turn.transpose()
 }
 
-fn bias<T: Real>(value: Vector3<T>, sigma: Vector3<T>) -> Bias<T> {
-    Bias {
+fn bias<T: Real>(value: Vector3<T>, sigma: Vector3<T>) -> VectorEstimate<T> {
+    VectorEstimate {
         value,
         sigma,
         observed: sigma.max() < real(LARGEST_USEFUL_SIGMA),
     }
 }
 
-fn published<T: Real>(
+fn level_floor<T: Real>(
     spin: &SpinEstimator<T>,
-    knowledge: &Knowledge<T>,
+    priors: &SpinPriors<T>,
     joint: &SMatrix<T, 6, 6>,
-) -> (Bias<T>, SMatrix<T, 6, 6>) {
+) -> (VectorEstimate<T>, SMatrix<T, 6, 6>) {
     let turned = spin.turned();
     let (of_force, of_rate) = spin.settings().bias_instability;
     let nothing = Vector3::zeros();
@@ -142,16 +142,16 @@ fn published<T: Real>(
         },
     );
     let net_duration = turned.counter_clockwise.duration - turned.clockwise.duration;
-    let found = published::estimate(&Readings {
+    let found = level_floor::estimate(&LevelFloorInputs {
         rest: rate,
         specific_force: force,
         specific_force_variance: force_variance,
         turned: turned.vector,
         net_duration,
-        turned_variance: spin.heading_walk(&knowledge.axis) * turned.duration(),
-        gravity: knowledge.gravity,
+        turned_variance: spin.heading_walk(&priors.axis) * turned.duration(),
+        gravity: priors.gravity,
     });
-    let Some(Published {
+    let Some(LevelFloor {
         bias: value,
         covariance,
         ..
@@ -169,11 +169,11 @@ fn published<T: Real>(
 
 /// Tilt of the floor and bearing of uphill.
 fn uphill<T: Real>(
-    knowledge: &Knowledge<T>,
+    priors: &SpinPriors<T>,
     x: &SVector<T, UNKNOWNS>,
     covariance: &SMatrix<T, UNKNOWNS, UNKNOWNS>,
     forward_sigma: T,
-) -> (Value<T>, Value<T>) {
+) -> (ScalarEstimate<T>, ScalarEstimate<T>) {
     const SHOWN: f64 = 3.0;
     let pull = x.fixed_rows::<2>(UPHILL).into_owned();
     let spread = covariance.fixed_view::<2, 2>(UPHILL, UPHILL).into_owned();
@@ -185,27 +185,27 @@ fn uphill<T: Real>(
         Vector2::x()
     };
     let (lengthwise, crosswise) = (along(unit), along(Vector2::new(-unit.y, unit.x)));
-    let sine = (size / knowledge.gravity).min(T::one());
+    let sine = (size / priors.gravity).min(T::one());
     let cosine = (T::one() - sine * sine).sqrt().max(real(1e-6));
-    let tilt = Value {
+    let tilt = ScalarEstimate {
         value: sine.asin(),
-        sigma: lengthwise / (knowledge.gravity * cosine),
+        sigma: lengthwise / (priors.gravity * cosine),
     };
     let bearing = if size > crosswise * real(SHOWN) && forward_sigma < T::one() {
-        Value {
+        ScalarEstimate {
             value: pull.y.atan2(pull.x),
             sigma: (crosswise / size).hypot(forward_sigma),
         }
     } else {
-        Value::unknown()
+        ScalarEstimate::unknown()
     };
     (tilt, bearing)
 }
 
-fn lever_arm<T: Real>(fit: &LevelFree<T>, covariance: &SMatrix<T, UNKNOWNS, UNKNOWNS>) -> Bias<T> {
+fn lever_arm<T: Real>(fit: &LevelFree<T>, covariance: &SMatrix<T, UNKNOWNS, UNKNOWNS>) -> VectorEstimate<T> {
     let plane = fit.floor.fixed_columns::<2>(0);
     let spread = plane * covariance.fixed_view::<2, 2>(LEVER_ARM, LEVER_ARM) * plane.transpose();
-    Bias {
+    VectorEstimate {
         value: plane * fit.solution.x.fixed_rows::<2>(LEVER_ARM),
         sigma: spread.diagonal().map(|v| v.max(T::zero()).sqrt()),
         observed: fit.solution.observed(LEVER_ARM) && fit.solution.observed(LEVER_ARM + 1),
@@ -215,14 +215,14 @@ fn lever_arm<T: Real>(fit: &LevelFree<T>, covariance: &SMatrix<T, UNKNOWNS, UNKN
 /// Scale error about the axis, if harmonics or a true angle took most of the ignorance away.
 fn scale<T: Real>(
     fit: &LevelFree<T>,
-    knowledge: &Knowledge<T>,
+    priors: &SpinPriors<T>,
     covariance: &SMatrix<T, UNKNOWNS, UNKNOWNS>,
-) -> Value<T> {
-    let told = knowledge.scale.0 != T::zero();
+) -> ScalarEstimate<T> {
+    let told = priors.scale.0 != T::zero();
     if !told && !fit.solution.observed(SCALE) {
-        return Value::unknown();
+        return ScalarEstimate::unknown();
     }
-    Value {
+    ScalarEstimate {
         value: fit.solution.x[SCALE],
         sigma: covariance[(SCALE, SCALE)].sqrt(),
     }

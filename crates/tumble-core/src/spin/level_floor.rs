@@ -10,7 +10,7 @@ use crate::spin::axis::RestingRate;
 
 /// First data, second data, and gravity.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Readings<T: Real> {
+pub struct LevelFloorInputs<T: Real> {
     /// Mean angular rate at rest.
     pub rest: RestingRate<T>,
     /// Mean specific force at rest, m/s^2.
@@ -29,7 +29,7 @@ pub struct Readings<T: Real> {
 
 /// Biases on level ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Published<T: Real> {
+pub struct LevelFloor<T: Real> {
     /// Turning axis, upwards, unit length, case frame.
     pub up: Vector3<T>,
     /// Accelerometer bias, m/s^2.
@@ -39,7 +39,7 @@ pub struct Published<T: Real> {
 }
 
 /// The estimate; `None` if the robot did not turn.
-pub fn estimate<T: Real>(readings: &Readings<T>) -> Option<Published<T>> {
+pub fn estimate<T: Real>(readings: &LevelFloorInputs<T>) -> Option<LevelFloor<T>> {
     let angle = readings.turned.norm();
     if angle < real(1e-3) {
         return None;
@@ -55,7 +55,7 @@ pub fn estimate<T: Real>(readings: &Readings<T>) -> Option<Published<T>> {
         Matrix3::from_diagonal(&readings.rest.variance) * (readings.net_duration * readings.net_duration);
     let of_angle = across * (from_rest + Matrix3::identity() * readings.turned_variance) * across;
     let lever = readings.gravity / angle;
-    Some(Published {
+    Some(LevelFloor {
         up,
         bias: readings.specific_force - up * readings.gravity,
         covariance: Matrix3::from_diagonal(&readings.specific_force_variance) + of_angle * (lever * lever),
