@@ -31,9 +31,9 @@ test: $(VENV)/.native $(VENV)/.requirements-test  ## Run the Rust, Python and do
 	scripts/build_for_cortex_m.sh
 	$(BIN)/python -m pytest $(DEVICE_TESTS)
 	$(BIN)/python -m pytest --numprocesses auto --dist loadfile $(DEVICE_TESTS:%=--ignore=%)
-	$(BIN)/python scripts/check_readme.py --run
+	$(BIN)/python scripts/check_commands.py --run
 
-bench: $(VENV)/.native  ## Measure accuracy, speed and memory, print the README tables (forty minutes)
+bench: $(VENV)/.native  ## Measure accuracy, speed and memory, print docs/benchmarks.md (forty minutes)
 	$(BIN)/python -m benchmarks.accuracy
 	$(BIN)/python -m benchmarks.truths
 	$(BIN)/python -m benchmarks.spin
@@ -55,7 +55,7 @@ soak: $(VENV)/.native  ## Run what takes hours: 2000 drawn missions of redundant
 	cargo run --locked --profile fuzz --package tumble-fuzz -- monitor
 	scripts/fuzz_calls.sh
 
-lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types, layers and README
+lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types, layers and documents
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	scripts/lint_firmware.sh
@@ -65,7 +65,8 @@ lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types,
 	$(BIN)/mypy
 	$(BIN)/mypy scripts examples
 	$(BIN)/python scripts/check_layers.py
-	$(BIN)/python scripts/check_readme.py
+	$(BIN)/python scripts/check_commands.py
+	$(BIN)/python -m benchmarks.report --check
 	$(BIN)/python scripts/write_schemas.py --check
 	$(BIN)/python scripts/write_settings.py --check
 

@@ -1,6 +1,6 @@
-"""Print the tables of the README from the figures under `benchmarks/results`.
+"""Print the tables of docs/benchmarks.md and the figures of the README from `benchmarks/results`.
 
-`python -m benchmarks.report [--readme README.md] [--check]`
+`python -m benchmarks.report [--root FOLDER] [--check]`
 """
 
 from __future__ import annotations
@@ -8,20 +8,23 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from math import degrees
 from pathlib import Path
 
 from benchmarks.accuracy import LARGEST_RATIO
 from benchmarks.bound import GROUPS, TRIADS
+from benchmarks.digits import three_digits, two_digits
+from benchmarks.footprint import FLASH_GOAL, MEMORY_GOAL
 from benchmarks.footprint import rows as footprint_rows
+from benchmarks.goals import SPEED_NAMES, all_goals
 from benchmarks.results import Content, load
 from benchmarks.speed import GOALS
 from benchmarks.spin import DESIGN as DESIGN_OF_TILTS
 from benchmarks.spin import LARGEST_RATIO as LARGEST_SPIN_RATIO
 from benchmarks.truths import BIASES, DESIGN_MRAD, TRUTHS
 
-README = Path(__file__).parent.parent / "README.md"
+ROOT = Path(__file__).parent.parent
 NOISES = ("white", "bias instability")
 
 UNITS: dict[tuple[str, str], tuple[float, str]] = {
@@ -51,7 +54,7 @@ def accuracy(content: Content) -> Iterator[str]:
 def _accuracy_cells(figures: Content, triad: str, group: str) -> list[str]:
     factor, unit = UNITS.get((triad, group), (1e6, "ppm") if group == "scale" else (degrees(1e3), "mdeg"))
     return [
-        f"{_three_digits(factor * figures['rmse'])} {unit}",
+        f"{three_digits(factor * figures['rmse'])} {unit}",
         f"{figures['ratio']:.3f} ± {figures['ratio_error']:.3f}",
         f"{100 * figures['coverage']:.1f} %",
     ]
@@ -74,7 +77,6 @@ def _accuracy_words(content: Content) -> str:
         f"{len(single)} are above {LARGEST_RATIO:g}, the largest {drawn['ratio']:.3f} ± "
         f"{drawn['ratio_error']:.3f}. Intervals of a group hold {100 * min(covered):.1f} to "
         f"{100 * max(covered):.1f} %. "
-        "How each figure is defined: [benchmarks](benchmarks/README.md)."
     )
 
 
@@ -86,7 +88,7 @@ def truths(content: Content) -> Iterator[str]:
         cells = [f"`{truth}`"]
         for column, design in zip(("0", "0.05"), DESIGN_MRAD[truth], strict=True):
             found = content["columns"][column][truth]["non_orthogonality"]
-            cells += [f"{_three_digits(1e3 * found['rms'])} mrad", f"{design:g}"]
+            cells += [f"{three_digits(1e3 * found['rms'])} mrad", f"{design:g}"]
         yield _row(cells)
     yield ""
     yield "| bias of the target from | table errs 0.2 deg a pose | design |"
@@ -94,7 +96,7 @@ def truths(content: Content) -> Iterator[str]:
     for source, (words, stated) in BIASES.items():
         found = content["columns"]["0.2"][source]["bias"]
         design_figure = "" if stated is None else f"{1e3 * stated:g}"
-        yield _row([words, f"{_three_digits(1e3 * found['rms'])} mm/s²", design_figure])
+        yield _row([words, f"{three_digits(1e3 * found['rms'])} mm/s²", design_figure])
     yield ""
     yield (
         f"Root mean square over {content['sessions']} simulated sessions of the norm of the error; "
@@ -102,18 +104,11 @@ def truths(content: Content) -> Iterator[str]:
     )
 
 
-NAMES = {
-    "acquisition": "rests and turns of a recording in memory",
-    "correction": "correction of a recording in memory",
-    "csv": "reading CSV, checked and in SI units",
-}
-
-
 def speed(content: Content) -> Iterator[str]:
     """Ratios of times, and the batch."""
     yield "| | samples a second | against | takes longer by a factor of | goal |"
     yield "|---|---|---|---|---|"
-    for name, words in NAMES.items():
+    for name, words in SPEED_NAMES.items():
         figures = content[name]
         rate = figures.get("samples_a_second") or figures["rows_a_second"]
         for other, ratio in figures["ratios"].items():
@@ -160,7 +155,7 @@ def spin(content: Content) -> Iterator[str]:
         found = content["tilts"][f"{tilt:g}"]
         cells = [f"{tilt:g} deg"]
         for name, stated in zip(("published", "level_free"), design, strict=True):
-            cells += [f"{_three_digits(1e3 * found[name])} mm/s²", f"{1e3 * stated:g}"]
+            cells += [f"{three_digits(1e3 * found[name])} mm/s²", f"{1e3 * stated:g}"]
         yield _row(cells)
     yield ""
     yield (
@@ -200,7 +195,7 @@ def _spin_cells(content: Content, group: str, figures: Content) -> list[str]:
     covered = [100 * of["coverage"] for of in single]
     return [
         group,
-        f"{_three_digits(factor * figures['rmse'])} {unit}",
+        f"{three_digits(factor * figures['rmse'])} {unit}",
         f"{figures['ratio']:.3f} ± {figures['ratio_error']:.3f}",
         f"{min(ratios):.3f} to {max(ratios):.3f}",
         f"{100 * figures['coverage']:.1f} %",
@@ -231,7 +226,7 @@ def redundancy(content: Content) -> Iterator[str]:
         for rung in RUNGS:
             error = rungs[rung]["error"]
             cells += [
-                "refused" if error is None else f"{_two_digits(error)} m/s²",
+                "refused" if error is None else f"{two_digits(error)} m/s²",
                 f"{rungs[rung]['design']:g}",
             ]
         yield _row(cells)
@@ -306,8 +301,8 @@ def redundancy_campaign(content: Content) -> Iterator[str]:
     yield ""
     yield (
         f"A mission is replayed {content['replay_rate']['median']:.0f} times as fast as it was flown "
-        "(median). What counts as wrong is defined in `benchmarks/redundancy_judge.py`; alarms of what is "
-        "implausible at rest are taken at their word there, not judged."
+        "(median). What counts as wrong is defined in `benchmarks/redundancy_judge.py`; alarms "
+        "`implausible at rest` within the limit that they state are not judged."
     )
 
 
@@ -318,11 +313,7 @@ def _failover_cells(kind: str, of: Content) -> list[str]:
 
 
 def _spread(of: Content) -> str:
-    return f"{_two_digits(of['median'])} ({_two_digits(of['high'])})" if of["number"] else ""
-
-
-def _two_digits(value: float) -> str:
-    return f"{float(f'{value:.2g}'):.10f}".rstrip("0").rstrip(".")
+    return f"{two_digits(of['median'])} ({two_digits(of['high'])})" if of["number"] else ""
 
 
 def footprint(content: Content) -> Iterator[str]:
@@ -341,6 +332,76 @@ def footprint(content: Content) -> Iterator[str]:
     )
 
 
+def five_figures(results: Mapping[str, Content]) -> Iterator[str]:
+    """Give five figures that matter, one of each procedure, of all of them, and of the device."""
+    truth = {
+        name: 1e3 * results["truths"]["columns"]["0.05"][name]["non_orthogonality"]["rms"]
+        for name in ("reference", "rotate-measurement")
+    }
+    tilted = results["spin"]["tilts"]["1"]
+    ratios, covered = _against_the_bound(results)
+    campaign = results["redundancy_campaign"]
+    counts = campaign["counts"]
+    flash = results["footprint"]["flash_bytes"]["everything"]
+    memory = sum(results["footprint"]["bytes"].values())
+    yield "| | Tumble | compared with |"
+    yield "|---|---|---|"
+    for cells in (
+        (
+            "Turntable that errs by 0.05° a pose: error of the non-orthogonality",
+            f"**{three_digits(truth['reference'])} mrad**",
+            f"{three_digits(truth['rotate-measurement'])} mrad by the published compensation",
+        ),
+        (
+            "Robot on a floor that tilts by 1°: error of the accelerometer bias",
+            f"**{three_digits(1e3 * tilted['level_free'])} mm/s²**",
+            f"{three_digits(1e3 * tilted['published'])} mm/s² by the published method",
+        ),
+        (
+            "Error of either procedure over the least that any unbiased method can reach (Cramér-Rao bound)",
+            f"**{min(ratios):.2f} to {max(ratios):.2f}**",
+            f"1; {100 * min(covered):.0f} to {100 * max(covered):.0f} % of the 95 % intervals hold the truth",
+        ),
+        (
+            f"Redundant set, {campaign['missions']} simulated missions with faults: new calibrations "
+            "that are worse than the one before",
+            f"**{counts['wrongly adopted'] + counts['misled']} of {counts['adopted']}**",
+            f"0; {counts['misled']} of them because the primary itself was wrong",
+        ),
+        (
+            "All of it on a Cortex-M4F",
+            f"**{flash / 1024:.0f} KiB flash, {memory / 1024:.1f} KiB memory**",
+            f"goals of {FLASH_GOAL // 1024} KiB ({_whether(flash <= FLASH_GOAL)}) and "
+            f"{MEMORY_GOAL // 1024} KiB ({_whether(memory <= MEMORY_GOAL)})",
+        ),
+    ):
+        yield _row(cells)
+
+
+def _whether(is_met: bool) -> str:
+    return "reached" if is_met else "missed"
+
+
+def _against_the_bound(results: Mapping[str, Content]) -> tuple[list[float], list[float]]:
+    """Error over the bound and coverage of each group of parameters, all cells together."""
+    pooled = results["accuracy"]["pooled"].values()
+    groups = [of for noise in pooled for triad in TRIADS for of in noise[triad]["groups"].values()]
+    groups += results["spin"]["pooled"].values()
+    return [of["ratio"] for of in groups], [of["coverage"] for of in groups]
+
+
+def missed(results: Mapping[str, Content]) -> Iterator[str]:
+    """Give the goals that are not reached, and how many there are in all."""
+    goals = all_goals(results)
+    yield "| figure | goal | reached |"
+    yield "|---|---|---|"
+    for goal in goals:
+        if not goal.is_met:
+            yield _row([goal.what, goal.wanted, goal.reached])
+    yield ""
+    yield f"All other goals, {sum(goal.is_met for goal in goals)} of {len(goals)}, are reached."
+
+
 TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "accuracy": accuracy,
     "truths": truths,
@@ -353,15 +414,18 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
 }
 
 
+SUMMARIES: dict[str, Callable[[Mapping[str, Content]], Iterator[str]]] = {
+    "figures": five_figures,
+    "missed": missed,
+}
+"""Made from the figures of several benchmarks."""
+
+PAGES = {"README.md": ("figures",), "docs/benchmarks.md": ("missed", *TABLES)}
+"""What is printed where."""
+
+
 def _row(cells: Sequence[str]) -> str:
     return f"| {' | '.join(cells)} |"
-
-
-def _three_digits(value: float) -> str:
-    """Give three significant digits without an exponent."""
-    if value >= 100.0:
-        return f"{value:.0f}"
-    return f"{value:.1f}" if value >= 10.0 else f"{value:.2f}" if value >= 1.0 else f"{value:.3f}"
 
 
 def placed(text: str, name: str, table: str) -> str:
@@ -373,27 +437,38 @@ def placed(text: str, name: str, table: str) -> str:
     return replaced
 
 
-def printed(text: str) -> str:
-    """Put all tables in their places."""
-    for name, table in TABLES.items():
-        text = placed(text, name, "".join(f"{line}\n" for line in table(load(name))))
+def printed(text: str, names: Sequence[str]) -> str:
+    """Put the tables of these names in their places."""
+    results = {name: load(name) for name in TABLES}
+    for name in names:
+        lines = TABLES[name](results[name]) if name in TABLES else SUMMARIES[name](results)
+        text = placed(text, name, "".join(f"{line}\n" for line in lines))
     return text
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Rewrite the README; with --check only see that it shows the figures on disk."""
+    """Rewrite the pages; with --check only see that they show the figures on disk."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--readme", type=Path, default=README)
-    parser.add_argument("--check", action="store_true", help="write nothing; 1 if the README is out of date")
+    parser.add_argument("--root", type=Path, default=ROOT, help="folder of the pages")
+    parser.add_argument("--check", action="store_true", help="write nothing; 1 if a page is out of date")
     options = parser.parse_args(arguments)
-    before = options.readme.read_text(encoding="utf-8")
-    after = printed(before)
-    if options.check:
-        return int(after != before)
-    unfinished = options.readme.with_name(options.readme.name + ".part")
-    unfinished.write_text(after, encoding="utf-8")
-    unfinished.replace(options.readme)
-    return 0
+    out_of_date = 0
+    for name, tables in PAGES.items():
+        page = options.root / name
+        before = page.read_text(encoding="utf-8")
+        after = printed(before, tables)
+        if after == before:
+            continue
+        if options.check:
+            print(
+                f"{name} does not show the figures of benchmarks/results: run `python -m benchmarks.report`"
+            )
+            out_of_date = 1
+            continue
+        unfinished = page.with_name(page.name + ".part")
+        unfinished.write_text(after, encoding="utf-8")
+        unfinished.replace(page)
+    return out_of_date
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Figures on disk: one JSON file a benchmark under `benchmarks/results`, from which the README is printed."""
+"""Figures on disk: one JSON file a benchmark under `results`, from which docs/benchmarks.md is printed."""
 
 from __future__ import annotations
 

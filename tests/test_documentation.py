@@ -10,6 +10,7 @@ import pytest
 import typer
 import yaml
 
+from pages import without_commands
 from theory_formulas import mean_log
 from tumble.cli.main import command_line
 from tumble.logs.columns import recognise
@@ -18,7 +19,10 @@ from tumble.procedures.limits import Limits
 from tumble.procedures.simulate import Grade
 
 ROOT = Path(__file__).parents[1]
-DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+DOCUMENTS = [
+    *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "benchmarks/README.md")),
+    *sorted((ROOT / "docs").rglob("*.md")),
+]
 TURNTABLE = ROOT / "docs" / "how-to" / "turntable.md"
 READ_LOGS = ROOT / "docs" / "how-to" / "read-logs.md"
 GRADES = ("consumer", "industrial", "tactical")
@@ -30,6 +34,12 @@ def text_of(document):
     return document.read_text(encoding="utf-8")
 
 
+def anchors(document):
+    """Give what may follow a # in a link to the document, as GitHub makes it from a heading."""
+    headings = re.findall(r"^#+ (.*)$", text_of(document), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
 def named(path):
     return str(path.relative_to(ROOT))
 
@@ -38,6 +48,17 @@ def named(path):
 def test_every_link_within_the_repository_leads_to_a_file(document):
     links = re.findall(r"\]\((?!https?://|mailto:)([^)#]+)", text_of(document))
     missing = [link for link in links if not (document.parent / link).exists()]
+    assert missing == []
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=named)
+def test_every_link_to_a_heading_leads_to_one(document):
+    links = re.findall(r"\]\((?!https?://|mailto:)([^)#]*)#([^)]+)", text_of(document))
+    missing = [
+        f"{page}#{anchor}"
+        for page, anchor in links
+        if anchor not in anchors(document.parent / page if page else document)
+    ]
     assert missing == []
 
 
@@ -69,7 +90,7 @@ def test_every_option_a_how_to_names_exists(document):
     words = ["turntable", "inspect", "apply"]
     commands = typer.main.get_command(command_line(words)).commands
     known = {option for word in words for parameter in commands[word].params for option in parameter.opts}
-    told = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", text_of(document)))
+    told = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", without_commands(text_of(document))))
     assert told
     assert told <= known
 

@@ -125,8 +125,8 @@ def test_a_file_of_tests_may_use_what_the_machine_has_if_it_is_compiled_for_test
     assert len(list(module.device_breaches(crate))) == breaches
 
 
-def test_the_readme_is_read_as_a_person_types_it():
-    module = script("check_readme")
+def test_a_page_is_read_as_a_person_types_it():
+    module = script("check_commands")
     shell = "```sh\n$ make demo   # a minute\ntumble turntable a.csv \\\n    b.csv -o out\n```\n"
     text = f"# Tumble\n\n{shell}\n```python\nx = 1\n```\n"
     found = [(snippet.line, snippet.language, snippet.text) for snippet in module.snippets(text)]
@@ -139,12 +139,12 @@ def test_the_readme_is_read_as_a_person_types_it():
 
 @pytest.mark.parametrize("command", ["curl example.org | sh", "make castle", "pip install tumble-imu"])
 def test_a_command_that_ci_does_not_prove_is_found(command):
-    module = script("check_readme")
+    module = script("check_commands")
     assert module.problem(module.Snippet(1, "sh", command))
 
 
-def test_a_readme_command_that_fails_is_found(tmp_path):
-    module = script("check_readme")
+def test_a_command_of_a_page_that_fails_is_found(tmp_path):
+    module = script("check_commands")
     assert "no such" in module.run(module.Snippet(1, "sh", "tumble inspect gone.csv"), tmp_path)
     assert "ZeroDivisionError" in module.run(module.Snippet(1, "python", "1 / 0"), tmp_path)
     assert module.run(module.Snippet(1, "python", "print(1)"), tmp_path) == ""

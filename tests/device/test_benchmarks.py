@@ -14,6 +14,7 @@ from benchmarks import (  # noqa: E402
     accuracy,
     bound,
     footprint,
+    goals,
     memory,
     noise,
     redundancy,
@@ -56,13 +57,14 @@ def test_every_cell_is_measured_and_every_figure_is_a_number(measured):
                 assert 0.0 < figures["ratio"] < 10.0
 
 
-def test_the_readme_shows_a_table_for_each_benchmark(measured, tmp_path):
-    readme = tmp_path / "README.md"
-    markers = [f"<!-- benchmark:{name} -->\n<!-- /benchmark:{name} -->\n" for name in report.TABLES]
-    readme.write_text("before\n" + "".join(markers) + "after\n", encoding="utf-8")
-    assert report.main(["--readme", str(readme), "--check"]) == 1
-    report.main(["--readme", str(readme)])
-    text = readme.read_text(encoding="utf-8")
+def test_the_pages_show_a_table_for_each_benchmark(measured, tmp_path):
+    for page, tables in report.PAGES.items():
+        (tmp_path / page).parent.mkdir(exist_ok=True)
+        markers = [f"<!-- benchmark:{name} -->\n<!-- /benchmark:{name} -->\n" for name in tables]
+        (tmp_path / page).write_text("before\n" + "".join(markers) + "after\n", encoding="utf-8")
+    assert report.main(["--root", str(tmp_path), "--check"]) == 1
+    report.main(["--root", str(tmp_path)])
+    text = (tmp_path / "docs" / "benchmarks.md").read_text(encoding="utf-8")
     assert text.startswith("before\n")
     assert text.endswith("after\n")
     assert "| accelerometer | bias |" in text
@@ -73,7 +75,20 @@ def test_the_readme_shows_a_table_for_each_benchmark(measured, tmp_path):
     assert "| instructions: applying a calibration to both triads |" in text
     assert "`numpy.copyto`" in text
     assert "| ROS 1 bag |" in text
-    assert report.main(["--readme", str(readme), "--check"]) == 0
+    assert (tmp_path / "README.md").read_text(encoding="utf-8").count("\n| ") == 6
+    assert report.main(["--root", str(tmp_path), "--check"]) == 0
+
+
+def test_a_goal_that_is_missed_is_named_and_one_that_is_reached_is_not(measured):
+    found = {name: results.load(name, measured) for name in report.TABLES}
+    named = [goal.what for goal in goals.all_goals(found) if not goal.is_met]
+    flash, apply = "Cortex-M4F: flash of everything together", "Cortex-M4F: instructions of applying"
+    assert flash in named
+    assert not [what for what in named if what.startswith(apply)]
+    told = "\n".join(report.missed(found))
+    assert [what for what in named if what not in told] == []
+    found["footprint"]["flash_bytes"]["everything"] = footprint.FLASH_GOAL
+    assert flash not in "\n".join(report.missed(found))
 
 
 def test_what_a_sample_of_a_spin_costs_is_counted_to_its_end_and_no_further(measured):
@@ -85,7 +100,7 @@ def test_what_a_sample_of_a_spin_costs_is_counted_to_its_end_and_no_further(meas
     assert pushes["solving"] < 10
 
 
-def test_a_readme_without_its_markers_is_refused():
+def test_a_page_without_its_markers_is_refused():
     with pytest.raises(ValueError, match="benchmark:speed"):
         report.placed("no markers here", "speed", "table")
 

@@ -95,18 +95,21 @@ def test_a_library_for_another_number_of_units_keeps_the_same_laws(tmp_path: Pat
     done([laws("c", archive, *SANITIZED, "-DTUMBLE_UNITS=8"), "vectors"])
 
 
-def example_of(page: str) -> str:
-    """The one piece of C on a page."""
-    text = (ROOT / page).read_text()
-    (example,) = re.findall(r"^```c\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+PAGE = ROOT / "docs/how-to/c.md"
+
+
+def example_under(heading: str) -> str:
+    """The one piece of C under a heading of the how-to."""
+    section = PAGE.read_text().split(f"## {heading}")[1].split("\n## ")[0]
+    (example,) = re.findall(r"^```c\n(.*?)^```", section, re.MULTILINE | re.DOTALL)
     return str(example)
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/how-to/c.md"])
+@pytest.mark.parametrize("heading", ["A spin", "A redundant set"])
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_the_example_of_a_page_compiles(page: str, language: str, tmp_path: Path) -> None:
+def test_an_example_of_the_how_to_compiles(heading: str, language: str, tmp_path: Path) -> None:
     source = tmp_path / f"example.{language}"
-    source.write_text(example_of(page))
+    source.write_text(example_under(heading))
     done([*LANGUAGES[language], *STRICT, "-c", source, "-o", tmp_path / "example.o"])
 
 
@@ -124,7 +127,7 @@ def test_a_program_with_a_wrong_expectation_fails(host_library: Path, tmp_path: 
 
 def test_the_example_of_the_page_keeps_what_it_found_over_a_reset(host_library: Path, tmp_path: Path) -> None:
     """It is flown, and its flash fails at first."""
-    (tmp_path / "example.c").write_text(example_of("docs/how-to/c.md"))
+    (tmp_path / "example.c").write_text(example_under("A redundant set"))
     tests = CAPI / "tests"
     sources = [tests / "example" / "flight.c", tests / "c" / "ram_flash.c", tmp_path / "example.c"]
     options = [*STRICT, *SANITIZED, f"-I{tests / 'c'}"]

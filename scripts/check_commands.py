@@ -1,8 +1,8 @@
-"""Prove that what the README tells people to type is what CI runs.
+"""Prove that what the README and the how-tos tell people to type is what CI runs.
 
-Its shell blocks may hold `git clone`, `cd`, `make TARGET` with a target that `make help` lists, and
-`tumble ...`. With --run, the `tumble` commands and the Python blocks are run in the order they stand, in one
-empty folder, as a reader would.
+Their shell blocks may hold `git clone`, `cd`, `make TARGET` with a target that `make help` lists, and
+`tumble ...`. With --run, the `tumble` commands and the Python blocks are run in the order they stand, those
+of a page in one empty folder, as a reader would. A command that needs files of the reader is indented.
 """
 
 from __future__ import annotations
@@ -14,23 +14,27 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
+HOW_TOS = ("turntable", "spin", "live", "redundancy", "align", "read-logs")
 README = ROOT / "README.md"
+PAGES = (README, *(ROOT / "docs" / "how-to" / f"{name}.md" for name in HOW_TOS))
 
 FAILED_LIMITS = 3
 """Exit code of `tumble` where a target is out of its limits, as one of the simulated ones is meant to be."""
 
 
 EXPECTED = ("make demo", "make test")
-"""The two commands a newcomer needs."""
+"""The two commands a newcomer needs, shown by the README."""
 
 
 @dataclass(frozen=True, slots=True)
 class Snippet:
-    """Something the README shows to be typed."""
+    """Something a page shows to be typed."""
 
     line: int
     language: str
@@ -92,28 +96,34 @@ def run(snippet: Snippet, folder: Path) -> str:
     return f"exit code {done.returncode}: {' '.join(said)}"
 
 
+def problems(page: Path, wanted_to_run: bool) -> list[str]:
+    """Give what is wrong with the snippets of a page, each with its place."""
+    found = list(snippets(page.read_text(encoding="utf-8")))
+    wrong = [(snippet, problem(snippet)) for snippet in found]
+    if wanted_to_run:
+        with tempfile.TemporaryDirectory() as folder:
+            wrong += [(snippet, run(snippet, Path(folder))) for snippet in found]
+    name = page.relative_to(ROOT)
+    told = [f"{name}:{snippet.line}: {text}" for snippet, text in wrong if text]
+    if page == README:
+        shown = {snippet.text for snippet in found}
+        told += [f"{name}: does not show `{command}`" for command in EXPECTED if command not in shown]
+    return told
+
+
 def main() -> int:
     """Check, and with --run run; 1 if anything is wrong."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
         "--run", action="store_true", help="run the tumble commands and the Python blocks too"
     )
-    wanted = parser.parse_args().run
-    if not README.is_file():
-        print("README.md is missing", file=sys.stderr)
-        return 1
-    found = list(snippets(README.read_text(encoding="utf-8")))
-    problems = [(snippet, problem(snippet)) for snippet in found]
-    if wanted:
-        with tempfile.TemporaryDirectory() as folder:
-            problems += [(snippet, run(snippet, Path(folder))) for snippet in found]
-    wrong = [f"README.md:{snippet.line}: {text}" for snippet, text in problems if text]
-    shown = {snippet.text for snippet in found}
-    wrong += [f"README.md: does not show `{command}`" for command in EXPECTED if command not in shown]
-    for line in wrong:
+    wanted_to_run = parser.parse_args().run
+    with ThreadPoolExecutor(os.cpu_count()) as workers:
+        told = list(chain.from_iterable(workers.map(lambda page: problems(page, wanted_to_run), PAGES)))
+    for line in told:
         print(line, file=sys.stderr)
-    print(f"README.md: {len(found)} snippets, {len(wrong)} problems")
-    return bool(wrong)
+    print(f"{len(PAGES)} pages with commands, {len(told)} problems")
+    return bool(told)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,176 @@
+"""What every benchmark is to reach, and whether it does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import chain
+
+from benchmarks.accuracy import COVERAGE, LARGEST_RATIO
+from benchmarks.bound import TRIADS
+from benchmarks.digits import two_digits
+from benchmarks.footprint import FLASH_GOAL, INSTRUCTION_GOALS, INSTRUCTION_NAMES, MEMORY_GOAL
+from benchmarks.memory import LARGEST_GROWTH
+from benchmarks.redundancy_campaign import FAILURES
+from benchmarks.results import Content
+from benchmarks.speed import GOALS
+from benchmarks.spin import COVERAGE as SPIN_COVERAGE
+from benchmarks.spin import DESIGN as DESIGN_OF_TILTS
+from benchmarks.spin import LARGEST_DIFFERENCE
+from benchmarks.spin import LARGEST_RATIO as LARGEST_SPIN_RATIO
+from benchmarks.truths import BIASES, DESIGN_MRAD
+
+SPEED_NAMES = {
+    "acquisition": "rests and turns of a recording in memory",
+    "correction": "correction of a recording in memory",
+    "csv": "reading CSV, checked and in SI units",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """One figure and what it is to reach."""
+
+    what: str
+    wanted: str
+    reached: str
+    is_met: bool
+
+
+def all_goals(results: Mapping[str, Content]) -> list[Goal]:
+    """Give the goals of all benchmarks."""
+    return list(chain.from_iterable(goals(results[name]) for name, goals in GOALS_OF.items()))
+
+
+def _accuracy(content: Content) -> Iterator[Goal]:
+    figures = [cell["figures"][triad] for cell in content["cells"] for triad in TRIADS]
+    ratios = [of["ratio_without_luck"] for some in figures for of in some["parameters"].values()]
+    yield Goal(
+        "turntable: error of any parameter in any cell over the Cramér-Rao bound, freed of the luck of the "
+        "draw",
+        f"{LARGEST_RATIO:g}",
+        f"{max(ratios):.3f}",
+        max(ratios) <= LARGEST_RATIO,
+    )
+    covered = [of["coverage"] for some in figures for of in some["groups"].values()]
+    yield _coverage("turntable: share of 95 % intervals that hold the truth, in any cell", covered, COVERAGE)
+
+
+def _truths(content: Content) -> Iterator[Goal]:
+    tables = {"0": "repeats", "0.05": "errs 0.05 deg a pose"}
+    for (column, table), design in zip(tables.items(), DESIGN_MRAD["reference"], strict=True):
+        error = 1e3 * content["columns"][column]["reference"]["non_orthogonality"]["rms"]
+        what = f"turntable: error of the non-orthogonality where the table {table}"
+        yield _at_most(what, design, error, "mrad")
+    stated = BIASES["reference"][1]
+    assert stated is not None
+    error = 1e3 * content["columns"]["0.2"]["reference"]["bias"]["rms"]
+    what = "turntable: error of the accelerometer bias where the table errs 0.2 deg a pose"
+    yield _at_most(what, 1e3 * stated, error, "mm/s²")
+
+
+def _spin(content: Content) -> Iterator[Goal]:
+    for tilt, (_, design) in DESIGN_OF_TILTS.items():
+        error = 1e3 * content["tilts"][f"{tilt:g}"]["level_free"]
+        what = f"spin: error of the accelerometer bias on a floor that tilts by {tilt:g} deg"
+        yield _at_most(what, 1e3 * design, error, "mm/s²")
+    single = [of for cell in content["cells"] for of in cell["figures"].values()]
+    ratio = max(of["ratio"] for of in single)
+    yield Goal(
+        "spin: error of any parameter in any cell over the Cramér-Rao bound",
+        f"{LARGEST_SPIN_RATIO:g}",
+        f"{ratio:.3f}",
+        ratio <= LARGEST_SPIN_RATIO,
+    )
+    covered = [of["coverage"] for of in single]
+    yield _coverage("spin: share of 95 % intervals that hold the truth, in any cell", covered, SPIN_COVERAGE)
+    for rate, of in content["precision"].items():
+        group = max(of, key=lambda name: float(of[name]))
+        yield Goal(
+            f"spin: largest difference of single from double precision at {rate} Hz, in sigmas",
+            f"{100 * LARGEST_DIFFERENCE:g} %",
+            f"{100 * of[group]:.2f} % ({group})",
+            of[group] <= LARGEST_DIFFERENCE,
+        )
+
+
+def _redundancy(content: Content) -> Iterator[Goal]:
+    for distance, rungs in content["ladder"].items():
+        for rung, of in rungs.items():
+            what = (
+                f"redundancy: error left by a fit of `{rung}`, {100 * float(distance):g} cm between the units"
+            )
+            if of["error"] is None:
+                yield Goal(what, f"{of['design']:g} m/s²", "refused", False)
+            else:
+                yield _at_most(what, of["design"], of["error"], "m/s²")
+
+
+def _campaign(content: Content) -> Iterator[Goal]:
+    counts = content["counts"]
+    for name in FAILURES:
+        found = counts.get(name, 0)
+        reached = f"{found} of {counts['alarms']} alarms" if name == "false alarms" else f"{found}"
+        yield Goal(f"redundancy, {content['missions']} missions: {name}", "none", reached, found == 0)
+
+
+def _speed(content: Content) -> Iterator[Goal]:
+    for name, goal in GOALS.items():
+        for other, ratio in content[name]["ratios"].items():
+            what = f"speed: time of {SPEED_NAMES[name]} over that of `{other}`"
+            yield Goal(what, f"{goal:g}", f"{ratio:.2f}", ratio <= goal)
+
+
+def _memory(content: Content) -> Iterator[Goal]:
+    for name, of in content["formats"].items():
+        yield Goal(
+            f"memory: growth where a recording ({name}) is ten times as long",
+            f"{100 * (LARGEST_GROWTH - 1.0):.0f} %",
+            f"{100 * (of['growth'] - 1.0):.0f} %",
+            of["growth"] <= LARGEST_GROWTH,
+        )
+
+
+def _footprint(content: Content) -> Iterator[Goal]:
+    flash = content["flash_bytes"]["everything"]
+    yield Goal(
+        "Cortex-M4F: flash of everything together",
+        f"{FLASH_GOAL // 1024} KiB",
+        f"{flash / 1024:.1f} KiB",
+        flash <= FLASH_GOAL,
+    )
+    states = sum(content["bytes"].values())
+    what = "Cortex-M4F: memory of all states together"
+    yield Goal(what, f"{MEMORY_GOAL} bytes", f"{states} bytes", states <= MEMORY_GOAL)
+    for phase, goal in INSTRUCTION_GOALS.items():
+        of = content["instructions"][phase]
+        reached = f"{of['mean']:,.0f}"
+        if of["solving"] and of["mean_without_solving"] is not None:
+            reached += f"; {of['mean_without_solving']:,.0f} without the {of['solving']} that solve"
+        what = f"Cortex-M4F: instructions of {INSTRUCTION_NAMES[phase]}, mean"
+        yield Goal(what, f"{goal:,}", reached, of["mean"] <= goal)
+
+
+def _at_most(what: str, goal: float, reached: float, unit: str) -> Goal:
+    """Hold a figure against a goal, at the two digits that a goal is stated with."""
+    is_met = float(two_digits(reached)) <= float(two_digits(goal))
+    return Goal(what, f"{goal:g} {unit}", f"{reached:.3g} {unit}", is_met)
+
+
+def _coverage(what: str, covered: list[float], wanted: tuple[float, float]) -> Goal:
+    low, high = wanted
+    outside = sum(not low <= share <= high for share in covered)
+    reached = f"{100 * min(covered):.1f} to {100 * max(covered):.1f} %, {outside} of {len(covered)} outside"
+    return Goal(what, f"{100 * low:g} to {100 * high:g} %", reached, outside == 0)
+
+
+GOALS_OF: dict[str, Callable[[Content], Iterator[Goal]]] = {
+    "accuracy": _accuracy,
+    "truths": _truths,
+    "spin": _spin,
+    "redundancy": _redundancy,
+    "redundancy_campaign": _campaign,
+    "speed": _speed,
+    "memory": _memory,
+    "footprint": _footprint,
+}

@@ -1,0 +1,10 @@
+"""Pages of the documentation, as tests read them."""
+
+from __future__ import annotations
+
+import re
+
+
+def without_commands(text):
+    """Leave out the commands that scripts/check_commands.py runs, with options of other commands."""
+    return re.sub(r"```sh\n.*?```", "", text, flags=re.DOTALL)
