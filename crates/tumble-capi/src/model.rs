@@ -178,13 +178,13 @@ pub unsafe extern "C" fn tumble_error_model_decompose(
 
 impl Decomposition {
     fn of(parts: &Parts<f32>, model: &Model<f32>) -> Self {
-        let angles = parts.angles(&model.bias);
+        let parameters = parts.parameters(&model.bias);
         Self {
             scale: parts.scale.into(),
             triangle: rows(&parts.non_orthogonality),
             rotation: rows(parts.mounting.matrix()),
-            non_orthogonality: angles.non_orthogonality.into(),
-            mounting: angles.mounting.into(),
+            non_orthogonality: parameters.non_orthogonality.into(),
+            mounting: parameters.mounting.into(),
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::rotation::inverse_left_jacobian;
 /// Length of the parameter vector `[M row by row, b]`.
 pub const PARAMETERS: usize = 12;
 
-/// Covariance of `[M row by row, b]`, or of the twelve numbers of [`Decomposition::angles`].
+/// Covariance of `[M row by row, b]`, or of the twelve numbers of [`Decomposition::parameters`].
 pub type Covariance<T> = SMatrix<T, PARAMETERS, PARAMETERS>;
 
 /// Why a matrix cannot be taken apart, or inverted.
@@ -107,7 +107,7 @@ pub struct Decomposition<T: Real> {
 
 /// The twelve numbers of a calibration as people read them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Angles<T: Real> {
+pub struct ModelParameters<T: Real> {
     /// Bias of each axis, in the unit of the sensor.
     pub bias: Vector3<T>,
     /// Scale factor of each axis.
@@ -167,9 +167,9 @@ impl<T: Real> Decomposition<T> {
     }
 
     /// The numbers people read, with the bias beside them.
-    pub fn angles(&self, bias: &Vector3<T>) -> Angles<T> {
+    pub fn parameters(&self, bias: &Vector3<T>) -> ModelParameters<T> {
         let gram = self.non_orthogonality * self.non_orthogonality.transpose();
-        Angles {
+        ModelParameters {
             bias: *bias,
             scale: self.scale,
             // As of PAIRS, with indices that a compiler sees to be within bounds.
@@ -179,7 +179,7 @@ impl<T: Real> Decomposition<T> {
         }
     }
 
-    /// Carries the covariance of `[M row by row, b]` to that of [`Angles`]
+    /// Carries the covariance of `[M row by row, b]` to that of [`ModelParameters`]
     /// `[bias, scale, non-orthogonality, mounting]`, to first order (docs/theory/model.md, eq. 5 to 8).
     pub fn carry(&self, covariance: &Covariance<T>) -> Covariance<T> {
         let jacobian = self.jacobian();

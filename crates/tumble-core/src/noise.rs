@@ -176,7 +176,7 @@ fn mean_log<T: Real>(a: &Interval<T>, b: &Interval<T>) -> T {
 const RUNGS: usize = 16;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Rung<T: Real> {
+struct AllanRung<T: Real> {
     pending: Option<[T; CHANNELS]>,
     differences: [T; CHANNELS],
     pairs: u32,
@@ -188,7 +188,7 @@ struct Rung<T: Real> {
 /// annex C), the mean of the two goes one rung up. Rests are pooled by merging their ladders.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AllanLadder<T: Real> {
-    rungs: [Rung<T>; RUNGS],
+    rungs: [AllanRung<T>; RUNGS],
     blocks: u32,
     time: T,
 }
@@ -202,7 +202,7 @@ impl<T: Real> Default for AllanLadder<T> {
 impl<T: Real> AllanLadder<T> {
     /// No blocks yet.
     pub fn new() -> Self {
-        let empty = Rung {
+        let empty = AllanRung {
             pending: None,
             differences: [T::zero(); CHANNELS],
             pairs: 0,
@@ -292,9 +292,9 @@ impl<T: Real> AllanLadder<T> {
     }
 
     /// Normal equations of one channel, weighted by what is expected of each rung.
-    fn sums(&self, channel: usize, expected: &Noise<T>) -> Sums<T> {
+    fn sums(&self, channel: usize, expected: &Noise<T>) -> NoiseEquations<T> {
         let floor = real::<T>(FLICKER_FLOOR);
-        let mut sums = Sums::default();
+        let mut sums = NoiseEquations::default();
         for (averaging, variance, pairs) in self.variances(channel) {
             let expected = expected.white / averaging + floor * expected.flicker;
             if expected > T::zero() {
@@ -320,7 +320,7 @@ const ROUNDS: u32 = 8;
 
 /// Normal equations in N^2 (a) and B^2 (b).
 #[derive(Clone, Copy)]
-struct Sums<T: Real> {
+struct NoiseEquations<T: Real> {
     aa: T,
     ab: T,
     bb: T,
@@ -328,7 +328,7 @@ struct Sums<T: Real> {
     by: T,
 }
 
-impl<T: Real> Default for Sums<T> {
+impl<T: Real> Default for NoiseEquations<T> {
     fn default() -> Self {
         let zero = T::zero();
         Self {
@@ -342,7 +342,7 @@ impl<T: Real> Default for Sums<T> {
 }
 
 /// Solves for the shared B^2 with each N^2 eliminated, then for each N^2.
-fn solve<T: Real, const K: usize>(sums: &[Sums<T>; K], before: &[Noise<T>; K]) -> [Noise<T>; K] {
+fn solve<T: Real, const K: usize>(sums: &[NoiseEquations<T>; K], before: &[Noise<T>; K]) -> [Noise<T>; K] {
     let seen = || sums.iter().filter(|sums| sums.aa > T::zero());
     let all = seen().fold(T::zero(), |sum, s| sum + s.bb);
     let information = seen().fold(T::zero(), |sum, s| sum + s.bb - s.ab * s.ab / s.aa);

@@ -1,8 +1,8 @@
 //! A recording becomes rests and turns, one pass, constant memory.
 //!
-//! Samples are gathered into short blocks, blocks into stretches. The first and the last block of a rest are
-//! given to the turns beside it, where a table still settling does no harm. A stretch keeps sums only, and sums
-//! over neighbours add up: [`Stretch::append`].
+//! Samples are gathered into short blocks, blocks into segments. The first and the last block of a rest are
+//! given to the turns beside it, where a table still settling does no harm. A segment keeps sums only, and sums
+//! over neighbours add up: [`Segment::append`].
 
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -42,7 +42,7 @@ impl<T: Real> Default for SegmenterSettings<T> {
 
 /// What is kept of successive samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stretch<T: Real> {
+pub struct Segment<T: Real> {
     /// Time of its first sample, microseconds.
     pub start: u64,
     /// Time of the first sample after it, microseconds.
@@ -59,7 +59,7 @@ pub struct Stretch<T: Real> {
     pub complete: bool,
 }
 
-impl<T: Real> Stretch<T> {
+impl<T: Real> Segment<T> {
     fn of_block(sums: &RunningSums<T, CHANNELS>, start: u64, end: u64, bias: &Vector3<T>) -> Self {
         let moments = sums.moments();
         let duration = seconds::<T>(end.saturating_sub(start));
@@ -80,7 +80,7 @@ impl<T: Real> Stretch<T> {
         block
     }
 
-    /// Attitude over a stretch short enough to be turned about one axis.
+    /// Attitude over a segment short enough to be turned about one axis.
     fn integrate(&mut self, bias: &Vector3<T>) {
         self.start_from_end = rotation_of(&((self.angular_rate() - bias) * self.duration()));
     }
@@ -112,7 +112,7 @@ impl<T: Real> Stretch<T> {
         Vector3::new(self.integral[3], self.integral[4], self.integral[5])
     }
 
-    /// Adds the stretch that follows.
+    /// Adds the segment that follows.
     pub fn append(&mut self, next: &Self) {
         let offset = seconds::<T>(next.start.saturating_sub(self.start));
         for i in 0..CHANNELS {
@@ -137,7 +137,7 @@ impl<T: Real> Stretch<T> {
         (angle.norm() > real(0.1)).then(|| lever.dot(&angle) / angle.norm_squared() - half)
     }
 
-    /// Rate at which the specific force drifted, m/s^3, by least squares over the stretch.
+    /// Rate at which the specific force drifted, m/s^3, by least squares over the segment.
     pub fn specific_force_slope(&self) -> Vector3<T> {
         let duration = self.duration();
         let about_centre = Vector3::new(self.lever[0], self.lever[1], self.lever[2])
@@ -153,15 +153,15 @@ fn half_interval<T: Real>(duration: T, samples: u32) -> T {
 
 /// A finished part of the recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Segment<T: Real> {
+pub enum FinishedSegment<T: Real> {
     /// The unit moved, or nobody can say that it did not.
-    Turn(Stretch<T>),
+    Turn(Segment<T>),
     /// The unit stood still.
-    Rest(Stretch<T>),
+    Rest(Segment<T>),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum State<T: Real> {
+enum SegmenterState<T: Real> {
     /// Not at rest.
     Moving,
     /// One quiet block was seen.
@@ -173,7 +173,7 @@ enum State<T: Real> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Resting<T: Real> {
     /// All of the rest but its newest block.
-    rest: Option<Stretch<T>>,
+    rest: Option<Segment<T>>,
     announced: bool,
 }
 
@@ -182,8 +182,8 @@ struct Resting<T: Real> {
 pub struct Segmenter<T: Real> {
     settings: SegmenterSettings<T>,
     stillness: Stillness<T>,
-    state: State<T>,
-    turn: Option<Stretch<T>>,
+    state: SegmenterState<T>,
+    turn: Option<Segment<T>>,
     sums: Option<RunningSums<T, CHANNELS>>,
     first: u64,
     last: u64,
@@ -191,7 +191,7 @@ pub struct Segmenter<T: Real> {
     bias: Vector3<T>,
     allan: AllanLadder<T>,
     allan_of_rest: AllanLadder<T>,
-    block: Option<Stretch<T>>,
+    block: Option<Segment<T>>,
     block_is_new: bool,
 }
 
@@ -201,7 +201,7 @@ impl<T: Real> Segmenter<T> {
         Self {
             settings,
             stillness: Stillness::new(settings.stillness),
-            state: State::Moving,
+            state: SegmenterState::Moving,
             turn: None,
             sums: None,
             first: 0,
@@ -216,7 +216,7 @@ impl<T: Real> Segmenter<T> {
     }
 
     /// Takes in a sample; one that is not finite, or not later than the last, is passed over.
-    pub fn push(&mut self, sample: &Sample<T>) -> Option<Segment<T>> {
+    pub fn push(&mut self, sample: &Sample<T>) -> Option<FinishedSegment<T>> {
         if sample.is_finite() {
             self.push_channels(sample.time, &sample.channels())
         } else {
@@ -226,7 +226,7 @@ impl<T: Real> Segmenter<T> {
 
     /// Takes in a sample known to be finite, given by its channels.
     #[inline]
-    pub fn push_channels(&mut self, time: u64, y: &[T; CHANNELS]) -> Option<Segment<T>> {
+    pub fn push_channels(&mut self, time: u64, y: &[T; CHANNELS]) -> Option<FinishedSegment<T>> {
         let gap = self.is_gap(time.saturating_sub(self.last));
         let Some(sums) = self.sums.as_mut() else {
             self.begin(time, y);
@@ -248,12 +248,12 @@ impl<T: Real> Segmenter<T> {
     }
 
     /// What was going on when the recording ended, a turn that leads nowhere among it: call until there is nothing more.
-    pub fn finish(&mut self) -> Option<Segment<T>> {
+    pub fn finish(&mut self) -> Option<FinishedSegment<T>> {
         if let Some(segment) = self.close(self.last.saturating_add(self.interval)) {
             return Some(segment);
         }
-        match core::mem::replace(&mut self.state, State::Moving) {
-            State::Resting(Resting {
+        match core::mem::replace(&mut self.state, SegmenterState::Moving) {
+            SegmenterState::Resting(Resting {
                 rest: Some(mut rest),
                 announced: true,
             }) => {
@@ -261,15 +261,15 @@ impl<T: Real> Segmenter<T> {
                     rest.append(held);
                 }
                 self.allan.merge(&self.allan_of_rest);
-                Some(Segment::Rest(rest))
+                Some(FinishedSegment::Rest(rest))
             }
-            State::Resting(Resting { rest, .. }) => {
-                for stretch in [&rest, &self.block].into_iter().flatten() {
-                    extend(&mut self.turn, stretch);
+            SegmenterState::Resting(Resting { rest, .. }) => {
+                for segment in [&rest, &self.block].into_iter().flatten() {
+                    extend(&mut self.turn, segment);
                 }
-                self.turn.take().map(Segment::Turn)
+                self.turn.take().map(FinishedSegment::Turn)
             }
-            State::Moving | State::Settling => self.turn.take().map(Segment::Turn),
+            SegmenterState::Moving | SegmenterState::Settling => self.turn.take().map(FinishedSegment::Turn),
         }
     }
 
@@ -289,7 +289,7 @@ impl<T: Real> Segmenter<T> {
     }
 
     /// The block closed last, for those who draw the recording.
-    pub fn take_block(&mut self) -> Option<&Stretch<T>> {
+    pub fn take_block(&mut self) -> Option<&Segment<T>> {
         let is_new = core::mem::take(&mut self.block_is_new);
         self.block.as_ref().filter(|_| is_new)
     }
@@ -305,14 +305,14 @@ impl<T: Real> Segmenter<T> {
     }
 
     /// Ends the block at hand; `next` is the time of the sample after it.
-    fn close(&mut self, next: u64) -> Option<Segment<T>> {
+    fn close(&mut self, next: u64) -> Option<FinishedSegment<T>> {
         let sums = self.sums.take()?;
         let gap = self.is_gap(next.saturating_sub(self.last));
         let steps = u64::from(sums.samples().saturating_sub(1));
         if let Some(interval) = (self.last - self.first).checked_div(steps) {
             self.interval = interval;
         }
-        let mut block = Stretch::of_block(&sums, self.first, next, &self.bias);
+        let mut block = Segment::of_block(&sums, self.first, next, &self.bias);
         block.complete = !gap;
         let enough = sums.samples() >= self.settings.block_samples;
         let quiet = enough && !gap && self.stillness.push(&block.moments);
@@ -323,26 +323,26 @@ impl<T: Real> Segmenter<T> {
     }
 
     /// One step of the machine: moving, settling, resting.
-    fn advance(&mut self, block: &Stretch<T>, quiet: bool) -> Option<Segment<T>> {
+    fn advance(&mut self, block: &Segment<T>, quiet: bool) -> Option<FinishedSegment<T>> {
         let stays = quiet
             && self
                 .level()
                 .is_some_and(|level| self.stillness.is_level(level, &block.moments));
         match (&self.state, stays) {
-            (State::Resting(_), true) => self.rest_on(),
-            (State::Resting(resting), false) => {
+            (SegmenterState::Resting(_), true) => self.rest_on(),
+            (SegmenterState::Resting(resting), false) => {
                 let resting = *resting;
                 self.end_rest(&resting, block, quiet)
             }
-            (State::Settling, true) => {
+            (SegmenterState::Settling, true) => {
                 self.allan_of_rest = AllanLadder::new();
-                self.state = State::Resting(Resting {
+                self.state = SegmenterState::Resting(Resting {
                     rest: None,
                     announced: false,
                 });
                 None
             }
-            (State::Moving | State::Settling, _) => {
+            (SegmenterState::Moving | SegmenterState::Settling, _) => {
                 extend(&mut self.turn, block);
                 self.move_on(quiet);
                 None
@@ -353,15 +353,17 @@ impl<T: Real> Segmenter<T> {
     /// What the next block is compared with, to tell whether the unit is still where it was.
     fn level(&self) -> Option<&UnitMoments<T>> {
         let compared = match &self.state {
-            State::Moving => None,
-            State::Settling => self.block.as_ref(),
-            State::Resting(resting) => resting.rest.as_ref().or(self.block.as_ref()),
+            SegmenterState::Moving => None,
+            SegmenterState::Settling => self.block.as_ref(),
+            SegmenterState::Resting(resting) => resting.rest.as_ref().or(self.block.as_ref()),
         };
-        compared.map(|stretch| &stretch.moments)
+        compared.map(|segment| &segment.moments)
     }
 
-    fn rest_on(&mut self) -> Option<Segment<T>> {
-        let (State::Resting(Resting { rest, announced }), Some(held)) = (&mut self.state, &self.block) else {
+    fn rest_on(&mut self) -> Option<FinishedSegment<T>> {
+        let (SegmenterState::Resting(Resting { rest, announced }), Some(held)) =
+            (&mut self.state, &self.block)
+        else {
             return None;
         };
         self.allan_of_rest.push(held.moments.mean(), held.duration());
@@ -373,10 +375,15 @@ impl<T: Real> Segmenter<T> {
             return None;
         }
         *announced = true;
-        self.turn.take().map(Segment::Turn)
+        self.turn.take().map(FinishedSegment::Turn)
     }
 
-    fn end_rest(&mut self, resting: &Resting<T>, block: &Stretch<T>, quiet: bool) -> Option<Segment<T>> {
+    fn end_rest(
+        &mut self,
+        resting: &Resting<T>,
+        block: &Segment<T>,
+        quiet: bool,
+    ) -> Option<FinishedSegment<T>> {
         self.move_on(quiet);
         let (mut held, mut block) = (self.block, *block);
         let finished = resting.rest.filter(|_| resting.announced);
@@ -393,17 +400,21 @@ impl<T: Real> Segmenter<T> {
         for begun in held.iter().chain([&block]) {
             extend(&mut self.turn, begun);
         }
-        finished.map(Segment::Rest)
+        finished.map(FinishedSegment::Rest)
     }
 
     fn move_on(&mut self, quiet: bool) {
-        self.state = if quiet { State::Settling } else { State::Moving };
+        self.state = if quiet {
+            SegmenterState::Settling
+        } else {
+            SegmenterState::Moving
+        };
     }
 }
 
-fn extend<T: Real>(stretch: &mut Option<Stretch<T>>, next: &Stretch<T>) {
-    match stretch {
-        Some(stretch) => stretch.append(next),
-        None => *stretch = Some(*next),
+fn extend<T: Real>(segment: &mut Option<Segment<T>>, next: &Segment<T>) {
+    match segment {
+        Some(segment) => segment.append(next),
+        None => *segment = Some(*next),
     }
 }

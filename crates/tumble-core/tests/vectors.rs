@@ -15,14 +15,14 @@ use tumble_core::redundancy::platform::{Platform, PrimaryCalibration, Unit};
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::redundancy::settings::Settings;
 use tumble_core::sample::{CHANNELS, Sample};
-use tumble_core::segmenter::{Segment, Segmenter, SegmenterSettings, Stretch};
+use tumble_core::segmenter::{FinishedSegment, Segment, Segmenter, SegmenterSettings};
 use tumble_core::spin::collector::Collector;
 use tumble_core::spin::settings::SpinSettings;
 use tumble_core::turntable::fit::fit;
 use tumble_core::turntable::mounting::{PoseMean, fit_mounting};
-use tumble_core::turntable::observation::Knowledge;
+use tumble_core::turntable::observation::FitInputs;
 use tumble_core::turntable::reference::fit_sphere;
-use tumble_core::turntable::truth::{RestPair, from_reference};
+use tumble_core::turntable::truth::{RestReadings, from_reference};
 
 /// One file of vectors.
 struct Vectors {
@@ -121,7 +121,7 @@ fn model<T: Named>() {
             bias: vector(&case["b"]),
         };
         let parts = model.decompose().expect("a right-handed triad");
-        let angles = parts.angles(&model.bias);
+        let angles = parts.parameters(&model.bias);
         vectors.check(case, "scale", angles.scale.iter().copied());
         vectors.check(case, "L", rows(&parts.non_orthogonality));
         vectors.check(case, "Q", rows(parts.mounting.matrix()));
@@ -226,7 +226,7 @@ fn triad<T: Named>() {
     let mut start = T::zero();
     let mut observations = Vec::new();
     for (reference, target) in reference.iter().zip(&target) {
-        let pair = RestPair {
+        let pair = RestReadings {
             interval: Interval {
                 start,
                 end: start + rest,
@@ -243,7 +243,7 @@ fn triad<T: Named>() {
         white: variance("sigma_target") * rest,
         ..Noise::none()
     };
-    let knowledge = Knowledge {
+    let knowledge = FitInputs {
         noise: [noise; 3],
         session: Interval {
             start: T::zero(),
@@ -283,10 +283,10 @@ fn stream<T: Named>() {
     );
     let interval = cases["interval_us"].as_u64().expect("an interval");
     let mut segmenter = Segmenter::new(SegmenterSettings::default());
-    let (mut rests, mut turns): (Vec<Stretch<T>>, Vec<Stretch<T>>) = (Vec::new(), Vec::new());
+    let (mut rests, mut turns): (Vec<Segment<T>>, Vec<Segment<T>>) = (Vec::new(), Vec::new());
     let mut keep = |segment| match segment {
-        Segment::Rest(rest) => rests.push(rest),
-        Segment::Turn(turn) => turns.push(turn),
+        FinishedSegment::Rest(rest) => rests.push(rest),
+        FinishedSegment::Turn(turn) => turns.push(turn),
     };
     for (k, counts) in (0..).zip(cases["counts"].as_array().expect("counts")) {
         let y: [T; CHANNELS] =
@@ -298,7 +298,7 @@ fn stream<T: Named>() {
     }
     let expected = cases["rests_s"].as_array().expect("rests");
     assert_eq!(rests.len(), expected.len(), "{}", T::NAME);
-    let times = |rest: &Stretch<T>| [rest.start, rest.end].map(tumble_core::real::seconds::<T>);
+    let times = |rest: &Segment<T>| [rest.start, rest.end].map(tumble_core::real::seconds::<T>);
     vectors.check(cases, "rests_s", rests.iter().flat_map(times));
     for rest in &rests {
         vectors.check(cases, "bias", rest.angular_rate().iter().copied());

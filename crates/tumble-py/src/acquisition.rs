@@ -6,20 +6,20 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use tumble_core::real::seconds;
 use tumble_core::segmenter::SegmenterSettings;
-use tumble_lab::acquisition::health::FaultKind;
+use tumble_lab::acquisition::channels::ChannelFaultKind;
 use tumble_lab::acquisition::{Acquired, Acquisition, CHANNEL_NAMES, NotARest};
 use tumble_lab::turntable::{force_sigma, rate_sigma};
 
 use crate::convert::{rows, stacked};
 
 /// Takes in one recording chunk by chunk; keeps sums over rests and turns only.
-#[pyclass(module = "tumble._core")]
-pub struct Segmenter {
+#[pyclass(module = "tumble._core", name = "PyAcquisition")]
+pub struct PyAcquisition {
     acquisition: Option<Acquisition>,
 }
 
 #[pymethods]
-impl Segmenter {
+impl PyAcquisition {
     /// Nothing seen yet. `shortest_rest` in s.
     #[new]
     #[pyo3(signature = (shortest_rest=1.0))]
@@ -75,7 +75,7 @@ impl Segmenter {
     }
 }
 
-impl Segmenter {
+impl PyAcquisition {
     fn running(&mut self) -> PyResult<&mut Acquisition> {
         self.acquisition.as_mut().ok_or_else(finished)
     }
@@ -250,10 +250,10 @@ impl PyAcquired {
     #[getter]
     fn faults(&self) -> Vec<(&'static str, &'static str, f64, f64, f64)> {
         let at = |time: f64| self.inner.origin + time;
-        let kind = |kind: FaultKind| match kind {
-            FaultKind::Stuck => "stuck",
-            FaultKind::SaturatedAtRest => "saturated at rest",
-            FaultKind::SaturatedInMotion => "saturated in motion",
+        let kind = |kind: ChannelFaultKind| match kind {
+            ChannelFaultKind::Stuck => "stuck",
+            ChannelFaultKind::SaturatedAtRest => "saturated at rest",
+            ChannelFaultKind::SaturatedInMotion => "saturated in motion",
         };
         self.inner
             .faults
@@ -292,6 +292,6 @@ impl PyAcquired {
 
 /// Adds to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add_class::<Segmenter>()?;
+    module.add_class::<PyAcquisition>()?;
     module.add_class::<PyAcquired>()
 }

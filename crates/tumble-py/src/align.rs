@@ -7,22 +7,22 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tumble_lab::align::forces::ForcesFit;
 use tumble_lab::align::rates::RatesFit;
-use tumble_lab::align::track::Track;
-use tumble_lab::align::{AlignSettings, Aligned, Refusal, align};
+use tumble_lab::align::samples::UnitSamples;
+use tumble_lab::align::{AlignError, AlignSettings, Aligned, align};
 
 use crate::convert::{array1, array2, rows, stacked};
 use crate::turntable::CoreError;
 
 /// Samples of one unit, borrowed.
 #[derive(FromPyObject)]
-struct Unit<'py>(
+struct UnitArrays<'py>(
     PyReadonlyArray1<'py, f64>,
     PyReadonlyArray2<'py, f64>,
     PyReadonlyArray2<'py, f64>,
 );
 
-impl Unit<'_> {
-    fn track(&self) -> PyResult<Track<'_>> {
+impl UnitArrays<'_> {
+    fn track(&self) -> PyResult<UnitSamples<'_>> {
         let (time, force) = (self.0.as_slice()?, rows(&self.1, "accelerometer")?);
         let rate = rows(&self.2, "gyroscope")?;
         if time.len() != force.len() || time.len() != rate.len() {
@@ -30,7 +30,7 @@ impl Unit<'_> {
                 "time, accelerometer and gyroscope must have the same length",
             ));
         }
-        Ok(Track::new(time, force, rate))
+        Ok(UnitSamples::new(time, force, rate))
     }
 }
 
@@ -41,8 +41,8 @@ impl Unit<'_> {
 #[allow(clippy::too_many_arguments)]
 fn align_units<'py>(
     py: Python<'py>,
-    primary: Unit<'py>,
-    secondary: Unit<'py>,
+    primary: UnitArrays<'py>,
+    secondary: UnitArrays<'py>,
     search: f64,
     around: f64,
     one_clock: bool,
@@ -124,17 +124,19 @@ fn force_figures<'py>(py: Python<'py>, rates: &RatesFit, forces: &ForcesFit) -> 
     Ok(figures)
 }
 
-fn error(py: Python<'_>, refusal: &Refusal) -> PyErr {
+fn error(py: Python<'_>, refusal: &AlignError) -> PyErr {
     let figures = PyDict::new(py);
     let (kind, values): (&str, Vec<(&str, f64)>) = match refusal {
-        Refusal::NothingInCommon => ("nothing in common", vec![]),
-        Refusal::NoMotion { found, needed } => ("no motion", vec![("found", *found), ("needed", *needed)]),
-        Refusal::NotAlike { correlation } => ("not alike", vec![("correlation", *correlation)]),
-        Refusal::Mirrored => ("mirrored", vec![]),
-        Refusal::Scaled { ratio } => ("scaled", vec![("ratio", *ratio)]),
-        Refusal::Ambiguous { offset, other } => ("ambiguous", vec![("offset", *offset), ("other", *other)]),
-        Refusal::ForcesDisagree { apart } => ("forces disagree", vec![("apart", *apart)]),
-        Refusal::Unsolvable => ("unsolvable", vec![]),
+        AlignError::NothingInCommon => ("nothing in common", vec![]),
+        AlignError::NoMotion { found, needed } => ("no motion", vec![("found", *found), ("needed", *needed)]),
+        AlignError::NotAlike { correlation } => ("not alike", vec![("correlation", *correlation)]),
+        AlignError::Mirrored => ("mirrored", vec![]),
+        AlignError::Scaled { ratio } => ("scaled", vec![("ratio", *ratio)]),
+        AlignError::Ambiguous { offset, other } => {
+            ("ambiguous", vec![("offset", *offset), ("other", *other)])
+        }
+        AlignError::ForcesDisagree { apart } => ("forces disagree", vec![("apart", *apart)]),
+        AlignError::Unsolvable => ("unsolvable", vec![]),
     };
     for (name, value) in values {
         if let Err(failure) = figures.set_item(name, value) {

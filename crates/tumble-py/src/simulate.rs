@@ -451,7 +451,7 @@ fn triad<'py>(py: Python<'py>, triad: &Triad, drift: &Vector3<f64>) -> PyResult<
     figures.set_item("scale", array1(py, &parts.scale))?;
     figures.set_item("L", array2(py, &parts.non_orthogonality))?;
     figures.set_item("Q", array2(py, parts.mounting.matrix()))?;
-    let angles = parts.angles(&triad.model.bias);
+    let angles = parts.parameters(&triad.model.bias);
     figures.set_item("non_orthogonality", array1(py, &angles.non_orthogonality))?;
     figures.set_item("mounting", array1(py, &angles.mounting))?;
     figures.set_item("g_sensitivity", array2(py, &triad.g_sensitivity))?;

@@ -7,11 +7,11 @@ use pyo3::exceptions::{PyException, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tumble_core::model::ModelError;
-use tumble_core::turntable::truth::Truth;
+use tumble_core::turntable::truth::TruthSource;
 use tumble_lab::acquisition::consistency::{RateVerdict, judge_rate};
 use tumble_lab::turntable::{
-    Clocks, Label, PairingError, Reference, Settings, Target, Triad, TurntableError, calibrate, own_sphere,
-    poses, understand,
+    Clocks, Label, PairingError, Reference, Target, TriadCalibration, TurntableError, TurntableSettings,
+    calibrate, own_sphere, poses, understand,
 };
 
 use crate::acquisition::PyAcquired;
@@ -27,7 +27,7 @@ create_exception!(
 /// How to calibrate.
 #[pyclass(module = "tumble._core", frozen, name = "TurntableSettings")]
 pub struct PySettings {
-    inner: Settings,
+    inner: TurntableSettings,
 }
 
 #[pymethods]
@@ -43,10 +43,10 @@ impl PySettings {
         g_sensitivity: bool,
     ) -> PyResult<Self> {
         let truth = match truth {
-            "reference" => Truth::Reference,
-            "rotate-truth" => Truth::RotateTruth,
-            "rotate-measurement" => Truth::RotateMeasurement,
-            "ideal" => Truth::Ideal,
+            "reference" => TruthSource::Reference,
+            "rotate-truth" => TruthSource::RotateTruth,
+            "rotate-measurement" => TruthSource::RotateMeasurement,
+            "ideal" => TruthSource::Ideal,
             _ => return Err(PyValueError::new_err(format!("unknown truth {truth:?}"))),
         };
         let clocks = match clocks {
@@ -56,7 +56,7 @@ impl PySettings {
             _ => return Err(PyValueError::new_err(format!("unknown clocks {clocks:?}"))),
         };
         Ok(Self {
-            inner: Settings {
+            inner: TurntableSettings {
                 gravity,
                 latitude,
                 truth,
@@ -197,14 +197,14 @@ fn clock<'py>(
     Ok(figures)
 }
 
-fn triad<'py>(py: Python<'py>, triad: &Triad) -> PyResult<Bound<'py, PyDict>> {
+fn triad<'py>(py: Python<'py>, triad: &TriadCalibration) -> PyResult<Bound<'py, PyDict>> {
     let figures = PyDict::new(py);
-    let angles = triad.parts.angles(&triad.model.bias);
+    let parameters = triad.parts.parameters(&triad.model.bias);
     let values: Vec<f64> = [
-        angles.bias,
-        angles.scale,
-        angles.non_orthogonality,
-        angles.mounting,
+        parameters.bias,
+        parameters.scale,
+        parameters.non_orthogonality,
+        parameters.mounting,
     ]
     .iter()
     .flat_map(|v| [v.x, v.y, v.z])

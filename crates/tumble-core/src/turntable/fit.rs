@@ -10,8 +10,8 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use crate::model::{Covariance, ErrorModel, PARAMETERS};
 use crate::real::{Real, real};
 use crate::regression::{LeastSquares, Prior, Solution, Unsolvable};
-use crate::turntable::observation::{Knowledge, Observation};
-use crate::turntable::whitening::{Fresh, Whitener};
+use crate::turntable::observation::{FitInputs, Observation};
+use crate::turntable::whitening::{IntervalRows, Whitener};
 
 /// Largest plausible deviation of an element of M from its nominal value.
 const LARGEST_MATRIX_ERROR: f64 = 0.3;
@@ -67,11 +67,11 @@ fn truth<T: Real, const P: usize, const Q: usize>(observation: &Observation<T, P
 /// [`Unsolvable`] if an observation is not finite or the noise is zero.
 pub fn fit<T: Real, const P: usize, const Q: usize, const N: usize>(
     observations: &[Observation<T, P, Q>],
-    knowledge: &Knowledge<T, Q>,
+    inputs: &FitInputs<T, Q>,
 ) -> Result<TriadFit<T, Q>, Unsolvable> {
     const { assert!(N == 3 * P + Q) };
-    let prior = prior::<T, P, Q, N>(knowledge);
-    let (solution, rank) = solve::<T, P, Q, N>(observations, knowledge, &prior)?;
+    let prior = prior::<T, P, Q, N>(inputs);
+    let (solution, rank) = solve::<T, P, Q, N>(observations, inputs, &prior)?;
     let found = unpack::<T, P, Q, N>(&solution, rank);
     let unseen = |i: usize| i < 3 * P && i % P < 3 && !solution.observed(i);
     if !(0..3 * P).any(unseen) {
@@ -83,7 +83,7 @@ pub fn fit<T: Real, const P: usize, const Q: usize, const N: usize>(
     for i in (0..3 * P).filter(|&i| unseen(i)) {
         held.covariance[(i, i)] = real(HELD * HELD);
     }
-    let (solution, _) = solve(observations, knowledge, &held)?;
+    let (solution, _) = solve(observations, inputs, &held)?;
     let with_held = unpack::<T, P, Q, N>(&solution, rank);
     Ok(TriadFit {
         covariance: found.covariance,
@@ -103,16 +103,16 @@ const HELD: f64 = 1e-9;
 /// The solution and its rank.
 fn solve<T: Real, const P: usize, const Q: usize, const N: usize>(
     observations: &[Observation<T, P, Q>],
-    knowledge: &Knowledge<T, Q>,
+    inputs: &FitInputs<T, Q>,
     prior: &Prior<T, N>,
 ) -> Result<(Solution<T, N>, usize), Unsolvable> {
     const ROUNDS: u32 = 3;
     let about = |matrix: &Matrix3<T>| {
         let mut equations = LeastSquares::<T, N>::new(prior);
-        push(&mut equations, observations, knowledge, matrix);
+        push(&mut equations, observations, inputs, matrix);
         equations
     };
-    let mut equations = about(&knowledge.nominal);
+    let mut equations = about(&inputs.nominal);
     for _ in 1..ROUNDS {
         let round = equations.solve()?;
         equations = about(&Matrix3::from_fn(|i, j| round.x[i * P + j]));
@@ -120,9 +120,7 @@ fn solve<T: Real, const P: usize, const Q: usize, const N: usize>(
     Ok((equations.solve()?, equations.rank()?))
 }
 
-fn prior<T: Real, const P: usize, const Q: usize, const N: usize>(
-    knowledge: &Knowledge<T, Q>,
-) -> Prior<T, N> {
+fn prior<T: Real, const P: usize, const Q: usize, const N: usize>(inputs: &FitInputs<T, Q>) -> Prior<T, N> {
     let mut prior = Prior {
         mean: SVector::zeros(),
         covariance: SMatrix::zeros(),
@@ -132,18 +130,18 @@ fn prior<T: Real, const P: usize, const Q: usize, const N: usize>(
             let i = axis * P + column;
             let largest: T = match column {
                 0..3 => real(LARGEST_MATRIX_ERROR),
-                3 => knowledge.largest_bias,
+                3 => inputs.largest_bias,
                 _ => real(LARGEST_G_SENSITIVITY),
             };
             prior.covariance[(i, i)] = largest * largest;
             if column < 3 {
-                prior.mean[i] = knowledge.nominal[(axis, column)];
+                prior.mean[i] = inputs.nominal[(axis, column)];
             }
         }
     }
     for i in 0..Q {
         for j in 0..Q {
-            prior.covariance[(3 * P + i, 3 * P + j)] = knowledge.shared[(i, j)];
+            prior.covariance[(3 * P + i, 3 * P + j)] = inputs.shared[(i, j)];
         }
     }
     prior
@@ -153,13 +151,13 @@ fn prior<T: Real, const P: usize, const Q: usize, const N: usize>(
 fn push<T: Real, const P: usize, const Q: usize, const N: usize>(
     equations: &mut LeastSquares<T, N>,
     observations: &[Observation<T, P, Q>],
-    knowledge: &Knowledge<T, Q>,
+    inputs: &FitInputs<T, Q>,
     matrix: &Matrix3<T>,
 ) {
-    let mut whitener = Whitener::<T, P, Q, N>::new(observations, knowledge);
+    let mut whitener = Whitener::<T, P, Q, N>::new(observations, inputs);
     for observation in observations {
         let of_truth = |axis| through(matrix, &observation.truth_covariance, axis);
-        for white in whitener.next(Fresh {
+        for white in whitener.next(IntervalRows {
             interval: observation.interval,
             rows: core::array::from_fn(|axis| row::<T, P, Q, N>(observation, matrix, axis)),
             reading: observation.reading,

@@ -22,7 +22,7 @@ pub struct Observation<T: Real, const P: usize, const Q: usize> {
 
 /// What is known beforehand.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Knowledge<T: Real, const Q: usize> {
+pub struct FitInputs<T: Real, const Q: usize> {
     /// Noise of the three axes of the target.
     pub noise: [Noise<T>; 3],
     /// From the first interval to the last: b is the mean bias over it.

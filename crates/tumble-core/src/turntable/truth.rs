@@ -18,7 +18,7 @@ use crate::turntable::reference::{EarthFit, SphereFit, earth_variance};
 
 /// Where the truth comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Truth {
+pub enum TruthSource {
     /// Poses as commanded; the mounting angle is ignored.
     Ideal,
     /// The published compensation: readings turned back by the mounting angle.
@@ -31,7 +31,7 @@ pub enum Truth {
 
 /// One rest as reference and target saw it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RestPair<T: Real> {
+pub struct RestReadings<T: Real> {
     /// When the target stood still, s on the reference's clock.
     pub interval: Interval<T>,
     /// Mean of the reference, m/s^2.
@@ -56,7 +56,11 @@ fn regressor<T: Real>(u: &Vector3<T>) -> SVector<T, 4> {
 
 /// Truth from what the reference saw, drawn to the sphere of radius g along its own uncertainty, as far as the
 /// reference keeps to that sphere at all (docs/theory/turntable.md, eq. 8 to 10).
-pub fn from_reference<T: Real>(pair: &RestPair<T>, sphere: &SphereFit<T>, gravity: T) -> ForceObservation<T> {
+pub fn from_reference<T: Real>(
+    pair: &RestReadings<T>,
+    sphere: &SphereFit<T>,
+    gravity: T,
+) -> ForceObservation<T> {
     let covariance = pair.reference_covariance;
     let seen = pair.reference - sphere.bias;
     let length = seen.norm();
@@ -75,22 +79,22 @@ pub fn from_reference<T: Real>(pair: &RestPair<T>, sphere: &SphereFit<T>, gravit
 
 /// Truth from the list of poses; `None` where the pose is not known.
 pub fn from_poses<T: Real>(
-    truth: Truth,
-    pair: &RestPair<T>,
+    truth: TruthSource,
+    pair: &RestReadings<T>,
     mounting: &MountingFit<T>,
     gravity: T,
 ) -> Option<ForceObservation<T>> {
     let up = pair.up?;
     let turned = mounting.rotation * up;
     let (u, reading, sensitivity) = match truth {
-        Truth::RotateMeasurement => {
+        TruthSource::RotateMeasurement => {
             let reading = mounting.rotation.inverse() * pair.target;
             // The mounting's error is given in the case frame, u in the table's.
             let sensitivity = -cross_matrix(&up) * mounting.rotation.inverse().matrix() * gravity;
             (up * gravity, reading, sensitivity)
         }
-        Truth::RotateTruth => (turned * gravity, pair.target, -cross_matrix(&turned) * gravity),
-        Truth::Ideal | Truth::Reference => (up * gravity, pair.target, Matrix3::zeros()),
+        TruthSource::RotateTruth => (turned * gravity, pair.target, -cross_matrix(&turned) * gravity),
+        TruthSource::Ideal | TruthSource::Reference => (up * gravity, pair.target, Matrix3::zeros()),
     };
     let direction = u / gravity;
     let across = Matrix3::identity() - direction * direction.transpose();

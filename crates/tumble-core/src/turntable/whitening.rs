@@ -11,7 +11,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 
 use crate::noise::{Flicker, Interval, Placed, Pool};
 use crate::real::{Real, real};
-use crate::turntable::observation::{Knowledge, Observation};
+use crate::turntable::observation::{FitInputs, Observation};
 
 /// Intervals just before that help to predict the error of one.
 const NEAREST: usize = 5;
@@ -20,7 +20,7 @@ const NEAREST: usize = 5;
 const PREDICTORS: usize = NEAREST + 1;
 
 /// The rows of one interval as they are, one an axis.
-pub(super) struct Fresh<T: Real, const N: usize> {
+pub(super) struct IntervalRows<T: Real, const N: usize> {
     /// When.
     pub interval: Interval<T>,
     /// Coefficients of the unknowns.
@@ -32,7 +32,7 @@ pub(super) struct Fresh<T: Real, const N: usize> {
 }
 
 /// A row without what those before predict of it.
-pub(super) struct White<T: Real, const N: usize> {
+pub(super) struct WhitenedRow<T: Real, const N: usize> {
     /// Coefficients of the unknowns.
     pub row: SVector<T, N>,
     /// What they add up to.
@@ -43,7 +43,7 @@ pub(super) struct White<T: Real, const N: usize> {
 
 /// An interval that is remembered.
 #[derive(Clone, Copy)]
-struct Kept<T: Real, const N: usize> {
+struct PlacedRows<T: Real, const N: usize> {
     placed: Placed<T>,
     rows: [SVector<T, N>; 3],
     reading: Vector3<T>,
@@ -54,7 +54,7 @@ struct Kept<T: Real, const N: usize> {
 }
 
 /// Sums over the older intervals, each weighted by its length.
-struct Older<T: Real, const N: usize> {
+struct OlderIntervals<T: Real, const N: usize> {
     intervals: usize,
     pool: Pool<T>,
     rows: [SVector<T, N>; 3],
@@ -66,7 +66,7 @@ struct Older<T: Real, const N: usize> {
 }
 
 /// Covariances at B = 1: of the predictors with each other, and with the interval they predict.
-struct Remembered<T: Real> {
+struct FlickerCovariances<T: Real> {
     among: SMatrix<T, PREDICTORS, PREDICTORS>,
     with: SVector<T, PREDICTORS>,
     alone: T,
@@ -75,22 +75,22 @@ struct Remembered<T: Real> {
 /// Takes the rows of interval by interval, in order of time, and gives them back independent.
 pub(super) struct Whitener<'a, T: Real, const P: usize, const Q: usize, const N: usize> {
     observations: &'a [Observation<T, P, Q>],
-    knowledge: &'a Knowledge<T, Q>,
+    inputs: &'a FitInputs<T, Q>,
     flicker: Flicker<T>,
     /// The newest first.
-    near: [Option<Kept<T, N>>; NEAREST],
-    older: Older<T, N>,
+    near: [Option<PlacedRows<T, N>>; NEAREST],
+    older: OlderIntervals<T, N>,
 }
 
 impl<'a, T: Real, const P: usize, const Q: usize, const N: usize> Whitener<'a, T, P, Q, N> {
     /// Before the first interval.
-    pub fn new(observations: &'a [Observation<T, P, Q>], knowledge: &'a Knowledge<T, Q>) -> Self {
+    pub fn new(observations: &'a [Observation<T, P, Q>], inputs: &'a FitInputs<T, Q>) -> Self {
         Self {
             observations,
-            knowledge,
-            flicker: Flicker::over(&knowledge.session),
+            inputs,
+            flicker: Flicker::over(&inputs.session),
             near: [None; NEAREST],
-            older: Older {
+            older: OlderIntervals {
                 intervals: 0,
                 pool: Pool::empty(),
                 rows: [SVector::zeros(); 3],
@@ -102,14 +102,9 @@ impl<'a, T: Real, const P: usize, const Q: usize, const N: usize> Whitener<'a, T
     }
 
     /// The rows of the next interval, without what those before predict.
-    pub fn next(&mut self, fresh: Fresh<T, N>) -> [White<T, N>; 3] {
+    pub fn next(&mut self, fresh: IntervalRows<T, N>) -> [WhitenedRow<T, N>; 3] {
         let now = self.placed(fresh);
-        if self
-            .knowledge
-            .noise
-            .iter()
-            .all(|noise| noise.flicker <= T::zero())
-        {
+        if self.inputs.noise.iter().all(|noise| noise.flicker <= T::zero()) {
             return core::array::from_fn(|axis| now.alone(axis));
         }
         let remembered = self.remembered(&now);
@@ -118,14 +113,14 @@ impl<'a, T: Real, const P: usize, const Q: usize, const N: usize> Whitener<'a, T
         white
     }
 
-    fn placed(&self, fresh: Fresh<T, N>) -> Kept<T, N> {
+    fn placed(&self, fresh: IntervalRows<T, N>) -> PlacedRows<T, N> {
         let placed = self.flicker.placed(&fresh.interval);
         let duration = fresh.interval.duration();
         let before = self.observations.iter().take(self.older.intervals);
         let before = before.map(|observation| &observation.interval);
-        Kept {
+        PlacedRows {
             placed,
-            own: fresh.of_truth + Vector3::from_fn(|axis, _| self.knowledge.noise[axis].white / duration),
+            own: fresh.of_truth + Vector3::from_fn(|axis, _| self.inputs.noise[axis].white / duration),
             rows: fresh.rows,
             reading: fresh.reading,
             with_older: self
@@ -135,13 +130,14 @@ impl<'a, T: Real, const P: usize, const Q: usize, const N: usize> Whitener<'a, T
     }
 
     /// The near intervals with their places.
-    fn near(&self) -> impl Iterator<Item = (usize, &Kept<T, N>)> {
+    fn near(&self) -> impl Iterator<Item = (usize, &PlacedRows<T, N>)> {
         let places = self.near.iter().enumerate();
         places.filter_map(|(place, kept)| Some((place, kept.as_ref()?)))
     }
 
-    fn remembered(&self, now: &Kept<T, N>) -> Remembered<T> {
-        let covariance = |a: &Kept<T, N>, b: &Kept<T, N>| self.flicker.covariance(&a.placed, &b.placed);
+    fn remembered(&self, now: &PlacedRows<T, N>) -> FlickerCovariances<T> {
+        let covariance =
+            |a: &PlacedRows<T, N>, b: &PlacedRows<T, N>| self.flicker.covariance(&a.placed, &b.placed);
         let mut among = SMatrix::zeros();
         let mut with = SVector::zeros();
         for (a, one) in self.near() {
@@ -155,16 +151,21 @@ impl<'a, T: Real, const P: usize, const Q: usize, const N: usize> Whitener<'a, T
         }
         among[(NEAREST, NEAREST)] = self.older.mean(self.older.mean(self.older.flicker));
         with[NEAREST] = self.older.mean(now.with_older);
-        Remembered {
+        FlickerCovariances {
             among,
             with,
             alone: covariance(now, now),
         }
     }
 
-    fn whiten(&self, now: &Kept<T, N>, remembered: &Remembered<T>, axis: usize) -> White<T, N> {
+    fn whiten(
+        &self,
+        now: &PlacedRows<T, N>,
+        remembered: &FlickerCovariances<T>,
+        axis: usize,
+    ) -> WhitenedRow<T, N> {
         let (weights, variance) = self.predict(now, remembered, axis);
-        let mut white = White {
+        let mut white = WhitenedRow {
             variance,
             ..now.alone(axis)
         };
@@ -181,11 +182,11 @@ impl<'a, T: Real, const P: usize, const Q: usize, const N: usize> Whitener<'a, T
     /// Weights of the near intervals and of the mean of the older ones, and the variance that remains.
     fn predict(
         &self,
-        now: &Kept<T, N>,
-        remembered: &Remembered<T>,
+        now: &PlacedRows<T, N>,
+        remembered: &FlickerCovariances<T>,
         axis: usize,
     ) -> (SVector<T, PREDICTORS>, T) {
-        let flicker = self.knowledge.noise[axis].flicker;
+        let flicker = self.inputs.noise[axis].flicker;
         let alone = remembered.alone * flicker + now.own[axis];
         if flicker <= T::zero() {
             return (SVector::zeros(), alone);
@@ -208,7 +209,7 @@ impl<'a, T: Real, const P: usize, const Q: usize, const N: usize> Whitener<'a, T
     }
 
     /// Moves the oldest of the near intervals to the older ones, and the new one to the near ones.
-    fn keep(&mut self, mut now: Kept<T, N>) {
+    fn keep(&mut self, mut now: PlacedRows<T, N>) {
         self.near.rotate_right(1);
         if let Some(oldest) = self.near[0].take() {
             let length = oldest.placed.interval.duration();
@@ -222,10 +223,10 @@ impl<'a, T: Real, const P: usize, const Q: usize, const N: usize> Whitener<'a, T
     }
 }
 
-impl<T: Real, const N: usize> Kept<T, N> {
+impl<T: Real, const N: usize> PlacedRows<T, N> {
     /// The row of an axis where nothing is remembered.
-    fn alone(&self, axis: usize) -> White<T, N> {
-        White {
+    fn alone(&self, axis: usize) -> WhitenedRow<T, N> {
+        WhitenedRow {
             row: self.rows[axis],
             reading: self.reading[axis],
             variance: self.own[axis],
@@ -233,9 +234,9 @@ impl<T: Real, const N: usize> Kept<T, N> {
     }
 }
 
-impl<T: Real, const N: usize> Older<T, N> {
+impl<T: Real, const N: usize> OlderIntervals<T, N> {
     /// Takes in the next interval, whose variance at B = 1 is `flicker`.
-    fn take(&mut self, kept: &Kept<T, N>, flicker: T) {
+    fn take(&mut self, kept: &PlacedRows<T, N>, flicker: T) {
         let length = kept.placed.interval.duration();
         self.flicker += length * (length * flicker + kept.with_older * real::<T>(2.0));
         self.own += kept.own * (length * length);

@@ -8,7 +8,7 @@ use tumble_core::noise::{Interval, Noise};
 use tumble_core::real::Real;
 use tumble_core::regression::Unsolvable;
 use tumble_core::turntable::fit::{TriadFit, fit};
-use tumble_core::turntable::observation::{Knowledge, Observation};
+use tumble_core::turntable::observation::{FitInputs, Observation};
 
 use crate::common::{
     Calibration, Correlated, Draws, assert_close, cases, cast, direction, faces, non_orthogonality, rotation,
@@ -36,13 +36,13 @@ fn session(count: usize) -> Interval<f64> {
     }
 }
 
-fn knowledge<const Q: usize>(
+fn inputs<const Q: usize>(
     count: usize,
     nominal: &Rotation3<f64>,
     noise: Noise<f64>,
     shared: SMatrix<f64, Q, Q>,
-) -> Knowledge<f64, Q> {
-    Knowledge {
+) -> FitInputs<f64, Q> {
+    FitInputs {
         noise: [noise; 3],
         session: session(count),
         nominal: *nominal.matrix(),
@@ -71,7 +71,7 @@ fn force(k: usize, u: &Vector3<f64>, model: &ErrorModel<f64>) -> Force {
 
 fn calibrated<T: Real>(
     observations: &[Force],
-    knowledge: &Knowledge<f64, 3>,
+    inputs: &FitInputs<f64, 3>,
 ) -> Result<TriadFit<T, 3>, Unsolvable> {
     let noise = |n: &Noise<f64>| Noise {
         white: nalgebra::convert(n.white),
@@ -92,12 +92,12 @@ fn calibrated<T: Real>(
             sensitivity: cast(&o.sensitivity),
         })
         .collect();
-    let known = Knowledge {
-        noise: [0, 1, 2].map(|i| noise(&knowledge.noise[i])),
-        session: span(&knowledge.session),
-        nominal: cast(&knowledge.nominal),
-        largest_bias: nalgebra::convert(knowledge.largest_bias),
-        shared: cast(&knowledge.shared),
+    let known = FitInputs {
+        noise: [0, 1, 2].map(|i| noise(&inputs.noise[i])),
+        session: span(&inputs.session),
+        nominal: cast(&inputs.nominal),
+        largest_bias: nalgebra::convert(inputs.largest_bias),
+        shared: cast(&inputs.shared),
     };
     fit::<T, 4, 3, 15>(&same, &known)
 }
@@ -124,7 +124,7 @@ proptest! {
     fn a_sensor_without_noise_is_found_exactly((model, mounting) in sensor(), truths in truths(), flicker in prop_oneof![Just(0.0), Just(1e-8)]) {
         let observations: Vec<_> = truths.iter().enumerate().map(|(k, u)| force(k, u, &model)).collect();
         let noise = Noise { flicker, ..white(1e-4) };
-        let known = knowledge(truths.len(), &mounting, noise, Matrix3::identity() * 1e-12);
+        let known = inputs(truths.len(), &mounting, noise, Matrix3::identity() * 1e-12);
         let found = calibrated::<f64>(&observations, &known).expect("solvable");
         // The prior of 0.3 and 20 m/s^2 pulls by the square of the noise of a mean, 4e-5 m/s^2, over it.
         assert_close!(found.model.matrix, model.matrix, 1e-9);
@@ -144,7 +144,7 @@ proptest! {
             observation.reading += draws.normals::<3>() * 4e-4;
             observation
         }).collect();
-        let known = knowledge(truths.len(), &mounting, white(1e-3), Matrix3::identity() * 1e-6);
+        let known = inputs(truths.len(), &mounting, white(1e-3), Matrix3::identity() * 1e-6);
         let double = calibrated::<f64>(&observations, &known).expect("solvable");
         let single = calibrated::<f32>(&observations, &known).expect("solvable");
         // Readings of 11 m/s^2 have a rounding of 1e-6; against six faces M errs by that over g, b by as much, and a few
@@ -168,7 +168,7 @@ proptest! {
             force(k, &(up * STANDARD), &model)
         }).collect();
         let nominal = Rotation3::identity();
-        let known = knowledge(12, &nominal, white(1e-3), Matrix3::identity() * 1e-12);
+        let known = inputs(12, &nominal, white(1e-3), Matrix3::identity() * 1e-12);
         let found = calibrated::<f64>(&observations, &known).expect("solvable");
         for i in 0..12 {
             prop_assert_eq!(found.observed[i], i >= 9 || i % 3 != silent, "{}", i);
@@ -184,7 +184,7 @@ proptest! {
     #[test]
     fn an_observation_that_is_not_finite_is_unsolvable((model, mounting) in sensor(), truths in truths(), bad in any::<prop::sample::Index>()) {
         let good: Vec<_> = truths.iter().enumerate().map(|(k, u)| force(k, u, &model)).collect();
-        let known = knowledge(truths.len(), &mounting, white(1e-3), Matrix3::identity() * 1e-12);
+        let known = inputs(truths.len(), &mounting, white(1e-3), Matrix3::identity() * 1e-12);
         let mut broken = good.clone();
         broken[bad.index(good.len())].reading.y = f64::NAN;
         prop_assert_eq!(calibrated::<f64>(&broken, &known).map(|fit| fit.rank), Err(Unsolvable));
@@ -197,13 +197,13 @@ proptest! {
     #[test]
     fn readings_without_any_noise_claimed_are_unsolvable((model, mounting) in sensor(), truths in truths()) {
         let observations: Vec<_> = truths.iter().enumerate().map(|(k, u)| force(k, u, &model)).collect();
-        let known = knowledge(truths.len(), &mounting, Noise::none(), Matrix3::identity() * 1e-12);
+        let known = inputs(truths.len(), &mounting, Noise::none(), Matrix3::identity() * 1e-12);
         prop_assert_eq!(calibrated::<f64>(&observations, &known).map(|fit| fit.rank), Err(Unsolvable));
     }
 
     #[test]
     fn no_observations_leave_the_nominal_sensor(mounting in rotation()) {
-        let known = knowledge(1, &mounting, white(1e-3), Matrix3::identity() * 1e-12);
+        let known = inputs(1, &mounting, white(1e-3), Matrix3::identity() * 1e-12);
         let found = calibrated::<f64>(&[], &known).expect("the prior");
         prop_assert_eq!(found.model.matrix, *mounting.matrix());
         prop_assert_eq!(found.model.bias, Vector3::zeros());
@@ -256,7 +256,7 @@ fn force_runs(what: &str, noise: Noise<f64>, shared: f64, single: f64, seed: u64
     let mut calibration = Calibration::new();
     let mut chi_square = 0.0;
     let runs = 400;
-    let known = knowledge(
+    let known = inputs(
         count,
         &session.mounting,
         session.noise,
@@ -338,7 +338,7 @@ fn flicker_taken_for_white_noise_would_be_found_out() {
     };
     let session = Session::new(count, noise);
     let mut draws = Draws::new(114);
-    let known = knowledge(count, &session.mounting, white(1e-4), Matrix3::identity() * 1e-14);
+    let known = inputs(count, &session.mounting, white(1e-4), Matrix3::identity() * 1e-14);
     let mut calibration = Calibration::<12>::new();
     for _ in 0..200 {
         let observations: Vec<Force> = session
@@ -369,9 +369,9 @@ fn a_gyroscope_with_g_sensitivity_errs_as_its_covariance_says() {
     let g = Matrix3::new(1.0, -0.5, 0.3, 0.2, 0.8, -0.4, 0.0, 0.6, -1.0) * 1e-4;
     let shared =
         Matrix6::from_diagonal(&SVector::from([1e-5, 1e-5, 1e-5, 4e-5, 4e-5, 4e-5]).map(|s: f64| s * s));
-    let known = Knowledge {
+    let known = FitInputs {
         largest_bias: 1.0,
-        ..knowledge(count, &session.mounting, noise, shared)
+        ..inputs(count, &session.mounting, noise, shared)
     };
     let (mut calibration, mut coupling) = (Calibration::<12>::new(), Calibration::<9>::new());
     for _ in 0..runs {

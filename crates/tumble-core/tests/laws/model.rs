@@ -94,7 +94,7 @@ proptest! {
         assert_close!(*again.mounting.matrix(), *parts.mounting.matrix(), 1e-14);
         // Near half a turn the rotation vector is known to rounding over the sine of the angle left.
         let left = (core::f64::consts::PI - turn.norm()).min(1.0);
-        assert_close!(again.angles(&Vector3::zeros()).mounting, turn, 1e-14 / left);
+        assert_close!(again.parameters(&Vector3::zeros()).mounting, turn, 1e-14 / left);
     }
 
     #[test]
@@ -105,8 +105,8 @@ proptest! {
 
     #[test]
     fn non_orthogonality_angles_do_not_depend_on_the_mounting(m in matrix(), turn in rotation()) {
-        let angles = |m: &Matrix3<f64>| decompose::<f64>(m).map(|parts| parts.angles(&Vector3::zeros()));
-        let (here, there) = (angles(&m)?, angles(&(m * turn.matrix()))?);
+        let parameters = |m: &Matrix3<f64>| decompose::<f64>(m).map(|parts| parts.parameters(&Vector3::zeros()));
+        let (here, there) = (parameters(&m)?, parameters(&(m * turn.matrix()))?);
         assert_close!(here.non_orthogonality, there.non_orthogonality, 1e-13);
         assert_close!(here.scale, there.scale, 1e-13);
         for (k, &(i, j)) in PAIRS.iter().enumerate() {
@@ -181,14 +181,14 @@ fn jacobian_tolerance(turn: &Vector3<f64>) -> f64 {
 }
 
 fn flat(m: &Matrix3<f64>, b: &Vector3<f64>) -> nalgebra::SVector<f64, 12> {
-    let angles = Decomposition::of(m)
+    let parameters = Decomposition::of(m)
         .expect("close to one that comes apart")
-        .angles(b);
+        .parameters(b);
     let parts = [
-        angles.bias,
-        angles.scale,
-        angles.non_orthogonality,
-        angles.mounting,
+        parameters.bias,
+        parameters.scale,
+        parameters.non_orthogonality,
+        parameters.mounting,
     ];
     nalgebra::SVector::from_fn(|i, _| parts[i / 3][i % 3])
 }
@@ -213,7 +213,7 @@ fn numeric_jacobian(m: &Matrix3<f64>) -> Covariance<f64> {
 #[test]
 fn the_perfect_sensor_comes_apart_into_nothing() {
     let parts = ErrorModel::<f64>::identity().decompose().expect("identity");
-    let angles = parts.angles(&Vector3::zeros());
+    let angles = parts.parameters(&Vector3::zeros());
     assert_eq!(angles.scale, Vector3::repeat(1.0));
     assert_eq!(angles.non_orthogonality, Vector3::zeros());
     assert_eq!(angles.mounting, Vector3::zeros());
@@ -225,7 +225,7 @@ fn a_half_turn_of_mounting_is_taken_apart_and_has_a_finite_jacobian() {
     for axis in [Vector3::x(), Vector3::y(), Vector3::z()] {
         let m = *Rotation3::new(axis * core::f64::consts::PI).matrix();
         let parts = Decomposition::of(&m).expect("a rotation");
-        assert!((parts.angles(&Vector3::zeros()).mounting.norm() - core::f64::consts::PI).abs() < 1e-7);
+        assert!((parts.parameters(&Vector3::zeros()).mounting.norm() - core::f64::consts::PI).abs() < 1e-7);
         assert!(parts.jacobian().iter().all(|value| value.is_finite()));
     }
 }

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use tumble_core::gravity::STANDARD;
 use tumble_core::real::Real;
 use tumble_core::sample::Sample;
-use tumble_core::segmenter::{Segment, Segmenter, SegmenterSettings, Stretch};
+use tumble_core::segmenter::{FinishedSegment, Segment, Segmenter, SegmenterSettings};
 
 use crate::common::{Draws, cases, direction, vector};
 use crate::stream::{INTERVAL, Phase, Unit, of, rests, samples, segments, stretch, true_rests, turns};
@@ -46,7 +46,7 @@ fn unit() -> impl Strategy<Value = Unit> {
     })
 }
 
-fn seconds<T: Real>(stretch: &Stretch<T>) -> (f64, f64) {
+fn seconds<T: Real>(stretch: &Segment<T>) -> (f64, f64) {
     (stretch.start as f64 * 1e-6, stretch.end as f64 * 1e-6)
 }
 
@@ -187,7 +187,7 @@ proptest! {
         prop_assert_eq!(parts[parts.len() - 1].end, stream[stream.len() - 1].time + INTERVAL);
         let total: u32 = parts.iter().map(|part| part.moments.samples()).sum();
         prop_assert_eq!(total as usize, stream.len());
-        let kinds: Vec<bool> = found.iter().map(|segment| matches!(segment, Segment::Rest(_))).collect();
+        let kinds: Vec<bool> = found.iter().map(|segment| matches!(segment, FinishedSegment::Rest(_))).collect();
         prop_assert!(kinds.windows(2).all(|pair| pair[0] != pair[1]), "{:?}", kinds);
     }
 
@@ -279,7 +279,7 @@ fn a_perfect_sensor_without_noise_rests_and_turns_like_any_other() {
     ];
     let stream = samples(&schedule, &Vector3::z(), &Unit::perfect(), &mut Draws::new(73));
     assert_eq!(rests(&segments::<f64>(&stream)).len(), 2);
-    let single: Vec<Segment<f32>> = segments(&stream);
+    let single: Vec<FinishedSegment<f32>> = segments(&stream);
     assert_eq!(rests(&single).len(), 2);
     assert_eq!(of::<f32>(&stream[0]).time, 0);
 }

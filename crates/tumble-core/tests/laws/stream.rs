@@ -4,7 +4,7 @@ use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use tumble_core::gravity::STANDARD;
 use tumble_core::real::Real;
 use tumble_core::sample::Sample;
-use tumble_core::segmenter::{Segment, Segmenter, SegmenterSettings, Stretch};
+use tumble_core::segmenter::{FinishedSegment, Segment, Segmenter, SegmenterSettings};
 
 use crate::common::{Draws, cast};
 
@@ -121,9 +121,9 @@ pub fn true_rests(schedule: &[Phase]) -> Vec<(f64, f64)> {
 }
 
 /// Everything a segmenter says of a stream.
-pub fn segments<T: Real>(samples: &[Sample<f64>]) -> Vec<Segment<T>> {
+pub fn segments<T: Real>(samples: &[Sample<f64>]) -> Vec<FinishedSegment<T>> {
     let mut segmenter = Segmenter::new(SegmenterSettings::default());
-    let mut found: Vec<Segment<T>> = samples
+    let mut found: Vec<FinishedSegment<T>> = samples
         .iter()
         .filter_map(|sample| segmenter.push(&of(sample)))
         .collect();
@@ -143,25 +143,25 @@ pub fn of<T: Real>(sample: &Sample<f64>) -> Sample<T> {
 }
 
 /// The stretch of a segment.
-pub fn stretch<T: Real>(segment: &Segment<T>) -> &Stretch<T> {
+pub fn stretch<T: Real>(segment: &FinishedSegment<T>) -> &Segment<T> {
     match segment {
-        Segment::Turn(stretch) | Segment::Rest(stretch) => stretch,
+        FinishedSegment::Turn(stretch) | FinishedSegment::Rest(stretch) => stretch,
     }
 }
 
 /// The rests among segments.
-pub fn rests<T: Real>(segments: &[Segment<T>]) -> Vec<Stretch<T>> {
+pub fn rests<T: Real>(segments: &[FinishedSegment<T>]) -> Vec<Segment<T>> {
     of_kind(segments, true)
 }
 
 /// The turns among segments.
-pub fn turns<T: Real>(segments: &[Segment<T>]) -> Vec<Stretch<T>> {
+pub fn turns<T: Real>(segments: &[FinishedSegment<T>]) -> Vec<Segment<T>> {
     of_kind(segments, false)
 }
 
-fn of_kind<T: Real>(segments: &[Segment<T>], rest: bool) -> Vec<Stretch<T>> {
+fn of_kind<T: Real>(segments: &[FinishedSegment<T>], rest: bool) -> Vec<Segment<T>> {
     let wanted = segments
         .iter()
-        .filter(|segment| matches!(segment, Segment::Rest(_)) == rest);
+        .filter(|segment| matches!(segment, FinishedSegment::Rest(_)) == rest);
     wanted.map(|segment| *stretch(segment)).collect()
 }

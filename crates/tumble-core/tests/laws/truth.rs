@@ -8,7 +8,7 @@ use tumble_core::real::Real;
 use tumble_core::turntable::mounting::MountingFit;
 use tumble_core::turntable::reference::{EarthFit, SphereFit, earth_variance};
 use tumble_core::turntable::truth::{
-    ForceObservation, ReferenceTurn, RestPair, Truth, at_rest, from_poses, from_reference, turning,
+    ForceObservation, ReferenceTurn, RestReadings, TruthSource, at_rest, from_poses, from_reference, turning,
     with_specific_force,
 };
 
@@ -31,8 +31,8 @@ fn pair<T: Real>(
     reference: &Vector3<f64>,
     covariance: &Matrix3<f64>,
     up: Option<Vector3<f64>>,
-) -> RestPair<T> {
-    RestPair {
+) -> RestReadings<T> {
+    RestReadings {
         interval: Interval {
             start: nalgebra::convert(WHEN.start),
             end: nalgebra::convert(WHEN.end),
@@ -133,21 +133,21 @@ proptest! {
     fn turning_the_truth_is_exact_and_turning_the_measurement_turns_the_reading_back(up in direction(), rotation in rotation()) {
         let reading = rotation * up * STANDARD;
         let rest = pair::<f64>(&reading, &Matrix3::identity(), Some(up));
-        let of = |truth: Truth| from_poses(truth, &rest, &mounting(&rotation), STANDARD).expect("a pose");
-        assert_close!(u(&of(Truth::RotateTruth)), reading, 1e-13);
-        prop_assert_eq!(of(Truth::RotateTruth).reading, rest.target);
-        assert_close!(u(&of(Truth::RotateMeasurement)), up * STANDARD, 1e-13);
-        assert_close!(of(Truth::RotateMeasurement).reading, up * STANDARD * 1.01, 1e-13);
-        assert_close!(u(&of(Truth::Ideal)), up * STANDARD, 1e-13);
-        prop_assert_eq!(of(Truth::Ideal).reading, rest.target);
-        prop_assert_eq!(of(Truth::Ideal).sensitivity, Matrix3::zeros());
+        let of = |truth: TruthSource| from_poses(truth, &rest, &mounting(&rotation), STANDARD).expect("a pose");
+        assert_close!(u(&of(TruthSource::RotateTruth)), reading, 1e-13);
+        prop_assert_eq!(of(TruthSource::RotateTruth).reading, rest.target);
+        assert_close!(u(&of(TruthSource::RotateMeasurement)), up * STANDARD, 1e-13);
+        assert_close!(of(TruthSource::RotateMeasurement).reading, up * STANDARD * 1.01, 1e-13);
+        assert_close!(u(&of(TruthSource::Ideal)), up * STANDARD, 1e-13);
+        prop_assert_eq!(of(TruthSource::Ideal).reading, rest.target);
+        prop_assert_eq!(of(TruthSource::Ideal).sensitivity, Matrix3::zeros());
     }
 
     #[test]
     fn what_the_mounting_does_to_the_truth_is_its_derivative(up in direction(), rotation in rotation()) {
         let truth = |error: &Vector3<f64>| {
             let rest = pair::<f64>(&Vector3::z(), &Matrix3::identity(), Some(up));
-            from_poses(Truth::RotateTruth, &rest, &mounting(&(Rotation3::new(*error) * rotation)), STANDARD).expect("a pose")
+            from_poses(TruthSource::RotateTruth, &rest, &mounting(&(Rotation3::new(*error) * rotation)), STANDARD).expect("a pose")
         };
         assert_close!(truth(&Vector3::zeros()).sensitivity, numeric(1e-5, |error| u(&truth(error))), 1e-8);
     }
@@ -211,11 +211,11 @@ proptest! {
     }
 }
 
-fn truths() -> impl Strategy<Value = Truth> {
+fn truths() -> impl Strategy<Value = TruthSource> {
     prop_oneof![
-        Just(Truth::Ideal),
-        Just(Truth::RotateMeasurement),
-        Just(Truth::RotateTruth)
+        Just(TruthSource::Ideal),
+        Just(TruthSource::RotateMeasurement),
+        Just(TruthSource::RotateTruth)
     ]
 }
 

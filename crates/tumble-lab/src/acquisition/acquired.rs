@@ -3,12 +3,12 @@
 use tumble_core::noise::{Interval, Noise};
 use tumble_core::real::seconds;
 use tumble_core::sample::CHANNELS;
-use tumble_core::segmenter::Stretch;
+use tumble_core::segmenter::Segment;
 
-use super::health::Fault;
+use super::channels::ChannelFault;
 use super::trace::Trace;
 
-/// Why a stretch that looked like a rest is not one.
+/// Why a segment that looked like a rest is not one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NotARest {
     /// The scatter was above the sensor's own noise: vibration.
@@ -36,17 +36,17 @@ pub struct Acquired {
     /// One for a continuous recording, one a file otherwise.
     pub parts: Vec<Part>,
     /// Stretches at rest.
-    pub rests: Vec<Stretch<f64>>,
+    pub rests: Vec<Segment<f64>>,
     /// `turns[i]` lies between `rests[i]` and `rests[i + 1]`.
-    pub turns: Vec<Stretch<f64>>,
+    pub turns: Vec<Segment<f64>>,
     /// Stretches that looked like rests, with the reason why they are none.
-    pub refused: Vec<(Stretch<f64>, NotARest)>,
+    pub refused: Vec<(Segment<f64>, NotARest)>,
     /// Noise of the six channels.
     pub noise: [Noise<f64>; CHANNELS],
     /// The recording at a glance.
     pub trace: Trace,
     /// What is wrong with channels.
-    pub faults: Vec<Fault>,
+    pub faults: Vec<ChannelFault>,
     /// Finite samples taken in.
     pub samples: u64,
     /// Samples passed over because a channel was not a number.
@@ -76,7 +76,7 @@ impl Acquired {
     }
 
     /// All that happened after rest `i` and before rest `j`.
-    pub fn between(&self, i: usize, j: usize) -> Option<Stretch<f64>> {
+    pub fn between(&self, i: usize, j: usize) -> Option<Segment<f64>> {
         let mut span = *self.turns.get(i)?;
         for k in i + 1..j {
             span.append(self.rests.get(k)?);
@@ -86,7 +86,7 @@ impl Acquired {
     }
 
     /// Rests `first ..= last` as one, without what lies between them.
-    pub fn joined(&self, first: usize, last: usize) -> Option<Stretch<f64>> {
+    pub fn joined(&self, first: usize, last: usize) -> Option<Segment<f64>> {
         let mut rest = *self.rests.get(first)?;
         for next in self.rests.get(first + 1..=last)? {
             rest.moments.merge(&next.moments);
@@ -96,10 +96,10 @@ impl Acquired {
     }
 }
 
-/// When a stretch took place, s since the origin.
-pub fn interval(stretch: &Stretch<f64>) -> Interval<f64> {
+/// When a segment took place, s since the origin.
+pub fn interval(segment: &Segment<f64>) -> Interval<f64> {
     Interval {
-        start: seconds(stretch.start),
-        end: seconds(stretch.end),
+        start: seconds(segment.start),
+        end: seconds(segment.end),
     }
 }

@@ -27,14 +27,14 @@ const TOLERABLE: f64 = 0.26;
 const CLEARLY_MORE: usize = 2;
 
 /// A turn: gravity before and after, and what the gyroscope said of it.
-struct Turned {
+struct GravityTurn {
     before: Vector3<f64>,
     after: Vector3<f64>,
     start_from_end: UnitQuaternion<f64>,
     angle: Vector3<f64>,
 }
 
-impl Turned {
+impl GravityTurn {
     /// Angle between gravity as it was found and as the gyroscope predicts it, rad.
     fn misfit(&self) -> f64 {
         (self.start_from_end.inverse() * self.before).angle(&self.after)
@@ -53,7 +53,7 @@ pub fn judge_rate(unit: &Acquired) -> RateVerdict {
     if turns.len() < 3 {
         return RateVerdict::Unknown;
     }
-    let plain: Vec<f64> = turns.iter().map(Turned::misfit).collect();
+    let plain: Vec<f64> = turns.iter().map(GravityTurn::misfit).collect();
     let others = hypotheses().map(|(matrix, verdict)| {
         let misfits: Vec<f64> = turns.iter().map(|turn| turn.misfit_with(&matrix)).collect();
         (explained(&misfits), median(misfits), verdict)
@@ -72,14 +72,14 @@ fn explained(misfits: &[f64]) -> usize {
 }
 
 /// The turns that gravity shows.
-fn turned(unit: &Acquired) -> Vec<Turned> {
+fn turned(unit: &Acquired) -> Vec<GravityTurn> {
     unit.turns
         .iter()
         .zip(unit.rests.windows(2))
         .filter(|(turn, _)| turn.complete)
         .map(|(turn, rests)| {
             let bias = (rests[0].angular_rate() + rests[1].angular_rate()) * 0.5;
-            Turned {
+            GravityTurn {
                 before: rests[0].specific_force(),
                 after: rests[1].specific_force(),
                 start_from_end: turn.start_from_end,

@@ -1,14 +1,14 @@
 //! Step 1 on the host: a recording of any length becomes the rests and turns of one unit.
 //!
 //! [`recorder`] takes a recording in, chunk by chunk, and makes it [`acquired`]; [`sift`] takes out what only looked like
-//! a rest, [`health`] watches the channels, [`trace`] keeps a picture. [`consistency`] holds the gyroscope against the
+//! a rest, [`channels`] watches the channels, [`trace`] keeps a picture. [`consistency`] holds the gyroscope against the
 //! accelerometer.
 
 use tumble_core::sample::CHANNELS;
 
 pub mod acquired;
+pub mod channels;
 pub mod consistency;
-pub mod health;
 pub mod recorder;
 mod sift;
 pub mod trace;

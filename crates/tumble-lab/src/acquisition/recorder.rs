@@ -2,10 +2,10 @@
 
 use tumble_core::noise::{AllanLadder, Noise};
 use tumble_core::sample::CHANNELS;
-use tumble_core::segmenter::{Segment, Segmenter, SegmenterSettings};
+use tumble_core::segmenter::{FinishedSegment, Segmenter, SegmenterSettings};
 
 use super::acquired::{Acquired, Part};
-use super::health::Channels;
+use super::channels::ChannelMonitor;
 use super::sift::{leave_out_saturated, leave_out_unrest};
 use super::trace::Trace;
 
@@ -20,7 +20,7 @@ pub struct Acquisition {
     latest: f64,
     leading: bool,
     found: Acquired,
-    channels: Channels,
+    channels: ChannelMonitor,
     allan: AllanLadder<f64>,
     temperature: (u64, f64, f64, f64),
 }
@@ -52,7 +52,7 @@ impl Acquisition {
                 first_backwards: None,
                 temperature: None,
             },
-            channels: Channels::new(),
+            channels: ChannelMonitor::new(),
             allan: AllanLadder::new(),
             temperature: (0, f64::INFINITY, 0.0, f64::NEG_INFINITY),
         }
@@ -162,12 +162,12 @@ impl Acquisition {
         }
     }
 
-    fn keep(&mut self, segment: Segment<f64>) {
+    fn keep(&mut self, segment: FinishedSegment<f64>) {
         match segment {
-            Segment::Rest(rest) => self.found.rests.push(rest),
+            FinishedSegment::Rest(rest) => self.found.rests.push(rest),
             // What came before the first rest leads from nowhere.
-            Segment::Turn(_) if self.found.rests.is_empty() => {}
-            Segment::Turn(mut turn) => {
+            FinishedSegment::Turn(_) if self.found.rests.is_empty() => {}
+            FinishedSegment::Turn(mut turn) => {
                 turn.complete &= !self.leading;
                 self.found.turns.push(turn);
             }

@@ -1,12 +1,12 @@
 //! Rests that are none: vibration, drift of the specific force, and slow turns that only the whole recording shows.
 
 use nalgebra::Vector3;
-use tumble_core::segmenter::{SegmenterSettings, Stretch};
+use tumble_core::segmenter::{Segment, SegmenterSettings};
 use tumble_core::stillness::Scatter;
 
 use super::acquired::{Acquired, NotARest, interval};
+use super::channels::ChannelFaultKind;
 use super::consistency::{RateVerdict, judge_rate};
-use super::health::FaultKind;
 
 /// Takes out what only looked like a rest, now that the whole recording is known, given the noise at rest.
 pub(super) fn leave_out_unrest(
@@ -61,7 +61,7 @@ const LARGEST_G_SENSITIVITY: f64 = 5e-4;
 const LARGEST_DRIFT: (f64, f64) = (0.02, 0.003);
 
 fn disturbed(
-    rest: &Stretch<f64>,
+    rest: &Segment<f64>,
     settings: &SegmenterSettings<f64>,
     floor: Option<Scatter<f64>>,
 ) -> Option<NotARest> {
@@ -119,7 +119,7 @@ pub(super) fn leave_out_saturated(found: &mut Acquired) {
     for fault in found
         .faults
         .iter()
-        .filter(|fault| fault.kind == FaultKind::SaturatedInMotion)
+        .filter(|fault| fault.kind == ChannelFaultKind::SaturatedInMotion)
     {
         for turn in &mut found.turns {
             let when = interval(turn);

@@ -1,8 +1,8 @@
-//! A recording at a glance: means over equal stretches, never more than can be drawn.
+//! A recording at a glance: means over equal segments, never more than can be drawn.
 
 use tumble_core::real::seconds;
 use tumble_core::sample::CHANNELS;
-use tumble_core::segmenter::Stretch;
+use tumble_core::segmenter::Segment;
 
 /// Points kept at most.
 const MOST: usize = 4096;
@@ -34,7 +34,7 @@ impl Trace {
     }
 
     /// Takes in the next block.
-    pub fn push(&mut self, block: &Stretch<f64>) {
+    pub fn push(&mut self, block: &Segment<f64>) {
         self.sum.0 += 0.5 * (seconds::<f64>(block.start) + seconds::<f64>(block.end));
         for (sum, mean) in self.sum.1.iter_mut().zip(block.moments.mean()) {
             *sum += mean;

@@ -25,7 +25,7 @@ pub struct Shift {
 
 /// Sums over pairs of rates.
 #[derive(Clone, Copy)]
-struct Sums {
+struct CorrelationSums {
     count: usize,
     primary: Vector3<f64>,
     secondary: Vector3<f64>,
@@ -40,7 +40,7 @@ pub fn correlations(
     secondary: &[Option<Vector3<f64>>],
     most: usize,
 ) -> Vec<Shift> {
-    let sums: Vec<(usize, Sums)> = (0..=most)
+    let sums: Vec<(usize, CorrelationSums)> = (0..=most)
         .into_par_iter()
         .map(|windows| (windows, sums_at(primary, secondary, windows)))
         .collect();
@@ -71,15 +71,19 @@ fn paired<'a>(
     common.filter_map(|(p, s)| Some((p.as_ref()?, s.as_ref()?)))
 }
 
-fn sums_at(primary: &[Option<Vector3<f64>>], secondary: &[Option<Vector3<f64>>], windows: usize) -> Sums {
-    let none = Sums {
+fn sums_at(
+    primary: &[Option<Vector3<f64>>],
+    secondary: &[Option<Vector3<f64>>],
+    windows: usize,
+) -> CorrelationSums {
+    let none = CorrelationSums {
         count: 0,
         primary: Vector3::zeros(),
         secondary: Vector3::zeros(),
         cross: Matrix3::zeros(),
         squares: (0.0, 0.0),
     };
-    paired(primary, secondary, windows).fold(none, |sums, (p, s)| Sums {
+    paired(primary, secondary, windows).fold(none, |sums, (p, s)| CorrelationSums {
         count: sums.count + 1,
         primary: sums.primary + p,
         secondary: sums.secondary + s,
@@ -91,7 +95,7 @@ fn sums_at(primary: &[Option<Vector3<f64>>], secondary: &[Option<Vector3<f64>>],
     })
 }
 
-fn shift(windows: usize, sums: &Sums) -> Option<Shift> {
+fn shift(windows: usize, sums: &CorrelationSums) -> Option<Shift> {
     #[allow(clippy::cast_precision_loss)]
     let count = sums.count as f64;
     let cross = sums.cross - sums.secondary * sums.primary.transpose() / count;

@@ -2,7 +2,7 @@
 
 /// Why two units cannot be aligned.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Refusal {
+pub enum AlignError {
     /// They share too little time in which both can be used.
     NothingInCommon,
     /// Neither turned: root mean square rate, rad/s, and what is needed.

@@ -3,13 +3,13 @@
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 use tumble_core::rotation::cross_matrix;
 
-use crate::align::grid::Pair;
+use crate::align::grid::TrianglePair;
 use crate::align::rates::{
     ABOVE_NOISE, HELD, RatesFit, directions_above_noise, directions_below, set_stretch, symmetric,
 };
-use crate::align::robust::{Belief, Row, covariance, covariance_of_neglected, scale_of, step};
+use crate::align::robust::{GaussianPrior, ResidualRow, covariance, covariance_of_neglected, scale_of, step};
+use crate::align::samples::{force_of, rate_of};
 use crate::align::settings::AlignSettings;
-use crate::align::track::{force_of, rate_of};
 
 /// Lever arm, bias, rotation between the triads, stretch, delay, and the primary's own gyroscope bias.
 const UNKNOWNS: usize = 19;
@@ -61,7 +61,7 @@ pub struct ForcesFit {
     pub scale: f64,
 }
 
-struct Guess {
+struct ForceUnknowns {
     arm: Vector3<f64>,
     bias: Vector3<f64>,
     rotation: Rotation3<f64>,
@@ -78,7 +78,7 @@ struct Guess {
 /// Fits by Gauss and Newton (docs/theory/align.md, eq. 11, 12).
 pub fn fit(rates: &RatesFit, settings: &AlignSettings) -> Option<ForcesFit> {
     let pairs = &rates.pairs;
-    let mut guess = Guess {
+    let mut guess = ForceUnknowns {
         arm: Vector3::zeros(),
         bias: Vector3::zeros(),
         rotation: rates.rotation,
@@ -93,7 +93,7 @@ pub fn fit(rates: &RatesFit, settings: &AlignSettings) -> Option<ForcesFit> {
     for _ in 0..ROUNDS {
         guess.stretchable = guess.stretchable_at(pairs);
         let row = |k: usize| guess.row(&pairs[k]);
-        let next = step(pairs.len(), row, &guess.belief(&unseen, settings))?;
+        let next = step(pairs.len(), row, &guess.prior(&unseen, settings))?;
         guess.change(&next.change);
         if next.change.fixed_rows::<3>(0).norm() < SETTLED {
             break;
@@ -102,7 +102,7 @@ pub fn fit(rates: &RatesFit, settings: &AlignSettings) -> Option<ForcesFit> {
     guess.finish(rates, &unseen, settings)
 }
 
-impl Guess {
+impl ForceUnknowns {
     fn turned(&self) -> Rotation3<f64> {
         Rotation3::new(self.angle) * self.rotation
     }
@@ -111,7 +111,7 @@ impl Guess {
         Matrix3::identity() + symmetric(&self.stretch) * self.stretchable
     }
 
-    fn stretchable_at(&self, pairs: &[Pair]) -> Matrix3<f64> {
+    fn stretchable_at(&self, pairs: &[TrianglePair]) -> Matrix3<f64> {
         let scale = scale_of(pairs.iter().map(|pair| self.row(pair).1));
         let turned = self.turned();
         let forces = pairs.iter().map(|pair| turned * force_of(&pair.primary.mean));
@@ -119,7 +119,7 @@ impl Guess {
     }
 
     /// The matrix L of `L r`, mean of what a lever arm r adds to specific force (docs/theory/align.md, eq. 11).
-    fn lever(&self, pair: &Pair) -> Matrix3<f64> {
+    fn lever(&self, pair: &TrianglePair) -> Matrix3<f64> {
         let w = rate_of(&pair.primary.mean);
         let p = pair.primary.mean.fixed_rows::<6>(6);
         let squares = Matrix3::new(p[0], p[1], p[2], p[1], p[3], p[4], p[2], p[4], p[5]);
@@ -128,7 +128,7 @@ impl Guess {
         cross_matrix(&rate_of(&pair.primary.slope)) + freed - Matrix3::identity() * freed.trace()
     }
 
-    fn row(&self, pair: &Pair) -> Row<UNKNOWNS> {
+    fn row(&self, pair: &TrianglePair) -> ResidualRow<UNKNOWNS> {
         let lever = self.lever(pair);
         let turned = self.turned();
         let stretched = self.stretched();
@@ -156,7 +156,7 @@ impl Guess {
     }
 
     /// Derivative by the stretch that is not fitted, for it acts on little more than noise.
-    fn neglected(&self, pair: &Pair) -> SMatrix<f64, 3, 6> {
+    fn neglected(&self, pair: &TrianglePair) -> SMatrix<f64, 3, 6> {
         let turned = self.turned() * force_of(&pair.primary.mean);
         let mut design = SMatrix::zeros();
         set_stretch(&mut design, 0, &(turned - self.stretchable * turned));
@@ -164,7 +164,7 @@ impl Guess {
     }
 
     /// Directions of the primary along which only noise of the angular acceleration would show a lever arm.
-    fn unseen(&self, pairs: &[Pair], slope_scale: f64) -> Vec<Vector3<f64>> {
+    fn unseen(&self, pairs: &[TrianglePair], slope_scale: f64) -> Vec<Vector3<f64>> {
         #[allow(clippy::cast_precision_loss)]
         let share = 1.0 / pairs.len().max(1) as f64;
         let levers = pairs.iter().map(|pair| self.lever(pair));
@@ -172,7 +172,7 @@ impl Guess {
         directions_below(&information, ABOVE_NOISE * 2.0 * slope_scale * slope_scale)
     }
 
-    fn belief(&self, unseen: &[Vector3<f64>], settings: &AlignSettings) -> Belief<UNKNOWNS> {
+    fn prior(&self, unseen: &[Vector3<f64>], settings: &AlignSettings) -> GaussianPrior<UNKNOWNS> {
         let mut sigma = SVector::<f64, UNKNOWNS>::repeat(LARGEST_ARM);
         sigma.fixed_rows_mut::<3>(BIAS).fill(LARGEST_BIAS);
         sigma.fixed_rows_mut::<3>(ROTATION).fill(LARGEST_ANGLE);
@@ -199,7 +199,7 @@ impl Guess {
             let mut arm = precision.fixed_view_mut::<3, 3>(0, 0);
             arm += direction * direction.transpose() * HELD;
         }
-        Belief { precision, missing }
+        GaussianPrior { precision, missing }
     }
 
     fn change(&mut self, by: &SVector<f64, UNKNOWNS>) {
@@ -221,11 +221,11 @@ impl Guess {
         let pairs = &rates.pairs;
         let row = |k: usize| self.row(&pairs[k]);
         let scale = scale_of((0..pairs.len()).map(|k| row(k).1));
-        let belief = self.belief(unseen, settings);
+        let prior = self.prior(unseen, settings);
         let neglected = |k: usize| self.neglected(&pairs[k]);
         let sigma = settings.stretch_sigma();
-        let mut covariance = covariance(pairs.len(), row, |k| pairs[k].block, scale, &belief)?
-            + covariance_of_neglected(pairs.len(), row, neglected, scale, &belief, &sigma)?;
+        let mut covariance = covariance(pairs.len(), row, |k| pairs[k].block, scale, &prior)?
+            + covariance_of_neglected(pairs.len(), row, neglected, scale, &prior, &sigma)?;
         for direction in unseen {
             let mut arm = covariance.fixed_view_mut::<3, 3>(0, 0);
             arm += direction * direction.transpose() * (LARGEST_ARM * LARGEST_ARM);

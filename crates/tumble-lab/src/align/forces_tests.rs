@@ -1,15 +1,15 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::align::track::Triangle;
+use crate::align::samples::Triangle;
 
 const STEP: f64 = 1e-6;
 
 /// A pair whose products of rates are those of its rates.
-fn pair(seed: &[f64]) -> Pair {
+fn pair(seed: &[f64]) -> TrianglePair {
     let (x, y, z) = (seed[0], seed[1], seed[2]);
     let products = [x * x, x * y, x * z, y * y, y * z, z * z];
-    Pair {
+    TrianglePair {
         time: 0.0,
         block: 0,
         primary: Triangle {
@@ -23,8 +23,8 @@ fn pair(seed: &[f64]) -> Pair {
     }
 }
 
-fn guess(seed: &[f64]) -> Guess {
-    Guess {
+fn guess(seed: &[f64]) -> ForceUnknowns {
+    ForceUnknowns {
         arm: Vector3::new(seed[6], seed[7], seed[8]),
         bias: Vector3::new(seed[3], seed[4], seed[5]),
         rotation: Rotation3::new(Vector3::new(seed[0], seed[1], seed[2])),

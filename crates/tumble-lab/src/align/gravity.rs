@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 
 use crate::align::forces::ForcesFit;
 use crate::align::rates::{ABOVE_NOISE, RatesFit};
-use crate::align::track::force_of;
+use crate::align::samples::force_of;
 
 /// 1-sigma, rad, up to which the forces' answer is one.
 const LARGEST_SIGMA: f64 = 0.1;

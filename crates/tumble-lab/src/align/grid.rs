@@ -1,10 +1,10 @@
 //! Both units side by side: pairs of means under the same triangle, by the primary's clock.
 
-use crate::align::track::{MEASURED, Track, Triangle, WITH_PRODUCTS, Window};
+use crate::align::samples::{MEASURED, Triangle, UnitSamples, WITH_PRODUCTS, WindowMoments};
 
 /// How the secondary's clock goes beside the primary's.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Clock {
+pub struct RelativeClock {
     /// To be added to the secondary's time at the instant `reference`, s.
     pub offset: f64,
     /// Growth of the offset with the primary's time.
@@ -13,7 +13,7 @@ pub struct Clock {
     pub reference: f64,
 }
 
-impl Clock {
+impl RelativeClock {
     /// What the secondary's clock shows at an instant of the primary's (docs/theory/align.md, eq. 4).
     pub fn shown(&self, time: f64) -> f64 {
         time - self.offset - self.skew * (time - self.reference)
@@ -30,12 +30,12 @@ pub struct Grid {
     /// Windows that one block holds: what happens in different blocks is taken to be independent.
     pub windows_per_block: usize,
     /// The primary's means.
-    pub primary: Vec<Option<Window<WITH_PRODUCTS>>>,
+    pub primary: Vec<Option<WindowMoments<WITH_PRODUCTS>>>,
 }
 
 /// The two units under one triangle.
 #[derive(Clone, Copy, Debug)]
-pub struct Pair {
+pub struct TrianglePair {
     /// Middle of the triangle, s of the primary's clock.
     pub time: f64,
     /// Block it lies in.
@@ -48,7 +48,7 @@ pub struct Pair {
 
 impl Grid {
     /// Windows of a length over all of the primary, in so many blocks of at least half a second and four windows.
-    pub fn over(primary: &Track<'_>, length: f64, blocks: usize) -> Self {
+    pub fn over(primary: &UnitSamples<'_>, length: f64, blocks: usize) -> Self {
         let (start, end) = primary.span();
         let count = whole((end - start) / length);
         let edges = edges(start, count, length);
@@ -61,14 +61,14 @@ impl Grid {
     }
 
     /// Pairs in which both units can be used.
-    pub fn pairs(&self, secondary: &Track<'_>, clock: &Clock) -> Vec<Pair> {
+    pub fn pairs(&self, secondary: &UnitSamples<'_>, clock: &RelativeClock) -> Vec<TrianglePair> {
         let shown: Vec<f64> = self.edges.iter().map(|edge| clock.shown(*edge)).collect();
         let theirs = secondary.windows(&shown);
         let length = self.length * (1.0 - clock.skew);
         let windows = self.primary.windows(2).zip(theirs.windows(2)).enumerate();
         windows
             .filter_map(|(k, (ours, theirs))| {
-                Some(Pair {
+                Some(TrianglePair {
                     time: self.edges[k + 1],
                     block: k / self.windows_per_block,
                     primary: Triangle::over(ours[0].as_ref()?, ours[1].as_ref()?, self.length),

@@ -1,7 +1,7 @@
 //! How two units that move together sit beside each other: clock and rotation from their angular rates alone, then the
 //! lever arm from their specific forces. Derivation: docs/theory/align.md.
 //!
-//! [`track`] takes means of a unit's samples over windows, [`grid`] pairs those of two units, [`coarse`] finds clock and
+//! [`samples`] takes means of a unit's samples over windows, [`grid`] pairs those of two units, [`coarse`] finds clock and
 //! rotation roughly, [`rates`] finds them to the last digit, [`forces`] finds the lever arm. Where the
 //! motion was about one axis, [`gravity`] finds what the rates leave open. [`robust`] solves both fits.
 //! [`procedure`] takes these steps one by one.
@@ -14,9 +14,9 @@ pub mod grid;
 pub mod procedure;
 pub mod rates;
 pub mod robust;
+pub mod samples;
 mod settings;
-pub mod track;
 
-pub use error::Refusal;
+pub use error::AlignError;
 pub use procedure::{Aligned, LEAST_CORRELATION, LEAST_MOTION, align};
 pub use settings::AlignSettings;

@@ -5,13 +5,13 @@ use std::f64::consts::PI;
 use nalgebra::Vector3;
 
 use crate::align::coarse::{self, Shift};
-use crate::align::error::Refusal;
+use crate::align::error::AlignError;
 use crate::align::forces::{self, ForcesFit};
 use crate::align::gravity;
-use crate::align::grid::{Clock, Grid, edges, whole};
+use crate::align::grid::{Grid, RelativeClock, edges, whole};
 use crate::align::rates::{self, RatesFit};
+use crate::align::samples::{UnitSamples, WindowMoments, force_of, rate_of};
 use crate::align::settings::AlignSettings;
-use crate::align::track::{Track, Window, force_of, rate_of};
 
 /// What two units show of each other.
 #[derive(Clone, Debug)]
@@ -40,7 +40,7 @@ impl Aligned {
         of_arm.unwrap_or(f64::MAX) + 0.01 * self.rates.rotation_covariance.trace()
     }
 
-    fn refuse_if_forces_disagree(&self) -> Result<(), Refusal> {
+    fn refuse_if_forces_disagree(&self) -> Result<(), AlignError> {
         let Some(forces) = &self.forces else { return Ok(()) };
         let felt = || self.rates.pairs.iter().map(|pair| force_of(&pair.secondary.mean));
         #[allow(clippy::cast_precision_loss)]
@@ -48,7 +48,7 @@ impl Aligned {
         let mean = felt().sum::<Vector3<f64>>() * share;
         let spread = (felt().map(|f| (f - mean).norm_squared()).sum::<f64>() * share / 3.0).sqrt();
         if forces.scale > LARGEST_RESIDUAL && forces.scale > LARGEST_RESIDUAL_SHARE * spread {
-            return Err(Refusal::ForcesDisagree { apart: forces.scale });
+            return Err(AlignError::ForcesDisagree { apart: forces.scale });
         }
         Ok(())
     }
@@ -82,21 +82,21 @@ const CERTAIN: f64 = 10.0;
 /// Aligns a secondary with a primary.
 ///
 /// # Errors
-/// [`Refusal`] where the motion does not show how the two sit beside each other.
+/// [`AlignError`] where the motion does not show how the two sit beside each other.
 pub fn align(
-    primary: &Track<'_>,
-    secondary: &Track<'_>,
+    primary: &UnitSamples<'_>,
+    secondary: &UnitSamples<'_>,
     settings: &AlignSettings,
-) -> Result<Aligned, Refusal> {
+) -> Result<Aligned, AlignError> {
     let slowest = primary.interval.max(secondary.interval);
     let grid = Grid::over(primary, settings.window.max(SAMPLES * slowest), BLOCKS);
     let shifts = search(&grid, secondary, settings);
     let found = coarse::peaks(&shifts);
-    let best = *found.first().ok_or(Refusal::NothingInCommon)?;
+    let best = *found.first().ok_or(AlignError::NothingInCommon)?;
     refuse_if_unlike(&best, &shifts)?;
     let start = refined(&grid, secondary, &found, settings)?;
     let (rotation, clock) = (start.rotation, start.clock);
-    let shortest = solved(start, best, grid.length, settings).ok_or(Refusal::Unsolvable)?;
+    let shortest = solved(start, best, grid.length, settings).ok_or(AlignError::Unsolvable)?;
     let longer = LONGER.iter().filter_map(|factor| {
         let grid = Grid::over(primary, factor * grid.length, BLOCKS);
         let rates = rates::fit(&grid, secondary, rotation, clock, settings)?;
@@ -134,7 +134,7 @@ fn solved(mut rates: RatesFit, shift: Shift, window: f64, settings: &AlignSettin
 }
 
 /// All shifts within the search; the shift by no window is the latest offset.
-fn search(grid: &Grid, secondary: &Track<'_>, settings: &AlignSettings) -> Vec<Shift> {
+fn search(grid: &Grid, secondary: &UnitSamples<'_>, settings: &AlignSettings) -> Vec<Shift> {
     let Some(start) = grid.edges.first() else {
         return Vec::new();
     };
@@ -152,17 +152,17 @@ fn latest_offset(grid: &Grid, settings: &AlignSettings) -> f64 {
     settings.around + most * grid.length
 }
 
-fn rates_of<const N: usize>(windows: &[Option<Window<N>>]) -> Vec<Option<Vector3<f64>>> {
+fn rates_of<const N: usize>(windows: &[Option<WindowMoments<N>>]) -> Vec<Option<Vector3<f64>>> {
     windows
         .iter()
         .map(|window| window.as_ref().map(|window| rate_of(&window.mean)))
         .collect()
 }
 
-fn refuse_if_unlike(best: &Shift, shifts: &[Shift]) -> Result<(), Refusal> {
+fn refuse_if_unlike(best: &Shift, shifts: &[Shift]) -> Result<(), AlignError> {
     let least = best.motion.min(best.motion * best.ratio);
     if least < LEAST_MOTION {
-        return Err(Refusal::NoMotion {
+        return Err(AlignError::NoMotion {
             found: least,
             needed: LEAST_MOTION,
         });
@@ -170,15 +170,15 @@ fn refuse_if_unlike(best: &Shift, shifts: &[Shift]) -> Result<(), Refusal> {
     let left = |correlation: f64| (1.0 - correlation * correlation).max(0.0);
     let mirrored = shifts.iter().fold(0.0, |most, shift| shift.mirrored.max(most));
     if mirrored > LEAST_CORRELATION && left(best.correlation) > MIRRORED * left(mirrored) + 1e-3 {
-        return Err(Refusal::Mirrored);
+        return Err(AlignError::Mirrored);
     }
     if best.correlation < LEAST_CORRELATION {
-        return Err(Refusal::NotAlike {
+        return Err(AlignError::NotAlike {
             correlation: best.correlation,
         });
     }
     if !(1.0 / LARGEST_RATIO..=LARGEST_RATIO).contains(&best.ratio) {
-        return Err(Refusal::Scaled { ratio: best.ratio });
+        return Err(AlignError::Scaled { ratio: best.ratio });
     }
     Ok(())
 }
@@ -186,10 +186,10 @@ fn refuse_if_unlike(best: &Shift, shifts: &[Shift]) -> Result<(), Refusal> {
 /// The best of the offsets that the search has left, to the last digit.
 fn refined(
     grid: &Grid,
-    secondary: &Track<'_>,
+    secondary: &UnitSamples<'_>,
     found: &[Shift],
     settings: &AlignSettings,
-) -> Result<RatesFit, Refusal> {
+) -> Result<RatesFit, AlignError> {
     let likely = |shift: &&Shift| shift.correlation >= LEAST_CORRELATION;
     let reference = grid
         .edges
@@ -199,7 +199,7 @@ fn refined(
     let fits = found.iter().filter(likely).take(CANDIDATES).filter_map(|shift| {
         #[allow(clippy::cast_precision_loss)]
         let offset = latest_offset(grid, settings) - shift.windows as f64 * grid.length;
-        let clock = Clock {
+        let clock = RelativeClock {
             offset,
             skew: 0.0,
             reference,
@@ -209,10 +209,10 @@ fn refined(
     let mut fits: Vec<RatesFit> = fits.collect();
     fits.sort_by(|a, b| per_pair(a).total_cmp(&per_pair(b)));
     let mut fits = fits.into_iter();
-    let best = fits.next().ok_or(Refusal::Unsolvable)?;
+    let best = fits.next().ok_or(AlignError::Unsolvable)?;
     let rival = fits.find(|rival| (rival.clock.offset - best.clock.offset).abs() > grid.length);
     match rival {
-        Some(rival) if !is_certain(&best, &rival) => Err(Refusal::Ambiguous {
+        Some(rival) if !is_certain(&best, &rival) => Err(AlignError::Ambiguous {
             offset: best.clock.offset,
             other: rival.clock.offset,
         }),

@@ -4,10 +4,10 @@ use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 use tumble_core::eigen;
 use tumble_core::rotation::{cross_matrix, inverse_left_jacobian};
 
-use crate::align::grid::{Clock, Grid, Pair};
-use crate::align::robust::{Belief, Row, covariance, covariance_of_neglected, scale_of, step};
+use crate::align::grid::{Grid, RelativeClock, TrianglePair};
+use crate::align::robust::{GaussianPrior, ResidualRow, covariance, covariance_of_neglected, scale_of, step};
+use crate::align::samples::{UnitSamples, rate_of};
 use crate::align::settings::AlignSettings;
-use crate::align::track::{Track, rate_of};
 
 /// Rotation, stretch, bias, offset and skew of the clock.
 const UNKNOWNS: usize = 14;
@@ -53,7 +53,7 @@ pub struct RatesFit {
     /// Its covariance, (rad/s)^2.
     pub bias_covariance: Matrix3<f64>,
     /// Clock.
-    pub clock: Clock,
+    pub clock: RelativeClock,
     /// 1-sigma of offset, s, and of skew.
     pub clock_sigma: (f64, f64),
     /// 1-sigma of a component of a residual, rad/s.
@@ -63,7 +63,7 @@ pub struct RatesFit {
     /// Minus twice the logarithm of the likelihood.
     pub deviance: f64,
     /// Pairs, at the clock found.
-    pub pairs: Vec<Pair>,
+    pub pairs: Vec<TrianglePair>,
 }
 
 impl RatesFit {
@@ -101,24 +101,24 @@ impl RatesFit {
 /// The six unknowns of a symmetric matrix as entries (row, column).
 pub const ENTRIES: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 
-struct Guess {
+struct RateUnknowns {
     rotation: Rotation3<f64>,
     stretch: SVector<f64, 6>,
     /// Leaves of a vector what lies along directions whose stretch the rates show.
     stretchable: Matrix3<f64>,
     bias: Vector3<f64>,
-    clock: Clock,
+    clock: RelativeClock,
 }
 
 /// Fits by Gauss and Newton, from a rotation and a clock that are roughly right (docs/theory/align.md, eq. 6, 7).
 pub fn fit(
     grid: &Grid,
-    secondary: &Track<'_>,
+    secondary: &UnitSamples<'_>,
     rotation: Rotation3<f64>,
-    clock: Clock,
+    clock: RelativeClock,
     settings: &AlignSettings,
 ) -> Option<RatesFit> {
-    let mut guess = Guess {
+    let mut guess = RateUnknowns {
         rotation,
         stretch: SVector::zeros(),
         stretchable: Matrix3::identity(),
@@ -135,7 +135,7 @@ pub fn fit(
         let next = step(
             pairs.len(),
             row,
-            &guess.belief(&clock, &unseen, grid.length, settings),
+            &guess.prior(&clock, &unseen, grid.length, settings),
         )?;
         guess.change(&next.change, grid.length);
         pairs = grid.pairs(secondary, &guess.clock);
@@ -146,7 +146,7 @@ pub fn fit(
     guess.finish(&clock, pairs, grid, settings)
 }
 
-impl Guess {
+impl RateUnknowns {
     fn matrix(&self) -> Matrix3<f64> {
         self.stretched() * self.rotation
     }
@@ -155,25 +155,25 @@ impl Guess {
         Matrix3::identity() + symmetric(&self.stretch) * self.stretchable
     }
 
-    fn scale(&self, pairs: &[Pair]) -> f64 {
+    fn scale(&self, pairs: &[TrianglePair]) -> f64 {
         scale_of(pairs.iter().map(|pair| self.row(pair).1))
     }
 
-    fn stretchable_at(&self, pairs: &[Pair], scale: f64) -> Matrix3<f64> {
+    fn stretchable_at(&self, pairs: &[TrianglePair], scale: f64) -> Matrix3<f64> {
         let rates = pairs
             .iter()
             .map(|pair| self.rotation * rate_of(&pair.primary.mean));
         directions_above_noise(rates, scale)
     }
 
-    fn mean_residual(&self, pairs: &[Pair]) -> Vector3<f64> {
+    fn mean_residual(&self, pairs: &[TrianglePair]) -> Vector3<f64> {
         let residuals = pairs.iter().map(|pair| self.row(pair).1);
         #[allow(clippy::cast_precision_loss)]
         let share = 1.0 / pairs.len().max(1) as f64;
         residuals.sum::<Vector3<f64>>() * share
     }
 
-    fn row(&self, pair: &Pair) -> Row<UNKNOWNS> {
+    fn row(&self, pair: &TrianglePair) -> ResidualRow<UNKNOWNS> {
         let turned = self.rotation * rate_of(&pair.primary.mean);
         let stretched = self.stretched();
         let predicted = stretched * turned + self.bias;
@@ -192,7 +192,7 @@ impl Guess {
     }
 
     /// Derivative by the stretch that is not fitted, for it acts on little more than noise.
-    fn neglected(&self, pair: &Pair) -> SMatrix<f64, 3, 6> {
+    fn neglected(&self, pair: &TrianglePair) -> SMatrix<f64, 3, 6> {
         let turned = self.rotation * rate_of(&pair.primary.mean);
         let mut design = SMatrix::zeros();
         set_stretch(&mut design, 0, &(turned - self.stretchable * turned));
@@ -200,7 +200,7 @@ impl Guess {
     }
 
     /// Axes of the secondary about which only noise would show the rotation.
-    fn unseen(&self, pairs: &[Pair], scale: f64) -> Vec<Vector3<f64>> {
+    fn unseen(&self, pairs: &[TrianglePair], scale: f64) -> Vec<Vector3<f64>> {
         #[allow(clippy::cast_precision_loss)]
         let share = 1.0 / pairs.len().max(1) as f64;
         let rates = || {
@@ -214,13 +214,13 @@ impl Guess {
         directions_below(&information, ABOVE_NOISE * 2.0 * scale * scale)
     }
 
-    fn belief(
+    fn prior(
         &self,
-        start: &Clock,
+        start: &RelativeClock,
         unseen: &[Vector3<f64>],
         window: f64,
         settings: &AlignSettings,
-    ) -> Belief<UNKNOWNS> {
+    ) -> GaussianPrior<UNKNOWNS> {
         let mut sigma = SVector::<f64, UNKNOWNS>::repeat(1.0);
         sigma
             .fixed_rows_mut::<6>(STRETCH)
@@ -238,7 +238,7 @@ impl Guess {
             let mut rotation = precision.fixed_view_mut::<3, 3>(0, 0);
             rotation += axis * axis.transpose() * HELD;
         }
-        Belief { precision, missing }
+        GaussianPrior { precision, missing }
     }
 
     fn change(&mut self, by: &SVector<f64, UNKNOWNS>, window: f64) {
@@ -252,20 +252,20 @@ impl Guess {
 
     fn finish(
         self,
-        start: &Clock,
-        pairs: Vec<Pair>,
+        start: &RelativeClock,
+        pairs: Vec<TrianglePair>,
         grid: &Grid,
         settings: &AlignSettings,
     ) -> Option<RatesFit> {
         let row = |k: usize| self.row(&pairs[k]);
         let scale = self.scale(&pairs);
         let unseen = self.unseen(&pairs, scale);
-        let belief = self.belief(start, &unseen, grid.length, settings);
-        let deviance = step(pairs.len(), row, &belief)?.deviance;
+        let prior = self.prior(start, &unseen, grid.length, settings);
+        let deviance = step(pairs.len(), row, &prior)?.deviance;
         let neglected = |k: usize| self.neglected(&pairs[k]);
         let sigma = settings.stretch_sigma();
-        let covariance = covariance(pairs.len(), row, |k| pairs[k].block, scale, &belief)?
-            + covariance_of_neglected(pairs.len(), row, neglected, scale, &belief, &sigma)?;
+        let covariance = covariance(pairs.len(), row, |k| pairs[k].block, scale, &prior)?
+            + covariance_of_neglected(pairs.len(), row, neglected, scale, &prior, &sigma)?;
         let matrix = self.matrix();
         let slopes = pairs
             .iter()

@@ -1,12 +1,12 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::align::track::Triangle;
+use crate::align::samples::Triangle;
 
 const STEP: f64 = 1e-6;
 
-fn pair(seed: &[f64]) -> Pair {
-    Pair {
+fn pair(seed: &[f64]) -> TrianglePair {
+    TrianglePair {
         time: 12.0 + seed[0],
         block: 0,
         primary: Triangle {
@@ -20,13 +20,13 @@ fn pair(seed: &[f64]) -> Pair {
     }
 }
 
-fn guess(seed: &[f64]) -> Guess {
-    Guess {
+fn guess(seed: &[f64]) -> RateUnknowns {
+    RateUnknowns {
         rotation: Rotation3::new(Vector3::new(seed[0], seed[1], seed[2])),
         stretch: SVector::from_fn(|i, _| 0.02 * seed[i]),
         stretchable: Matrix3::from_diagonal(&Vector3::new(1.0, 0.0, 1.0)),
         bias: Vector3::new(seed[3], seed[4], seed[5]),
-        clock: Clock {
+        clock: RelativeClock {
             offset: 0.1,
             skew: 1e-5,
             reference: 10.0,

@@ -12,11 +12,11 @@ const MEDIAN_LENGTH: f64 = 1.538_172;
 const SMALLEST_SCALE: f64 = 1e-9;
 
 /// Model derivative by the unknowns, and residual.
-pub type Row<const N: usize> = (SMatrix<f64, 3, N>, Vector3<f64>);
+pub type ResidualRow<const N: usize> = (SMatrix<f64, 3, N>, Vector3<f64>);
 
 /// What is believed of the unknowns beside the rows.
 #[derive(Clone, Copy, Debug)]
-pub struct Belief<const N: usize> {
+pub struct GaussianPrior<const N: usize> {
     /// Inverse covariance.
     pub precision: SMatrix<f64, N, N>,
     /// Believed value less present value.
@@ -25,7 +25,7 @@ pub struct Belief<const N: usize> {
 
 /// Where a round of Gauss and Newton leads.
 #[derive(Clone, Copy, Debug)]
-pub struct Step<const N: usize> {
+pub struct GaussNewtonStep<const N: usize> {
     /// To be added to the unknowns.
     pub change: SVector<f64, N>,
     /// 1-sigma of a component of a residual that is noise.
@@ -53,12 +53,12 @@ pub fn weight(squared: f64) -> f64 {
 /// One round of Gauss and Newton; `None` where the rows are not finite.
 pub fn step<const N: usize>(
     count: usize,
-    row: impl Fn(usize) -> Row<N>,
-    belief: &Belief<N>,
-) -> Option<Step<N>> {
+    row: impl Fn(usize) -> ResidualRow<N>,
+    prior: &GaussianPrior<N>,
+) -> Option<GaussNewtonStep<N>> {
     let scale = scale_of((0..count).map(|k| row(k).1));
-    let mut normal = belief.precision;
-    let mut right = belief.precision * belief.missing;
+    let mut normal = prior.precision;
+    let mut right = prior.precision * prior.missing;
     let mut loss = 0.0;
     for k in 0..count {
         let (design, residual) = row(k);
@@ -71,21 +71,24 @@ pub fn step<const N: usize>(
     let change = Cholesky::new(normal)?.solve(&right);
     #[allow(clippy::cast_precision_loss)]
     let deviance = loss + 6.0 * count as f64 * scale.ln();
-    change.iter().all(|value| value.is_finite()).then_some(Step {
-        change,
-        scale,
-        deviance,
-    })
+    change
+        .iter()
+        .all(|value| value.is_finite())
+        .then_some(GaussNewtonStep {
+            change,
+            scale,
+            deviance,
+        })
 }
 
 /// Covariance of the solution: how much it changes as each block in turn is left out (docs/theory/align.md, eq. 9),
 /// and what the beliefs leave open. `block` tells of each row to which block it belongs, ascending.
 pub fn covariance<const N: usize>(
     count: usize,
-    row: impl Fn(usize) -> Row<N>,
+    row: impl Fn(usize) -> ResidualRow<N>,
     block: impl Fn(usize) -> usize,
     scale: f64,
-    belief: &Belief<N>,
+    prior: &GaussianPrior<N>,
 ) -> Option<SMatrix<f64, N, N>> {
     let mut blocks: Vec<(usize, SMatrix<f64, N, N>, SVector<f64, N>)> = Vec::new();
     for k in 0..count {
@@ -102,11 +105,11 @@ pub fn covariance<const N: usize>(
             *score += design.tr_mul(&residual) * (weight / (scale * scale));
         }
     }
-    let normal = blocks.iter().fold(belief.precision, |sum, block| sum + block.1);
+    let normal = blocks.iter().fold(prior.precision, |sum, block| sum + block.1);
     let inverse = Cholesky::<f64, Const<N>>::new(normal)?.inverse();
     #[allow(clippy::cast_precision_loss)]
     let share = (blocks.len() as f64 - 1.0) / blocks.len() as f64;
-    let mut covariance = inverse * belief.precision * inverse;
+    let mut covariance = inverse * prior.precision * inverse;
     for (_, without, score) in &blocks {
         // A block without which nothing could be solved keeps the influence it has beside the others.
         let change =
@@ -120,13 +123,13 @@ pub fn covariance<const N: usize>(
 /// of the model by them, `sigma` what they may be.
 pub fn covariance_of_neglected<const N: usize, const K: usize>(
     count: usize,
-    row: impl Fn(usize) -> Row<N>,
+    row: impl Fn(usize) -> ResidualRow<N>,
     neglected: impl Fn(usize) -> SMatrix<f64, 3, K>,
     scale: f64,
-    belief: &Belief<N>,
+    prior: &GaussianPrior<N>,
     sigma: &SVector<f64, K>,
 ) -> Option<SMatrix<f64, N, N>> {
-    let mut normal = belief.precision;
+    let mut normal = prior.precision;
     let mut cross = SMatrix::<f64, N, K>::zeros();
     for k in 0..count {
         let (design, residual) = row(k);

@@ -139,7 +139,7 @@ mod tests {
         ) {
             let angles = Vector3::new(xy, yz, zx);
             let model = ErrorModel { matrix: sensing_axes(&angles), bias: Vector3::zeros() };
-            let read = model.decompose().unwrap().angles(&model.bias).non_orthogonality;
+            let read = model.decompose().unwrap().parameters(&model.bias).non_orthogonality;
             prop_assert!((read - angles).amax() < 1e-12);
         }
 

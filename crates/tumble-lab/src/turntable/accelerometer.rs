@@ -3,20 +3,22 @@
 use nalgebra::Matrix3;
 use tumble_core::rotation::Procrustes;
 use tumble_core::turntable::fit::fit;
-use tumble_core::turntable::observation::{Knowledge, Observation};
-use tumble_core::turntable::truth::{ForceObservation, RestPair, Truth, from_poses, from_reference};
+use tumble_core::turntable::observation::{FitInputs, Observation};
+use tumble_core::turntable::truth::{
+    ForceObservation, RestReadings, TruthSource, from_poses, from_reference,
+};
 
 use super::error::TurntableError;
 use super::flicker::refine;
-use super::pairing::Pair;
+use super::pairing::PairedRest;
 use super::reference::force_at;
-use super::session::{LARGEST_FORCE_BIAS, Session};
+use super::session::{LARGEST_FORCE_BIAS, TargetSession};
 use super::settings::FEWEST_RESTS;
-use super::triad::{Label, Triad, finish};
+use super::triad::{Label, TriadCalibration, finish};
 
-impl Session<'_> {
+impl TargetSession<'_> {
     /// Calibrates the accelerometer.
-    pub fn accelerometer(&self) -> Result<Triad, TurntableError> {
+    pub fn accelerometer(&self) -> Result<TriadCalibration, TurntableError> {
         let (labels, observations) = self.forces()?;
         if observations.len() < FEWEST_RESTS {
             return Err(TurntableError::TooFewRests {
@@ -24,19 +26,19 @@ impl Session<'_> {
                 needed: FEWEST_RESTS,
             });
         }
-        let mut knowledge = Knowledge {
+        let mut inputs = FitInputs {
             noise: self.unit.force_noise(),
             session: self.span(),
             nominal: nominal(&observations).ok_or(TurntableError::DirectionsTooAlike)?,
             largest_bias: LARGEST_FORCE_BIAS,
             shared: self.shared_force_error(),
         };
-        knowledge.noise = refine(&observations, &knowledge);
-        let solved = fit::<f64, 4, 3, 15>(&observations, &knowledge)?;
+        inputs.noise = refine(&observations, &inputs);
+        let solved = fit::<f64, 4, 3, 15>(&observations, &inputs)?;
         if solved.observed.contains(&false) {
             return Err(TurntableError::DirectionsTooAlike);
         }
-        finish(&solved, &observations, labels, &knowledge, self.systematic())
+        finish(&solved, &observations, labels, &inputs, self.systematic())
     }
 
     fn forces(&self) -> Result<(Vec<Label>, Vec<ForceObservation<f64>>), TurntableError> {
@@ -51,18 +53,18 @@ impl Session<'_> {
     }
 
     /// Truth and reading at one rest; `None` where the truth needs a pose that is not known.
-    fn force(&self, pair: &Pair) -> Result<Option<ForceObservation<f64>>, TurntableError> {
+    fn force(&self, pair: &PairedRest) -> Result<Option<ForceObservation<f64>>, TurntableError> {
         let gravity = self.settings.gravity;
         let (reference, reference_covariance) = force_at(self.reference_unit, pair.reference);
-        let rest = RestPair {
-            interval: self.when(&pair.stretch),
+        let rest = RestReadings {
+            interval: self.when(&pair.segment),
             reference,
             reference_covariance,
-            target: pair.stretch.specific_force(),
+            target: pair.segment.specific_force(),
             up: self.ups.get(pair.reference).copied().flatten(),
         };
         match (self.settings.truth, &self.reference.mounting) {
-            (Truth::Reference, _) => Ok(Some(from_reference(&rest, &self.reference.sphere, gravity))),
+            (TruthSource::Reference, _) => Ok(Some(from_reference(&rest, &self.reference.sphere, gravity))),
             (truth, Some(mounting)) => Ok(from_poses(truth, &rest, mounting, gravity)),
             (_, None) => Err(TurntableError::NeedsPoses),
         }
@@ -72,9 +74,11 @@ impl Session<'_> {
     fn shared_force_error(&self) -> Matrix3<f64> {
         let sphere = &self.reference.sphere;
         match (self.settings.truth, &self.reference.mounting) {
-            (Truth::RotateMeasurement | Truth::RotateTruth, Some(mounting)) => mounting.covariance,
+            (TruthSource::RotateMeasurement | TruthSource::RotateTruth, Some(mounting)) => {
+                mounting.covariance
+            }
             // The ideal poses share no error that anybody knows of; the prior must only not be singular.
-            (Truth::Ideal, _) => Matrix3::identity() * 1e-18,
+            (TruthSource::Ideal, _) => Matrix3::identity() * 1e-18,
             _ => sphere.covariance * sphere.excess(),
         }
     }
@@ -82,7 +86,7 @@ impl Session<'_> {
     /// Variance of an element of M because the reference errs itself.
     fn systematic(&self) -> f64 {
         match self.settings.truth {
-            Truth::Reference => self.reference.sphere.model_variance() / self.settings.gravity.powi(2),
+            TruthSource::Reference => self.reference.sphere.model_variance() / self.settings.gravity.powi(2),
             _ => 0.0,
         }
     }

@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use tumble_core::noise::{Flicker, Interval, Noise};
-use tumble_core::turntable::observation::{Knowledge, Observation};
+use tumble_core::turntable::observation::{FitInputs, Observation};
 
 /// Beyond this many sigma residuals and ladder speak of different things, and the fit has another flaw than flicker.
 const AGREE: f64 = 4.0;
@@ -27,15 +27,15 @@ struct Axis {
     squares: f64,
 }
 
-/// The noise of a triad with what its residuals add to the knowledge of B^2.
+/// The noise of a triad with what its residuals add to the inputs of B^2.
 pub(super) fn refine<const P: usize, const Q: usize>(
     observations: &[Observation<f64, P, Q>],
-    knowledge: &Knowledge<f64, Q>,
+    inputs: &FitInputs<f64, Q>,
 ) -> [Noise<f64>; 3] {
-    let unchanged = knowledge.noise;
-    let remembered = remembered(observations, &knowledge.session);
+    let unchanged = inputs.noise;
+    let remembered = remembered(observations, &inputs.session);
     let axes: Option<Vec<Axis>> = (0..3)
-        .map(|axis| Axis::of(observations, knowledge, &remembered, axis))
+        .map(|axis| Axis::of(observations, inputs, &remembered, axis))
         .collect();
     let Some(axes) = axes else { return unchanged };
     let signal: f64 = axes.iter().map(|axis| axis.signal).sum();
@@ -68,13 +68,13 @@ pub(super) fn refine<const P: usize, const Q: usize>(
 /// a B^2 that is poorly known makes up most of it (docs/theory/noise.md, eq. 11).
 pub(super) fn variance_freedom<const P: usize, const Q: usize>(
     observations: &[Observation<f64, P, Q>],
-    knowledge: &Knowledge<f64, Q>,
+    inputs: &FitInputs<f64, Q>,
 ) -> f64 {
-    let noise = &knowledge.noise[0];
+    let noise = &inputs.noise[0];
     let variance = |noise: &Noise<f64>| -> f64 {
         observations
             .iter()
-            .map(|o| noise.covariance(&o.interval, &o.interval, &knowledge.session))
+            .map(|o| noise.covariance(&o.interval, &o.interval, &inputs.session))
             .sum()
     };
     let of_flicker = variance(&Noise { white: 0.0, ..*noise });
@@ -109,17 +109,17 @@ impl Axis {
     /// `None` where the regressors do not span their space.
     fn of<const P: usize, const Q: usize>(
         observations: &[Observation<f64, P, Q>],
-        knowledge: &Knowledge<f64, Q>,
+        inputs: &FitInputs<f64, Q>,
         remembered: &DMatrix<f64>,
         axis: usize,
     ) -> Option<Self> {
         let n = observations.len();
-        let m = knowledge.nominal.row(axis);
+        let m = inputs.nominal.row(axis);
         let sigma = DVector::from_iterator(
             n,
             observations.iter().map(|o| {
                 let of_truth = (m * o.truth_covariance * m.transpose())[0];
-                (knowledge.noise[axis].white / o.interval.duration() + of_truth).sqrt()
+                (inputs.noise[axis].white / o.interval.duration() + of_truth).sqrt()
             }),
         );
         let regressors = DMatrix::from_fn(n, P, |i, j| observations[i].regressor[j] / sigma[i]);

@@ -3,16 +3,16 @@
 use nalgebra::{Matrix6, Rotation3, Vector3};
 use tumble_core::noise::Interval;
 use tumble_core::turntable::fit::fit;
-use tumble_core::turntable::observation::Knowledge;
+use tumble_core::turntable::observation::FitInputs;
 use tumble_core::turntable::truth::{
-    RateObservation, ReferenceTurn, Truth, at_rest, turning, with_specific_force,
+    RateObservation, ReferenceTurn, TruthSource, at_rest, turning, with_specific_force,
 };
 
 use super::error::TurntableError;
 use super::flicker::refine;
-use super::pairing::Pair;
-use super::session::{LARGEST_RATE_BIAS, Session};
-use super::triad::{Label, Triad, finish};
+use super::pairing::PairedRest;
+use super::session::{LARGEST_RATE_BIAS, TargetSession};
+use super::triad::{Label, TriadCalibration, finish};
 use crate::acquisition::interval;
 
 /// The angular rate over one interval, and the mean specific force over it, m/s^2.
@@ -22,9 +22,9 @@ struct Rate {
     force: Vector3<f64>,
 }
 
-impl Session<'_> {
+impl TargetSession<'_> {
     /// Calibrates the gyroscope; `mounting` is what the accelerometer showed of it.
-    pub fn gyroscope(&self, mounting: &Rotation3<f64>) -> Result<Triad, TurntableError> {
+    pub fn gyroscope(&self, mounting: &Rotation3<f64>) -> Result<TriadCalibration, TurntableError> {
         let compensated = self.table_from_case();
         let back = compensated.unwrap_or_else(Rotation3::identity);
         let rates = self.rates(&back);
@@ -34,7 +34,7 @@ impl Session<'_> {
         } else {
             *mounting
         };
-        let mut knowledge = Knowledge {
+        let mut inputs = FitInputs {
             noise: self.unit.rate_noise(),
             session: self.span(),
             nominal: nominal.into_inner(),
@@ -44,20 +44,20 @@ impl Session<'_> {
         if self.settings.g_sensitivity {
             let coupled = |rate: &Rate| with_specific_force(&rate.observation, &rate.force);
             let observations: Vec<_> = rates.iter().map(coupled).collect();
-            knowledge.noise = refine(&observations, &knowledge);
-            let solved = fit::<f64, 7, 6, 27>(&observations, &knowledge)?;
-            return finish(&solved, &observations, labels, &knowledge, 0.0);
+            inputs.noise = refine(&observations, &inputs);
+            let solved = fit::<f64, 7, 6, 27>(&observations, &inputs)?;
+            return finish(&solved, &observations, labels, &inputs, 0.0);
         }
         let observations: Vec<_> = rates.iter().map(|rate| rate.observation).collect();
-        knowledge.noise = refine(&observations, &knowledge);
-        let solved = fit::<f64, 4, 6, 18>(&observations, &knowledge)?;
-        finish(&solved, &observations, labels, &knowledge, 0.0)
+        inputs.noise = refine(&observations, &inputs);
+        let solved = fit::<f64, 4, 6, 18>(&observations, &inputs)?;
+        finish(&solved, &observations, labels, &inputs, 0.0)
     }
 
     /// The rotation of the published compensation, where it is asked for.
     fn table_from_case(&self) -> Option<Rotation3<f64>> {
         let mounting = self.reference.mounting.as_ref()?;
-        (self.settings.truth == Truth::RotateMeasurement).then(|| mounting.rotation.inverse())
+        (self.settings.truth == TruthSource::RotateMeasurement).then(|| mounting.rotation.inverse())
     }
 
     /// Rests and turns in order of time. `back` turns truth and readings alike.
@@ -75,20 +75,20 @@ impl Session<'_> {
         rates
     }
 
-    fn at_rest(&self, pair: &Pair) -> Rate {
-        let reading = pair.stretch.angular_rate();
+    fn at_rest(&self, pair: &PairedRest) -> Rate {
+        let reading = pair.segment.angular_rate();
         let attitude = &self.reference.attitudes[pair.reference];
         let seen = &self.reference_unit.rests[pair.reference];
         Rate {
             label: Label::Rest(pair.reference),
-            observation: at_rest(self.when(&pair.stretch), reading, attitude, &self.reference.earth),
+            observation: at_rest(self.when(&pair.segment), reading, attitude, &self.reference.earth),
             force: seen.specific_force() - self.reference.sphere.bias,
         }
     }
 
     /// The turn between two rests; `None` where one of the units did not record all of it.
-    fn turn(&self, pair: &Pair, next: &Pair) -> Option<Rate> {
-        let whole = |turn: &tumble_core::segmenter::Stretch<f64>| turn.complete;
+    fn turn(&self, pair: &PairedRest, next: &PairedRest) -> Option<Rate> {
+        let whole = |turn: &tumble_core::segmenter::Segment<f64>| turn.complete;
         let seen = self
             .reference_unit
             .between(pair.reference, next.reference)
@@ -111,8 +111,8 @@ impl Session<'_> {
     /// Where the target was cut later or earlier than the reference, the Earth went on turning: rad.
     fn earth_between_cuts(
         &self,
-        pair: &Pair,
-        next: &Pair,
+        pair: &PairedRest,
+        next: &PairedRest,
         seen: &Interval<f64>,
         felt: &Interval<f64>,
     ) -> Vector3<f64> {

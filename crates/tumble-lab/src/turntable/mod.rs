@@ -16,6 +16,6 @@ mod triad;
 
 pub use error::{PairingError, TurntableError};
 pub use reference::{Reference, Ups, force_sigma, own_sphere, poses, rate_sigma, understand};
-pub use settings::{Clocks, FEWEST_RESTS, Settings};
+pub use settings::{Clocks, FEWEST_RESTS, TurntableSettings};
 pub use target::{Target, calibrate};
-pub use triad::{Label, Triad};
+pub use triad::{Label, TriadCalibration};

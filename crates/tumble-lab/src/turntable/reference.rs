@@ -8,7 +8,7 @@ use tumble_core::turntable::reference::{EarthFit, GyroscopeRest, SphereFit, fit_
 use tumble_core::turntable::truth::Attitude;
 
 use super::error::TurntableError;
-use super::settings::{FEWEST_RESTS, Settings};
+use super::settings::{FEWEST_RESTS, TurntableSettings};
 use crate::acquisition::{Acquired, interval};
 
 /// Up direction of each rest of the reference in the table frame, where its pose is known.
@@ -61,7 +61,11 @@ pub fn rate_sigma(unit: &Acquired, k: usize) -> Vector3<f64> {
 ///
 /// # Errors
 /// [`TurntableError`] as it says.
-pub fn understand(unit: &Acquired, ups: &Ups, settings: &Settings) -> Result<Reference, TurntableError> {
+pub fn understand(
+    unit: &Acquired,
+    ups: &Ups,
+    settings: &TurntableSettings,
+) -> Result<Reference, TurntableError> {
     if unit.rests.len() < FEWEST_RESTS {
         return Err(TurntableError::TooFewRests {
             found: unit.rests.len(),

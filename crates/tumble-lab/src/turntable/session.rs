@@ -1,11 +1,11 @@
 //! A target beside its reference, with all that both steps of its calibration need.
 
 use tumble_core::noise::Interval;
-use tumble_core::segmenter::Stretch;
+use tumble_core::segmenter::Segment;
 
-use super::pairing::{Pair, Pairing};
+use super::pairing::{PairedRest, Pairing};
 use super::reference::{Reference, Ups};
-use super::settings::Settings;
+use super::settings::TurntableSettings;
 use crate::acquisition::{Acquired, interval};
 
 /// Largest plausible bias of a target accelerometer, m/s^2.
@@ -15,7 +15,7 @@ pub(super) const LARGEST_FORCE_BIAS: f64 = 20.0;
 pub(super) const LARGEST_RATE_BIAS: f64 = 1.0;
 
 /// One target of a session.
-pub(super) struct Session<'a> {
+pub(super) struct TargetSession<'a> {
     /// What the reference recorded.
     pub reference_unit: &'a Acquired,
     /// The reference, understood.
@@ -27,12 +27,12 @@ pub(super) struct Session<'a> {
     /// Up of each rest of the reference in the table frame.
     pub ups: &'a Ups,
     /// How to calibrate.
-    pub settings: &'a Settings,
+    pub settings: &'a TurntableSettings,
 }
 
-impl Session<'_> {
-    /// When a stretch of the target took place, on the clock of the reference.
-    pub fn when(&self, own: &Stretch<f64>) -> Interval<f64> {
+impl TargetSession<'_> {
+    /// When a segment of the target took place, on the clock of the reference.
+    pub fn when(&self, own: &Segment<f64>) -> Interval<f64> {
         let own = interval(own);
         Interval {
             start: self.pairing.clock.to_reference(own.start),
@@ -42,7 +42,7 @@ impl Session<'_> {
 
     /// From the first rest both saw to the last: the bias is the mean over it.
     pub fn span(&self) -> Interval<f64> {
-        let when = |k: Option<&Pair>| k.map(|pair| self.when(&pair.stretch));
+        let when = |k: Option<&PairedRest>| k.map(|pair| self.when(&pair.segment));
         let (first, last) = (when(self.pairing.pairs.first()), when(self.pairing.pairs.last()));
         Interval {
             start: first.map_or(0.0, |rest| rest.start),

@@ -1,6 +1,6 @@
 //! How to calibrate on a turntable.
 
-use tumble_core::turntable::truth::Truth;
+use tumble_core::turntable::truth::TruthSource;
 
 /// Rests that twelve unknowns of three axes need.
 pub const FEWEST_RESTS: usize = 4;
@@ -18,13 +18,13 @@ pub enum Clocks {
 
 /// How to calibrate.
 #[derive(Clone, Copy, Debug)]
-pub struct Settings {
+pub struct TurntableSettings {
     /// Local gravity, m/s^2.
     pub gravity: f64,
     /// Latitude, rad, where it is known: it fixes the upward part of the Earth's rotation.
     pub latitude: Option<f64>,
     /// Where the truth comes from.
-    pub truth: Truth,
+    pub truth: TruthSource,
     /// How the clocks are related.
     pub clocks: Clocks,
     /// Whether to fit the gyroscope's sensitivity to specific force.

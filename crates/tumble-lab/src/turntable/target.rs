@@ -3,9 +3,9 @@
 use super::error::TurntableError;
 use super::pairing::{Pairing, pair};
 use super::reference::{Reference, Ups};
-use super::session::Session;
-use super::settings::{FEWEST_RESTS, Settings};
-use super::triad::Triad;
+use super::session::TargetSession;
+use super::settings::{FEWEST_RESTS, TurntableSettings};
+use super::triad::TriadCalibration;
 use crate::acquisition::Acquired;
 
 /// A target, calibrated.
@@ -14,9 +14,9 @@ pub struct Target {
     /// How it was laid beside the reference.
     pub pairing: Pairing,
     /// Accelerometer.
-    pub accelerometer: Triad,
+    pub accelerometer: TriadCalibration,
     /// Gyroscope.
-    pub gyroscope: Triad,
+    pub gyroscope: TriadCalibration,
 }
 
 /// Calibrates one target.
@@ -28,7 +28,7 @@ pub fn calibrate(
     reference: &Reference,
     unit: &Acquired,
     ups: &Ups,
-    settings: &Settings,
+    settings: &TurntableSettings,
 ) -> Result<Target, TurntableError> {
     let pairing = pair(reference_unit, unit, settings.clocks)?;
     if pairing.pairs.len() < FEWEST_RESTS {
@@ -37,7 +37,7 @@ pub fn calibrate(
             needed: FEWEST_RESTS,
         });
     }
-    let session = Session {
+    let session = TargetSession {
         reference_unit,
         reference,
         unit,

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::model::{Covariance, Decomposition, ErrorModel};
 use tumble_core::turntable::fit::TriadFit;
-use tumble_core::turntable::observation::{Knowledge, Observation};
+use tumble_core::turntable::observation::{FitInputs, Observation};
 
 use super::error::TurntableError;
 use super::flicker::variance_freedom;
@@ -11,7 +11,7 @@ use super::reference::mean_covariance;
 
 /// Calibration of one triad with all that goes with it.
 #[derive(Clone, Debug)]
-pub struct Triad {
+pub struct TriadCalibration {
     /// M and b.
     pub model: ErrorModel<f64>,
     /// Of `[M row by row, b]`.
@@ -67,13 +67,13 @@ pub(super) fn finish<const P: usize, const Q: usize>(
     solved: &TriadFit<f64, Q>,
     observations: &[Observation<f64, P, Q>],
     labels: Vec<Label>,
-    knowledge: &Knowledge<f64, Q>,
+    inputs: &FitInputs<f64, Q>,
     systematic: f64,
-) -> Result<Triad, TurntableError> {
+) -> Result<TriadCalibration, TurntableError> {
     let parts = solved.model.decompose()?;
     let m = solved.model.matrix;
     let residuals = observations.iter().map(|observation| {
-        let own = mean_covariance(&knowledge.noise, &observation.interval, &knowledge.session);
+        let own = mean_covariance(&inputs.noise, &observation.interval, &inputs.session);
         let sigma = (own + m * observation.truth_covariance * m.transpose())
             .diagonal()
             .map(f64::sqrt);
@@ -84,7 +84,7 @@ pub(super) fn finish<const P: usize, const Q: usize>(
     for i in 0..9 {
         covariance[(i, i)] += systematic;
     }
-    Ok(Triad {
+    Ok(TriadCalibration {
         model: solved.model,
         covariance,
         observed: solved.observed,
@@ -93,7 +93,7 @@ pub(super) fn finish<const P: usize, const Q: usize>(
         g_sensitivity: solved.g_sensitivity.map(|(g, sigma)| (g, sigma * widened.sqrt())),
         rank: solved.rank,
         widened,
-        variance_freedom: variance_freedom(observations, knowledge),
+        variance_freedom: variance_freedom(observations, inputs),
         chi_square: solved.chi_square,
         degrees_of_freedom: solved.degrees_of_freedom,
         residuals: residuals.collect(),

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use proptest::prelude::*;
 use tumble_core::real::seconds;
 use tumble_core::segmenter::SegmenterSettings;
-use tumble_lab::acquisition::health::FaultKind;
+use tumble_lab::acquisition::channels::ChannelFaultKind;
 use tumble_lab::acquisition::{Acquired, Acquisition, interval};
 
 use crate::common::{Draws, cases};
@@ -180,7 +180,7 @@ fn a_turn_in_which_a_gyroscope_reached_its_range_is_not_complete() {
     assert_eq!(found.faults.len(), 1, "{:?}", found.faults);
     assert_eq!(
         (found.faults[0].channel, found.faults[0].kind),
-        (5, FaultKind::SaturatedInMotion)
+        (5, ChannelFaultKind::SaturatedInMotion)
     );
     assert!((found.faults[0].value - 2.6).abs() < 1e-12);
     for (k, turn) in found.turns.iter().enumerate() {

@@ -3,9 +3,9 @@
 use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
 use proptest::prelude::*;
 use tumble_lab::align::coarse::{correlations, peaks};
-use tumble_lab::align::robust::{Belief, covariance, step};
-use tumble_lab::align::track::{Track, Triangle, rate_of};
-use tumble_lab::align::{AlignSettings, Refusal, align};
+use tumble_lab::align::robust::{GaussianPrior, covariance, step};
+use tumble_lab::align::samples::{Triangle, UnitSamples, rate_of};
+use tumble_lab::align::{AlignError, AlignSettings, align};
 
 use crate::common::{Draws, assert_close, rotation, vector};
 
@@ -23,8 +23,8 @@ impl Samples {
         Self { time, force, rate }
     }
 
-    fn track(&self) -> Track<'_> {
-        Track::new(&self.time, &self.force, &self.rate)
+    fn track(&self) -> UnitSamples<'_> {
+        UnitSamples::new(&self.time, &self.force, &self.rate)
     }
 }
 
@@ -164,7 +164,7 @@ fn sigmas_of_a_robust_fit_are_those_of_its_errors_outliers_or_not() {
 }
 
 fn fitted(rows: &[(SMatrix<f64, 3, 2>, Vector3<f64>)]) -> (Vector2<f64>, SMatrix<f64, 2, 2>) {
-    let belief = Belief {
+    let belief = GaussianPrior {
         precision: SMatrix::identity() * 1e-6,
         missing: SVector::zeros(),
     };
@@ -183,7 +183,7 @@ fn fitted(rows: &[(SMatrix<f64, 3, 2>, Vector3<f64>)]) -> (Vector2<f64>, SMatrix
 
 #[test]
 fn a_fit_to_rows_that_are_not_finite_is_none() {
-    let belief = Belief {
+    let belief = GaussianPrior {
         precision: SMatrix::<f64, 1, 1>::identity(),
         missing: SVector::zeros(),
     };
@@ -199,6 +199,6 @@ fn units_without_a_sample_or_a_moment_in_common_are_refused() {
     let settings = AlignSettings::default();
     for (primary, secondary) in [(&none, &some), (&some, &none), (&none, &none), (&some, &later)] {
         let refusal = align(&primary.track(), &secondary.track(), &settings).err();
-        assert_eq!(refusal, Some(Refusal::NothingInCommon));
+        assert_eq!(refusal, Some(AlignError::NothingInCommon));
     }
 }

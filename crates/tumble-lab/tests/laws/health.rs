@@ -3,7 +3,7 @@
 use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
 use tumble_lab::acquisition::Acquired;
-use tumble_lab::acquisition::health::FaultKind;
+use tumble_lab::acquisition::channels::ChannelFaultKind;
 
 use crate::common::{Draws, cases};
 use crate::stream::{Phase, Unit};
@@ -13,7 +13,7 @@ fn recording(seed: u64) -> Recording {
     Recording::of(&six_faces(2.5), &Unit::noisy(0.02, 0.002), &mut Draws::new(seed))
 }
 
-fn faults(found: &Acquired) -> Vec<(usize, FaultKind, f64)> {
+fn faults(found: &Acquired) -> Vec<(usize, ChannelFaultKind, f64)> {
     found
         .faults
         .iter()
@@ -42,7 +42,7 @@ proptest! {
     #[test]
     fn a_channel_that_shows_one_value_from_beginning_to_end_is_stuck(channel in 0..6_usize, value in -5.0..5.0_f64, seed in any::<u64>()) {
         let found = spoil(recording(seed), channel, -1.0, |_| value).acquire();
-        prop_assert_eq!(faults(&found), vec![(channel, FaultKind::Stuck, value)]);
+        prop_assert_eq!(faults(&found), vec![(channel, ChannelFaultKind::Stuck, value)]);
         prop_assert!(found.faults[0].span.0 < 0.1 && found.faults[0].span.1 > 20.0);
     }
 
@@ -50,7 +50,7 @@ proptest! {
     fn a_channel_that_falls_silent_is_stuck_from_then_on(channel in 0..6_usize, value in -0.3..0.3_f64, seed in any::<u64>()) {
         // From the middle of the third rest to the end: four turns.
         let found = spoil(recording(seed), channel, 9.0, |_| value).acquire();
-        prop_assert_eq!(faults(&found), vec![(channel, FaultKind::Stuck, value)]);
+        prop_assert_eq!(faults(&found), vec![(channel, ChannelFaultKind::Stuck, value)]);
         prop_assert!((found.faults[0].span.0 - 9.0).abs() < 0.2, "{:?}", found.faults);
     }
 
@@ -60,7 +60,7 @@ proptest! {
         let limit = if high { 9.5 } else { -9.5 };
         let clip = |y: f64| if high { y.min(limit) } else { y.max(limit) };
         let found = spoil(recording(seed), channel, -1.0, clip).acquire();
-        prop_assert_eq!(faults(&found), vec![(channel, FaultKind::SaturatedAtRest, limit)]);
+        prop_assert_eq!(faults(&found), vec![(channel, ChannelFaultKind::SaturatedAtRest, limit)]);
     }
 
     #[test]
@@ -70,7 +70,7 @@ proptest! {
         // Turns about every axis reach two rad/s and more, all of them one way.
         let found: Vec<_> = faults(&found);
         prop_assert_eq!(found.len(), 3, "{:?}", found);
-        prop_assert!(found.iter().all(|(channel, kind, value)| *channel >= 3 && *kind == FaultKind::SaturatedInMotion && (value - limit).abs() < 1e-12));
+        prop_assert!(found.iter().all(|(channel, kind, value)| *channel >= 3 && *kind == ChannelFaultKind::SaturatedInMotion && (value - limit).abs() < 1e-12));
     }
 
     #[test]
@@ -116,7 +116,7 @@ fn a_unit_that_only_rested_is_not_said_to_be_saturated() {
         found
             .faults
             .iter()
-            .all(|fault| fault.kind != FaultKind::SaturatedAtRest),
+            .all(|fault| fault.kind != ChannelFaultKind::SaturatedAtRest),
         "{:?}",
         found.faults
     );

@@ -116,7 +116,7 @@ fn a_rest_of_the_target_that_broke_in_two_without_moving_is_joined() {
     let pairs: Vec<_> = pairing.pairs.iter().map(|pair| pair.target).collect();
     assert_eq!(pairs, [(0, 0), (1, 1), (2, 3), (4, 4), (5, 5), (6, 6), (7, 7)]);
     let both = felt.rests[2].moments.samples() + felt.rests[3].moments.samples();
-    assert_eq!(pairing.pairs[2].stretch.moments.samples(), both);
+    assert_eq!(pairing.pairs[2].segment.moments.samples(), both);
 }
 
 #[test]

@@ -2,14 +2,14 @@
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
-use tumble_core::segmenter::{Segmenter, SegmenterSettings, Stretch};
+use tumble_core::segmenter::{Segment, Segmenter, SegmenterSettings};
 use tumble_lab::acquisition::trace::Trace;
 
 use crate::common::{Draws, cases};
 use crate::stream::{Phase, Unit, samples};
 
 /// A block of a stream, moved in time.
-fn block(k: u64) -> Stretch<f64> {
+fn block(k: u64) -> Segment<f64> {
     let stream = samples(
         &[Phase::Rest(0.2)],
         &Vector3::z(),
@@ -36,7 +36,7 @@ proptest! {
         let first = block(0);
         let length = first.end - first.start;
         for k in 0..count as u64 {
-            trace.push(&Stretch { start: k * length, end: (k + 1) * length, ..first });
+            trace.push(&Segment { start: k * length, end: (k + 1) * length, ..first });
         }
         let points = trace.points();
         prop_assert!(points.len() < 4096);

@@ -4,20 +4,21 @@ use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
 use tumble_core::gravity::STANDARD;
 use tumble_core::model::{ErrorModel, ModelError};
-use tumble_core::turntable::truth::Truth;
+use tumble_core::turntable::truth::TruthSource;
 use tumble_lab::acquisition::Acquired;
 use tumble_lab::turntable::{
-    Clocks, Label, PairingError, Reference, Settings, Target, Triad, TurntableError, calibrate, understand,
+    Clocks, Label, PairingError, Reference, Target, TriadCalibration, TurntableError, TurntableSettings,
+    calibrate, understand,
 };
 
 use crate::common::{Draws, cases, rotation};
 use crate::stream::{Phase, Unit};
 use crate::unit::{Recording, on_the_grid, poor_model, six_faces};
 
-const SETTINGS: Settings = Settings {
+const SETTINGS: TurntableSettings = TurntableSettings {
     gravity: STANDARD,
     latitude: None,
-    truth: Truth::Reference,
+    truth: TruthSource::Reference,
     clocks: Clocks::Shared,
     g_sensitivity: false,
 };
@@ -56,7 +57,7 @@ fn session(
 fn calibrated(
     seen: &Acquired,
     felt: &Acquired,
-    settings: &Settings,
+    settings: &TurntableSettings,
 ) -> Result<(Reference, Target), TurntableError> {
     let ups = vec![None; seen.rests.len()];
     let reference = understand(seen, &ups, settings)?;
@@ -65,7 +66,7 @@ fn calibrated(
 }
 
 /// Largest error in sigma, and in absolute terms.
-fn misses(triad: &Triad, truth: &ErrorModel<f64>) -> (f64, f64) {
+fn misses(triad: &TriadCalibration, truth: &ErrorModel<f64>) -> (f64, f64) {
     let errors = (0..12).map(|i| {
         let error = if i < 9 {
             triad.model.matrix[(i / 3, i % 3)] - truth.matrix[(i / 3, i % 3)]
@@ -114,7 +115,7 @@ proptest! {
             .change(|f| force.measure(&f), |w| rate.measure(&w))
             .on_clock(offset, skew, 0)
             .acquire();
-        let apart = Settings { clocks: Clocks::Apart, ..SETTINGS };
+        let apart = TurntableSettings { clocks: Clocks::Apart, ..SETTINGS };
         let (_, target) = calibrated(&seen, &felt, &apart).expect("a good session");
         prop_assert!(misses(&target.accelerometer, &force).0 < 5.5);
         // A second of the target's clock is not one of the reference's: the gyroscope is off by the skew in scale.
@@ -140,23 +141,23 @@ fn the_three_truths_agree_for_a_perfect_table_and_one_holds_to_first_order() {
         .iter()
         .map(|rest| Some(rest.specific_force().normalize()))
         .collect();
-    let with = |truth: Truth| {
-        let settings = Settings { truth, ..SETTINGS };
+    let with = |truth: TruthSource| {
+        let settings = TurntableSettings { truth, ..SETTINGS };
         let reference = understand(&seen, &ups, &settings).expect("poses");
         let angle = reference.mounting.expect("poses are known").rotation * mounting.inverse();
         assert!(angle.angle() < 1e-4, "{}", angle.angle());
         let target = calibrate(&seen, &reference, &felt, &ups, &settings).expect("a good session");
         misses(&target.accelerometer, &force)
     };
-    for truth in [Truth::Reference, Truth::RotateTruth] {
+    for truth in [TruthSource::Reference, TruthSource::RotateTruth] {
         let (sigmas, most) = with(truth);
         assert!(sigmas < 5.0 && most < 0.006, "{truth:?}: {sigmas} sigma, {most}");
     }
     // The published compensation turns the bias of 0.3 m/s^2 with the reading, by 27 mrad: 5 to 8 mm/s^2.
-    let (_, most) = with(Truth::RotateMeasurement);
+    let (_, most) = with(TruthSource::RotateMeasurement);
     assert!((0.004..0.02).contains(&most), "{most}");
     // Without compensation M takes up the mounting.
-    let (_, most) = with(Truth::Ideal);
+    let (_, most) = with(TruthSource::Ideal);
     assert!((0.015..0.03).contains(&most), "{most}");
 }
 
@@ -212,8 +213,8 @@ fn a_truth_that_needs_poses_says_so_where_there_are_none() {
         &poor_model(0.02),
         54,
     );
-    let settings = Settings {
-        truth: Truth::RotateTruth,
+    let settings = TurntableSettings {
+        truth: TruthSource::RotateTruth,
         ..SETTINGS
     };
     assert_eq!(

@@ -4,7 +4,7 @@ use tumble_core::noise::Interval;
 use tumble_core::real::seconds;
 use tumble_core::turntable::clock::{ClockFit, TurnMark, centre_sigma, fit_clock, search_offset};
 
-use super::rests::{Met, Pair, Pairing, reference_stayed_put, stayed_put};
+use super::rests::{Met, PairedRest, Pairing, reference_stayed_put, stayed_put};
 use crate::acquisition::{Acquired, interval};
 use crate::turntable::error::PairingError;
 use crate::turntable::settings::{Clocks, FEWEST_RESTS};
@@ -123,18 +123,21 @@ fn meet(reference: &Acquired, target: &Acquired, clock: &ClockFit<f64>) -> Resul
             continue;
         };
         stayed_put(target, k, first, last)?;
-        if pairs.last().is_some_and(|pair: &Pair| pair.target.1 >= first) {
+        if pairs
+            .last()
+            .is_some_and(|pair: &PairedRest| pair.target.1 >= first)
+        {
             reference_stayed_put(reference, k)?;
             continued.push(k);
             continue;
         }
-        let Some(stretch) = target.joined(first, last) else {
+        let Some(segment) = target.joined(first, last) else {
             continue;
         };
-        pairs.push(Pair {
+        pairs.push(PairedRest {
             reference: k,
             target: (first, last),
-            stretch,
+            segment,
         });
     }
     Ok((pairs, continued))

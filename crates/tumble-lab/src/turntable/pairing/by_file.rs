@@ -5,7 +5,7 @@
 use tumble_core::real::seconds;
 use tumble_core::turntable::clock::ClockFit;
 
-use super::rests::{Met, Pair, Pairing, reference_stayed_put, stayed_put};
+use super::rests::{Met, PairedRest, Pairing, reference_stayed_put, stayed_put};
 use crate::acquisition::Acquired;
 use crate::turntable::error::PairingError;
 
@@ -49,10 +49,10 @@ fn meet(
     theirs: &[usize],
 ) -> Result<Met, PairingError> {
     let one = |k: usize, first: usize, last: usize| {
-        target.joined(first, last).map(|stretch| Pair {
+        target.joined(first, last).map(|segment| PairedRest {
             reference: k,
             target: (first, last),
-            stretch,
+            segment,
         })
     };
     if ours.len() == theirs.len() {

@@ -8,7 +8,7 @@ mod by_clock;
 mod by_file;
 mod rests;
 
-pub use rests::{Pair, Pairing};
+pub use rests::{PairedRest, Pairing};
 
 /// Lays the target beside the reference.
 ///

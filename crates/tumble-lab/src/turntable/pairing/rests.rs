@@ -1,7 +1,7 @@
 //! Rests that two units saw, and whether both stood still for each.
 
 use tumble_core::real::seconds;
-use tumble_core::segmenter::Stretch;
+use tumble_core::segmenter::Segment;
 use tumble_core::turntable::clock::ClockFit;
 
 use crate::acquisition::Acquired;
@@ -9,13 +9,13 @@ use crate::turntable::error::PairingError;
 
 /// A rest both units saw.
 #[derive(Clone, Debug)]
-pub struct Pair {
+pub struct PairedRest {
     /// Index of the reference rest.
     pub reference: usize,
     /// First and last of the target's rests within it.
     pub target: (usize, usize),
     /// The target's rest, joined.
-    pub stretch: Stretch<f64>,
+    pub segment: Segment<f64>,
 }
 
 /// Both units laid beside each other.
@@ -26,7 +26,7 @@ pub struct Pairing {
     /// Whether one clock stamped both.
     pub shared: bool,
     /// Rests both saw, in order.
-    pub pairs: Vec<Pair>,
+    pub pairs: Vec<PairedRest>,
     /// Rests of the reference that only go on with the one before, as the target shows.
     pub continued: Vec<usize>,
     /// Offset the turns show although the clocks were said to be shared, s, with its sigma.
@@ -34,7 +34,7 @@ pub struct Pairing {
 }
 
 /// Rests both saw, and those of the reference that only go on with the one before.
-pub(super) type Met = (Vec<Pair>, Vec<usize>);
+pub(super) type Met = (Vec<PairedRest>, Vec<usize>);
 
 /// Turning of gravity within one rest that a target at peace does not show, rad.
 const MOVED: f64 = 0.005;

@@ -2,15 +2,15 @@
 
 use tumble_core::real::seconds;
 use tumble_core::sample::CHANNELS;
-use tumble_core::segmenter::Stretch;
+use tumble_core::segmenter::Segment;
 
 /// What is wrong with a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fault {
+pub struct ChannelFault {
     /// Index of the channel.
     pub channel: usize,
     /// What it does.
-    pub kind: FaultKind,
+    pub kind: ChannelFaultKind,
     /// The value it holds, SI.
     pub value: f64,
     /// When it was first and last seen, s since the origin.
@@ -19,7 +19,7 @@ pub struct Fault {
 
 /// Ways for a channel to fail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FaultKind {
+pub enum ChannelFaultKind {
     /// One value for the whole recording, from some time on, or for several turns on end.
     Stuck,
     /// At the end of its range in a rest.
@@ -30,7 +30,7 @@ pub enum FaultKind {
 
 /// Watches the six channels, sample by sample and block by block.
 #[derive(Clone, Debug)]
-pub struct Channels {
+pub struct ChannelMonitor {
     ends: [[End; 2]; CHANNELS],
     levels: [Levels; CHANNELS],
 }
@@ -130,7 +130,7 @@ impl End {
 }
 
 impl Levels {
-    fn push(&mut self, block: &Stretch<f64>, mean: f64, variance: f64) {
+    fn push(&mut self, block: &Segment<f64>, mean: f64, variance: f64) {
         let fresh = self.highest == f64::NEG_INFINITY;
         if fresh {
             self.first = block.start;
@@ -152,7 +152,7 @@ impl Levels {
     }
 
     /// When and at what value it stuck, if it had noise until then, and none after, not even in the last turn.
-    fn stuck_to_the_end(&self, turns: &[&Stretch<f64>]) -> Option<(u64, f64)> {
+    fn stuck_to_the_end(&self, turns: &[&Segment<f64>]) -> Option<(u64, f64)> {
         let first = self.frozen.first()?;
         let lasts = self.frozen_last == self.frozen.len();
         let value = self.slept_through(turns.last()?)?;
@@ -160,7 +160,7 @@ impl Levels {
     }
 
     /// The one value shown all through a turn, if it was one.
-    fn slept_through(&self, turn: &Stretch<f64>) -> Option<f64> {
+    fn slept_through(&self, turn: &Segment<f64>) -> Option<f64> {
         let within = |frozen: &&Frozen| turn.start <= frozen.start && frozen.start < turn.end;
         let value = self.frozen.iter().find(within)?.value;
         let asleep: u64 = self
@@ -175,18 +175,18 @@ impl Levels {
 }
 
 /// Whether a unit turned at all between two rests: they may be parts of one.
-fn has_turned(turn: &Stretch<f64>, before: &Stretch<f64>, after: &Stretch<f64>) -> bool {
+fn has_turned(turn: &Segment<f64>, before: &Segment<f64>, after: &Segment<f64>) -> bool {
     let gravity = before.specific_force().angle(&after.specific_force());
     gravity.max(turn.angle().norm()) > TURNED
 }
 
-impl Default for Channels {
+impl Default for ChannelMonitor {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl Channels {
+impl ChannelMonitor {
     /// Nothing seen yet.
     pub fn new() -> Self {
         let levels = Levels {
@@ -218,7 +218,7 @@ impl Channels {
     }
 
     /// Takes in a block.
-    pub fn push_block(&mut self, block: &Stretch<f64>) {
+    pub fn push_block(&mut self, block: &Segment<f64>) {
         let variance = block.moments.variance();
         for ((levels, &mean), &variance) in self.levels.iter_mut().zip(block.moments.mean()).zip(&variance) {
             levels.push(block, mean, variance);
@@ -226,7 +226,7 @@ impl Channels {
     }
 
     /// What is wrong, given the rests that are used and the turns between them.
-    pub fn faults(&self, rests: &[Stretch<f64>], turns: &[Stretch<f64>]) -> Vec<Fault> {
+    pub fn faults(&self, rests: &[Segment<f64>], turns: &[Segment<f64>]) -> Vec<ChannelFault> {
         let turned: Vec<_> = turns
             .iter()
             .zip(rests.windows(2))
@@ -243,11 +243,11 @@ impl Channels {
     }
 
     /// A channel that never moved, that fell silent, or that slept through several turns in a row.
-    fn stuck(&self, channel: usize, turns: &[&Stretch<f64>]) -> Option<Fault> {
+    fn stuck(&self, channel: usize, turns: &[&Segment<f64>]) -> Option<ChannelFault> {
         let levels = &self.levels[channel];
-        let fault = |value, first, last| Fault {
+        let fault = |value, first, last| ChannelFault {
             channel,
-            kind: FaultKind::Stuck,
+            kind: ChannelFaultKind::Stuck,
             value,
             span: (seconds(first), seconds(last)),
         };
@@ -267,14 +267,14 @@ impl Channels {
 
     /// A coarse sensor holds its value in any rest; one at the end of its range holds it nowhere else, and there for
     /// most of the rest: one step above the noise, a value may repeat for a block by chance.
-    fn at_rest(&self, channel: usize, rests: &[Stretch<f64>]) -> Option<Fault> {
+    fn at_rest(&self, channel: usize, rests: &[Segment<f64>]) -> Option<ChannelFault> {
         let levels = &self.levels[channel];
         let at_end = |value: f64| value == levels.highest || value == levels.lowest;
         if levels.frozen.iter().any(|frozen| !at_end(frozen.value)) {
             return None;
         }
-        let within = |frozen: &Frozen, rest: &Stretch<f64>| (rest.start..rest.end).contains(&frozen.start);
-        let pinned = |rest: &&Stretch<f64>| {
+        let within = |frozen: &Frozen, rest: &Segment<f64>| (rest.start..rest.end).contains(&frozen.start);
+        let pinned = |rest: &&Segment<f64>| {
             let frozen = levels.frozen.iter().filter(|frozen| within(frozen, rest));
             2 * frozen.map(|frozen| frozen.end - frozen.start).sum::<u64>() > rest.end - rest.start
         };
@@ -285,23 +285,23 @@ impl Channels {
             start: first, value, ..
         } = held.next()?;
         let last = held.next_back().map_or(first, |frozen| frozen.start);
-        Some(Fault {
+        Some(ChannelFault {
             channel,
-            kind: FaultKind::SaturatedAtRest,
+            kind: ChannelFaultKind::SaturatedAtRest,
             value,
             span: (seconds(first), seconds(last)),
         })
     }
 
-    fn in_motion(&self, channel: usize) -> Option<Fault> {
+    fn in_motion(&self, channel: usize) -> Option<ChannelFault> {
         let [low, high] = &self.ends[channel];
         let moving = MOVING[channel / 3];
         [(low, -1.0), (high, 1.0)]
             .into_iter()
             .find(|(end, _)| end.value > moving && end.piled_up())
-            .map(|(end, sign)| Fault {
+            .map(|(end, sign)| ChannelFault {
                 channel,
-                kind: FaultKind::SaturatedInMotion,
+                kind: ChannelFaultKind::SaturatedInMotion,
                 value: sign * end.value,
                 span: (seconds(end.first), seconds(end.last)),
             })

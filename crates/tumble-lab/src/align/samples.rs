@@ -22,7 +22,7 @@ const SMALLEST_RANGE: [f64; 2] = [15.0, 0.5];
 
 /// The samples of one unit, by its own clock.
 #[derive(Clone, Debug)]
-pub struct Track<'a> {
+pub struct UnitSamples<'a> {
     time: &'a [f64],
     force: &'a [[f64; 3]],
     rate: &'a [[f64; 3]],
@@ -38,7 +38,7 @@ pub struct Track<'a> {
 
 /// Means over one window. The window is long, but two in a row make a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Window<const N: usize> {
+pub struct WindowMoments<const N: usize> {
     /// Mean.
     pub mean: SVector<f64, N>,
     /// First moment about the middle, over the square of the length.
@@ -56,7 +56,7 @@ pub struct Triangle<const N: usize> {
 
 impl<const N: usize> Triangle<N> {
     /// Over a window and the following one, both `length` s long.
-    pub fn over(first: &Window<N>, second: &Window<N>, length: f64) -> Self {
+    pub fn over(first: &WindowMoments<N>, second: &WindowMoments<N>, length: f64) -> Self {
         Self {
             mean: (first.mean + second.mean) * 0.5 + first.moment - second.moment,
             slope: (second.mean - first.mean) / length,
@@ -64,7 +64,7 @@ impl<const N: usize> Triangle<N> {
     }
 }
 
-impl<'a> Track<'a> {
+impl<'a> UnitSamples<'a> {
     /// Judges every sample; the three slices are of one length, times ascend.
     pub fn new(time: &'a [f64], force: &'a [[f64; 3]], rate: &'a [[f64; 3]]) -> Self {
         let interval = usual_step(time);
@@ -105,7 +105,7 @@ impl<'a> Track<'a> {
     }
 
     /// Means of rate and specific force over windows from each edge to the next; ascending edges, this track's clock.
-    pub fn windows(&self, edges: &[f64]) -> Vec<Option<Window<MEASURED>>> {
+    pub fn windows(&self, edges: &[f64]) -> Vec<Option<WindowMoments<MEASURED>>> {
         self.means(edges, |i| {
             let (w, f) = (self.rate[i], self.force[i]);
             SVector::from([w[0], w[1], w[2], f[0], f[1], f[2]])
@@ -113,7 +113,7 @@ impl<'a> Track<'a> {
     }
 
     /// The same, with the products of rates: formed sample by sample, so that they are filtered like the rest.
-    pub fn windows_with_products(&self, edges: &[f64]) -> Vec<Option<Window<WITH_PRODUCTS>>> {
+    pub fn windows_with_products(&self, edges: &[f64]) -> Vec<Option<WindowMoments<WITH_PRODUCTS>>> {
         self.means(edges, |i| {
             let (w, f) = (self.rate[i], self.force[i]);
             SVector::from([
@@ -138,7 +138,7 @@ impl<'a> Track<'a> {
         &self,
         edges: &[f64],
         sample: impl Fn(usize) -> SVector<f64, N>,
-    ) -> Vec<Option<Window<N>>> {
+    ) -> Vec<Option<WindowMoments<N>>> {
         let mut step = 0;
         edges
             .windows(2)
@@ -161,7 +161,7 @@ impl<'a> Track<'a> {
         start: f64,
         end: f64,
         sample: &impl Fn(usize) -> SVector<f64, N>,
-    ) -> Option<Window<N>> {
+    ) -> Option<WindowMoments<N>> {
         let (middle, length) = (0.5 * (start + end), end - start);
         let (mut sum, mut moment) = (SVector::zeros(), SVector::zeros());
         while step < self.sound.len() && self.time[step] < end {
@@ -178,7 +178,7 @@ impl<'a> Track<'a> {
             }
             step += 1;
         }
-        Some(Window {
+        Some(WindowMoments {
             mean: sum / length,
             moment: moment / (length * length),
         })

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use tumble_core::real::Real;
 use tumble_core::rotation::rotation_of;
 use tumble_core::sample::{CHANNELS, Sample};
-use tumble_core::segmenter::{Segmenter, SegmenterSettings, Stretch};
+use tumble_core::segmenter::{Segment, Segmenter, SegmenterSettings};
 
 use crate::common::{
     Draws, assert_close, cases, cast, direction, double, rotation, rotation_vector, rounding, vector,
@@ -13,7 +13,7 @@ use crate::common::{
 use crate::stream::{INTERVAL, Phase, Unit, of, samples, segments, turns};
 
 /// The blocks of a stream, each a stretch of its own.
-fn blocks<T: Real>(samples: &[Sample<f64>]) -> Vec<Stretch<T>> {
+fn blocks<T: Real>(samples: &[Sample<f64>]) -> Vec<Segment<T>> {
     let mut segmenter = Segmenter::<T>::new(SegmenterSettings::default());
     let mut blocks = Vec::new();
     for sample in samples {
@@ -25,13 +25,13 @@ fn blocks<T: Real>(samples: &[Sample<f64>]) -> Vec<Stretch<T>> {
     blocks
 }
 
-fn joined<T: Real>(parts: &[Stretch<T>]) -> Stretch<T> {
+fn joined<T: Real>(parts: &[Segment<T>]) -> Segment<T> {
     let mut whole = parts[0];
     parts[1..].iter().for_each(|part| whole.append(part));
     whole
 }
 
-fn same<T: Real>(a: &Stretch<T>, b: &Stretch<T>, tolerance: f64) -> Result<(), TestCaseError> {
+fn same<T: Real>(a: &Segment<T>, b: &Segment<T>, tolerance: f64) -> Result<(), TestCaseError> {
     prop_assert_eq!((a.start, a.end, a.complete), (b.start, b.end, b.complete));
     prop_assert_eq!(a.moments.samples(), b.moments.samples());
     let near = |x: &[T; CHANNELS], y: &[T; CHANNELS]| {
