@@ -156,7 +156,7 @@ STACK_NAMES = {
     "SpinFinish": "the sample that completes a spin",
     "Push": "a sample of a redundant set",
     "Fit": "a sample with which a calibration is fitted",
-    "Restore": "taking up records after a start",
+    "Restore": "restoring records after a start",
     "Save": "saving a record",
 }
 INSTRUCTION_NAMES = {
@@ -166,7 +166,7 @@ INSTRUCTION_NAMES = {
     "Push": "a sample of a redundant set, 40 a second",
     "PushDense": "a sample of a redundant set, 200 a second",
     "Fit": "a sample with which a calibration is fitted",
-    "Restore": "taking up records after a start, with none and with four",
+    "Restore": "restoring records after a start, with none and with four",
     "Save": "saving a record",
     "SaveIntoAFullBank": "saving a record into a full bank",
 }

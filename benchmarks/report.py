@@ -325,10 +325,10 @@ def footprint(content: Content) -> Iterator[str]:
     yield ""
     yield (
         "Built for size, with link-time optimisation; flash less that of an image without Tumble. States are "
-        "what a caller sets aside, the stack is beside them. Instructions are counted by QEMU over the "
+        "what a caller sets aside; the stack comes on top. Instructions are counted by QEMU over the "
         "conformance vectors: 40 samples a second of each of three units, of which every second completes a "
-        "window, and the same flight with four samples more between two; 50 a second of the robot. Taking up "
-        "and saving records include the emulated flash."
+        "window, and the same flight with four samples more between two; 50 a second of the robot. "
+        "Restoring and saving records include the emulated flash."
     )
 
 
@@ -360,13 +360,14 @@ def five_figures(results: Mapping[str, Content]) -> Iterator[str]:
         (
             "Error of either procedure over the least that any unbiased method can reach (Cramér-Rao bound)",
             f"**{min(ratios):.2f} to {max(ratios):.2f}**",
-            f"1; {100 * min(covered):.0f} to {100 * max(covered):.0f} % of the 95 % intervals hold the truth",
+            f"1 is the least; 95 % intervals hold the truth in {100 * min(covered):.0f} to "
+            f"{100 * max(covered):.0f} %",
         ),
         (
             f"Redundant set, {campaign['missions']} simulated missions with faults: new calibrations "
             "that are worse than the one before",
             f"**{counts['wrongly adopted'] + counts['misled']} of {counts['adopted']}**",
-            f"0; {counts['misled']} of them because the primary itself was wrong",
+            f"in {counts['misled']} of them the primary itself was at fault",
         ),
         (
             "All of it on a Cortex-M4F",
