@@ -16,8 +16,8 @@ from rosbags.typesys.store import Typestore
 
 from benchmarks.settings import ORDER, design_scenario
 from tumble.logs import open_writer
-from tumble.procedures.simulate import simulate_turntable
 from tumble.recording import Chunk, FloatArray
+from tumble.simulate import simulate_turntable
 
 PIECE = 50_000
 """Samples written at a time."""

@@ -12,10 +12,10 @@ import numpy.typing as npt
 from benchmarks.redundancy_mission import LASTING, Mission
 from benchmarks.redundancy_truth import carried, corrected
 from tumble import _core
-from tumble.procedures.simulate.fault import FaultKind
-from tumble.procedures.simulate.flight import FlightTruth, SimulatedFlight
 from tumble.recording import FloatArray
 from tumble.results import TriadName
+from tumble.simulate.fault import FaultKind
+from tumble.simulate.flight import FlightTruth, SimulatedFlight
 
 SENSORS: tuple[TriadName, TriadName] = ("accelerometer", "gyroscope")
 SLOW = 0.5

@@ -41,10 +41,10 @@ from benchmarks.redundancy_output import judge_output
 from benchmarks.redundancy_triggers import judge_triggers
 from benchmarks.redundancy_truth import faulty, reference, spans
 from benchmarks.redundancy_verdict import Verdict
-from tumble.procedures.simulate.fault import Fault, FaultKind
-from tumble.procedures.simulate.flight import FlightTruth
 from tumble.recording import FloatArray
 from tumble.results import TriadName
+from tumble.simulate.fault import Fault, FaultKind
+from tumble.simulate.flight import FlightTruth
 
 MARGIN: dict[TriadName, float] = {"accelerometer": 0.03, "gyroscope": 0.003}
 """m/s^2 and rad/s."""

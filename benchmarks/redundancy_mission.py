@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tumble import _core
-from tumble.procedures.simulate.fault import AXES, Fault, FaultKind
-from tumble.procedures.simulate.flight import SimulatedFlight, simulate_flight
-from tumble.procedures.simulate.flight_scenario import VIBRATIONS, FlightScenario, FlightUnit, Motion
 from tumble.recording import FloatArray
 from tumble.results import TriadName
+from tumble.simulate.fault import AXES, Fault, FaultKind
+from tumble.simulate.flight import SimulatedFlight, simulate_flight
+from tumble.simulate.flight_scenario import VIBRATIONS, FlightScenario, FlightUnit, Motion
 
 GRADES = ("consumer", "industrial", "tactical")
 """Worst first."""

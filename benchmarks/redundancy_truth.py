@@ -6,12 +6,12 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.redundancy_mission import ALWAYS, LASTING, Mission
-from tumble.procedures.simulate.fault import Fault
-from tumble.procedures.simulate.flight import FlightTruth, SimulatedFlight, SimulatedFlightUnit
-from tumble.procedures.simulate.flight_scenario import FlightScenario
-from tumble.procedures.simulate.session import TriadTruth
 from tumble.recording import FloatArray
 from tumble.results import TriadName
+from tumble.simulate.fault import Fault
+from tumble.simulate.flight import FlightTruth, SimulatedFlight, SimulatedFlightUnit
+from tumble.simulate.flight_scenario import FlightScenario
+from tumble.simulate.session import TriadTruth
 
 SETTLING = 1.0
 """s after a passing fault, and around any, that are not judged: windows and filters have to run out."""

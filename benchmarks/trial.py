@@ -18,15 +18,15 @@ from benchmarks.bound import (
 )
 from benchmarks.noise import IntArray, covariance_of_means
 from benchmarks.settings import Cell
-from tumble.procedures.simulate import (
+from tumble.recording import FloatArray
+from tumble.results import TriadResult
+from tumble.simulate import (
     SimulatedTurntable,
     SimulatedUnit,
     TriadGrade,
     TriadTruth,
     simulate_turntable,
 )
-from tumble.recording import FloatArray
-from tumble.results import TriadResult
 
 
 @dataclass(frozen=True, slots=True)

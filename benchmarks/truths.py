@@ -27,9 +27,9 @@ import tumble
 from benchmarks.bound import parts
 from benchmarks.results import Content, machine, save
 from benchmarks.settings import design_scenario
-from tumble.procedures.simulate import TurntableScenario, simulate_turntable
 from tumble.recording import FloatArray
-from tumble.results import Truth
+from tumble.simulate import TurntableScenario, simulate_turntable
+from tumble.turntable.result import Truth
 
 TRUTHS: tuple[Truth, ...] = ("ideal", "rotate-measurement", "rotate-truth", "reference")
 assert set(TRUTHS) == set(get_args(Truth))

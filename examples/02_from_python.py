@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 import tumble
-from tumble.procedures.simulate import simulate_turntable
+from tumble.simulate import simulate_turntable
 
 
 def main() -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 import tumble
-from tumble.procedures.simulate import write_spin
+from tumble.simulate import write_spin
 
 
 def main(folder: Path) -> None:

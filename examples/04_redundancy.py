@@ -9,9 +9,9 @@ import sys
 from pathlib import Path
 
 import tumble
-from tumble.procedures.simulate import write_flight
-from tumble.procedures.simulate.fault import Fault
-from tumble.procedures.simulate.flight_scenario import FlightUnit
+from tumble.simulate import write_flight
+from tumble.simulate.fault import Fault
+from tumble.simulate.flight_scenario import FlightUnit
 
 UNITS = (
     FlightUnit(grade="industrial", ageing=0.0, faults=(Fault(kind="dead", start=130.0),)),

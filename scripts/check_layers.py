@@ -10,7 +10,7 @@ import json
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -33,47 +33,48 @@ DEVICE_CRATES = {"tumble-capi", "tumble-core", "tumble-store"}
 BORDER_CRATES = {"tumble-capi"}
 """C hands over pointers, which only unsafe code can follow."""
 
-LEAVES = {
-    "errors",
-    "files",
-    "recording",
-    "documents",
-    "factors",
-    "results",
-    "results_spin",
-    "results_align",
-    "results_redundancy",
-}
+PROCEDURES = {"align", "apply", "inspect", "redundancy", "simulate", "spin", "turntable"}
+"""Folders of one procedure each; their files have the layers `result`, `procedure`, `page` and `command`."""
+
+FILES_OF_A_RESULT = {"result", "poses", "limits"}
+"""Plain data of a procedure; files that users write of it among them."""
+FILES_OF_A_COMMAND = {"command", "summary", "explain"}
+"""What a procedure's command is made of; `command_live` is a command too.
+
+A folder `report` holds its pages, all other files are the procedure.
+"""
+
+DATA = {"errors", "files", "recording", "documents", "factors", "results"}
 """Shared data types and file access, which know nothing of ours above them."""
 
-MODULES: dict[str, set[str]] = {
+LAYERS: dict[str, set[str]] = {
     "errors": set(),
     "files": {"errors"},
     "recording": {"errors"},
     "documents": {"errors", "files", "recording"},
     "factors": {"recording"},
     "results": {"errors", "recording"},
-    "results_spin": {"errors", "recording", "results"},
-    "results_align": {"errors", "recording", "results"},
-    "results_redundancy": {"errors", "recording"},
-    "calibration_spin": LEAVES,
-    "calibration_redundancy": LEAVES,
-    "calibration": LEAVES | {"calibration_spin", "calibration_redundancy", "_core"},
-    "poses": LEAVES,
+    "result": DATA,
+    "calibration": DATA | {"result", "_core"},
     "logs": {"errors", "files", "recording"},
     "live": {"errors", "recording", "logs"},
-    "report": LEAVES,
-    "exports": LEAVES | {"calibration"},
-    "procedures": LEAVES | {"calibration", "poses", "logs", "live", "_core"},
-    "cli": LEAVES | {"calibration", "poses", "logs", "live", "report", "exports", "procedures"},
+    "gravity": {"errors", "_core"},
+    "acquisition": DATA | {"calibration", "logs", "gravity", "_core"},
+    "procedure": DATA | {"result", "calibration", "logs", "live", "gravity", "acquisition", "_core"},
+    "report": DATA,
+    "page": DATA | {"result", "report"},
+    "cli": DATA | {"logs"},
+    "command": DATA | {"result", "calibration", "logs", "live", "procedure", "report", "page", "cli"},
 }
-"""Which parts of the package each part may import, besides itself. `tumble` itself may import all of them."""
+"""Which layers each layer may import, besides itself. `tumble` itself may import all of them."""
 
-WHEN_ASKED = {("results", "report"), ("results_spin", "report"), ("results_redundancy", "report")}
-"""What one part may fetch of another inside a function only: a notebook asks a result for its table."""
+WHEN_ASKED = {("result", "page")}
+"""What a layer may fetch of another inside a function only: a notebook asks a result for its table."""
 
 NO_MATHEMATICS = {"numpy", "scipy"}
 """What the command line does not need, since it only passes things on."""
+
+ON_THE_COMMAND_LINE = {"cli", "command"}
 
 
 def rust_breaches() -> Iterator[str]:
@@ -133,29 +134,53 @@ def _without_tests(source: str) -> str:
 
 
 def python_breaches() -> Iterator[str]:
-    """Find imports within the package that its layers do not allow."""
+    """Find imports that the layers do not allow, and folders that import each other around."""
+    between: dict[str, set[str]] = {}
     for path in sorted(PACKAGE.rglob("*.py")):
-        relative = path.relative_to(PACKAGE)
-        part = relative.with_suffix("").parts[0]
-        if part == "__init__":
+        parts = path.relative_to(PACKAGE).with_suffix("").parts
+        layer = _layer(parts)
+        if parts == ("__init__",):
             continue
-        if part not in MODULES:
+        if layer not in LAYERS:
             yield f"{path.relative_to(ROOT)}: has no place in the layers; give it one in this script"
             continue
         for line, module, within_function in _imports(path):
-            top, *rest = module.split(".")
-            used = rest[0] if top == "tumble" and rest else None
+            top, *used = module.split(".")
             where = f"{path.relative_to(ROOT)}:{line}"
-            if top == "tumble" and used is None:
+            if top == "tumble" and not used:
                 yield f"{where}: imports the whole of tumble; name the part"
-            elif used is not None and used != part and not _allowed(part, used, within_function):
-                yield f"{where}: {part} may not import tumble.{used}"
-            if part == "cli" and top in NO_MATHEMATICS:
+            elif top == "tumble" and not _allowed(layer, _layer(used), within_function):
+                yield f"{where}: {layer} may not import tumble.{'.'.join(used)}"
+            elif top == "tumble" and not within_function and "result" not in (layer, _layer(used)):
+                between.setdefault(parts[0], set()).add(used[0])
+            if layer in ON_THE_COMMAND_LINE and top in NO_MATHEMATICS:
                 yield f"{where}: the command line holds no mathematics, so has no use for {top}"
+    yield from _circles(between)
 
 
-def _allowed(part: str, used: str, within_function: bool) -> bool:
-    return used in MODULES[part] or (within_function and (part, used) in WHEN_ASKED)
+def _layer(parts: Sequence[str]) -> str:
+    """Tell the layer of a file or module, given as its path within the package."""
+    if parts[0] not in PROCEDURES or len(parts) == 1:
+        return "procedure" if parts[0] in PROCEDURES else parts[0]
+    file = parts[1]
+    if file in FILES_OF_A_RESULT:
+        return "result"
+    if file == "report":
+        return "page"
+    return "command" if file.split("_")[0] in FILES_OF_A_COMMAND else "procedure"
+
+
+def _allowed(layer: str, used: str, within_function: bool) -> bool:
+    return used == layer or used in LAYERS[layer] or (within_function and (layer, used) in WHEN_ASKED)
+
+
+def _circles(between: dict[str, set[str]]) -> Iterator[str]:
+    """Take away folders that import none of those left, until nothing changes: what stays goes around."""
+    left = {folder: used & between.keys() - {folder} for folder, used in between.items()}
+    while free := {folder for folder, used in left.items() if not used & left.keys()}:
+        left = {folder: used for folder, used in left.items() if folder not in free}
+    if left:
+        yield f"these folders import each other around: {', '.join(sorted(left))}"
 
 
 def _imports(path: Path) -> Iterator[tuple[int, str, bool]]:

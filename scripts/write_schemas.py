@@ -10,16 +10,17 @@ from pathlib import Path
 from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema
 
-from tumble import calibration, poses
-from tumble.procedures import limits, redundancy_settings, redundancy_store
+from tumble.calibration import document
+from tumble.redundancy import settings, store
+from tumble.turntable import limits, poses
 
 FOLDER = Path(__file__).parents[1] / "docs" / "schema"
 MODELS: dict[str, tuple[type[BaseModel], str]] = {
-    calibration.SCHEMA_FILE: (calibration.Calibration, calibration.SCHEMA),
+    document.SCHEMA_FILE: (document.Calibration, document.SCHEMA),
     poses.SCHEMA_FILE: (poses.PoseFile, poses.SCHEMA),
     limits.SCHEMA_FILE: (limits.Limits, limits.SCHEMA),
-    redundancy_settings.SCHEMA_FILE: (redundancy_settings.RedundancySettings, redundancy_settings.SCHEMA),
-    redundancy_store.SCHEMA_FILE: (redundancy_store.StoredError, redundancy_store.SCHEMA),
+    settings.SCHEMA_FILE: (settings.RedundancySettings, settings.SCHEMA),
+    store.SCHEMA_FILE: (store.StoredError, store.SCHEMA),
 }
 
 

@@ -6,8 +6,8 @@ import argparse
 import sys
 from pathlib import Path
 
-from tumble.cli.redundancy_explain import default_text, typed_choices
-from tumble.procedures.redundancy_settings import explain
+from tumble.redundancy.explain import default_text, typed_choices
+from tumble.redundancy.settings import explain
 from tumble.report.numbers import readable_unit
 
 PAGE = Path(__file__).parents[1] / "docs" / "how-to" / "redundancy.md"

@@ -6,17 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from tumble.results import (
+from tumble.results import Parameter, Rest, Trace, TriadResult
+from tumble.turntable.result import (
     AxisReading,
     Clock,
     Mounting,
-    Parameter,
     PoseResult,
     ReferenceResult,
-    Rest,
     TargetResult,
-    Trace,
-    TriadResult,
     TurntableResult,
 )
 

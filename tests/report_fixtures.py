@@ -7,18 +7,14 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tumble.results import (
+from tumble.results import LimitCheck, Parameter, Rest, Trace, TriadResult
+from tumble.turntable.result import (
     AxisReading,
     Clock,
-    LimitCheck,
     Mounting,
-    Parameter,
     PoseResult,
     ReferenceResult,
-    Rest,
     TargetResult,
-    Trace,
-    TriadResult,
     TurntableResult,
 )
 

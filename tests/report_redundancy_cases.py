@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tumble.results_redundancy import RedundancyEvent, RedundancyResult, SecondaryError, Selected, UnitTrace
+from tumble.redundancy.result import RedundancyEvent, RedundancyResult, SecondaryError, Selected, UnitTrace
 
 ACCELEROMETER_BIAS = np.array([0.3, -0.2, 0.1])
 GYROSCOPE_BIAS = np.array([0.02, -0.03, 0.01])

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from tumble.results import Parameter, Rest, Trace
-from tumble.results_spin import BiasEstimate, Spin, SpinBlocks, SpinResult
+from tumble.spin.result import BiasEstimate, Spin, SpinBlocks, SpinResult
 
 GRAVITY = 9.80665
 BLOCK, RATE_HZ = 0.2, 100.0

@@ -11,7 +11,7 @@ import yaml
 import tumble
 from pages import without_commands
 from tumble.cli.main import command_line
-from tumble.procedures.redundancy_settings import RedundancySettings
+from tumble.redundancy.settings import RedundancySettings
 
 HOW_TO = (Path(__file__).parents[1] / "docs" / "how-to" / "align.md").read_text(encoding="utf-8")
 PACKAGE = Path(tumble.__file__).parent

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import tumble
-from tumble.procedures.simulate import FlightUnit
+from tumble.simulate import FlightUnit
 
 UNITS = (
     FlightUnit(grade="industrial", ageing=0.0),

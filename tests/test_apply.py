@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from log_fixtures import made_up, read, same, write, write_text
-from tumble.calibration import Calibration
+from tumble.apply.procedure import apply
+from tumble.calibration.document import Calibration
 from tumble.errors import OutputError
 from tumble.logs import open_recording
-from tumble.procedures.apply import apply
 from tumble.recording import Chunk, Recording
 
 M_ACCELEROMETER = np.array([[1.01, 0.002, -0.003], [0.001, 0.99, 0.004], [-0.002, 0.003, 1.005]])

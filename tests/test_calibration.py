@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import made_up_batch as made_up
-from tumble.calibration import Calibration
+from tumble.calibration.document import Calibration
 from tumble.errors import CalibrationFileError, OutputError, ProcedureError
 from tumble.files import prepare_folder, replacing
 

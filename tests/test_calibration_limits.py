@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 import made_up_batch as made_up
 from tumble.errors import CalibrationFileError
-from tumble.procedures.limits import Limits
+from tumble.turntable.limits import Limits
 
 SCHEMA = json.loads((Path(__file__).parents[1] / "docs/schema/limits.schema.json").read_text())
 WIDE = """\

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tumble.errors import CalibrationFileError
-from tumble.poses import SIX_FACES, Pose, PoseList
+from tumble.turntable.poses import SIX_FACES, Pose, PoseList
 
 SCHEMA = json.loads((Path(__file__).parents[1] / "docs/schema/poses.schema.json").read_text())
 FOUR = """\

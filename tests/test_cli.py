@@ -14,10 +14,10 @@ import pytest
 import yaml
 
 import made_up_batch as made_up
-from tumble.calibration import Calibration
+from tumble.calibration.document import Calibration
 from tumble.cli import main as command_line
-from tumble.cli.turntable import turntable_command
 from tumble.errors import ProcedureError
+from tumble.turntable.command import turntable_command
 
 FAULTY = {"accelerometer": {"bias": 1e-9}}
 
@@ -66,9 +66,9 @@ def procedure(monkeypatch):
                 raise result
             return result
 
-        fake = types.ModuleType("tumble.procedures.turntable")
+        fake = types.ModuleType("tumble.turntable.procedure")
         fake.turntable = turntable
-        monkeypatch.setitem(sys.modules, "tumble.procedures.turntable", fake)
+        monkeypatch.setitem(sys.modules, "tumble.turntable.procedure", fake)
         return asked
 
     return put
@@ -203,7 +203,7 @@ def test_six_faces_are_the_poses_where_none_are_given(run, tmp_path, recordings,
 def test_a_target_outside_its_limits_is_exit_code_3_and_named_with_the_reason(
     run, tmp_path, recordings, procedure
 ):
-    from tumble.procedures.limits import Limits
+    from tumble.turntable.limits import Limits
 
     bad = made_up.target("target_2", seed=2)
     bad = made_up.target("target_2", seed=2, checks=Limits.model_validate(FAULTY).check(bad))

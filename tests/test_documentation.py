@@ -14,9 +14,9 @@ from pages import without_commands
 from theory_formulas import mean_log
 from tumble.cli.main import command_line
 from tumble.logs.columns import recognise
-from tumble.poses import SIX_FACES, PoseFile
-from tumble.procedures.limits import Limits
-from tumble.procedures.simulate import Grade
+from tumble.simulate import Grade
+from tumble.turntable.limits import Limits
+from tumble.turntable.poses import SIX_FACES, PoseFile
 
 ROOT = Path(__file__).parents[1]
 DOCUMENTS = [

@@ -43,8 +43,8 @@ def layers(tmp_path, monkeypatch):
     [
         (
             "logs/csv.py",
-            "from tumble.procedures.turntable import turntable",
-            "logs may not import tumble.procedures",
+            "from tumble.spin.procedure import spin",
+            "logs may not import tumble.spin.procedure",
         ),
         (
             "logs/csv.py",
@@ -52,12 +52,15 @@ def layers(tmp_path, monkeypatch):
             "csv.py:2: logs may not import tumble._core",
         ),
         ("logs/csv.py", "from ..report import pages", "logs may not import tumble.report"),
-        ("logs/csv.py", "import tumble.calibration", "logs may not import tumble.calibration"),
-        ("report/pages.py", "from tumble import logs", "report may not import tumble.logs"),
+        ("logs/csv.py", "import tumble.calibration.document", "logs may not import tumble.calibration"),
+        ("report/svg.py", "from tumble import logs", "report may not import tumble.logs"),
+        ("spin/report/page.py", "from tumble.logs import csv", "page may not import tumble.logs"),
+        ("spin/report/page.py", "from ..procedure import spin", "page may not import tumble.spin.procedure"),
+        ("spin/procedure.py", "from tumble.cli import screen", "procedure may not import tumble.cli"),
         ("recording.py", "from tumble.results import Rest", "recording may not import tumble.results"),
-        ("results.py", "from tumble.report import tables", "results may not import tumble.report"),
-        ("cli/turntable.py", "import numpy as np", "no mathematics"),
-        ("cli/turntable.py", "import tumble", "imports the whole of tumble"),
+        ("spin/result.py", "from tumble.spin.report import page", "result may not import tumble.spin.report"),
+        ("turntable/command.py", "import numpy as np", "no mathematics"),
+        ("cli/screen.py", "import tumble", "imports the whole of tumble"),
         ("attic.py", "", "has no place in the layers"),
     ],
 )
@@ -70,14 +73,22 @@ def test_an_import_that_points_down_the_page_is_found(layers, file, source, brea
 @pytest.mark.parametrize(
     ("file", "source"),
     [
-        ("procedures/turntable.py", "from tumble import _core\nfrom tumble.logs import open_recording"),
-        ("cli/main.py", "from tumble.procedures.limits import Limits\nimport typer"),
+        ("turntable/procedure.py", "from tumble import _core\nfrom tumble.logs import open_recording"),
+        ("turntable/command_batch.py", "from tumble.turntable.limits import Limits\nimport typer"),
         ("logs/csv.py", "from tumble.logs.units import UNITS\nfrom . import spec\nimport numpy"),
-        ("results.py", "def html():\n    from tumble.report import tables"),
+        ("spin/result.py", "def html():\n    from tumble.spin.report import notebook"),
     ],
 )
 def test_an_import_that_points_up_the_page_is_fine(layers, file, source):
     assert layers({file: source}) == []
+
+
+def test_folders_that_import_each_other_around_are_found(layers):
+    around = {
+        "spin/live.py": "from tumble.align import samples",
+        "align/samples.py": "import tumble.spin.live",
+    }
+    assert layers(around) == ["these folders import each other around: align, spin"]
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from log_fixtures import made_up, write
+from tumble.inspect.procedure import inspect
+from tumble.inspect.samples import quantisation_step
 from tumble.logs import open_recording
-from tumble.procedures.inspect import inspect
-from tumble.procedures.inspect_samples import quantisation_step
 from tumble.recording import Chunk, Recording
 
 G = 9.80665

@@ -18,7 +18,7 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from live_fixtures import serial_device, text_lines
 from spin_sessions import record, still, turn
-from tumble.calibration import Calibration
+from tumble.calibration.document import Calibration
 
 AHEAD = 2.0
 """s of samples that may be under way to a program that has not said it has read them."""

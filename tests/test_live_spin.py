@@ -11,7 +11,7 @@ from live_fixtures import pieces_of, scripted, serial_device, text_lines
 from spin_sessions import drive, record, still, turn
 from tumble.errors import LogError, ProcedureError
 from tumble.live import LiveChunk, open_source
-from tumble.procedures.spin_live import FIRST_SAMPLE_WITHIN, PATIENCE, LiveSpin, Wishes
+from tumble.spin.live import FIRST_SAMPLE_WITHIN, PATIENCE, LiveSpin, Wishes
 
 NOTHING = LiveChunk(np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
 
@@ -224,7 +224,7 @@ def test_the_state_of_the_wheels_tells_a_slow_turn_from_rest():
 
 
 def test_a_calibration_from_before_is_applied_first():
-    from tumble.calibration import Calibration
+    from tumble.calibration.document import Calibration
 
     session = record([still(6.0), turn(2.5)], seed=12)
     _, first = run(Fed(session))

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from tumble.calibration import Calibration
+from tumble.calibration.document import Calibration
 from tumble.errors import ProcedureError
-from tumble.results_redundancy import RedundancyResult, SecondaryError
+from tumble.redundancy.result import RedundancyResult, SecondaryError
 
 SENSORS = ("accelerometer", "gyroscope")
 

@@ -24,7 +24,7 @@ from redundancy_sets import (
     units,
     write_table,
 )
-from tumble.calibration import Calibration
+from tumble.calibration.document import Calibration
 from turntable_sessions import contents, one_line
 
 MOVED = motion()

@@ -13,9 +13,9 @@ import yaml
 import tumble
 from pages import without_commands
 from tumble.cli.main import command_line
-from tumble.procedures.redundancy import settings_from
-from tumble.procedures.redundancy_settings import explain
-from tumble.procedures.redundancy_units import UnitSettings
+from tumble.redundancy.procedure import settings_from
+from tumble.redundancy.settings import explain
+from tumble.redundancy.units import UnitSettings
 
 ROOT = Path(__file__).parents[1]
 HOW_TO = (ROOT / "docs" / "how-to" / "redundancy.md").read_text(encoding="utf-8")
@@ -81,7 +81,7 @@ def test_messages_that_the_how_to_explains_are_those_of_the_program():
 
 def test_the_files_of_the_store_are_named_as_the_how_to_names_them(tmp_path):
     from test_redundancy_store import ONE, TWO, an_error
-    from tumble.procedures.redundancy_store import ErrorStore
+    from tumble.redundancy.store import ErrorStore
 
     ErrorStore(tmp_path, ONE).save(TWO, an_error())
     written = {path.name for path in tmp_path.iterdir()}

@@ -10,7 +10,7 @@ import yaml
 
 import tumble
 from redundancy_sets import of, replay, typed
-from tumble.calibration import Calibration
+from tumble.calibration.document import Calibration
 
 SEED = 9
 UNITS = ("primary", "secondary_1", "secondary_2")

@@ -7,7 +7,7 @@ import pytest
 
 import tumble
 from redundancy_sets import BIASED, FACING_DOWN, PRIMARY, SOUND, Imu, Said, motion, record
-from tumble.calibration import Calibration
+from tumble.calibration.document import Calibration
 
 TURNED = Imu("imu4", rate_hz=250.0, mounting=FACING_DOWN, accelerometer_bias=(0.2, 0.1, 0.3))
 QUICKLY = {"collect": 5.0, "collect_timeout": 10.0, "fewest_pairs": 50, "evaluate_every": 3.0}

@@ -10,7 +10,7 @@ import pytest
 
 import tumble
 from redundancy_sets import FACING_DOWN, of, refusal, replay
-from tumble.results_redundancy import RedundancyResult
+from tumble.redundancy.result import RedundancyResult
 
 FOLDER = Path(__file__).parents[2] / "shared" / "data" / "mimu4444"
 LOG = FOLDER / "exp_3.parquet"

@@ -15,8 +15,8 @@ from jsonschema import Draft202012Validator
 from redundancy_sets import FACING_DOWN, typed
 from tumble import _core
 from tumble.errors import CalibrationFileError, ProcedureError
-from tumble.procedures.redundancy import settings_from
-from tumble.procedures.redundancy_settings import RedundancySettings, explain
+from tumble.redundancy.procedure import settings_from
+from tumble.redundancy.settings import RedundancySettings, explain
 from turntable_sessions import one_line
 
 ROOT = Path(__file__).parents[1]
@@ -41,7 +41,7 @@ def contradiction(**changes):
         _core.RedundancyMonitor(units, settings.by_name())
     kind, figures = caught.value.args
     assert kind == "contradictory settings"
-    from tumble.procedures.redundancy_objections import in_words
+    from tumble.redundancy.messages import in_words
 
     return in_words(figures, settings.by_name())
 

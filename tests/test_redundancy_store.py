@@ -23,8 +23,8 @@ from redundancy_sets import (
     write_table,
 )
 from tumble.errors import OutputError
-from tumble.procedures.redundancy_store import ErrorStore, Identified
-from tumble.results_redundancy import SecondaryError
+from tumble.redundancy.result import SecondaryError
+from tumble.redundancy.store import ErrorStore, Identified
 from turntable_sessions import contents
 
 ONE, TWO = Identified("imu1", 1), Identified("imu2", 2)
@@ -257,6 +257,6 @@ def test_the_sequence_counts_on_over_flights(flights, stored, tmp_path):
 
 
 def _identified(name):
-    from tumble.procedures.redundancy_units import UnitSettings, identity_of
+    from tumble.redundancy.units import UnitSettings, identity_of
 
     return Identified(name, identity_of(name, UnitSettings()))

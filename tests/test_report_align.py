@@ -10,7 +10,7 @@ import pytest
 import tumble
 from align_motions import Motion, Sensor, drawn, recordings
 from report_reader import Page
-from tumble.report.align_page import render_align, write_align_page
+from tumble.align.report.page import render_align, write_align_page
 from tumble.report.numbers import MINUS, readable_scale, round_pair
 
 UPRIGHT = {"turning": (0.0, 0.0, 1.0), "pushing": 0.0}

@@ -15,14 +15,14 @@ from hypothesis import strategies as st
 
 import report_fixtures as sessions
 from tumble.errors import ProcedureError
-from tumble.report import figure_overview
-from tumble.report.batch_figures import distribution_figure, strip_groups
-from tumble.report.figures import axis_reading_figure, recording_figure, residual_figure
-from tumble.report.improvement import improvement
-from tumble.report.overview import calibrated_deviation
+from tumble.report.figures import recording_figure, residual_figure
 from tumble.report.panel import bare_axes, markers, tick_texts, ticks_between
 from tumble.report.svg import PAGE_COLOURS, X_AXIS, house_style, inline_svg, new_figure
 from tumble.report.whisker import WIDTH, Ruler, round_up, whisker
+from tumble.turntable.report.batch_figures import distribution_figure, strip_groups
+from tumble.turntable.report.improvement import improvement
+from tumble.turntable.report.overview import calibrated_deviation, figure_overview
+from tumble.turntable.report.readings import axis_reading_figure
 
 
 @pytest.fixture(scope="module")

@@ -15,10 +15,9 @@ import pytest
 import report_fixtures as sessions
 from report_reader import Page
 from tumble.errors import OutputError
-from tumble.report import write_reports
-from tumble.report.notebook import batch_html, target_html
 from tumble.report.numbers import MINUS
-from tumble.report.pages import page_names, render_batch
+from tumble.turntable.report.notebook import batch_html, target_html
+from tumble.turntable.report.pages import page_names, render_batch, write_reports
 
 UNIT_FACTORS = {
     "m/s²": 1.0,

@@ -11,9 +11,9 @@ import pytest
 import report_redundancy_cases as cases
 from report_reader import Page
 from tumble.errors import OutputError
-from tumble.report import redundancy_words as words
+from tumble.redundancy.report import text as words
+from tumble.redundancy.report.page import MOST_ROWS, render_redundancy, write_redundancy_page
 from tumble.report.numbers import MINUS
-from tumble.report.redundancy_page import MOST_ROWS, render_redundancy, write_redundancy_page
 
 RESULTS = {
     name: getattr(cases, name)

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import report_redundancy_cases as cases
-from tumble.report.redundancy_difference import agreements, thinned
-from tumble.report.redundancy_figures import decades
-from tumble.report.redundancy_timeline import COLLECTING, WAITING, Span, evaluations, merged, time_line
+from tumble.redundancy.report.difference import agreements, thinned
+from tumble.redundancy.report.figures import decades
+from tumble.redundancy.report.timeline import COLLECTING, WAITING, Span, evaluations, merged, time_line
 
 
 def lane(result, unit):

@@ -16,7 +16,7 @@ import report_spin_cases as spins
 from report_reader import Page
 from tumble.errors import OutputError
 from tumble.report.numbers import MINUS
-from tumble.report.spin_page import MOST_DRAWN, render_spin, write_spin_page
+from tumble.spin.report.page import MOST_DRAWN, render_spin, write_spin_page
 
 UNIT_FACTORS = {
     "m/s²": 1.0,
@@ -281,7 +281,7 @@ def test_a_spin_without_blocks_has_a_page_that_says_so():
 def test_another_process_with_another_hash_seed_writes_the_same_bytes(tmp_path):
     code = (
         "import sys, pathlib, report_spin_cases as s; "
-        "from tumble.report.spin_page import write_spin_page; "
+        "from tumble.spin.report.page import write_spin_page; "
         "write_spin_page(s.several(), pathlib.Path(sys.argv[1]))"
     )
     write_spin_page(spins.several(), tmp_path / "a.html")

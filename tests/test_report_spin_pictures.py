@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import report_spin_cases as spins
-from tumble.report.spin_figures import (
+from tumble.report.svg import PAGE_COLOURS, house_style
+from tumble.spin.report.figures import (
     MOST_POINTS,
     force_errors,
     heading_figure,
@@ -22,8 +23,7 @@ from tumble.report.spin_figures import (
     shown_blocks,
     time_figure,
 )
-from tumble.report.spin_sketch import lever_arm, spins_figure, top_view_figure
-from tumble.report.svg import PAGE_COLOURS, house_style
+from tumble.spin.report.sketch import lever_arm, spins_figure, top_view_figure
 
 
 def uses(svg):

@@ -8,9 +8,10 @@ from dataclasses import replace
 import pytest
 
 import report_fixtures as sessions
-from tumble.report import words
 from tumble.report.numbers import MINUS
-from tumble.results import Clock, LimitCheck
+from tumble.results import LimitCheck
+from tumble.turntable.report import text as words
+from tumble.turntable.result import Clock
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tumble.errors import TumbleError
-from tumble.poses import SIX_FACES
-from tumble.procedures.simulate import (
+from tumble.simulate import (
     FAULTS,
     Fault,
     Grade,
@@ -20,6 +19,7 @@ from tumble.procedures.simulate import (
     grade_names,
     simulate_turntable,
 )
+from tumble.turntable.poses import SIX_FACES
 
 EARTH_RATE = 7.292115e-5
 QUICK = {"rest_seconds": 2.0, "bias_instability": False, "quantisation": False}

@@ -11,8 +11,8 @@ import pytest
 import yaml
 
 from tumble.logs import open_recording
-from tumble.poses import SIX_FACES, PoseList
-from tumble.procedures.simulate import simulate_turntable
+from tumble.simulate import simulate_turntable
+from tumble.turntable.poses import SIX_FACES, PoseList
 
 QUICK = ("--rest", "0.5", "--rate", "50")
 

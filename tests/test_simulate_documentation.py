@@ -11,7 +11,7 @@ import typer
 
 from flight_units import fly
 from tumble.cli.main import command_line
-from tumble.procedures.simulate import FAULTS, VIBRATIONS
+from tumble.simulate import FAULTS, VIBRATIONS
 from turntable_sessions import typed
 
 ROOT = Path(__file__).parents[1]

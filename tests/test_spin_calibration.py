@@ -9,7 +9,7 @@ import pytest
 
 import tumble
 from spin_sessions import record, still, turn
-from tumble.procedures.spin import spin
+from tumble.spin.procedure import spin
 from turntable_sessions import one_line, typed
 
 MOVES = (still(), turn(3), still(3), turn(-3), still())

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from spin_sessions import record, still, turn
-from tumble.procedures.spin import spin
-from tumble.procedures.spin_combination import combine
 from tumble.recording import Recording
-from tumble.results_spin import BiasEstimate
+from tumble.spin.combination import combine
+from tumble.spin.procedure import spin
+from tumble.spin.result import BiasEstimate
 
 
 @pytest.fixture(scope="module")

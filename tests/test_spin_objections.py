@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from tumble.procedures.spin_objections import CHANNELS, in_words
+from tumble.spin.messages import CHANNELS, in_words
 
 FAILURES = [
     ("never still", {"waited": 60.0}, "60 s"),

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tumble.errors import ProcedureError
-from tumble.procedures.spin_turns import TrueTurns
+from tumble.spin.turns import TrueTurns
 
 TURN = 2.0 * math.pi
 LEAST = math.radians(45.0)

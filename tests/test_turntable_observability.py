@@ -12,8 +12,8 @@ import yaml
 
 from tumble import Calibration
 from tumble.errors import ProcedureError
-from tumble.poses import Pose, PoseList
 from tumble.recording import Recording
+from tumble.turntable.poses import Pose, PoseList
 from turntable_sessions import (
     calibrate,
     calibrated,

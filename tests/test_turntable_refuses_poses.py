@@ -10,8 +10,8 @@ import yaml
 
 import tumble
 from tumble.errors import ProcedureError
-from tumble.poses import SIX_FACES, PoseList
-from tumble.procedures.simulate import Fault
+from tumble.simulate import Fault
+from tumble.turntable.poses import SIX_FACES, PoseList
 from turntable_sessions import (
     NAMES,
     Pair,

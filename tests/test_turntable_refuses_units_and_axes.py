@@ -9,7 +9,7 @@ import pytest
 
 import tumble
 from tumble.errors import ProcedureError
-from tumble.procedures.simulate import Fault
+from tumble.simulate import Fault
 from turntable_sessions import (
     FORCE,
     HEADER,

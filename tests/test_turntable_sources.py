@@ -9,7 +9,7 @@ import pytest
 
 import tumble
 from test_logs_bags import write_mcap, write_ros1, write_ros2
-from tumble.procedures.simulate import Fault
+from tumble.simulate import Fault
 from turntable_sessions import (
     assert_recovered,
     calibrate,

@@ -7,12 +7,17 @@
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from tumble._core import __version__
-    from tumble.calibration import Calibration
+    from tumble.align.procedure import align
+    from tumble.align.result import AlignResult
+    from tumble.apply.procedure import apply
+    from tumble.calibration.document import Calibration
     from tumble.errors import (
         CalibrationFileError,
         LogError,
@@ -20,22 +25,19 @@ if TYPE_CHECKING:
         ProcedureError,
         TumbleError,
     )
+    from tumble.inspect.procedure import inspect
     from tumble.logs import ReadOptions, list_imus, open_recording, open_writer
-    from tumble.poses import Pose, PoseList
-    from tumble.procedures.align import align
-    from tumble.procedures.apply import apply
-    from tumble.procedures.inspect import inspect
-    from tumble.procedures.limits import Limits
-    from tumble.procedures.redundancy import redundancy
-    from tumble.procedures.redundancy_settings import RedundancySettings
-    from tumble.procedures.simulate import simulate_flight, simulate_spin, simulate_turntable
-    from tumble.procedures.spin import spin
-    from tumble.procedures.turntable import turntable
     from tumble.recording import Chunk, Recording
-    from tumble.results import TargetResult, TurntableResult
-    from tumble.results_align import AlignResult
-    from tumble.results_redundancy import RedundancyResult
-    from tumble.results_spin import SpinResult
+    from tumble.redundancy.procedure import redundancy
+    from tumble.redundancy.result import RedundancyResult
+    from tumble.redundancy.settings import RedundancySettings
+    from tumble.simulate import simulate_flight, simulate_spin, simulate_turntable
+    from tumble.spin.procedure import spin
+    from tumble.spin.result import SpinResult
+    from tumble.turntable.limits import Limits
+    from tumble.turntable.poses import Pose, PoseList
+    from tumble.turntable.procedure import turntable
+    from tumble.turntable.result import TargetResult, TurntableResult
 
 __all__ = [
     "AlignResult",
@@ -73,26 +75,40 @@ __all__ = [
 
 _HOMES = {
     "tumble._core": ("__version__",),
-    "tumble.calibration": ("Calibration",),
+    "tumble.calibration.document": ("Calibration",),
     "tumble.errors": ("CalibrationFileError", "LogError", "OutputError", "ProcedureError", "TumbleError"),
     "tumble.logs": ("ReadOptions", "list_imus", "open_recording", "open_writer"),
-    "tumble.procedures.align": ("align",),
-    "tumble.procedures.apply": ("apply",),
-    "tumble.procedures.inspect": ("inspect",),
-    "tumble.procedures.simulate": ("simulate_flight", "simulate_spin", "simulate_turntable"),
-    "tumble.poses": ("Pose", "PoseList"),
-    "tumble.procedures.limits": ("Limits",),
-    "tumble.procedures.redundancy": ("redundancy",),
-    "tumble.procedures.redundancy_settings": ("RedundancySettings",),
-    "tumble.procedures.spin": ("spin",),
-    "tumble.procedures.turntable": ("turntable",),
+    "tumble.align.procedure": ("align",),
+    "tumble.apply.procedure": ("apply",),
+    "tumble.inspect.procedure": ("inspect",),
+    "tumble.simulate": ("simulate_flight", "simulate_spin", "simulate_turntable"),
+    "tumble.turntable.poses": ("Pose", "PoseList"),
+    "tumble.turntable.limits": ("Limits",),
+    "tumble.redundancy.procedure": ("redundancy",),
+    "tumble.redundancy.settings": ("RedundancySettings",),
+    "tumble.spin.procedure": ("spin",),
+    "tumble.turntable.procedure": ("turntable",),
     "tumble.recording": ("Chunk", "Recording"),
-    "tumble.results": ("TargetResult", "TurntableResult"),
-    "tumble.results_align": ("AlignResult",),
-    "tumble.results_redundancy": ("RedundancyResult",),
-    "tumble.results_spin": ("SpinResult",),
+    "tumble.turntable.result": ("TargetResult", "TurntableResult"),
+    "tumble.align.result": ("AlignResult",),
+    "tumble.redundancy.result": ("RedundancyResult",),
+    "tumble.spin.result": ("SpinResult",),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
+
+
+class _Package(ModuleType):
+    """A procedure is a function and a folder of one name; `tumble.spin` is the function.
+
+    An import of `tumble.spin.result` binds the folder as `tumble.spin`, which would hide the function.
+    """
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if not (name in _HOME and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package
 
 
 def __getattr__(name: str) -> Any:  # noqa: ANN401

@@ -162,7 +162,7 @@ def correct(
 ) -> FloatArray: ...
 
 class TriadGradeFigures(TypedDict):
-    """How good a triad is; see `tumble.procedures.simulate.TriadGrade`."""
+    """How good a triad is; see `tumble.simulate.TriadGrade`."""
 
     noise_density: float
     bias_instability: float
@@ -183,7 +183,7 @@ class GradeFigures(TypedDict):
     temperature_step: float
 
 class TriadTruthFigures(TypedDict):
-    """True errors of a triad; see `tumble.procedures.simulate.TriadTruth`."""
+    """True errors of a triad; see `tumble.simulate.TriadTruth`."""
 
     M: FloatArray
     b: FloatArray
@@ -241,7 +241,7 @@ def sensor_grades() -> list[str]: ...
 def sensor_grade(name: str) -> GradeFigures: ...
 
 class SimulatedSpinFigures(TypedDict):
-    """A robot that turned on the spot; see `tumble.procedures.simulate.SimulatedSpin`."""
+    """A robot that turned on the spot; see `tumble.simulate.SimulatedSpin`."""
 
     unit: SimulatedUnitFigures
     duration: float
@@ -257,14 +257,14 @@ class SimulatedSpinFigures(TypedDict):
     turned: FloatArray
 
 class TrueMotionFigures(TypedDict):
-    """True motion of the primary's place; see `tumble.procedures.simulate.FlightTruth`."""
+    """True motion of the primary's place; see `tumble.simulate.FlightTruth`."""
 
     specific_force: FloatArray
     angular_rate: FloatArray
     angular_acceleration: FloatArray
 
 class TruePathFigures(TypedDict):
-    """See `tumble.procedures.simulate.FlightPath`."""
+    """See `tumble.simulate.FlightPath`."""
 
     level_from_case: FloatArray
     velocity: FloatArray
@@ -276,7 +276,7 @@ class FlightMotion:
     def path(self, time: FloatArray) -> TruePathFigures: ...
 
 class SimulatedFlightFigures(TypedDict):
-    """A flight with its truth; see `tumble.procedures.simulate.SimulatedFlight`."""
+    """A flight with its truth; see `tumble.simulate.SimulatedFlight`."""
 
     duration: float
     rests: FloatArray
@@ -318,7 +318,7 @@ class BiasFigures(TypedDict):
     observed: bool
 
 class SpinBlockFigures(TypedDict):
-    """See `tumble.results_spin.SpinBlocks`."""
+    """See `tumble.spin.result.SpinBlocks`."""
 
     time: FloatArray
     resting: FloatArray
@@ -394,7 +394,7 @@ class SpinMachine:
         """`idle`, `still`, `spin`, `done` or `failed`."""
     @property
     def failure(self) -> tuple[str, dict[str, float]] | None:
-        """Kind and figures; `tumble.procedures.spin_objections` puts them in words."""
+        """Kind and figures; `tumble.spin.messages` puts them in words."""
     @property
     def progress(self) -> SpinProgress: ...
     def figures(self, true_angle: tuple[float, float, float] | None = None) -> SpinFigures:
@@ -510,7 +510,7 @@ class AlignForceFigures(TypedDict):
     accelerometer_residual: float
 
 class AlignFigures(TypedDict):
-    """How a secondary sits beside a primary; see `tumble.results_align.UnitAlignment`."""
+    """How a secondary sits beside a primary; see `tumble.align.result.UnitAlignment`."""
 
     correlation: float
     motion: float
@@ -553,5 +553,5 @@ def align_units(
     The secondary's offset, s, is searched for within `search` of `around`; with `one_clock` there is no skew.
     `rate_bias`, rad/s, is the primary's own.
 
-    Raises `CoreError` with the kinds that `tumble.procedures.align_objections` puts in words.
+    Raises `CoreError` with the kinds that `tumble.align.messages` puts in words.
     """

@@ -361,7 +361,7 @@ pub(crate) fn unknown(what: &str, name: &str) -> PyErr {
     PyValueError::new_err(format!("unknown {what} {name:?}"))
 }
 
-/// Plays a scenario: a mapping as `tumble.procedures.simulate` builds it, in SI units and rad.
+/// Plays a scenario: a mapping as `tumble.simulate` builds it, in SI units and rad.
 #[pyfunction]
 fn simulate_turntable(py: Python<'_>, scenario: ScenarioInput) -> PyResult<Py<PyDict>> {
     let scenario = Scenario::try_from(scenario)?;

@@ -144,7 +144,7 @@ impl FlightMotion {
     }
 }
 
-/// Plays a mission: a mapping as `tumble.procedures.simulate` builds it, in SI units and rad.
+/// Plays a mission: a mapping as `tumble.simulate` builds it, in SI units and rad.
 #[pyfunction]
 fn simulate_flight(py: Python<'_>, mission: MissionInput) -> PyResult<Py<PyDict>> {
     let mission = Mission::try_from(mission)?;

@@ -153,7 +153,7 @@ fn imu(input: SpinInput, lever_arm: Vector3<f64>) -> PyResult<Unit> {
     })
 }
 
-/// Plays a plan: a mapping as `tumble.procedures.simulate` builds it, in SI units and rad.
+/// Plays a plan: a mapping as `tumble.simulate` builds it, in SI units and rad.
 #[pyfunction]
 fn simulate_spin(py: Python<'_>, mut plan_of: SpinInput) -> PyResult<Py<PyDict>> {
     let conditions = Conditions {

@@ -36,26 +36,28 @@ class Entry:
 
 COMMANDS = {
     "turntable": Entry(
-        "tumble.cli.turntable",
+        "tumble.turntable.command",
         "turntable_command",
         "Calibrate targets on a turntable against a co-mounted reference.",
     ),
     "spin": Entry(
-        "tumble.cli.spin", "spin_command", "Find the biases of a robot's IMU from a turn on the spot."
+        "tumble.spin.command", "spin_command", "Find the biases of a robot's IMU from a turn on the spot."
     ),
     "redundancy": Entry(
-        "tumble.cli.redundancy",
+        "tumble.redundancy.command",
         "redundancy_command",
         "Replay a redundant set: a primary IMU keeps its secondaries calibrated.",
     ),
     "align": Entry(
-        "tumble.cli.align",
+        "tumble.align.command",
         "align_command",
         "Find rotation, time offset and lever arm between units that moved together.",
     ),
-    "apply": Entry("tumble.cli.apply", "apply_command", "Correct a log with a calibration."),
-    "inspect": Entry("tumble.cli.inspect", "inspect_command", "Say what logs hold and what they can serve."),
-    "simulate": Entry("tumble.cli.simulations", "simulate_app", "Make recordings whose truth is known."),
+    "apply": Entry("tumble.apply.command", "apply_command", "Correct a log with a calibration."),
+    "inspect": Entry(
+        "tumble.inspect.command", "inspect_command", "Say what logs hold and what they can serve."
+    ),
+    "simulate": Entry("tumble.simulate.command", "simulate_app", "Make recordings whose truth is known."),
 }
 
 

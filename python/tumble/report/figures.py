@@ -35,7 +35,7 @@ from tumble.report.svg import (
     inline_svg,
     new_figure,
 )
-from tumble.results import AxisReading, Rest, Trace, TriadResult
+from tumble.results import Rest, Trace, TriadResult
 
 HALF_WIDTH, FULL_WIDTH = 5.6, 11.2
 LEFT, RIGHT = 0.55, 0.08
@@ -48,41 +48,6 @@ UNCOMPENSATED, COMPENSATED, CALIBRATED = ALARM, X_AXIS, Z_AXIS
 
 _SIDE_BY_SIDE = (-0.2, 0.0, 0.2)
 _MOST_REST_LABELS = 40
-
-
-def axis_reading_figure(reading: AxisReading, prefix: str) -> Markup:
-    """Draw the readings of one axis over the poses, and below them how far each is from its ideal."""
-    figure = new_figure(HALF_WIDTH, 3.65)
-    upper = bare_axes(figure, box(HALF_WIDTH, bottom=2.35, height=1.05))
-    lower = bare_axes(figure, box(HALF_WIDTH, bottom=LABEL_ROOM + 0.06, height=1.3))
-    place = np.arange(len(reading.labels), dtype=float)
-
-    low, high = span(reading.ideal, reading.uncompensated, reading.compensated, at_least=(0.0,), margin=0.12)
-    value_axis(upper, low, high, "reading, m/s²", most=4)
-    upper.set_xlim(-0.6, len(place) - 0.4)
-    upper.hlines(reading.ideal, place - 0.32, place + 0.32, color=SOFT, linewidth=1.2)
-    _draw_readings(upper, place, reading.uncompensated, reading.compensated, np.zeros_like(place))
-
-    before, after = deviations(reading)
-    scale = deviation_scale(reading)
-    value_axis_in(lower, scale, "deviation from the ideal", before, after)
-    category_axis(lower, reading.labels)
-    _draw_readings(lower, place, scale.factor * before, scale.factor * after, scale.factor * reading.sigma)
-    label = (
-        f"Readings of the {reading.axis} axis at {len(place)} rests, with and without mounting compensation, "
-        f"and their deviation from the ideal in {scale.unit}"
-    )
-    return inline_svg(figure, prefix, label)
-
-
-def deviations(reading: AxisReading) -> tuple[FloatArray, FloatArray]:
-    """Return reading minus ideal, without and with compensation: (k,) m/s^2 each."""
-    return reading.uncompensated - reading.ideal, reading.compensated - reading.ideal
-
-
-def deviation_scale(reading: AxisReading) -> Scale:
-    """Choose the unit that deviations of this axis are shown in, in its figure and in what is said of it."""
-    return readable_scale("m/s^2", largest(*deviations(reading)))
 
 
 def residual_figure(triad: TriadResult, prefix: str) -> Markup:
@@ -156,15 +121,6 @@ def value_axis_in(axes: Axes, scale: Scale, title: str, *values: FloatArray) -> 
     """Set a vertical range that holds zero and all `values`, which are in SI, shown in another unit."""
     low, high = span(*(scale.factor * array for array in values), at_least=(0.0,))
     value_axis(axes, low, high, f"{title}, {scale.unit}")
-
-
-def _draw_readings(
-    axes: Axes, place: FloatArray, before: FloatArray, after: FloatArray, sigma: FloatArray
-) -> None:
-    error_bars(axes, place - 0.12, before, sigma, UNCOMPENSATED)
-    error_bars(axes, place + 0.12, after, sigma, COMPENSATED)
-    markers(axes, place - 0.12, before, UNCOMPENSATED, "o", hollow=True)
-    markers(axes, place + 0.12, after, COMPENSATED, "D")
 
 
 def shade(axes: Axes, spans: Sequence[tuple[float, float]], colour: str, hatch: str) -> None:

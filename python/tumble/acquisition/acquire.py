@@ -1,0 +1,258 @@
+"""Step 1: a recording becomes the rests and turns of one unit, and is refused where it cannot be trusted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tumble import _core
+from tumble.acquisition.imu import Imu, pose_files
+from tumble.calibration.document import Calibration
+from tumble.errors import ProcedureError
+from tumble.gravity import STANDARD_GRAVITY
+from tumble.logs import ChunkStream, Counts
+from tumble.recording import Chunk, FloatArray, Recording
+from tumble.results import Rest, Trace
+
+Fault = tuple[str, str, float, float, float]
+"""Channel, kind, value, first and last time, s, as `Acquired.faults` has them."""
+
+FEWEST_RESTS = 4
+"""Four directions determine three axes and a bias."""
+LARGEST_SHARE_NOT_FINITE = 0.01
+LARGEST_GRAVITY_RATIO = 1.25
+"""Mean length of specific force at rest against gravity: beyond it the unit is wrong, not the sensor."""
+
+
+def acquire(
+    recording: Recording,
+    calibration: Calibration | None = None,
+    progress: Callable[[int, int | None], None] | None = None,
+) -> Imu:
+    """Read a recording once, in chunks, and keep sums over its rests and turns.
+
+    `progress` is told samples done, and samples expected where they are known beforehand.
+
+    Raises `LogError` where it cannot be read, `ProcedureError` where two files show one pose.
+    """
+    segmenter = _core.Segmenter()
+    counts = Counts()
+    samples = 0
+    for name, part in zip(pose_files(recording) or ("",), recording.parts or (recording,), strict=True):
+        segmenter.begin_part(name)
+        stream = part.chunks()
+        for chunk in stream:
+            accelerometer, gyroscope = corrected(chunk, calibration)
+            segmenter.push(chunk.time, accelerometer, gyroscope, chunk.temperature)
+            samples += len(chunk)
+            if progress is not None:
+                progress(samples, stream.expected if isinstance(stream, ChunkStream) else None)
+        if isinstance(stream, ChunkStream):
+            counts.add(stream.counts)
+    return Imu(recording, segmenter.finish(), counts.remarks())
+
+
+def corrected(chunk: Chunk, calibration: Calibration | None) -> tuple[FloatArray, FloatArray]:
+    """Specific force and angular rate, freed of what an earlier calibration knows, if there is one."""
+    if calibration is None:
+        return chunk.accelerometer, chunk.gyroscope
+    return calibration.correct(chunk.accelerometer, chunk.gyroscope)
+
+
+def refuse_if_unfit(name: str, unit: _core.Acquired, gravity: float) -> None:
+    """Raise `ProcedureError`, in one line, for the first thing that makes the recording unfit for poses."""
+    refuse_if_damaged(name, unit, unit.faults)
+    for check in (_saturated_turns, _rests):
+        problem = check(unit)
+        if problem:
+            raise ProcedureError(f"{name}: {problem}")
+    misread = _accelerometer_unit(unit, gravity) or _gyroscope_unit(unit)
+    if misread:
+        raise ProcedureError(misread.line(name))
+
+
+def refuse_if_damaged(name: str, unit: _core.Acquired, faults: Sequence[Fault]) -> None:
+    """Raise `ProcedureError`, in one line, where samples, time or a channel cannot serve any procedure."""
+    problem = _samples(unit) or _time(unit) or _dead_channel(faults)
+    if problem:
+        raise ProcedureError(f"{name}: {problem}")
+
+
+def refuse_if_misread(name: str, unit: _core.Acquired, gravity: float) -> None:
+    """Raise `ProcedureError`, in one line, where the length at rest shows a wrong accelerometer unit."""
+    misread = _accelerometer_unit(unit, gravity)
+    if misread:
+        raise ProcedureError(misread.line_alone(name))
+
+
+def _samples(unit: _core.Acquired) -> str:
+    if unit.samples + unit.not_finite == 0:
+        return "holds no samples; record again"
+    if unit.not_finite > LARGEST_SHARE_NOT_FINITE * (unit.samples + unit.not_finite):
+        return f"{unit.not_finite} samples are not numbers (NaN); mend the logger and record again"
+    return ""
+
+
+def _time(unit: _core.Acquired) -> str:
+    if unit.first_backwards is None:
+        return ""
+    when = f"{unit.first_backwards:.6f} s"
+    return f"time does not advance at {when}; sort the samples and drop doubled time stamps"
+
+
+def _dead_channel(faults: Sequence[Fault]) -> str:
+    """Name a channel that shows nothing, or nothing at rest; empty if there is none."""
+    for channel, kind, value, first, last in faults:
+        if kind == "stuck":
+            span = f"from {first:.1f} to {last:.1f} s"
+            seen = f"{channel} is stuck at {value:.6g} {si_unit(channel)}"
+            return f"{seen} {span}; check the sensor and its column"
+        if kind == "saturated at rest":
+            seen = _saturated(channel, value, first)
+            return f"{seen}, while the unit stood still; choose a larger range"
+    return ""
+
+
+def _saturated_turns(unit: _core.Acquired) -> str:
+    """Name the channel that spoils most turns; saturation in a few only costs these."""
+    lost = sum(not complete for complete in unit.turn_complete)
+    for channel, _, value, first, _ in unit.faults:
+        if 2 * lost > len(unit.turn_complete):
+            turns = f"{lost} of {len(unit.turn_complete)} turns"
+            seen = _saturated(channel, value, first)
+            return f"{seen}, in {turns}; turn more slowly or choose a larger range"
+    return ""
+
+
+def _saturated(channel: str, value: float, first: float) -> str:
+    return f"{channel} is saturated at {value:.6g} {si_unit(channel)}, first at {first:.3f} s"
+
+
+def si_unit(channel: str) -> str:
+    """Give the unit that a channel of that name is kept in."""
+    return "m/s^2" if channel.startswith("accelerometer") else "rad/s"
+
+
+def _rests(unit: _core.Acquired) -> str:
+    found = len(unit.rest_times)
+    if found >= FEWEST_RESTS:
+        return ""
+    refused = "".join(f"; {start:.1f} to {end:.1f} s is none: {why}" for start, end, why in unit.refused[:3])
+    return (
+        f"shows {found} rests, needs at least {FEWEST_RESTS} in different directions{refused}; "
+        "hold each pose still for 5 s or longer"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Misread:
+    """A log that was read in a unit, or in an order of axes, that is not its own."""
+
+    what: str
+    option: str = ""
+    """What mends it on the command line, where one option does."""
+
+    def line(self, name: str) -> str:
+        """One line for a recording of that name among others."""
+        if not self.option:
+            return self.line_alone(name)
+        alone = self.option.removeprefix("--").replace(" ", "=")
+        return f"{self.line_alone(name)}, or for this log alone --for {name}:{alone}"
+
+    def line_alone(self, name: str) -> str:
+        """One line for a recording of that name where there is no other."""
+        return f"{name}: {self.what}" + (f"; say {self.option}" if self.option else "")
+
+
+def _accelerometer_unit(unit: _core.Acquired, gravity: float) -> _Misread | None:
+    length = float(np.median(np.linalg.norm(unit.rest_specific_force, axis=1)))
+    ratio = length / gravity
+    if 1 / LARGEST_GRAVITY_RATIO < ratio < LARGEST_GRAVITY_RATIO:
+        return None
+    seen = f"accelerometer reads {length:.4g} m/s^2 at rest, gravity is {gravity:.4g}"
+    if abs(math.log(ratio * STANDARD_GRAVITY)) < math.log(LARGEST_GRAVITY_RATIO):
+        return _Misread(f"{seen}: g were taken for m/s^2", "--accelerometer-unit g")
+    if abs(math.log(ratio / STANDARD_GRAVITY)) < math.log(LARGEST_GRAVITY_RATIO):
+        return _Misread(f"{seen}: m/s^2 were taken for g", "--accelerometer-unit m/s^2")
+    return _Misread(f"{seen}: the unit is not known; give its size with --accelerometer-scale")
+
+
+def _gyroscope_unit(unit: _core.Acquired) -> _Misread | None:
+    verdict, figure, axes = _core.judge_gyroscope(unit)
+    if verdict == "scaled" and figure > 1.0:
+        return _Misread(
+            "gyroscope turns gravity 57.3 times too far: deg/s were taken for rad/s", "--gyroscope-unit deg/s"
+        )
+    if verdict == "scaled":
+        return _Misread(
+            "gyroscope turns gravity 57.3 times too little: rad/s were taken for deg/s",
+            "--gyroscope-unit rad/s",
+        )
+    if verdict == "permuted":
+        return _axes(axes)
+    if verdict == "inconsistent":
+        return _Misread(
+            f"gyroscope and accelerometer disagree by {figure:.0f} deg about how the unit turned, in any "
+            "unit and order of axes; check that both belong to one unit"
+        )
+    return None
+
+
+def _axes(fit: list[tuple[int, float]]) -> _Misread:
+    """`fit`: for each axis of the accelerometer, index and sign of the gyroscope's that belongs to it."""
+    in_order = all(index == row for row, (index, _) in enumerate(fit))
+    if in_order and all(sign < 0 for _, sign in fit):
+        return _Misread(
+            "gyroscope turns the wrong way about every axis: the axes are left-handed (two are exchanged, or "
+            "one has its sign turned)",
+            "--axes x,y,-z",
+        )
+    order = ",".join(f"{'-' if sign < 0 else ''}{'xyz'[index]}" for index, sign in fit)
+    if in_order:
+        signs = ",".join(f"{sign:.0f}" for _, sign in fit)
+        return _Misread(
+            f"gyroscope and accelerometer have opposite signs: the gyroscope fits as {order}",
+            f"--gyroscope-scale {signs}",
+        )
+    return _Misread(
+        f"axes of gyroscope and accelerometer are swapped: the gyroscope fits as {order}; "
+        "name the columns of both in one order with --columns"
+    )
+
+
+def rests_of(unit: _core.Acquired, poses: dict[int, str] | None = None) -> tuple[Rest, ...]:
+    """List the rests of a unit, with pose names where known."""
+    poses = poses or {}
+    forces, rates = unit.rest_specific_force, unit.rest_angular_rate
+    force_sigmas, rate_sigmas = unit.rest_specific_force_sigma, unit.rest_angular_rate_sigma
+    samples = unit.rest_samples
+    return tuple(
+        Rest(
+            start=float(start),
+            end=float(end),
+            samples=samples[k],
+            specific_force=forces[k],
+            angular_rate=rates[k],
+            specific_force_sigma=force_sigmas[k],
+            angular_rate_sigma=rate_sigmas[k],
+            pose=poses.get(k, ""),
+        )
+        for k, (start, end) in enumerate(unit.rest_times)
+    )
+
+
+def refused_of(unit: _core.Acquired) -> tuple[Rest, ...]:
+    """List the stretches that only looked like rests, with the reason."""
+    unknown = np.full(3, np.nan)
+    return tuple(
+        Rest(start, end, 0, unknown, unknown, unknown, unknown, used=False, remark=why)
+        for start, end, why in unit.refused
+    )
+
+
+def trace_of(unit: _core.Acquired) -> Trace:
+    """Draw the recording at a glance."""
+    return Trace(*unit.trace())

@@ -1,0 +1,36 @@
+"""What was odd about a recording that could be used all the same."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from tumble import _core
+from tumble.acquisition.imu import Imu
+
+
+def remarks(unit: Imu) -> Iterator[str]:
+    """Say, a line each, what was left out, and what the reader did that a user should know."""
+    metadata, acquired = unit.recording.metadata, unit.acquired
+    yield from metadata.remarks
+    yield from unit.remarks
+    if metadata.already_corrected:
+        yield "the log was corrected before it was written: this calibrates what the correction left"
+    for start, end, why in acquired.refused:
+        yield f"{start:.1f} to {end:.1f} s is no rest: {why}"
+    for channel, _, _, first, last in acquired.faults:
+        yield f"{channel} is saturated between {first:.1f} and {last:.1f} s: turns in that time are not used"
+    if not unit.recording.parts:
+        yield from _gaps(acquired)
+    if acquired.not_finite:
+        yield f"{acquired.not_finite} samples are not numbers and were passed over"
+
+
+def _gaps(acquired: _core.Acquired) -> Iterator[str]:
+    ends, starts = acquired.rest_times[:-1, 1], acquired.rest_times[1:, 0]
+    for complete, start, end in zip(acquired.turn_complete, ends, starts, strict=False):
+        saturated = any(first <= end and start <= last for *_, first, last in acquired.faults)
+        if not complete and not saturated:
+            yield (
+                f"samples are missing between {start:.1f} and {end:.1f} s: "
+                "what the gyroscope showed then is not used"
+            )

@@ -1,0 +1,90 @@
+"""`tumble align`: reads units that moved together, writes how they sit beside each other."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tumble.cli.read_options import read_options_for, with_read_options
+from tumble.cli.screen import print_json, print_summary
+from tumble.logs.options import ReadOptions
+
+if TYPE_CHECKING:
+    from tumble.align.result import AlignResult
+
+SOME_UNSEEN = 3
+"""Exit code where not all was found that was asked for."""
+
+
+@with_read_options
+def align_command(
+    read_options: ReadOptions,
+    primary: Annotated[
+        str,
+        typer.Option(metavar="NAME", help="Unit that the others are laid beside: NAME in LOG, or LOG:NAME."),
+    ],
+    secondary: Annotated[
+        list[str], typer.Option(metavar="NAME", help="Unit to be aligned, likewise; repeatable.")
+    ],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Folder for all results; made where missing.")
+    ],
+    log: Annotated[
+        str | None, typer.Argument(metavar="LOG", help="Log that holds all units, where it is one.")
+    ] = None,
+    search: Annotated[
+        float,
+        typer.Option(metavar="SECONDS", min=0.0, help="Largest offset between the clocks of two units."),
+    ] = 5.0,
+    exceptions: Annotated[
+        list[str] | None,
+        typer.Option("--for", metavar="NAME:OPTION=VALUE", help="An option for one unit alone; repeatable."),
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the result as JSON instead of a table.")
+    ] = False,
+) -> None:
+    """Find rotation, time offset and lever arm between units that moved together.
+
+    All units are fastened to one body, which is turned about every axis for half a minute or longer.
+
+    Example: tumble align flight.parquet --primary imu1 --secondary imu2 --secondary imu3 -o results
+
+    Writes align.yaml, the settings of the units for tumble redundancy, and a page. The exit code is 0 if
+    everything was found, 3 if the motion left a rotation or a lever arm open, 2 if nothing could be done.
+    """
+    from tumble.align.procedure import align, write_settings
+    from tumble.align.report.page import write_align_page
+    from tumble.cli.progress import sample_progress
+    from tumble.files import prepare_folder
+
+    folder = prepare_folder(output)
+    sources = (primary, *secondary)
+    read = read_options_for(read_options, exceptions or (), sources)
+    with sample_progress("reading") as advance:
+        result = align(primary, secondary, log, search=search, read=read, progress=advance)
+    settings, page = folder / "align.yaml", folder / "align.html"
+    write_align_page(result, page)
+    write_settings(result, settings)
+    _show(result, {"settings": str(settings), "report": str(page)}, as_json)
+    if any(
+        not parameter.observable for unit in result for parameter in unit.parameters if _asked(parameter.name)
+    ):
+        raise typer.Exit(SOME_UNSEEN)
+
+
+def _asked(name: str) -> bool:
+    return name.startswith(("rotation", "lever arm"))
+
+
+def _show(result: AlignResult, files: dict[str, str], as_json: bool) -> None:
+    from tumble.align.summary import json_content, screen_summary
+
+    if as_json:
+        print_json(json_content(result, files))
+        return
+    print_summary(screen_summary(result))
+    print(f"Settings: {files['settings']}")
+    print(f"Report: {files['report']}")

@@ -1,0 +1,114 @@
+"""How the units of a redundant set sit beside each other, from a log in which they moved together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+
+from tumble import _core
+from tumble.align.messages import in_words
+from tumble.align.outputs import describe_alignment
+from tumble.align.result import AlignResult, UnitAlignment
+from tumble.align.samples import Progress, UnitSamples, read_samples
+from tumble.documents import write_document
+from tumble.errors import LogError, ProcedureError
+from tumble.logs import ReadOptions
+from tumble.redundancy.logs import Source, Unit, open_units
+
+LARGEST_OFFSET = 5.0
+"""s by which clocks may differ, if not said otherwise."""
+
+
+def align(
+    primary: Source,
+    secondaries: Sequence[Source],
+    log: str | Path | None = None,
+    *,
+    search: float = LARGEST_OFFSET,
+    read: ReadOptions | Mapping[str, ReadOptions] | None = None,
+    progress: Progress | None = None,
+) -> AlignResult:
+    """Find rotation, time offset and lever arm of secondaries against a primary that moved with them.
+
+    Each unit is the name of an IMU in `log`, or `LOG:NAME`, or a recording. Clocks may differ by up to
+    `search`, s; where logs have no time in common at all, their beginnings are laid beside each other first.
+    `read` says how to read all of them, or each by what was typed. `progress` is told samples done, and
+    samples expected where they are known.
+
+    Raises `TumbleError`, in one line, where a log cannot be read or its motion shows nothing.
+
+    Method: docs/theory/align.md.
+    """
+    if not search >= 0.0:
+        raise ProcedureError(f"--search {search:g}: give a time in s, zero or above")
+    units = open_units((primary, *secondaries), log, read, allow_missing=True)
+    for unit in units:
+        if unit.recording is None:
+            raise LogError(unit.missing)
+    samples = read_samples(units, progress)
+    ours, *theirs = zip(units, samples, strict=True)
+    # The core lets other threads run, and pairs have nothing to do with each other.
+    with ThreadPoolExecutor() as pool:
+        aligned = tuple(pool.map(lambda each: _aligned(ours, each, search), theirs))
+    return AlignResult(
+        primary=ours[0].name,
+        source=ours[0].source,
+        units=aligned,
+        options={"search": search},
+        warnings=tuple(f"{unit.name}: {remark}" for unit, read in (ours, *theirs) for remark in read.remarks),
+        software=f"tumble {_core.__version__}",
+    )
+
+
+def _aligned(
+    primary: tuple[Unit, UnitSamples], secondary: tuple[Unit, UnitSamples], search: float
+) -> UnitAlignment:
+    (our_unit, ours), (unit, theirs) = primary, secondary
+    clock = our_unit.recording.metadata.clock if our_unit.recording else ""
+    one_clock = bool(clock) and unit.recording is not None and unit.recording.metadata.clock == clock
+    around = _difference(ours, theirs)
+    try:
+        figures = _core.align_units(
+            ours.arrays,
+            theirs.arrays,
+            search=search,
+            around=around,
+            one_clock=one_clock,
+            rate_bias=ours.gyroscope_bias,
+            rate_bias_sigma=ours.gyroscope_bias_sigma,
+        )
+    except _core.CoreError as error:
+        raise ProcedureError(f"{unit.name}: {in_words(error, our_unit.name, search)}") from error
+    return describe_alignment(unit.name, unit.source, figures, around)
+
+
+def _difference(ours: UnitSamples, theirs: UnitSamples) -> float:
+    """Give the offset to search around, s: none, unless the logs have no time in common."""
+    apart = ours.end < theirs.start or theirs.end < ours.start
+    return ours.start - theirs.start if apart else 0.0
+
+
+def unit_settings(result: AlignResult) -> dict[str, dict[str, object]]:
+    """Give what `tumble redundancy` is to know of each secondary: what was shown, and nothing else."""
+    return {unit.name: _settings(unit) for unit in result.units}
+
+
+def _settings(unit: UnitAlignment) -> dict[str, object]:
+    found: dict[str, object] = {}
+    if unit.sensor_from_primary is not None:
+        found["sensor_from_primary"] = unit.sensor_from_primary.tolist()
+    if bool(np.isfinite(unit.lever_arm).all()):
+        found["lever_arm"] = unit.lever_arm.tolist()
+    return {**found, "time_offset": unit.time_offset}
+
+
+def write_settings(result: AlignResult, path: Path | str) -> None:
+    """Write the settings of the units as YAML that `tumble redundancy --settings` reads."""
+    header = (
+        f"Units of a redundant set beside {result.primary}: rotation from its case frame, place in it (m), "
+        "and what is to be added to their time (s). What the motion did not show is left out."
+    )
+    write_document(path, header, {"schema": "tumble-redundancy/1", "units": unit_settings(result)})

@@ -1,0 +1,160 @@
+"""The page of an alignment: where the units sit, how they are turned, and how far their clocks are apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tumble.align.report.figures import places_figure
+from tumble.align.result import AlignResult, UnitAlignment
+from tumble.files import write_text
+from tumble.report.numbers import readable_scale, significant
+from tumble.report.page import Picture, environment
+from tumble.report.parameters import Matrix, ParameterGroup, printed_group
+from tumble.report.svg import house_style
+from tumble.report.text import count_of
+from tumble.results import Parameter
+
+_CLOCK = ("time offset", "clock skew")
+
+
+@dataclass(frozen=True, slots=True)
+class UnitSection:
+    """Everything shown of one secondary."""
+
+    name: str
+    anchor: str
+    sentence: str
+    matrix: Matrix
+    groups: tuple[ParameterGroup, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class AlignPage:
+    """What the template of the page is given."""
+
+    name: str
+    headline: str
+    unobserved: tuple[str, ...]
+    warnings: tuple[str, ...]
+    places: Picture | None
+    units: tuple[UnitSection, ...]
+    method: tuple[tuple[str, str], ...]
+
+
+def write_align_page(result: AlignResult, path: Path) -> None:
+    """Write everything about an alignment as one HTML file that needs nothing else.
+
+    The file takes its name only once it is whole. Raises `OutputError` where it cannot be written; what
+    stood there before is untouched.
+    """
+    write_text(path, render_align(result))
+
+
+def render_align(result: AlignResult) -> str:
+    """Render the page as HTML."""
+    with house_style():
+        page = align_page(result)
+    return environment("tumble.align.report").get_template("align.html.j2").render(page=page)
+
+
+def align_page(result: AlignResult) -> AlignPage:
+    """Gather the page. To be called inside `svg.house_style`."""
+    return AlignPage(
+        name=result.primary,
+        headline=f"{count_of('unit', len(result.units))} aligned with {result.primary}",
+        unobserved=tuple(unobserved_sentences(result)),
+        warnings=(
+            *(f"{unit.name}: {line}" for unit in result for line in unit.warnings),
+            *result.warnings,
+        ),
+        places=_places(result),
+        units=tuple(_section(unit, number) for number, unit in enumerate(result.units, start=1)),
+        method=_method(result),
+    )
+
+
+def unobserved_sentences(result: AlignResult) -> list[str]:
+    """Say what the motion does not show, with its reason; what goes for several units in one sentence."""
+    by_reason: dict[tuple[str, tuple[str, ...]], list[str]] = {}
+    for unit in result:
+        hidden = [parameter for parameter in unit.parameters if not parameter.observable]
+        for reason in dict.fromkeys(parameter.reason for parameter in hidden):
+            names = tuple(parameter.name for parameter in hidden if parameter.reason == reason)
+            by_reason.setdefault((reason, names), []).append(unit.name)
+    everyone = len(result.units)
+    return [
+        f"{'' if len(units) == everyone else ', '.join(units) + ': '}{', '.join(names)}: {reason}"
+        for (reason, names), units in by_reason.items()
+    ]
+
+
+def _section(unit: UnitAlignment, number: int) -> UnitSection:
+    return UnitSection(
+        name=unit.name,
+        anchor=f"unit-{number}",
+        sentence=_sentence(unit),
+        matrix=_matrix(unit),
+        groups=tuple(_groups(unit)),
+    )
+
+
+def _sentence(unit: UnitAlignment) -> str:
+    rate = readable_scale("rad/s", unit.gyroscope_residual)
+    sentence = (
+        f"{count_of('window', unit.pairs)} of {unit.window:g} s. Rates of both units correlate by "
+        f"{unit.correlation:.4f}; over a window they differ by "
+        f"{significant(rate.factor * unit.gyroscope_residual, 2)} {rate.unit}"
+    )
+    if not np.isfinite(unit.accelerometer_residual):
+        return f"{sentence}."
+    force = readable_scale("m/s^2", unit.accelerometer_residual)
+    figure = significant(force.factor * unit.accelerometer_residual, 2)
+    return f"{sentence}, specific forces by {figure} {force.unit}."
+
+
+def _matrix(unit: UnitAlignment) -> Matrix:
+    meaning = "sensor from primary"
+    if unit.sensor_from_primary is None:
+        return Matrix("R", meaning, reason=unit.parameter("rotation x").reason)
+    rows = tuple(tuple(f"{value:.6f}" for value in row) for row in unit.sensor_from_primary)
+    return Matrix("R", meaning, rows)
+
+
+def _groups(unit: UnitAlignment) -> list[ParameterGroup]:
+    kinds: dict[str, list[Parameter]] = {}
+    for parameter in unit.parameters:
+        # Offset and skew have units of their own.
+        kind = parameter.name if parameter.name in _CLOCK else parameter.name.rpartition(" ")[0]
+        kinds.setdefault(kind, []).append(parameter)
+    return [printed_group(kind, members, [None] * len(members)) for kind, members in kinds.items()]
+
+
+def _places(result: AlignResult) -> Picture | None:
+    known = [unit for unit in result if np.isfinite(unit.lever_arm).all()]
+    if not known:
+        return None
+    left_out = [unit.name for unit in result if not np.isfinite(unit.lever_arm).all()]
+    rest = f" Not observable, so not drawn: {', '.join(left_out)}." if left_out else ""
+    return Picture(
+        places_figure(result.primary, known, "places"),
+        f"Places in the case frame of {result.primary}, which is at zero, with 2-sigma ellipses; seen along "
+        f"z, and along y.{rest}",
+    )
+
+
+def _method(result: AlignResult) -> tuple[tuple[str, str], ...]:
+    options = ", ".join(f"{name} {value}" for name, value in result.options.items())
+    return (
+        (
+            "Clock and rotation",
+            "from angular rates alone; sensor_from_primary leads from the primary's case frame",
+        ),
+        ("Lever arm", "from specific forces, with the rotation and the clock that the rates gave"),
+        ("Sigmas", "from the residuals: how much the result changes as each sixtieth of the log is left out"),
+        ("Options", options),
+        ("Source", result.source),
+        ("Software", result.software),
+    )

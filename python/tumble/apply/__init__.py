@@ -1,0 +1,1 @@
+"""A log, corrected with a calibration."""

@@ -1,0 +1,51 @@
+"""`tumble apply`: a log, a calibration, and out comes the corrected log."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tumble.cli.read_options import with_read_options
+from tumble.logs.options import ReadOptions
+
+
+@with_read_options
+def apply_command(
+    calibration: Annotated[Path, typer.Argument(metavar="CALIBRATION", help="Calibration file of the unit.")],
+    log: Annotated[
+        str, typer.Argument(metavar="LOG", help="Log to correct: LOG, or LOG:NAME for one IMU of several.")
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="OUT", help="Corrected log to write.")],
+    read_options: ReadOptions,
+    format_name: Annotated[
+        str | None,
+        typer.Option("--format", metavar="csv|parquet|mcap", help="Format, if not that of OUT's name."),
+    ] = None,
+) -> None:
+    """Correct a log with a calibration.
+
+    Example: tumble apply results/target_1.yaml drive.bag:/imu/data -o drive.mcap
+
+    Writes time in s, specific force in m/s^2 and angular rate in rad/s, freed of the calibrated errors.
+
+    Logs of any length are read and written piece by piece.
+    """
+    from tumble.apply.procedure import apply
+    from tumble.calibration.document import Calibration
+    from tumble.cli.progress import sample_progress
+    from tumble.logs import open_recording
+
+    with sample_progress("correcting") as advance:
+        applied = apply(
+            Calibration.load(calibration),
+            open_recording(log, read_options),
+            output,
+            format_name=format_name,
+            progress=advance,
+        )
+    for warning in applied.warnings:
+        print(f"tumble: warning: {warning}", file=sys.stderr)
+    print(f"{applied.samples} samples corrected: {applied.path}")

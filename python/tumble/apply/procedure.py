@@ -1,0 +1,92 @@
+"""Correct a recording with a calibration, chunk by chunk."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from tumble.calibration.document import Calibration
+from tumble.errors import OutputError
+from tumble.logs import ChunkStream, Facts, open_writer, parse_spec
+from tumble.recording import Recording
+
+
+@dataclass(frozen=True, slots=True)
+class Applied:
+    """A corrected log."""
+
+    path: Path
+    samples: int
+    """Samples written."""
+    warnings: tuple[str, ...]
+    """What a user should know before using it."""
+
+    def __repr__(self) -> str:
+        return "\n".join(
+            [f"Applied({self.samples} samples to {self.path})", *map("  {}".format, self.warnings)]
+        )
+
+
+def apply(
+    calibration: Calibration,
+    recording: Recording,
+    output: Path | str,
+    *,
+    format_name: str | None = None,
+    progress: Callable[[int, int | None], None] | None = None,
+) -> Applied:
+    """Write `recording` corrected to `output`, in SI units; memory does not grow with its length.
+
+    `format_name` is `csv`, `parquet` or `mcap`, else the extension of `output` decides. `progress` is told
+    samples done, and samples expected where they are known beforehand.
+
+    Raises `LogError` where the recording cannot be read to its end, `OutputError` where `output` cannot be
+    written; what was there before is then untouched.
+    """
+    output = Path(output)
+    _refuse_source(recording, output)
+    metadata = recording.metadata
+    facts = Facts(metadata.frame, metadata.serial or calibration.serial, f"sha256:{calibration.hash()}")
+    samples = 0
+    stream = recording.chunks()
+    expected = stream.expected if isinstance(stream, ChunkStream) else None
+    with open_writer(output, format_name, facts) as writer:
+        for chunk in stream:
+            accelerometer, gyroscope = calibration.correct(chunk.accelerometer, chunk.gyroscope)
+            writer.write(replace(chunk, accelerometer=accelerometer, gyroscope=gyroscope))
+            samples += len(chunk)
+            if progress is not None:
+                progress(samples, expected)
+    left_out = stream.counts.remarks() if isinstance(stream, ChunkStream) else ()
+    return Applied(output, samples, (*_warnings(calibration, recording), *left_out))
+
+
+def _refuse_source(recording: Recording, output: Path) -> None:
+    if recording.metadata.format == "arrays" or not output.exists():
+        return
+    source = parse_spec(recording.metadata.source).path
+    if source.samefile(output) or output.resolve() in (part.resolve() for part in source.glob("*")):
+        raise OutputError(
+            f"{output}: is the log to be corrected; give another name, the original is worth keeping"
+        )
+
+
+def _is_spin(calibration: Calibration) -> bool:
+    """Whether bias is all that the procedure is for, so that whoever applies it expects no more."""
+    return calibration.method is not None and calibration.method.procedure == "spin"
+
+
+def _warnings(calibration: Calibration, recording: Recording) -> tuple[str, ...]:
+    metadata = recording.metadata
+    warnings = []
+    if metadata.already_corrected:
+        warnings.append("the log was already corrected; it is now corrected twice")
+    if calibration.serial and metadata.serial and calibration.serial != metadata.serial:
+        warnings.append(f"the log is of unit {metadata.serial}, the calibration of unit {calibration.serial}")
+    for name, triad in (("accelerometer", calibration.accelerometer), ("gyroscope", calibration.gyroscope)):
+        if triad is None:
+            warnings.append(f"the calibration has no {name} section; the {name} is left as measured")
+        elif "matrix" not in triad.estimated and triad.estimated and not _is_spin(calibration):
+            warnings.append(f"the calibration of the {name} is of its bias only")
+    return tuple(warnings)

@@ -1,0 +1,422 @@
+"""The calibration file of one IMU: what the procedures find, applied to later measurements.
+
+Forward model, for each triad: `y = M u + b`, `y` what the sensor says, `u` the truth in the case frame of the
+IMU. Correction: `u = M^-1 (y - b)`. `M = K L Q`: scale, non-orthogonality, mounting (sensor_from_case).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeAlias
+
+import numpy as np
+from pydantic import Field, JsonValue, model_validator
+
+from tumble.calibration.redundancy import redundancy_content
+from tumble.calibration.spin import spin_content
+from tumble.documents import (
+    ArrayField,
+    Document,
+    Matrix,
+    Vector,
+    VectorWithGaps,
+    plain,
+    read_document,
+    write_document,
+)
+from tumble.errors import ProcedureError
+from tumble.recording import FloatArray
+from tumble.redundancy.result import RedundancyResult
+from tumble.results import TriadResult
+from tumble.spin.result import SpinResult
+from tumble.turntable.result import TargetResult, TurntableResult
+
+SCHEMA: Literal["tumble-calibration/1"] = "tumble-calibration/1"
+SCHEMA_FILE = "calibration.schema.json"
+
+_HEADER = f"""\
+Calibration of one IMU by Tumble. y = M u + b, M = K L Q; to correct a measurement: u = M^-1 (y - b).
+SI units, angles in degrees, case frame of the IMU; null marks what the data did not show.
+Schema: docs/schema/{SCHEMA_FILE}"""
+
+Covariance: TypeAlias = Annotated[FloatArray, ArrayField((12, 12), gaps=True)]
+Group: TypeAlias = Literal["bias", "matrix", "g-sensitivity"]
+
+_MATRIX_TOLERANCE = 1e-9
+"""Largest difference between M and K L Q: that of floats typed with ten digits."""
+_SINGULAR = 1e-6
+"""Smallest singular value of M over its largest for which a correction still means something."""
+
+
+class NonOrthogonality(Document):
+    """Deviation of the angle between two sensing axes from 90 deg, `asin(s_i . s_j)`, in degrees."""
+
+    xy: float | None
+    yz: float | None
+    zx: float | None
+
+
+class Angles(Document):
+    """What M says of the axes, in degrees."""
+
+    non_orthogonality: NonOrthogonality = Field(alias="non-orthogonality")
+    mounting: VectorWithGaps
+    """Rotation vector of Q (sensor_from_case), deg."""
+
+
+class Sigma(Document):
+    """1-sigma of what people read off a calibration; null where the data did not show it."""
+
+    bias: VectorWithGaps
+    """In the unit of the triad."""
+    scale: VectorWithGaps
+    """Of the diagonal of K, 1."""
+    non_orthogonality: NonOrthogonality = Field(alias="non-orthogonality")
+    """deg."""
+    mounting: VectorWithGaps
+    """deg."""
+
+
+class Residual(Document):
+    """Measured minus modelled at one rest or over one turn, in the unit of the triad."""
+
+    label: str
+    value: Vector
+    sigma: VectorWithGaps
+    """1-sigma of the measured mean."""
+
+
+class Triad(Document):
+    """Three sensing axes. `M` and `b` suffice to correct; the rest says how good they are and where from."""
+
+    unit: Literal["m/s^2", "rad/s"]
+    """Of what the sensor says."""
+    M: Matrix
+    """sensor from case: y = M u + b."""
+    b: Vector
+    """In the unit of the triad."""
+    K: Matrix | None = None
+    """Diagonal: scale of each axis."""
+    L: Matrix | None = None
+    """Lower triangular with unit rows: non-orthogonality."""
+    Q: Matrix | None = None
+    """Rotation sensor_from_case: mounting."""
+    angles: Angles | None = None
+    sigma: Sigma | None = None
+    estimated: tuple[Group, ...] = Field(default=(), strict=False)
+    """Groups of parameters that the data showed; the others stand at their ideal values."""
+    unobservable: tuple[str, ...] = Field(default=(), strict=False)
+    """What the data did not show, in words."""
+    rank: int | None = None
+    """Number of directions of [M, b] that the data showed, at most 12."""
+    chi_square: float | None = None
+    degrees_of_freedom: int | None = None
+    noise_density: VectorWithGaps | None = None
+    """White noise, unit / sqrt(Hz)."""
+    bias_instability: VectorWithGaps | None = None
+    """Flicker noise, in the unit of the triad."""
+    residuals: tuple[Residual, ...] = Field(default=(), strict=False)
+    covariance: Covariance | None = None
+    """Of [M row by row, b]."""
+
+    @model_validator(mode="after")
+    def _matrices_agree(self) -> Triad:
+        singular_values = np.linalg.svd(self.M, compute_uv=False)
+        if singular_values[-1] <= _SINGULAR * singular_values[0]:
+            raise ValueError("M cannot be inverted, so nothing can be corrected with it; check its rows")
+        parts = (self.K, self.L, self.Q)
+        if any(part is not None for part in parts):
+            if self.K is None or self.L is None or self.Q is None:
+                raise ValueError("K, L and Q stand together: give all three or only M")
+            error = float(np.abs(self.K @ self.L @ self.Q - self.M).max())
+            if error > _MATRIX_TOLERANCE * singular_values[0]:
+                raise ValueError(
+                    f"M differs from K L Q by {error:.2g}; edit M alone and leave K, L, Q and angles out"
+                )
+        return self
+
+
+class AccelerometerCalibration(Triad):
+    """Three accelerometers, m/s^2."""
+
+    unit: Literal["m/s^2"] = "m/s^2"
+
+
+class GyroscopeCalibration(Triad):
+    """Three gyroscopes, rad/s. With g-sensitivity: y = M w + b + G f, `f` the true specific force."""
+
+    unit: Literal["rad/s"] = "rad/s"
+    g_sensitivity: Matrix | None = None
+    """G, rad/s per m/s^2."""
+    g_sensitivity_sigma: Annotated[FloatArray, ArrayField((3, 3), gaps=True)] | None = None
+
+
+class Gravity(Document):
+    """Local gravity used, m/s^2, and where it was taken from."""
+
+    value: float = Field(gt=0.0)
+    source: str
+
+
+class Temperature(Document):
+    """Sensor temperature at rest during the calibration, degC."""
+
+    low: float
+    mean: float
+    high: float
+
+
+class Reference(Document):
+    """The IMU that supplied the truth."""
+
+    name: str
+    serial: str = ""
+    calibration_hash: str = ""
+    """sha256 of the calibration the reference itself carried; empty if it carried none."""
+
+
+class Method(Document):
+    """How the calibration was found."""
+
+    procedure: str
+    truth: str = ""
+    options: dict[str, JsonValue] = Field(default_factory=dict)
+
+
+class Calibration(Document):
+    """One IMU's calibration, as it stands in the file.
+
+    `accelerometer` or `gyroscope` is None where that triad was not calibrated; it is then left as measured.
+    """
+
+    schema_: Literal["tumble-calibration/1"] = Field(default=SCHEMA, alias="schema")
+    name: str
+    serial: str = ""
+    software: str = ""
+    method: Method | None = None
+    reference: Reference | None = None
+    gravity: Gravity | None = None
+    temperature: Temperature | None = None
+    accelerometer: AccelerometerCalibration | None = None
+    gyroscope: GyroscopeCalibration | None = None
+
+    @model_validator(mode="after")
+    def _has_a_triad(self) -> Calibration:
+        if self.accelerometer is None and self.gyroscope is None:
+            raise ValueError("has neither an accelerometer nor a gyroscope section; give at least one")
+        return self
+
+    @classmethod
+    def load(cls, path: Path | str) -> Calibration:
+        """Read a calibration file.
+
+        Raises `CalibrationFileError` in one line: file, line, key, what is wrong and what to do.
+        """
+        return read_document(path, cls, "calibration file", SCHEMA_FILE)
+
+    def save(self, path: Path | str) -> None:
+        """Write the file in full or not at all; raises `OutputError` where it cannot be written."""
+        write_document(path, _HEADER, self.content())
+
+    @classmethod
+    def from_target(cls, target: TargetResult, batch: TurntableResult) -> Calibration:
+        """Make the calibration file of one target of a turntable batch.
+
+        Raises `ProcedureError` where the target could not be calibrated.
+        """
+        if target.failure:
+            raise ProcedureError(f"{target.name}: has no calibration to keep: {target.failure}")
+        return cls.model_validate(_from_target(target, batch))
+
+    @classmethod
+    def from_spin(cls, result: SpinResult, before: Calibration | None = None) -> Calibration:
+        """Make the calibration file of a unit that was spun; `before` is the calibration applied first.
+
+        Its biases are those of the raw sensor, its matrices those of `before`, or none. A triad whose bias
+        the spin does not show is left out, or stays as `before` has it.
+
+        Raises `ProcedureError` where `before` is not what was applied.
+        """
+        if (before.hash() if before else "") != result.calibration_hash:
+            raise ProcedureError(
+                f"{result.name}: its biases are those that another calibration left; give that one"
+            )
+        return cls.model_validate(spin_content(result, before.content() if before else {}))
+
+    @classmethod
+    def from_redundancy(
+        cls, result: RedundancyResult, unit: str, primary: Calibration | None = None
+    ) -> Calibration:
+        """Make the calibration file of a secondary; `primary` is the calibration of the primary.
+
+        It corrects the secondary's readings into the case frame of the primary. A triad without a stored
+        error is left out.
+
+        Raises `ProcedureError` where the secondary has no stored error, or `primary` is not what was used.
+        """
+        if (primary.hash() if primary else "") != result.calibration_hash:
+            raise ProcedureError(f"{result.primary}: was calibrated by another file; give that one")
+        if all(error.unit != unit for error in result.errors):
+            raise ProcedureError(f"{unit}: has no stored error, so there is no calibration to keep")
+        return cls.model_validate(redundancy_content(result, unit, primary.content() if primary else {}))
+
+    def correct(self, accelerometer: FloatArray, gyroscope: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Specific force (n, 3), m/s^2, and angular rate (n, 3), rad/s, freed of the calibrated errors.
+
+        Both are in the case frame of the IMU. A triad without a calibration comes back as it was given.
+        """
+        from tumble import _core  # reading and writing files works without the native module
+
+        if self.accelerometer is not None:
+            accelerometer = _core.correct(accelerometer, self.accelerometer.M, self.accelerometer.b)
+        if self.gyroscope is not None:
+            if self.gyroscope.g_sensitivity is not None:
+                gyroscope = gyroscope - accelerometer @ self.gyroscope.g_sensitivity.T
+            gyroscope = _core.correct(gyroscope, self.gyroscope.M, self.gyroscope.b)
+        return accelerometer, gyroscope
+
+    @property
+    def bias_instability(self) -> tuple[float, float] | None:
+        """B of accelerometer, m/s^2, and gyroscope, rad/s, root mean square over the axes.
+
+        None unless the file states both.
+        """
+        stated = [triad.bias_instability for _, triad in self._triads()]
+        known = [float(np.sqrt(np.mean(values**2))) for values in stated if values is not None]
+        return (known[0], known[1]) if len(known) == 2 and np.isfinite(known).all() else None
+
+    def hash(self) -> str:
+        """sha256, in hexadecimal, of the content: the same however the file is laid out."""
+        canonical = json.dumps(self.content(), sort_keys=True, separators=(",", ":"), allow_nan=False)
+        return hashlib.sha256(canonical.encode()).hexdigest()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Calibration) and self.content() == other.content()
+
+    def __hash__(self) -> int:
+        return int(self.hash()[:15], 16)
+
+    def __repr__(self) -> str:
+        serial = f", serial {self.serial!r}" if self.serial else ""
+        lines = [f"  {kind}: {_summary(triad)}" for kind, triad in self._triads()]
+        return "\n".join([f"Calibration({self.name!r}{serial})", *lines])
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        title = escape(self.name + (f" ({self.serial})" if self.serial else ""))
+        rows = "".join(_html_row(kind, triad) for kind, triad in self._triads())
+        head = "".join(f"<th>{cell}</th>" for cell in ("", "M", "b", "angles"))
+        return f"<table><caption>{title}</caption><tr>{head}</tr>{rows}</table>"
+
+    def _triads(self) -> list[tuple[str, AccelerometerCalibration | GyroscopeCalibration]]:
+        pairs = (("accelerometer", self.accelerometer), ("gyroscope", self.gyroscope))
+        return [(kind, triad) for kind, triad in pairs if triad is not None]
+
+
+def _from_target(target: TargetResult, batch: TurntableResult) -> dict[str, Any]:
+    reference = batch.reference
+    content: dict[str, Any] = {
+        "name": target.name,
+        "serial": target.serial,
+        "software": batch.software,
+        "method": {"procedure": "turntable", "truth": batch.truth, "options": plain(batch.options)},
+        "reference": {
+            "name": reference.name,
+            "serial": reference.serial,
+            "calibration_hash": reference.calibration_hash,
+        },
+        "gravity": {"value": batch.gravity, "source": batch.gravity_source},
+    }
+    if target.temperature is not None:
+        low, mean, high = target.temperature
+        content["temperature"] = {"low": low, "mean": mean, "high": high}
+    for kind, triad in (("accelerometer", target.accelerometer), ("gyroscope", target.gyroscope)):
+        if triad is not None:
+            content[kind] = _from_triad(triad)
+    return content
+
+
+def _from_triad(triad: TriadResult) -> dict[str, Any]:
+    value = {parameter.name: parameter.value for parameter in triad.parameters}
+    sigma = {p.name: p.sigma if p.observable and np.isfinite(p.sigma) else np.nan for p in triad.parameters}
+    residuals = zip(triad.residual_labels, triad.residuals, triad.residual_sigma, strict=True)
+    # K, L and Q of a matrix that the data showed in part would be numbers nobody measured.
+    parts = {"K": triad.K, "L": triad.L, "Q": triad.Q} if "matrix" in triad.estimated else {}
+    content: dict[str, Any] = {
+        "unit": triad.unit,
+        "M": triad.M,
+        "b": triad.b,
+        **parts,
+        "angles": {
+            "non-orthogonality": _by_pair(value),
+            "mounting": _by_axis(value, "mounting"),
+        },
+        "sigma": {
+            "bias": _by_axis(sigma, "bias"),
+            "scale": _by_axis(sigma, "scale"),
+            "non-orthogonality": _by_pair(sigma),
+            "mounting": _by_axis(sigma, "mounting"),
+        },
+        "estimated": triad.estimated,
+        "unobservable": triad.unobservable,
+        "rank": triad.rank,
+        "chi_square": _or_none(triad.chi_square),
+        "degrees_of_freedom": triad.degrees_of_freedom,
+        "noise_density": triad.noise_density,
+        "bias_instability": triad.bias_instability,
+        "residuals": [{"label": label, "value": mean, "sigma": spread} for label, mean, spread in residuals],
+        "covariance": triad.covariance,
+    }
+    if triad.g_sensitivity is not None:
+        content |= {"g_sensitivity": triad.g_sensitivity, "g_sensitivity_sigma": triad.g_sensitivity_sigma}
+    return content
+
+
+def _by_axis(values: dict[str, float], group: str) -> FloatArray:
+    return np.array([values[f"{group} {axis}"] for axis in "xyz"])
+
+
+def _by_pair(values: dict[str, float]) -> dict[str, float | None]:
+    return {pair: _or_none(values[f"non-orthogonality {pair}"]) for pair in ("xy", "yz", "zx")}
+
+
+def _or_none(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _summary(triad: Triad) -> str:
+    bias = ", ".join(f"{value:.6g}" for value in triad.b)
+    text = f"b = [{bias}] {triad.unit}"
+    if triad.estimated == ("bias",):
+        return f"{text}, bias only"
+    scale = ", ".join(f"{value:.6g}" for value in np.linalg.norm(triad.M, axis=1))
+    return f"{text}, scale = [{scale}]" + "".join(f", {line}" for line in _angle_lines(triad)[:1])
+
+
+def _angle_lines(triad: Triad) -> list[str]:
+    """Non-orthogonality and mounting in words, empty where the file does not state them."""
+    if triad.angles is None:
+        return []
+    skew = triad.angles.non_orthogonality
+    pairs = {"xy": skew.xy, "yz": skew.yz, "zx": skew.zx}
+    mounting = dict(zip("xyz", map(_or_none, triad.angles.mounting), strict=True))
+    return [_named("non-orthogonality", pairs), _named("mounting", mounting)]
+
+
+def _named(title: str, angles: dict[str, float | None]) -> str:
+    figures = [
+        f"{axis} {'not shown' if angle is None else f'{angle:.4g} deg'}" for axis, angle in angles.items()
+    ]
+    return f"{title} " + ", ".join(figures)
+
+
+def _html_row(kind: str, triad: Triad) -> str:
+    matrix = "<br>".join(" ".join(f"{value:.6f}" for value in row) for row in triad.M)
+    bias = "<br>".join(f"{value:.6g} {triad.unit}" for value in triad.b)
+    cells = "".join(f"<td>{cell}</td>" for cell in (kind, matrix, bias, "<br>".join(_angle_lines(triad))))
+    return f"<tr>{cells}</tr>"

@@ -1,0 +1,125 @@
+"""Look at a recording from beginning to end: what it holds, how good it is, what it can serve."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tumble import _core
+from tumble.acquisition.acquire import rests_of
+from tumble.errors import LogError
+from tumble.inspect.result import ChannelFacts, Inspection, Timing
+from tumble.inspect.samples import SampleWatch
+from tumble.inspect.services import directions_of, services_of
+from tumble.logs import ChunkStream, Counts, list_imus, parse_spec
+from tumble.recording import Metadata, Recording
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_FEW_HZ = 5.0
+
+
+def inspect(recording: Recording, progress: Callable[[int, int | None], None] | None = None) -> Inspection:
+    """Inspect one recording in one pass; memory does not grow with its length.
+
+    `progress` is told samples done, and samples expected where they are known beforehand.
+
+    Raises `LogError` where the recording breaks off or is not fit to use.
+    """
+    watch, segmenter, counts = SampleWatch(), _core.Segmenter(), Counts()
+    for number, part in enumerate(recording.parts or (recording,)):
+        if number:
+            watch.time.begin_part()
+        segmenter.begin_part(part.name if recording.parts else "")
+        stream = part.chunks()
+        for chunk in stream:
+            watch.push(chunk)
+            segmenter.push(chunk.time, chunk.accelerometer, chunk.gyroscope, chunk.temperature)
+            if progress is not None:
+                progress(watch.time.samples, stream.expected if isinstance(stream, ChunkStream) else None)
+        if isinstance(stream, ChunkStream):
+            counts.add(stream.counts)
+    if watch.time.samples == 0:
+        raise LogError(f"{recording.metadata.source}: holds no samples")
+    return _conclude(recording.metadata, watch, segmenter.finish(), counts)
+
+
+def _conclude(metadata: Metadata, watch: SampleWatch, acquired: _core.Acquired, counts: Counts) -> Inspection:
+    rests = rests_of(acquired)
+    channels = _channels(watch, acquired)
+    stuck = [channel.name for channel in channels if channel.stuck]
+    timing = _timing(watch, counts)
+    return Inspection(
+        metadata=metadata,
+        timing=timing,
+        channels=channels,
+        temperature=acquired.temperature,
+        rests=rests,
+        not_rests=tuple(acquired.refused),
+        directions=len(directions_of(rests)),
+        services=services_of(rests, acquired.turn_angles, acquired.trace(), _imus(metadata), stuck),
+        remarks=(*metadata.remarks, *counts.remarks(), *_warnings(metadata, timing, channels)),
+    )
+
+
+def _channels(watch: SampleWatch, acquired: _core.Acquired) -> tuple[ChannelFacts, ...]:
+    stuck = {name for name, kind, *_ in acquired.faults if kind == "stuck"}
+    return tuple(
+        ChannelFacts(
+            channel.name,
+            channel.unit,
+            channel.low,
+            channel.mean,
+            channel.high,
+            channel.step,
+            0 if channel.name in stuck else channel.saturated,
+            channel.name in stuck,
+            float(noise) if noise > 0.0 else math.nan,
+        )
+        for channel, noise in zip(watch.channels, acquired.noise_density, strict=True)
+    )
+
+
+def _timing(watch: SampleWatch, counts: Counts) -> Timing:
+    time = watch.time
+    return Timing(
+        samples=time.samples,
+        start=time.start,
+        end=time.end,
+        duration=time.duration,
+        rate=1.0 / time.interval if time.interval > 0.0 else math.nan,
+        jitter=time.jitter,
+        gaps=time.gaps,
+        missing=time.missing,
+        longest_gap=time.longest_gap,
+        longest_gap_at=time.longest_gap_at,
+        duplicates=counts.duplicates,
+        without_number=counts.without_number,
+    )
+
+
+def _imus(metadata: Metadata) -> int:
+    """Count the IMUs logged together with this one; 1 where the recording is no file that could hold more."""
+    if metadata.format in ("arrays", "folder", "imu_tk"):
+        return 1
+    path: Path = parse_spec(metadata.source).path
+    return len(list_imus(path))
+
+
+def _warnings(metadata: Metadata, timing: Timing, channels: tuple[ChannelFacts, ...]) -> tuple[str, ...]:
+    warnings = []
+    if metadata.already_corrected:
+        warnings.append("the log is already corrected: a calibration made from it adds to that correction")
+    if timing.rate < _FEW_HZ:
+        warnings.append(f"{timing.rate:.3g} Hz is too slow to follow any motion")
+    if timing.jitter * timing.rate > 0.2:
+        warnings.append("the interval between samples scatters by more than a fifth: stamps of arrival?")
+    warnings += [f"{channel.name} is stuck at {channel.mean:.6g}" for channel in channels if channel.stuck]
+    warnings += [
+        f"{channel.name} is saturated in {channel.saturated} samples"
+        for channel in channels
+        if channel.saturated
+    ]
+    return tuple(warnings)

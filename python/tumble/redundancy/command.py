@@ -1,0 +1,206 @@
+"""`tumble redundancy`: replays the logs of a redundant set, writes events, calibrations, store and report."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tumble.cli.read_options import read_options_for, with_read_options
+from tumble.errors import ProcedureError
+from tumble.logs.options import ReadOptions
+
+if TYPE_CHECKING:
+    from tumble.calibration.document import Calibration
+    from tumble.redundancy.replay import Command
+    from tumble.redundancy.result import RedundancyResult
+    from tumble.redundancy.settings import RedundancySettings
+
+NOT_ALL_WELL = 3
+"""Exit code where a secondary was to be calibrated and was not, or no unit was ever fit."""
+
+
+class Precision(str, Enum):
+    """Floats to compute with."""
+
+    F64 = "f64"
+    F32 = "f32"
+
+
+@with_read_options
+def redundancy_command(
+    read_options: ReadOptions,
+    log: Annotated[
+        str | None,
+        typer.Argument(metavar="LOG", help="Log that holds the units, where one log holds several."),
+    ] = None,
+    primary: Annotated[
+        str | None,
+        typer.Option(metavar="NAME|LOG:NAME", help="The primary: an IMU in LOG, or a log of its own."),
+    ] = None,
+    secondary: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME|LOG:NAME", help="A secondary, in the same form; repeatable, up to 7."),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", help="Folder for all results; made where missing.", show_default=False
+        ),
+    ] = None,
+    settings: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="FILE",
+            help="Settings, and what is known of each unit, such as what tumble align wrote (YAML); "
+            "repeatable, a later one goes before an earlier one.",
+        ),
+    ] = None,
+    changes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="A setting, or units.UNIT.NAME=VALUE; goes before those of --settings; repeatable.",
+        ),
+    ] = None,
+    calibration: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The primary's own calibration.")
+    ] = None,
+    store: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Folder of errors stored before; what is adopted is stored there. Without it nothing is "
+            "known before, and what is adopted goes to the folder store of the results.",
+        ),
+    ] = None,
+    command: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="TIME:evaluate|return",
+            help="A command to the monitor at a time of the logs, s: evaluate now, or return to the primary; "
+            "repeatable.",
+        ),
+    ] = None,
+    precision: Annotated[
+        Precision, typer.Option(help="Floats to compute with: f32 as on a device.")
+    ] = Precision.F64,
+    allow_missing: Annotated[
+        bool,
+        typer.Option("--allow-missing", help="Replay a unit that cannot be read as one that says nothing."),
+    ] = False,
+    exceptions: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--for",
+            metavar="UNIT:OPTION=VALUE",
+            help="Reading option for one unit only, such as imu2:gyroscope-unit=deg/s; repeatable.",
+        ),
+    ] = None,
+    explain: Annotated[
+        bool,
+        typer.Option("--explain", help="Print every setting with meaning, unit and default; no log needed."),
+    ] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the result, or the settings, as JSON instead of a table.")
+    ] = False,
+) -> None:
+    """Replay a redundant set: a primary IMU keeps its secondaries calibrated.
+
+    Example: tumble redundancy flight.csv --primary imu1 --secondary imu2 --secondary imu3 -o results
+
+    At rest the secondaries are evaluated, in motion those that deviate are calibrated against the primary,
+    and when the primary fails one of them takes over. Writes events.jsonl, a calibration file for each
+    secondary, the stored errors and report.html. The exit code is 0 if all went well, 3 if a secondary was
+    to be calibrated and was not or no unit was ever fit, 2 if nothing could be done.
+    """
+    if explain:
+        from tumble.redundancy.explain import show_settings
+
+        show_settings(as_json)
+        return
+    if primary is None or not secondary or output is None:
+        raise ProcedureError(
+            "give --primary, --secondary and --output; tumble redundancy --help shows an example"
+        )
+    from tumble.calibration.document import Calibration
+    from tumble.cli.progress import sample_progress
+    from tumble.files import prepare_folder
+    from tumble.redundancy.procedure import redundancy
+
+    chosen = _settings(settings or [], changes or [])
+    brought = Calibration.load(calibration) if calibration else None
+    commands = [_command(text) for text in command or ()]
+    read = read_options_for(read_options, exceptions or [], [primary, *secondary])
+    folder = prepare_folder(output)
+    with sample_progress("replaying") as advance:
+        result = redundancy(
+            primary,
+            secondary,
+            log=log,
+            settings=chosen,
+            calibration=brought,
+            store=store,
+            commands=commands,
+            precision=precision.value,
+            allow_missing=allow_missing,
+            read=read,
+            progress=advance,
+        )
+    files = _write(result, chosen, brought, folder, store)
+    from tumble.redundancy.summary import show_results
+
+    show_results(result, files, as_json)
+    if _is_not_all_well(result):
+        raise typer.Exit(NOT_ALL_WELL)
+
+
+def _settings(paths: list[Path], changes: list[str]) -> RedundancySettings:
+    from tumble.redundancy.settings import RedundancySettings
+
+    stated = RedundancySettings()
+    for path in paths:
+        stated = stated.and_then(RedundancySettings.load(path))
+    return stated.changed(changes)
+
+
+def _command(text: str) -> tuple[float, Command]:
+    time, _, word = text.rpartition(":")
+    words: dict[str, Command] = {"evaluate": "evaluate", "return": "return to primary"}
+    try:
+        return float(time), words[word]
+    except (KeyError, ValueError):
+        raise ProcedureError(
+            f"--command {text}: give TIME:evaluate or TIME:return, the time in s, such as 120.5:evaluate"
+        ) from None
+
+
+def _write(
+    result: RedundancyResult,
+    settings: RedundancySettings,
+    calibration: Calibration | None,
+    folder: Path,
+    store: Path | None,
+) -> dict[str, str]:
+    """Write everything; give the path of each file by what it is."""
+    from tumble.redundancy.command_files import STORE, warn, write_results
+    from tumble.redundancy.procedure import identities_of, keep_adopted
+    from tumble.redundancy.store import ErrorStore
+
+    files, warnings = write_results(result, calibration, folder)
+    if store is None:
+        store = folder / STORE
+        identities = identities_of((result.primary, *result.secondaries), settings)
+        keep_adopted(ErrorStore(store, identities[0], fresh=True), result.errors, identities)
+    warn(warnings)
+    return files | {"store": str(store)}
+
+
+def _is_not_all_well(result: RedundancyResult) -> bool:
+    def units(name: str) -> set[str]:
+        return {event.unit for event in result.events if event.event == name}
+
+    return bool(units("triggered") - units("adopted")) or not any(span.unit for span in result.selected)

@@ -1,0 +1,68 @@
+"""What `tumble redundancy` writes: events, a calibration file for each secondary, and the report."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tumble.calibration.document import Calibration
+from tumble.cli.screen import finite
+from tumble.files import replacing
+from tumble.redundancy.store import file_stem
+
+if TYPE_CHECKING:
+    from tumble.redundancy.result import RedundancyResult
+
+EVENTS = "events.jsonl"
+STORE = "store"
+REPORT = "report.html"
+
+
+def write_results(
+    result: RedundancyResult, primary: Calibration | None, folder: Path
+) -> tuple[dict[str, str], list[str]]:
+    """Write everything but the store into `folder`; give each path by what it is, and what to beware of."""
+    from tumble.redundancy.report.page import write_redundancy_page
+
+    events = folder / EVENTS
+    write_events(result, events)
+    files = {"events": str(events)}
+    warnings = []
+    calibrated = {error.unit for error in result.errors}
+    for unit in result.secondaries:
+        path = folder / f"{file_stem(unit)}.yaml"
+        if unit in calibrated:
+            Calibration.from_redundancy(result, unit, primary).save(path)
+            files[unit] = str(path)
+        elif path.exists():
+            warnings.append(f"{path} is of an earlier run, this one has no calibration for it")
+    write_redundancy_page(result, folder / REPORT)
+    return files | {"report": str(folder / REPORT)}, warnings
+
+
+def write_events(result: RedundancyResult, path: Path) -> None:
+    """Write one JSON object a line: time, unit, event, figures; `null` for what is not finite."""
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as file:
+        for line in event_lines(result):
+            print(line, file=file)
+
+
+def event_lines(result: RedundancyResult) -> Iterator[str]:
+    """Give each event as JSON."""
+    for event in result.events:
+        content = {
+            "time": event.time,
+            "unit": event.unit,
+            "event": event.event,
+            "figures": finite(dict(event.figures)),
+        }
+        yield json.dumps(content, allow_nan=False)
+
+
+def warn(warnings: list[str]) -> None:
+    """Print warnings to standard error."""
+    for warning in warnings:
+        print(f"tumble: warning: {warning}", file=sys.stderr)

@@ -1,0 +1,280 @@
+"""The redundancy procedure on logs: what all units said, replayed through the monitor of a vehicle."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from pydantic import ValidationError
+
+from tumble import _core
+from tumble.calibration.document import Calibration
+from tumble.documents import mistake_in
+from tumble.errors import ProcedureError
+from tumble.files import prepare_folder
+from tumble.logs import ReadOptions, parse_spec
+from tumble.recording import FloatArray, Recording
+from tumble.redundancy.logs import Progress, SideBySide, Source, Unit, open_units
+from tumble.redundancy.messages import in_words
+from tumble.redundancy.replay import COMMANDS, Command, replay
+from tumble.redundancy.result import RedundancyEvent, RedundancyResult, SecondaryError
+from tumble.redundancy.settings import RedundancySettings
+from tumble.redundancy.store import ErrorStore, Identified, Rejected, file_stem
+from tumble.redundancy.units import CHANNELS, UnitSettings, identity_of
+
+Precision: TypeAlias = Literal["f64", "f32"]
+Settings: TypeAlias = RedundancySettings | Mapping[str, object] | str | Path
+
+
+def redundancy(
+    primary: Source,
+    secondaries: Sequence[Source],
+    *,
+    log: str | Path | None = None,
+    settings: Settings | None = None,
+    calibration: Calibration | str | Path | None = None,
+    store: str | Path | None = None,
+    commands: Sequence[tuple[float, Command]] = (),
+    precision: Precision = "f64",
+    allow_missing: bool = False,
+    read: ReadOptions | Mapping[str, ReadOptions] | None = None,
+    progress: Progress | None = None,
+) -> RedundancyResult:
+    """Replay the logs of a redundant set, sample by sample, through the monitor.
+
+    Units are names of IMUs in `log`, or `LOG:NAME` of logs stamped by one clock, or recordings. `settings`
+    are a settings file or its content. `calibration` is the primary's own. `store` is a folder with the
+    errors stored before, where what is adopted replaces them. `commands` are given to the monitor at their
+    times, s of the common clock. With `precision` `f32` it computes as a device would. With `allow_missing`,
+    a unit that cannot be read is replayed as one that never says anything. `read` says how to read all
+    logs, or each by what names its unit. `progress` is told samples done, and samples expected where known.
+
+    Raises `TumbleError`, in one line, where settings or logs make no sense; `store` is then as it was.
+
+    Method: docs/theory/redundancy.md.
+    """
+    chosen = settings_from(settings)
+    brought = Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
+    _refuse_unknown_commands(commands)
+    units = open_units((primary, *secondaries), log, read, allow_missing)
+    known = _known_units(chosen, units)
+    identities = identities_of(tuple(unit.name for unit in units), chosen)
+    monitor = _monitor(identities, known, brought, chosen, precision)
+    errors = None if store is None else ErrorStore(prepare_folder(store), identities[0])
+    rejected = [] if errors is None else list(_restore(monitor, errors, identities[1:]))
+    blocks = SideBySide(units, [own.time_offset for own in known], progress)
+    replayed = replay(monitor, blocks, commands, tuple(unit.name for unit in units))
+    events = (*_rejections(rejected, blocks.start), *replayed.events)
+    found = tuple(_errors(monitor, identities))
+    if errors is not None:
+        keep_adopted(errors, found, identities)
+    return RedundancyResult(
+        primary=units[0].name,
+        secondaries=tuple(unit.name for unit in units[1:]),
+        start=blocks.start,
+        end=blocks.end,
+        settings=chosen.by_name(),
+        events=events,
+        errors=found,
+        window_time=replayed.window_time,
+        traces=replayed.traces(),
+        selected=tuple(replayed.selected(blocks.end)),
+        replay_rate=(blocks.end - blocks.start) / max(replayed.seconds, 1e-9),
+        warnings=(*_warnings(units, brought, rejected), *blocks.remarks()),
+        calibration_hash=brought.hash() if brought else "",
+        software=f"tumble {_core.__version__}",
+        serials={unit.name: unit.recording.metadata.serial for unit in units if unit.recording is not None},
+        defaults=_core.RedundancyMonitor.default_settings(),
+    )
+
+
+def identities_of(names: Sequence[str], settings: RedundancySettings) -> tuple[Identified, ...]:
+    """Give each unit the number that stored errors know it by.
+
+    Raises `ProcedureError` where two have the same, or would be written to the same files.
+    """
+    found: dict[int, str] = {}
+    stems: dict[str, str] = {}
+    for name in names:
+        if stems.setdefault(file_stem(name).casefold(), name) != name:
+            twin = stems[file_stem(name).casefold()]
+            raise ProcedureError(
+                f"{name} and {twin}: would both be written to {file_stem(name)}.yaml; rename one of the logs"
+            )
+        identity = identity_of(name, settings.units.get(name, UnitSettings()))
+        if identity in found:
+            raise ProcedureError(
+                f"{name}: has the identity {identity} of {found[identity]}; give each its own, with "
+                f"--set units.{name}.identity=NUMBER"
+            )
+        found[identity] = name
+    return tuple(Identified(name, identity) for identity, name in found.items())
+
+
+def keep_adopted(
+    store: ErrorStore, errors: Sequence[SecondaryError], identities: Sequence[Identified]
+) -> None:
+    """Store what was adopted; what was loaded is there already."""
+    by_name = {unit.name: unit for unit in identities}
+    for error in errors:
+        if error.adopted is not None:
+            store.save(by_name[error.unit], error)
+
+
+def settings_from(settings: Settings | None) -> RedundancySettings:
+    """Read settings from a file, or from what a file would hold; raises `TumbleError` in one line."""
+    if settings is None:
+        return RedundancySettings()
+    if isinstance(settings, RedundancySettings):
+        return settings.with_rotations_read(Path())
+    if isinstance(settings, str | Path):
+        return RedundancySettings.load(settings)
+    try:
+        return RedundancySettings.model_validate(dict(settings)).with_rotations_read(Path())
+    except ValidationError as error:
+        raise ProcedureError(f"settings: {mistake_in(error, RedundancySettings)}") from error
+
+
+def _refuse_unknown_commands(commands: Sequence[tuple[float, str]]) -> None:
+    for time, command in commands:
+        if command not in COMMANDS or not np.isfinite(time):
+            known = ", ".join(map(repr, COMMANDS))
+            raise ProcedureError(f"command {command!r} at {time} s: known are {known}, at a time in s")
+
+
+def _known_units(settings: RedundancySettings, units: Sequence[Unit]) -> list[UnitSettings]:
+    """Give what is known of each unit; raises `ProcedureError` where that is of no unit."""
+    names = [unit.name for unit in units]
+    for name in settings.units:
+        if name not in names:
+            raise ProcedureError(f"units: {name}: is none of {', '.join(names)}; name units as they are here")
+    known = [settings.units.get(name, UnitSettings()) for name in names]
+    for stated in ("sensor_from_primary", "lever_arm"):
+        if getattr(known[0], stated) is not None:
+            raise ProcedureError(
+                f"units: {names[0]}: is the primary, from which {stated} is counted; leave it out"
+            )
+    if set(known[0].axes) != set(CHANNELS):
+        raise ProcedureError(f"units: {names[0]}: is the primary, which needs all of {' '.join(CHANNELS)}")
+    return known
+
+
+def _monitor(
+    identities: Sequence[Identified],
+    known: Sequence[UnitSettings],
+    calibration: Calibration | None,
+    settings: RedundancySettings,
+    precision: Precision,
+) -> _core.RedundancyMonitor:
+    units = [
+        _core.RedundancyUnit(unit.identity, **_arguments(own, calibration if index == 0 else None))
+        for index, (unit, own) in enumerate(zip(identities, known, strict=True))
+    ]
+    by_name = settings.by_name()
+    try:
+        return _core.RedundancyMonitor(units, by_name, precision)
+    except _core.CoreError as error:
+        kind, figures = error.args
+        if kind != "contradictory settings":
+            raise
+        raise ProcedureError(f"settings: {in_words(figures, by_name)}") from error
+
+
+def _arguments(unit: UnitSettings, calibration: Calibration | None) -> dict[str, Any]:
+    has = [channel in unit.axes for channel in CHANNELS]
+    # Samples are handed over in the time of the common clock, so that the monitor has no offset to add.
+    return {
+        "sensor_from_primary": unit.sensor_from_primary,
+        "lever_arm": unit.lever_arm,
+        "axes": tuple(has),
+        "specific_force_range": unit.specific_force_range,
+        "angular_rate_range": unit.angular_rate_range,
+        "calibration": None if calibration is None else _matrices(calibration),
+    }
+
+
+def _matrices(calibration: Calibration) -> dict[str, tuple[FloatArray, FloatArray]]:
+    triads = {"accelerometer": calibration.accelerometer, "gyroscope": calibration.gyroscope}
+    return {name: (triad.M, triad.b) for name, triad in triads.items() if triad is not None}
+
+
+def _restore(
+    monitor: _core.RedundancyMonitor, store: ErrorStore, secondaries: Sequence[Identified]
+) -> Iterator[Rejected]:
+    """Give the monitor what is stored; what neither store nor monitor takes is set aside by the next save."""
+    for unit in secondaries:
+        found, rejected = store.load(unit)
+        yield from rejected
+        for error in found:
+            why = monitor.restore(_record(error, unit.identity))
+            if why is not None:
+                store.doubt(unit, error.sensor)
+
+
+_RECORDED = (
+    "sensor",
+    "matrix",
+    "bias",
+    "matrix_sigma",
+    "bias_sigma",
+    "lever_arm",
+    "lever_arm_sigma",
+    "rung",
+    "directions",
+    "residual",
+    "residual_before",
+    "pairs",
+    "sequence",
+)
+
+
+def _record(error: SecondaryError, identity: int) -> dict[str, object]:
+    return {"identity": identity} | {name: getattr(error, name) for name in _RECORDED}
+
+
+def _rejections(rejected: Sequence[Rejected], time: float) -> Iterator[RedundancyEvent]:
+    """Tell what the store itself refused; what the monitor refused, it tells itself."""
+    for each in rejected:
+        figures = {"sensor": each.sensor, "reason": each.reason, "detail": each.detail}
+        yield RedundancyEvent(time, each.unit, "record rejected", figures)
+
+
+def _errors(monitor: _core.RedundancyMonitor, identities: Sequence[Identified]) -> Iterator[SecondaryError]:
+    """Give what the monitor holds."""
+    names = {unit.identity: unit.name for unit in identities}
+    for record in monitor.records():
+        fields: dict[str, Any] = dict(record)
+        yield SecondaryError(unit=names[fields.pop("identity")], **fields)
+
+
+def _may_differ_in_clock(recordings: Sequence[Recording]) -> bool:
+    """Whether neither the clocks that logs state nor the file they share says that one clock stamped all."""
+    clocks = {recording.metadata.clock for recording in recordings}
+    if len(clocks) == 1 and clocks != {""}:
+        return False
+    stated = [each.metadata.source for each in recordings if each.metadata.format != "arrays"]
+    files = {parse_spec(source).path.resolve() for source in stated}
+    return len(files) > 1 or len(stated) < len(recordings)
+
+
+def _warnings(
+    units: Sequence[Unit], calibration: Calibration | None, rejected: Sequence[Rejected]
+) -> Iterator[str]:
+    """Say what a user should know of the logs, the calibration and the store."""
+    for unit in units:
+        if unit.recording is None:
+            yield f"{unit.name}: is missing and replayed as a unit that says nothing: {unit.missing}"
+        else:
+            yield from (f"{unit.name}: {remark}" for remark in unit.recording.metadata.remarks)
+    if _may_differ_in_clock([unit.recording for unit in units if unit.recording is not None]):
+        yield (
+            "the logs do not say that one clock stamped them all, and are taken to share it; tumble align "
+            "finds the offset between two"
+        )
+    gyroscope = calibration.gyroscope if calibration is not None else None
+    if gyroscope is not None and gyroscope.g_sensitivity is not None:
+        yield "the g-sensitivity in the calibration of the primary is not used in the replay"
+    for each in rejected:
+        yield f"{each.unit}: stored error of the {each.sensor} was not taken, {each.reason}: {each.detail}"

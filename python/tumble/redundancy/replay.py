@@ -1,0 +1,144 @@
+"""Blocks of samples go through the monitor; its events and traces come together again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from tumble import _core
+from tumble.errors import ProcedureError
+from tumble.recording import FloatArray
+from tumble.redundancy.logs import Samples, SideBySide
+from tumble.redundancy.result import RedundancyEvent, Selected, UnitTrace
+
+Command: TypeAlias = Literal["evaluate", "return to primary"]
+COMMANDS: tuple[Command, ...] = ("evaluate", "return to primary")
+NONE_FIT = "none fit"
+"""Reason of `selected` where nobody is the source any more."""
+
+_TRACES = ("specific_force", "angular_rate", "specific_force_compensated", "angular_rate_compensated")
+_MOST_PARTS = 256
+"""Parts kept before they are joined: thousands of short ones would take more memory than what they hold."""
+
+
+@dataclass(slots=True)
+class Replayed:
+    """What the monitor said, block after block."""
+
+    names: tuple[str, ...]
+    """Of the units, primary first."""
+    events: list[RedundancyEvent] = field(default_factory=list)
+    seconds: float = 0.0
+    """Time the replay took."""
+    blocks: int = 0
+    _times: list[FloatArray] = field(default_factory=lambda: [np.empty(0)])
+    _parts: dict[tuple[str, int], list[FloatArray]] = field(default_factory=dict)
+    """Parts of each trace of each unit."""
+
+    def add(self, block: _core.RedundancyReplay) -> None:
+        """Take in what one block gave."""
+        self.blocks += 1
+        self.seconds += block["seconds"]
+        self.events += [
+            RedundancyEvent(time, self.names[unit], event, figures)
+            for time, unit, event, figures in block["events"]
+        ]
+        times, before = block["window_time"], self._times[-1]
+        # A window that lies across two blocks is told of in both.
+        new = slice(int(len(times) > 0 and len(before) > 0 and times[0] == before[-1]), None)
+        if not len(times[new]):
+            return
+        self._times = _with(self._times, times[new])
+        for which in _TRACES:
+            for unit, means in enumerate(block[which]):  # type: ignore[literal-required]
+                self._parts[which, unit] = _with(self._parts.get((which, unit), []), means[new])
+
+    @property
+    def window_time(self) -> FloatArray:
+        """(n,) s, middle of each window."""
+        return np.concatenate(self._times)
+
+    def traces(self) -> tuple[UnitTrace, ...]:
+        """Means of each unit over all windows."""
+        nothing = [np.empty((0, 3))]
+        return tuple(
+            UnitTrace(name, *(np.concatenate(self._parts.get((which, unit), nothing)) for which in _TRACES))
+            for unit, name in enumerate(self.names)
+        )
+
+    def selected(self, end: float) -> Iterator[Selected]:
+        """Give the spans in which one unit was the source, up to the end, s; cut where time jumped."""
+        since: Selected | None = None
+        for event in self.events:
+            if event.event == "selected":
+                reason = str(event.figures["reason"])
+                unit = "" if reason == NONE_FIT else event.unit
+                if since is not None:
+                    yield _until(since, event.time)
+                since = Selected(event.time, event.time, unit, reason)
+            elif event.event == "time jumped" and since is not None:
+                yield _until(since, event.time - float(str(event.figures["by"])))
+                since = replace(since, start=event.time)
+        if since is not None:
+            yield _until(since, end)
+
+
+def _with(parts: list[FloatArray], part: FloatArray) -> list[FloatArray]:
+    joined = [np.concatenate(parts)] if len(parts) >= _MOST_PARTS else parts
+    return [*joined, part]
+
+
+def _until(span: Selected, end: float) -> Selected:
+    """End a span; what ends it may carry the time of a clock that is slightly behind."""
+    return replace(span, end=max(span.start, end))
+
+
+def replay(
+    monitor: _core.RedundancyMonitor,
+    blocks: SideBySide,
+    commands: Sequence[tuple[float, Command]],
+    names: tuple[str, ...],
+) -> Replayed:
+    """Push all blocks into the monitor, with commands at their times, s of the common clock.
+
+    Raises `ProcedureError` where a command lies outside the logs.
+    """
+    replayed = Replayed(names)
+    waiting = sorted(commands)
+    for block in blocks:
+        _refuse_early(waiting, blocks.start)
+        # A command is given with the first sample that is not before it, so there has to be one.
+        latest = max(float(time.max()) for time, _, _ in block if len(time))
+        due = [command for command in waiting if command[0] <= latest]
+        waiting = waiting[len(due) :]
+        replayed.add(_push(monitor, block, due))
+    if not replayed.blocks:
+        raise ProcedureError(f"{', '.join(names)}: none of these units says anything; check the logs")
+    if waiting:
+        raise ProcedureError(_outside(waiting[0], blocks))
+    return replayed
+
+
+def _push(
+    monitor: _core.RedundancyMonitor, block: Sequence[Samples], commands: Sequence[tuple[float, Command]]
+) -> _core.RedundancyReplay:
+    times, specific_forces, angular_rates = zip(*block, strict=True)
+    return monitor.replay(times, specific_forces, angular_rates, commands)
+
+
+def _refuse_early(commands: Sequence[tuple[float, Command]], start: float) -> None:
+    if commands and commands[0][0] < start:
+        time, command = commands[0]
+        raise ProcedureError(
+            f"command {command!r} at {time:g} s: the logs begin at {start:.3f} s; give a time of their clock"
+        )
+
+
+def _outside(command: tuple[float, Command], blocks: SideBySide) -> str:
+    return (
+        f"command {command[1]!r} at {command[0]:g} s: the logs end at {blocks.end:.3f} s; give a time of "
+        "their clock"
+    )

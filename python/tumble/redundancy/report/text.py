@@ -1,0 +1,326 @@
+"""What a replay found, in words: the summary, each event with its figures, and what to do about it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from tumble.redundancy.report.difference import QUANTITIES, SENSORS, UNITS
+from tumble.redundancy.report.timeline import COVERED, number
+from tumble.redundancy.result import RedundancyEvent, RedundancyResult, SecondaryError, Sensor
+from tumble.report.numbers import NOT_OBSERVABLE, readable_scale, significant
+from tumble.report.text import count_of, join
+
+REMEDIES = {
+    "primary invalid": "Calibrate the primary and give its calibration, or raise fifth_ and sixth_threshold.",
+    "primary unhealthy": "Look at the faults of the primary; nothing is calibrated against it until then.",
+    "secondary unhealthy": "Look at the faults of this unit: more is wrong with it than calibration mends.",
+    COVERED: "Nothing: the calibration under way covers it.",
+    "not better": "Nothing: what is stored is as good, the threshold is tighter than the unit.",
+    "implausible bias": "Look at the unit; if it is sound, raise its largest bias.",
+    "implausible scale": "Check units and ranges of both logs; if they are right, raise largest_scale_error.",
+    "implausible misalignment": "If it is mounted turned, state sensor_from_primary; tumble align finds it.",
+    "implausible lever arm": "State the lever arm, or move more about every axis; tumble align finds it.",
+    "drifting": "Let the unit warm up, and check that it is mounted rigidly.",
+    "disagrees with rest": "Check the clocks with tumble align, and that the unit is mounted rigidly.",
+    "residual too large": "Check the clocks with tumble align, and that the unit is mounted rigidly.",
+    "too few pairs": "Collect for longer, or lower fewest_pairs; gaps in either log take pairs away.",
+    "not excited": "Move about more axes, and more strongly, after the rest.",
+    "unsolvable": "Look for readings of the unit that do not change; then move about more axes.",
+    "no motion": "Move the platform after it rested, or lower the motion thresholds.",
+    "timed out": "Move for longer, or lower collect.",
+    "time jumped": "Repair the time stamps: a calibration does not outlive a jump of the clock.",
+    "record replaced": "Nothing: the record that was loaded meanwhile counts.",
+    "of another unit": "Give the store of this set, or state the identity of the unit.",
+    "against another primary": "Give the store of this set, or calibrate anew against this primary.",
+    "not finite": "Remove the record and calibrate anew.",
+    "implausible": "Remove the record and calibrate anew.",
+    "corrupt": "Remove the record and calibrate anew.",
+    "late": "Look for gaps in its log, its cable and its bus.",
+    "frozen": "Restart the unit; it repeats its readings.",
+    "stuck": "Restart the unit; one of its axes repeats its reading.",
+    "saturated": "Choose a larger range, or damp what shakes it.",
+    "spikes": "Look at its bus and its power supply.",
+    "out of family": "Compare it with the others: it alone says otherwise.",
+    "noisy": "Look at how it is mounted, and at its power supply.",
+    "implausible at rest": "Look at the unit and the units of its log: no working one is as far off.",
+    "clock jumped": "Repair its time stamps.",
+}
+"""What to do, by reason."""
+
+_HEALTH_REMEDIES = {"not finite": "Look at its driver and its log: it gave what is no number."}
+"""Reasons that mean something else of a unit than of a record."""
+
+_EVENTS = {
+    "rest began": "Rest began",
+    "rest ended": "Rest ended",
+    "evaluated": "Evaluated",
+    "withheld": "Deviates, but not calibrated",
+    "triggered": "Triggered",
+    "motion began": "Motion began; pairs are collected",
+    "fitted": "Fitted",
+    "adopted": "Adopted",
+    "refused": "Refused",
+    "abandoned": "Calibration abandoned",
+    "unhealthy": "Unhealthy",
+    "healthy": "Healthy again",
+    "selected": "Selected as source",
+    "restored": "Stored error restored",
+    "record rejected": "Stored error rejected",
+    "time jumped": "The common clock jumped",
+}
+"""Every event of docs/how-to/redundancy.md."""
+
+_SELECTED = {
+    "start": "at the start",
+    "primary failed": "because the primary failed",
+    "source failed": "because the source before it failed",
+    "primary proven": "because the primary has proven its health",
+    "command": "on command",
+}
+
+
+_UNITS_BY_REASON = {
+    "late": "s",
+    "frozen": "s",
+    "clock jumped": "s",
+    "noisy": "",
+    "too few pairs": "pairs",
+    "implausible scale": "",
+    "implausible misalignment": "rad",
+    "implausible lever arm": "m",
+}
+"""Units of value and limit; of all other reasons they are those of the sensor."""
+
+_MOST_REASONS = 5
+"""Reasons told at the top of the page."""
+_OUTCOMES = {"refused": "Refused", "abandoned": "Abandoned", "withheld": "Not calibrated"}
+
+
+def summary(result: RedundancyResult) -> list[str]:
+    """Say in a few sentences who is primary, what became of the secondaries, and who was the source."""
+    span = result.end - result.start
+    sentences = [
+        f"{result.primary} is the primary of {count_of('secondary unit', len(result.secondaries))}; "
+        f"{significant(span, 4) if span > 0 else '0'} s were replayed."
+    ]
+    if not result.events:
+        return [*sentences, "Nothing happened: the monitor never saw a rest, a fault or a source to select."]
+    return [*sentences, _calibrated(result), *_not_calibrated(result), *_sources(result)]
+
+
+def event_title(event: RedundancyEvent) -> str:
+    """Say what happened in a word or two."""
+    if event.event == "selected" and event.figures.get("reason") == "none fit":
+        return "No unit is fit to be the source"
+    return _EVENTS.get(event.event, event.event.capitalize())
+
+
+def event_details(event: RedundancyEvent) -> str:
+    """Say the figures of an event."""
+    figures = event.figures
+    sensor = str(figures.get("sensor", ""))
+    parts = [str(figures[key]) for key in ("sensor", "sensors", "channel") if key in figures]
+    if event.event == "evaluated":
+        sign = ">" if figures.get("exceeded") else "≤"
+        shown = [quantity(abs(number(figures.get(key))), sensor) for key in ("deviation", "threshold")]
+        parts.append(f"{figures.get('check', '')} {shown[0]} {sign} {shown[1]}")
+    if "reason" in figures and event.event != "selected":
+        parts.append(f"{figures['reason']}{_against(event)}")
+    elif event.event == "selected":
+        reason = str(figures.get("reason", ""))
+        parts.append("" if reason == "none fit" else _SELECTED.get(reason, reason))
+    parts += _fit_figures(event)
+    if "detail" in figures:
+        parts.append(str(figures["detail"]))
+    if "by" in figures:
+        parts.append(f"by {_plain(number(figures['by']))} s")
+    return ", ".join(part for part in parts if part)
+
+
+def remedy(event: RedundancyEvent) -> str:
+    """Say what to do about an event; empty where nothing is to be done."""
+    if event.event == "selected":
+        return "Look at the faults of all units." if event.figures.get("reason") == "none fit" else ""
+    if event.event == "time jumped":
+        return REMEDIES["time jumped"]
+    reason = str(event.figures.get("reason", ""))
+    if event.event == "unhealthy" and reason in _HEALTH_REMEDIES:
+        return _HEALTH_REMEDIES[reason]
+    return REMEDIES.get(reason, "")
+
+
+def mark_text(event: RedundancyEvent) -> str:
+    """Say in a few words, beside a mark of the time line, what happened."""
+    reason = str(event.figures.get("reason", ""))
+    return f"{event.event}: {reason}" if reason else event.event
+
+
+def quantity(value: float, sensor: str) -> str:
+    """Print a figure of a sensor in a unit of sensible size; `unknown` where there is none."""
+    if not math.isfinite(value):
+        return "unknown"
+    unit = UNITS["gyroscope" if sensor.startswith(("gyroscope", "angular rate")) else "accelerometer"]
+    scale = readable_scale(unit, value)
+    return scale.quantity(significant(scale.factor * value))
+
+
+def errors_of(result: RedundancyResult, unit: str) -> list[SecondaryError]:
+    """Return what is stored of a unit, accelerometer first."""
+    return sorted(
+        (error for error in result.errors if error.unit == unit),
+        key=lambda error: SENSORS.index(error.sensor),
+    )
+
+
+def fit_sentence(error: SecondaryError) -> str:
+    """Say where an error comes from and how well it explains pairs kept from the fit."""
+    when = "stored before the replay" if error.adopted is None else f"adopted at {error.adopted:.2f} s"
+    sentence = (
+        f"Rung: {error.rung}, {error.directions} of 3 directions, {count_of('pair', error.pairs)}, "
+        f"calibration {error.sequence}, {when}."
+    )
+    if not math.isfinite(error.residual):
+        return f"{sentence} Its residual was never measured."
+    left = quantity(error.residual, error.sensor)
+    if not math.isfinite(error.residual_before):
+        return f"{sentence} Residual {left}; that before is unknown."
+    return f"{sentence} Residual {quantity(error.residual_before, error.sensor)} → {left}."
+
+
+def unobserved_sentences(result: RedundancyResult) -> list[str]:
+    """Say which directions the motion did not show."""
+    return [
+        f"{error.unit}, {error.sensor}: shown along {error.directions} of 3 directions only; along the "
+        "others it is what it was before."
+        for unit in result.secondaries
+        for error in errors_of(result, unit)
+        if error.directions < 3 and error.rung in ("affine", "affine and lever arm")
+    ]
+
+
+def silent_units(result: RedundancyResult) -> list[str]:
+    """Name the units that said nothing in the whole replay."""
+    spoke = {
+        trace.name
+        for trace in result.traces
+        if np.isfinite(trace.specific_force).any() or np.isfinite(trace.angular_rate).any()
+    }
+    return [unit for unit in (result.primary, *result.secondaries) if unit not in spoke]
+
+
+def _calibrated(result: RedundancyResult) -> str:
+    adopted = {event.unit for event in result.events if event.event == "adopted"}
+    if not adopted:
+        triggered = any(event.event == "triggered" for event in result.events)
+        evaluated = any(event.event == "evaluated" for event in result.events)
+        if triggered:
+            return "No calibration was adopted."
+        return (
+            "No secondary was calibrated: none deviated enough, or none could be calibrated."
+            if evaluated
+            else "No secondary was calibrated: the platform never rested long enough to evaluate one."
+        )
+    named = [unit for unit in result.secondaries if unit in adopted]
+    left = [_left(result, sensor, named) for sensor in SENSORS]
+    ending = f", with {join([text for text in left if text])} left" if any(left) else ""
+    return f"Calibrated: {_some(named)}{ending}."
+
+
+def _left(result: RedundancyResult, sensor: Sensor, units: Sequence[str]) -> str:
+    residuals = [
+        error.residual
+        for error in result.errors
+        if error.sensor == sensor and error.unit in units and math.isfinite(error.residual)
+    ]
+    if not residuals:
+        return ""
+    low, high = quantity(min(residuals), sensor), quantity(max(residuals), sensor)
+    return f"{low if low == high else f'{low} to {high}'} of {QUANTITIES[sensor]}"
+
+
+def _not_calibrated(result: RedundancyResult) -> Iterator[str]:
+    """Say which units that were to be calibrated were not, and why; each reason once."""
+    why: dict[str, list[str]] = {}
+    for event in result.events:
+        if event.event in ("refused", "abandoned", "withheld"):
+            reason = str(event.figures.get("reason", "no reason given"))
+            units = why.setdefault(f"{_OUTCOMES[event.event]} ({reason})", [])
+            if event.unit not in units and reason != COVERED:
+                units.append(event.unit)
+    told = [f"{reason}: {_some(units)}." for reason, units in why.items() if units]
+    yield from told[:_MOST_REASONS]
+    if len(told) > _MOST_REASONS:
+        yield f"{count_of('further reason', len(told) - _MOST_REASONS)} below, under Events."
+    for unit in silent_units(result):
+        yield f"{unit} said nothing."
+
+
+def _sources(result: RedundancyResult) -> Iterator[str]:
+    spans = result.selected
+    if not any(span.unit for span in spans):
+        yield "No unit was ever fit to be the source."
+        return
+    if len(spans) == 1:
+        yield f"{spans[0].unit} was the source all the time."
+        return
+    second = spans[1]
+    who = f"{second.unit} took over" if second.unit else "no unit was fit"
+    fault = next(
+        (
+            f": {event_details(event)}"
+            for event in reversed(result.events)
+            if event.event == "unhealthy" and event.unit == spans[0].unit and event.time <= second.start
+        ),
+        "",
+    )
+    yield (
+        f"At {second.start:.2f} s {who} from {spans[0].unit or 'none'} ({second.reason}{fault})."
+        if second.unit
+        else f"At {second.start:.2f} s {who} after {spans[0].unit}{fault}."
+    )
+    if len(spans) > 2:
+        last = spans[-1].unit or "none"
+        yield f"The source changed {len(spans) - 1} times in all; at the end it is {last}."
+
+
+def _against(event: RedundancyEvent) -> str:
+    """Give the value that broke its limit, each in its unit."""
+    value, limit = number(event.figures.get("value")), number(event.figures.get("limit"))
+    if not math.isfinite(value):
+        return ""
+    shown = _with_unit(value, event)
+    return f" ({shown} against {_with_unit(limit, event)})" if math.isfinite(limit) else f" ({shown})"
+
+
+def _with_unit(value: float, event: RedundancyEvent) -> str:
+    reason = str(event.figures.get("reason", ""))
+    if reason in _UNITS_BY_REASON:
+        return f"{_plain(value)} {_UNITS_BY_REASON[reason]}".strip()
+    whose = event.figures.get("sensor", event.figures.get("channel"))
+    return _plain(value) if whose is None else quantity(value, str(whose))
+
+
+def _fit_figures(event: RedundancyEvent) -> Iterator[str]:
+    figures, sensor = event.figures, str(event.figures.get("sensor", ""))
+    if "rung" in figures:
+        yield f"{figures['rung']}, {figures.get('directions', '?')} of 3 directions"
+    if "pairs" in figures:
+        yield f"{figures['pairs']} pairs"
+    if "residual" in figures:
+        before, left = (quantity(number(figures.get(key)), sensor) for key in ("residual_before", "residual"))
+        yield f"residual {before} → {left}"
+    if "sequence" in figures:
+        yield f"calibration {figures['sequence']}"
+
+
+def _some(units: Sequence[str]) -> str:
+    most = 8
+    return join(units if len(units) <= most else [*units[:most], f"{len(units) - most} more"])
+
+
+def _plain(value: float) -> str:
+    text = significant(value)
+    return "unknown" if text == NOT_OBSERVABLE else text

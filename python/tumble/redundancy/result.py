@@ -1,0 +1,125 @@
+"""What the redundancy monitor did and found, as plain data: what reports show and files keep."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from tumble.recording import FloatArray
+
+Sensor = Literal["accelerometer", "gyroscope"]
+Rung = Literal["offset", "gain", "affine", "affine and lever arm"]
+Figure = float | int | str | bool | tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class RedundancyEvent:
+    """One thing the monitor did or found; docs/how-to/redundancy.md lists them all with their figures."""
+
+    time: float
+    """s of the recordings' common clock."""
+    unit: str
+    """Whom it concerns."""
+    event: str
+    """Such as `rest began`, `evaluated`, `triggered`, `adopted`, `selected`."""
+    figures: Mapping[str, Figure]
+    """Its figures and reasons in words, SI units."""
+
+
+@dataclass(frozen=True, slots=True)
+class SecondaryError:
+    """Error of one sensor of a secondary against the primary: `y_secondary = M y_primary + b`, both as read.
+
+    Frames: M leads from the primary's case frame to the axes of the secondary, mounting included.
+    """
+
+    unit: str
+    sensor: Sensor
+    matrix: FloatArray
+    """(3, 3) M."""
+    bias: FloatArray
+    """(3,) b, m/s^2 or rad/s."""
+    matrix_sigma: FloatArray
+    """(3, 3) 1-sigma; infinite where the motion did not show it."""
+    bias_sigma: FloatArray
+    """(3,) 1-sigma; infinite where it was not shown."""
+    lever_arm: FloatArray | None
+    """(3,) m, from primary to secondary, primary's case frame; `None` for gyroscopes, and where unknown."""
+    lever_arm_sigma: FloatArray | None
+    """(3,) 1-sigma, 0 where it was given; infinite where the motion did not show it."""
+    rung: Rung
+    directions: int
+    """Directions of motion, 0 to 3, along which M was found; along the others it is what it was before."""
+    residual: float
+    """Root mean square a channel on pairs kept from the fit, m/s^2 or rad/s; NaN if never measured."""
+    residual_before: float
+    """The same with the error stored before."""
+    pairs: int
+    sequence: int
+    """Counts the calibrations of this sensor; 0 for the one given from outside."""
+    adopted: float | None
+    """s of the recordings' clock; `None` for one loaded from storage."""
+
+
+@dataclass(frozen=True, slots=True)
+class UnitTrace:
+    """Means of one unit over successive windows; NaN where the unit said nothing usable."""
+
+    name: str
+    specific_force: FloatArray
+    """(n, 3) m/s^2, as read, turned by the nominal mounting into the primary's case frame."""
+    angular_rate: FloatArray
+    """(n, 3) rad/s, the same."""
+    specific_force_compensated: FloatArray
+    """(n, 3) m/s^2, compensated with the error that was stored at the time, at the primary's place."""
+    angular_rate_compensated: FloatArray
+    """(n, 3) rad/s."""
+
+
+@dataclass(frozen=True, slots=True)
+class Selected:
+    """A span of time in which one unit was the source of the output."""
+
+    start: float
+    end: float
+    unit: str
+    """Empty where no unit was fit to be selected."""
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class RedundancyResult:
+    """A log replayed through the monitor."""
+
+    primary: str
+    secondaries: tuple[str, ...]
+    start: float
+    end: float
+    """s of the recordings' common clock."""
+    settings: Mapping[str, object]
+    """Every setting by name, as used."""
+    events: tuple[RedundancyEvent, ...]
+    errors: tuple[SecondaryError, ...]
+    """What is stored of every sensor of every secondary at the end; none for a sensor never calibrated."""
+    window_time: FloatArray
+    """(n,) s, middle of each window."""
+    traces: tuple[UnitTrace, ...]
+    """Primary first."""
+    selected: tuple[Selected, ...]
+    replay_rate: float
+    """Seconds of the log replayed in a second."""
+    warnings: tuple[str, ...] = ()
+    """What a user should know of the logs, the calibration and the store."""
+    calibration_hash: str = ""
+    """Of the primary's own calibration; empty if it had none."""
+    software: str = ""
+    serials: Mapping[str, str] = field(default_factory=dict)
+    """Of the units whose logs state them, by name."""
+    defaults: Mapping[str, object] = field(default_factory=dict)
+    """What the settings are where nobody changes them, by name; empty if not known."""
+
+    def _repr_html_(self) -> str:
+        from tumble.redundancy.report.notebook import redundancy_html
+
+        return redundancy_html(self)

@@ -1,0 +1,254 @@
+"""Stored errors of secondaries on disk: one file a unit and sensor, and beside it the first it ever had.
+
+A file takes its name only once it is whole, so that power may fail at any time. It carries a checksum, the
+identity of the unit and that of the primary it was calibrated against; what does not fit is refused, and set
+aside before another takes its place.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeAlias
+
+import numpy as np
+from pydantic import Field
+
+from tumble.documents import (
+    ArrayField,
+    Document,
+    Matrix,
+    Vector,
+    VectorWithGaps,
+    read_document,
+    write_document,
+)
+from tumble.errors import CalibrationFileError, OutputError
+from tumble.files import prepare_folder
+from tumble.recording import FloatArray
+from tumble.redundancy.result import Rung, SecondaryError, Sensor
+
+SCHEMA: Literal["tumble-stored-error/1"] = "tumble-stored-error/1"
+SCHEMA_FILE = "stored-error.schema.json"
+SENSORS: tuple[Sensor, ...] = ("accelerometer", "gyroscope")
+
+_HEADER = f"""\
+Stored error of one sensor of a secondary IMU, by Tumble: y_secondary = M y_primary + b, both as read.
+SI units; M leads from the primary's case frame to the axes of the secondary; null marks what was not shown.
+Written by tumble redundancy and not meant to be edited: the checksum would no longer fit.
+Schema: docs/schema/{SCHEMA_FILE}"""
+
+MatrixWithGaps: TypeAlias = Annotated[FloatArray, ArrayField((3, 3), gaps=True)]
+
+
+class StoredError(Document):
+    """One sensor's error, as it stands in the file."""
+
+    schema_: Literal["tumble-stored-error/1"] = Field(default=SCHEMA, alias="schema")
+    unit: str
+    identity: int = Field(ge=0, lt=2**64)
+    """Of the secondary."""
+    primary: str
+    primary_identity: int = Field(ge=0, lt=2**64)
+    """Of the unit it was calibrated against."""
+    sensor: Sensor
+    sequence: int = Field(ge=0)
+    """Counts the calibrations of this sensor; 0 for one given from outside."""
+    M: Matrix
+    """sensor from the primary's case: y_secondary = M y_primary + b."""
+    b: Vector
+    """m/s^2 or rad/s."""
+    M_sigma: MatrixWithGaps
+    b_sigma: VectorWithGaps
+    lever_arm: Vector | None = None
+    """From primary to secondary, m, primary's case frame."""
+    lever_arm_sigma: VectorWithGaps | None = None
+    rung: Rung
+    directions: int = Field(ge=0, le=3)
+    """Directions of motion along which M was found."""
+    residual: float | None = None
+    """Root mean square a channel on pairs kept from the fit, m/s^2 or rad/s."""
+    residual_before: float | None = None
+    pairs: int = Field(ge=0)
+    checksum: str
+    """sha256 of all the rest."""
+
+    def digest(self) -> str:
+        """Work out sha256, in hexadecimal, of all but the checksum: the same however the file is laid out."""
+        content = self.content()
+        del content["checksum"]
+        canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+        return hashlib.sha256(canonical.encode()).hexdigest()
+
+
+@dataclass(frozen=True, slots=True)
+class Identified:
+    """A unit by its name and by the number that stored errors know it by."""
+
+    name: str
+    identity: int
+
+
+@dataclass(frozen=True, slots=True)
+class Rejected:
+    """A stored error that does not count."""
+
+    unit: str
+    sensor: Sensor
+    reason: str
+    """`corrupt`, `of another unit`, `against another primary`, or in the words of the core."""
+    detail: str
+    """Which file, and what is wrong with it, in one line."""
+
+
+class ErrorStore:
+    """The stored errors of the secondaries of one primary, in one folder; a `fresh` one begins anew."""
+
+    def __init__(self, folder: Path | str, primary: Identified, *, fresh: bool = False) -> None:
+        self.folder = Path(folder)
+        self._primary = primary
+        self._fresh = fresh
+        self._doubted: set[Path] = set()
+
+    def load(self, unit: Identified) -> tuple[list[SecondaryError], list[Rejected]]:
+        """Read the last stored error of each sensor of a unit, or the factory's where the last is damaged.
+
+        Never raises for what a file holds: damage is what a store has to live with.
+        """
+        found: list[SecondaryError] = []
+        rejected: list[Rejected] = []
+        for sensor in SENSORS:
+            for path in (self._path(unit, sensor), self._factory_path(unit, sensor)):
+                if not path.exists():
+                    continue
+                error = self._read(path, unit, sensor)
+                if isinstance(error, SecondaryError):
+                    found.append(error)
+                    break
+                rejected.append(error)
+        return found, rejected
+
+    def doubt(self, unit: Identified, sensor: Sensor) -> None:
+        """Have what is stored set aside, not overwritten, by the next `save`."""
+        self._doubted |= {self._path(unit, sensor), self._factory_path(unit, sensor)}
+
+    def save(self, unit: Identified, error: SecondaryError) -> Path:
+        """Replace the last stored error; the first one ever stored is kept beside it.
+
+        Raises `OutputError` where the folder cannot be written to; what was stored before is untouched.
+        """
+        prepare_folder(self.folder)
+        last, factory = self._path(unit, error.sensor), self._factory_path(unit, error.sensor)
+        for path in (last, factory):
+            if path in self._doubted and path.exists():
+                _set_aside(path)
+                self._doubted.discard(path)
+        content = _content(error, unit, self._primary)
+        if self._fresh or not factory.exists():
+            write_document(factory, _HEADER, content)
+        write_document(last, _HEADER, content)
+        return last
+
+    def _read(self, path: Path, unit: Identified, sensor: Sensor) -> SecondaryError | Rejected:
+        reason, detail = "corrupt", ""
+        try:
+            stored = read_document(path, StoredError, "stored error", SCHEMA_FILE)
+        except CalibrationFileError as error:
+            detail = str(error)
+        else:
+            if stored.checksum != stored.digest():
+                detail = f"{path}: its checksum does not fit its content"
+            elif (stored.identity, stored.sensor) != (unit.identity, sensor):
+                reason, detail = "of another unit", f"{path}: is the {stored.sensor} of {stored.unit}"
+            elif stored.primary_identity != self._primary.identity:
+                reason = "against another primary"
+                detail = f"{path}: was calibrated against {stored.primary}, not {self._primary.name}"
+            else:
+                return _error(stored, unit.name)
+        self._doubted.add(path)
+        return Rejected(unit.name, sensor, reason, detail)
+
+    def _path(self, unit: Identified, sensor: Sensor) -> Path:
+        return self.folder / f"{file_stem(unit.name)}-{sensor}.yaml"
+
+    def _factory_path(self, unit: Identified, sensor: Sensor) -> Path:
+        return self.folder / f"{file_stem(unit.name)}-{sensor}-factory.yaml"
+
+
+def file_stem(name: str) -> str:
+    """Make a file name of that of a unit."""
+    return re.sub(r"[^\w.+-]+", "_", name.strip("/")).lstrip(".") or "unit"
+
+
+def _set_aside(path: Path) -> None:
+    """Rename to the first free of `.rejected`, `.rejected-2` ...: nothing that was stored is lost."""
+    number, aside = 1, path.with_name(f"{path.name}.rejected")
+    while aside.exists():
+        number += 1
+        aside = path.with_name(f"{path.name}.rejected-{number}")
+    try:
+        path.rename(aside)
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be set aside: {error.strerror}; nothing was changed") from error
+
+
+def _content(error: SecondaryError, unit: Identified, primary: Identified) -> dict[str, Any]:
+    stored = StoredError.model_validate(
+        {
+            "unit": unit.name,
+            "identity": unit.identity,
+            "primary": primary.name,
+            "primary_identity": primary.identity,
+            "sensor": error.sensor,
+            "sequence": error.sequence,
+            "M": error.matrix,
+            "b": error.bias,
+            "M_sigma": _gaps(error.matrix_sigma),
+            "b_sigma": _gaps(error.bias_sigma),
+            "lever_arm": error.lever_arm,
+            "lever_arm_sigma": None if error.lever_arm_sigma is None else _gaps(error.lever_arm_sigma),
+            "rung": error.rung,
+            "directions": error.directions,
+            "residual": _number(error.residual),
+            "residual_before": _number(error.residual_before),
+            "pairs": error.pairs,
+            "checksum": "",
+        }
+    )
+    return stored.content() | {"checksum": stored.digest()}
+
+
+def _gaps(sigma: FloatArray) -> FloatArray:
+    return np.where(np.isfinite(sigma), sigma, np.nan)
+
+
+def _endless(sigma: FloatArray) -> FloatArray:
+    return np.where(np.isnan(sigma), np.inf, sigma)
+
+
+def _number(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _error(stored: StoredError, name: str) -> SecondaryError:
+    lever_arm_sigma = stored.lever_arm_sigma
+    return SecondaryError(
+        unit=name,
+        sensor=stored.sensor,
+        matrix=stored.M,
+        bias=stored.b,
+        matrix_sigma=_endless(stored.M_sigma),
+        bias_sigma=_endless(stored.b_sigma),
+        lever_arm=stored.lever_arm,
+        lever_arm_sigma=None if lever_arm_sigma is None else _endless(lever_arm_sigma),
+        rung=stored.rung,
+        directions=stored.directions,
+        residual=np.nan if stored.residual is None else stored.residual,
+        residual_before=np.nan if stored.residual_before is None else stored.residual_before,
+        pairs=stored.pairs,
+        sequence=stored.sequence,
+        adopted=None,
+    )

@@ -1,0 +1,195 @@
+"""A replay of a redundant set as a table on screen, and as JSON for machines."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from tumble.cli.screen import finite, print_json, print_summary
+from tumble.redundancy.report.text import REMEDIES
+from tumble.redundancy.result import RedundancyEvent, RedundancyResult, SecondaryError, Sensor
+from tumble.report.numbers import NOT_OBSERVABLE, readable_scale, significant
+
+SENSORS: tuple[Sensor, ...] = ("accelerometer", "gyroscope")
+UNITS = {"accelerometer": "m/s^2", "gyroscope": "rad/s"}
+MOST_SHOWN = 8
+"""Spans and faults; a long day has hundreds, and events.jsonl has them all."""
+
+
+def show_results(result: RedundancyResult, files: dict[str, str], as_json: bool) -> None:
+    """Print what happened, and where the files are."""
+    if as_json:
+        print_json(json_content(result, files))
+        return
+    print_summary(screen_summary(result))
+    for what, path in files.items():
+        print(f"{what.capitalize() if what in ('events', 'store', 'report') else what}: {path}")
+
+
+def screen_summary(result: RedundancyResult) -> RenderableType:
+    """Say what a person wants to know at once: what became of each secondary, who was the source, and why."""
+    head = (
+        f"Primary {result.primary}; {result.end - result.start:.1f} s replayed, "
+        f"{result.replay_rate:,.0f} times as fast as they took"
+    )
+    notes = [Text(line, "yellow") for line in [*_refusals(result), *_faults(result)]]
+    notes += [Text(f"Warning: {line}", "yellow") for line in result.warnings]
+    return Group(Text(head), "", _table(result), "", *map(Text, _sources(result)), *notes)
+
+
+def json_content(result: RedundancyResult, files: dict[str, str]) -> dict[str, Any]:
+    """Give the result without its traces."""
+    content = {
+        "primary": result.primary,
+        "secondaries": result.secondaries,
+        "start": result.start,
+        "end": result.end,
+        "settings": result.settings,
+        "events": dict(Counter(event.event for event in result.events)),
+        "errors": [_error_content(error) for error in result.errors],
+        "selected": [
+            {"start": span.start, "end": span.end, "unit": span.unit, "reason": span.reason}
+            for span in result.selected
+        ],
+        "warnings": result.warnings,
+        "calibration_hash": result.calibration_hash,
+        "software": result.software,
+        "replay_rate": result.replay_rate,
+        "files": files,
+    }
+    return {key: finite(value) for key, value in content.items()}
+
+
+def _error_content(error: SecondaryError) -> dict[str, Any]:
+    return {name: getattr(error, name) for name in SecondaryError.__slots__}
+
+
+def _table(result: RedundancyResult) -> Table:
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1), show_edge=False)
+    for title in ("", "deviation at rest", "triggered", "calibrated", "residual before", "after"):
+        table.add_column(title, overflow="fold")
+    for unit in result.secondaries:
+        table.add_row(Text(unit, "bold"))
+        for sensor in SENSORS:
+            table.add_row(f"  {sensor}", *_row(result, unit, sensor))
+    return table
+
+
+def _row(result: RedundancyResult, unit: str, sensor: Sensor) -> list[str]:
+    own = [event for event in result.events if event.unit == unit]
+    error = next((each for each in result.errors if (each.unit, each.sensor) == (unit, sensor)), None)
+    times = sum(event.event == "triggered" and event.figures["sensors"] in (sensor, "both") for event in own)
+    evaluated = [event for event in own if event.event == "evaluated" and event.figures["sensor"] == sensor]
+    triggered = f"{times} times" if times > 1 else ("once" if times else "no")
+    return [_deviation(evaluated, sensor), triggered, *_calibrated(error, sensor)]
+
+
+def _deviation(evaluated: list[RedundancyEvent], sensor: Sensor) -> str:
+    """Largest deviation against its threshold, of the first evaluation and of the last."""
+    if not evaluated:
+        return "not evaluated"
+    first, last = (_largest(evaluated, time) for time in (evaluated[0].time, evaluated[-1].time))
+    shown = [_quantity(first, sensor)]
+    if evaluated[0].time != evaluated[-1].time:
+        shown.append(_quantity(last, sensor))
+    return ", then ".join(shown)
+
+
+def _largest(evaluated: list[RedundancyEvent], time: float) -> float:
+    return max(abs(float(str(event.figures["deviation"]))) for event in evaluated if event.time == time)
+
+
+def _calibrated(error: SecondaryError | None, sensor: Sensor) -> list[str]:
+    if error is None:
+        return ["no", "", ""]
+    when = "stored before" if error.adopted is None else f"at {error.adopted:.1f} s"
+    in_part = f", {error.directions} of 3 directions" if error.directions < 3 else ""
+    how = f"{when}: {error.rung}{in_part}"
+    return [how, _quantity(error.residual_before, sensor), _quantity(error.residual, sensor)]
+
+
+def _quantity(value: float, sensor: Sensor) -> str:
+    scale = readable_scale(UNITS[sensor], value)
+    text = scale.quantity(significant(scale.factor * value))
+    return "" if text == NOT_OBSERVABLE else text
+
+
+def _sources(result: RedundancyResult) -> Iterator[str]:
+    """Say which unit was the source, when and why; where it changed often, for how long in all."""
+    if len(result.selected) <= MOST_SHOWN:
+        for span in result.selected:
+            yield f"Source {span.start:.2f} to {span.end:.2f} s: {span.unit or 'none'} ({span.reason})"
+        return
+    lengths: dict[str, float] = {}
+    for span in result.selected:
+        unit = span.unit or "none"
+        lengths[unit] = lengths.get(unit, 0.0) + span.end - span.start
+    times = ", ".join(f"{unit} for {seconds:.1f} s" for unit, seconds in lengths.items())
+    yield f"Source changed {len(result.selected) - 1} times: {times}"
+
+
+_WHY = {
+    "refused": "Refused",
+    "abandoned": "Abandoned",
+    "withheld": "Withheld",
+    "record rejected": "Not restored",
+}
+
+
+def _refusals(result: RedundancyResult) -> Iterator[str]:
+    """Say why sensors were not calibrated; what happened again and again once."""
+    counts: Counter[str] = Counter()
+    for event in result.events:
+        if event.event in _WHY:
+            sensor = event.figures.get("sensor", "")
+            counts[
+                f"{_WHY[event.event]}: {event.unit}{f' {sensor}' if sensor else ''}: {_reason(event)}"
+            ] += 1
+    for line, count in counts.items():
+        yield line if count == 1 else f"{line} ({count} times)"
+
+
+def _faults(result: RedundancyResult) -> Iterator[str]:
+    """Say what was wrong with units; what happened again and again once, with its first time."""
+    first: dict[tuple[str, str], RedundancyEvent] = {}
+    counts: Counter[tuple[str, str]] = Counter()
+    for event in result.events:
+        if event.event == "unhealthy":
+            whose = event.figures.get("sensor", event.figures.get("channel", ""))
+            which = (event.unit, f"{event.figures['reason']}{f' ({whose})' if whose else ''}")
+            first.setdefault(which, event)
+            counts[which] += 1
+    for (unit, fault), event in list(first.items())[:MOST_SHOWN]:
+        count = counts[unit, fault]
+        times = f", {count} times from then on" if count > 1 else ""
+        yield f"Unhealthy: {unit}: {fault} at {event.time:.2f} s{_against(event)}{times}"
+    if len(first) > MOST_SHOWN:
+        yield f"Unhealthy: {len(first) - MOST_SHOWN} more faults; events.jsonl has them all"
+
+
+_REMEDY_SHOWN = ("primary invalid", "implausible misalignment", "no motion", "timed out")
+"""Reasons that another set of options, or another motion, does away with; the report has remedies of all."""
+
+
+def _reason(event: RedundancyEvent) -> str:
+    reason = str(event.figures["reason"])
+    remedy = f"; {_clause(REMEDIES[reason])}" if reason in _REMEDY_SHOWN else ""
+    return f"{reason}{_against(event)}{remedy}"
+
+
+def _clause(sentence: str) -> str:
+    return f"{sentence[0].lower()}{sentence[1:].rstrip('.')}"
+
+
+def _against(event: RedundancyEvent) -> str:
+    """Give the value that broke its limit, where there is one."""
+    value, limit = event.figures.get("value"), event.figures.get("limit")
+    if isinstance(value, float) and isinstance(limit, float):
+        return f", {significant(value)} against {significant(limit)}"
+    return ""

@@ -1,0 +1,31 @@
+"""What all pages say in the same words: counts, lists, temperatures, verdicts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+VERDICT_SIGNS = {"pass": "✓", "fail": "✕", "calibrated": "●", "not calibrated": "○"}
+VERDICT_TITLES = {
+    "pass": "Pass",
+    "fail": "Fail",
+    "calibrated": "Calibrated",
+    "not calibrated": "Not calibrated",
+}
+
+
+def count_of(thing: str, count: int) -> str:
+    """Print `1 target`, `5 targets`."""
+    return f"{count} {thing}{'' if count == 1 else 's'}"
+
+
+def join(names: Sequence[str]) -> str:
+    """Join to `a`, `a and b`, `a, b and c`."""
+    return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
+
+
+def temperature_sentence(temperature: tuple[float, float, float] | None) -> str:
+    """Say the mean temperature at rest and its range."""
+    if temperature is None:
+        return "not recorded"
+    low, mean, high = (f"{value:.1f}" for value in temperature)
+    return f"{mean} °C at rest, from {low} to {high} °C"

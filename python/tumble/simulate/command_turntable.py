@@ -1,0 +1,243 @@
+"""`tumble simulate`: recordings whose truth is known, to try a procedure on or to test one."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from tumble.cli.screen import print_json
+from tumble.errors import TumbleError
+
+if TYPE_CHECKING:
+    from tumble.simulate import Fault, SimulatedTurntable, SimulatedUnit
+    from tumble.turntable.poses import PoseList
+
+simulate_app = typer.Typer(no_args_is_help=True, help="Make recordings whose truth is known.")
+
+
+FAULTS_HELP = (
+    "Kinds: scale, stuck, frozen, moved, bias-jump, bias-drift, noise, spikes, saturated, nan, swapped-axes, "
+    "left-handed, wrong-unit, gap, absent, dead, late, doubled, time-backwards, clock-jump. Keys: triad, "
+    "axis, start (s), end (s), size."
+)
+
+
+class Format(str, Enum):
+    """Format of the logs written."""
+
+    CSV = "csv"
+    PARQUET = "parquet"
+    MCAP = "mcap"
+
+
+class Clocks(str, Enum):
+    """Whether one clock stamps all units."""
+
+    SHARED = "shared"
+    APART = "apart"
+
+
+class Profile(str, Enum):
+    """Shape of the angular rate over a turn."""
+
+    SMOOTH = "smooth"
+    TRAPEZOID = "trapezoid"
+
+
+@simulate_app.callback()
+def _simulate() -> None:
+    """Make recordings whose truth is known."""
+
+
+@simulate_app.command("turntable")
+def turntable_command(
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for all files; made where missing.")],
+    grades: Annotated[
+        str,
+        typer.Option(
+            help="Grade of each target, separated by commas: consumer, industrial, tactical, reference."
+        ),
+    ] = "consumer,industrial,tactical",
+    reference: Annotated[str, typer.Option(help="Grade of the reference.")] = "reference",
+    perfect_reference: Annotated[
+        bool,
+        typer.Option(
+            "--perfect-reference",
+            help="Let scale, non-orthogonality and alignment of the reference be exact.",
+        ),
+    ] = False,
+    poses: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Pose list; the six faces where not given.")
+    ] = None,
+    visits: Annotated[
+        str | None,
+        typer.Option(help="Names of the poses in the order they are taken, separated by commas."),
+    ] = None,
+    rest: Annotated[float, typer.Option(help="Time at each pose in s.")] = 10.0,
+    rate: Annotated[float, typer.Option(help="Samples a second, Hz.")] = 200.0,
+    mounting: Annotated[
+        float, typer.Option(help="Mounting angle of the structure all units share, deg, axis drawn.")
+    ] = 1.0,
+    target_mounting: Annotated[
+        float, typer.Option(help="Mounting angle of a target against the reference, deg, axis drawn.")
+    ] = 1.0,
+    table_error: Annotated[
+        float, typer.Option(help="Error of the table at each pose, deg, 1 sigma about each axis.")
+    ] = 0.02,
+    turn_rate: Annotated[float, typer.Option(help="Largest rate of a turn in deg/s.")] = 60.0,
+    profile: Annotated[Profile, typer.Option(help="Shape of the rate over a turn.")] = Profile.SMOOTH,
+    heading_turn: Annotated[
+        float, typer.Option(help="Turn about the vertical after each change of pose, deg.")
+    ] = 0.0,
+    clocks: Annotated[Clocks, typer.Option(help="One clock for all units, or each its own.")] = Clocks.SHARED,
+    clock_offset: Annotated[float, typer.Option(help="Clocks apart: largest offset either way in s.")] = 5.0,
+    clock_skew: Annotated[float, typer.Option(help="Clocks apart: skew in ppm, 1 sigma.")] = 50.0,
+    gravity: Annotated[float, typer.Option(help="Local gravity in m/s^2.")] = 9.80665,
+    latitude: Annotated[float, typer.Option(help="Latitude in degrees, for the Earth's rate.")] = 45.0,
+    warm_up: Annotated[float, typer.Option(help="Rise of the temperature in the long run, K.")] = 0.0,
+    bias_instability: Annotated[
+        bool, typer.Option(help="Noise with bias instability, or white noise alone.")
+    ] = True,
+    g_sensitivity: Annotated[
+        bool, typer.Option(help="Gyroscopes that respond to specific force, or none.")
+    ] = True,
+    fault: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="UNIT:KIND[:KEY=VALUE]...",
+            help="Something wrong with a unit, such as target_2:stuck:triad=gyroscope:axis=y; may be "
+            f"repeated. {FAULTS_HELP}",
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="All that is random follows from it.")] = 1,
+    format_name: Annotated[Format, typer.Option("--format", help="Format of the logs.")] = Format.CSV,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print what was written as JSON instead of text.")
+    ] = False,
+) -> None:
+    """Simulate a turntable session: a reference and targets on one structure, turned from rest to rest.
+
+    Example: tumble simulate turntable --grades consumer,consumer,tactical --seed 7 -o session
+
+    Writes reference.csv, target_1.csv ..., poses.yaml and, to hold results against, truth.yaml.
+    """
+    from tumble.simulate import simulate_turntable, write_turntable
+
+    changes: dict[str, Any] = {"poses": _poses(poses)} if poses else {}
+    session = simulate_turntable(
+        seed=seed,
+        grades=_words(grades),
+        reference=reference,
+        perfect_reference=perfect_reference,
+        visits=_words(visits) if visits else None,
+        rest_seconds=rest,
+        rate_hz=rate,
+        mounting_angle_deg=mounting,
+        target_mounting_deg=target_mounting,
+        table_error_deg=table_error,
+        turn_rate_dps=turn_rate,
+        turn_profile=profile.value,
+        heading_turn_deg=heading_turn,
+        clocks=clocks.value,
+        clock_offset_seconds=clock_offset,
+        clock_skew_ppm=clock_skew,
+        gravity=gravity,
+        latitude_deg=latitude,
+        warm_up_kelvin=warm_up,
+        bias_instability=bias_instability,
+        g_sensitivity=g_sensitivity,
+        faults=faults_by_unit(fault or []),
+        **changes,
+    )
+    paths = write_turntable(session, output, format_name.value)
+    _show(session, {name: str(path) for name, path in paths.items()}, as_json)
+
+
+def _words(text: str) -> tuple[str, ...]:
+    return tuple(word.strip() for word in text.split(",") if word.strip())
+
+
+def _poses(path: Path) -> PoseList:
+    from tumble.turntable.poses import PoseList
+
+    return PoseList.load(path)
+
+
+def faults_by_unit(specs: list[str]) -> dict[str, list[Fault]]:
+    """Read `target_2:stuck:axis=y:start=20` and the like: what is wrong with each unit, by its name."""
+    faults: dict[str, list[Fault]] = {}
+    for spec in specs:
+        unit, fault = _fault(spec)
+        faults.setdefault(unit, []).append(fault)
+    return faults
+
+
+def _fault(spec: str) -> tuple[str, Fault]:
+    """Read `target_2:stuck:axis=y:start=20`."""
+    unit, _, rest = spec.partition(":")
+    return unit, fault_of(f"--fault {spec}", rest, "UNIT:KIND[:KEY=VALUE]...")
+
+
+def fault_of(option: str, text: str, form: str) -> Fault:
+    """Read `stuck:axis=y:start=20`; `option` and `form` are for the error."""
+    from tumble.simulate import Fault
+
+    kind, *settings = text.split(":")
+    try:
+        return Fault(kind, **dict(_setting(text) for text in settings))  # type: ignore[arg-type]
+    except ValueError as error:
+        raise TumbleError(f"{option}: {error}; write {form}") from error
+
+
+def numbers_of(option: str, text: str, count: int) -> list[float]:
+    """Read numbers with commas between; `option` is for the error."""
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count:
+        wanted = "a number" if count == 1 else f"{count} numbers with commas between"
+        raise TumbleError(f"{option} {text}: needs {wanted}")
+    return numbers
+
+
+def _setting(text: str) -> tuple[str, str | float]:
+    key, _, value = text.partition("=")
+    if key in ("triad", "axis"):
+        return key, value
+    if key in ("start", "end", "size"):
+        try:
+            return key, float(value)
+        except ValueError:
+            raise ValueError(f"{key} needs a number, found {value!r}") from None
+    raise ValueError(f"unknown key {key!r}; known are triad, axis, start, end, size")
+
+
+def unit_line(place: str, unit: SimulatedUnit) -> str:
+    """Say what a unit recorded and what is wrong with it; `place` is where its recording is found."""
+    faults = ", ".join(fault.kind for fault in unit.faults)
+    fault = f", fault: {faults}" if faults else ""
+    return f"{place}: {unit.grade.name}, {len(unit.samples)} samples{fault}"
+
+
+def _show(session: SimulatedTurntable, paths: dict[str, str], as_json: bool) -> None:
+    units = [unit.name for unit in session.units]
+    samples = {unit.name: len(unit.samples) for unit in session.units}
+    if as_json:
+        content = {
+            "seed": session.scenario.seed,
+            "duration": session.duration,
+            "samples": samples,
+            "files": paths,
+        }
+        print_json(content)
+        return
+    for unit in session.units:
+        print(unit_line(paths[unit.name], unit))
+    print(f"{paths['poses']}: {len(session.scenario.poses)} poses, {len(session.rests)} rests")
+    print(f"{paths['truth']}: what is true of all of it")
+    logs = " ".join(paths[name] for name in units)
+    print(f"Next: tumble turntable {logs} --poses {paths['poses']} -o results")

@@ -1,0 +1,242 @@
+"""A simulated flight: scenario in, recordings of all units and their truth out."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field, fields, replace
+from math import radians
+from typing import Any
+
+import numpy as np
+
+from tumble import _core
+from tumble.recording import FloatArray
+from tumble.simulate.fault import Fault
+from tumble.simulate.flight_scenario import PRIMARY, FlightScenario, FlightUnit
+from tumble.simulate.play import PPM, in_radians, plain_conditions, plain_fault, simulated_unit
+from tumble.simulate.scenario import ScenarioError
+from tumble.simulate.session import SimulatedUnit
+
+LARGEST_RATE = 1.0
+"""rad/s, of which a fault saturates a share."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SimulatedFlightUnit(SimulatedUnit):
+    """One unit on board: what it recorded and what is true of it.
+
+    Its `M` leads from the primary's case frame to its own axes, mounting included: `y = M u + b + G f`, with
+    `u` the truth at its place.
+    """
+
+    arrival: FloatArray = field(repr=False)
+    """(n,) s of the flight's clock at which each sample was at hand, never descending."""
+    lever_arm: FloatArray
+    """(3,) m from the primary, primary's case frame."""
+    nominal_mounting: FloatArray
+    """(3, 3) package from the primary's case, as the builder would state it."""
+    accelerometer_ageing: FloatArray
+    """(3,) m/s^2 by which b has moved since the factory."""
+    gyroscope_ageing: FloatArray
+    """(3,) rad/s."""
+    latency: float
+    """s."""
+
+    @property
+    def time(self) -> FloatArray:
+        """(n,) s of its own clock."""
+        return self.samples.time
+
+    @property
+    def specific_force(self) -> FloatArray:
+        """(n, 3) m/s^2, as read."""
+        return self.samples.accelerometer
+
+    @property
+    def angular_rate(self) -> FloatArray:
+        """(n, 3) rad/s, as read."""
+        return self.samples.gyroscope
+
+
+@dataclass(frozen=True, slots=True)
+class FlightTruth:
+    """What an ideal unit at the primary's place would say, in the primary's case frame."""
+
+    time: FloatArray
+    """(n,) s of the flight's clock."""
+    specific_force: FloatArray
+    """(n, 3) m/s^2."""
+    angular_rate: FloatArray
+    """(n, 3) rad/s, the Earth's included."""
+    angular_acceleration: FloatArray
+    """(n, 3) rad/s^2."""
+
+
+@dataclass(frozen=True, slots=True)
+class FlightPath:
+    """Attitude and velocity of the primary, without vibration; level frame: x east, y north, z up."""
+
+    time: FloatArray
+    """(n,) s of the flight's clock."""
+    level_from_case: FloatArray
+    """(n, 3, 3)."""
+    velocity: FloatArray
+    """(n, 3) m/s."""
+
+
+@dataclass(frozen=True, slots=True)
+class SimulatedFlight:
+    """What all units recorded, and what is true."""
+
+    scenario: FlightScenario
+    units: tuple[SimulatedFlightUnit, ...]
+    """The primary first."""
+    rests: FloatArray
+    """(k, 2) start and end of each rest, s."""
+    manoeuvres: FloatArray
+    """(m, 2) start and end of the manoeuvres of each flight, or of each drive, s."""
+    duration: float
+    """s."""
+    motion: _core.FlightMotion = field(repr=False)
+
+    def __getitem__(self, name: str) -> SimulatedFlightUnit:
+        """Give the unit of that name; raises `KeyError`."""
+        for unit in self.units:
+            if unit.name == name:
+                return unit
+        raise KeyError(name)
+
+    def truth(self, time: FloatArray, averaging: float | None = None) -> FlightTruth:
+        """Give the truth at the primary's place at times (n,) s of the flight's clock.
+
+        Vibration comes as its mean over `averaging` s, 0 for its value at an instant; as the primary takes it
+        where not given.
+        """
+        time = np.ascontiguousarray(time, dtype=np.float64)
+        if averaging is None:
+            averaging = self.scenario.units[0].averaging_seconds
+        figures = self.motion.truth(time, averaging)
+        return FlightTruth(
+            time, figures["specific_force"], figures["angular_rate"], figures["angular_acceleration"]
+        )
+
+    def temperature(self, time: FloatArray) -> FloatArray:
+        """Give the temperature (n,) degC of all units; biases are `b + temperature_coefficient (T - 25)`."""
+        warming = self.scenario
+        rise = -np.expm1(-np.asarray(time) / warming.warm_up_seconds)
+        temperature: FloatArray = warming.temperature_celsius + warming.warm_up_kelvin * rise
+        return temperature
+
+    def path(self, time: FloatArray) -> FlightPath:
+        """Give attitude and velocity at times (n,) s of the flight's clock."""
+        time = np.ascontiguousarray(time, dtype=np.float64)
+        figures = self.motion.path(time)
+        return FlightPath(time, figures["level_from_case"], figures["velocity"])
+
+
+def simulate_flight(scenario: FlightScenario | None = None, **changes: Any) -> SimulatedFlight:  # noqa: ANN401
+    """Play a scenario; `changes` are fields of `FlightScenario`, set on top of it or of its defaults.
+
+    Raises `ScenarioError`, in one line, where a figure makes no sense.
+    """
+    scenario = replace(scenario or FlightScenario(), **changes)
+    try:
+        played = _core.simulate_flight(_plain(scenario))
+    except ValueError as error:
+        raise ScenarioError(f"the flight cannot be played: {error}; change that option") from error
+    units = zip(scenario.names, scenario.units, played["units"], strict=True)
+    return SimulatedFlight(
+        scenario=scenario,
+        units=tuple(_unit(scenario, name, unit, figures) for name, unit, figures in units),
+        rests=played["rests"],
+        manoeuvres=played["manoeuvres"],
+        duration=played["duration"],
+        motion=played["motion"],
+    )
+
+
+def _plain(scenario: FlightScenario) -> dict[str, Any]:
+    """Put together what `_core.simulate_flight` asks for."""
+    latitude, vibration = scenario.latitude_deg, scenario.shaking
+    return {
+        "conditions": plain_conditions(scenario),
+        "carrier": scenario.motion,
+        "flights": scenario.flights,
+        "rest": scenario.rest_seconds,
+        "moving": scenario.motion_seconds,
+        "stops": scenario.stops,
+        "stop": scenario.stop_seconds,
+        "intensity": scenario.intensity,
+        "sway": scenario.sway,
+        "turning": scenario.turning,
+        "ground_tilt": radians(scenario.ground_tilt_deg),
+        "uphill": radians(scenario.uphill_deg),
+        "gravity": scenario.gravity,
+        "latitude": None if latitude is None else radians(latitude),
+        "mounting": [radians(a) for a in (scenario.roll_deg, scenario.pitch_deg, scenario.yaw_deg)],
+        "shaking": {
+            "specific_force": vibration.specific_force,
+            "angular_rate": vibration.angular_rate,
+            "tones": vibration.tones_hz,
+            "band": vibration.band_hz,
+            "at_rest": vibration.at_rest,
+            "flexing": vibration.flexing,
+        },
+        "units": [
+            _plain_unit(scenario, name, unit)
+            for name, unit in zip(scenario.names, scenario.units, strict=True)
+        ],
+        "averaging": [unit.averaging_seconds for unit in scenario.units],
+    }
+
+
+def _plain_unit(scenario: FlightScenario, name: str, unit: FlightUnit) -> dict[str, Any]:
+    aged = (unit.accelerometer_ageing, unit.gyroscope_ageing)
+    return {
+        "grade": asdict(unit.grade_figures),
+        "perfect": unit.perfect,
+        "rate": unit.rate_hz,
+        "mounting": in_radians(unit.mounting_deg),
+        "ageing": [unit.ageing if given is None else given for given in aged],
+        "lever_arm": unit.lever_arm_m,
+        "clock": {
+            "drawn": False,
+            "offset": unit.clock_offset_seconds,
+            "skew": unit.clock_skew_ppm * PPM,
+            "phase": 0.0 if unit.phase is None and name == PRIMARY else unit.phase,
+        },
+        "latency": unit.latency_seconds,
+        "faults": [_fault(scenario, fault) for fault in unit.faults],
+    }
+
+
+def _fault(scenario: FlightScenario, fault: Fault) -> dict[str, Any]:
+    largest = scenario.gravity if fault.triad == "accelerometer" else LARGEST_RATE
+    return plain_fault(fault, scenario.rest_seconds / 2, largest)
+
+
+def _own_clock(unit: FlightUnit) -> bool:
+    """Say whether a unit's clock is another than the flight's."""
+    return unit.clock_offset_seconds != 0.0 or unit.clock_skew_ppm != 0.0
+
+
+def _unit(
+    scenario: FlightScenario, name: str, unit: FlightUnit, figures: _core.SimulatedUnitFigures
+) -> SimulatedFlightUnit:
+    recorded = simulated_unit(
+        figures,
+        name=name,
+        grade=unit.grade_figures,
+        serial=f"SIM-{scenario.seed}-{scenario.names.index(name)}",
+        clock="" if any(_own_clock(each) for each in scenario.units) else "flight",
+        faults=unit.faults,
+    )
+    accelerometer_ageing, gyroscope_ageing = figures["ageing"]
+    return SimulatedFlightUnit(
+        **{each.name: getattr(recorded, each.name) for each in fields(recorded)},
+        arrival=figures["arrival"],
+        lever_arm=np.array(unit.lever_arm_m),
+        nominal_mounting=figures["package_from_case"],
+        accelerometer_ageing=accelerometer_ageing,
+        gyroscope_ageing=gyroscope_ageing,
+        latency=unit.latency_seconds,
+    )

@@ -1,0 +1,228 @@
+"""`tumble spin`: reads the log of a robot that turned on the spot, writes its calibration file and report."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tumble.cli.gravity import Gravity, Height, Latitude, check_gravity
+from tumble.cli.read_options import with_read_options
+from tumble.cli.screen import print_json, print_summary
+from tumble.errors import ProcedureError
+from tumble.logs.options import ReadOptions
+
+if TYPE_CHECKING:
+    from tumble.calibration.document import Calibration
+    from tumble.spin.result import SpinResult
+    from tumble.spin.turns import TrueTurns
+
+SOME_FAILED = 3
+"""Exit code where not all was found that was asked for."""
+LIVE_STILL, LIVE_TURNS, LIVE_RATE = 5.0, 2.0, 1.0
+"""s, turns and rad/s asked of a live robot."""
+
+_LIVE = "With --live"
+
+
+@with_read_options
+def spin_command(
+    read_options: ReadOptions,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Folder for all results; made where missing.")
+    ],
+    log: Annotated[
+        str | None,
+        typer.Argument(metavar="LOG", help="Log of the robot: LOG, or LOG:NAME for one IMU of several."),
+    ] = None,
+    live: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SOURCE", help="Calibrate now, from a live stream; see the documentation for sources."
+        ),
+    ] = None,
+    still: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SECONDS",
+            help="Least length of the longest rest of a spin, such as 5s; 2 s where not given. "
+            "With --live: how long to stand still, 5 s where not given.",
+            show_default=False,
+        ),
+    ] = None,
+    turns: Annotated[
+        float | None,
+        typer.Option(
+            min=0.1,
+            help="Turns asked of the robot, both directions counted: a spin with fewer is refused. "
+            "With --live: how much to turn, 2 where not given.",
+            show_default=False,
+        ),
+    ] = None,
+    true_turns: Annotated[
+        str | None,
+        typer.Option(
+            metavar="N|+N,-N",
+            help="Turns that each spin truly made, dock to dock: +3 counter-clockwise, -3 clockwise, +3,-3 "
+            "both, 3 in whichever direction it turned. Shows the scale of the gyroscope.",
+        ),
+    ] = None,
+    true_turns_sigma: Annotated[
+        float, typer.Option(metavar="DEG", min=0.0, help="1-sigma of the true angle in one direction.")
+    ] = 2.0,
+    level_floor: Annotated[
+        bool,
+        typer.Option("--level-floor", help="Take the floor to be level, as the published method does."),
+    ] = False,
+    at: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="START:END",
+            help="A spin with its rests lies between these times, s of the log's clock; repeatable.",
+        ),
+    ] = None,
+    calibration: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Calibration to apply first; its matrices are kept in the new one."
+        ),
+    ] = None,
+    latitude: Latitude = None,
+    height: Height = None,
+    gravity: Gravity = None,
+    turn_rate: Annotated[
+        float | None,
+        typer.Option(
+            min=0.05,
+            metavar="RAD/S",
+            help="How fast to turn; 1 rad/s where not given.",
+            rich_help_panel=_LIVE,
+            show_default=False,
+        ),
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the result as JSON instead of a table.")
+    ] = False,
+) -> None:
+    """Find the biases of a robot's IMU from a turn on the spot.
+
+    The robot stands still for some seconds, then turns on the spot, once round or more.
+
+    Example: tumble spin drive.bag:/imu/data -o results
+
+    Finds rest and spin in the log by itself, also several spins with driving between. Writes a calibration
+    file and a page. The exit code is 0 if both biases were found, 3 if one of them was not or a spin named
+    with --at cannot be used, 2 if nothing could be done.
+    """
+    check_gravity(latitude, height, gravity)
+    _check_source(log, live, at, turn_rate)
+    seconds = None if still is None else _seconds(still)
+    known = _true_turns(true_turns, true_turns_sigma)
+    from tumble.calibration.document import Calibration
+
+    before = Calibration.load(calibration) if calibration else None
+    if live is not None:
+        from tumble.spin.command_live import run_live
+
+        run_live(
+            live,
+            output,
+            read_options,
+            still=seconds or LIVE_STILL,
+            turns=turns or LIVE_TURNS,
+            rate=turn_rate or LIVE_RATE,
+            level_floor=level_floor,
+            gravity=gravity,
+            latitude=latitude,
+            height=height,
+            true_turns=known,
+            calibration=before,
+            as_json=as_json,
+        )
+        return
+    assert log is not None
+    from tumble.cli.progress import sample_progress
+    from tumble.files import prepare_folder
+    from tumble.spin.procedure import SHORTEST_STILL, spin
+
+    spans = [_span(text) for text in at or ()]
+    folder = prepare_folder(output)
+    with sample_progress("reading") as advance:
+        result = spin(
+            log,
+            still=SHORTEST_STILL if seconds is None else seconds,
+            turns=turns,
+            true_turns=known,
+            level_floor=level_floor,
+            at=spans,
+            gravity=gravity,
+            latitude=latitude,
+            height=height,
+            calibration=before,
+            read=read_options,
+            progress=advance,
+        )
+    found = Calibration.from_spin(result, before)
+    files = write_results(result, found, folder)
+    show_results(result, found, files, as_json)
+    biases = (result.accelerometer_bias, result.gyroscope_bias)
+    if not all(bias.observable for bias in biases) or (spans and result.refused):
+        raise typer.Exit(SOME_FAILED)
+
+
+def _check_source(log: str | None, live: str | None, at: list[str] | None, turn_rate: float | None) -> None:
+    if (log is None) == (live is None):
+        raise ProcedureError("give either a log or --live SOURCE")
+    if log is not None and turn_rate is not None:
+        raise ProcedureError("--turn-rate is what a live robot is asked for; leave it out with a log")
+    if live is not None and at:
+        raise ProcedureError("--at is a time of a log; leave it out with --live")
+
+
+def _seconds(text: str) -> float:
+    match = re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*(ms|s|min)?\s*", text)
+    seconds = float(match[1]) * {"ms": 1e-3, "s": 1.0, "min": 60.0}[match[2] or "s"] if match else 0.0
+    if not seconds > 0.0:
+        raise ProcedureError(f"--still {text}: give a time above zero, such as 5s")
+    return seconds
+
+
+def _span(text: str) -> tuple[float, float]:
+    start, _, end = text.partition(":")
+    try:
+        return float(start), float(end)
+    except ValueError:
+        raise ProcedureError(
+            f"--at {text}: give START:END in s of the log's clock, such as 12.5:60"
+        ) from None
+
+
+def _true_turns(text: str | None, sigma: float) -> TrueTurns | None:
+    from tumble.spin.turns import TrueTurns
+
+    return None if text is None else TrueTurns.parse(text, sigma)
+
+
+def write_results(result: SpinResult, found: Calibration, folder: Path) -> dict[str, str]:
+    """Write everything into `folder`; give the path of each file by what it is."""
+    from tumble.spin.report.page import write_spin_page
+
+    stem = re.sub(r"[^\w.+-]+", "_", result.name).lstrip(".") or "spin"
+    page, path = folder / f"{stem}.html", folder / f"{stem}.yaml"
+    write_spin_page(result, page)
+    found.save(path)
+    return {"calibration": str(path), "report": str(page)}
+
+
+def show_results(result: SpinResult, found: Calibration, files: dict[str, str], as_json: bool) -> None:
+    """Print what was found, and where it is."""
+    from tumble.spin.summary import json_content, screen_summary
+
+    if as_json:
+        print_json(json_content(result, found, files))
+        return
+    print_summary(screen_summary(result))
+    print(f"Calibration: {files['calibration']}")
+    print(f"Report: {files['report']}")

@@ -1,0 +1,207 @@
+"""`tumble spin --live`: says what the robot is to do, shows how far it is, writes the calibration file."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import typer
+
+from tumble.errors import ProcedureError, TumbleError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from tumble.calibration.document import Calibration
+    from tumble.logs.options import ReadOptions
+    from tumble.spin.live import Precision, Step, Wishes
+    from tumble.spin.turns import TrueTurns
+
+Show: TypeAlias = "Callable[[Step], None]"
+"""Told every step of the procedure."""
+
+BAR_WIDTH = 18
+"""Leaves room for the readings on a line of 80 columns."""
+HINTS = {
+    "none": "",
+    "good": "good",
+    "too slow": "turn faster",
+    "too fast": "turn more slowly",
+}
+"""What to say of each pace of the turn."""
+
+
+def run_live(
+    source: str,
+    output: Path,
+    read_options: ReadOptions,
+    *,
+    still: float = 5.0,
+    turns: float = 2.0,
+    rate: float = 1.0,
+    level_floor: bool = False,
+    true_turns: TrueTurns | None = None,
+    gravity: float | None = None,
+    latitude: float | None = None,
+    height: float | None = None,
+    calibration: Calibration | None = None,
+    precision: Precision = "f64",
+    as_json: bool = False,
+) -> None:
+    """Calibrate from a live stream into `<name>.yaml` in `output`; `tumble.live` says what `source` may be.
+
+    `still` is in s, `rate` in rad/s, `latitude` in deg, `height` in m; `calibration` is applied first. With
+    `as_json` every event is a line of JSON on standard output, and nothing else is.
+
+    Raises `TumbleError`, in one line, where nothing was calibrated. A calibration file from before then stays
+    as it was.
+    """
+    from tumble.calibration.document import Calibration
+    from tumble.files import prepare_folder
+    from tumble.live import open_source
+    from tumble.spin.command import SOME_FAILED, show_results, write_results
+    from tumble.spin.live import LiveSpin, Wishes
+    from tumble.spin.summary import json_content
+
+    if true_turns is not None:
+        raise ProcedureError(
+            "--true-turns counts from rest to rest, and a live spin is done while the robot still turns; "
+            "record a log and give it instead of --live"
+        )
+    wishes = Wishes(
+        still=still,
+        turns=turns,
+        rate=rate,
+        level_floor=level_floor,
+        gravity=gravity,
+        latitude=latitude,
+        height=height,
+    )
+    stream = open_source(source, read_options)
+    folder = prepare_folder(output)
+    live = LiveSpin(
+        stream,
+        wishes,
+        typed=source,
+        serial=read_options.serial,
+        calibration=calibration,
+        precision=precision,
+    )
+    try:
+        with stream, _shown(source, wishes, as_json) as show:
+            for step in live.steps():
+                show(step)
+    except TumbleError as error:
+        if as_json:
+            _print_line({"event": "failed", "reason": str(error)})
+        raise
+    except KeyboardInterrupt:
+        print("tumble: interrupted; nothing was written", file=sys.stderr)
+        raise
+    result = live.result()
+    found = Calibration.from_spin(result, calibration)
+    files = write_results(result, found, folder)
+    if as_json:
+        _print_line({"event": "result", **json_content(result, found, files)})
+    else:
+        show_results(result, found, files, as_json=False)
+    if not (result.accelerometer_bias.observable and result.gyroscope_bias.observable):
+        raise typer.Exit(SOME_FAILED)
+
+
+@contextmanager
+def _shown(source: str, wishes: Wishes, as_json: bool) -> Iterator[Show]:
+    """Give what shows each step: lines of JSON, bars on a terminal, or a line for what matters."""
+    from rich.console import Console
+
+    console = Console(file=sys.stderr)
+    if as_json:
+        yield _print_json
+    elif console.is_terminal:
+        with _bars(console, source, wishes) as show:
+            yield show
+    else:
+        yield lambda step: _print_prompt(_prompt(step, source, wishes))
+
+
+def _print_json(step: Step) -> None:
+    figures = {"event": step.kind, "time": step.time, "state": step.state, **step.progress, "pace": step.pace}
+    _print_line(figures)
+
+
+def _print_line(content: dict[str, Any]) -> None:
+    from tumble.cli.screen import finite
+
+    print(json.dumps(finite(content), allow_nan=False), flush=True)
+
+
+def _print_prompt(text: str) -> None:
+    if text:
+        print(text, file=sys.stderr, flush=True)
+
+
+def _prompt(step: Step, source: str, wishes: Wishes) -> str:
+    """Say what the robot is to do now; empty where it is to go on."""
+    still = f"stand still for {wishes.still:g} s"
+    if step.kind == "listening":
+        return f"Listening to {source}. Let the robot {still}."
+    if step.kind == "still broken":
+        return f"It moved. Let it {still}, from the beginning."
+    if step.kind == "still done":
+        turns = "1 turn" if wishes.turns == 1.0 else f"{wishes.turns:g} turns"
+        return (
+            f"Now turn on the spot, either way, at about {wishes.rate:g} rad/s "
+            f"({math.degrees(wishes.rate):.0f} deg/s), {turns}."
+        )
+    return "Done." if step.kind == "done" else ""
+
+
+@contextmanager
+def _bars(console: Console, source: str, wishes: Wishes) -> Iterator[Show]:
+    """Show a bar for standing and one for turning, with the rate of turn and how it pleases."""
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    columns = (
+        TextColumn("{task.description:12}"),
+        BarColumn(BAR_WIDTH),
+        TextColumn("{task.fields[reading]}"),
+    )
+    with Progress(*columns, console=console, auto_refresh=False) as bars:
+        standing = bars.add_task("stand still", total=wishes.still, reading="")
+        turning = bars.add_task("turn", total=None, reading="", visible=False)
+
+        def show(step: Step) -> None:
+            progress = step.progress
+            if text := _prompt(step, source, wishes):
+                console.print(text, highlight=False)
+            bars.update(
+                standing,
+                completed=progress["still"],
+                total=progress["still_wanted"],
+                reading=f"{progress['still']:.1f} of {progress['still_wanted']:g} s",
+            )
+            bars.update(
+                turning,
+                completed=progress["turned"],
+                total=progress["turned_wanted"],
+                reading=_turn_reading(step),
+                visible=step.state != "still",
+            )
+            bars.refresh()
+
+        yield show
+
+
+def _turn_reading(step: Step) -> str:
+    """Angle turned, rate, and whether to turn faster or more slowly."""
+    progress = step.progress
+    turned = f"{math.degrees(progress['turned']):.0f}"
+    wanted = f"{math.degrees(progress['turned_wanted']):.0f}"
+    hint = "stands still: turn now" if progress["at_rest"] else HINTS[step.pace]
+    rate = f"{progress['rate']:+.2f} rad/s"
+    return ", ".join(filter(None, (f"{turned} of {wanted} deg", rate, hint)))

@@ -1,0 +1,298 @@
+"""The spin procedure on a live stream: the device's own state machine, fed as samples come."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal, cast
+
+import numpy as np
+
+from tumble import _core
+from tumble.acquisition.acquire import corrected, refuse_if_misread, rests_of, trace_of
+from tumble.calibration.document import Calibration
+from tumble.errors import LogError, ProcedureError
+from tumble.gravity import local_gravity
+from tumble.live import LiveChunk, Source
+from tumble.recording import Chunk, FloatArray
+from tumble.results import Rest
+from tumble.spin.combination import combine
+from tumble.spin.messages import in_words
+from tumble.spin.outputs import describe_spin
+from tumble.spin.procedure import scale_warning
+from tumble.spin.result import SpinResult
+
+Precision = Literal["f32", "f64"]
+Kind = Literal["listening", "still began", "still broken", "still done", "spin began", "progress", "done"]
+Pace = Literal["none", "too slow", "good", "too fast"]
+
+FIRST_SAMPLE_WITHIN = 15.0
+"""s to wait for the first sample: autopilots and boards that start anew take their time."""
+PATIENCE = 2.0
+"""s without a sample after which a stream is taken to have stopped; radio links stall for less."""
+TOO_SLOW, TOO_FAST = 0.5, 1.5
+"""Of the rate asked for, at which a user is told so."""
+BETWEEN_PROGRESS = 0.1
+"""s of the stream between two reports of progress."""
+MISREAD_RATE = 10.0
+"""Times the rate asked for beyond which an assumed unit is wrong: deg/s for rad/s are 57 times as fast."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wishes:
+    """What the robot is asked to do, and what is known of the place."""
+
+    still: float = 5.0
+    """s to stand still."""
+    turns: float = 2.0
+    """Full turns to make on the spot, in either direction or both."""
+    rate: float = 1.0
+    """rad/s to turn at."""
+    level_floor: bool = False
+    """Take the floor to be level, as the published method does."""
+    gravity: float | None = None
+    """m/s^2; standard, or that of `latitude` and `height`, where not given."""
+    latitude: float | None = None
+    """deg."""
+    height: float | None = None
+    """m above the ellipsoid."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """What has just happened, and how far the procedure is."""
+
+    kind: Kind
+    time: float | None
+    """s of the stream's clock; None while no sample has come."""
+    state: str
+    """`still` while the robot is to stand, `spin` while it is to turn, then `done` or `failed`."""
+    progress: _core.SpinProgress
+    pace: Pace
+    """Of the turn against the rate asked for; `none` while the robot stands or is to stand."""
+
+
+@dataclass(slots=True)
+class _Silence:
+    """How long nothing has come, by the clock on the wall."""
+
+    clock: Callable[[], float]
+    since: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.since = self.clock()
+
+    def end(self) -> None:
+        self.since = self.clock()
+
+    @property
+    def length(self) -> float:
+        return self.clock() - self.since
+
+
+class LiveSpin:
+    """One run of the procedure: exhaust `steps`, then ask for the `result`.
+
+    A workstation has f64 and so uses it: nothing is lost by it, and what is found differs from the f32 of a
+    device by far less than its sigma. `precision` shows what the device would find. `typed` is what the user
+    called the source, `serial` the serial number of the unit; a `calibration` is applied first.
+    """
+
+    def __init__(
+        self,
+        source: Source,
+        wishes: Wishes | None = None,
+        *,
+        typed: str = "",
+        serial: str = "",
+        calibration: Calibration | None = None,
+        precision: Precision = "f64",
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._source = source
+        self._typed = typed or source.name
+        self._serial = serial
+        self._calibration = calibration
+        self._wishes = wishes or Wishes()
+        self._precision = precision
+        self._clock = clock
+        wanted = self._wishes
+        self._gravity, self._gravity_source = local_gravity(wanted.gravity, wanted.latitude, wanted.height)
+        self._settings = _core.SpinSettings(
+            self._gravity,
+            still=wanted.still,
+            turns=wanted.turns,
+            rate=wanted.rate,
+            level_floor=wanted.level_floor,
+            latitude=None if wanted.latitude is None else math.radians(wanted.latitude),
+            bias_instability=calibration.bias_instability if calibration else None,
+        )
+        self._machine = _core.SpinMachine(self._settings, precision)
+        self._segmenter = _core.Segmenter()
+        self._acquired: _core.Acquired | None = None
+        self._kept: list[Chunk] = []
+        self._time: float | None = None
+        self._span = (math.nan, math.nan)
+        self._reported = -math.inf
+
+    def steps(self) -> Iterator[Step]:
+        """Read the source until the procedure is done; give what happens as it happens.
+
+        Raises `LogError` where the stream is lost or cannot be understood, `ProcedureError` where the robot
+        did not do what was asked.
+        """
+        self._machine.start()
+        self._segmenter.begin_part("")
+        silence = _Silence(self._clock)
+        yield self._step("listening")
+        for chunk in self._source:
+            if len(chunk):
+                silence.end()
+                yield from self._push(chunk)
+            else:
+                self._note(silence.length)
+            if self._is_over:
+                break
+        else:
+            self._end_of_stream()
+        self._acquired = self._segmenter.finish()
+        if len(self._acquired.rest_times):
+            refuse_if_misread(self._source.name, self._acquired, self._gravity)
+        if self._machine.failure is not None:
+            raise ProcedureError(f"{self._source.name}: {self._why(*self._machine.failure)}")
+        yield self._step("done")
+
+    def result(self) -> SpinResult:
+        """Give what the procedure found, once `steps` has come to its end."""
+        assert self._acquired is not None, "a result is asked for when the procedure is done"
+        rests = self._rests(self._acquired)
+        spin = describe_spin(
+            self._machine.figures(),
+            self._blocks(rests),
+            rests,
+            self._span,
+            label="spin 1",
+            gravity=self._gravity,
+            level_floor=self._wishes.level_floor,
+        )
+        combined = combine([spin])
+        return SpinResult(
+            name=self._source.name,
+            source=self._typed,
+            serial=self._serial,
+            spins=(spin,),
+            accelerometer_bias=combined.accelerometer_bias,
+            gyroscope_bias=combined.gyroscope_bias,
+            covariance=combined.covariance,
+            agreement=combined.agreement,
+            refused=(),
+            trace=trace_of(self._acquired),
+            gravity=self._gravity,
+            gravity_source=self._gravity_source,
+            temperature=self._acquired.temperature,
+            calibration_hash=self._calibration.hash() if self._calibration else "",
+            options={
+                "live": True,
+                "still": self._wishes.still,
+                "turns": self._wishes.turns,
+                "rate": self._wishes.rate,
+                "level-floor": self._wishes.level_floor,
+                "precision": self._precision,
+            },
+            warnings=(
+                *self._source.remarks,
+                *combined.warnings,
+                *scale_warning(combined, [spin], self._calibration, self._gravity),
+            ),
+            software=f"tumble {_core.__version__}",
+        )
+
+    def _rests(self, unit: _core.Acquired) -> tuple[Rest, ...]:
+        """Rests of the spin, from the one it began with on."""
+        return tuple(rest for rest in rests_of(unit) if rest.end > self._span[0])
+
+    def _blocks(self, rests: tuple[Rest, ...]) -> _core.SpinBlockFigures | None:
+        """Fit the samples once more, for the pictures: the machine keeps sums only."""
+        samples = _within(self._kept, self._span)
+        times = np.array([(rest.start, rest.end) for rest in rests]).reshape(-1, 2)
+        try:
+            _, blocks = _core.fit_spin(
+                samples.time, samples.accelerometer, samples.gyroscope, times, self._settings
+            )
+        except _core.CoreError:
+            # Rests found afterwards may differ from those of the machine, whose result stands by itself.
+            return None
+        return blocks
+
+    @property
+    def _is_over(self) -> bool:
+        return self._machine.state in ("done", "failed")
+
+    def _step(self, kind: Kind) -> Step:
+        progress = self._machine.progress
+        return Step(kind, self._time, self._machine.state, progress, self._pace(progress))
+
+    def _pace(self, progress: _core.SpinProgress) -> Pace:
+        if self._machine.state != "spin" or progress["at_rest"]:
+            return "none"
+        ratio = abs(progress["rate"]) / self._wishes.rate
+        return "too slow" if ratio < TOO_SLOW else "too fast" if ratio > TOO_FAST else "good"
+
+    def _push(self, chunk: LiveChunk) -> Iterator[Step]:
+        """Feed the machine; say what happened, and now and then how far it is."""
+        accelerometer, gyroscope = corrected(chunk, self._calibration)
+        self._kept.append(Chunk(chunk.time, accelerometer, gyroscope))
+        self._segmenter.push(chunk.time, accelerometer, gyroscope, chunk.temperature)
+        events = self._machine.push(chunk.time, accelerometer, gyroscope, chunk.moving)
+        for when, kind in events:
+            self._time = when
+            self._span = (when if kind == "still began" else self._span[0], when)
+            if kind not in ("done", "failed"):
+                yield self._step(cast("Kind", kind))
+        self._time = float(chunk.time[-1])
+        self._refuse_misread_rate(gyroscope)
+        if self._time - self._reported >= BETWEEN_PROGRESS:
+            self._reported = self._time
+            yield self._step("progress")
+
+    def _note(self, silence: float) -> None:
+        """Let the machine know of a silence that is no mere stall."""
+        if self._time is None:
+            if silence > FIRST_SAMPLE_WITHIN:
+                raise LogError(
+                    f"{self._source.name}: no sample came in {FIRST_SAMPLE_WITHIN:.0f} s; is the device on "
+                    "and sending, to here, and are baud rate or port right?"
+                )
+        elif silence > PATIENCE:
+            self._machine.tick(self._time + silence)
+
+    def _end_of_stream(self) -> None:
+        """Take a stream that ends before the procedure does for one that stopped."""
+        if self._time is None:
+            raise LogError(f"{self._source.name}: holds no samples")
+        self._machine.tick(self._time + PATIENCE)
+
+    def _why(self, failure: str, figures: Mapping[str, float]) -> str:
+        """Say why the machine gave up; noise of a gyroscope in deg/s, read as rad/s, looks like motion."""
+        doubtful = failure == "never still" and self._source.gyroscope_unit_is_assumed
+        hint = "; if the gyroscope is in deg/s, which nobody stated, give --gyroscope-unit deg/s"
+        return in_words(failure, figures) + (hint if doubtful else "")
+
+    def _refuse_misread_rate(self, gyroscope: FloatArray) -> None:
+        seen = float(np.linalg.norm(gyroscope.mean(axis=0)))
+        if self._source.gyroscope_unit_is_assumed and seen > MISREAD_RATE * self._wishes.rate:
+            raise ProcedureError(
+                f"{self._source.name}: gyroscope was taken to be in rad/s for want of a unit, but reads "
+                f"{seen:.3g} where {self._wishes.rate:.3g} were asked for; give --gyroscope-unit (deg/s?)"
+            )
+
+
+def _within(chunks: Sequence[Chunk], span: tuple[float, float]) -> Chunk:
+    """Put the samples between two times in one piece."""
+    time = np.concatenate([chunk.time for chunk in chunks])
+    inside = (time >= span[0]) & (time <= span[1])
+    accelerometer = np.concatenate([chunk.accelerometer for chunk in chunks])
+    gyroscope = np.concatenate([chunk.gyroscope for chunk in chunks])
+    return Chunk(time[inside], accelerometer[inside], gyroscope[inside])

@@ -1,0 +1,306 @@
+"""The spin procedure on a log: a wheeled robot that stood still and turned on the spot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+
+from tumble import _core
+from tumble.acquisition.acquire import (
+    acquire,
+    refuse_if_damaged,
+    refuse_if_misread,
+    rests_of,
+    trace_of,
+)
+from tumble.acquisition.imu import Imu
+from tumble.calibration.document import Calibration
+from tumble.errors import ProcedureError
+from tumble.gravity import local_gravity
+from tumble.logs import ReadOptions, open_recording
+from tumble.recording import Recording
+from tumble.results import Rest
+from tumble.spin.combination import Combined, combine
+from tumble.spin.messages import in_words
+from tumble.spin.motions import believable
+from tumble.spin.outputs import describe_spin
+from tumble.spin.result import Spin, SpinResult
+from tumble.spin.search import Chain, Criteria, Fitted, Refusal, chains_of, fit_or_split
+from tumble.spin.segments import (
+    LONGEST_SPIN,
+    Place,
+    Progress,
+    Span,
+    Stretch,
+    as_rest,
+    places_within,
+    read_spans,
+    standing,
+)
+from tumble.spin.turns import TrueTurns
+
+Source: TypeAlias = Recording | str | Path
+
+SHORTEST_STILL = 2.0
+"""s that at least one rest of a spin lasts, if not said otherwise."""
+DIFFERS = "angular rate differs from the rests beside it"
+"""Why `Acquired.refused` has it that something quiet was no rest."""
+MOST_NAMED = 3
+"""Stretches that the line of an error names; the rest it counts."""
+
+
+def spin(
+    source: Source,
+    *,
+    still: float = SHORTEST_STILL,
+    turns: float | None = None,
+    true_turns: TrueTurns | str | None = None,
+    level_floor: bool = False,
+    at: Sequence[tuple[float, float]] = (),
+    gravity: float | None = None,
+    latitude: float | None = None,
+    height: float | None = None,
+    calibration: Calibration | str | Path | None = None,
+    read: ReadOptions | None = None,
+    progress: Progress | None = None,
+) -> SpinResult:
+    """Find the biases of the IMU of a robot that stood still and turned on the spot, once or several times.
+
+    Rest and spin are found by themselves, or lie between the times `at`, s of the recording's own clock. A
+    spin whose longest rest is shorter than `still`, s, or that turned less than `turns`, is not used.
+    `true_turns` is what each spin truly turned, where that is known, and shows the gyroscope's scale about
+    the turning axis; text is read as `TrueTurns.parse` has it. With `level_floor` the floor is taken to be
+    level, which is the published method. A `calibration` is applied first: what is found is the bias it
+    leaves. `progress` is told samples done, and samples expected where they are known.
+
+    Raises `TumbleError`, in one line, where no spin can be used.
+
+    Method: docs/theory/spin.md.
+    """
+    strength, gravity_source = local_gravity(gravity, latitude, height)
+    brought = Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
+    recording = source if isinstance(source, Recording) else open_recording(source, read)
+    settings = _core.SpinSettings(
+        strength,
+        still=still,
+        level_floor=level_floor,
+        latitude=None if latitude is None else math.radians(latitude),
+        bias_instability=brought.bias_instability if brought else None,
+    )
+    unit = _acquired(recording, brought, strength, progress)
+    known = TrueTurns.parse(true_turns) if isinstance(true_turns, str) else true_turns
+    criteria = Criteria(settings, still, turns, known, believable(unit.acquired.faults))
+    found = _search(unit, brought, criteria, at, progress)
+    refused = tuple(sorted(each for each in found if isinstance(each, tuple)))
+    fitted = sorted((each for each in found if isinstance(each, Fitted)), key=lambda each: each.chain.start)
+    if not fitted:
+        raise ProcedureError(f"{recording.name}: {_nothing_found(refused, unit)}")
+    spins = tuple(
+        describe_spin(
+            each.figures,
+            each.blocks,
+            each.chain.rests,
+            (each.chain.start, each.chain.end),
+            label=f"spin {number}",
+            gravity=strength,
+            level_floor=level_floor,
+        )
+        for number, each in enumerate(fitted, start=1)
+    )
+    combined = combine(spins)
+    return SpinResult(
+        name=recording.name,
+        source=recording.metadata.source,
+        serial=recording.metadata.serial,
+        spins=spins,
+        accelerometer_bias=combined.accelerometer_bias,
+        gyroscope_bias=combined.gyroscope_bias,
+        covariance=combined.covariance,
+        agreement=combined.agreement,
+        refused=refused,
+        trace=trace_of(unit.acquired),
+        gravity=strength,
+        gravity_source=gravity_source,
+        temperature=unit.acquired.temperature,
+        calibration_hash=brought.hash() if brought else "",
+        options={
+            "still": still,
+            "turns": turns,
+            "true-turns": str(known) if known else None,
+            "level-floor": level_floor,
+            "at": [list(span) for span in at],
+        },
+        warnings=(*_remarks(unit), *combined.warnings, *scale_warning(combined, spins, brought, strength)),
+        software=f"tumble {_core.__version__}",
+    )
+
+
+def _acquired(
+    recording: Recording, brought: Calibration | None, gravity: float, progress: Progress | None
+) -> Imu:
+    """Read the recording for the first time: where it stood still, and whether it can serve."""
+    if recording.parts:
+        raise ProcedureError(
+            f"{recording.name}: is a folder of {len(recording.parts)} logs, one a pose; give the one log in "
+            "which the robot stands and turns"
+        )
+    unit = acquire(recording, brought, _first_half(progress))
+    refuse_if_damaged(unit.name, unit.acquired, believable(unit.acquired.faults))
+    if len(unit.acquired.rest_times):
+        refuse_if_misread(unit.name, unit.acquired, gravity)
+    return unit
+
+
+def _search(
+    unit: Imu,
+    brought: Calibration | None,
+    criteria: Criteria,
+    at: Sequence[tuple[float, float]],
+    progress: Progress | None,
+) -> list[Fitted | Refusal]:
+    """Read the recording again, and fit what may be spins as soon as their samples are there."""
+    rests = standing(sorted([*rests_of(unit.acquired), *_doubted(unit, brought)], key=_start_of))
+    if not rests:
+        return [(start, end, f"is no rest: {why}") for start, end, why in unit.acquired.refused]
+    logged = _logged(unit)
+    windows = _windows(at, logged, unit.name)
+    places = [
+        (number, place) for number, window in enumerate(windows) for place in places_within(window, rests)
+    ]
+    endless = [] if at else [place for _, place in places if _is_endless(place, logged)]
+    kept = [(number, place) for number, place in places if place not in endless]
+    spans = [place.span for _, place in kept]
+    pieces = read_spans(unit.recording, brought, spans, _second_half(progress, unit.acquired.samples))
+    stretches = (
+        (Stretch(samples, place.rest), _ends(number, place, following))
+        for samples, (number, place), following in zip(pieces, kept, [*kept[1:], None], strict=True)
+    )
+    found: list[Fitted | Refusal] = [_too_long(place.span.within(logged)) for place in endless]
+    for link in chains_of(stretches, rests, criteria, given=bool(at)):
+        found += fit_or_split(link, criteria) if isinstance(link, Chain) else [link]
+    return found
+
+
+def _doubted(unit: Imu, brought: Calibration | None) -> list[Rest]:
+    """Find rests refused for another rate than those beside them: a robot that turns evenly outvotes them."""
+    spans = [Span(start, end) for start, end, why in unit.acquired.refused if DIFFERS in why]
+    if not spans:
+        return []
+    spans.sort(key=lambda span: span.start)
+    pieces = read_spans(unit.recording, brought, spans)
+    return [as_rest(samples) for samples in pieces if len(samples) > 1]
+
+
+def _start_of(rest: Rest) -> float:
+    return rest.start
+
+
+def _logged(unit: Imu) -> Span:
+    """From when to when the recording goes, s."""
+    time = unit.acquired.trace()[0]
+    return Span(float(time[0]), float(time[-1]))
+
+
+def _windows(at: Sequence[tuple[float, float]], logged: Span, name: str) -> list[Span]:
+    """Where to look for spins; raises `ProcedureError` where times make no sense for the recording."""
+    windows = [Span(*times) for times in sorted(at)]
+    for window, following in zip(windows, [*windows[1:], None], strict=False):
+        said = f"{name}: spin from {window.start:g} to {window.end:g} s"
+        if not window.start < window.end:
+            raise ProcedureError(f"{said}: ends before it begins; give START:END")
+        if window.within(logged).seconds <= 0.0:
+            raise ProcedureError(
+                f"{said}: lies outside the log, which goes from {logged.start:.1f} to {logged.end:.1f} s; "
+                "give times of its own clock"
+            )
+        if following and following.start < window.end:
+            raise ProcedureError(f"{said}: overlaps the one from {following.start:g} s; give them apart")
+    return windows or [Span(-math.inf, math.inf)]
+
+
+def _is_endless(place: Place, logged: Span) -> bool:
+    return place.rest is None and place.span.within(logged).seconds > LONGEST_SPIN
+
+
+def _ends(number: int, place: Place, following: tuple[int, Place] | None) -> bool:
+    """Whether a spin cannot go on from a place to the following one."""
+    if following is None:
+        return True
+    window, after = following
+    return window != number or after.span.start != place.span.end
+
+
+def _too_long(span: Span) -> Refusal:
+    why = f"drove or was moved for {span.seconds:.0f} s without a rest"
+    return (span.start, span.end, f"{why}; if it turned on the spot, say when with --at")
+
+
+def _nothing_found(refused: Sequence[Refusal], unit: Imu) -> str:
+    """One line: why no spin was found, and what to do."""
+    remedy = "let the robot stand still for 5 s, then turn on the spot once round or more"
+    times = unit.acquired.rest_times
+    if len(times) == 0:
+        why = _named(refused)
+        return f"shows no rest of 1 s or longer{': ' if why else ''}{why}; {remedy}"
+    if not refused:
+        return f"{in_words('no turn', {})}"
+    hint = ""
+    little = any("turned only" in why for _, _, why in refused)
+    if little and unit.recording.metadata.gyroscope_unit.name == "deg/s":
+        hint = "; if its gyroscope was logged in rad/s, say --gyroscope-unit rad/s"
+    if len(refused) == 1 and ";" in refused[0][2]:
+        return f"shows no spin that can be used: {_named(refused)}{hint}"
+    return f"shows no spin that can be used: {_named(refused)}; {remedy}{hint}"
+
+
+def _named(refused: Sequence[Refusal]) -> str:
+    """List the longest stretches with their reasons; of several, without the remedy of each."""
+    longest = sorted(sorted(refused, key=lambda each: each[0] - each[1])[:MOST_NAMED])
+    alone = len(refused) == 1
+    named = [
+        f"{start:.1f} to {end:.1f} s {why if alone else why.split(';')[0]}" for start, end, why in longest
+    ]
+    more = len(refused) - len(longest)
+    return ", ".join([*named, *([f"and {more} more"] if more else [])])
+
+
+def _remarks(unit: Imu) -> Iterator[str]:
+    """Say what was left out, and what the reader did that a user should know."""
+    yield from unit.recording.metadata.remarks
+    yield from unit.remarks
+    if unit.recording.metadata.already_corrected:
+        yield "the log was corrected before it was written: this finds what the correction left"
+
+
+def scale_warning(
+    combined: Combined, spins: Sequence[Spin], brought: Calibration | None, gravity: float
+) -> Iterator[str]:
+    """Say what a scale error does to the accelerometer bias, unless an earlier calibration has seen to it."""
+    if not combined.accelerometer_bias.observable:
+        return
+    if brought and brought.accelerometer and "matrix" in brought.accelerometer.estimated:
+        return
+    axis = "xyz"[int(np.argmax(np.abs(spins[-1].up)))]
+    yield (
+        "along the vertical a scale error of the accelerometer cannot be told from bias: 1 % of it would be "
+        f"{0.01 * gravity:.2g} m/s^2, mostly of {axis}; nor across the vertical an angle between "
+        f"accelerometer and gyroscope: 0.1 deg would be {gravity * math.radians(0.1):.2g} m/s^2; a turntable "
+        "calibration, given with --calibration, is free of both"
+    )
+
+
+def _first_half(progress: Progress | None) -> Progress | None:
+    """Count the samples of a first pass, and expect as many again."""
+    if progress is None:
+        return None
+    return lambda done, expected: progress(done, None if expected is None else 2 * expected)
+
+
+def _second_half(progress: Progress | None, samples: int) -> Progress | None:
+    if progress is None:
+        return None
+    return lambda done, _: progress(samples + done, 2 * samples)

@@ -1,0 +1,231 @@
+"""The page of a spin: what it shows, gathered from the result as text and pictures, and its file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from tumble.files import write_text
+from tumble.recording import FloatArray
+from tumble.report.figures import recording_figure
+from tumble.report.numbers import readable_scale, significant
+from tumble.report.page import Picture, environment
+from tumble.report.parameters import ParameterGroup
+from tumble.report.rests import RestRow, rest_rows
+from tumble.report.svg import house_style
+from tumble.spin.report import text
+from tumble.spin.report.figures import (
+    force_errors,
+    heading_figure,
+    improvement_figure,
+    level_floor_fit,
+    noise_radii,
+    rates_at_rest,
+    scatter_figure,
+    time_figure,
+)
+from tumble.spin.report.parameters import Methods, Overview, methods, overview, spin_groups
+from tumble.spin.report.sketch import spins_figure, top_view_caption, top_view_figure
+from tumble.spin.result import Spin, SpinResult
+
+MOST_DRAWN = 4
+"""Spins with pictures; of a day with more, the further ones are tables only, or the page grows too heavy."""
+
+_NO_BLOCKS = "No samples of this spin were kept to draw."
+
+
+@dataclass(frozen=True, slots=True)
+class SpinSection:
+    """Everything shown of one spin. Pictures are None where there is nothing to draw."""
+
+    label: str
+    anchor: str
+    sentence: str
+    fit: str
+    no_pictures: str
+    time: Picture | None
+    heading: Picture | None
+    scatter: Picture | None
+    improvement: Picture | None
+    sketch: Picture | None
+    groups: tuple[ParameterGroup, ...]
+    methods: Methods
+    rests: tuple[RestRow, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """A stretch that is no spin to use."""
+
+    stretch: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class SpinPage:
+    """What the template of a spin's page is given."""
+
+    name: str
+    serial: str
+    kind: str
+    verdict: str
+    biases: tuple[str, ...]
+    trust: tuple[str, ...]
+    unobserved: tuple[str, ...]
+    warnings: tuple[str, ...]
+    overview: Overview | None
+    overview_picture: Picture | None
+    spins: tuple[SpinSection, ...]
+    refused: tuple[Refused, ...]
+    recording: Picture | None
+    method: tuple[tuple[str, str], ...]
+
+
+def write_spin_page(result: SpinResult, path: Path) -> None:
+    """Write everything about the spins of a recording as one HTML file that needs nothing else.
+
+    The file takes its name only once it is whole. Raises `OutputError` where it cannot be written; what
+    stood there before is untouched.
+    """
+    write_text(path, render_spin(result))
+
+
+def render_spin(result: SpinResult) -> str:
+    """Render the page as HTML."""
+    with house_style():
+        page = spin_page(result)
+    return environment("tumble.spin.report").get_template("spin.html.j2").render(page=page)
+
+
+def spin_page(result: SpinResult) -> SpinPage:
+    """Gather the page. To be called inside `svg.house_style`."""
+    kind, title = text.verdict(result)
+    several = len(result.spins) > 1
+    return SpinPage(
+        name=result.name,
+        serial=result.serial,
+        kind=kind,
+        verdict=title,
+        biases=(
+            text.bias_sentence("Accelerometer bias", "m/s^2", result.accelerometer_bias),
+            text.bias_sentence("Gyroscope bias", "rad/s", result.gyroscope_bias),
+        ),
+        trust=tuple(text.trust_sentences(result)),
+        unobserved=tuple(text.unobserved_sentences(result)),
+        warnings=(
+            *(f"{spin.label.capitalize()}: {line}" for spin in result.spins for line in spin.warnings),
+            *result.warnings,
+        ),
+        overview=overview(result) if several else None,
+        overview_picture=_overview_picture(result) if several else None,
+        spins=tuple(
+            _section(spin, number, result.gravity, drawn=number <= MOST_DRAWN)
+            for number, spin in enumerate(result.spins, start=1)
+        ),
+        refused=tuple(Refused(f"{start:.1f} to {end:.1f}", why) for start, end, why in result.refused),
+        recording=_recording(result),
+        method=text.method_lines(result),
+    )
+
+
+def _section(spin: Spin, number: int, gravity: float, *, drawn: bool) -> SpinSection:
+    prefix = f"s{number}"
+    blocks = drawn and len(spin.blocks.time) > 0
+    return SpinSection(
+        label=spin.label,
+        anchor=prefix,
+        sentence=text.spin_sentence(spin),
+        fit=text.fit_sentence(spin),
+        no_pictures="" if blocks else _NO_BLOCKS if drawn else _too_many(),
+        time=_time_picture(spin, prefix) if blocks else None,
+        heading=_heading_picture(spin, gravity, prefix) if blocks else None,
+        scatter=_scatter_picture(spin, prefix) if blocks else None,
+        improvement=_improvement_picture(spin, gravity, prefix) if drawn and spin.rests else None,
+        sketch=Picture(top_view_figure(spin, f"{prefix}-top"), _sketch_caption(spin)) if drawn else None,
+        groups=spin_groups(spin),
+        methods=methods(spin, gravity),
+        rests=rest_rows([replace(rest, pose=spin.label) for rest in spin.rests]),
+    )
+
+
+def _too_many() -> str:
+    return f"Pictures are drawn of the first {MOST_DRAWN} spins only."
+
+
+def _time_picture(spin: Spin, prefix: str) -> Picture:
+    return Picture(
+        time_figure(spin, f"{prefix}-time"),
+        "Rates less bias. A robot that turns about one axis has no rate across it. Shaded: rests used.",
+    )
+
+
+def _heading_picture(spin: Spin, gravity: float, prefix: str) -> Picture:
+    if level_floor_fit(spin, gravity) is None:
+        level = (
+            "What a level floor would give is not observable: neither is the tilt or the uphill direction."
+        )
+    else:
+        level = (
+            "Line through the points: the fit. Green line: the same on a level floor; it differs from zero "
+            "by what the lever arm does while turning. Where the robot speeds up or slows down the lines are "
+            "drawn from the rates of neighbouring stretches, which blunts them."
+        )
+    return Picture(
+        heading_figure(spin, gravity, f"{prefix}-heading"),
+        f"Means over short stretches, all turns folded into one. {level} Filled: turning; hollow: at rest.",
+    )
+
+
+def _scatter_picture(spin: Spin, prefix: str) -> Picture:
+    known = all(radius is not None for radius in noise_radii(spin))
+    circles = (
+        "Circles: white noise of the size seen in single samples leaves 95 of 100 means inside. Points far "
+        "outside: the turning axis moved, as on an uneven floor, or the noise is not white."
+        if known
+        else "The noise of these means is not known, so no circle is drawn."
+    )
+    return Picture(scatter_figure(spin, f"{prefix}-axis"), circles)
+
+
+def _improvement_picture(spin: Spin, gravity: float, prefix: str) -> Picture:
+    sentences = [
+        _before_and_after("|specific force| less gravity", "m/s^2", *force_errors(spin, gravity)[:2]),
+        _before_and_after("|angular rate|", "rad/s", *rates_at_rest(spin)[:2]),
+        "The biases were found from these same rests, so this shows that they fit, not that they are true.",
+    ]
+    return Picture(improvement_figure(spin, gravity, f"{prefix}-rest"), " ".join(sentences))
+
+
+def _before_and_after(quantity: str, unit: str, before: FloatArray, after: FloatArray) -> str:
+    raw, left = (float(np.sqrt(np.mean(values**2))) for values in (before, after))
+    if not np.isfinite(left):
+        return f"Root mean square of {quantity} at rest: not observable with compensation."
+    scale = readable_scale(unit, float(np.sqrt(raw * left)))
+    figures = [significant(scale.factor * number, 2) for number in (raw, left)]
+    return f"Root mean square of {quantity} at rest: {figures[0]} → {figures[1]} {scale.unit}."
+
+
+def _sketch_caption(spin: Spin) -> str:
+    return (
+        f"{top_view_caption(spin)} Seen from above. The robot's outline is a sign only; the lever arm is "
+        "drawn to a scale of its own, with its 1-sigma ellipse."
+    )
+
+
+def _overview_picture(result: SpinResult) -> Picture:
+    return Picture(
+        spins_figure(result, "all"),
+        "Each spin less the combined value; bars are one sigma, shaded is one sigma of the combined value.",
+    )
+
+
+def _recording(result: SpinResult) -> Picture | None:
+    if len(result.trace.time) == 0:
+        return None
+    rests = [replace(rest, pose=spin.label) for spin in result.spins for rest in spin.rests]
+    return Picture(
+        recording_figure(result.trace, rests, "rec"),
+        "Means over short stretches, as measured. Shaded: rests used, with the spin they belong to.",
+    )

@@ -1,0 +1,178 @@
+"""What the page of a spin says in sentences: what was found, and how far it can be trusted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from tumble.report.numbers import measurement, readable_scale, significant
+from tumble.report.text import count_of, join, temperature_sentence
+from tumble.spin.report.parameters import FULL_TURN, turns_text
+from tumble.spin.result import BiasEstimate, Spin, SpinResult
+
+LARGEST_REDUCED_CHI_SQUARE = 2.0
+"""Chi-square for each degree of freedom above which the fit is said to be worse than the noise."""
+
+ALL_FOUND = "calibrated"
+
+
+def verdict(result: SpinResult) -> tuple[str, str]:
+    """Return the kind of verdict, which gives its colour, and its words."""
+    match result.accelerometer_bias.observable, result.gyroscope_bias.observable:
+        case True, True:
+            return ALL_FOUND, "● Both biases found"
+        case True, False:
+            return "not-calibrated", "○ Accelerometer bias only"
+        case False, True:
+            return "not-calibrated", "○ Gyroscope bias only"
+        case _:
+            return "not-calibrated", "○ No bias found"
+
+
+def bias_sentence(name: str, unit: str, bias: BiasEstimate) -> str:
+    """Say a bias with its sigma, or why it is not known."""
+    if not bias.observable:
+        return f"{name}: not observable: {bias.reason or 'the data do not show it'}."
+    scale = readable_scale(unit, max(abs(float(value)) for value in bias.value))
+    figures = [
+        f"{axis} {measurement(scale.factor * float(value), scale.factor * float(sigma))}"
+        for axis, value, sigma in zip("xyz", bias.value, bias.sigma, strict=True)
+    ]
+    return f"{name}: {', '.join(figures)} {scale.unit}."
+
+
+def trust_sentences(result: SpinResult) -> list[str]:
+    """Say what the biases rest on, and so how far they can be trusted."""
+    return [
+        *_about_the_method(result),
+        *_about_the_fit(result),
+        *_about_agreement(result),
+    ]
+
+
+def unobserved_sentences(result: SpinResult) -> list[str]:
+    """Say what the spins did not show, with its reason; no numbers of ours."""
+    by_reason: dict[tuple[str, tuple[str, ...]], list[str]] = {}
+    for spin in result.spins:
+        hidden = [parameter for parameter in (*spin.parameters, spin.slow_turn) if not parameter.observable]
+        for reason in dict.fromkeys(parameter.reason for parameter in hidden):
+            names = tuple(parameter.name for parameter in hidden if parameter.reason == reason)
+            by_reason.setdefault((reason, names), []).append(spin.label)
+    return [
+        f"{_whose(labels, result)}: {join(names)}: {reason or 'the data do not show it'}."
+        for (reason, names), labels in by_reason.items()
+    ]
+
+
+def _whose(labels: Sequence[str], result: SpinResult) -> str:
+    if len(labels) == len(result.spins) > 1:
+        return "All spins"
+    return join(labels).capitalize()
+
+
+def spin_sentence(spin: Spin) -> str:
+    """Say what the robot did."""
+    resting = sum(rest.end - rest.start for rest in spin.rests)
+    return (
+        f"From {spin.start:.1f} to {spin.end:.1f} s: {count_of('rest', len(spin.rests))} of {resting:.1f} s "
+        f"in all; {turns_text(spin)} turns at {significant(spin.rate, 2)} rad/s."
+    )
+
+
+def fit_sentence(spin: Spin) -> str:
+    """Say chi-square and its degrees of freedom, and what they mean."""
+    freedom = spin.degrees_of_freedom
+    if freedom <= 0 or not math.isfinite(spin.chi_square):
+        return "As many parameters as measurements, so that the fit cannot be tested."
+    figures = f"Chi-square {significant(spin.chi_square)} for {freedom} degrees of freedom: "
+    if _fits(spin):
+        return figures + "the model and the noise explain what was measured."
+    return figures + (
+        "the specific force differs from the model by more than its noise, as with slipping wheels, an "
+        "uneven floor or a swaying robot; the intervals are too narrow."
+    )
+
+
+def method_lines(result: SpinResult) -> tuple[tuple[str, str], ...]:
+    """Say how it was done: name and value of what a reader needs in order to do it again."""
+    carried = f"sha256 {result.calibration_hash}" if result.calibration_hash else "none"
+    options = [(f"Option {name}", _option(value)) for name, value in result.options.items()]
+    return (
+        ("Procedure", "spin: a robot that stood still and turned on the spot"),
+        ("Recording", " · ".join(filter(None, (result.name, result.serial, result.source)))),
+        ("Gravity", f"{result.gravity:.5f} m/s² ({result.gravity_source})"),
+        ("Calibration applied first", carried),
+        ("Temperature", temperature_sentence(result.temperature)),
+        *options,
+        ("Software", result.software or "not stated"),
+    )
+
+
+def _about_the_method(result: SpinResult) -> Iterator[str]:
+    if not result.accelerometer_bias.observable:
+        return
+    whole = [spin for spin in result.spins if spin.method == "level-free" and spin.heading_span >= FULL_TURN]
+    if len(whole) == len(result.spins):
+        yield (
+            "Level-free: over a full turn of heading gravity tells the accelerometer bias from the tilt of "
+            "the floor, which need not be level."
+        )
+    for spin in result.spins:
+        if spin.method == "published":
+            yield (
+                f"{spin.label.capitalize()} has the accelerometer bias by the published method, which holds "
+                f"on a level floor only{_because(spin.accelerometer_bias)}."
+            )
+        elif spin.heading_span < FULL_TURN:
+            yield (
+                f"{spin.label.capitalize()} is level-free, from less than a full turn"
+                f"{_because(spin.accelerometer_bias)}."
+            )
+
+
+def _because(bias: BiasEstimate) -> str:
+    return f": {bias.reason}" if bias.reason else ""
+
+
+def _about_the_fit(result: SpinResult) -> Iterator[str]:
+    tested = [spin for spin in result.spins if spin.degrees_of_freedom > 0]
+    if not tested:
+        return
+    poor = [spin.label for spin in tested if not _fits(spin)]
+    if poor:
+        yield (
+            f"The model does not explain all that {join(poor)} measured: take sigma there for the least it "
+            "can be."
+        )
+    else:
+        yield "The model and the noise explain what was measured."
+
+
+def _about_agreement(result: SpinResult) -> Iterator[str]:
+    agreement = result.agreement
+    if not agreement.observable:
+        if len(result.spins) == 1:
+            yield "With a single spin nothing shows whether another would give the same."
+        return
+    figures = (
+        f"chi-square of the spins against their mean {significant(agreement.value)}, where "
+        f"{significant(agreement.low)} to {significant(agreement.high)} is to be expected"
+    )
+    if agreement.value > agreement.high:
+        yield f"The spins differ from each other by more than their sigma: {figures}."
+    else:
+        yield f"The spins agree: {figures}."
+
+
+def _fits(spin: Spin) -> bool:
+    return spin.chi_square <= LARGEST_REDUCED_CHI_SQUARE * spin.degrees_of_freedom
+
+
+def _option(value: object) -> str:
+    match value:
+        case bool():
+            return "yes" if value else "no"
+        case None | "" | []:
+            return "not set"
+        case _:
+            return str(value)

@@ -1,0 +1,142 @@
+"""What the spin procedure finds, as plain data: what reports show and calibration files keep."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from tumble.recording import FloatArray
+from tumble.results import Parameter, Rest, Trace
+
+SpinMethod = Literal["level-free", "published"]
+
+
+@dataclass(frozen=True, slots=True)
+class BiasEstimate:
+    """Bias of three accelerometers or three gyroscopes, case frame."""
+
+    value: FloatArray
+    """(3,) m/s^2 or rad/s; NaN on every axis where the data do not show it."""
+    sigma: FloatArray
+    """(3,) 1-sigma; infinite where the data do not show it."""
+    observable: bool
+    reason: str = ""
+    """Why it could not be observed, or how far it can be trusted."""
+
+
+@dataclass(frozen=True, slots=True)
+class SpinBlocks:
+    """A spin at a glance: n successive means, for the pictures."""
+
+    time: FloatArray
+    """(n,) s of the recording's own clock."""
+    resting: FloatArray
+    """(n,) 1 where the robot stood still, 0 where it turned."""
+    heading: FloatArray
+    """(n,) rad since the first sample, counter-clockwise seen from above, never folded."""
+    rate: FloatArray
+    """(n,) rad/s about the turning axis, counter-clockwise positive."""
+    across: FloatArray
+    """(n, 2) rad/s across the turning axis: 0 for a robot that turns about one axis."""
+    force: FloatArray
+    """(n, 3) m/s^2, specific force less accelerometer bias, floor frame: forward, left, up."""
+    fit: FloatArray
+    """(n, 3) m/s^2, the same as the model has it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spin:
+    """One spin: rest, turning on the spot, rests between."""
+
+    label: str
+    """`spin 1`."""
+    start: float
+    end: float
+    """Seconds of the recording's own clock."""
+    rests: tuple[Rest, ...]
+    turned_clockwise: float
+    turned_counter_clockwise: float
+    """rad, as the gyroscope has it, both positive."""
+    heading_span: float
+    """rad between the outermost headings."""
+    rate: float
+    """rad/s, root mean square while turning."""
+    method: SpinMethod
+    """Whose accelerometer bias is the result."""
+    gyroscope_bias: BiasEstimate
+    level_free: BiasEstimate
+    """Accelerometer bias, whatever the tilt of the floor."""
+    published: BiasEstimate
+    """Accelerometer bias if the floor is level."""
+    up: FloatArray
+    """(3,) unit vector, case frame: the turning axis, upwards across the floor."""
+    parameters: tuple[Parameter, ...]
+    """Everything found: `gyroscope bias x`, `accelerometer bias x`, `mounting roll`, `mounting pitch`,
+    `floor tilt`, `uphill bearing`, `lever arm x`, `gyroscope scale clockwise` ..."""
+    slow_turn: Parameter
+    """rad/s about the turning axis that the robot made while it seemed to stand still."""
+    chi_square: float
+    degrees_of_freedom: int
+    covariance: FloatArray
+    """(6, 6) of [accelerometer bias, gyroscope bias] by the method of choice; NaN where not observable."""
+    noise: FloatArray
+    """(4, 3) scatter of one sample: accelerometer at rest and turning, m/s^2, gyroscope likewise, rad/s."""
+    blocks: SpinBlocks
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def accelerometer_bias(self) -> BiasEstimate:
+        """Accelerometer bias by the method of choice."""
+        return self.level_free if self.method == "level-free" else self.published
+
+    @property
+    def turns(self) -> float:
+        """Full turns, both directions counted."""
+        return float((self.turned_clockwise + self.turned_counter_clockwise) / (2.0 * np.pi))
+
+
+@dataclass(frozen=True, slots=True)
+class SpinResult:
+    """All spins of one recording, and the biases they agree on."""
+
+    name: str
+    source: str
+    serial: str
+    spins: tuple[Spin, ...]
+    accelerometer_bias: BiasEstimate
+    gyroscope_bias: BiasEstimate
+    """Weighted means over the spins; those of the last spin where the spins contradict each other."""
+    covariance: FloatArray
+    """(6, 6) of [accelerometer bias, gyroscope bias]."""
+    agreement: Parameter
+    """`chi-square of the spins against their mean`, unit `1`; not observable with a single spin."""
+    refused: tuple[tuple[float, float, str], ...]
+    """Start and end, s, and why what lies between is no spin that can be used."""
+    trace: Trace
+    gravity: float
+    """m/s^2."""
+    gravity_source: str
+    temperature: tuple[float, float, float] | None = None
+    """Lowest, mean and highest, degC."""
+    calibration_hash: str = ""
+    """sha256 of the calibration applied first; empty if there was none."""
+    options: dict[str, object] = field(default_factory=dict)
+    """Method options as the calibration file keeps them."""
+    warnings: tuple[str, ...] = ()
+    software: str = ""
+
+    def __repr__(self) -> str:
+        shown = [
+            f"{spin.label} {each.name} = {each.value:.6g} +- {each.sigma:.2g} {each.unit}"
+            for spin in self.spins
+            for each in spin.parameters
+            if each.observable
+        ]
+        return "\n  ".join([f"SpinResult({self.name}: {len(self.spins)} spins)", *shown])
+
+    def _repr_html_(self) -> str:
+        from tumble.spin.report.notebook import spin_html
+
+        return spin_html(self)

@@ -1,0 +1,373 @@
+"""Rests and motions in turn become spins: linked, fitted, and freed of what spoils the fit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tumble import _core
+from tumble.acquisition.acquire import Fault
+from tumble.gravity import STANDARD_GRAVITY
+from tumble.recording import FloatArray
+from tumble.results import Rest
+from tumble.spin.messages import in_words
+from tumble.spin.motions import (
+    FEWEST_SAMPLES,
+    SMALLEST_SPIN,
+    first_turn,
+    is_nudge,
+    motion_fault,
+    nearest,
+    turned_about,
+)
+from tumble.spin.segments import Samples, Stretch
+from tumble.spin.turns import Angle, TrueTurns
+
+Refusal = tuple[float, float, str]
+"""Start and end, s, and why what lies between is no spin that can be used."""
+
+FULL_TURN = 2.0 * math.pi
+LARGEST_SCALE_ERROR = 0.1
+"""Of a gyroscope; a true angle further off than that was counted wrongly."""
+LARGEST_SPEED = 0.25
+"""m/s that the accelerometers show while the robot should have stayed on the spot."""
+LARGEST_MISFIT = 0.003
+"""m/s^2 that a fit may be off for long and adds up to a speed nobody drove."""
+SIGMAS_OF_WALK = 2.0
+LARGEST_LEVER_ARM = 1.0
+"""m; what seems to be further off its turning axis drove a circle."""
+LARGEST_AXIS_CHANGE = 0.3
+"""m by which the turning axis of a robot may shift from one turn to the next."""
+
+
+@dataclass(frozen=True, slots=True)
+class Criteria:
+    """How to judge, and what the user knows."""
+
+    settings: _core.SpinSettings
+    still: float
+    """s that the longest rest of a spin lasts at least."""
+    turns: float | None
+    """Turns asked for; None if nobody asked."""
+    true_turns: TrueTurns | None
+    faults: tuple[Fault, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Chain:
+    """Rests and motions in turn, without a gap: one spin, if it is one."""
+
+    stretches: tuple[Stretch, ...]
+    given: bool = False
+    """The user said that this is a spin."""
+
+    @property
+    def start(self) -> float:
+        """Time of the first sample, s."""
+        return self.stretches[0].start
+
+    @property
+    def end(self) -> float:
+        """Time of the last sample, s."""
+        return self.stretches[-1].end
+
+    @property
+    def samples(self) -> Samples:
+        """All of them."""
+        return Samples.joined([stretch.samples for stretch in self.stretches])
+
+    @property
+    def rests(self) -> tuple[Rest, ...]:
+        """The rests in it."""
+        return tuple(stretch.rest for stretch in self.stretches if stretch.rest is not None)
+
+    @property
+    def rest_times(self) -> FloatArray:
+        """(k, 2) s between which the robot stood."""
+        times = [(each.start, each.end) for each in self.stretches if each.rest is not None]
+        return np.array(times, dtype=np.float64).reshape(-1, 2)
+
+    @property
+    def motions(self) -> tuple[Stretch, ...]:
+        """What lies beside and between the rests."""
+        return tuple(stretch for stretch in self.stretches if stretch.rest is None)
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """A spin and what the core made of it."""
+
+    chain: Chain
+    figures: _core.SpinFigures
+    blocks: _core.SpinBlockFigures
+
+
+@dataclass(frozen=True, slots=True)
+class _Failed:
+    """Why a chain is no spin, and the motion that is to blame, where it is a single one."""
+
+    why: str
+    culprit: Stretch | None = None
+
+
+def chains_of(
+    stretches: Iterable[tuple[Stretch, bool]], rests: Sequence[Rest], criteria: Criteria, given: bool
+) -> Iterator[Chain | Refusal]:
+    """Link rests and motions to chains; a motion that cannot be part of a spin ends one and is refused.
+
+    With each stretch comes whether the chain ends there. `rests` are those of the recording, at least one.
+    A drive ends a chain as soon as it is known to be one, so that a day of driving need not be kept.
+    """
+    links: list[Stretch] = []
+    for stretch, ends_here in stretches:
+        is_motion = stretch.rest is None and len(stretch.samples) >= FEWEST_SAMPLES
+        why = motion_fault(stretch, nearest(stretch, rests), criteria.faults, given) if is_motion else ""
+        if not why and (is_motion or stretch.rest):
+            links.append(stretch)
+        if why or ends_here:
+            yield Chain(tuple(links), given)
+            links = []
+        elif stretch.rest and not given and _alone(Chain(tuple(links[-3:])), criteria)[1]:
+            yield Chain(tuple(links))
+            links = [stretch]
+        if why:
+            yield (stretch.start, stretch.end, why)
+    yield Chain(tuple(links), given)
+
+
+def fit_or_split(chain: Chain, criteria: Criteria) -> Iterator[Fitted | Refusal]:
+    """Fit a chain as one spin; where one of its motions spoils that, take it out and fit what is left."""
+    if not _moves(chain):
+        if chain.given and chain.stretches:
+            kind = "no turn" if chain.rests else "no rest"
+            yield (chain.start, chain.end, in_words(kind, {}))
+        return
+    if chain.stretches[0].rest is None:
+        first, *others = chain.stretches
+        if not is_nudge(first, chain.rests[0]):
+            yield (first.start, first.end, "moved before it had stood still; stand still first")
+        yield from fit_or_split(Chain(tuple(others), chain.given), criteria)
+        return
+    turned = sum(turned_about(motion, nearest(motion, chain.rests)) for motion in chain.motions)
+    if turned < SMALLEST_SPIN:
+        yield (chain.start, chain.end, in_words("no turn", {"turned": turned}))
+        return
+    stray = _stray_alone(chain, criteria)
+    if stray is not None:
+        yield from _without(*stray, chain, criteria)
+        return
+    attempt = _attempt(chain, criteria)
+    if isinstance(attempt, Fitted):
+        yield attempt
+    elif attempt.culprit is None or chain.given:
+        yield (chain.start, chain.end, attempt.why)
+    else:
+        yield from _without(attempt.culprit, attempt.why, chain, criteria)
+
+
+def _moves(chain: Chain) -> bool:
+    """Whether there is a rest, and a motion that is more than a knock."""
+    rests = chain.rests
+    return bool(rests) and not all(is_nudge(motion, nearest(motion, rests)) for motion in chain.motions)
+
+
+def _stray_alone(chain: Chain, criteria: Criteria) -> tuple[Stretch, str] | None:
+    """Find a motion that was no turn on the spot by itself: beside others it would spoil their fit."""
+    if chain.given or len(chain.motions) < 2:
+        return None
+    arms: list[tuple[Stretch, FloatArray]] = []
+    for motion in chain.motions:
+        at = chain.stretches.index(motion)
+        arm, failed = _alone(Chain(chain.stretches[at - 1 : at + 2]), criteria)
+        if failed is not None:
+            return motion, failed.why
+        if arm is not None:
+            arms.append((motion, arm))
+    return _another_axis(arms)
+
+
+def _alone(chain: Chain, criteria: Criteria) -> tuple[FloatArray | None, _Failed | None]:
+    """Fit a single motion with the rests beside it: its lever arm, (3,) m, and whether it was a drive."""
+    if (
+        chain.stretches[0].rest is None
+        or len(chain.motions) != 1
+        or is_nudge(chain.motions[0], chain.rests[0])
+    ):
+        return None, None
+    try:
+        figures, blocks = _fit(chain, criteria.settings)
+    except _core.CoreError:
+        # What is too little by itself, or spoilt for another reason, is seen with the others.
+        return None, None
+    return figures["lever_arm"], _astray(chain, figures, blocks)
+
+
+def _another_axis(arms: Sequence[tuple[Stretch, FloatArray]]) -> tuple[Stretch, str] | None:
+    """Find a motion about another axis than most, the one furthest from the IMU first; `arms` are (3,) m."""
+    if not arms:
+        return None
+    vectors = np.array([arm for _, arm in arms])
+    apart = np.linalg.norm(vectors[:, None] - vectors[None], axis=2) > LARGEST_AXIS_CHANGE
+    odd = apart.sum(axis=1)
+    if not odd.any():
+        return None
+    last = max(range(len(arms)), key=lambda k: (odd[k], np.linalg.norm(vectors[k])))
+    return arms[last][0], _circle(vectors[last])
+
+
+def _circle(arm: FloatArray) -> str:
+    radius = float(np.linalg.norm(arm))
+    return f"drove a circle of {radius:.1f} m radius; turn on the spot, or name the spin with --at"
+
+
+def _without(culprit: Stretch, why: str, chain: Chain, criteria: Criteria) -> Iterator[Fitted | Refusal]:
+    """Fit what lies before and after a motion, and the turn it began with, if it did not only turn."""
+    at = chain.stretches.index(culprit)
+    first = first_turn(culprit, nearest(culprit, chain.rests))
+    yield from fit_or_split(Chain((*chain.stretches[:at], *first)), criteria)
+    yield (first[0].end if first else culprit.start, culprit.end, why)
+    yield from fit_or_split(Chain(chain.stretches[at + 1 :]), criteria)
+
+
+def _attempt(chain: Chain, criteria: Criteria) -> Fitted | _Failed:
+    try:
+        figures, blocks = _fit(chain, criteria.settings)
+        if criteria.true_turns is not None:
+            turned = figures["turned_clockwise"], figures["turned_counter_clockwise"]
+            known = criteria.true_turns.angle(*turned, SMALLEST_SPIN)
+            contradiction = _contradiction(turned, known)
+            if contradiction:
+                return _Failed(contradiction)
+            figures, blocks = _fit(chain, criteria.settings, known)
+    except _core.CoreError as error:
+        kind, values = error.args
+        return _Failed(in_words(kind, values), _at(chain, values.get("time")))
+    return (
+        _too_little(figures, criteria)
+        or _astray(chain, figures, blocks)
+        or _too_restless(chain, criteria)
+        or Fitted(chain, figures, blocks)
+    )
+
+
+def _fit(
+    chain: Chain, settings: _core.SpinSettings, true_angle: Angle | None = None
+) -> tuple[_core.SpinFigures, _core.SpinBlockFigures]:
+    samples = chain.samples
+    return _core.fit_spin(
+        samples.time,
+        samples.accelerometer,
+        samples.gyroscope,
+        chain.rest_times,
+        settings,
+        true_angle=true_angle,
+    )
+
+
+def _contradiction(turned: tuple[float, float], known: Angle) -> str:
+    """Say that the gyroscope and the true angle cannot both be right; empty if they can."""
+    for angle, truth, direction in zip(turned, known, ("clockwise", "counter-clockwise"), strict=False):
+        if math.isfinite(truth) and abs(angle - truth) > LARGEST_SCALE_ERROR * truth:
+            return (
+                f"turned {angle / FULL_TURN:.2f} times {direction} by its gyroscope, truly "
+                f"{truth / FULL_TURN:g} times by --true-turns; count again, or mend the unit with "
+                "--gyroscope-unit"
+            )
+    return ""
+
+
+def _too_little(figures: _core.SpinFigures, criteria: Criteria) -> _Failed | None:
+    """Object to a turn smaller than asked for."""
+    turned = figures["turned_clockwise"] + figures["turned_counter_clockwise"]
+    wanted = FULL_TURN * (criteria.turns or 0.0)
+    # A robot told to turn by so much stops a little early or late, and its gyroscope has a scale error.
+    if turned < 0.98 * wanted:
+        return _Failed(in_words("turned too little", {"turned": turned, "wanted": wanted}))
+    return None
+
+
+def _too_restless(chain: Chain, criteria: Criteria) -> _Failed | None:
+    """Object to rests shorter than asked for."""
+    longest = max(float(end - start) for start, end in chain.rest_times)
+    # The segmenter leaves out the ends of a rest, where the robot may still settle.
+    if longest >= criteria.still - 0.5:
+        return None
+    return _Failed(
+        f"stood still for {longest:.1f} s at most, {criteria.still:g} s are asked for; stand still longer "
+        "before the turn, or ask for less with --still"
+    )
+
+
+def _astray(chain: Chain, figures: _core.SpinFigures, blocks: _core.SpinBlockFigures) -> _Failed | None:
+    """Find the motion in which the robot left the spot."""
+    speeds = [_speed(motion, chain, figures, blocks) for motion in chain.motions]
+    fastest = int(np.argmax(speeds))
+    culprit = chain.motions[fastest]
+    if speeds[fastest] > _largest_speed(culprit, chain, figures):
+        remedy = "" if chain.given else ", or name the spin with --at"
+        return _Failed(f"drove: reached about {speeds[fastest]:.1f} m/s; stay on the spot{remedy}", culprit)
+    if not chain.given and np.linalg.norm(figures["lever_arm"]) > LARGEST_LEVER_ARM:
+        return _Failed(_circle(figures["lever_arm"]), culprit if len(chain.motions) == 1 else None)
+    return None
+
+
+def _speed(
+    motion: Stretch, chain: Chain, figures: _core.SpinFigures, blocks: _core.SpinBlockFigures
+) -> float:
+    """Largest horizontal speed of the turning axis over one motion, m/s, by what the accelerometers say.
+
+    That is the speed of the IMU, integrated from rest, less what turning about the axis gives it.
+    """
+    kept = (blocks["time"] >= motion.start) & (blocks["time"] <= motion.end)
+    if kept.sum() < 2:
+        return 0.0
+    heading = blocks["heading"][kept]
+    spacing = np.gradient(blocks["time"])[kept]
+    pull = (blocks["force"][kept, :2] - _gravity_along(heading, figures)) @ [1.0, 1.0j]
+    # Forward and left as one complex number, which the heading turns into a direction of the floor.
+    gained = pull * np.exp(1j * heading) * spacing
+    velocity = np.cumsum(gained) - 0.5 * gained
+    turning = 1j * _arm_along_floor(figures) * blocks["rate"][kept] * np.exp(1j * heading)
+    velocity -= turning
+    if motion is not chain.stretches[-1]:
+        # It stands again afterwards: what the sum has gathered until then is drift.
+        velocity -= np.linspace(0.0, 1.0, len(velocity)) * velocity[-1]
+    return float(np.abs(velocity).max())
+
+
+def _largest_speed(motion: Stretch, chain: Chain, figures: _core.SpinFigures) -> float:
+    """Speed that a motion on the spot may seem to reach, m/s: misfit adds up, and integrated noise walks."""
+    seconds = motion.end - motion.start
+    noise = float(np.linalg.norm(figures["noise"][1])) * math.sqrt(2.0 / 3.0)
+    walk = noise * seconds / math.sqrt(len(motion.samples))
+    if motion is not chain.stretches[-1]:
+        # Zero at both ends, it walks half as far.
+        walk *= 0.5
+    return LARGEST_SPEED + LARGEST_MISFIT * seconds + SIGMAS_OF_WALK * walk
+
+
+def _gravity_along(heading: FloatArray, figures: _core.SpinFigures) -> FloatArray:
+    """(n, 2) specific force that a tilted floor puts forward and left, m/s^2."""
+    (tilt, _), (bearing, _) = figures["floor_tilt"], figures["uphill_bearing"]
+    if not (math.isfinite(tilt) and math.isfinite(bearing)):
+        return np.zeros((len(heading), 2))
+    uphill = np.column_stack([np.cos(bearing - heading), np.sin(bearing - heading)])
+    return STANDARD_GRAVITY * math.sin(tilt) * uphill
+
+
+def _arm_along_floor(figures: _core.SpinFigures) -> complex:
+    """Lever arm forward and left as one complex number, m; the frame is that of the blocks."""
+    up, arm = figures["up"], figures["lever_arm"]
+    forward = np.array([1.0, 0.0, 0.0]) - up[0] * up
+    forward /= np.linalg.norm(forward)
+    return complex(arm @ forward, arm @ np.cross(up, forward))
+
+
+def _at(chain: Chain, time: float | None) -> Stretch | None:
+    """Find the motion at or nearest to a time; None where there is no time to go by."""
+    if time is None:
+        return None
+    return min(chain.motions, key=lambda each: max(each.start - time, time - each.end, 0.0))

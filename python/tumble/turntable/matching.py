@@ -1,0 +1,152 @@
+"""Which rest of the reference is which pose of the list: by direction, or by file where each has its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import PurePath
+
+import numpy as np
+
+from tumble.acquisition.imu import pose_files
+from tumble.errors import ProcedureError
+from tumble.recording import FloatArray, Recording
+from tumble.turntable.poses import SIX_FACES, Pose, PoseList
+
+LARGEST_TIP = 10.0
+"""deg between a pose as listed and as recorded, mounting angle included; beyond it the pose is tipped."""
+LARGEST_CONFUSION = 25.0
+"""deg; beyond it a rest is no pose of the list at all."""
+
+
+@dataclass(frozen=True, slots=True)
+class PoseMatch:
+    """The reference's rests beside the pose list."""
+
+    ups: FloatArray
+    """(k, 3) up of each rest in the table frame, NaN where its pose is not known."""
+    names: dict[int, str]
+    """Name of the pose of each rest that has one."""
+    reason: str
+    """Why no pose is known; empty if poses are."""
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def known(self) -> bool:
+        """Whether any pose is known."""
+        return bool(self.names)
+
+
+def match_poses(
+    recording: Recording, forces: FloatArray, parts: Sequence[int], poses: PoseList | None
+) -> PoseMatch:
+    """Match rests, by mean specific force (k, 3), to poses.
+
+    Raises `ProcedureError` where a pose of the list is missing, tipped, or mislabelled.
+    """
+    nothing = np.full(forces.shape, np.nan)
+    if poses is None:
+        return PoseMatch(nothing, {}, "no pose list was given")
+    if recording.parts:
+        labelled = _by_file(recording, parts, poses)
+        _refuse_mislabelled(recording, forces, labelled, parts)
+        strange = [recording.parts[part].name for k, part in enumerate(parts) if k not in labelled]
+        return _matched(forces, labelled, poses, _strange_files(strange))
+    nearest = [_nearest(force, poses) for force in forces]
+    labelled = {k: pose for k, (pose, angle) in enumerate(nearest) if angle <= LARGEST_TIP}
+    if poses is SIX_FACES and not _meant(labelled, len(forces)):
+        return PoseMatch(
+            nothing, {}, "the rests do not show the six faces; name the poses with --poses to estimate it"
+        )
+    for k, (pose, angle) in enumerate(nearest):
+        if LARGEST_TIP < angle <= LARGEST_CONFUSION and pose not in labelled.values():
+            raise ProcedureError(
+                f"{recording.name}: rest {k + 1} is tipped {angle:.1f} deg from pose {pose.name!r}, more "
+                f"than {LARGEST_TIP:g} deg; level the table, correct the pose list, or use --poses none"
+            )
+    missing = [pose.name for pose in poses if pose not in labelled.values()]
+    if missing:
+        raise ProcedureError(
+            f"{recording.name}: pose {missing[0]!r} is missing, {len(poses) - len(missing)} of {len(poses)} "
+            f"were found in {len(forces)} rests; record it, take it off the list, or use --poses none"
+        )
+    return _matched(forces, labelled, poses, _extras(nearest))
+
+
+def _nearest(force: FloatArray, poses: PoseList) -> tuple[Pose, float]:
+    angles = [_angle(force, pose.up) for pose in poses]
+    best = int(np.argmin(angles))
+    return poses[best], angles[best]
+
+
+def _angle(one: FloatArray, other: FloatArray) -> float:
+    return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(one, other)), one @ other)))
+
+
+def _meant(labelled: dict[int, Pose], rests: int) -> bool:
+    """Whether a recording without a list was made at the six faces."""
+    distinct = {pose.name for pose in labelled.values()}
+    return len(distinct) >= 4 and 2 * len(labelled) >= rests
+
+
+def _by_file(recording: Recording, parts: Sequence[int], poses: PoseList) -> dict[int, Pose]:
+    """Poses by the name of their file: `file` of the pose, or its name in the spelling of a file."""
+    stems = pose_files(recording)
+    by_stem = {PurePath(pose.file or _as_file(pose.name)).stem.casefold(): pose for pose in poses}
+    for stem, pose in by_stem.items():
+        if stem not in stems:
+            raise ProcedureError(
+                f"{recording.name}: no file for pose {pose.name!r} (looked for {stem}.*); "
+                "record it, take it off the list, or use --poses none"
+            )
+    labelled = ((k, by_stem.get(stems[part])) for k, part in enumerate(parts))
+    return {k: pose for k, pose in labelled if pose is not None}
+
+
+def _as_file(name: str) -> str:
+    return name.replace(" ", "_")
+
+
+def _refuse_mislabelled(
+    recording: Recording, forces: FloatArray, labelled: dict[int, Pose], parts: Sequence[int]
+) -> None:
+    for k, pose in labelled.items():
+        angle = _angle(forces[k], pose.up)
+        if angle <= LARGEST_TIP:
+            continue
+        file = recording.parts[parts[k]].name
+        if angle > 180.0 - LARGEST_TIP:
+            raise ProcedureError(
+                f"{recording.name}: file {file!r} reads -g where pose {pose.name!r} has +g; "
+                "rename the file, or turn the sign with --accelerometer-sign -1"
+            )
+        raise ProcedureError(
+            f"{recording.name}: file {file!r} is tipped {angle:.1f} deg from pose {pose.name!r}; "
+            "rename the file or record the pose again"
+        )
+
+
+def _extras(nearest: Sequence[tuple[Pose, float]]) -> tuple[str, ...]:
+    extra = [k + 1 for k, (_, angle) in enumerate(nearest) if angle > LARGEST_TIP]
+    if not extra:
+        return ()
+    listed = ", ".join(map(str, extra))
+    return (f"rest {listed} of the reference matches no pose; it serves the targets, not the mounting angle",)
+
+
+def _strange_files(names: Sequence[str]) -> tuple[str, ...]:
+    if not names:
+        return ()
+    return (f"file {', '.join(names)} matches no pose; it serves the targets, not the mounting angle",)
+
+
+def _matched(
+    forces: FloatArray, labelled: dict[int, Pose], poses: PoseList, warnings: tuple[str, ...]
+) -> PoseMatch:
+    ups = np.full(forces.shape, np.nan)
+    for k, pose in labelled.items():
+        ups[k] = pose.up
+    counts = {pose.name: sum(other.name == pose.name for other in labelled.values()) for pose in poses}
+    repeated = [f"{name} ({count} times)" for name, count in counts.items() if count > 1]
+    repeats = [f"poses recorded more than once, all used: {', '.join(repeated)}"] if repeated else []
+    return PoseMatch(ups, {k: pose.name for k, pose in labelled.items()}, "", (*warnings, *repeats))

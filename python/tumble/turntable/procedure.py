@@ -1,0 +1,203 @@
+"""The turntable procedure: a reference and any number of targets, calibrated side by side."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from tumble import _core
+from tumble.acquisition.acquire import acquire, refuse_if_unfit
+from tumble.acquisition.imu import Imu
+from tumble.calibration.document import Calibration
+from tumble.errors import LogError, ProcedureError, TumbleError
+from tumble.gravity import local_gravity
+from tumble.logs import ReadOptions, open_recording, parse_spec
+from tumble.recording import Recording
+from tumble.turntable.limits import Limits
+from tumble.turntable.matching import PoseMatch, match_poses
+from tumble.turntable.messages import in_words
+from tumble.turntable.poses import SIX_FACES, PoseList
+from tumble.turntable.reference import pose_results, reference_result, reference_warnings
+from tumble.turntable.result import Truth, TurntableResult
+from tumble.turntable.target import TargetProcedure
+
+Source: TypeAlias = Recording | str | Path
+Progress: TypeAlias = Callable[[int, int], None]
+Clocks: TypeAlias = Literal["auto", "shared", "apart"]
+
+SWAPPED = 2.0
+"""A target better by this factor than the reference, in noise and in keeping |f| = g, is the reference."""
+
+
+def turntable(
+    reference: Source,
+    targets: Sequence[Source],
+    *,
+    poses: PoseList | str | Path | None = SIX_FACES,
+    truth: Truth = "reference",
+    gravity: float | None = None,
+    latitude: float | None = None,
+    height: float | None = None,
+    reference_calibration: Calibration | str | Path | None = None,
+    clock: Clocks = "auto",
+    g_sensitivity: bool = False,
+    limits: Limits | str | Path | None = None,
+    read: ReadOptions | Mapping[str, ReadOptions] | None = None,
+    jobs: int | None = None,
+    progress: Progress | None = None,
+) -> TurntableResult:
+    """Calibrate targets that were bolted beside a high-precision reference on a turntable.
+
+    `poses` is a pose list, its file, or None where no pose is known: the targets are calibrated all the
+    same, the mounting angle is not. Gravity is standard, or `gravity` in m/s^2, or follows from `latitude` in
+    deg and `height` in m. `read` says how to read all logs or, by its name, each of them. A target that
+    cannot be calibrated has its reason in `failure`.
+
+    Raises `TumbleError` where the reference is unfit, or no target at all could be calibrated.
+
+    Method: docs/theory/turntable.md.
+    """
+    if not targets:
+        raise ProcedureError("no target was given; name at least one recording beside the reference")
+    pose_list = PoseList.load(poses) if isinstance(poses, str | Path) else poses
+    limit_list = Limits.load(limits) if isinstance(limits, str | Path) else limits
+    brought = _loaded(reference_calibration)
+    strength, source = local_gravity(gravity, latitude, height)
+    settings = _core.TurntableSettings(
+        strength, truth, clock, None if latitude is None else math.radians(latitude), g_sensitivity
+    )
+    unit, others = _acquire_all(reference, targets, brought, read, jobs, progress)
+    if isinstance(unit, TumbleError):
+        raise unit
+    refuse_if_unfit(unit.name, unit.acquired, strength)
+    _refuse_if_swapped(unit, others, strength)
+    match = match_poses(
+        unit.recording, unit.acquired.rest_specific_force, unit.acquired.rest_parts, pose_list
+    )
+    understood = _understand(unit, match, settings, truth)
+    procedure = TargetProcedure(unit, understood, match, settings, strength, limit_list)
+    names = _unique_names(targets, others)
+    with ThreadPoolExecutor(jobs or os.cpu_count()) as pool:
+        results = list(pool.map(procedure.calibrate, names, others))
+    if all(result.failure for result in results):
+        raise ProcedureError("\n".join(result.failure for result in results))
+    return TurntableResult(
+        reference=reference_result(unit, understood, match, brought),
+        poses=pose_results(match, understood),
+        targets=tuple(results),
+        truth=truth,
+        gravity=strength,
+        gravity_source=source,
+        options={
+            "clock": clock,
+            "g-sensitivity": g_sensitivity,
+            "poses": pose_list.source if pose_list else "none",
+        },
+        warnings=(*match.warnings, *reference_warnings(unit, understood, strength)),
+        software=f"tumble {_core.__version__}",
+    )
+
+
+def _loaded(calibration: Calibration | str | Path | None) -> Calibration | None:
+    return Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
+
+
+def _acquire_all(
+    reference: Source,
+    targets: Sequence[Source],
+    brought: Calibration | None,
+    read: ReadOptions | Mapping[str, ReadOptions] | None,
+    jobs: int | None,
+    progress: Progress | None,
+) -> tuple[Imu | TumbleError, list[Imu | TumbleError]]:
+    """Read all recordings side by side; one that cannot be read yields its error."""
+
+    def one(source: Source, calibration: Calibration | None) -> Imu | TumbleError:
+        try:
+            if isinstance(source, Recording):
+                return acquire(source, calibration)
+            options = read.get(str(source)) if isinstance(read, Mapping) else read
+            return acquire(open_recording(source, options), calibration)
+        except TumbleError as error:
+            return error
+
+    def target(source: Source) -> Imu | TumbleError:
+        if _same(source, reference):
+            return ProcedureError(f"{_name_of(source)}: is the reference itself; leave it out of the targets")
+        return one(source, None)
+
+    with ThreadPoolExecutor(jobs or os.cpu_count()) as pool:
+        first = pool.submit(one, reference, brought)
+        others: list[Future[Imu | TumbleError]] = [pool.submit(target, source) for source in targets]
+        for done, _ in enumerate(as_completed([first, *others]), start=1):
+            if progress:
+                progress(done, len(others) + 1)
+        return first.result(), [other.result() for other in others]
+
+
+def _same(one: Source, other: Source) -> bool:
+    """Whether both name one recording, however they spell it."""
+    if isinstance(one, Recording) or isinstance(other, Recording):
+        return one is other
+    try:
+        specs = [parse_spec(one), parse_spec(other)]
+    except LogError:
+        return False
+    (path, imu), (other_path, other_imu) = [(spec.path.resolve(), spec.imu) for spec in specs]
+    return path == other_path and imu == other_imu
+
+
+def _unique_names(targets: Sequence[Source], units: Sequence[Imu | TumbleError]) -> list[str]:
+    names = [
+        unit.name if isinstance(unit, Imu) else _name_of(target)
+        for target, unit in zip(targets, units, strict=True)
+    ]
+    return [
+        name if names.count(name) == 1 else f"{name}-{names[: k + 1].count(name)}"
+        for k, name in enumerate(names)
+    ]
+
+
+def _name_of(source: Source) -> str:
+    return source.name if isinstance(source, Recording) else Path(source).stem
+
+
+def _refuse_if_swapped(reference: Imu, others: Sequence[Imu | TumbleError], gravity: float) -> None:
+    noise = _noise(reference)
+    residual = _core.sphere_residual(reference.acquired, gravity)
+    for other in others:
+        if isinstance(other, TumbleError) or residual is None:
+            continue
+        better = _core.sphere_residual(other.acquired, gravity)
+        if better is None or len(other.acquired.rest_times) < len(reference.acquired.rest_times):
+            continue
+        if SWAPPED * _noise(other) < noise and SWAPPED * better < residual:
+            raise ProcedureError(
+                f"{other.name} is quieter than the reference {reference.name}, and keeps |f| = g to "
+                f"{better:.2g} m/s^2 where that one keeps it to {residual:.2g}: "
+                "reference and target are swapped; name the better unit first"
+            )
+
+
+def _noise(unit: Imu) -> float:
+    return float(np.median(unit.acquired.noise_density[:3]))
+
+
+def _understand(
+    unit: Imu, match: PoseMatch, settings: _core.TurntableSettings, truth: Truth
+) -> _core.Reference:
+    if truth != "reference" and not match.known:
+        raise ProcedureError(
+            f"{unit.name}: truth {truth!r} needs poses, and {match.reason}; "
+            "give --poses or use --truth reference"
+        )
+    try:
+        return _core.understand_reference(unit.acquired, match.ups, settings)
+    except _core.CoreError as error:
+        raise ProcedureError(f"{unit.name}: {in_words(error, match.names)}") from None

@@ -1,0 +1,86 @@
+"""What the reference showed: its biases, its mounting angle, and the errors of the table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from tumble import _core
+from tumble.acquisition.acquire import refused_of, rests_of, trace_of
+from tumble.acquisition.imu import Imu
+from tumble.acquisition.notices import remarks
+from tumble.calibration.document import Calibration
+from tumble.recording import FloatArray
+from tumble.turntable.matching import PoseMatch
+from tumble.turntable.result import Mounting, PoseResult, ReferenceResult
+
+NOTABLE_NORM_RESIDUAL = 0.005
+"""m/s^2: what WGS 84 leaves of local gravity in mountains is less; standard gravity errs up to 0.027."""
+
+
+def reference_result(
+    unit: Imu, understood: _core.Reference, match: PoseMatch, brought: Calibration | None
+) -> ReferenceResult:
+    """Describe the reference; `brought` is the calibration that was applied to it."""
+    figures = understood.figures
+    mounting = None
+    if "R_e" in figures:
+        mounting = Mounting(
+            np.degrees(figures["rotation_vector"]), np.degrees(figures["rotation_sigma"]), figures["R_e"]
+        )
+    return ReferenceResult(
+        name=unit.name,
+        source=unit.recording.metadata.source,
+        serial=unit.recording.metadata.serial,
+        calibration_hash=brought.hash() if brought else "",
+        bias=figures["bias"],
+        bias_sigma=figures["bias_sigma"],
+        norm_residual=figures["norm_residual"],
+        gyroscope_bias=figures["gyroscope_bias"],
+        gyroscope_bias_sigma=figures["gyroscope_bias_sigma"],
+        rests=rests_of(unit.acquired, match.names) + refused_of(unit.acquired),
+        trace=trace_of(unit.acquired),
+        mounting=mounting,
+        mounting_reason="" if mounting else match.reason or "the poses do not determine a rotation",
+        temperature=unit.acquired.temperature,
+    )
+
+
+def reference_warnings(unit: Imu, understood: _core.Reference, gravity: float) -> Iterator[str]:
+    """Say what was odd about the reference."""
+    for remark in remarks(unit):
+        yield f"{unit.name}: {remark}"
+    figures = understood.figures
+    if figures["excess"] > 1.0 and figures["norm_residual"] > NOTABLE_NORM_RESIDUAL:
+        yield (
+            f"{unit.name}: keeps |f| = {gravity:.6g} m/s^2 only to {figures['norm_residual']:.2g} m/s^2, "
+            f"{math.sqrt(figures['excess']):.0f} times what its noise explains, and the sigmas of the "
+            "targets carry that: give the local gravity with --latitude and --height or --gravity, "
+            "or the calibration of the reference with --reference-calibration"
+        )
+
+
+def pose_results(match: PoseMatch, understood: _core.Reference) -> tuple[PoseResult, ...]:
+    """Give the error of the table at each pose; repeats of a pose share one result, their mean."""
+    figures = understood.figures
+    if "R_e" not in figures:
+        return ()
+    rests = sorted(match.names)
+    places: dict[str, list[int]] = {}
+    for place, rest in enumerate(rests):
+        places.setdefault(match.names[rest], []).append(place)
+    angles: FloatArray = np.degrees(figures["table_error_angles"])
+    sigmas: FloatArray = np.degrees(figures["table_error_sigmas"])
+    return tuple(
+        PoseResult(
+            name=name,
+            up_table=match.ups[rests[at[0]]],
+            rests=tuple(rests[place] for place in at),
+            table_error=figures["table_errors"][at].mean(axis=0),
+            table_error_angle=float(angles[at].mean()),
+            table_error_sigma=float(np.sqrt((sigmas[at] ** 2).sum()) / len(at)),
+        )
+        for name, at in places.items()
+    )

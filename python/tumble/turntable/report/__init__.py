@@ -1,0 +1,1 @@
+"""The pages of a turntable session: one for the batch, one a target."""

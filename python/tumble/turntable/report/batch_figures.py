@@ -1,0 +1,195 @@
+"""The figures of a batch: each parameter over all targets, and the error before and after calibration."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from markupsafe import Markup
+from matplotlib.axes import Axes
+
+from tumble.recording import FloatArray
+from tumble.report.figures import CALIBRATED, FULL_WIDTH, HALF_WIDTH, UNCOMPENSATED
+from tumble.report.groups import group_title, groups_of, shown_value
+from tumble.report.numbers import MINUS, readable_scale
+from tumble.report.panel import bare_axes, horizontal_axis, log_axis, row_labels, segments, shifted, span
+from tumble.report.svg import ALARM, GRID, INK, REST, SOFT, X_AXIS, inline_svg, new_figure
+from tumble.results import LimitCheck, TriadName
+from tumble.turntable.report.improvement import Improvement, improvement
+from tumble.turntable.result import TargetResult, TurntableResult
+
+_FEW = 30
+"""Up to so many targets each is a dot; beyond, a thin line."""
+_MOST_NAMES = 30
+"""Up to so many targets have their names beside the error figure."""
+_MOST_LABELLED = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Strip:
+    """One parameter over the targets that showed it."""
+
+    name: str
+    values: FloatArray
+    """(n,) in the unit of the group."""
+    names: tuple[str, ...]
+    """(n,) targets."""
+    outside: FloatArray
+    """(n,) booleans: limit not kept."""
+    limit: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class StripGroup:
+    """Three parameters of one kind over all targets."""
+
+    triad: TriadName
+    title: str
+    unit: str
+    strips: tuple[Strip, ...]
+
+
+def strip_groups(targets: Sequence[TargetResult]) -> list[StripGroup]:
+    """Gather each kind of parameter over the targets, accelerometer first."""
+    found: list[StripGroup] = []
+    for triad in ("accelerometer", "gyroscope"):
+        kinds = {kind: None for target in targets for kind in _kinds(target, triad)}
+        found += [_strip_group(targets, triad, kind) for kind in kinds]
+    return [group for group in found if any(strip.values.size for strip in group.strips)]
+
+
+def distribution_figure(group: StripGroup, prefix: str) -> Markup:
+    """Draw one row a parameter, one mark a target, limits upright, the worst outside them named."""
+    rows = len(group.strips)
+    figure = new_figure(HALF_WIDTH, 0.62 + 0.46 * rows)
+    axes = bare_axes(figure, (0.55, 0.46, HALF_WIDTH - 0.75, 0.46 * rows))
+    limits = [end for strip in group.strips if strip.limit is not None for end in (-strip.limit, strip.limit)]
+    values = [strip.values for strip in group.strips]
+    low, high = span(*values, at_least=_worth_showing(limits, values), margin=0.06)
+    horizontal_axis(axes, low, high, f"{group.title}, {group.unit}" if group.unit else group.title, most=7)
+    axes.set_ylim(rows - 0.5, -0.5)
+    row_labels(axes, [strip.name.rpartition(" ")[2] for strip in group.strips])
+    for row, strip in enumerate(group.strips):
+        _draw_strip(axes, row, strip)
+    counts = f"{max(strip.values.size for strip in group.strips)} targets"
+    return inline_svg(
+        figure, prefix, f"Distribution of {group.triad} {group.title} over {counts}, in {group.unit}"
+    )
+
+
+def improvement_figure(result: TurntableResult, prefix: str) -> Markup | None:
+    """Draw the error of |specific force| at rest of each target, before and after; None if there is none."""
+    pairs = improvements(result)
+    if not pairs:
+        return None
+    named = len(pairs) <= _MOST_NAMES
+    height = 0.22 * len(pairs) + 0.3 if named else 4.5
+    left = 1.5 if named else 0.3
+    figure = new_figure(FULL_WIDTH, height + 0.6)
+    axes = bare_axes(figure, (left, 0.5, FULL_WIDTH - left - 0.2, height))
+    draw_improvement(axes, pairs, named=named)
+    label = f"Error of |specific force| at rest of {len(pairs)} targets, before and after calibration"
+    return inline_svg(figure, prefix, label)
+
+
+def improvements(result: TurntableResult) -> list[tuple[str, Improvement]]:
+    """Return the targets whose error at rest is known before and after, by name, the best first."""
+    found = ((target.name, improvement(target, result.gravity)) for target in result.targets)
+    pairs = [(name, gain) for name, gain in found if gain is not None and min(gain.before, gain.after) > 0]
+    return sorted(pairs, key=lambda pair: pair[1].after)
+
+
+def draw_improvement(axes: Axes, pairs: Sequence[tuple[str, Improvement]], *, named: bool) -> None:
+    """Draw one line a target from its error after calibration to its error before, on a logarithmic scale."""
+    before = 1e3 * np.array([gain.before for _, gain in pairs])
+    after = 1e3 * np.array([gain.after for _, gain in pairs])
+    rows = np.arange(len(pairs), dtype=float)
+    log_axis(
+        axes, float(after.min()), float(before.max()), f"rms of |specific force| {MINUS} g at rest, mm/s²"
+    )
+    axes.set_ylim(len(pairs) - 0.4, -0.6)
+    segments(axes, np.log10(after), rows, np.log10(before), rows, SOFT, 0.9 if named else 0.3)
+    size = 5.0 if named else 2.0
+    axes.plot(np.log10(before), rows, "o", ms=size, mfc="none", mec=UNCOMPENSATED, mew=1.1)
+    axes.plot(np.log10(after), rows, "o", ms=size, color=CALIBRATED)
+    if named:
+        row_labels(axes, [name for name, _ in pairs])
+
+
+def _kinds(target: TargetResult, triad: TriadName) -> list[str]:
+    found = getattr(target, triad)
+    return [] if found is None else list(groups_of(found))
+
+
+def _strip_group(targets: Sequence[TargetResult], triad: TriadName, kind: str) -> StripGroup:
+    by_name: dict[str, list[tuple[str, float, LimitCheck | None]]] = {}
+    unit = ""
+    for target in targets:
+        found = getattr(target, triad)
+        if found is None:
+            continue
+        checks = {check.parameter: check for check in target.checks}
+        for parameter in groups_of(found).get(kind, []):
+            unit = parameter.unit
+            if parameter.observable:
+                value = shown_value(parameter, parameter.value)
+                check = checks.get(f"{triad} {parameter.name}")
+                by_name.setdefault(parameter.name, []).append((target.name, value, check))
+    largest = max((abs(value) for rows in by_name.values() for _, value, _ in rows), default=0.0)
+    scale = readable_scale(unit, largest)
+    strips = tuple(_strip(name, rows, scale.factor) for name, rows in by_name.items())
+    return StripGroup(triad, group_title(kind), scale.unit, strips)
+
+
+def _strip(name: str, rows: Sequence[tuple[str, float, LimitCheck | None]], factor: float) -> Strip:
+    limits = [check.limit for _, _, check in rows if check is not None]
+    return Strip(
+        name=name,
+        values=factor * np.array([value for _, value, _ in rows]),
+        names=tuple(target for target, _, _ in rows),
+        outside=np.array([check is not None and not check.passed for _, _, check in rows], dtype=float),
+        limit=factor * min(limits) if limits else None,
+    )
+
+
+def _worth_showing(limits: Sequence[float], values: Sequence[FloatArray]) -> list[float]:
+    """Zero, and the limits unless they lie so far out that they would squeeze the marks together."""
+    largest = max((float(np.abs(array).max()) for array in values if array.size), default=0.0)
+    return [0.0, *(limit for limit in limits if abs(limit) <= 6 * largest)]
+
+
+def _draw_strip(axes: Axes, row: int, strip: Strip) -> None:
+    axes.axhline(row, color=GRID, linewidth=0.8, zorder=0)
+    if strip.values.size > _FEW:
+        first, middle, last = np.percentile(strip.values, [25, 50, 75])
+        axes.broken_barh([(first, last - first)], (row - 0.32, 0.64), color=REST, linewidth=0, zorder=0.5)
+        _upright(axes, np.array([middle]), row, 0.34, INK, 1.4)
+    if strip.limit is not None:
+        _upright(axes, np.array([-strip.limit, strip.limit]), row, 0.46, ALARM, 1.2)
+    outside = strip.outside > 0
+    _draw_targets(axes, strip.values[~outside], row, X_AXIS, few=strip.values.size <= _FEW)
+    _draw_targets(axes, strip.values[outside], row, ALARM, few=strip.values.size <= _FEW)
+    _name_outside(axes, row, strip)
+
+
+def _draw_targets(axes: Axes, values: FloatArray, row: int, colour: str, *, few: bool) -> None:
+    if few:
+        axes.plot(values, np.full_like(values, row), "o", ms=4.5, mfc=colour, mec=colour, mew=0, alpha=0.8)
+    else:
+        _upright(axes, values, row, 0.2, colour, 0.5)
+
+
+def _upright(axes: Axes, places: FloatArray, row: int, half: float, colour: str, width: float) -> None:
+    middle = np.full_like(places, row)
+    segments(axes, places, middle - half, places, middle + half, colour, width)
+
+
+def _name_outside(axes: Axes, row: int, strip: Strip) -> None:
+    outermost = np.argsort(-np.abs(strip.values))
+    named = [index for index in outermost if strip.outside[index]][:_MOST_LABELLED]
+    above = shifted(axes, axes.transData, 0, 6)
+    for index in named:
+        axes.text(
+            strip.values[index], row, strip.names[index], transform=above, ha="center", size=6.5, color=ALARM
+        )

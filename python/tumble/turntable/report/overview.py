@@ -1,0 +1,141 @@
+"""One picture of a session: what compensation and calibration do to one axis, and to every target."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import FancyBboxPatch
+
+from tumble.errors import ProcedureError
+from tumble.recording import FloatArray
+from tumble.report.figures import CALIBRATED, COMPENSATED, UNCOMPENSATED
+from tumble.report.numbers import readable_scale, significant
+from tumble.report.panel import bare_axes, category_axis, markers, span, value_axis
+from tumble.report.svg import GRID, INK, SOFT, house_style, new_figure, standalone_svg
+from tumble.turntable.report.batch_figures import draw_improvement, improvements
+from tumble.turntable.report.readings import deviations
+from tumble.turntable.result import AxisReading, Mounting, TargetResult, TurntableResult
+
+WIDTH, HEIGHT = 10.4, 4.2
+PAPER = "#ffffff"
+
+_MOST_TARGETS = 12
+_KEY_PLACES = (0.0, 0.27, 0.72)
+
+
+def figure_overview(result: TurntableResult) -> str:
+    """Draw the session as one SVG file: an axis at its poses in three states, all targets before and after.
+
+    Fixed colours on white, so that it reads the same wherever it is shown. Raises `ProcedureError` where no
+    target was calibrated with its mounting angle known: there is nothing to picture.
+    """
+    shown = next((target for target in result.targets if target.axis_readings and target.accelerometer), None)
+    mounting = result.reference.mounting
+    if shown is None or mounting is None:
+        raise ProcedureError(
+            "no overview to draw: no target was calibrated with a known mounting angle; give a pose list"
+        )
+    with house_style():
+        figure = new_figure(WIDTH, HEIGHT)
+        _card(figure)
+        _draw_axis(bare_axes(figure, (0.85, 1.1, 4.5, 2.1)), shown, mounting)
+        _draw_targets(bare_axes(figure, (6.75, 1.1, 3.3, 2.1)), result)
+        return standalone_svg(figure, f"Tumble: {shown.name} and {len(result.targets)} targets calibrated")
+
+
+def calibrated_deviation(target: TargetResult, reading: AxisReading, mounting: Mounting) -> FloatArray | None:
+    """Return the reading of the axis after calibration and in the table frame, minus its ideal: (k,) m/s^2.
+
+    None where a reading cannot be traced to its rest.
+    """
+    triad, axis = target.accelerometer, "XY".index(reading.axis)
+    by_reading = {float(rest.specific_force[axis]): rest.specific_force for rest in target.rests}
+    if triad is None or not all(float(value) in by_reading for value in reading.uncompensated):
+        return None
+    measured = np.array([by_reading[float(value)] for value in reading.uncompensated])
+    corrected = np.linalg.solve(triad.M, (measured - triad.b).T).T
+    # Rows are vectors: u R_e is R_e^-1 u, row by row.
+    return np.asarray((corrected @ mounting.R_e)[:, axis] - reading.ideal)
+
+
+def _card(figure: Figure) -> None:
+    figure.add_artist(
+        FancyBboxPatch(
+            (0.004, 0.01),
+            0.992,
+            0.98,
+            boxstyle="round,pad=0,rounding_size=0.015",
+            mutation_aspect=WIDTH / HEIGHT,
+            transform=figure.transFigure,
+            facecolor=PAPER,
+            edgecolor=GRID,
+            linewidth=1.0,
+            zorder=-1,
+        )
+    )
+
+
+def _draw_axis(axes: Axes, target: TargetResult, mounting: Mounting) -> None:
+    reading = target.axis_readings[0]
+    states = dict(zip(("as read", "mounting compensated"), deviations(reading), strict=True))
+    calibrated = calibrated_deviation(target, reading, mounting)
+    if calibrated is not None:
+        states["calibrated"] = calibrated
+    scale = readable_scale("m/s^2", max(_rms(deviation) for deviation in states.values()) / 10)
+    low, high = span(
+        *(scale.factor * deviation for deviation in states.values()), at_least=(0.0,), margin=0.1
+    )
+    value_axis(axes, low, high, "")
+    category_axis(axes, reading.labels)
+    place = np.arange(len(reading.labels), dtype=float)
+    looks = ((UNCOMPENSATED, "o", True), (COMPENSATED, "D", False), (CALIBRATED, "o", False))
+    for (name, deviation), (colour, marker, hollow), aside in zip(
+        states.items(), looks, (-0.2, 0.0, 0.2), strict=False
+    ):
+        markers(axes, place + aside, scale.factor * deviation, colour, marker, hollow=hollow)
+        row = list(states).index(name)
+        _key(
+            axes, row, colour, marker, hollow, f"{name}: {significant(scale.factor * _rms(deviation), 2)} rms"
+        )
+    if calibrated is not None:
+        _note(axes, "What is left is the error of the table, which the reference saw too.")
+    _title(
+        axes,
+        f"{reading.axis} axis of {target.name} at {len(place)} rests: deviation from ideal, {scale.unit}",
+    )
+
+
+def _draw_targets(axes: Axes, result: TurntableResult) -> None:
+    pairs = improvements(result)[:_MOST_TARGETS]
+    draw_improvement(axes, pairs, named=True)
+    _key(axes, 0, UNCOMPENSATED, "o", True, "as read")
+    _key(axes, 1, CALIBRATED, "o", False, "calibrated")
+    _title(axes, "All targets: error of |specific force|")
+
+
+def _key(axes: Axes, row: int, colour: str, marker: str, hollow: bool, text: str) -> None:
+    left = 0.01 + _KEY_PLACES[row]
+    axes.plot(
+        [left],
+        [1.12],
+        transform=axes.transAxes,
+        clip_on=False,
+        marker=marker,
+        markersize=4.6,
+        markeredgecolor=colour,
+        markerfacecolor="none" if hollow else colour,
+    )
+    axes.text(left + 0.02, 1.12, text, transform=axes.transAxes, va="center", size=8, color=SOFT)
+
+
+def _note(axes: Axes, text: str) -> None:
+    axes.text(0, -0.33, text, transform=axes.transAxes, va="top", size=8, color=SOFT)
+
+
+def _title(axes: Axes, text: str) -> None:
+    axes.text(0, 1.26, text, transform=axes.transAxes, va="bottom", size=9.5, weight="bold", color=INK)
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -1,0 +1,238 @@
+"""The page of one target: what it shows, gathered from the result as text and pictures for the template."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from markupsafe import Markup
+
+from tumble.report.figures import recording_figure, residual_figure
+from tumble.report.numbers import fixed, measurement, significant
+from tumble.report.page import Picture
+from tumble.report.parameters import (
+    Matrix,
+    NoiseRow,
+    ParameterGroup,
+    g_sensitivity,
+    matrices,
+    noise_rows,
+    parameter_groups,
+)
+from tumble.report.rests import RestRow, rest_rows
+from tumble.report.text import temperature_sentence
+from tumble.report.whisker import Ruler, whisker
+from tumble.results import LimitCheck, Rest, TriadResult
+from tumble.turntable.report import text
+from tumble.turntable.report.improvement import improvement
+from tumble.turntable.report.readings import axis_reading_figure, deviation_scale, deviations
+from tumble.turntable.result import AxisReading, PoseResult, TargetResult, TurntableResult
+
+
+@dataclass(frozen=True, slots=True)
+class TriadSection:
+    """Everything shown of one triad."""
+
+    name: str
+    groups: tuple[ParameterGroup, ...]
+    limited: bool
+    residuals: Picture
+    matrices: tuple[Matrix, ...]
+    g_sensitivity: Matrix | None
+    noise: tuple[NoiseRow, ...]
+    fit: str
+
+
+@dataclass(frozen=True, slots=True)
+class LimitRow:
+    """One limit check as printed."""
+
+    parameter: str
+    value: str
+    limit: str
+    share: str
+    passed: bool
+
+
+@dataclass(frozen=True, slots=True)
+class PoseRow:
+    """One pose as printed."""
+
+    name: str
+    up: str
+    rests: str
+    error: str
+    picture: Markup
+
+
+@dataclass(frozen=True, slots=True)
+class TargetPage:
+    """What the template of a target's page is given."""
+
+    name: str
+    serial: str
+    source: str
+    verdict: str
+    sentence: str
+    highlights: tuple[tuple[str, str], ...]
+    unobserved: tuple[str, ...]
+    warnings: tuple[str, ...]
+    triads: tuple[TriadSection, ...]
+    limits: tuple[LimitRow, ...]
+    readings: tuple[Picture, ...]
+    no_readings: str
+    mounting: str
+    recording: Picture | None
+    rests: tuple[RestRow, ...]
+    poses: tuple[PoseRow, ...]
+    clock: str
+    method: tuple[tuple[str, str], ...]
+
+
+def target_page(result: TurntableResult, target: TargetResult) -> TargetPage:
+    """Gather the page of `target`, one of `result.targets`. To be called inside `svg.house_style`."""
+    triads = [triad for triad in (target.accelerometer, target.gyroscope) if triad is not None]
+    return TargetPage(
+        name=target.name,
+        serial=target.serial,
+        source=target.source,
+        verdict=target.verdict,
+        sentence=text.verdict_sentence(target),
+        highlights=_highlights(result, target),
+        unobserved=tuple(text.unobserved_sentences(target)),
+        warnings=target.warnings,
+        triads=tuple(_triad_section(triad, target.checks) for triad in triads),
+        limits=tuple(limit_row(check) for check in target.checks),
+        readings=tuple(_reading_picture(reading) for reading in target.axis_readings),
+        no_readings=_why_no_readings(result, target),
+        mounting=text.mounting_sentence(result.reference),
+        recording=_recording(target),
+        rests=rest_rows(target.rests),
+        poses=pose_rows(result.poses),
+        clock=text.clock_sentence(target.clock),
+        method=method(result, target),
+    )
+
+
+def pose_rows(poses: Sequence[PoseResult]) -> tuple[PoseRow, ...]:
+    """Print the table error of each pose, on a common ruler."""
+    ends = [pose.table_error_angle + 1.96 * pose.table_error_sigma for pose in poses]
+    ruler = Ruler.from_zero(ends)
+    return tuple(
+        PoseRow(
+            name=pose.name,
+            up=", ".join(fixed(float(component), 3) for component in pose.up_table),
+            rests=", ".join(str(index + 1) for index in pose.rests) or "none",
+            error=measurement(pose.table_error_angle, pose.table_error_sigma, "deg"),
+            picture=whisker(
+                ruler,
+                pose.table_error_angle,
+                max(0.0, pose.table_error_angle - 1.96 * pose.table_error_sigma),
+                end,
+                None,
+                alarm=False,
+            ),
+        )
+        for pose, end in zip(poses, ends, strict=True)
+    )
+
+
+def limit_row(check: LimitCheck) -> LimitRow:
+    """Print one limit check, value and limit in one unit."""
+    value, limit = text.value_and_limit(check)
+    return LimitRow(
+        parameter=check.parameter,
+        value=" ".join(filter(None, (value, check.remark and f"({check.remark})"))),
+        limit=f"± {limit}",
+        share=text.used_share(check),
+        passed=check.passed,
+    )
+
+
+def method(result: TurntableResult, target: TargetResult | None) -> tuple[tuple[str, str], ...]:
+    """Say how it was done: name and value of what a reader needs in order to do it again."""
+    reference = result.reference
+    carried = f"sha256 {reference.calibration_hash}" if reference.calibration_hash else "brought none"
+    lines = [
+        ("Procedure", "turntable: targets calibrated against a co-mounted reference"),
+        ("Truth", f"{result.truth}: {text.TRUTHS[result.truth]}"),
+        ("Gravity", text.gravity_sentence(result)),
+        ("Reference", " · ".join(filter(None, (reference.name, reference.serial, reference.source)))),
+        ("Calibration of the reference", carried),
+        ("Temperature of the reference", temperature_sentence(reference.temperature)),
+    ]
+    if target is not None:
+        lines += [
+            ("Target", " · ".join(filter(None, (target.name, target.serial, target.source)))),
+            ("Temperature of the target", temperature_sentence(target.temperature)),
+        ]
+    lines += [(f"Option {name}", _option(value)) for name, value in result.options.items()]
+    return (*lines, ("Software", result.software or "not stated"))
+
+
+def recording_caption(rests: Sequence[Rest]) -> str:
+    """Say what the recording's figure shows, and why rests were left out."""
+    caption = "Means over short stretches. Shaded: rests used, with number and pose."
+    unused = [
+        f"rest {n}: {rest.remark or 'no reason stated'}" for n, rest in enumerate(rests, 1) if not rest.used
+    ]
+    return caption + (f" Hatched: rests not used ({'; '.join(unused)})." if unused else "")
+
+
+def _highlights(result: TurntableResult, target: TargetResult) -> tuple[tuple[str, str], ...]:
+    gain = improvement(target, result.gravity)
+    used = sum(rest.used for rest in target.rests)
+    tiles = [("Error of |specific force| at rest, before → after", gain.text())] if gain else []
+    tiles.append(("Rests used, of those found", f"{used} of {len(target.rests)}"))
+    for name, triad in (("Accelerometer fit", target.accelerometer), ("Gyroscope fit", target.gyroscope)):
+        if triad is not None:
+            tiles.append((name, text.fit_in_brief(triad)))
+    return tuple(tiles)
+
+
+def _triad_section(triad: TriadResult, checks: Sequence[LimitCheck]) -> TriadSection:
+    groups = parameter_groups(triad, checks)
+    return TriadSection(
+        name=triad.triad,
+        groups=groups,
+        limited=any(row.limit for group in groups for row in group.rows),
+        residuals=Picture(residual_figure(triad, f"res-{triad.triad}"), text.chi_square_sentence(triad)),
+        matrices=matrices(triad),
+        g_sensitivity=g_sensitivity(triad),
+        noise=noise_rows(triad),
+        fit=text.chi_square_sentence(triad),
+    )
+
+
+def _reading_picture(reading: AxisReading) -> Picture:
+    before, after = (float(np.sqrt(np.mean(deviation**2))) for deviation in deviations(reading))
+    scale = deviation_scale(reading)
+    figures = [significant(scale.factor * number, 2) for number in (before, after)]
+    caption = (
+        f"Root mean square deviation from the ideal: {figures[0]} {scale.unit} without compensation, "
+        f"{figures[1]} {scale.unit} with it."
+    )
+    return Picture(axis_reading_figure(reading, f"axis-{reading.axis}"), caption)
+
+
+def _option(value: object) -> str:
+    match value:
+        case bool():
+            return "yes" if value else "no"
+        case None | "":
+            return "not set"
+        case _:
+            return str(value)
+
+
+def _why_no_readings(result: TurntableResult, target: TargetResult) -> str:
+    if target.failure:
+        return "The target was not calibrated, so there are no readings to compare."
+    return text.mounting_sentence(result.reference)
+
+
+def _recording(target: TargetResult) -> Picture | None:
+    if len(target.trace.time) == 0:
+        return None
+    return Picture(recording_figure(target.trace, target.rests, "rec"), recording_caption(target.rests))

@@ -1,0 +1,209 @@
+"""What the pages say in sentences: verdicts, goodness of fit, what was not shown, how it was done."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from tumble.report.groups import groups_of
+from tumble.report.numbers import exact, measurement, readable_scale, significant
+from tumble.report.text import count_of, join
+from tumble.results import LimitCheck, Parameter, TriadResult
+from tumble.turntable.result import Clock, ReferenceResult, TargetResult, Truth, TurntableResult
+
+TRUTHS: dict[Truth, str] = {
+    "reference": "what the reference saw at the very same rest, its own bias removed",
+    "rotate-truth": "the ideal poses, turned by the mounting angle of the reference",
+    "rotate-measurement": "the ideal poses, after the readings were turned back by the mounting angle "
+    "(the published formula)",
+    "ideal": "the ideal poses, the mounting angle ignored",
+}
+
+_MOST_NAMED = 3
+
+
+def verdict_sentence(target: TargetResult) -> str:
+    """Say why the verdict is what it is."""
+    match target.verdict:
+        case "not calibrated":
+            return target.failure
+        case "calibrated":
+            return "No limits were given, so nothing was judged."
+        case "pass":
+            return f"{_kept(len(target.checks))} The closest is {closest_sentence(target.checks)}."
+        case _:
+            return _exceeded(target.checks)
+
+
+def closest_sentence(checks: Sequence[LimitCheck]) -> str:
+    """Name the parameter that uses most of its limit, and how much of it."""
+    check = worst(checks)
+    return f"{check.parameter}, at {used_share(check)} of its limit" if check else "not known"
+
+
+def worst(checks: Sequence[LimitCheck]) -> LimitCheck | None:
+    """Find the check that uses most of its limit; one whose value is not known comes before all others."""
+    return max(checks, key=limit_share, default=None)
+
+
+def limit_share(check: LimitCheck) -> float:
+    """Return magnitude over limit; infinite where the value is not known or the limit is zero."""
+    if not math.isfinite(check.value):
+        return math.inf
+    if check.limit > 0:
+        return abs(check.value) / check.limit
+    return math.inf if check.value else 0.0
+
+
+def used_share(check: LimitCheck) -> str:
+    """Print value over limit in per cent; words where the value is not known or the limit is zero."""
+    ratio = limit_share(check)
+    if math.isinf(ratio):
+        return "an unknown share" if not math.isfinite(check.value) else "more than all"
+    return f"{significant(100 * ratio, 2)} %"
+
+
+def check_sentence(check: LimitCheck) -> str:
+    """Print `accelerometer bias x is 0.412 m/s², its limit 0.300 m/s²`, or why that is not known."""
+    if not math.isfinite(check.value):
+        return f"{check.parameter} was {check.remark or 'not shown to be within its limit'}"
+    value, limit = value_and_limit(check)
+    return f"{check.parameter} is {value}, its limit {limit}" + (f" ({check.remark})" if check.remark else "")
+
+
+def value_and_limit(check: LimitCheck) -> tuple[str, str]:
+    """Print both, in one unit that suits the limit."""
+    scale = readable_scale(check.unit, check.limit or check.value)
+    value, limit = scale.factor * check.value, scale.factor * check.limit
+    return scale.quantity(significant(value)), scale.quantity(exact(limit))
+
+
+def chi_square_sentence(triad: TriadResult) -> str:
+    """Say chi-square, its degrees of freedom and what its p value means, in words."""
+    freedom = triad.degrees_of_freedom
+    if freedom <= 0 or not math.isfinite(triad.chi_square):
+        return (
+            "As many parameters as measurements: the residuals vanish whatever the data are, "
+            "so they say nothing about the fit. Add rests in further directions."
+        )
+    p = triad.p_value
+    figures = (
+        f"Chi-square {significant(triad.chi_square)} for {freedom} degrees of freedom, p {_probability(p)}: "
+    )
+    return figures + _meaning_of_p(p)
+
+
+def fit_in_brief(triad: TriadResult) -> str:
+    """Say the goodness of fit in two or three words."""
+    if triad.degrees_of_freedom <= 0 or not math.isfinite(triad.chi_square):
+        return "cannot be tested"
+    p = triad.p_value
+    if p < 0.001:
+        return "worse than the noise"
+    if p < 0.05:
+        return "barely within the noise"
+    return "noise overstated" if p > 0.999 else "within the noise"
+
+
+def unobserved_sentences(target: TargetResult) -> list[str]:
+    """Say everything the data of this target did not show, each with its reason; no numbers."""
+    sentences: list[str] = []
+    for triad in (target.accelerometer, target.gyroscope):
+        if triad is not None:
+            sentences += _unobserved_by_triad(triad)
+    if target.failure:
+        return sentences
+    for name, found in (("accelerometer", target.accelerometer), ("gyroscope", target.gyroscope)):
+        if found is None:
+            sentences.append(f"The {name} was not calibrated.")
+    return sentences
+
+
+def clock_sentence(clock: Clock | None) -> str:
+    """Say how the clocks of reference and target were brought together."""
+    if clock is None:
+        return "The clocks were not compared."
+    if clock.shared:
+        return "Reference and target were stamped by one clock: offset and skew are zero by construction."
+    offset = _scaled(clock.offset, clock.offset_sigma, "s")
+    skew = measurement(clock.skew, clock.skew_sigma, "ppm")
+    turns = count_of("turn", clock.turns)
+    return (
+        f"Each had its own clock. Target minus reference: offset {offset}, skew {skew}, found from {turns}."
+    )
+
+
+def mounting_sentence(reference: ReferenceResult) -> str:
+    """Say the mounting angle of the reference with its sigma, or why there is none."""
+    if reference.mounting is None:
+        return f"The mounting angle was not estimated: {reference.mounting_reason}."
+    pairs = zip("xyz", reference.mounting.rotation_vector, reference.mounting.sigma, strict=True)
+    return ", ".join(f"{axis} {measurement(float(v), float(s), 'deg')}" for axis, v, s in pairs)
+
+
+def gravity_sentence(result: TurntableResult) -> str:
+    """Say the gravity used and where it comes from."""
+    return f"{result.gravity:.5f} m/s² ({result.gravity_source})"
+
+
+def _kept(count: int) -> str:
+    return "The one limit is kept." if count == 1 else f"All {count} limits are kept."
+
+
+def _exceeded(checks: Sequence[LimitCheck]) -> str:
+    broken = sorted((check for check in checks if not check.passed), key=limit_share, reverse=True)
+    named = "; ".join(check_sentence(check) for check in broken[:_MOST_NAMED])
+    rest = len(broken) - _MOST_NAMED
+    more = f"; and {rest} more" if rest > 0 else ""
+    return f"{len(broken)} of {len(checks)} limits not kept: {named}{more}."
+
+
+def _probability(p: float) -> str:
+    if p < 0.001:
+        return "below 0.001"
+    return f"above {0.999 if p > 0.999 else 0.99}" if p > 0.99 else significant(p, 2)
+
+
+def _meaning_of_p(p: float) -> str:
+    if p < 0.001:
+        return (
+            "the residuals are larger than the noise explains. Something is in them that the model does not "
+            "hold, such as a unit that moved or a table that did not settle; the intervals are too narrow."
+        )
+    if p < 0.05:
+        return (
+            f"residuals this large come by chance in about {significant(100 * p, 2)} of 100 sessions. "
+            "Look at the residuals before trusting the intervals."
+        )
+    if p > 0.999:
+        return (
+            "the residuals are smaller than the noise ought to leave. The noise was taken for larger than it "
+            "is, so the intervals are too wide."
+        )
+    return "the model and the noise explain what was measured."
+
+
+def _unobserved_by_triad(triad: TriadResult) -> list[str]:
+    name = triad.triad.capitalize()
+    sentences = [f"{name}: {direction}." for direction in triad.unobservable]
+    by_reason: dict[str, list[Parameter]] = {}
+    for parameter in triad.parameters:
+        if not parameter.observable:
+            by_reason.setdefault(parameter.reason or "the data do not show it", []).append(parameter)
+    return sentences + [
+        f"{name} {join(_in_groups(triad, hidden))}: {why}." for why, hidden in by_reason.items()
+    ]
+
+
+def _in_groups(triad: TriadResult, hidden: Sequence[Parameter]) -> list[str]:
+    """Names of the parameters; of a group that is hidden as a whole, only the group's."""
+    names: dict[str, None] = {}
+    for group, members in groups_of(triad).items():
+        found = [member.name for member in members if member in hidden]
+        names |= dict.fromkeys([group] if len(found) == len(members) else found)
+    return list(names)
+
+
+def _scaled(value: float, sigma: float, unit: str) -> str:
+    scale = readable_scale(unit, value)
+    return measurement(scale.factor * value, scale.factor * sigma, scale.unit)

@@ -1,0 +1,179 @@
+"""What the turntable procedure finds, as plain data: what reports show and calibration files keep."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from tumble.recording import FloatArray
+from tumble.results import LimitCheck, Rest, Trace, TriadResult
+
+Truth = Literal["reference", "rotate-truth", "rotate-measurement", "ideal"]
+
+
+@dataclass(frozen=True, slots=True)
+class PoseResult:
+    """A pose of the list, as the reference saw it."""
+
+    name: str
+    up_table: FloatArray
+    """(3,) unit vector of `up` in the table frame."""
+    rests: tuple[int, ...]
+    """Indices of the reference rests at this pose; several if the pose was repeated."""
+    table_error: FloatArray
+    """(3,) residual of the mounting fit, m/s^2, reference case frame."""
+    table_error_angle: float
+    """deg: angle between where the table should have pointed and where the reference says it did."""
+    table_error_sigma: float
+    """deg."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mounting:
+    """Mounting-angle error of the reference: `m = R_e m_ref + b_a`."""
+
+    rotation_vector: FloatArray
+    """(3,) deg, case_from_table."""
+    sigma: FloatArray
+    """(3,) deg, 1-sigma."""
+    R_e: FloatArray
+    """(3, 3) rotation, case_from_table."""
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """Clock of the target: t_target = t_reference + offset + skew (t_reference - start)."""
+
+    shared: bool
+    """True if both recordings are stamped by one clock, which fixes offset and skew at zero."""
+    offset: float
+    """s."""
+    offset_sigma: float
+    skew: float
+    """parts per million."""
+    skew_sigma: float
+    turns: int
+    """Turns that the estimate rests on."""
+
+
+@dataclass(frozen=True, slots=True)
+class AxisReading:
+    """The source's figure for one axis: its readings at the poses, with and without mounting compensation."""
+
+    axis: Literal["X", "Y"]
+    labels: tuple[str, ...]
+    """(k,) pose of each rest."""
+    ideal: FloatArray
+    """(k,) m/s^2, what a perfect, squarely mounted accelerometer reads."""
+    uncompensated: FloatArray
+    """(k,) m/s^2, what this one read."""
+    compensated: FloatArray
+    """(k,) m/s^2, the reading after R_e^-1."""
+    sigma: FloatArray
+    """(k,) 1-sigma of the reading."""
+
+
+@dataclass(frozen=True, slots=True)
+class TargetResult:
+    """One target: its calibration, or why it has none."""
+
+    name: str
+    source: str
+    serial: str
+    accelerometer: TriadResult | None
+    gyroscope: TriadResult | None
+    rests: tuple[Rest, ...]
+    trace: Trace
+    clock: Clock | None
+    axis_readings: tuple[AxisReading, ...]
+    """X and Y; empty where the mounting angle was not estimated."""
+    temperature: tuple[float, float, float] | None
+    """Lowest, mean and highest at rest, degC."""
+    checks: tuple[LimitCheck, ...] = ()
+    warnings: tuple[str, ...] = ()
+    failure: str = ""
+    """Why the target could not be calibrated; empty if it could."""
+
+    def __repr__(self) -> str:
+        triads = [triad for triad in (self.accelerometer, self.gyroscope) if triad]
+        shown = [
+            f"{triad.triad} {each.name} = {each.value:.6g} +- {each.sigma:.2g} {each.unit}"
+            for triad in triads
+            for each in triad.parameters
+            if each.observable
+        ]
+        return "\n  ".join([f"TargetResult({self.name}: {self.failure or self.verdict})", *shown])
+
+    def _repr_html_(self) -> str:
+        from tumble.turntable.report.notebook import target_html
+
+        return target_html(self)
+
+    @property
+    def verdict(self) -> Literal["pass", "fail", "calibrated", "not calibrated"]:
+        """Pass or fail against the limits, `calibrated` where there are none."""
+        if self.failure:
+            return "not calibrated"
+        if not self.checks:
+            return "calibrated"
+        return "pass" if all(check.passed for check in self.checks) else "fail"
+
+
+@dataclass(frozen=True, slots=True)
+class ReferenceResult:
+    """What the reference showed."""
+
+    name: str
+    source: str
+    serial: str
+    calibration_hash: str
+    """sha256 of the calibration applied to the reference; empty if it brought none."""
+    bias: FloatArray
+    """(3,) m/s^2, from |r - b| = g."""
+    bias_sigma: FloatArray
+    norm_residual: float
+    """m/s^2 rms of |r_k - b| - g over the rests."""
+    gyroscope_bias: FloatArray
+    """(3,) rad/s."""
+    gyroscope_bias_sigma: FloatArray
+    rests: tuple[Rest, ...]
+    trace: Trace
+    mounting: Mounting | None
+    mounting_reason: str
+    """Why the mounting angle was not estimated; empty if it was."""
+    temperature: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class TurntableResult:
+    """A batch: one reference, the poses, and any number of targets."""
+
+    reference: ReferenceResult
+    poses: tuple[PoseResult, ...]
+    targets: tuple[TargetResult, ...]
+    truth: Truth
+    gravity: float
+    """m/s^2."""
+    gravity_source: str
+    """`standard`, `given`, `WGS 84 at 48.1 deg, 520 m`."""
+    options: dict[str, object] = field(default_factory=dict)
+    """Method options as the calibration file keeps them."""
+    warnings: tuple[str, ...] = ()
+    software: str = ""
+    """`tumble 0.1.0`."""
+
+    def __repr__(self) -> str:
+        verdicts = ", ".join(f"{target.name}: {target.verdict}" for target in self.targets)
+        return f"TurntableResult(reference {self.reference.name}; {verdicts})"
+
+    def _repr_html_(self) -> str:
+        from tumble.turntable.report.notebook import batch_html
+
+        return batch_html(self)
+
+    def __getitem__(self, name: str) -> TargetResult:
+        """Find the target of that name."""
+        for target in self.targets:
+            if target.name == name:
+                return target
+        raise KeyError(name)

@@ -1,0 +1,190 @@
+"""One target of a turntable session: calibrated, described, held against its limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tumble import _core
+from tumble.acquisition.acquire import refuse_if_unfit, refused_of, rests_of, trace_of
+from tumble.acquisition.imu import Imu
+from tumble.acquisition.notices import remarks
+from tumble.errors import TumbleError
+from tumble.results import Trace, TriadResult
+from tumble.turntable.limits import Limits
+from tumble.turntable.matching import PoseMatch
+from tumble.turntable.messages import in_words
+from tumble.turntable.result import AxisReading, Clock, TargetResult
+from tumble.turntable.triads import triad_result
+
+PARTS_PER_MILLION = 1e6
+LARGEST_RESIDUAL = 0.5
+"""m/s^2: gravity out of place by 3 deg. A unit that turned as the reference did leaves far less."""
+
+LARGEST_NON_ORTHOGONALITY = 3.0
+"""deg: 5 % of cross-axis sensitivity, the worst that data sheets of consumer sensors allow."""
+
+
+@dataclass(frozen=True, slots=True)
+class TargetProcedure:
+    """What all targets of a session share."""
+
+    reference: Imu
+    understood: _core.Reference
+    match: PoseMatch
+    settings: _core.TurntableSettings
+    gravity: float
+    limits: Limits | None
+
+    def calibrate(self, name: str, unit: Imu | TumbleError) -> TargetResult:
+        """Calibrate one target; what hinders it becomes its failure."""
+        if isinstance(unit, TumbleError):
+            return _failed(name, str(unit))
+        try:
+            refuse_if_unfit(name, unit.acquired, self.gravity)
+            figures = _core.calibrate_target(
+                self.reference.acquired, self.understood, unit.acquired, self.match.ups, self.settings
+            )
+        except _core.CoreError as error:
+            return _failed(name, f"{name}: {in_words(error, self.match.names)}", unit)
+        except TumbleError as error:
+            return _failed(name, str(error), unit)
+        stray = self._stray_rest(figures)
+        if stray:
+            return _failed(name, f"{name}: {stray}", unit)
+        result = self._result(name, unit, figures)
+        return replace(result, checks=self.limits.check(result)) if self.limits else result
+
+    def _stray_rest(self, figures: _core.TargetFigures) -> str:
+        """Name the rest at which the target cannot have stood as the reference did; empty if none."""
+        residuals = np.linalg.norm(figures["accelerometer"]["residuals"], axis=1)
+        worst = int(np.argmax(residuals))
+        if residuals[worst] <= LARGEST_RESIDUAL:
+            return ""
+        _, rest, _ = figures["accelerometer"]["labels"][worst]
+        pose = f" ({self.match.names[rest]})" if rest in self.match.names else ""
+        return (
+            f"reads {residuals[worst]:.2g} m/s^2 off what the reference saw, most at rest {rest + 1}{pose}: "
+            "it did not turn as the reference did; fasten it, and check that both logs, and the names of "
+            "their files, belong together"
+        )
+
+    def _result(self, name: str, unit: Imu, figures: _core.TargetFigures) -> TargetResult:
+        noise, instability = unit.acquired.noise_density, unit.acquired.bias_instability
+        names = self.match.names
+        poses = {
+            rest: names[seen]
+            for seen, first, last in figures["pairs"]
+            if seen in names
+            for rest in range(first, last + 1)
+        }
+        result = TargetResult(
+            name=name,
+            source=unit.recording.metadata.source,
+            serial=unit.recording.metadata.serial,
+            accelerometer=triad_result(
+                "accelerometer", figures["accelerometer"], noise[:3], instability[:3], names
+            ),
+            gyroscope=triad_result("gyroscope", figures["gyroscope"], noise[3:], instability[3:], names),
+            rests=rests_of(unit.acquired, poses) + refused_of(unit.acquired),
+            trace=trace_of(unit.acquired),
+            clock=None if unit.recording.parts else _clock(figures["clock"]),
+            axis_readings=(),
+            temperature=unit.acquired.temperature,
+        )
+        return replace(
+            result,
+            axis_readings=self._axis_readings(result, figures),
+            warnings=(*remarks(unit), *self._warnings(result, figures)),
+        )
+
+    def _axis_readings(self, result: TargetResult, figures: _core.TargetFigures) -> tuple[AxisReading, ...]:
+        """Prepare the source's figures: X and Y at the poses, before and after R_e^-1."""
+        shown = self.understood.figures
+        known = [(seen, first) for seen, first, _ in figures["pairs"] if seen in self.match.names]
+        if "R_e" not in shown or not known:
+            return ()
+        ideal = self.gravity * self.match.ups[[seen for seen, _ in known]]
+        rests = [result.rests[first] for _, first in known]
+        measured = np.array([rest.specific_force for rest in rests])
+        sigma = np.array([rest.specific_force_sigma for rest in rests])
+        # Rows are vectors: m R_e is R_e^-1 m, row by row.
+        compensated = measured @ shown["R_e"]
+        labels = tuple(self.match.names[seen] for seen, _ in known)
+        return (
+            AxisReading("X", labels, ideal[:, 0], measured[:, 0], compensated[:, 0], sigma[:, 0]),
+            AxisReading("Y", labels, ideal[:, 1], measured[:, 1], compensated[:, 1], sigma[:, 1]),
+        )
+
+    def _warnings(self, result: TargetResult, figures: _core.TargetFigures) -> Iterator[str]:
+        contradiction = figures["clock"]["contradiction"]
+        if contradiction:
+            yield (
+                f"the turns lie {contradiction[0]:.3f} s apart although the clock is said to be shared; "
+                "try --clock apart"
+            )
+        seen = {rest for rest, _, _ in figures["pairs"]} | set(figures["continued"])
+        lost = [str(k + 1) for k in range(len(self.match.ups)) if k not in seen]
+        if lost:
+            yield f"rest {', '.join(lost)} of the reference is no rest of this unit; not used"
+        for triad, shown in (
+            (result.accelerometer, figures["accelerometer"]),
+            (result.gyroscope, figures["gyroscope"]),
+        ):
+            if triad and shown["widened"] > 1.0:
+                worst = int(np.argmax(np.abs(triad.residuals / triad.residual_sigma).max(axis=1)))
+                hint = (
+                    "; if it feels specific force, --g-sensitivity will tell"
+                    if triad.triad == "gyroscope" and triad.g_sensitivity is None
+                    else ""
+                )
+                yield (
+                    f"{triad.triad} residuals exceed the noise (chi-square {triad.chi_square:.3g} for "
+                    f"{triad.degrees_of_freedom}), most at {triad.residual_labels[worst]}: "
+                    f"all sigmas were widened by {math.sqrt(shown['widened']):.2g}{hint}"
+                )
+            if triad:
+                yield from _skewed_axes(triad)
+
+
+def _skewed_axes(triad: TriadResult) -> Iterator[str]:
+    """Name axes farther off a right angle than any sensor's: six poses cannot tell a slip from that."""
+    for parameter in triad.parameters:
+        if parameter.name.startswith("non-orthogonality") and parameter.observable:
+            at_least = max(parameter.low, -parameter.high)
+            if at_least > LARGEST_NON_ORTHOGONALITY:
+                yield (
+                    f"{triad.triad} {parameter.name} is {parameter.value:.1f} deg, more than sensors have: "
+                    "did the unit slip in its fixture between poses? Fasten it and record again"
+                )
+
+
+def _clock(figures: _core.ClockFigures) -> Clock:
+    return Clock(
+        shared=figures["shared"],
+        offset=figures["offset"],
+        offset_sigma=figures["offset_sigma"],
+        skew=figures["skew"] * PARTS_PER_MILLION,
+        skew_sigma=figures["skew_sigma"] * PARTS_PER_MILLION,
+        turns=figures["turns"],
+    )
+
+
+def _failed(name: str, failure: str, unit: Imu | None = None) -> TargetResult:
+    nothing = np.empty((0, 3))
+    return TargetResult(
+        name=name,
+        source=unit.recording.metadata.source if unit else name,
+        serial=unit.recording.metadata.serial if unit else "",
+        accelerometer=None,
+        gyroscope=None,
+        rests=rests_of(unit.acquired) + refused_of(unit.acquired) if unit else (),
+        trace=trace_of(unit.acquired) if unit else Trace(np.empty(0), nothing, nothing),
+        clock=None,
+        axis_readings=(),
+        temperature=unit.acquired.temperature if unit else None,
+        failure=failure,
+    )
