@@ -1,14 +1,12 @@
 """Each benchmark runs, on next to nothing; no times are judged here."""
 
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT))
 
 from benchmarks import (  # noqa: E402
     accuracy,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 
 import pytest
+
 from firmware_images import FOLDER, ROOT, build, run
 
 

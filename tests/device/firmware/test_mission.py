@@ -9,6 +9,7 @@ import struct
 
 import numpy as np
 import pytest
+
 from firmware_images import VECTORS, compare, run
 
 FLOWN = json.loads((VECTORS / "redundancy.json").read_text())

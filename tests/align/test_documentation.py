@@ -1,0 +1,47 @@
+"""What docs/how-to/align.md says is so: options, messages, settings and the example."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import typer
+import yaml
+
+import tumble
+from pages import without_commands
+from tumble.cli.main import command_line
+from tumble.redundancy.settings import RedundancySettings
+
+HOW_TO = (Path(__file__).parents[2] / "docs" / "how-to" / "align.md").read_text(encoding="utf-8")
+PACKAGE = Path(tumble.__file__).parent
+
+
+def options_of(*words):
+    commands = typer.main.get_command(command_line(words)).commands
+    return {
+        word: {option for parameter in commands[word].params for option in parameter.opts} for word in words
+    }
+
+
+def test_every_option_of_the_how_to_exists_and_every_own_option_is_explained():
+    options = options_of("align", "redundancy", "apply")
+    told = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", without_commands(HOW_TO)))
+    assert told <= options["align"] | options["redundancy"]
+    own = {option for option in options["align"] - options["apply"] if option.startswith("--")}
+    assert {"--primary", "--secondary", "--search", "--for", "--json"} <= own <= told
+
+
+def test_messages_that_the_how_to_explains_are_those_of_the_program():
+    rows = re.findall(r"^\| `(.*?)` \|", HOW_TO.split("## When it refuses")[1], re.MULTILINE)
+    assert len(rows) == 9
+    sources = "\n".join(path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py"))
+    # Messages are written over several lines, and with figures in braces.
+    told = re.sub(r"\"\s*\n\s*f?\"", "", sources)
+    assert [row for row in rows if row not in told] == []
+
+
+def test_the_settings_shown_are_settings_of_redundancy():
+    (shown,) = re.findall(r"```yaml\n(.*?)```", HOW_TO, re.DOTALL)
+    settings = RedundancySettings.model_validate(yaml.safe_load(shown))
+    assert settings.units["imu2"].lever_arm[2] == -0.002

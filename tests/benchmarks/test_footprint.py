@@ -1,0 +1,66 @@
+"""What the benchmark of the device makes of what the image says."""
+
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+from benchmarks import footprint  # noqa: E402
+
+SAID = """\
+check 10000 {check}
+Apply 10 12800
+Push 1 1280
+Push 1 2560
+Push 1 128000000
+Restore 1 1280
+Restore 1 2560
+"""
+MEMORY = """\
+device: start 1
+device: stack 3000 bytes: Push
+device: stack 9000 bytes: Fit
+device: start 2
+device: stack 4000 bytes: Push
+device: stack 60 bytes: all, states and words included
+device: state 4000 bytes: Monitor
+device: state 96 bytes: Corrections
+"""
+ONE = 2**footprint.SHIFT
+
+
+def said(checked):
+    """What an image says whose timer counts as many instructions in the loop of the check."""
+    return SAID.format(check=checked * ONE)
+
+
+def test_pushes_that_solve_are_counted():
+    instructions = footprint.understood(said(footprint.CHECKED + 13))
+    assert instructions["Apply"]["mean"] == 10.0
+    push = instructions["Push"]
+    assert (push["times"], push["median"], push["largest"]) == (3, 20.0, 1_000_000.0)
+    assert (push["solving"], push["mean_without_solving"]) == (1, 15.0)
+
+
+def test_what_is_done_once_or_twice_is_told_one_by_one():
+    instructions = footprint.understood(said(footprint.CHECKED))
+    assert instructions["Restore"]["each"] == [10.0, 20.0]
+    assert instructions["Push"]["each"] is None
+
+
+def test_what_took_longer_than_the_timer_counts_has_no_figure():
+    with pytest.raises(ValueError, match="SpinPush took longer than the timer counts"):
+        footprint.understood(said(footprint.CHECKED) + "SpinPush 1 longer\n")
+
+
+def test_of_the_stack_the_most_of_both_starts_counts():
+    states, stack = footprint.remembered(MEMORY)
+    assert states == {"Monitor": 4000, "Corrections": 96}
+    assert stack == {"Push": 4000, "Fit": 9000, "all": 60}
+
+
+@pytest.mark.parametrize("factor", [0.5, 0.99, 1.01, 2.0])
+def test_a_timer_that_counts_anything_but_instructions_is_refused(factor):
+    with pytest.raises(ValueError, match="the timer counted"):
+        footprint.understood(said(int(footprint.CHECKED * factor)))

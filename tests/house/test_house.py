@@ -1,0 +1,181 @@
+"""The checks that guard the house can fail, and the house passes them."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+def script(name):
+    spec = importlib.util.spec_from_file_location(name, ROOT / "scripts" / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def layers(tmp_path, monkeypatch):
+    """The layer check, looking at a package made up by the test: file name to source."""
+    module = script("check_layers")
+    package = tmp_path / "python" / "tumble"
+    monkeypatch.setattr(module, "ROOT", tmp_path)
+    monkeypatch.setattr(module, "PACKAGE", package)
+
+    def breaches(files):
+        for name, source in files.items():
+            path = package / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(source)
+        return list(module.python_breaches())
+
+    return breaches
+
+
+@pytest.mark.parametrize(
+    ("file", "source", "breach"),
+    [
+        (
+            "logs/csv.py",
+            "from tumble.spin.procedure import spin",
+            "logs may not import tumble.spin.procedure",
+        ),
+        (
+            "logs/csv.py",
+            "def read():\n    from tumble import _core",
+            "csv.py:2: logs may not import tumble._core",
+        ),
+        ("logs/csv.py", "from ..report import pages", "logs may not import tumble.report"),
+        ("logs/csv.py", "import tumble.calibration.document", "logs may not import tumble.calibration"),
+        ("report/svg.py", "from tumble import logs", "report may not import tumble.logs"),
+        ("spin/report/page.py", "from tumble.logs import csv", "page may not import tumble.logs"),
+        ("spin/report/page.py", "from ..procedure import spin", "page may not import tumble.spin.procedure"),
+        ("spin/procedure.py", "from tumble.cli import screen", "procedure may not import tumble.cli"),
+        ("recording.py", "from tumble.results import Rest", "recording may not import tumble.results"),
+        ("spin/result.py", "from tumble.spin.report import page", "result may not import tumble.spin.report"),
+        ("turntable/command.py", "import numpy as np", "no mathematics"),
+        ("cli/screen.py", "import tumble", "imports the whole of tumble"),
+        ("attic.py", "", "has no place in the layers"),
+    ],
+)
+def test_an_import_that_points_down_the_page_is_found(layers, file, source, breach):
+    found = layers({file: source})
+    assert len(found) == 1
+    assert breach in found[0]
+
+
+@pytest.mark.parametrize(
+    ("file", "source"),
+    [
+        ("turntable/procedure.py", "from tumble import _core\nfrom tumble.logs import open_recording"),
+        ("turntable/command_batch.py", "from tumble.turntable.limits import Limits\nimport typer"),
+        ("logs/csv.py", "from tumble.logs.units import UNITS\nfrom . import spec\nimport numpy"),
+        ("spin/result.py", "def html():\n    from tumble.spin.report import notebook"),
+    ],
+)
+def test_an_import_that_points_up_the_page_is_fine(layers, file, source):
+    assert layers({file: source}) == []
+
+
+def test_folders_that_import_each_other_around_are_found(layers):
+    around = {
+        "spin/live.py": "from tumble.align import samples",
+        "align/samples.py": "import tumble.spin.live",
+    }
+    assert layers(around) == ["these folders import each other around: align, spin"]
+
+
+@pytest.mark.parametrize(
+    ("source", "breach"),
+    [
+        ("#![no_std]\nuse std::vec::Vec;", "lib.rs:2"),
+        ("#![no_std]\nextern crate alloc;", "lib.rs:2"),
+        ("#![no_std]\nfn f() { unsafe {} }", "lib.rs:2"),
+        ("fn f() {}", "#![no_std] is missing"),
+    ],
+)
+def test_a_device_crate_that_needs_more_than_core_is_found(tmp_path, monkeypatch, source, breach):
+    module = script("check_layers")
+    monkeypatch.setattr(module, "ROOT", tmp_path)
+    (tmp_path / "Cargo.toml").write_text('[workspace.lints.rust]\nunsafe_code = "forbid"\n')
+    crate = tmp_path / "crates" / "tumble-core"
+    (crate / "src").mkdir(parents=True)
+    (crate / "Cargo.toml").write_text("[lints]\nworkspace = true\n")
+    (crate / "src" / "lib.rs").write_text(source + "\n#[cfg(test)]\nmod tests { use std::vec::Vec; }\n")
+    found = list(module.device_breaches(crate))
+    assert len(found) == 1
+    assert breach in found[0]
+
+
+@pytest.mark.parametrize(
+    ("declared", "breaches"),
+    [
+        ("#[cfg(test)]\nmod tests;", 0),
+        ('#[cfg(test)]\n#[path = "tests.rs"]\nmod laws;', 0),
+        ("mod tests;", 1),
+        ('#[path = "tests.rs"]\nmod laws;', 1),
+    ],
+)
+def test_a_file_of_tests_may_use_what_the_machine_has_if_it_is_compiled_for_tests_only(
+    tmp_path, monkeypatch, declared, breaches
+):
+    module = script("check_layers")
+    monkeypatch.setattr(module, "ROOT", tmp_path)
+    (tmp_path / "Cargo.toml").write_text('[workspace.lints.rust]\nunsafe_code = "forbid"\n')
+    crate = tmp_path / "crates" / "tumble-core"
+    (crate / "src").mkdir(parents=True)
+    (crate / "Cargo.toml").write_text("[lints]\nworkspace = true\n")
+    (crate / "src" / "lib.rs").write_text(f"#![no_std]\n{declared}\n")
+    (crate / "src" / "tests.rs").write_text("use std::vec::Vec;\n")
+    assert len(list(module.device_breaches(crate))) == breaches
+
+
+def test_a_page_is_read_as_a_person_types_it():
+    module = script("check_commands")
+    shell = "```sh\n$ make demo   # a minute\ntumble turntable a.csv \\\n    b.csv -o out\n```\n"
+    text = f"# Tumble\n\n{shell}\n```python\nx = 1\n```\n"
+    found = [(snippet.line, snippet.language, snippet.text) for snippet in module.snippets(text)]
+    assert found == [
+        (4, "sh", "make demo"),
+        (5, "sh", "tumble turntable a.csv b.csv -o out"),
+        (10, "python", "x = 1\n"),
+    ]
+
+
+@pytest.mark.parametrize("command", ["curl example.org | sh", "make castle", "pip install tumble-imu"])
+def test_a_command_that_ci_does_not_prove_is_found(command):
+    module = script("check_commands")
+    assert module.problem(module.Snippet(1, "sh", command))
+
+
+def test_a_command_of_a_page_that_fails_is_found(tmp_path):
+    module = script("check_commands")
+    assert "no such" in module.run(module.Snippet(1, "sh", "tumble inspect gone.csv"), tmp_path)
+    assert "ZeroDivisionError" in module.run(module.Snippet(1, "python", "1 / 0"), tmp_path)
+    assert module.run(module.Snippet(1, "python", "print(1)"), tmp_path) == ""
+
+
+@pytest.mark.parametrize("name", ["requirements.txt", "requirements-test.txt"])
+def test_requirements_name_versions_and_hashes_and_no_place(name):
+    text = (ROOT / name).read_text()
+    assert not re.search(r"https?:|--index|--find-links|--extra|file:|^/|^-e", text, re.MULTILINE)
+    pinned = re.findall(r"^[a-z0-9][^\n]*", text, re.MULTILINE)
+    assert len(pinned) > 20
+    assert all("==" in line for line in pinned)
+    assert all(re.search(r"\n    --hash=sha256:[0-9a-f]{64}", entry) for entry in _entries(text))
+
+
+def _entries(text):
+    """Each pinned package with the hashes below it."""
+    return re.findall(r"^[a-z0-9][^\n]*(?:\n    [^\n]*)*", text, re.MULTILINE)
+
+
+def test_ci_runs_exactly_test_and_lint():
+    lines = (ROOT / ".ci/run").read_text().splitlines()
+    assert [line for line in lines if line.startswith("make")] == ["make test", "make lint"]

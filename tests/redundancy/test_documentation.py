@@ -1,0 +1,88 @@
+"""What docs/how-to/redundancy.md says is so: options, settings, events and messages."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import typer
+import yaml
+
+import tumble
+from pages import without_commands
+from tumble.cli.main import command_line
+from tumble.redundancy.procedure import settings_from
+from tumble.redundancy.settings import explain
+from tumble.redundancy.units import UnitSettings
+
+ROOT = Path(__file__).parents[2]
+HOW_TO = (ROOT / "docs" / "how-to" / "redundancy.md").read_text(encoding="utf-8")
+TOLD = (ROOT / "crates" / "tumble-lab" / "src" / "redundancy" / "told.rs").read_text(encoding="utf-8")
+PACKAGE = Path(tumble.__file__).parent
+
+
+def section(title):
+    """Text under a heading, without its examples."""
+    text = HOW_TO.split(f"## {title}\n")[1].split("\n## ")[0]
+    return re.sub(r"```.*?```", "", text, flags=re.DOTALL)
+
+
+def quoted(text):
+    return set(re.findall(r"`([^`]+)`", text))
+
+
+def test_every_option_of_the_how_to_exists_and_every_option_is_told_of():
+    words = ["redundancy", "apply"]
+    commands = typer.main.get_command(command_line(words)).commands
+    options = {word: {o for parameter in commands[word].params for o in parameter.opts} for word in words}
+    told = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", without_commands(HOW_TO)))
+    assert told <= options["redundancy"] | options["apply"]
+    own = {option for option in options["redundancy"] if option.startswith("--")} - options["apply"]
+    assert own <= told, "an option is not explained"
+
+
+def test_the_settings_of_the_how_to_are_those_of_the_model():
+    done = subprocess.run(
+        [sys.executable, ROOT / "scripts" / "write_settings.py", "--check"], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert {setting.name for setting in explain()} <= quoted(section("Settings"))
+
+
+def test_what_is_known_of_a_unit_is_told_of():
+    assert set(UnitSettings.model_fields) <= quoted(section("Settings"))
+
+
+def test_the_settings_file_of_the_how_to_is_one():
+    text = re.search(r"```yaml\n(.*?)```", HOW_TO, re.DOTALL)[1]
+    content = yaml.safe_load(text)
+    # The alignment it names is not here.
+    content["units"]["imu3"]["sensor_from_primary"] = [0.0, 0.0, 0.1]
+    settings = settings_from(content)
+    assert (settings.third_threshold, settings.evaluate_every) == ("last+0.05", None)
+
+
+def test_every_event_reason_and_figure_of_the_monitor_is_told_of():
+    code = TOLD.split("pub fn told")[1]
+    words = set(re.findall(r'"([a-z][a-z_ ]+)"', code)) - {"none"}
+    assert len(words) > 50
+    assert words - quoted(section("Events")) == set()
+
+
+def test_messages_that_the_how_to_explains_are_those_of_the_program():
+    rows = re.findall(r"^\| (`.*?) \|", section("When it refuses"), re.MULTILINE)
+    assert len(rows) > 7
+    sources = "\n".join(path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py"))
+    told = re.sub(r"\"\s*\n\s*f?\"", "", sources)
+    assert [message for row in rows for message in quoted(row) if message not in told] == []
+
+
+def test_the_files_of_the_store_are_named_as_the_how_to_names_them(tmp_path):
+    from stored_errors import ONE, TWO, an_error
+    from tumble.redundancy.store import ErrorStore
+
+    ErrorStore(tmp_path, ONE).save(TWO, an_error())
+    written = {path.name for path in tmp_path.iterdir()}
+    assert written <= quoted(section("The store"))

@@ -1,0 +1,243 @@
+"""Stored errors: kept over runs, refused when damaged or strange, never lost."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+import pytest
+import yaml
+
+from redundancy_sets import (
+    BIASED,
+    PRIMARY,
+    QUICK,
+    SOUND,
+    motion,
+    of,
+    record,
+    refusal,
+    replay,
+    typed,
+    units,
+    write_table,
+)
+from stored_errors import ONE, TWO, an_error
+from tumble.errors import OutputError
+from tumble.redundancy.result import SecondaryError
+from tumble.redundancy.store import ErrorStore, Identified
+from turntable_sessions import contents
+
+
+def same(one, other):
+    for name in SecondaryError.__slots__:
+        if name != "adopted":
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
+
+
+@pytest.mark.parametrize("sensor", ["accelerometer", "gyroscope"])
+@pytest.mark.parametrize("residual", [0.02, np.nan])
+def test_what_is_stored_comes_back_to_the_last_digit(tmp_path, sensor, residual):
+    error = an_error(sensor, residual=residual)
+    ErrorStore(tmp_path, ONE).save(TWO, error)
+    found, rejected = ErrorStore(tmp_path, ONE).load(TWO)
+    assert rejected == []
+    same(found[0], error)
+    assert found[0].adopted is None
+
+
+def test_the_last_error_is_replaced_and_the_first_one_kept_beside_it(tmp_path):
+    store = ErrorStore(tmp_path, ONE)
+    for sequence in (1, 2, 3):
+        store.save(TWO, an_error(sequence=sequence))
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "imu2-accelerometer.yaml",
+        "imu2-accelerometer-factory.yaml",
+    }
+    assert yaml.safe_load((tmp_path / "imu2-accelerometer-factory.yaml").read_text())["sequence"] == 1
+    assert store.load(TWO)[0][0].sequence == 3
+
+
+@pytest.mark.parametrize(
+    ("damage", "says"),
+    [
+        (lambda text: text.replace("0.1,", "0.2,"), "its checksum does not fit"),
+        (lambda text: text[: len(text) // 2], ""),
+        (lambda _: "", "an empty file"),
+        (lambda _: "\x00\xff", ""),
+        (lambda text: text.replace("sensor: accelerometer", "sensor: barometer"), "sensor"),
+    ],
+)
+def test_a_damaged_file_is_rejected_and_the_factory_error_takes_its_place(tmp_path, damage, says):
+    store = ErrorStore(tmp_path, ONE)
+    store.save(TWO, an_error(sequence=1))
+    path = store.save(TWO, an_error(sequence=2))
+    path.write_text(damage(path.read_text()))
+    found, rejected = ErrorStore(tmp_path, ONE).load(TWO)
+    assert [error.sequence for error in found] == [1]
+    assert (rejected[0].unit, rejected[0].sensor, rejected[0].reason) == ("imu2", "accelerometer", "corrupt")
+    assert says in rejected[0].detail
+
+
+def test_a_record_of_another_unit_or_against_another_primary_is_rejected(tmp_path):
+    ErrorStore(tmp_path, ONE).save(TWO, an_error())
+    found, rejected = ErrorStore(tmp_path, ONE).load(Identified("imu2", 3))
+    assert found == []
+    assert {each.reason for each in rejected} == {"of another unit"}
+    found, rejected = ErrorStore(tmp_path, Identified("imu3", 3)).load(TWO)
+    assert found == []
+    assert {each.reason for each in rejected} == {"against another primary"}
+
+
+def test_a_doubted_file_is_set_aside_and_not_overwritten(tmp_path):
+    store = ErrorStore(tmp_path, ONE)
+    path = store.save(TWO, an_error(sequence=1))
+    for number in (2, 3):
+        path.write_text(f"damaged {number}")
+        store = ErrorStore(tmp_path, ONE)
+        store.load(TWO)
+        store.save(TWO, an_error(sequence=number))
+    assert (tmp_path / "imu2-accelerometer.yaml.rejected").read_text() == "damaged 2"
+    assert (tmp_path / "imu2-accelerometer.yaml.rejected-2").read_text() == "damaged 3"
+    assert ErrorStore(tmp_path, ONE).load(TWO)[0][0].sequence == 3
+
+
+def test_a_store_that_fails_to_write_keeps_what_it_had(tmp_path, monkeypatch):
+    store = ErrorStore(tmp_path, ONE)
+    store.save(TWO, an_error(sequence=1))
+    before = contents(tmp_path)
+
+    def full(self, target):
+        raise OSError(28, os.strerror(28))
+
+    monkeypatch.setattr("pathlib.Path.replace", full)
+    with pytest.raises(OutputError, match="No space left"):
+        store.save(TWO, an_error(sequence=2))
+    assert contents(tmp_path) == before
+
+
+@pytest.fixture(scope="module")
+def flights(tmp_path_factory):
+    """A flight in which the secondary is calibrated, and another after it."""
+    folder = tmp_path_factory.mktemp("flights")
+    moved = motion()
+    paths = [
+        write_table(folder / f"{n}.csv", record([PRIMARY, BIASED, SOUND], 30 + n, moved)) for n in (1, 2)
+    ]
+    result, _ = replay(
+        paths[0], *units(["imu1", "imu2", "imu3"]), *QUICK, "--store", folder / "store", "-o", folder / "out"
+    )
+    assert {error["unit"] for error in result["errors"]} == {"imu2"}
+    return folder, paths
+
+
+@pytest.fixture
+def stored(flights, tmp_path):
+    """A copy of the store after the first flight."""
+    folder, _ = flights
+    copy = tmp_path / "store"
+    copy.mkdir()
+    for name, text in contents(folder / "store").items():
+        (copy / name).write_bytes(text)
+    return copy
+
+
+def second(flights, store, out, *more, code=0):
+    return replay(
+        flights[1][1], *units(["imu1", "imu2", "imu3"]), *QUICK, "--store", store, "-o", out, *more, code=code
+    )
+
+
+def test_a_secondary_starts_with_its_stored_error_and_does_not_deviate(flights, stored, tmp_path):
+    before = contents(stored)
+    result, events = second(flights, stored, tmp_path / "out")
+    assert {event["figures"]["sensor"] for event in of(events, "imu2", "restored")} == {
+        "accelerometer",
+        "gyroscope",
+    }
+    assert of(events, "imu2", "triggered") == []
+    assert all(error["adopted"] is None for error in result["errors"])
+    assert contents(stored) == before
+    assert (tmp_path / "out" / "imu2.yaml").exists()
+    assert not (tmp_path / "out" / "store").exists()
+
+
+def test_a_corrupt_store_is_told_and_the_replay_goes_on_and_nothing_is_lost(flights, stored, tmp_path):
+    for path in stored.glob("imu2-accelerometer*.yaml"):
+        path.write_text("garbage")
+    result, events = second(flights, stored, tmp_path / "out")
+    rejected = of(events, "imu2", "record rejected")
+    assert {event["figures"]["reason"] for event in rejected} == {"corrupt"}
+    assert any("was not taken, corrupt" in line for line in result["warnings"])
+    assert of(events, "imu2", "adopted")
+    assert (stored / "imu2-accelerometer.yaml.rejected").read_text() == "garbage"
+    assert (stored / "imu2-accelerometer-factory.yaml.rejected").read_text() == "garbage"
+    assert ErrorStore(stored, _identified("imu1")).load(_identified("imu2"))[1] == []
+
+
+def test_a_store_of_another_unit_is_told_and_the_replay_goes_on(flights, stored, tmp_path):
+    _, events = second(flights, stored, tmp_path / "out", "--set", "units.imu2.identity=99")
+    assert {event["figures"]["reason"] for event in of(events, "imu2", "record rejected")} == {
+        "of another unit"
+    }
+    assert of(events, "imu2", "adopted")
+
+
+def test_a_store_against_another_primary_is_told_and_the_replay_goes_on(flights, stored, tmp_path):
+    result, events = replay(
+        flights[1][1], *units(["imu3", "imu2"]), *QUICK, "--store", stored, "-o", tmp_path / "out"
+    )
+    assert {event["figures"]["reason"] for event in of(events, "imu2", "record rejected")} == {
+        "against another primary"
+    }
+    assert any("was calibrated against imu1, not imu3" in line for line in result["warnings"])
+
+
+def test_an_implausible_stored_error_is_rejected_by_the_monitor_and_set_aside(flights, tmp_path):
+    store = tmp_path / "store"
+    wild = an_error(bias=np.array([50.0, 0.0, 0.0]), matrix_sigma=np.full((3, 3), 1e-3))
+    ErrorStore(store, _identified("imu1")).save(_identified("imu2"), wild)
+    _, events = second(flights, store, tmp_path / "out")
+    assert of(events, "imu2", "record rejected")[0]["figures"]["reason"] == "implausible"
+    assert (store / "imu2-accelerometer.yaml.rejected").exists()
+    assert ErrorStore(store, _identified("imu1")).load(_identified("imu2"))[0][0].bias[0] < 1.0
+
+
+def test_a_replay_that_is_refused_leaves_the_store_as_it_was(flights, stored, tmp_path):
+    before = contents(stored)
+    done = typed(
+        "redundancy",
+        flights[1][1],
+        *units(["imu1", "imu2", "imu3"]),
+        *QUICK,
+        "--store",
+        stored,
+        "--command",
+        "900:evaluate",
+        "-o",
+        tmp_path / "out",
+    )
+    assert done.code == 2
+    assert contents(stored) == before
+
+
+def test_a_store_that_cannot_be_written_to_is_refused_before_the_replay(flights, tmp_path):
+    path = tmp_path / "file"
+    path.write_text("")
+    names = units(["imu1", "imu2", "imu3"])
+    line = refusal(flights[1][1], *names, "--store", path, "-o", tmp_path / "out")
+    assert line.startswith(f"{path}: cannot write")
+
+
+def test_the_sequence_counts_on_over_flights(flights, stored, tmp_path):
+    # With so small a threshold imu3 is to be calibrated too, which makes it no better.
+    _, events = second(flights, stored, tmp_path / "out", "--set", "third_threshold=0.0001", code=3)
+    assert {event["figures"]["sequence"] for event in of(events, "imu2", "adopted")} <= {2, 3}
+    restored = of(events, "imu2", "restored")
+    assert {event["figures"]["sequence"] for event in restored} == {1}
+
+
+def _identified(name):
+    from tumble.redundancy.units import UnitSettings, identity_of
+
+    return Identified(name, identity_of(name, UnitSettings()))

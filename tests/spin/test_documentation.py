@@ -1,0 +1,43 @@
+"""What docs/how-to/spin.md says is so: options and messages."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import typer
+
+import tumble
+from pages import without_commands
+from tumble.cli.main import command_line
+
+HOW_TO = (Path(__file__).parents[2] / "docs" / "how-to" / "spin.md").read_text(encoding="utf-8")
+PACKAGE = Path(tumble.__file__).parent
+
+
+def test_every_option_of_the_how_to_exists():
+    words = ["spin", "apply"]
+    commands = typer.main.get_command(command_line(words)).commands
+    known = {option for word in words for parameter in commands[word].params for option in parameter.opts}
+    told = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", without_commands(HOW_TO)))
+    assert told <= known
+    own = {option for parameter in commands["spin"].params for option in parameter.opts if len(option) > 2}
+    of_logs = {option for parameter in commands["apply"].params for option in parameter.opts}
+    assert own - of_logs - told == {"--live", "--turn-rate"}, "an option is not explained"
+
+
+def test_messages_that_the_how_to_explains_are_those_of_the_program():
+    section = HOW_TO.split("## When it refuses")[1]
+    rows = re.findall(r"^\| (`.*?) \|", section, re.MULTILINE)
+    assert len(rows) > 15
+    quoted = [
+        fragment.strip(" ,:;")
+        for row in rows
+        for message in re.findall(r"`([^`]+)`", row)
+        for fragment in re.split(r"\d[\d.]*", message)
+        if len(fragment.strip(" ,:;")) > 3
+    ]
+    # Messages are written over several lines, and with figures in braces.
+    sources = "\n".join(path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py"))
+    told = re.sub(r"\"\s*\n\s*f?\"", "", sources)
+    assert [fragment for fragment in quoted if fragment not in told] == []

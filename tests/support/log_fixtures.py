@@ -1,0 +1,88 @@
+"""Made-up recordings and files for the tests of logs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tumble.errors import LogError
+from tumble.logs import Facts, open_recording, open_writer
+from tumble.recording import Chunk
+
+DATA = Path(__file__).parents[3] / "shared" / "data"
+
+
+def real(name):
+    """Path of a real recording; skips, saying so, where the shared data are absent."""
+    path = DATA / name
+    if not path.exists():
+        pytest.skip(f"no real recording: {path} is absent")
+    return path
+
+
+def made_up(samples=2000, rate=200.0, seed=1, start=0.0, temperature=True):
+    """At rest with z up, then turning about z, with noise: a Chunk."""
+    random = np.random.default_rng(seed)
+    time = start + np.arange(samples) / rate
+    accelerometer = random.normal([0.1, -0.2, 9.8], 0.02, (samples, 3))
+    gyroscope = random.normal(0.0, 0.002, (samples, 3))
+    gyroscope[samples // 2 :, 2] += 1.0
+    degrees = 25.0 + np.linspace(0.0, 1.0, samples)
+    return Chunk(time, accelerometer, gyroscope, degrees if temperature else None)
+
+
+def write(path, chunk, **facts):
+    """Write a chunk with our own writers."""
+    with open_writer(path, facts=Facts(**facts)) as writer:
+        writer.write(chunk)
+    return path
+
+
+def write_text(path, chunk, header="time,ax,ay,az,gx,gy,gz", delimiter=",", scale=(1.0, 1.0, 1.0)):
+    """Write a text table with columns time, accelerometer, gyroscope, each in a unit of its own."""
+    table = np.column_stack(
+        [chunk.time * scale[0], chunk.accelerometer * scale[1], chunk.gyroscope * scale[2]]
+    )
+    rows = [delimiter.join(repr(float(value)) for value in row) for row in table]
+    path.write_text("\n".join([header, *rows] if header else rows) + "\n")
+    return path
+
+
+def read(source, options=None):
+    """The whole recording as one Chunk."""
+    return join(list(open_recording(source, options).chunks()))
+
+
+def join(chunks):
+    temperatures = [chunk.temperature for chunk in chunks]
+    return Chunk(
+        np.concatenate([chunk.time for chunk in chunks]),
+        np.concatenate([chunk.accelerometer for chunk in chunks]),
+        np.concatenate([chunk.gyroscope for chunk in chunks]),
+        None if temperatures[0] is None else np.concatenate(temperatures),
+    )
+
+
+def same(left, right):
+    """Whether two chunks hold the very same floats."""
+    pairs = [
+        (left.time, right.time),
+        (left.accelerometer, right.accelerometer),
+        (left.gyroscope, right.gyroscope),
+    ]
+    if left.temperature is not None or right.temperature is not None:
+        pairs.append((left.temperature, right.temperature))
+    return all(np.array_equal(one, other, equal_nan=True) for one, other in pairs)
+
+
+def refusal(source, options=None):
+    """The line with which a log is refused, on opening or while it streams by."""
+    with pytest.raises(LogError) as caught:
+        for _ in open_recording(source, options).chunks():
+            pass
+    message = str(caught.value)
+    assert "\n" not in message
+    assert len(message) > 20
+    return message
