@@ -308,7 +308,7 @@ def test_a_notebook_shows_each_parameter_and_each_target(result):
 
 def test_the_tables_of_a_notebook_do_not_wait_for_matplotlib():
     code = (
-        "import sys, report_fixtures as s; from tumble.report.notebook import batch_html; "
+        "import sys, report_fixtures as s; from tumble.turntable.report.notebook import batch_html; "
         "batch_html(s.batch()); import tumble.report; assert 'matplotlib' not in sys.modules"
     )
     run_python(code)
