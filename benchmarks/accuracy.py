@@ -126,7 +126,13 @@ def joined(parts: Sequence[dict[str, Sample]]) -> dict[str, Sample]:
 def table(content: Content, title: str) -> Table:
     """Figures of one cell as a table on screen."""
     shown = Table(
-        "triad", "group", "RMSE / bound", "same, luck removed", "95 % covers", "stated / bound", title=title
+        "triad",
+        "group",
+        "RMSE / bound",
+        "corrected for sampling",
+        "95 % covers",
+        "stated / bound",
+        title=title,
     )
     for triad in TRIADS:
         for group, figures in content[triad]["groups"].items():

@@ -46,8 +46,8 @@ def _accuracy(content: Content) -> Iterator[Goal]:
     figures = [cell["figures"][triad] for cell in content["cells"] for triad in TRIADS]
     ratios = [of["ratio_without_luck"] for some in figures for of in some["parameters"].values()]
     yield Goal(
-        "turntable: error of any parameter in any cell over the Cramér-Rao bound, freed of the luck of the "
-        "draw",
+        "turntable: error of any parameter in any cell over the Cramér-Rao bound, corrected for "
+        "sampling error",
         f"{LARGEST_RATIO:g}",
         f"{max(ratios):.3f}",
         max(ratios) <= LARGEST_RATIO,

@@ -73,10 +73,10 @@ def _accuracy_words(content: Content) -> str:
     return (
         f"{len(content['cells'])} cells of {content['sessions']} simulated sessions: mounting 0, 1 and "
         "3 deg, table error 0, 0.05 and 0.2 deg, clocks shared and apart. In single cells the ratio of any "
-        f"parameter is at most {largest:.3f}, freed of the luck of the draw; as drawn, {above} of "
+        f"parameter is at most {largest:.3f}, corrected for sampling error; without that, {above} of "
         f"{len(single)} are above {LARGEST_RATIO:g}, the largest {drawn['ratio']:.3f} ± "
         f"{drawn['ratio_error']:.3f}. Intervals of a group hold {100 * min(covered):.1f} to "
-        f"{100 * max(covered):.1f} %. "
+        f"{100 * max(covered):.1f} %."
     )
 
 

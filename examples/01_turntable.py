@@ -1,4 +1,4 @@
-"""A turntable session from the command line: simulate, calibrate, hold the results against the truth.
+"""A turntable session from the command line: simulate, calibrate, compare the results with the truth.
 
     python examples/01_turntable.py [FOLDER]
 
@@ -60,7 +60,7 @@ def tumble(*arguments: str | Path, expected: int = 0) -> None:
 
 
 def compare(folder: Path, session: Path) -> None:
-    """Hold every calibration against what the simulator knows to be true."""
+    """Compare every calibration with the truth of the simulator."""
     truth = yaml.safe_load((session / "truth.yaml").read_text(encoding="utf-8"))["units"]
     print("Largest difference from the truth, accelerometer and gyroscope:")
     for name in target_names():

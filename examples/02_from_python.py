@@ -1,4 +1,4 @@
-"""The same from Python, without a file: simulate, calibrate, correct readings, ask how well it went.
+"""The same from Python, without files: simulate, calibrate, correct readings, and check the result.
 
 python examples/02_from_python.py
 """

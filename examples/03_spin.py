@@ -1,4 +1,4 @@
-"""A robot turns on the spot on a floor that is not level: its log, its calibration, and how good that is.
+"""A robot turns on the spot on a floor that is not level: its log, its calibration, and the error of that.
 
 python examples/03_spin.py [FOLDER]
 """
@@ -15,7 +15,7 @@ from tumble.simulate import write_spin
 
 
 def main(folder: Path) -> None:
-    """Simulate, calibrate, and hold the result against the truth."""
+    """Simulate, calibrate, and compare the result with the truth."""
     simulated = tumble.simulate_spin(seed=7, floor_tilt_deg=2.0, unevenness=0.2)
     log = write_spin(simulated, folder)["log"]
 

@@ -1,4 +1,4 @@
-"""A quadrotor flies with three IMUs: the primary calibrates the others, dies, and one of them takes over.
+"""A quadrotor flies with three IMUs: the primary calibrates the others and fails, and one of them takes over.
 
 python examples/04_redundancy.py [FOLDER]
 """
@@ -21,7 +21,7 @@ UNITS = (
 
 
 def main(folder: Path) -> None:
-    """Simulate two flights, replay them through the monitor, and tell what it did."""
+    """Simulate two flights, replay them through the monitor, and print what it did."""
     flight = tumble.simulate_flight(seed=7, units=UNITS, flights=2)
     logs = write_flight(flight, folder)
 

@@ -10,7 +10,7 @@
 
 #define IDENTITY 4711u
 
-/* Stops with the reason, as whoever calls would not go on without a result. */
+/* Stops with the reason: without a result there is nothing left to do. */
 static void need(tumble_status status, const char *what)
 {
     if (status != TUMBLE_OK) {
@@ -19,14 +19,14 @@ static void need(tumble_status status, const char *what)
     }
 }
 
-/* Whole thousandths, so that printf is spared floating point. */
+/* Whole thousandths, so that printf needs no floating point. */
 static void print_vector(const char *name, const float value[3])
 {
     printf("%s %ld %ld %ld\n", name, lroundf(1000.0f * value[0]), lroundf(1000.0f * value[1]),
            lroundf(1000.0f * value[2]));
 }
 
-/* Stands, turns and stands again, as the state machine asks. */
+/* Stands still, turns, and stands still again, as the state machine asks. */
 static void spin(struct tumble_spin_estimate *estimate)
 {
     static tumble_spin storage;
@@ -86,7 +86,7 @@ static void load(tumble_store *store, tumble_sensor sensor, struct tumble_error_
     memcpy(model->bias, record.bias, sizeof model->bias);
 }
 
-/* What firmware does at its start: all it knows is in flash. */
+/* What firmware does at its start: it reads the calibration from flash. */
 static void start(struct tumble_correction *correction)
 {
     tumble_store store;

@@ -1,4 +1,4 @@
-/* A robot on a floor that tilts, whose IMU has biases: it stands in for the driver of an IMU and of wheels. */
+/* A robot on a floor that tilts, whose IMU has biases: it replaces the drivers of an IMU and of wheels. */
 #ifndef ROBOT_H
 #define ROBOT_H
 

@@ -7,16 +7,16 @@
 
 using namespace time_literals;
 
-/* Not woken by a topic: the unit that wakes may be the one that dies. */
+/* A timer instead of a topic: the unit that publishes it may fail. */
 static constexpr unsigned INTERVAL = 2500_us;
 
-/* A fit takes 10 kB, more than work queues have: so this is a task. */
+/* A task of its own: a fit takes 10 kB of stack, more than work queues have. */
 static constexpr int STACK = 16384;
 
-/* Who says nothing for so long after the start is not waited for. */
+/* A unit that sends nothing for so long after the start is not waited for. */
 static constexpr uint64_t PATIENCE = 2_s;
 
-/* A card that is full or missing is not asked with every step. */
+/* A card that is full or missing is not tried again at every step. */
 static constexpr uint64_t BETWEEN_ATTEMPTS = 10_s;
 
 TumbleImu::TumbleImu() :
@@ -89,7 +89,7 @@ bool TumbleImu::start()
 	tumble_unit units[TUMBLE_UNITS];
 
 	for (uint32_t number = 0; number < TUMBLE_UNITS; ++number) {
-		/* The devices of a unit that comes late are not known yet: only files go by them. */
+		/* The device numbers of a unit that comes late are not known yet; only the files need them. */
 		tumble_unit_defaults(&units[number], number);
 
 		if (!_units[number].seen) {
@@ -178,7 +178,7 @@ void TumbleImu::tell(const tumble_event &event)
 	switch (event.kind) {
 	case TUMBLE_EVENT_KIND_ADOPTED:
 		PX4_INFO("IMU %" PRIu32 ": calibrated", event.unit);
-		/* Only copied: whoever flies waits for the push that this is called from. */
+		/* Only copied: the output waits for the push that calls this. */
 		_adopted[event.unit][event.record->sensor] = {*event.record, true, 0};
 		break;
 
@@ -203,7 +203,7 @@ void TumbleImu::tell(const tumble_event &event)
 	}
 }
 
-/* A file takes longer than there is from one sample to the next: never in flight, and one record with a step. */
+/* Writing a file takes longer than a sample period: never in flight, and one record per step. */
 void TumbleImu::use_files()
 {
 	_armed_sub.update(&_armed);
@@ -305,7 +305,7 @@ void TumbleImu::restore(uint32_t number, tumble_sensor sensor)
 		return;
 	}
 
-	/* As the monitor calls the unit. */
+	/* The monitor's number of the unit. */
 	record.identity = number;
 	tumble_redundancy_restore(&_redundancy, &record, &on_event, this);
 }

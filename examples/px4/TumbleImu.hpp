@@ -1,4 +1,4 @@
-/* A module of PX4: keeps the IMUs of a vehicle calibrated against the first, and says what the vehicle feels. */
+/* A module of PX4: keeps the IMUs of a vehicle calibrated against the first, and publishes the output of the set. */
 #pragma once
 
 #include <drivers/drv_hrt.h>
