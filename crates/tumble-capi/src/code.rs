@@ -2,7 +2,7 @@
 
 use core::mem::MaybeUninit;
 
-use crate::status::{Outcome, Status};
+use crate::status::{Status, StatusResult};
 
 /// An enumeration that C passes as a number of 32 bits.
 ///
@@ -14,7 +14,7 @@ pub unsafe trait Code: Copy {
 }
 
 /// What C means by a value.
-pub fn code<E: Code>(given: MaybeUninit<E>) -> Outcome<E> {
+pub fn code<E: Code>(given: MaybeUninit<E>) -> StatusResult<E> {
     const { assert!(size_of::<E>() == 4) };
     // SAFETY: of all 32 bit patterns, each is a u32.
     let number = unsafe { given.as_ptr().cast::<u32>().read() };

@@ -7,7 +7,7 @@ use tumble_core::model::{
 use tumble_core::sample::Sample as CoreSample;
 
 use crate::pointer::{Place, look, read};
-use crate::status::{Outcome, Status, status};
+use crate::status::{Status, StatusResult, status};
 
 /// What a unit said at one instant, in its case frame, or the truth behind it.
 #[repr(C)]
@@ -210,7 +210,7 @@ impl Sample {
 
 impl ErrorModel {
     /// As the core has it, if all of it are numbers.
-    pub fn in_core(&self) -> Outcome<Model<f32>> {
+    pub fn in_core(&self) -> StatusResult<Model<f32>> {
         let mut numbers = self.matrix.as_flattened().iter().chain(&self.bias);
         if !numbers.all(|x| x.is_finite()) {
             return Err(Status::TumbleErrorNotFinite);
@@ -231,7 +231,7 @@ impl TriadCorrection {
     }
 }
 
-fn inverse(model: &ErrorModel) -> Outcome<TriadCorrection> {
+fn inverse(model: &ErrorModel) -> StatusResult<TriadCorrection> {
     let correction = model
         .in_core()?
         .correction()

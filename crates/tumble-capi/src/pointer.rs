@@ -2,7 +2,7 @@
 
 use core::sync::atomic::{Ordering, compiler_fence};
 
-use crate::status::{Outcome, Status};
+use crate::status::{Status, StatusResult};
 
 /// Storage that the caller owns, and in which a state lives.
 pub trait Storage {
@@ -19,7 +19,7 @@ struct Slot<T> {
     state: T,
 }
 
-fn check<T>(pointer: *const T) -> Outcome {
+fn check<T>(pointer: *const T) -> StatusResult {
     if pointer.is_null() {
         Err(Status::TumbleErrorNull)
     } else if !pointer.is_aligned() {
@@ -33,7 +33,7 @@ fn check<T>(pointer: *const T) -> Outcome {
 ///
 /// # Safety
 /// Unless null or unaligned, the pointer leads to a value of its type.
-pub unsafe fn read<T: Copy>(pointer: *const T) -> Outcome<T> {
+pub unsafe fn read<T: Copy>(pointer: *const T) -> StatusResult<T> {
     check(pointer)?;
     // SAFETY: checked, and the caller's word for the rest.
     Ok(unsafe { pointer.read() })
@@ -43,7 +43,7 @@ pub unsafe fn read<T: Copy>(pointer: *const T) -> Outcome<T> {
 ///
 /// # Safety
 /// As of [`read`], and nobody changes it meanwhile.
-pub unsafe fn look<'a, T>(pointer: *const T) -> Outcome<&'a T> {
+pub unsafe fn look<'a, T>(pointer: *const T) -> StatusResult<&'a T> {
     check(pointer)?;
     // SAFETY: checked, and the caller's word for the rest.
     Ok(unsafe { &*pointer })
@@ -57,7 +57,7 @@ impl<T> Place<T> {
     ///
     /// # Safety
     /// Unless null or unaligned, there is room for a value of the type for as long as the place is kept.
-    pub unsafe fn at(pointer: *mut T) -> Outcome<Self> {
+    pub unsafe fn at(pointer: *mut T) -> StatusResult<Self> {
         check(pointer)?;
         Ok(Self(pointer))
     }
@@ -66,7 +66,7 @@ impl<T> Place<T> {
     ///
     /// # Safety
     /// As of [`Place::at`].
-    pub unsafe fn if_wanted(pointer: *mut T) -> Outcome<Option<Self>> {
+    pub unsafe fn if_wanted(pointer: *mut T) -> StatusResult<Option<Self>> {
         if pointer.is_null() {
             return Ok(None);
         }
@@ -82,7 +82,7 @@ impl<T> Place<T> {
 }
 
 /// Writes what was found to where it is wanted.
-pub fn answer<T>(place: Outcome<Place<T>>, found: Outcome<T>) -> Status {
+pub fn answer<T>(place: StatusResult<Place<T>>, found: StatusResult<T>) -> Status {
     match (place, found) {
         (Ok(place), Ok(found)) => {
             place.write(found);
@@ -100,8 +100,8 @@ pub fn answer<T>(place: Outcome<Place<T>>, found: Outcome<T>) -> Status {
 pub unsafe fn begin<S: Storage>(
     storage: *mut S,
     size: usize,
-    state: impl FnOnce() -> Outcome<S::State>,
-) -> Outcome {
+    state: impl FnOnce() -> StatusResult<S::State>,
+) -> StatusResult {
     const {
         assert!(size_of::<Slot<S::State>>() <= size_of::<S>());
         assert!(align_of::<Slot<S::State>>() <= align_of::<S>());
@@ -119,7 +119,7 @@ pub unsafe fn begin<S: Storage>(
     Ok(())
 }
 
-fn check_mark<S: Storage>(mark: u32) -> Outcome {
+fn check_mark<S: Storage>(mark: u32) -> StatusResult {
     if mark == S::MARK {
         Ok(())
     } else if mark == !S::MARK {
@@ -135,8 +135,8 @@ fn check_mark<S: Storage>(mark: u32) -> Outcome {
 /// Unless null or unaligned, the pointer leads to storage of the type, initialised or not.
 pub unsafe fn change<S: Storage, R>(
     storage: *mut S,
-    work: impl FnOnce(&mut S::State) -> Outcome<R>,
-) -> Outcome<R> {
+    work: impl FnOnce(&mut S::State) -> StatusResult<R>,
+) -> StatusResult<R> {
     check(storage)?;
     let slot = storage.cast::<Slot<S::State>>();
     // SAFETY: a slot fits into the storage. The mark is reached by the pointer alone, so that a call from within a callback
@@ -162,7 +162,7 @@ pub unsafe fn change<S: Storage, R>(
 ///
 /// # Safety
 /// As of [`change`], and nobody changes it until this returns.
-pub unsafe fn view<S: Storage, R>(storage: *const S, work: impl FnOnce(&S::State) -> R) -> Outcome<R> {
+pub unsafe fn view<S: Storage, R>(storage: *const S, work: impl FnOnce(&S::State) -> R) -> StatusResult<R> {
     check(storage)?;
     let slot = storage.cast::<Slot<S::State>>();
     // SAFETY: a slot fits into the storage, and any four bytes are a u32.

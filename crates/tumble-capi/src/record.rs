@@ -12,7 +12,7 @@ use tumble_store::record::{DecodeError, EncodeError, MAX_ENCODED, StoredRecord, 
 use crate::code::{Code, code};
 use crate::model::{matrix, rows, vector};
 use crate::pointer::{Place, read};
-use crate::status::{Outcome, Status, status};
+use crate::status::{Status, StatusResult, status};
 
 /// Most bytes of an encoded record.
 pub const TUMBLE_RECORD_BYTES: usize = 159;
@@ -214,7 +214,7 @@ impl Record {
     }
 
     /// As the store has it.
-    pub fn in_store(&self) -> Outcome<StoredRecord> {
+    pub fn in_store(&self) -> StatusResult<StoredRecord> {
         let record = Core {
             identity: self.identity,
             sensor: code(self.sensor)?.in_core(),

@@ -75,10 +75,10 @@ pub enum Status {
 }
 
 /// Of a fallible step.
-pub type Outcome<T = ()> = Result<T, Status>;
+pub type StatusResult<T = ()> = Result<T, Status>;
 
 /// The outcome as C has it.
-pub fn status(outcome: Outcome) -> Status {
+pub fn status(outcome: StatusResult) -> Status {
     match outcome {
         Ok(()) => Status::TumbleOk,
         Err(status) => status,

@@ -11,7 +11,7 @@ use crate::code::{Code, code};
 use crate::flash::{Driver, DriverError, Flash, WORD};
 use crate::pointer::{Place, Storage, answer, begin, change, read, view};
 use crate::record::{Record, Sensor, decode_error, encode_error};
-use crate::status::{Outcome, Status, status};
+use crate::status::{Status, StatusResult, status};
 
 /// Words of 8 bytes in the storage of a store.
 pub const TUMBLE_STORE_WORDS: usize = 12;
@@ -213,7 +213,7 @@ impl Which {
     }
 }
 
-fn open(flash: Flash, start: u32, length: u32, limit: CoreLimit) -> Outcome<RecordStore<Driver>> {
+fn open(flash: Flash, start: u32, length: u32, limit: CoreLimit) -> StatusResult<RecordStore<Driver>> {
     let end = start.checked_add(length).ok_or(Status::TumbleErrorBounds)?;
     let driver = Driver::new(flash, end).ok_or(Status::TumbleErrorNoDriver)?;
     let words = usize::try_from(flash.page).is_ok_and(|page| page.is_multiple_of(WORD));
@@ -249,7 +249,7 @@ unsafe fn keep(
     status(unsafe { change(store, work) })
 }
 
-fn written<T>(outcome: Result<T, StoreError<DriverError>>, wait: Option<Place<u64>>) -> Outcome<T> {
+fn written<T>(outcome: Result<T, StoreError<DriverError>>, wait: Option<Place<u64>>) -> StatusResult<T> {
     outcome.map_err(|error| {
         if let (StoreError::TooSoon { wait: time }, Some(place)) = (&error, wait) {
             place.write(*time);

@@ -3,7 +3,7 @@
 use core::ffi::{CStr, c_char};
 use core::mem::MaybeUninit;
 
-use tumble_core::redundancy::settings::validate::{Contradiction, Objection};
+use tumble_core::redundancy::settings::validate::{InvalidSetting, SettingError};
 
 use crate::code::{Code, code};
 use crate::pointer::look;
@@ -38,9 +38,9 @@ pub unsafe extern "C" fn tumble_redundancy_check(
     };
     text.end();
     status((|| {
-        let contradiction = settings?.in_core()?.check();
+        let contradiction = settings?.in_core()?.validate();
         contradiction.map_err(|found| {
-            text.contradiction(&found);
+            text.invalid_setting(&found);
             Status::TumbleErrorContradiction
         })
     })())
@@ -97,18 +97,18 @@ struct Text {
 }
 
 impl Text {
-    fn contradiction(&mut self, found: &Contradiction) {
+    fn invalid_setting(&mut self, found: &InvalidSetting) {
         self.put(found.setting);
-        match found.objection {
-            Objection::NotPositive => self.put(" has to be a number above 0"),
-            Objection::NotAShare => self.put(" has to be a share, from 0 up to below 1"),
-            Objection::AlwaysExceeded => self.put(" would always be exceeded"),
-            Objection::NoLastError => self.put(" refers to a last error that there is none of"),
-            Objection::ShorterThan(other) => self.than(" has to be longer than ", other),
-            Objection::SmallerThan(other) => self.than(" has to be larger than ", other),
-            Objection::MoreThanFit(other) => self.than(": not that many windows fit into ", other),
-            Objection::TooLong(_) => self.put(" is longer than time is kept count of"),
-            Objection::NotAPartOfASecond => self.put(" has to divide a second"),
+        match found.error {
+            SettingError::NotPositive => self.put(" has to be a number above 0"),
+            SettingError::NotAShare => self.put(" has to be a share, from 0 up to below 1"),
+            SettingError::AlwaysExceeded => self.put(" would always be exceeded"),
+            SettingError::NoLastError => self.put(" refers to a last error that there is none of"),
+            SettingError::ShorterThan(other) => self.than(" has to be longer than ", other),
+            SettingError::SmallerThan(other) => self.than(" has to be larger than ", other),
+            SettingError::MoreThanFit(other) => self.than(": not that many windows fit into ", other),
+            SettingError::TooLong(_) => self.put(" is longer than time is kept count of"),
+            SettingError::NotAPartOfASecond => self.put(" has to divide a second"),
         }
     }
 

@@ -10,8 +10,8 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use tumble_core::real::{Real, real};
 use tumble_core::redundancy::monitor::Monitor;
-use tumble_core::redundancy::platform::{Platform, PrimaryCalibration, Unit};
-use tumble_core::redundancy::settings::Settings;
+use tumble_core::redundancy::platform::{MountedUnit, Platform, PrimaryCalibration};
+use tumble_core::redundancy::settings::RedundancySettings;
 use tumble_core::sample::Sample;
 
 const ROUNDS: u32 = 31;
@@ -62,9 +62,10 @@ fn readings<T: Real>() -> Vec<Sample<T>> {
 #[allow(clippy::cast_precision_loss)]
 fn cost<T: Real, const UNITS: usize>(precision: &str) {
     let samples = readings::<T>();
-    let units = core::array::from_fn(|i| Unit::new(i as u64 + 1));
-    let platform: Platform<T, UNITS> = Platform::new(Settings::default(), PrimaryCalibration::none(), units)
-        .expect("settings by default suit units by default");
+    let units = core::array::from_fn(|i| MountedUnit::new(i as u64 + 1));
+    let platform: Platform<T, UNITS> =
+        Platform::new(RedundancySettings::default(), PrimaryCalibration::none(), units)
+            .expect("settings by default suit units by default");
     let (mut copies, mut pushes) = (Vec::new(), Vec::new());
     for _ in 0..ROUNDS {
         copies.push(copied(&samples));

@@ -10,10 +10,10 @@ use tumble_core::moments::Moments;
 use tumble_core::noise::{AllanLadder, Interval, Noise};
 use tumble_core::real::{Real, real};
 use tumble_core::redundancy::monitor::Monitor;
-use tumble_core::redundancy::monitor::event::What;
-use tumble_core::redundancy::platform::{Platform, PrimaryCalibration, Unit};
+use tumble_core::redundancy::monitor::event::EventKind;
+use tumble_core::redundancy::platform::{MountedUnit, Platform, PrimaryCalibration};
 use tumble_core::redundancy::sensor::Sensor;
-use tumble_core::redundancy::settings::Settings;
+use tumble_core::redundancy::settings::RedundancySettings;
 use tumble_core::sample::{CHANNELS, Sample};
 use tumble_core::segmenter::{FinishedSegment, Segment, Segmenter, SegmenterSettings};
 use tumble_core::spin::collector::Collector;
@@ -376,10 +376,10 @@ fn redundancy<T: Named>() {
     let vectors = read("redundancy");
     let cases = &vectors.cases;
     let time = |name: &str| (cases[name].as_f64().expect("a time") * 1e6) as u64;
-    let mut settings = Settings::<T>::default();
+    let mut settings = RedundancySettings::<T>::default();
     settings.evaluation.duration = time("rest_duration_s");
     settings.collection.collect = time("collect_s");
-    let units = [Unit::new(1), Unit::new(2)];
+    let units = [MountedUnit::new(1), MountedUnit::new(2)];
     let platform = Platform::new(settings, PrimaryCalibration::none(), units).expect("a platform");
     let mut monitor = Monitor::<T, 2, 1>::new();
     let (mut events, mut records) = (Vec::new(), Vec::new());
@@ -397,18 +397,18 @@ fn redundancy<T: Named>() {
                 angular_rate: triad(3, steps[1]),
             };
             monitor.push(&platform, unit, &sample, &mut |event| {
-                let name = match &event.what {
-                    What::Selected { .. } => "selected",
-                    What::RestBegan => "rest began",
-                    What::Triggered { .. } => "triggered",
-                    What::RestEnded => "rest ended",
-                    What::MotionBegan => "motion began",
-                    What::Fitted { .. } => "fitted",
-                    What::Adopted { .. } => "adopted",
-                    What::Evaluated { .. } => return,
+                let name = match &event.kind {
+                    EventKind::Selected { .. } => "selected",
+                    EventKind::RestBegan => "rest began",
+                    EventKind::Triggered { .. } => "triggered",
+                    EventKind::RestEnded => "rest ended",
+                    EventKind::MotionBegan => "motion began",
+                    EventKind::Fitted { .. } => "fitted",
+                    EventKind::Adopted { .. } => "adopted",
+                    EventKind::Evaluated { .. } => return,
                     other => panic!("{other:?}"),
                 };
-                if let What::Adopted { record } = &event.what {
+                if let EventKind::Adopted { record } = &event.kind {
                     records.push(*record);
                 }
                 if !events.contains(&name) {

@@ -15,11 +15,11 @@ const CHUNK: u64 = 512;
 const MOST_FAILURES: usize = 20;
 
 /// One run: what is wrong, in a line.
-pub type Outcome = Result<(), String>;
+pub type RunOutcome = Result<(), String>;
 
 /// A run that failed.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Failure {
+pub struct FailedRun {
     /// All of the run follows from it.
     pub seed: u64,
     /// What is wrong.
@@ -38,12 +38,12 @@ pub fn catch_panics() {
 }
 
 /// Makes one run; a panic is one of the things that may be wrong.
-pub fn outcome_of(run: &impl Fn(u64) -> Outcome, seed: u64) -> Outcome {
+pub fn outcome_of(run: &impl Fn(u64) -> RunOutcome, seed: u64) -> RunOutcome {
     panic::catch_unwind(AssertUnwindSafe(|| run(seed))).unwrap_or_else(|_| Err(PANIC.take()))
 }
 
 /// Makes runs of seeds from `first` on; gives those that failed, by seed. Progress goes to standard error.
-pub fn runs(name: &str, first: u64, count: u64, run: impl Fn(u64) -> Outcome + Sync) -> Vec<Failure> {
+pub fn runs(name: &str, first: u64, count: u64, run: impl Fn(u64) -> RunOutcome + Sync) -> Vec<FailedRun> {
     let began = Instant::now();
     let (begun, done) = (AtomicU64::new(0), AtomicU64::new(0));
     let failures = Mutex::new(Vec::new());
@@ -66,7 +66,7 @@ pub fn runs(name: &str, first: u64, count: u64, run: impl Fn(u64) -> Outcome + S
                     failures
                         .lock()
                         .expect("no thread panics while it holds this")
-                        .push(Failure { seed, what });
+                        .push(FailedRun { seed, what });
                 }
             }
             done.fetch_add(to - from, Ordering::Relaxed);

@@ -19,7 +19,7 @@ use std::process::ExitCode;
 
 use lexopt::prelude::*;
 
-use crate::campaign::{Failure, Outcome, catch_panics, outcome_of, runs};
+use crate::campaign::{FailedRun, RunOutcome, catch_panics, outcome_of, runs};
 
 const TARGETS: [&str; 3] = ["record", "monitor", "spin"];
 
@@ -52,13 +52,13 @@ fn request() -> Result<Request, lexopt::Error> {
     Ok(asked)
 }
 
-fn fuzz(asked: &Request, run: impl Fn(u64) -> Outcome + Sync) -> Vec<Failure> {
+fn fuzz(asked: &Request, run: impl Fn(u64) -> RunOutcome + Sync) -> Vec<FailedRun> {
     catch_panics();
     match asked.seed {
         None => runs(&asked.target, asked.from, asked.runs, run),
         Some(seed) => match outcome_of(&run, seed) {
             Ok(()) => Vec::new(),
-            Err(what) => vec![Failure { seed, what }],
+            Err(what) => vec![FailedRun { seed, what }],
         },
     }
 }
@@ -79,7 +79,7 @@ fn main() -> ExitCode {
     let failures = match asked.target.as_str() {
         "record" => fuzz(&asked, record::run),
         "monitor" => {
-            let scenes = monitor::Scenes::new();
+            let scenes = monitor::MonitorScenes::new();
             fuzz(&asked, |seed| scenes.run(seed))
         }
         _ => {
@@ -87,7 +87,7 @@ fn main() -> ExitCode {
             fuzz(&asked, |seed| scenes.run(seed))
         }
     };
-    for Failure { seed, what } in &failures {
+    for FailedRun { seed, what } in &failures {
         println!("{} --seed {seed}: {what}", asked.target);
     }
     println!("{}: {} failures", asked.target, failures.len());

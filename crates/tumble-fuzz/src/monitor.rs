@@ -7,21 +7,21 @@ use std::fmt::{self, Write as _};
 use std::hash::{DefaultHasher, Hasher as _};
 use std::ops::Range;
 
-use tumble_core::redundancy::monitor::event::{Event, What};
+use tumble_core::redundancy::monitor::event::{Event, EventKind};
 use tumble_core::redundancy::monitor::{Command, Monitor};
 use tumble_core::redundancy::output::Output;
 use tumble_core::redundancy::platform::Platform;
 use tumble_core::sample::Sample;
 use tumble_store::record::{MAX_ENCODED, StoredRecord, encode};
 
-use crate::campaign::Outcome;
+use crate::campaign::RunOutcome;
 use crate::draw::Draw;
 use crate::mission::{LENGTH, UNITS, sample};
 use crate::record::{plain_record, spoil_record};
 use crate::settings::{FIRST_IDENTITY, usual, worst};
 
 /// As on a device: one secondary is calibrated at a time.
-type Watch = Monitor<f32, UNITS, 1>;
+type FuzzedMonitor = Monitor<f32, UNITS, 1>;
 
 /// Sets that fly the mission.
 const SETS: u64 = 12;
@@ -36,17 +36,17 @@ const SOUND: Range<u64> = 1500..3750;
 const RECOVERED: usize = 64;
 
 /// Where a run may begin.
-struct Scene {
+struct MonitorScene {
     set: usize,
     /// Samples of the mission that were taken in.
     step: u64,
-    monitor: Watch,
+    monitor: FuzzedMonitor,
 }
 
 /// Monitors in all states.
-pub struct Scenes {
+pub struct MonitorScenes {
     sets: Vec<Platform<f32, UNITS>>,
-    scenes: Vec<Scene>,
+    scenes: Vec<MonitorScene>,
     /// Scenes after which something happens soon.
     eventful: Vec<usize>,
 }
@@ -57,8 +57,12 @@ fn sets() -> Vec<Platform<f32, UNITS>> {
 }
 
 /// Flies the mission; shows the monitor before each sample.
-fn fly(platform: &Platform<f32, UNITS>, mut show: impl FnMut(u64, &Watch), mut hear: impl FnMut(Event<f32>)) {
-    let mut monitor = Watch::new();
+fn fly(
+    platform: &Platform<f32, UNITS>,
+    mut show: impl FnMut(u64, &FuzzedMonitor),
+    mut hear: impl FnMut(Event<f32>),
+) {
+    let mut monitor = FuzzedMonitor::new();
     for step in 0..LENGTH {
         show(step, &monitor);
         if let Some((number, sample)) = sample(step) {
@@ -67,18 +71,18 @@ fn fly(platform: &Platform<f32, UNITS>, mut show: impl FnMut(u64, &Watch), mut h
     }
 }
 
-impl Scenes {
+impl MonitorScenes {
     /// Flies the mission with some sets.
     pub fn new() -> Self {
         let sets = sets();
         let (mut scenes, mut eventful) = (Vec::new(), Vec::new());
         for (set, platform) in sets.iter().enumerate() {
             let scene = Cell::new(scenes.len());
-            let show = |step: u64, monitor: &Watch| {
+            let show = |step: u64, monitor: &FuzzedMonitor| {
                 if step.is_multiple_of(BETWEEN) {
                     let monitor = *monitor;
                     scene.set(scenes.len());
-                    scenes.push(Scene { set, step, monitor });
+                    scenes.push(MonitorScene { set, step, monitor });
                 }
             };
             fly(platform, show, |_| eventful.push(scene.get()));
@@ -92,7 +96,7 @@ impl Scenes {
     }
 
     /// Makes one run, twice.
-    pub fn run(&self, seed: u64) -> Outcome {
+    pub fn run(&self, seed: u64) -> RunOutcome {
         let [first, second] = [self.play(seed)?, self.play(seed)?];
         if first == second {
             Ok(())
@@ -118,44 +122,44 @@ impl Scenes {
                 *usual
             },
             monitor: if draw.once_in(8) {
-                Watch::new()
+                FuzzedMonitor::new()
             } else {
                 scene.monitor
             },
             spoiler: Spoiler::new(&mut draw),
-            told: Told::default(),
+            log: RunLog::default(),
         };
         for step in scene.step..scene.step + 10 + draw.below(50) as u64 {
             run.step(&mut draw, step)?;
         }
         // Records that are wrong but plausible may make good units disagree.
-        let recovers = run.platform == *usual && !run.told.restored;
+        let recovers = run.platform == *usual && !run.log.restored;
         if recovers && draw.once_in(RECOVERED) {
             run.recover()?;
         }
-        Ok(run.told.digest.finish())
+        Ok(run.log.digest.finish())
     }
 }
 
 struct Run {
     platform: Platform<f32, UNITS>,
-    monitor: Watch,
+    monitor: FuzzedMonitor,
     spoiler: Spoiler,
-    told: Told,
+    log: RunLog,
 }
 
 impl Run {
     /// Whatever was said before, a set whose units say the truth for long enough has an output again.
-    fn recover(&mut self) -> Outcome {
+    fn recover(&mut self) -> RunOutcome {
         let mut last = None;
         for step in SOUND {
             if let Some((number, sample)) = sample(step) {
-                let told = &mut self.told;
+                let log = &mut self.log;
                 let said = self
                     .monitor
-                    .push(&self.platform, number, &sample, &mut |event| told.hear(&event));
+                    .push(&self.platform, number, &sample, &mut |event| log.hear(&event));
                 if let Some(output) = said {
-                    told.take(&output)?;
+                    log.take(&output)?;
                     last = Some(step);
                 }
             }
@@ -167,8 +171,8 @@ impl Run {
         }
     }
 
-    fn step(&mut self, draw: &mut Draw, step: u64) -> Outcome {
-        let (platform, told) = (&self.platform, &mut self.told);
+    fn step(&mut self, draw: &mut Draw, step: u64) -> RunOutcome {
+        let (platform, log) = (&self.platform, &mut self.log);
         if draw.once_in(32) {
             let command = draw.pick(&[Command::Evaluate, Command::ReturnToPrimary]);
             self.monitor.command(command);
@@ -176,7 +180,7 @@ impl Run {
         if draw.once_in(32) {
             let record = any_record(draw).record;
             self.monitor
-                .restore(platform, &record, &mut |event| told.hear(&event));
+                .restore(platform, &record, &mut |event| log.hear(&event));
         }
         let Some((number, mut sample)) = sample(step) else {
             return Ok(());
@@ -184,7 +188,7 @@ impl Run {
         let number = self.spoiler.spoil(draw, number, &mut sample);
         let output = self
             .monitor
-            .push(platform, number, &sample, &mut |event| told.hear(&event));
+            .push(platform, number, &sample, &mut |event| log.hear(&event));
         if let Some(output) = output {
             let time = platform
                 .units()
@@ -193,13 +197,13 @@ impl Run {
             if (output.source, Some(output.time)) != (number, time) {
                 return Err(format!("not of the sample that was pushed: {output:?}"));
             }
-            told.take(&output)?;
+            log.take(&output)?;
         }
         let source = self.monitor.source();
         if source.is_some_and(|source| source >= UNITS) {
             return Err(format!("the source is {source:?}"));
         }
-        told.objection.take().map_or(Ok(()), Err)
+        log.objection.take().map_or(Ok(()), Err)
     }
 }
 
@@ -284,29 +288,29 @@ pub fn spoil_values(draw: &mut Draw, sample: &mut Sample<f32>) {
 
 /// All that was said.
 #[derive(Default)]
-pub struct Told {
+pub struct RunLog {
     digest: DefaultHasher,
     objection: Option<String>,
     /// Whether a record was taken.
     restored: bool,
 }
 
-impl Told {
+impl RunLog {
     fn hear(&mut self, event: &Event<f32>) {
         // Writing to a hasher cannot fail.
         let _ = write!(Text(&mut self.digest), "{event:?}");
-        self.restored |= matches!(event.what, What::Restored { .. });
+        self.restored |= matches!(event.kind, EventKind::Restored { .. });
         if event.unit >= UNITS {
             self.objection = Some(format!("of a unit that is not there: {event:?}"));
         }
-        if let What::Adopted { record } = &event.what
+        if let EventKind::Adopted { record } = &event.kind
             && encode(&StoredRecord::of(record, None), &mut [0; MAX_ENCODED]).is_err()
         {
             self.objection = Some(format!("adopted, but cannot be stored: {record:?}"));
         }
     }
 
-    fn take(&mut self, output: &Output<f32>) -> Outcome {
+    fn take(&mut self, output: &Output<f32>) -> RunOutcome {
         let numbers = output.specific_force.iter().chain(&output.angular_rate);
         for number in numbers.clone() {
             self.digest.write_u32(number.to_bits());
@@ -339,11 +343,11 @@ mod tests {
     fn missions_have_in_them_all_that_a_monitor_does() {
         let (mut events, mut sources) = (BTreeSet::new(), BTreeSet::new());
         for platform in sets() {
-            let show = |_, monitor: &Watch| {
+            let show = |_, monitor: &FuzzedMonitor| {
                 sources.insert(monitor.source());
             };
             fly(&platform, show, |event| {
-                let what = format!("{:?}", event.what);
+                let what = format!("{:?}", event.kind);
                 let name = what.split(' ').next().map(str::to_owned);
                 events.extend(name);
             });
@@ -367,7 +371,7 @@ mod tests {
 
     #[test]
     fn nothing_is_found_in_five_thousand_runs() {
-        let scenes = Scenes::new();
+        let scenes = MonitorScenes::new();
         for seed in 0..5000 {
             assert_eq!(scenes.run(seed), Ok(()), "seed {seed}");
         }

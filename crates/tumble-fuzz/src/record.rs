@@ -9,7 +9,7 @@ use tumble_core::redundancy::sensor::SENSORS;
 use tumble_core::redundancy::settings::Rung;
 use tumble_store::record::{EncodeError, MAX_ENCODED, StoredRecord, decode, encode};
 
-use crate::campaign::Outcome;
+use crate::campaign::RunOutcome;
 use crate::draw::Draw;
 
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
@@ -19,7 +19,7 @@ const HEAD: usize = 3;
 const CHECKSUM: usize = 4;
 
 /// Makes one run.
-pub fn run(seed: u64) -> Outcome {
+pub fn run(seed: u64) -> RunOutcome {
     let mut draw = Draw::new(seed);
     match draw.below(4) {
         0 => written(&mut draw),
@@ -30,7 +30,7 @@ pub fn run(seed: u64) -> Outcome {
 }
 
 /// A record of any numbers is refused, or comes back as it was.
-fn written(draw: &mut Draw) -> Outcome {
+fn written(draw: &mut Draw) -> RunOutcome {
     let record = any_record(draw);
     let mut buffer = [0xA5; MAX_ENCODED];
     let bytes = match encode(&record, &mut buffer) {
@@ -51,7 +51,7 @@ fn written(draw: &mut Draw) -> Outcome {
 }
 
 /// Damage without a new checksum is found out.
-fn damaged(draw: &mut Draw) -> Outcome {
+fn damaged(draw: &mut Draw) -> RunOutcome {
     let original = any_bytes(draw);
     let mut bytes = original.clone();
     for _ in 0..=draw.below(4) {
@@ -64,7 +64,7 @@ fn damaged(draw: &mut Draw) -> Outcome {
 }
 
 /// What somebody signs is refused, or is the record that has these bytes.
-fn damaged_and_signed(draw: &mut Draw) -> Outcome {
+fn damaged_and_signed(draw: &mut Draw) -> RunOutcome {
     let mut bytes = any_bytes(draw);
     for _ in 0..=draw.below(4) {
         damage(draw, &mut bytes);
@@ -74,7 +74,7 @@ fn damaged_and_signed(draw: &mut Draw) -> Outcome {
 }
 
 /// Bytes that never were a record, with and without its head and checksum.
-fn made_up(draw: &mut Draw) -> Outcome {
+fn made_up(draw: &mut Draw) -> RunOutcome {
     let mut bytes: Vec<u8> = (0..draw.below(2 * MAX_ENCODED)).map(|_| draw.byte()).collect();
     if draw.once_in(2) {
         bytes.resize(MAX_ENCODED - draw.below(2) * CHECKSUM, draw.byte());
@@ -91,7 +91,7 @@ fn made_up(draw: &mut Draw) -> Outcome {
     consistent(&bytes)
 }
 
-fn consistent(bytes: &[u8]) -> Outcome {
+fn consistent(bytes: &[u8]) -> RunOutcome {
     let Ok(record) = decode(bytes) else {
         return Ok(());
     };
@@ -106,7 +106,7 @@ fn consistent(bytes: &[u8]) -> Outcome {
     }
 }
 
-fn expect(holds: bool, otherwise: &str) -> Outcome {
+fn expect(holds: bool, otherwise: &str) -> RunOutcome {
     if holds { Ok(()) } else { Err(otherwise.to_owned()) }
 }
 

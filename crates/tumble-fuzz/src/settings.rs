@@ -2,11 +2,11 @@
 
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::model::ErrorModel;
-use tumble_core::redundancy::platform::{Platform, PrimaryCalibration, Range, Unit};
+use tumble_core::redundancy::platform::{MountedUnit, Platform, PrimaryCalibration, Range};
 use tumble_core::redundancy::sensor::Axes;
 use tumble_core::redundancy::settings::thresholds::Threshold;
 use tumble_core::redundancy::settings::{
-    CollectionSettings, Data, EvaluationSettings, Gate, Rung, Scope, Settings,
+    CollectionSettings, Data, EvaluationSettings, Gate, RedundancySettings, Rung, Scope,
 };
 
 use crate::draw::Draw;
@@ -18,9 +18,9 @@ const SECOND: u64 = 1_000_000;
 pub const FIRST_IDENTITY: u64 = 10;
 
 /// With times so short that a mission of a few seconds has everything in it.
-fn short() -> Settings<f32> {
-    let defaults = Settings::default();
-    Settings {
+fn short() -> RedundancySettings<f32> {
+    let defaults = RedundancySettings::default();
+    RedundancySettings {
         window: 20_000,
         evaluation: EvaluationSettings {
             settle: 100_000,
@@ -39,13 +39,13 @@ fn short() -> Settings<f32> {
     }
 }
 
-fn units() -> [Unit<f32>; UNITS] {
+fn units() -> [MountedUnit<f32>; UNITS] {
     let mut identity = FIRST_IDENTITY;
     [(); UNITS].map(|()| {
         identity += 1;
-        Unit {
+        MountedUnit {
             lever_arm: Some(Vector3::zeros()),
-            ..Unit::new(identity - 1)
+            ..MountedUnit::new(identity - 1)
         }
     })
 }
@@ -81,7 +81,7 @@ pub fn worst(draw: &mut Draw, of: &Platform<f32, UNITS>) -> Platform<f32, UNITS>
 }
 
 /// What is chosen among a few.
-fn choose(draw: &mut Draw, settings: &mut Settings<f32>) {
+fn choose(draw: &mut Draw, settings: &mut RedundancySettings<f32>) {
     settings.evaluation.gate = draw.pick(&[Gate::SecondaryAlone, Gate::WholePrimary, Gate::SensorBySensor]);
     settings.evaluation.data = draw.pick(&[Data::Raw, Data::Compensated]);
     settings.evaluation.vector_check = draw.once_in(2);
@@ -102,7 +102,7 @@ fn choose(draw: &mut Draw, settings: &mut Settings<f32>) {
 }
 
 /// So short that a calibration begins and ends within tens of samples.
-fn tiny(draw: &mut Draw, settings: &mut Settings<f32>) {
+fn tiny(draw: &mut Draw, settings: &mut RedundancySettings<f32>) {
     settings.window = draw.pick(&[1, 1000, 4000, 8000, 10_000]);
     settings.evaluation.settle = 0;
     settings.evaluation.duration = 3 * settings.window;
@@ -117,7 +117,7 @@ fn tiny(draw: &mut Draw, settings: &mut Settings<f32>) {
     settings.collection.motion.angular_rate = settings.evaluation.thresholds.second * 1.1;
 }
 
-fn spoil_unit(draw: &mut Draw, units: &mut [Unit<f32>; UNITS]) {
+fn spoil_unit(draw: &mut Draw, units: &mut [MountedUnit<f32>; UNITS]) {
     let number = draw.below(UNITS);
     let unit = &mut units[number];
     match draw.below(6) {
@@ -151,8 +151,8 @@ fn any_calibration(draw: &mut Draw) -> Option<PrimaryCalibration<f32>> {
 }
 
 /// Every number that can be set.
-fn numbers(settings: &mut Settings<f32>) -> [&mut f32; 29] {
-    let Settings {
+fn numbers(settings: &mut RedundancySettings<f32>) -> [&mut f32; 29] {
+    let RedundancySettings {
         evaluation,
         collection,
         fit,
@@ -206,8 +206,8 @@ fn numbers(settings: &mut Settings<f32>) -> [&mut f32; 29] {
 }
 
 /// Every length of time that can be set.
-fn times(settings: &mut Settings<f32>) -> [&mut u64; 12] {
-    let Settings {
+fn times(settings: &mut RedundancySettings<f32>) -> [&mut u64; 12] {
+    let RedundancySettings {
         window,
         evaluation,
         collection,

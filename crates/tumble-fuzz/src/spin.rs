@@ -10,7 +10,7 @@ use tumble_core::spin::estimate::{ScalarEstimate, SpinEstimate, TrueAngle, Vecto
 use tumble_core::spin::machine::{SpinMachine, Wheels};
 use tumble_core::spin::settings::SpinSettings;
 
-use crate::campaign::Outcome;
+use crate::campaign::RunOutcome;
 use crate::draw::Draw;
 use crate::monitor::spoil_values;
 
@@ -88,7 +88,7 @@ impl Scenes {
     }
 
     /// Makes one run, twice.
-    pub fn run(&self, seed: u64) -> Outcome {
+    pub fn run(&self, seed: u64) -> RunOutcome {
         let [first, second] = [self.play(seed)?, self.play(seed)?];
         if first == second {
             Ok(())
@@ -178,7 +178,7 @@ fn true_angle(draw: &mut Draw) -> TrueAngle<f32> {
 }
 
 /// What is known is finite.
-fn check(estimate: &SpinEstimate<f32>) -> Outcome {
+fn check(estimate: &SpinEstimate<f32>) -> RunOutcome {
     let bias = |bias: &VectorEstimate<f32>| !bias.observed || bias.value.iter().all(|x| x.is_finite());
     let value = |value: &ScalarEstimate<f32>| !value.is_known() || value.value.is_finite();
     let sound = [

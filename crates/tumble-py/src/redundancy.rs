@@ -6,13 +6,13 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tumble_core::redundancy::monitor::Monitor;
-use tumble_core::redundancy::platform::{Range, Unit};
+use tumble_core::redundancy::platform::{MountedUnit, Range};
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::{Axes, Sensor};
-use tumble_core::redundancy::settings::Settings;
+use tumble_core::redundancy::settings::RedundancySettings;
+use tumble_lab::redundancy::dyn_monitor::{DynMonitor, EventLog, MOST_UNITS, Model, build};
 use tumble_lab::redundancy::names::{self, in_seconds};
-use tumble_lab::redundancy::replay::{Track, Wishes, replay};
-use tumble_lab::redundancy::set::{Heard, MOST_UNITS, Model, Set, build};
+use tumble_lab::redundancy::replay::{ReplayOptions, UnitLog, replay};
 
 use crate::convert::{matrix, rows};
 use crate::redundancy_values::{
@@ -24,7 +24,7 @@ use crate::spin::is_single;
 /// A unit as the monitor is told of it.
 #[pyclass(module = "tumble._core", name = "RedundancyUnit", frozen)]
 pub struct PyUnit {
-    unit: Unit<f64>,
+    unit: MountedUnit<f64>,
     calibration: [Model; 2],
 }
 
@@ -48,7 +48,7 @@ impl PyUnit {
         let model = |sensor| calibration.map_or(Ok(None), |found| model(found, sensor));
         let none = (Matrix3::identity(), Vector3::zeros());
         Ok(Self {
-            unit: Unit {
+            unit: MountedUnit {
                 identity,
                 axes: Axes(axes),
                 range: Range {
@@ -70,19 +70,22 @@ impl PyUnit {
 /// A primary and its secondaries.
 #[pyclass(module = "tumble._core", name = "RedundancyMonitor")]
 pub struct PyMonitor {
-    set: Box<dyn Set>,
+    monitor: Box<dyn DynMonitor>,
     units: usize,
     time_offsets: Vec<f64>,
     window: f64,
     origin: Option<f64>,
-    restored: Heard,
+    restored: EventLog,
     records: Vec<(Record<f64>, Option<f64>)>,
 }
 
 /// When the first of all units said something, s of the common clock; infinite where none did.
-fn first_of(tracks: &[Track<'_>]) -> f64 {
-    let common = |track: &Track<'_>| Some(track.time.first()? + track.time_offset);
-    tracks.iter().filter_map(common).fold(f64::INFINITY, f64::min)
+fn first_of(unit_samples: &[UnitLog<'_>]) -> f64 {
+    let common = |samples: &UnitLog<'_>| Some(samples.time.first()? + samples.time_offset);
+    unit_samples
+        .iter()
+        .filter_map(common)
+        .fold(f64::INFINITY, f64::min)
 }
 
 /// Time 0 of the monitor, s: before all that is said from then on, on the common clock and on that of each unit, since
@@ -97,27 +100,28 @@ impl PyMonitor {
     #[new]
     #[pyo3(signature = (units, settings, precision="f64"))]
     fn new(units: Vec<PyRef<'_, PyUnit>>, settings: &Bound<'_, PyDict>, precision: &str) -> PyResult<Self> {
-        let built: Vec<Unit<f64>> = units.iter().map(|unit| unit.unit).collect();
+        let built: Vec<MountedUnit<f64>> = units.iter().map(|unit| unit.unit).collect();
         let values = values(settings)?;
         let primary = units.first().map(|unit| unit.calibration);
         let calibration = primary.ok_or_else(|| PyValueError::new_err("a set has a primary"))?;
         let named = || values.iter().map(|(name, value)| (name.as_str(), value.clone()));
-        let wide: Settings<f64> = names::settings(named()).map_err(|error| name_error(&error))?;
+        let wide: RedundancySettings<f64> = names::settings(named()).map_err(|error| name_error(&error))?;
         let window = in_seconds(wide.window);
         let set = if is_single(precision)? {
-            let narrow: Settings<f32> = names::settings(named()).map_err(|error| name_error(&error))?;
+            let narrow: RedundancySettings<f32> =
+                names::settings(named()).map_err(|error| name_error(&error))?;
             build(&built, &calibration, narrow)
         } else {
             build(&built, &calibration, wide)
         };
         let set = set.ok_or_else(|| PyValueError::new_err(format!("a set has 2 to {MOST_UNITS} units")))?;
         Ok(Self {
-            set: set.map_err(|error| platform_error(settings.py(), &error))?,
+            monitor: set.map_err(|error| platform_error(settings.py(), &error))?,
             units: built.len(),
             time_offsets: built.iter().map(|unit| unit.time_offset as f64 * 1e-6).collect(),
             window,
             origin: None,
-            restored: Heard::default(),
+            restored: EventLog::default(),
             records: Vec::new(),
         })
     }
@@ -126,7 +130,7 @@ impl PyMonitor {
     #[staticmethod]
     fn default_settings(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         let dict = PyDict::new(py);
-        let settings = Settings::<f64>::default();
+        let settings = RedundancySettings::<f64>::default();
         for named in names::all::<f64>() {
             dict.set_item(named.name, write_value(py, (named.get)(&settings))?)?;
         }
@@ -136,7 +140,7 @@ impl PyMonitor {
     /// Takes a stored error of a secondary; says why it was rejected.
     fn restore(&mut self, record: &Bound<'_, PyDict>) -> PyResult<Option<&'static str>> {
         let record = read_record(record)?;
-        self.set.restore(&record, &mut self.restored);
+        self.monitor.restore(&record, &mut self.restored);
         let why = self.restored.events.last().and_then(rejection);
         if why.is_none() {
             self.keep(record, None);
@@ -171,23 +175,24 @@ impl PyMonitor {
             )));
         }
         let commands: Vec<_> = commands.iter().map(command).collect::<PyResult<_>>()?;
-        let mut tracks = Vec::new();
+        let mut unit_samples = Vec::new();
         for (i, time) in times.iter().enumerate() {
-            let track = Track {
+            let samples = UnitLog {
                 time: time.as_slice()?,
                 specific_force: rows(&specific_forces[i], "specific force")?,
                 angular_rate: rows(&angular_rates[i], "angular rate")?,
                 time_offset: self.time_offsets[i],
             };
-            if track.specific_force.len() != track.time.len() || track.angular_rate.len() != track.time.len()
+            if samples.specific_force.len() != samples.time.len()
+                || samples.angular_rate.len() != samples.time.len()
             {
                 return Err(PyValueError::new_err(
                     "arrays of a unit must have the same length",
                 ));
             }
-            tracks.push(track);
+            unit_samples.push(samples);
         }
-        let first = first_of(&tracks);
+        let first = first_of(&unit_samples);
         if first.is_finite() {
             self.origin
                 .get_or_insert_with(|| origin(first, &self.time_offsets));
@@ -195,7 +200,7 @@ impl PyMonitor {
         let origin = self.origin.unwrap_or(0.0);
         let begun = std::time::Instant::now();
         let mut failed = None;
-        let set = &mut self.set;
+        let monitor = &mut self.monitor;
         let done = py.detach(|| {
             let mut tell = |share: f64| {
                 let Some(progress) = &progress else { return true };
@@ -207,34 +212,34 @@ impl PyMonitor {
                     }
                 }
             };
-            let mut wishes = Wishes {
+            let mut options = ReplayOptions {
                 commands: &commands,
                 keep_output,
                 origin,
                 progress: &mut tell,
             };
-            replay(set.as_mut(), &tracks, &mut wishes)
+            replay(monitor.as_mut(), &unit_samples, &mut options)
         });
         if let Some(error) = failed {
             return Err(error);
         }
         let seconds = begun.elapsed().as_secs_f64();
-        for (_, time, record) in &done.heard.adopted {
+        for (_, time, record) in &done.log.adopted {
             self.keep(*record, Some(in_seconds(*time) + origin));
         }
         let restored = core::mem::take(&mut self.restored.events);
         let events = restored
             .iter()
-            .map(|told| (true, told))
-            .chain(done.heard.events.iter().map(|told| (false, told)));
+            .map(|event| (true, event))
+            .chain(done.log.events.iter().map(|event| (false, event)));
         let mut listed = Vec::new();
-        for (at_start, told) in events {
+        for (at_start, event) in events {
             let time = if at_start {
                 first
             } else {
-                in_seconds(told.time) + origin
+                in_seconds(event.time) + origin
             };
-            listed.push((time, told.unit, told.event, figures(py, told)?));
+            listed.push((time, event.unit, event.event, figures(py, event)?));
         }
         let dict = results(py, &done, self.units, origin, self.window)?;
         dict.set_item("events", listed)?;

@@ -11,11 +11,11 @@ use tumble_core::redundancy::platform::PlatformError;
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::redundancy::settings::Rung;
-use tumble_core::redundancy::settings::validate::{Contradiction, Objection};
+use tumble_core::redundancy::settings::validate::{InvalidSetting, SettingError};
+use tumble_lab::redundancy::dyn_monitor::{Model, OutputSample, WindowMeans};
+use tumble_lab::redundancy::event_text::{EventText, Figure, sensor_name};
 use tumble_lab::redundancy::names::{NameError, RUNGS, Value, in_seconds, rung};
-use tumble_lab::redundancy::replay::{Replay, Window};
-use tumble_lab::redundancy::set::{Model, Said, Seen};
-use tumble_lab::redundancy::told::{Figure, Told, sensor_name};
+use tumble_lab::redundancy::replay::{Replay, ReplayWindow};
 
 use crate::convert::{array1, array2, matrix};
 use crate::turntable::CoreError;
@@ -62,8 +62,8 @@ pub(crate) fn name_error(error: &NameError) -> PyErr {
 pub(crate) fn platform_error(py: Python<'_>, error: &PlatformError) -> PyErr {
     let figures = PyDict::new(py);
     let (kind, set) = match error {
-        PlatformError::Settings(Contradiction { setting, objection }) => {
-            let (why, other) = objection_in_words(objection);
+        PlatformError::Settings(InvalidSetting { setting, error }) => {
+            let (why, other) = setting_error(error);
             let set = figures
                 .set_item("setting", setting)
                 .and_then(|()| figures.set_item("objection", why))
@@ -82,17 +82,17 @@ pub(crate) fn platform_error(py: Python<'_>, error: &PlatformError) -> PyErr {
 }
 
 /// What is wrong, and the name or the figure, s, it refers to.
-fn objection_in_words(objection: &Objection) -> (&'static str, String) {
-    let (why, other) = match objection {
-        Objection::NotPositive => ("not positive", ""),
-        Objection::NotAShare => ("not a share", ""),
-        Objection::AlwaysExceeded => ("always exceeded", ""),
-        Objection::NoLastError => ("no last error", ""),
-        Objection::ShorterThan(other) => ("shorter than", *other),
-        Objection::SmallerThan(other) => ("smaller than", *other),
-        Objection::MoreThanFit(other) => ("more than fit", *other),
-        Objection::TooLong(most) => return ("too long", in_seconds(*most).to_string()),
-        Objection::NotAPartOfASecond => ("not a part of a second", ""),
+fn setting_error(error: &SettingError) -> (&'static str, String) {
+    let (why, other) = match error {
+        SettingError::NotPositive => ("not positive", ""),
+        SettingError::NotAShare => ("not a share", ""),
+        SettingError::AlwaysExceeded => ("always exceeded", ""),
+        SettingError::NoLastError => ("no last error", ""),
+        SettingError::ShorterThan(other) => ("shorter than", *other),
+        SettingError::SmallerThan(other) => ("smaller than", *other),
+        SettingError::MoreThanFit(other) => ("more than fit", *other),
+        SettingError::TooLong(most) => return ("too long", in_seconds(*most).to_string()),
+        SettingError::NotAPartOfASecond => ("not a part of a second", ""),
     };
     (why, other.to_string())
 }
@@ -199,9 +199,9 @@ pub(crate) fn write_record<'py>(
 }
 
 /// Figures of an event.
-pub(crate) fn figures<'py>(py: Python<'py>, told: &Told) -> PyResult<Bound<'py, PyDict>> {
+pub(crate) fn figures<'py>(py: Python<'py>, event: &EventText) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
-    for (name, figure) in &told.figures {
+    for (name, figure) in &event.figures {
         match figure {
             Figure::Number(number) => dict.set_item(name, number)?,
             Figure::Count(count) => dict.set_item(name, count)?,
@@ -213,16 +213,16 @@ pub(crate) fn figures<'py>(py: Python<'py>, told: &Told) -> PyResult<Bound<'py, 
 }
 
 /// Why a record was rejected, if it was.
-pub(crate) fn rejection(told: &Told) -> Option<&'static str> {
-    let reason = told.figures.iter().find_map(|(name, figure)| match figure {
+pub(crate) fn rejection(event: &EventText) -> Option<&'static str> {
+    let reason = event.figures.iter().find_map(|(name, figure)| match figure {
         Figure::Text(text) if *name == "reason" => Some(*text),
         _ => None,
     });
-    reason.filter(|_| told.event == "record rejected")
+    reason.filter(|_| event.event == "record rejected")
 }
 
 /// Three numbers of what a unit said over a window.
-type Column = fn(&Seen) -> &[f64];
+type MeansColumn = fn(&WindowMeans) -> &[f64];
 
 /// Windows and output of a replay as arrays; `length` is that of a window, s.
 pub(crate) fn results<'py>(
@@ -234,23 +234,23 @@ pub(crate) fn results<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     #[allow(clippy::cast_precision_loss)]
-    let middle = |window: &Window| (window.number as f64 + 0.5) * length + origin;
+    let middle = |window: &ReplayWindow| (window.number as f64 + 0.5) * length + origin;
     let times: Vec<f64> = replay.windows.iter().map(middle).collect();
     dict.set_item("window_time", PyArray1::from_vec(py, times))?;
-    let columns: [(&str, Column); 4] = [
-        ("specific_force", |seen| &seen.read[..3]),
-        ("angular_rate", |seen| &seen.read[3..]),
-        ("specific_force_compensated", |seen| &seen.compensated[..3]),
-        ("angular_rate_compensated", |seen| &seen.compensated[3..]),
+    let columns: [(&str, MeansColumn); 4] = [
+        ("specific_force", |means| &means.read[..3]),
+        ("angular_rate", |means| &means.read[3..]),
+        ("specific_force_compensated", |means| &means.compensated[..3]),
+        ("angular_rate_compensated", |means| &means.compensated[3..]),
     ];
     for (name, column) in columns {
         let of_unit = |unit: usize| {
             let rows = replay
                 .windows
                 .iter()
-                .map(|window| window.seen.get(unit).and_then(Option::as_ref));
+                .map(|window| window.means.get(unit).and_then(Option::as_ref));
             let nothing: &[f64] = &[f64::NAN; 3];
-            array_of(py, rows.flat_map(|seen| seen.map_or(nothing, column)).copied())
+            array_of(py, rows.flat_map(|means| means.map_or(nothing, column)).copied())
         };
         let arrays: PyResult<Vec<_>> = (0..units).map(of_unit).collect();
         dict.set_item(name, arrays?)?;
@@ -261,7 +261,7 @@ pub(crate) fn results<'py>(
     let source = output.iter().map(|said| said.source as f64).collect();
     dict.set_item("output_time", PyArray1::<f64>::from_vec(py, time))?;
     dict.set_item("output_unit", PyArray1::<f64>::from_vec(py, source))?;
-    let flat = |part: fn(&Said) -> &[f64; 3]| array_of(py, output.iter().flat_map(part).copied());
+    let flat = |part: fn(&OutputSample) -> &[f64; 3]| array_of(py, output.iter().flat_map(part).copied());
     dict.set_item("output_specific_force", flat(|said| &said.specific_force)?)?;
     dict.set_item("output_angular_rate", flat(|said| &said.angular_rate)?)?;
     Ok(dict)

@@ -1,11 +1,11 @@
 //! A flight with five times as many samples as the vectors hold: 200 a second of each unit.
 
 use mission::MissionError;
-use mission::units::{Instant, Readings, UNITS, platform};
+use mission::units::{Instant, UNITS, UnitReadings, platform};
 use mission::vectors::Cases;
-use mission::watch::{Phase, Watch};
-use tumble_core::redundancy::monitor::event::What;
+use mission::work_meter::{WorkMeter, WorkPart};
 use tumble_core::redundancy::monitor::Monitor;
+use tumble_core::redundancy::monitor::event::EventKind;
 use tumble_core::sample::Sample;
 
 /// Samples for each of the vectors.
@@ -15,11 +15,11 @@ const TIMES: u8 = 5;
 ///
 /// # Errors
 /// [`MissionError`].
-pub fn fly<W: Watch>(file: &[u8], watch: &mut W) -> Result<(), MissionError> {
+pub fn fly<W: WorkMeter>(file: &[u8], watch: &mut W) -> Result<(), MissionError> {
     let cases = Cases::of(file)?;
     let platform = platform(&cases)?;
     let mut monitor = Monitor::<f32, UNITS, 1>::new();
-    let mut readings = Readings::new(&cases)?;
+    let mut readings = UnitReadings::new(&cases)?;
     let Some(mut before) = readings.next().transpose()? else {
         return Err(MissionError::Vectors("primary_counts"));
     };
@@ -30,10 +30,10 @@ pub fn fly<W: Watch>(file: &[u8], watch: &mut W) -> Result<(), MissionError> {
                 let mut fitted = false;
                 watch.during(|| {
                     monitor.push(&platform, unit, sample, &mut |event| {
-                        fitted |= matches!(event.what, What::Fitted { .. });
+                        fitted |= matches!(event.kind, EventKind::Fitted { .. });
                     })
                 });
-                watch.was(if fitted { Phase::Fit } else { Phase::Push });
+                watch.was(if fitted { WorkPart::Fit } else { WorkPart::Push });
             }
         }
         before = after;

@@ -14,14 +14,14 @@ use core::hint::black_box;
 use mission::MissionError;
 use mission::nor::{BYTES, ERASED, Nor};
 use mission::units::UNITS;
-use mission::watch::Watch;
+use mission::work_meter::WorkMeter;
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::model::{Correction, ErrorModel};
 use tumble_core::redundancy::monitor::{Command, Monitor};
-use tumble_core::redundancy::platform::{Platform, PrimaryCalibration, Unit};
+use tumble_core::redundancy::platform::{MountedUnit, Platform, PrimaryCalibration};
 use tumble_core::redundancy::record::{Record, Storage};
 use tumble_core::redundancy::sensor::Sensor;
-use tumble_core::redundancy::settings::{Rung, Settings};
+use tumble_core::redundancy::settings::{RedundancySettings, Rung};
 use tumble_core::sample::Sample;
 use tumble_core::spin::machine::{SpinMachine, Wheels};
 use tumble_core::spin::settings::SpinSettings;
@@ -77,8 +77,8 @@ pub fn use_spin() {
 
 /// Everything of a redundant set with two secondaries.
 pub fn use_redundancy() {
-    let units: [Unit<f32>; UNITS] = black_box(core::array::from_fn(|i| Unit::new(i as u64)));
-    let Ok(platform) = Platform::new(black_box(Settings::default()), calibration(), units) else {
+    let units: [MountedUnit<f32>; UNITS] = black_box(core::array::from_fn(|i| MountedUnit::new(i as u64)));
+    let Ok(platform) = Platform::new(black_box(RedundancySettings::default()), calibration(), units) else {
         return;
     };
     let mut monitor = Monitor::<f32, UNITS, 1>::new();
@@ -162,7 +162,10 @@ pub fn use_store() {
 ///
 /// # Errors
 /// [`MissionError`].
-pub fn save_into_a_full_bank<W: Watch>(chip: &mut [u8; BYTES], watch: &mut W) -> Result<(), MissionError> {
+pub fn save_into_a_full_bank<W: WorkMeter>(
+    chip: &mut [u8; BYTES],
+    watch: &mut W,
+) -> Result<(), MissionError> {
     chip.fill(ERASED);
     let limit = WriteLimit {
         shortest_between: 0,

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Why there is no comparison: one line.
-struct Problem(String);
+struct HostError(String);
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -21,20 +21,20 @@ fn main() -> ExitCode {
             ExitCode::SUCCESS
         }),
         ["compare", vectors, said] => compare(Path::new(vectors), &PathBuf::from(said)),
-        _ => Err(Problem(
+        _ => Err(HostError(
             "say: mission replay VECTORS, or: mission compare VECTORS SAID".into(),
         )),
     };
-    outcome.unwrap_or_else(|Problem(why)| {
+    outcome.unwrap_or_else(|HostError(why)| {
         eprintln!("mission: {why}");
         ExitCode::from(2)
     })
 }
 
 /// Tells the story, and fails where the device and the host differ.
-fn compare(vectors: &Path, said: &Path) -> Result<ExitCode, Problem> {
+fn compare(vectors: &Path, said: &Path) -> Result<ExitCode, HostError> {
     let read = std::fs::read_to_string(said);
-    let device = read.map_err(|error| Problem(format!("{}: {error}", said.display())))?;
+    let device = read.map_err(|error| HostError(format!("{}: {error}", said.display())))?;
     let host = replay::replay(vectors)?;
     story::tell(&device);
     let (device, host): (Vec<&str>, Vec<&str>) = (story::shared(&device).collect(), host.lines().collect());

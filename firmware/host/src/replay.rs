@@ -3,20 +3,20 @@
 use std::path::Path;
 
 use mission::nor::{BYTES, ERASED, Nor};
-use mission::watch::Nobody;
+use mission::work_meter::Nobody;
 use mission::{MissionError, flight, spin};
 
-use crate::Problem;
+use crate::HostError;
 
 /// Everything that is said.
-pub fn replay(vectors: &Path) -> Result<String, Problem> {
+pub fn replay(vectors: &Path) -> Result<String, HostError> {
     let [redundancy, robot] = ["redundancy.json", "spin.json"].map(|name| vectors.join(name));
     let flown = read(&redundancy)?;
     let spun = read(&robot)?;
     let mut said = String::new();
     let of = |path: &Path| {
         let path = path.display().to_string();
-        move |why: MissionError| Problem(format!("{path}: {why}"))
+        move |why: MissionError| HostError(format!("{path}: {why}"))
     };
     let mut memory = [ERASED; BYTES];
     flight::first(&flown, Nor::new(&mut memory), &mut Nobody, &mut said).map_err(of(&redundancy))?;
@@ -25,6 +25,6 @@ pub fn replay(vectors: &Path) -> Result<String, Problem> {
     Ok(said)
 }
 
-fn read(path: &Path) -> Result<Vec<u8>, Problem> {
-    std::fs::read(path).map_err(|error| Problem(format!("{}: {error}", path.display())))
+fn read(path: &Path) -> Result<Vec<u8>, HostError> {
+    std::fs::read(path).map_err(|error| HostError(format!("{}: {error}", path.display())))
 }

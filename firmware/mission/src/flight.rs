@@ -6,7 +6,7 @@ use core::fmt::Write;
 
 use heapless::Vec;
 use nalgebra::Vector3;
-use tumble_core::redundancy::monitor::event::{Event, What};
+use tumble_core::redundancy::monitor::event::{Event, EventKind};
 use tumble_core::redundancy::monitor::{Command, Monitor};
 use tumble_core::redundancy::output::Output;
 use tumble_core::redundancy::platform::Platform;
@@ -17,10 +17,10 @@ use tumble_store::flash::{RecordStore, WriteLimit};
 
 use crate::MissionError;
 use crate::nor::{BYTES, Nor};
-use crate::units::{Instant, Readings, UNITS, platform};
+use crate::text::{self, Bits, CRC, Outputs, Time};
+use crate::units::{Instant, UNITS, UnitReadings, platform};
 use crate::vectors::Cases;
-use crate::watch::{Phase, Watch};
-use crate::words::{self, Bits, CRC, Outputs, Time};
+use crate::work_meter::{WorkMeter, WorkPart};
 
 /// When units fall silent at the second start, microseconds of the common clock: the primary, then the first secondary.
 const DEATHS: [u64; UNITS] = [7_000_000, 14_000_000, u64::MAX];
@@ -35,7 +35,7 @@ const TEMPERATURE: f32 = 31.5;
 const EVENTS: usize = 16;
 
 /// The platform in flight.
-struct Flight<'m, 'w, W> {
+struct MissionFlight<'m, 'w, W> {
     platform: Platform<f32, UNITS>,
     monitor: Monitor<f32, UNITS, 1>,
     store: RecordStore<Nor<'m>>,
@@ -50,7 +50,7 @@ struct Flight<'m, 'w, W> {
 ///
 /// # Errors
 /// [`MissionError`].
-pub fn first<W: Watch>(
+pub fn first<W: WorkMeter>(
     file: &[u8],
     nor: Nor<'_>,
     watch: &mut W,
@@ -58,8 +58,8 @@ pub fn first<W: Watch>(
 ) -> Result<(), MissionError> {
     writeln!(out, "first start")?;
     let cases = Cases::of(file)?;
-    let mut flight = Flight::begin(&cases, nor, NO_DEATHS, watch, out)?;
-    let mut readings = Readings::new(&cases)?;
+    let mut flight = MissionFlight::begin(&cases, nor, NO_DEATHS, watch, out)?;
+    let mut readings = UnitReadings::new(&cases)?;
     for instant in readings.by_ref() {
         flight.live_through(&instant?)?;
     }
@@ -76,7 +76,7 @@ pub fn first<W: Watch>(
 ///
 /// # Errors
 /// [`MissionError`].
-pub fn second<W: Watch>(
+pub fn second<W: WorkMeter>(
     file: &[u8],
     nor: Nor<'_>,
     watch: &mut W,
@@ -84,8 +84,8 @@ pub fn second<W: Watch>(
 ) -> Result<(), MissionError> {
     writeln!(out, "second start")?;
     let cases = Cases::of(file)?;
-    let mut flight = Flight::begin(&cases, nor, DEATHS, watch, out)?;
-    for instant in Readings::new(&cases)? {
+    let mut flight = MissionFlight::begin(&cases, nor, DEATHS, watch, out)?;
+    for instant in UnitReadings::new(&cases)? {
         flight.live_through(&instant?)?;
     }
     flight.end()
@@ -113,7 +113,7 @@ fn store(nor: Nor<'_>) -> Result<RecordStore<Nor<'_>>, MissionError> {
     Ok(RecordStore::new(nor, 0..BYTES as u32, WriteLimit::default())?)
 }
 
-impl<'m, 'w, W: Watch> Flight<'m, 'w, W> {
+impl<'m, 'w, W: WorkMeter> MissionFlight<'m, 'w, W> {
     /// Starts up: what is stored is restored.
     fn begin(
         cases: &Cases<'_>,
@@ -143,7 +143,7 @@ impl<'m, 'w, W: Watch> Flight<'m, 'w, W> {
         let mut storage = store.at(0, None);
         let restored =
             watch.during(|| monitor.restore_from(platform, &mut storage, &mut |event| events.take(&event)));
-        watch.was(Phase::Restore);
+        watch.was(WorkPart::Restore);
         restored?;
         flight.tell(&events)?;
         Ok(flight)
@@ -169,11 +169,12 @@ impl<'m, 'w, W: Watch> Flight<'m, 'w, W> {
         let fitted = events
             .list
             .iter()
-            .any(|event| matches!(event.what, What::Fitted { .. }));
-        self.watch.was(if fitted { Phase::Fit } else { Phase::Push });
+            .any(|event| matches!(event.kind, EventKind::Fitted { .. }));
+        self.watch
+            .was(if fitted { WorkPart::Fit } else { WorkPart::Push });
         self.tell(&events)?;
         for event in &events.list {
-            if let What::Adopted { record } = &event.what {
+            if let EventKind::Adopted { record } = &event.kind {
                 self.save(event.time, record)?;
             }
         }
@@ -186,7 +187,7 @@ impl<'m, 'w, W: Watch> Flight<'m, 'w, W> {
 
     fn tell(&mut self, events: &Events) -> Result<(), MissionError> {
         for event in &events.list {
-            words::event(self.out, event)?;
+            text::event(self.out, event)?;
         }
         if events.lost > 0 {
             writeln!(self.out, "{} events lost", events.lost)?;
@@ -197,7 +198,7 @@ impl<'m, 'w, W: Watch> Flight<'m, 'w, W> {
     fn save(&mut self, now: u64, record: &Record<f32>) -> Result<(), MissionError> {
         let mut storage = self.store.at(now, Some(TEMPERATURE));
         let saved = self.watch.during(|| storage.save(record));
-        self.watch.was(Phase::Save);
+        self.watch.was(WorkPart::Save);
         saved?;
         writeln!(
             self.out,

@@ -16,10 +16,10 @@
 pub mod flight;
 pub mod nor;
 pub mod spin;
+pub mod text;
 pub mod units;
 pub mod vectors;
-pub mod watch;
-pub mod words;
+pub mod work_meter;
 
 use core::fmt::{self, Display, Formatter};
 

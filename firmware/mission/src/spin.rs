@@ -8,16 +8,16 @@ use tumble_core::spin::machine::{SpinEvent, SpinMachine, SpinState, Wheels};
 use tumble_core::spin::settings::SpinSettings;
 
 use crate::MissionError;
+use crate::text::{All, Bits, Time, vector};
 use crate::units::sample;
 use crate::vectors::Cases;
-use crate::watch::{Phase, Watch};
-use crate::words::{All, Bits, Time, vector};
+use crate::work_meter::{WorkMeter, WorkPart};
 
 /// Plays a spin, and says what comes of it.
 ///
 /// # Errors
 /// [`MissionError`].
-pub fn spin<W: Watch>(file: &[u8], watch: &mut W, out: &mut dyn Write) -> Result<(), MissionError> {
+pub fn spin<W: WorkMeter>(file: &[u8], watch: &mut W, out: &mut dyn Write) -> Result<(), MissionError> {
     let cases = Cases::of(file)?;
     writeln!(out, "spin")?;
     let mut machine = SpinMachine::new(&SpinSettings {
@@ -35,9 +35,9 @@ pub fn spin<W: Watch>(file: &[u8], watch: &mut W, out: &mut dyn Write) -> Result
         let sample = sample(time, &counts?, steps);
         let event = watch.during(|| machine.push(&sample, Wheels::Unknown));
         watch.was(if event == Some(SpinEvent::Done) {
-            Phase::SpinFinish
+            WorkPart::SpinFinish
         } else {
-            Phase::SpinPush
+            WorkPart::SpinPush
         });
         if let Some(event) = event {
             let (turned, rate) = (machine.progress().turned, machine.progress().rate);
@@ -56,7 +56,7 @@ pub fn spin<W: Watch>(file: &[u8], watch: &mut W, out: &mut dyn Write) -> Result
         time = time.saturating_add(interval);
     }
     let found = watch.during(|| machine.solve(None));
-    watch.was(Phase::SpinSolve);
+    watch.was(WorkPart::SpinSolve);
     match (machine.state(), found) {
         (SpinState::Done, Ok(estimate)) => tell(out, &estimate)?,
         (SpinState::Failed(_), _) => writeln!(out, "spin failed")?,

@@ -2,12 +2,12 @@
 
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::real::real;
-use tumble_core::redundancy::platform::{Platform, PrimaryCalibration, Unit};
-use tumble_core::redundancy::settings::Settings;
+use tumble_core::redundancy::platform::{MountedUnit, Platform, PrimaryCalibration};
+use tumble_core::redundancy::settings::RedundancySettings;
 use tumble_core::sample::{CHANNELS, Sample};
 
 use crate::MissionError;
-use crate::vectors::{Cases, Counts, Rows};
+use crate::vectors::{Cases, VectorCounts, VectorRows};
 
 /// A primary and two secondaries.
 pub const UNITS: usize = 3;
@@ -19,20 +19,20 @@ const IDENTITIES: [u64; UNITS] = [0x7001, 0x7002, 0x7003];
 const START: u64 = 1_000_000;
 
 /// What the second secondary is off by from the first, beside being mounted upside down, in steps.
-const OFF: Counts = [1_500, -900, 700, -800, 600, 400];
+const OFF: VectorCounts = [1_500, -900, 700, -800, 600, 400];
 
 /// Signs of the channels of a unit that is turned by half a turn about x.
-const UPSIDE_DOWN: Counts = [1, -1, -1, 1, -1, -1];
+const UPSIDE_DOWN: VectorCounts = [1, -1, -1, 1, -1, -1];
 
 /// The set as it is built.
 ///
 /// # Errors
 /// [`MissionError`] where the vectors lack a setting, or the set contradicts itself.
 pub fn platform(cases: &Cases<'_>) -> Result<Platform<f32, UNITS>, MissionError> {
-    let mut settings = Settings::default();
+    let mut settings = RedundancySettings::default();
     settings.evaluation.duration = cases.seconds("rest_duration_s")?;
     settings.collection.collect = cases.seconds("collect_s")?;
-    let mut units = IDENTITIES.map(Unit::new);
+    let mut units = IDENTITIES.map(MountedUnit::new);
     let [_, _, second] = &mut units;
     second.sensor_from_primary = Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0));
     Ok(Platform::new(settings, PrimaryCalibration::none(), units)?)
@@ -43,15 +43,15 @@ pub type Instant = [Sample<f32>; UNITS];
 
 /// The readings of the set, instant by instant, as often as they are asked for one after the other.
 #[derive(Clone)]
-pub struct Readings<'f> {
-    primary: Rows<'f>,
-    secondary: Rows<'f>,
+pub struct UnitReadings<'f> {
+    primary: VectorRows<'f>,
+    secondary: VectorRows<'f>,
     steps: [f32; 2],
     interval: u64,
     time: u64,
 }
 
-impl<'f> Readings<'f> {
+impl<'f> UnitReadings<'f> {
     /// From the beginning.
     ///
     /// # Errors
@@ -78,7 +78,7 @@ impl<'f> Readings<'f> {
     }
 }
 
-impl Iterator for Readings<'_> {
+impl Iterator for UnitReadings<'_> {
     type Item = Result<Instant, MissionError>;
 
     fn next(&mut self) -> Option<Self::Item> {
@@ -88,7 +88,7 @@ impl Iterator for Readings<'_> {
         };
         let time = self.time;
         self.time = time.saturating_add(self.interval);
-        let sample = |counts: &Counts| sample(time, counts, self.steps);
+        let sample = |counts: &VectorCounts| sample(time, counts, self.steps);
         Some(Ok([
             sample(&primary),
             sample(&secondary),
@@ -98,7 +98,7 @@ impl Iterator for Readings<'_> {
 }
 
 /// What the second secondary says when the first says this.
-fn upside_down(counts: &Counts) -> Counts {
+fn upside_down(counts: &VectorCounts) -> VectorCounts {
     let mut turned = *counts;
     for (count, (sign, off)) in turned.iter_mut().zip(UPSIDE_DOWN.iter().zip(OFF)) {
         *count = count.wrapping_mul(*sign).wrapping_add(off);
@@ -108,7 +108,7 @@ fn upside_down(counts: &Counts) -> Counts {
 
 /// A sample in SI units; `steps` are those of specific force, m/s^2, and of angular rate, rad/s.
 #[allow(clippy::cast_precision_loss)]
-pub fn sample(time: u64, counts: &Counts, [force, rate]: [f32; 2]) -> Sample<f32> {
+pub fn sample(time: u64, counts: &VectorCounts, [force, rate]: [f32; 2]) -> Sample<f32> {
     const _: () = assert!(CHANNELS == 6);
     let [fx, fy, fz, wx, wy, wz] = counts.map(|count| count as f32);
     Sample {

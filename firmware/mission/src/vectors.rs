@@ -13,7 +13,7 @@ use crate::MissionError;
 pub struct Cases<'f>(&'f [u8]);
 
 /// Six channels as an integer of steps each, specific force first.
-pub type Counts = [i32; CHANNELS];
+pub type VectorCounts = [i32; CHANNELS];
 
 impl<'f> Cases<'f> {
     /// Of the bytes of a file.
@@ -55,10 +55,10 @@ impl<'f> Cases<'f> {
     ///
     /// # Errors
     /// [`MissionError::Vectors`] where there are none of this name.
-    pub fn rows(&self, name: &'static str) -> Result<Rows<'f>, MissionError> {
+    pub fn rows(&self, name: &'static str) -> Result<VectorRows<'f>, MissionError> {
         let rest = after_key(self.0, name).and_then(|text| after(text, b'['));
         rest.map_or(Err(MissionError::Vectors(name)), |rest| {
-            Ok(Rows {
+            Ok(VectorRows {
                 name,
                 rest: Some(rest),
             })
@@ -68,14 +68,14 @@ impl<'f> Cases<'f> {
 
 /// Rows of readings, read one by one. What is not a list of six integers is [`MissionError::Vectors`], and the last.
 #[derive(Clone)]
-pub struct Rows<'f> {
+pub struct VectorRows<'f> {
     name: &'static str,
     /// Where a row begins, or the list ends.
     rest: Option<&'f [u8]>,
 }
 
-impl Iterator for Rows<'_> {
-    type Item = Result<Counts, MissionError>;
+impl Iterator for VectorRows<'_> {
+    type Item = Result<VectorCounts, MissionError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         let text = self.rest.take()?;
@@ -94,7 +94,7 @@ impl Iterator for Rows<'_> {
 }
 
 /// The row that text begins with, and what is behind it.
-fn row(text: &[u8]) -> Option<(Counts, &[u8])> {
+fn row(text: &[u8]) -> Option<(VectorCounts, &[u8])> {
     let mut text = after(text, b'[')?;
     let mut counts = [0; CHANNELS];
     for (i, count) in counts.iter_mut().enumerate() {

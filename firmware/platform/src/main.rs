@@ -51,16 +51,16 @@ enum Why {
 }
 
 /// That, and the file that was played.
-struct Failure(Why, &'static str);
+struct PlatformFailure(Why, &'static str);
 
 impl File {
-    fn read<'r>(&self, room: &'r mut [u8]) -> Result<&'r [u8], Failure> {
-        file::read(self.0, room).map_err(|why| Failure(Why::File(why), self.1))
+    fn read<'r>(&self, room: &'r mut [u8]) -> Result<&'r [u8], PlatformFailure> {
+        file::read(self.0, room).map_err(|why| PlatformFailure(Why::File(why), self.1))
     }
 
-    fn failed(&self) -> impl Fn(MissionError) -> Failure {
+    fn failed(&self) -> impl Fn(MissionError) -> PlatformFailure {
         let name = self.1;
-        move |why| Failure(Why::Mission(why), name)
+        move |why| PlatformFailure(Why::Mission(why), name)
     }
 }
 
@@ -86,7 +86,7 @@ fn main() -> ! {
 }
 
 /// From one start to its end: records are in flash, or they are not.
-fn live(memory: Memory, out: &mut Console) -> Result<Next, Failure> {
+fn live(memory: Memory, out: &mut Console) -> Result<Next, PlatformFailure> {
     let Memory { nor, start, file } = memory;
     proof::run(start);
     let mut stack = Stack::new();
@@ -142,7 +142,7 @@ fn states(out: &mut Console) -> core::fmt::Result {
 }
 
 /// Says why the mission cannot go on.
-fn say(out: &mut Console, Failure(why, file): &Failure) -> core::fmt::Result {
+fn say(out: &mut Console, PlatformFailure(why, file): &PlatformFailure) -> core::fmt::Result {
     write!(out, "device: cannot go on: {file}: ")?;
     match why {
         Why::File(FileError::Missing) => {

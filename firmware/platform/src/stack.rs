@@ -5,7 +5,7 @@ use core::fmt::Write;
 use core::ptr::{addr_of, read_volatile, write_volatile};
 
 use cortex_m::register::msp;
-use mission::watch::{PHASES, Phase, Watch};
+use mission::work_meter::{WORK_PARTS, WorkMeter, WorkPart};
 
 use crate::console::Console;
 
@@ -23,7 +23,7 @@ unsafe extern "C" {
 
 /// What each part of the mission used at most, bytes.
 pub struct Stack {
-    most: [usize; PHASES.len()],
+    most: [usize; WORK_PARTS.len()],
     last: usize,
     /// By anything at all, from the start of the stack.
     deepest: usize,
@@ -34,7 +34,7 @@ impl Stack {
     pub fn new() -> Self {
         paint();
         Self {
-            most: [0; PHASES.len()],
+            most: [0; WORK_PARTS.len()],
             last: 0,
             deepest: 0,
         }
@@ -43,8 +43,8 @@ impl Stack {
     /// Says what was used.
     pub fn tell(&mut self, out: &mut Console) -> core::fmt::Result {
         self.look();
-        for (phase, most) in PHASES.iter().zip(self.most).filter(|(_, most)| *most > 0) {
-            writeln!(out, "device: stack {most} bytes: {phase:?}")?;
+        for (part, most) in WORK_PARTS.iter().zip(self.most).filter(|(_, most)| *most > 0) {
+            writeln!(out, "device: stack {most} bytes: {part:?}")?;
         }
         let of = if self.deepest >= DEPTH { "at least " } else { "" };
         writeln!(
@@ -59,7 +59,7 @@ impl Stack {
     }
 }
 
-impl Watch for Stack {
+impl WorkMeter for Stack {
     #[inline(never)]
     fn during<R>(&mut self, work: impl FnOnce() -> R) -> R {
         self.look();
@@ -70,9 +70,9 @@ impl Watch for Stack {
         result
     }
 
-    fn was(&mut self, phase: Phase) {
-        for (known, most) in PHASES.iter().zip(&mut self.most) {
-            if *known == phase {
+    fn was(&mut self, part: WorkPart) {
+        for (known, most) in WORK_PARTS.iter().zip(&mut self.most) {
+            if *known == part {
                 *most = self.last.max(*most);
             }
         }

@@ -6,7 +6,7 @@ use tumble_core::redundancy::settings::thresholds::Threshold as CoreThreshold;
 use tumble_core::redundancy::settings::{Data as CoreData, Gate as CoreGate, Scope as CoreScope};
 
 use crate::code::{Code, code};
-use crate::status::Outcome;
+use crate::status::StatusResult;
 
 /// How a threshold is set.
 #[repr(u32)]
@@ -97,7 +97,7 @@ impl Threshold {
     }
 
     /// As the core has it.
-    pub fn in_core(self) -> Outcome<CoreThreshold<f32>> {
+    pub fn in_core(self) -> StatusResult<CoreThreshold<f32>> {
         Ok(match code(self.kind)? {
             ThresholdKind::Fixed => CoreThreshold::Fixed(self.number),
             ThresholdKind::ByMargin => CoreThreshold::VariableByMargin(self.number),

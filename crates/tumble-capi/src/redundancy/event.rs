@@ -3,9 +3,9 @@
 use core::ffi::c_void;
 use core::ptr::{from_ref, null};
 
-use tumble_core::redundancy::fit::adoption::{Excess, Refusal};
-use tumble_core::redundancy::health::Fault;
-use tumble_core::redundancy::monitor::event::{Check as CoreCheck, Event as Core, What};
+use tumble_core::redundancy::fit::adoption::{AdoptionRefusal, Excess};
+use tumble_core::redundancy::health::HealthFault;
+use tumble_core::redundancy::monitor::event::{Check as CoreCheck, Event as Core, EventKind as CoreKind};
 use tumble_core::redundancy::sensor::Sensor as CoreSensor;
 
 use crate::record::{Record, Rung};
@@ -120,8 +120,8 @@ impl Listener {
     /// Tells of an event.
     pub fn tell(&self, event: &Core<f32>) {
         let Some(on_event) = self.on_event else { return };
-        let record = match &event.what {
-            What::Adopted { record } => Some(Record::of(record, None)),
+        let record = match &event.kind {
+            CoreKind::Adopted { record } => Some(Record::of(record, None)),
             _ => None,
         };
         let mut told = Event::of(event);
@@ -155,41 +155,41 @@ impl Event {
         Self {
             time: event.time,
             unit: u32::try_from(event.unit).unwrap_or(0),
-            ..Self::of_what(&event.what)
+            ..Self::of_kind(&event.kind)
         }
     }
 
-    fn of_what(what: &What<f32>) -> Self {
-        let kind = |kind| Self {
+    fn of_kind(kind: &CoreKind<f32>) -> Self {
+        let of = |kind| Self {
             kind,
             ..Self::NOTHING
         };
-        match *what {
-            What::RestBegan => kind(EventKind::RestBegan),
-            What::RestEnded => kind(EventKind::RestEnded),
-            What::Evaluated {
+        match *kind {
+            CoreKind::RestBegan => of(EventKind::RestBegan),
+            CoreKind::RestEnded => of(EventKind::RestEnded),
+            CoreKind::Evaluated {
                 sensor,
                 check,
                 deviation,
                 threshold,
             } => Self {
                 check: Check::of(check),
-                ..kind(EventKind::Evaluated)
+                ..of(EventKind::Evaluated)
                     .sensor(sensor)
                     .figures(deviation, threshold)
             },
-            What::Withheld { sensor, why } => kind(EventKind::Withheld)
+            CoreKind::Withheld { sensor, why } => of(EventKind::Withheld)
                 .sensor(sensor)
                 .because(Reason::of_withheld(why)),
-            What::Triggered {
+            CoreKind::Triggered {
                 sensors: [accelerometer, gyroscope],
             } => Self {
                 accelerometer,
                 gyroscope,
-                ..kind(EventKind::Triggered)
+                ..of(EventKind::Triggered)
             },
-            What::MotionBegan => kind(EventKind::MotionBegan),
-            What::Fitted {
+            CoreKind::MotionBegan => of(EventKind::MotionBegan),
+            CoreKind::Fitted {
                 sensor,
                 rung,
                 directions,
@@ -200,30 +200,30 @@ impl Event {
                 rung: Rung::of(rung),
                 directions,
                 pairs,
-                ..kind(EventKind::Fitted)
+                ..of(EventKind::Fitted)
                     .sensor(sensor)
                     .figures(residual, residual_before)
             },
-            What::Adopted { ref record } => Self {
+            CoreKind::Adopted { ref record } => Self {
                 sequence: record.sequence,
-                ..kind(EventKind::Adopted).sensor(record.sensor)
+                ..of(EventKind::Adopted).sensor(record.sensor)
             },
-            What::Refused { sensor, why } => kind(EventKind::Refused).sensor(sensor).refused(&why),
-            What::Abandoned { why } => kind(EventKind::Abandoned).because(Reason::of_abandoned(why)),
-            What::Unhealthy { fault } => kind(EventKind::Unhealthy).failed(&fault),
-            What::Healthy => kind(EventKind::Healthy),
-            What::Selected { reason } => kind(EventKind::Selected).because(Reason::of_selection(reason)),
-            What::NoneSelected => kind(EventKind::NoneSelected).because(Reason::NoneFit),
-            What::Restored { sensor, sequence } => Self {
+            CoreKind::Refused { sensor, why } => of(EventKind::Refused).sensor(sensor).refused(&why),
+            CoreKind::Abandoned { why } => of(EventKind::Abandoned).because(Reason::of_abandoned(why)),
+            CoreKind::Unhealthy { fault } => of(EventKind::Unhealthy).failed(&fault),
+            CoreKind::Healthy => of(EventKind::Healthy),
+            CoreKind::Selected { reason } => of(EventKind::Selected).because(Reason::of_selection(reason)),
+            CoreKind::NoneSelected => of(EventKind::NoneSelected).because(Reason::NoneFit),
+            CoreKind::Restored { sensor, sequence } => Self {
                 sequence,
-                ..kind(EventKind::Restored).sensor(sensor)
+                ..of(EventKind::Restored).sensor(sensor)
             },
-            What::RecordRejected { sensor, why } => kind(EventKind::RecordRejected)
+            CoreKind::RecordRejected { sensor, why } => of(EventKind::RecordRejected)
                 .sensor(sensor)
                 .because(Reason::of_rejected(why)),
-            What::TimeJumped { by } => Self {
+            CoreKind::TimeJumped { by } => Self {
                 by,
-                ..kind(EventKind::TimeJumped)
+                ..of(EventKind::TimeJumped)
             },
         }
     }
@@ -252,45 +252,47 @@ impl Event {
         }
     }
 
-    fn refused(self, why: &Refusal<f32>) -> Self {
+    fn refused(self, why: &AdoptionRefusal<f32>) -> Self {
         let excess = |reason, excess: Excess<f32>| self.because(reason).figures(excess.value, excess.limit);
         match *why {
-            Refusal::Unsolvable => self.because(Reason::Unsolvable),
-            Refusal::TooFewPairs { pairs, needed } => Self {
+            AdoptionRefusal::Unsolvable => self.because(Reason::Unsolvable),
+            AdoptionRefusal::TooFewPairs { pairs, needed } => Self {
                 pairs,
                 #[allow(clippy::cast_precision_loss)] // Nobody asks for more pairs than a float counts.
                 limit: needed as f32,
                 ..self.because(Reason::TooFewPairs)
             },
-            Refusal::ResidualTooLarge(by) => excess(Reason::ResidualTooLarge, by),
-            Refusal::ImplausibleBias(by) => excess(Reason::ImplausibleBias, by),
-            Refusal::ImplausibleScale(by) => excess(Reason::ImplausibleScale, by),
-            Refusal::ImplausibleMisalignment(by) => excess(Reason::ImplausibleMisalignment, by),
-            Refusal::ImplausibleLeverArm(by) => excess(Reason::ImplausibleLeverArm, by),
-            Refusal::Drifting(by) => excess(Reason::Drifting, by),
-            Refusal::DisagreesWithRest(by) => excess(Reason::DisagreesWithRest, by),
-            Refusal::NotBetter(by) => excess(Reason::NotBetter, by),
+            AdoptionRefusal::ResidualTooLarge(by) => excess(Reason::ResidualTooLarge, by),
+            AdoptionRefusal::ImplausibleBias(by) => excess(Reason::ImplausibleBias, by),
+            AdoptionRefusal::ImplausibleScale(by) => excess(Reason::ImplausibleScale, by),
+            AdoptionRefusal::ImplausibleMisalignment(by) => excess(Reason::ImplausibleMisalignment, by),
+            AdoptionRefusal::ImplausibleLeverArm(by) => excess(Reason::ImplausibleLeverArm, by),
+            AdoptionRefusal::Drifting(by) => excess(Reason::Drifting, by),
+            AdoptionRefusal::DisagreesWithRest(by) => excess(Reason::DisagreesWithRest, by),
+            AdoptionRefusal::NotBetter(by) => excess(Reason::NotBetter, by),
         }
     }
 
-    fn failed(self, fault: &Fault<f32>) -> Self {
+    fn failed(self, fault: &HealthFault<f32>) -> Self {
         match *fault {
-            Fault::Late { pause } => self.because(Reason::Late).figures(pause, 0.0),
-            Fault::Frozen { sensor, duration } => {
+            HealthFault::Late { pause } => self.because(Reason::Late).figures(pause, 0.0),
+            HealthFault::Frozen { sensor, duration } => {
                 self.because(Reason::Frozen).sensor(sensor).figures(duration, 0.0)
             }
-            Fault::Stuck { channel, value } => self.because(Reason::Stuck).channel(channel, value),
-            Fault::Saturated { channel, value } => self.because(Reason::Saturated).channel(channel, value),
-            Fault::NotFinite { channel } => self.because(Reason::NotFinite).channel(channel, 0.0),
-            Fault::Spikes { channel, value } => self.because(Reason::Spikes).channel(channel, value),
-            Fault::OutOfFamily { sensor, apart, limit } => self
+            HealthFault::Stuck { channel, value } => self.because(Reason::Stuck).channel(channel, value),
+            HealthFault::Saturated { channel, value } => {
+                self.because(Reason::Saturated).channel(channel, value)
+            }
+            HealthFault::NotFinite { channel } => self.because(Reason::NotFinite).channel(channel, 0.0),
+            HealthFault::Spikes { channel, value } => self.because(Reason::Spikes).channel(channel, value),
+            HealthFault::OutOfFamily { sensor, apart, limit } => self
                 .because(Reason::OutOfFamily)
                 .sensor(sensor)
                 .figures(apart, limit),
-            Fault::Noisy { sensor, ratio, limit } => {
+            HealthFault::Noisy { sensor, ratio, limit } => {
                 self.because(Reason::Noisy).sensor(sensor).figures(ratio, limit)
             }
-            Fault::ImplausibleAtRest {
+            HealthFault::ImplausibleAtRest {
                 sensor,
                 deviation,
                 limit,
@@ -298,7 +300,7 @@ impl Event {
                 .because(Reason::ImplausibleAtRest)
                 .sensor(sensor)
                 .figures(deviation, limit),
-            Fault::ClockJumped => self.because(Reason::ClockJumped),
+            HealthFault::ClockJumped => self.because(Reason::ClockJumped),
         }
     }
 }

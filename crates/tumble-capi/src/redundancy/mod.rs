@@ -11,7 +11,9 @@ use core::mem::MaybeUninit;
 use core::slice;
 
 use tumble_core::redundancy::monitor::{Command as CoreCommand, Monitor};
-use tumble_core::redundancy::platform::{Platform, PlatformError, PrimaryCalibration, Unit as CoreUnit};
+use tumble_core::redundancy::platform::{
+    MountedUnit as CoreUnit, Platform, PlatformError, PrimaryCalibration,
+};
 
 pub use crate::redundancy::choice::{Data, Gate, Scope, Threshold, ThresholdKind};
 pub use crate::redundancy::event::{Check, Event, EventKind, OnEvent};
@@ -24,7 +26,7 @@ use crate::model::{Calibration, Sample, rows};
 use crate::pointer::{Place, Storage, answer, begin, change, look, read, view};
 use crate::record::{Record, Sensor};
 use crate::redundancy::event::Listener;
-use crate::status::{Outcome, Status, status};
+use crate::status::{Status, StatusResult, status};
 use crate::store::{Store, error_of};
 
 /// Units that the library was built for.
@@ -301,7 +303,7 @@ impl Output {
 }
 
 impl Knowledge {
-    fn of(watched: &Watched, unit: u32, sensor: Sensor) -> Outcome<Self> {
+    fn of(watched: &Watched, unit: u32, sensor: Sensor) -> StatusResult<Self> {
         let both = watched.monitor.stored(number(unit)?);
         let [accelerometer, gyroscope] = both.ok_or(Status::TumbleErrorNoSuchUnit)?;
         let stored = match sensor {
@@ -309,9 +311,9 @@ impl Knowledge {
             Sensor::Gyroscope => gyroscope,
         };
         Ok(Self {
-            matrix: rows(&stored.relation.matrix),
-            bias: stored.relation.bias.into(),
-            lever_arm: stored.relation.lever_arm.into(),
+            matrix: rows(&stored.error.matrix),
+            bias: stored.error.bias.into(),
+            lever_arm: stored.error.lever_arm.into(),
             residual: stored.residual,
             apart: stored.apart,
             sequence: stored.sequence,
@@ -332,7 +334,7 @@ const fn units(asked: Option<&str>) -> usize {
     (digits[0] - b'0') as usize
 }
 
-fn number(unit: u32) -> Outcome<usize> {
+fn number(unit: u32) -> StatusResult<usize> {
     let number = usize::try_from(unit).ok().filter(|number| *number < UNITS);
     number.ok_or(Status::TumbleErrorNoSuchUnit)
 }
@@ -346,7 +348,7 @@ fn platform(
     settings: &RedundancySettings,
     calibration: Option<&Calibration>,
     units: &[Unit],
-) -> Outcome<Platform<f32, UNITS>> {
+) -> StatusResult<Platform<f32, UNITS>> {
     let calibration = match calibration {
         None => PrimaryCalibration::none(),
         Some(given) => PrimaryCalibration::new(given.accelerometer.in_core()?, given.gyroscope.in_core()?)

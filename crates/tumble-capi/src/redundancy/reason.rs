@@ -1,7 +1,7 @@
 //! Why things happen in a redundant set.
 
 use tumble_core::redundancy::gate::Withheld;
-use tumble_core::redundancy::monitor::event::{Abandoned, Rejected};
+use tumble_core::redundancy::monitor::event::{Abandoned, RecordRejection};
 use tumble_core::redundancy::selection::SelectionReason;
 
 /// Why it happened.
@@ -109,11 +109,11 @@ impl Reason {
     }
 
     /// Why a stored record was not taken.
-    pub fn of_rejected(why: Rejected) -> Self {
+    pub fn of_rejected(why: RecordRejection) -> Self {
         match why {
-            Rejected::OfAnotherUnit => Self::OfAnotherUnit,
-            Rejected::NotFinite => Self::NotFinite,
-            Rejected::Implausible => Self::Implausible,
+            RecordRejection::OfAnotherUnit => Self::OfAnotherUnit,
+            RecordRejection::NotFinite => Self::NotFinite,
+            RecordRejection::Implausible => Self::Implausible,
         }
     }
 

@@ -4,15 +4,15 @@ use core::mem::MaybeUninit;
 
 use tumble_core::redundancy::settings::thresholds::Thresholds;
 use tumble_core::redundancy::settings::{
-    AdoptionSettings, Both, CollectionSettings, EvaluationSettings, FitSettings, HealthSettings,
-    SelectionSettings, Settings as Core,
+    AdoptionSettings, CollectionSettings, EvaluationSettings, FitSettings, ForceAndRate, HealthSettings,
+    RedundancySettings as Core, SelectionSettings,
 };
 
 use crate::code::{code, truth};
 use crate::pointer::{Place, answer};
 use crate::record::Rung;
 use crate::redundancy::choice::{Data, Gate, Scope, Threshold};
-use crate::status::{Outcome, Status};
+use crate::status::{Status, StatusResult};
 
 /// How a redundant set watches, calibrates and replaces its units. Fill it with tumble_redundancy_defaults(), then change
 /// what is to be different; names are those of the settings file that `tumble redundancy` reads on a workstation.
@@ -194,7 +194,7 @@ impl RedundancySettings {
     }
 
     /// As the core has them; whether they contradict each other the core finds out.
-    pub fn in_core(&self) -> Outcome<Core<f32>> {
+    pub fn in_core(&self) -> StatusResult<Core<f32>> {
         Ok(Core {
             window: self.window,
             evaluation: self.evaluation()?,
@@ -214,7 +214,7 @@ impl RedundancySettings {
         })
     }
 
-    fn evaluation(&self) -> Outcome<EvaluationSettings<f32>> {
+    fn evaluation(&self) -> StatusResult<EvaluationSettings<f32>> {
         Ok(EvaluationSettings {
             thresholds: Thresholds {
                 first: self.first_threshold,
@@ -235,7 +235,7 @@ impl RedundancySettings {
         })
     }
 
-    fn collection(&self) -> Outcome<CollectionSettings<f32>> {
+    fn collection(&self) -> StatusResult<CollectionSettings<f32>> {
         Ok(CollectionSettings {
             scope: code(self.scope)?.in_core(),
             motion: both(self.motion_specific_force, self.motion_angular_rate),
@@ -276,8 +276,8 @@ impl RedundancySettings {
     }
 }
 
-fn both(specific_force: f32, angular_rate: f32) -> Both<f32> {
-    Both {
+fn both(specific_force: f32, angular_rate: f32) -> ForceAndRate<f32> {
+    ForceAndRate {
         specific_force,
         angular_rate,
     }

@@ -2,14 +2,14 @@
 
 use core::mem::MaybeUninit;
 
-use tumble_core::redundancy::platform::{Range, Unit as Core};
+use tumble_core::redundancy::platform::{MountedUnit as Core, Range};
 use tumble_core::redundancy::sensor::Axes;
 
 use crate::code::truth;
 use crate::model::{matrix, rows, vector};
 use crate::pointer::{Place, answer};
 use crate::spin::known;
-use crate::status::{Outcome, Status};
+use crate::status::{Status, StatusResult};
 
 /// All six axes of a unit: bits 0 to 2 accelerometer, 3 to 5 gyroscope, x y z each.
 pub const TUMBLE_AXES_ALL: u8 = 0x3F;
@@ -63,7 +63,7 @@ impl Unit {
     }
 
     /// As the core has it; whether its mounting is one the core finds out.
-    pub fn in_core(&self) -> Outcome<Core<f32>> {
+    pub fn in_core(&self) -> StatusResult<Core<f32>> {
         let ranges = [self.specific_force_range, self.angular_rate_range];
         let mounting = self.sensor_from_primary.as_flattened();
         let mut numbers = mounting.iter().chain(&ranges).chain(&self.lever_arm);

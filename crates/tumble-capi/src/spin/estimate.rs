@@ -5,7 +5,7 @@ use tumble_core::spin::estimate::{ScalarEstimate, SpinEstimate as Core, TrueAngl
 use crate::pointer::{Place, look, view};
 use crate::spin::settings::known;
 use crate::spin::{Spin, SpinFailure};
-use crate::status::{Outcome, Status, status};
+use crate::status::{Status, StatusResult, status};
 
 /// A number with its 1-sigma.
 #[repr(C)]
@@ -126,7 +126,7 @@ pub unsafe extern "C" fn tumble_spin_solve(
 }
 
 impl SpinTrueAngle {
-    fn in_core(&self) -> Outcome<TrueAngle<f32>> {
+    fn in_core(&self) -> StatusResult<TrueAngle<f32>> {
         let numbers = [self.clockwise, self.counter_clockwise, self.sigma];
         if !numbers.iter().all(|x| x.is_finite()) {
             return Err(Status::TumbleErrorNotFinite);

@@ -7,7 +7,7 @@ use tumble_core::stillness::StillnessSettings;
 
 use crate::code::truth;
 use crate::pointer::{Place, answer};
-use crate::status::{Outcome, Status};
+use crate::status::{Status, StatusResult};
 
 /// How to spin, and how to judge it. Fill it with tumble_spin_defaults(), then change what is to be different.
 #[repr(C)]
@@ -123,7 +123,7 @@ impl SpinSettings {
     }
 
     /// As the core has them, if they can be meant.
-    pub fn in_core(&self) -> Outcome<Core<f32>> {
+    pub fn in_core(&self) -> StatusResult<Core<f32>> {
         self.check()?;
         Ok(Core {
             gravity: self.gravity,
@@ -162,7 +162,7 @@ impl SpinSettings {
         })
     }
 
-    fn check(&self) -> Outcome {
+    fn check(&self) -> StatusResult {
         let positive = [
             self.gravity,
             self.turn,

@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 
 use crate::real::{Real, count, real};
-use crate::redundancy::platform::{PrimaryCalibration, Unit};
-use crate::redundancy::relative_error::Relation;
+use crate::redundancy::platform::{MountedUnit, PrimaryCalibration};
+use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::thresholds::Threshold;
 use crate::redundancy::settings::{Data, EvaluationSettings};
@@ -28,9 +28,9 @@ impl<T: Real> Deviation<T> {
 
 /// What is stored of one sensor of a secondary.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stored<T: Real> {
+pub struct StoredCalibration<T: Real> {
     /// Its error.
-    pub relation: Relation<T>,
+    pub error: RelativeError<T>,
     /// Root mean square residual of a channel on held-out pairs, m/s^2 or rad/s; zero before the first calibration.
     pub residual: T,
     /// Counts the calibrations; zero before the first, and for one given from outside.
@@ -43,11 +43,11 @@ pub struct Stored<T: Real> {
     pub agrees: bool,
 }
 
-impl<T: Real> Stored<T> {
+impl<T: Real> StoredCalibration<T> {
     /// Nothing.
     pub fn nothing() -> Self {
         Self {
-            relation: Relation::none(),
+            error: RelativeError::none(),
             residual: T::zero(),
             sequence: 0,
             calibrated: false,
@@ -120,11 +120,11 @@ pub struct SecondaryAtRest<'a, T: Real> {
     /// Which.
     pub sensor: Sensor,
     /// How it is built in.
-    pub unit: &'a Unit<T>,
+    pub unit: &'a MountedUnit<T>,
     /// Its mean, as read.
     pub mean: Vector3<T>,
     /// What is stored of it.
-    pub stored: &'a Stored<T>,
+    pub stored: &'a StoredCalibration<T>,
     /// The primary's own calibration.
     pub calibration: &'a PrimaryCalibration<T>,
 }
@@ -174,7 +174,7 @@ impl<T: Real> SecondaryAtRest<'_, T> {
 
     /// As the primary would read, in the axes of the secondary.
     fn compensated(&self) -> Vector3<T> {
-        self.stored.relation.correct(&self.mean)
+        self.stored.error.correct(&self.mean)
     }
 
     fn over_axes(&self, v: &Vector3<T>) -> T {

@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 
 use crate::real::{Real, real, seconds};
-use crate::redundancy::evaluation::Stored;
-use crate::redundancy::platform::{PrimaryCalibration, Unit};
+use crate::redundancy::evaluation::StoredCalibration;
+use crate::redundancy::platform::{MountedUnit, PrimaryCalibration};
 use crate::redundancy::sensor::Sensor;
 
 /// What the set says, whoever says it: at the primary's place, in its case frame, with its own calibration applied.
@@ -40,21 +40,21 @@ pub struct Compensated<T: Real> {
 /// itself nothing is stored (docs/theory/redundancy.md, eq. 14).
 pub fn compensate<T: Real>(
     sensor: Sensor,
-    unit: &Unit<T>,
-    stored: &[Stored<T>; 2],
+    unit: &MountedUnit<T>,
+    stored: &[StoredCalibration<T>; 2],
     calibration: &PrimaryCalibration<T>,
     y: &Vector3<T>,
 ) -> Vector3<T> {
     let as_primary = unit
         .sensor_from_primary
-        .tr_mul(&sensor.of(stored).relation.correct(y));
+        .tr_mul(&sensor.of(stored).error.correct(y));
     calibration.correct(sensor, &as_primary)
 }
 
 /// From the primary to a unit, m: as given, or else as found.
-pub fn lever_arm<T: Real>(unit: &Unit<T>, stored: &[Stored<T>; 2]) -> Vector3<T> {
+pub fn lever_arm<T: Real>(unit: &MountedUnit<T>, stored: &[StoredCalibration<T>; 2]) -> Vector3<T> {
     let [accelerometer, _] = stored;
-    unit.lever_arm.unwrap_or(accelerometer.relation.lever_arm)
+    unit.lever_arm.unwrap_or(accelerometer.error.lever_arm)
 }
 
 /// Time over which the angular acceleration of the source is smoothed, s: noise of the rate weighs with its inverse, the
@@ -63,18 +63,18 @@ const SMOOTHING: f64 = 0.01;
 
 /// Takes specific force from where the source is to where the primary is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Carrier<T: Real> {
+pub struct LeverArmCorrection<T: Real> {
     latest: Option<(u64, Vector3<T>)>,
     angular_acceleration: Vector3<T>,
 }
 
-impl<T: Real> Default for Carrier<T> {
+impl<T: Real> Default for LeverArmCorrection<T> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<T: Real> Carrier<T> {
+impl<T: Real> LeverArmCorrection<T> {
     /// Knows no angular acceleration yet.
     pub fn new() -> Self {
         Self {
@@ -84,8 +84,8 @@ impl<T: Real> Carrier<T> {
     }
 
     /// The specific force at the primary's place; `arm` is from there to the source.
-    pub fn carry(&mut self, time: u64, said: &Compensated<T>, arm: &Vector3<T>) -> Vector3<T> {
-        let w = said.angular_rate;
+    pub fn apply(&mut self, time: u64, reading: &Compensated<T>, arm: &Vector3<T>) -> Vector3<T> {
+        let w = reading.angular_rate;
         if let Some((before, rate)) = self.latest.replace((time, w)) {
             let step = seconds::<T>(time.saturating_sub(before));
             // The filter that forgets by exp(-step / smoothing), to first order, and holds for any step.
@@ -94,6 +94,6 @@ impl<T: Real> Carrier<T> {
             let change = (w - rate) * inverse - self.angular_acceleration;
             self.angular_acceleration += change * share;
         }
-        said.specific_force - self.angular_acceleration.cross(arm) - w.cross(&w.cross(arm))
+        reading.specific_force - self.angular_acceleration.cross(arm) - w.cross(&w.cross(arm))
     }
 }

@@ -5,8 +5,8 @@ use nalgebra::{Matrix3, Vector3};
 use crate::model::{Correction, ErrorModel};
 use crate::real::{Real, real};
 use crate::redundancy::sensor::{Axes, Sensor};
-use crate::redundancy::settings::Settings;
-use crate::redundancy::settings::validate::Contradiction;
+use crate::redundancy::settings::RedundancySettings;
+use crate::redundancy::settings::validate::InvalidSetting;
 
 /// Ends of the range of a unit's sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,7 +19,7 @@ pub struct Range<T: Real> {
 
 /// A unit as it is built in.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Unit<T: Real> {
+pub struct MountedUnit<T: Real> {
     /// Serial number, or whatever tells it from others for life: records carry it.
     pub identity: u64,
     /// Which channels it has.
@@ -34,7 +34,7 @@ pub struct Unit<T: Real> {
     pub lever_arm: Option<Vector3<T>>,
 }
 
-impl<T: Real> Unit<T> {
+impl<T: Real> MountedUnit<T> {
     /// With six channels of unknown range on the common clock, mounted as the primary, lever arm unknown.
     pub fn new(identity: u64) -> Self {
         Self {
@@ -108,16 +108,16 @@ impl<T: Real> PrimaryCalibration<T> {
 /// memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Platform<T: Real, const UNITS: usize> {
-    settings: Settings<T>,
+    settings: RedundancySettings<T>,
     calibration: PrimaryCalibration<T>,
-    units: [Unit<T>; UNITS],
+    units: [MountedUnit<T>; UNITS],
 }
 
 /// Why a platform cannot be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlatformError {
     /// Settings contradict each other.
-    Settings(Contradiction),
+    Settings(InvalidSetting),
     /// A primary and at least one secondary make a set.
     TooFewUnits,
     /// The primary has not all six channels, or is said to be turned against itself.
@@ -134,11 +134,11 @@ impl<T: Real, const UNITS: usize> Platform<T, UNITS> {
     /// # Errors
     /// [`PlatformError`] with the first thing that cannot be.
     pub fn new(
-        settings: Settings<T>,
+        settings: RedundancySettings<T>,
         calibration: PrimaryCalibration<T>,
-        units: [Unit<T>; UNITS],
+        units: [MountedUnit<T>; UNITS],
     ) -> Result<Self, PlatformError> {
-        settings.check().map_err(PlatformError::Settings)?;
+        settings.validate().map_err(PlatformError::Settings)?;
         let primary = units
             .first()
             .filter(|_| UNITS > 1)
@@ -162,7 +162,7 @@ impl<T: Real, const UNITS: usize> Platform<T, UNITS> {
     }
 
     /// The settings.
-    pub fn settings(&self) -> &Settings<T> {
+    pub fn settings(&self) -> &RedundancySettings<T> {
         &self.settings
     }
 
@@ -172,7 +172,7 @@ impl<T: Real, const UNITS: usize> Platform<T, UNITS> {
     }
 
     /// The units, the primary first.
-    pub fn units(&self) -> &[Unit<T>; UNITS] {
+    pub fn units(&self) -> &[MountedUnit<T>; UNITS] {
         &self.units
     }
 }

@@ -9,7 +9,7 @@ use crate::redundancy::record::Record;
 /// Error of one sensor of a secondary in its own axes: `y = M (u + W r) + b`, `u` being what the primary reads turned
 /// into these axes by the nominal rotation, so that M is close to identity.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Relation<T: Real> {
+pub struct RelativeError<T: Real> {
     /// M.
     pub matrix: Matrix3<T>,
     /// b, m/s^2 or rad/s.
@@ -18,7 +18,7 @@ pub struct Relation<T: Real> {
     pub lever_arm: Vector3<T>,
 }
 
-impl<T: Real> Relation<T> {
+impl<T: Real> RelativeError<T> {
     /// No error.
     pub fn none() -> Self {
         Self {
@@ -30,16 +30,16 @@ impl<T: Real> Relation<T> {
 
     /// `None` where M has no inverse.
     pub fn new(matrix: Matrix3<T>, bias: Vector3<T>, lever_arm: Vector3<T>) -> Option<Self> {
-        let relation = Self {
+        let error = Self {
             matrix,
             bias,
             lever_arm,
         };
         let mut numbers = matrix.iter().chain(bias.iter()).chain(lever_arm.iter());
         let finite = numbers.all(|x| x.is_finite());
-        let (_, determinant) = relation.cofactors();
+        let (_, determinant) = error.cofactors();
         let invertible = determinant.is_finite() && (T::one() / determinant).is_finite();
-        (finite && invertible).then_some(relation)
+        (finite && invertible).then_some(error)
     }
 
     /// Of a record, which holds the nominal rotation too.

@@ -8,7 +8,7 @@ use crate::redundancy::settings::SelectionSettings;
 
 /// A unit that may become the source.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Candidate<T: Real> {
+pub struct SourceCandidate<T: Real> {
     /// Whether it is.
     pub healthy: bool,
     /// For how long, microseconds.
@@ -47,20 +47,20 @@ pub struct Change {
 
 /// Who the source is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Source {
+enum SelectedSource {
     /// Never chosen.
     Unset,
     /// Nobody was fit.
     Nobody,
     /// This unit.
-    Unit(u8),
+    MountedUnit(u8),
 }
 
 /// Chooses the source, and keeps to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Selection {
     failing_since: Option<u64>,
-    source: Source,
+    source: SelectedSource,
     commanded: bool,
 }
 
@@ -75,7 +75,7 @@ impl Selection {
     pub fn new() -> Self {
         Self {
             failing_since: None,
-            source: Source::Unset,
+            source: SelectedSource::Unset,
             commanded: false,
         }
     }
@@ -83,8 +83,8 @@ impl Selection {
     /// The unit that is the source, 0 the primary; `None` where nobody is.
     pub fn source(&self) -> Option<usize> {
         match self.source {
-            Source::Unit(unit) => Some(unit.into()),
-            Source::Unset | Source::Nobody => None,
+            SelectedSource::MountedUnit(unit) => Some(unit.into()),
+            SelectedSource::Unset | SelectedSource::Nobody => None,
         }
     }
 
@@ -104,7 +104,7 @@ impl Selection {
     pub fn update<T: Real>(
         &mut self,
         now: u64,
-        candidate: impl Fn(usize) -> Option<Candidate<T>>,
+        candidate: impl Fn(usize) -> Option<SourceCandidate<T>>,
         settings: &SelectionSettings,
     ) -> Option<Change> {
         let commanded = core::mem::take(&mut self.commanded);
@@ -136,13 +136,13 @@ impl Selection {
     fn begin<T: Real>(
         &mut self,
         now: u64,
-        candidate: &impl Fn(usize) -> Option<Candidate<T>>,
+        candidate: &impl Fn(usize) -> Option<SourceCandidate<T>>,
         settings: &SelectionSettings,
     ) -> Option<Change> {
         if candidate(0).is_some_and(|primary| primary.healthy) {
             return Some(self.change(Some(0), SelectionReason::Start));
         }
-        let starting = self.source == Source::Unset;
+        let starting = self.source == SelectedSource::Unset;
         if starting && !self.has_failed(now, settings) {
             return None;
         }
@@ -162,7 +162,7 @@ impl Selection {
     fn replace<T: Real>(
         &mut self,
         failed: usize,
-        candidate: &impl Fn(usize) -> Option<Candidate<T>>,
+        candidate: &impl Fn(usize) -> Option<SourceCandidate<T>>,
         settings: &SelectionSettings,
     ) -> Change {
         let primary = candidate(0).filter(|primary| primary.healthy).map(|_| 0);
@@ -177,17 +177,17 @@ impl Selection {
         self.failing_since = None;
         self.source = source
             .and_then(|unit| u8::try_from(unit).ok())
-            .map_or(Source::Nobody, Source::Unit);
+            .map_or(SelectedSource::Nobody, SelectedSource::MountedUnit);
         Change { source, reason }
     }
 }
 
 /// The healthy secondary that is calibrated, or else any; of these the one with the smallest residual, or else the first.
 fn best_secondary<T: Real>(
-    candidate: &impl Fn(usize) -> Option<Candidate<T>>,
+    candidate: &impl Fn(usize) -> Option<SourceCandidate<T>>,
     settings: &SelectionSettings,
 ) -> Option<usize> {
-    let mut best: Option<(usize, Candidate<T>)> = None;
+    let mut best: Option<(usize, SourceCandidate<T>)> = None;
     let secondaries = 1..usize::from(u8::MAX);
     for (unit, secondary) in secondaries.map_while(|unit| Some((unit, candidate(unit)?))) {
         let fit = secondary.healthy && (secondary.calibrated || !settings.calibrated_only);
@@ -199,7 +199,7 @@ fn best_secondary<T: Real>(
 }
 
 /// A residual that is not a number was never measured, and is worse than any.
-fn is_better<T: Real>(a: &Candidate<T>, b: &Candidate<T>) -> bool {
+fn is_better<T: Real>(a: &SourceCandidate<T>, b: &SourceCandidate<T>) -> bool {
     if a.calibrated != b.calibrated {
         return a.calibrated;
     }

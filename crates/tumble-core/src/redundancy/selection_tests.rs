@@ -1,13 +1,13 @@
 use super::*;
 
-const FIT: Candidate<f32> = Candidate {
+const FIT: SourceCandidate<f32> = SourceCandidate {
     healthy: true,
     healthy_for: 0,
     calibrated: true,
     residual: 0.1,
 };
 
-const ILL: Candidate<f32> = Candidate {
+const ILL: SourceCandidate<f32> = SourceCandidate {
     healthy: false,
     ..FIT
 };
@@ -21,7 +21,7 @@ fn settings(return_after: Option<u64>) -> SelectionSettings {
     }
 }
 
-fn among(candidates: &[Candidate<f32>]) -> impl Fn(usize) -> Option<Candidate<f32>> {
+fn among(candidates: &[SourceCandidate<f32>]) -> impl Fn(usize) -> Option<SourceCandidate<f32>> {
     |unit| candidates.get(unit).copied()
 }
 
@@ -74,7 +74,7 @@ fn a_source_that_is_ill_for_less_than_the_hold_stays() {
 
 #[test]
 fn a_source_that_is_ill_for_the_hold_is_replaced_by_the_best() {
-    let candidate = |calibrated, residual| Candidate {
+    let candidate = |calibrated, residual| SourceCandidate {
         calibrated,
         residual,
         ..FIT
@@ -108,7 +108,7 @@ fn failed_over(settings: &SelectionSettings) -> Selection {
 #[test]
 fn without_a_command_the_primary_never_comes_back_while_others_are_fit() {
     let mut selection = failed_over(&settings(None));
-    let proven = Candidate {
+    let proven = SourceCandidate {
         healthy_for: u64::MAX,
         ..FIT
     };
@@ -148,7 +148,7 @@ fn a_command_brings_the_primary_back_if_it_is_healthy_and_is_forgotten_if_not() 
 fn a_primary_that_has_proven_healthy_comes_back() {
     let settings = settings(Some(1_000_000));
     let mut selection = failed_over(&settings);
-    let healthy_for = |healthy_for| [Candidate { healthy_for, ..FIT }, FIT, FIT];
+    let healthy_for = |healthy_for| [SourceCandidate { healthy_for, ..FIT }, FIT, FIT];
     assert_eq!(selection.update(1, among(&healthy_for(999_999)), &settings), None);
     assert_eq!(
         selection.update(2, among(&healthy_for(1_000_000)), &settings),
@@ -185,7 +185,7 @@ fn uncalibrated_secondaries_are_passed_over_where_that_is_asked() {
         calibrated_only: true,
         ..settings(None)
     };
-    let raw = Candidate {
+    let raw = SourceCandidate {
         calibrated: false,
         ..FIT
     };
@@ -211,7 +211,7 @@ fn time_that_goes_back_does_not_hold_a_failed_source() {
 
 #[test]
 fn a_return_sooner_than_the_failover_is_refused() {
-    assert!(settings(Some(HOLD)).check().is_err());
-    assert!(settings(Some(HOLD + 1)).check().is_ok());
-    assert!(settings(None).check().is_ok());
+    assert!(settings(Some(HOLD)).validate().is_err());
+    assert!(settings(Some(HOLD + 1)).validate().is_ok());
+    assert!(settings(None).validate().is_ok());
 }

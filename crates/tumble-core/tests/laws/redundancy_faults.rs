@@ -2,11 +2,11 @@
 
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::real::Real;
-use tumble_core::redundancy::fit::adoption::Refusal;
+use tumble_core::redundancy::fit::adoption::AdoptionRefusal;
 use tumble_core::redundancy::gate::Withheld;
-use tumble_core::redundancy::monitor::event::{Abandoned, What};
+use tumble_core::redundancy::monitor::event::{Abandoned, EventKind};
 use tumble_core::redundancy::sensor::Sensor;
-use tumble_core::redundancy::settings::{Gate, Settings};
+use tumble_core::redundancy::settings::{Gate, RedundancySettings};
 
 use crate::common::cast;
 use crate::redundancy_mission::{
@@ -15,13 +15,13 @@ use crate::redundancy_mission::{
 
 const SEED: u64 = 4;
 
-fn gated<T: Real>(gate: Gate) -> Settings<T> {
+fn gated<T: Real>(gate: Gate) -> RedundancySettings<T> {
     let mut settings = settings();
     settings.evaluation.gate = gate;
     settings
 }
 
-fn flown<T: Real>(settings: Settings<T>, parts: [Part; 2], mission: &Mission) -> Flight<T, 2> {
+fn flown<T: Real>(settings: RedundancySettings<T>, parts: [Part; 2], mission: &Mission) -> Flight<T, 2> {
     fly(&platform(settings, units(&parts)), mission)
 }
 
@@ -63,7 +63,7 @@ fn withholds<T: Real>() {
     for gate in [Gate::WholePrimary, Gate::SensorBySensor] {
         let flight = flown::<T>(gated(gate), parts, &mission);
         let why = Withheld::PrimaryInvalid;
-        assert_told!(flight, 1, What::Withheld { sensor: Sensor::Accelerometer, why: found } if *found == why);
+        assert_told!(flight, 1, EventKind::Withheld { sensor: Sensor::Accelerometer, why: found } if *found == why);
         assert!(
             flight.adopted(1, Sensor::Accelerometer).is_empty(),
             "{}",
@@ -81,7 +81,7 @@ fn withholds<T: Real>() {
     assert_told!(
         flight,
         1,
-        What::Triggered {
+        EventKind::Triggered {
             sensors: [true, true]
         }
     );
@@ -109,9 +109,9 @@ fn abandons_at_rest<T: Real>() {
             true
         });
     let flight = flown::<T>(settings(), parts, &mission);
-    assert_told!(flight, 1, What::MotionBegan);
-    assert_told!(flight, 1, 1 x What::Abandoned { why: Abandoned::PrimaryInvalid });
-    assert_told!(flight, 1, 0 x What::Adopted { .. });
+    assert_told!(flight, 1, EventKind::MotionBegan);
+    assert_told!(flight, 1, 1 x EventKind::Abandoned { why: Abandoned::PrimaryInvalid });
+    assert_told!(flight, 1, 0 x EventKind::Adopted { .. });
 }
 in_both!(
     pairs_are_thrown_away_when_a_rest_between_shows_the_primary_wrong,
@@ -127,9 +127,9 @@ fn abandons_in_ill_health<T: Real>(unit: usize, why: Abandoned) {
         true
     });
     let flight = flown::<T>(settings(), parts, &mission);
-    assert_told!(flight, unit, What::Unhealthy { .. });
-    assert_told!(flight, 1, 1 x What::Abandoned { why: found } if *found == why);
-    assert_told!(flight, 1, 0 x What::Adopted { .. });
+    assert_told!(flight, unit, EventKind::Unhealthy { .. });
+    assert_told!(flight, 1, 1 x EventKind::Abandoned { why: found } if *found == why);
+    assert_told!(flight, 1, 0 x EventKind::Adopted { .. });
 }
 
 #[test]
@@ -157,8 +157,8 @@ fn refuses_a_jump<T: Real>() {
                 true
             });
             let flight = flown::<T>(settings(), parts, &mission);
-            assert_told!(flight, 1, What::Refused {
-                sensor: found, why: Refusal::Drifting(_) | Refusal::DisagreesWithRest(_)
+            assert_told!(flight, 1, EventKind::Refused {
+                sensor: found, why: AdoptionRefusal::Drifting(_) | AdoptionRefusal::DisagreesWithRest(_)
             } if *found == sensor);
             assert!(flight.adopted(1, sensor).is_empty(), "{}", flight.story());
         }
@@ -175,14 +175,14 @@ fn wrong_alike<T: Real>() {
     let mission = Mission::new(SEED, &parts);
     let flight = flown::<T>(gated(Gate::WholePrimary), parts, &mission);
     for sensor in [Sensor::Accelerometer, Sensor::Gyroscope] {
-        assert_told!(flight, 1, What::Withheld { sensor: found, why: Withheld::PrimaryInvalid } if *found == sensor);
+        assert_told!(flight, 1, EventKind::Withheld { sensor: found, why: Withheld::PrimaryInvalid } if *found == sensor);
     }
-    assert_told!(flight, 1, 0 x What::Triggered { .. });
+    assert_told!(flight, 1, 0 x EventKind::Triggered { .. });
     let flight = flown::<T>(gated(Gate::SecondaryAlone), parts, &mission);
     for sensor in [Sensor::Accelerometer, Sensor::Gyroscope] {
-        assert_told!(flight, 1, What::Refused { sensor: found, why: Refusal::NotBetter(_) } if *found == sensor);
+        assert_told!(flight, 1, EventKind::Refused { sensor: found, why: AdoptionRefusal::NotBetter(_) } if *found == sensor);
     }
-    assert_told!(flight, 1, 0 x What::Adopted { .. });
+    assert_told!(flight, 1, 0 x EventKind::Adopted { .. });
 }
 in_both!(
     two_units_wrong_alike_are_withheld_by_the_primary_gates_and_refused_as_not_better_without,
@@ -193,8 +193,8 @@ fn missing<T: Real>() {
     let parts = [Part::exact(), Part::aged(), Part::aged()];
     let mission = Mission::new(SEED, &parts).spoilt(|unit, _, _| unit != 2);
     let flight = fly::<T, 3>(&platform(settings(), units(&parts)), &mission);
-    assert_told!(flight, 2, 1 x What::Unhealthy { .. });
-    assert_told!(flight, 2, 0 x What::Evaluated { .. });
+    assert_told!(flight, 2, 1 x EventKind::Unhealthy { .. });
+    assert_told!(flight, 2, 0 x EventKind::Evaluated { .. });
     assert_holds(&flight.adopted(1, Sensor::Accelerometer)[0], &parts[1], SEED);
 }
 in_both!(
@@ -216,11 +216,11 @@ fn rotated<T: Real>() {
     let mut set = units::<T, 2>(&parts);
     let flight = fly(&platform(settings(), set), &mission);
     for sensor in [Sensor::Accelerometer, Sensor::Gyroscope] {
-        assert_told!(flight, 1, What::Refused {
-            sensor: found, why: Refusal::ImplausibleMisalignment(_)
+        assert_told!(flight, 1, EventKind::Refused {
+            sensor: found, why: AdoptionRefusal::ImplausibleMisalignment(_)
         } if *found == sensor);
     }
-    assert_told!(flight, 1, 0 x What::Adopted { .. });
+    assert_told!(flight, 1, 0 x EventKind::Adopted { .. });
     set[1].sensor_from_primary = cast(&turn);
     let flight = fly(&platform(settings(), set), &mission);
     for sensor in [Sensor::Accelerometer, Sensor::Gyroscope] {

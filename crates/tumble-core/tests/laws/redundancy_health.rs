@@ -5,9 +5,9 @@ use nalgebra::Vector3;
 use proptest::prelude::*;
 use tumble_core::real::{Real, real};
 use tumble_core::redundancy::health::median_vote::Comparison;
-use tumble_core::redundancy::health::{Fault, Health, Usable};
+use tumble_core::redundancy::health::{Health, HealthFault, Usable};
 use tumble_core::redundancy::platform::Range;
-use tumble_core::redundancy::selection::{Candidate, Selection};
+use tumble_core::redundancy::selection::{Selection, SourceCandidate};
 use tumble_core::redundancy::sensor::{Axes, SENSORS, Sensor};
 use tumble_core::redundancy::settings::{HealthSettings, SelectionSettings};
 use tumble_core::sample::{CHANNELS, Sample};
@@ -36,7 +36,7 @@ fn range<T: Real>(of: Range<f64>) -> Range<T> {
 }
 
 /// One unit with its settings and time.
-struct Unit<T: Real> {
+struct MountedUnit<T: Real> {
     health: Health<T>,
     settings: HealthSettings<T>,
     range: Range<T>,
@@ -45,7 +45,7 @@ struct Unit<T: Real> {
     period: u64,
 }
 
-impl<T: Real> Unit<T> {
+impl<T: Real> MountedUnit<T> {
     fn new(period: u64) -> Self {
         Self {
             health: Health::new(),
@@ -70,7 +70,7 @@ enum Act {
     Push(u64, [f64; CHANNELS]),
     Tick(u64),
     Family(bool, [f64; 3], u64),
-    AtRest(bool, f64),
+    RestMean(bool, f64),
     ClockJumped,
     Restart(u64),
 }
@@ -93,7 +93,7 @@ fn act() -> impl Strategy<Value = Act> {
         12 => (wait(), prop::array::uniform6(wild())).prop_map(|(wait, y)| Act::Push(wait, y)),
         2 => wait().prop_map(Act::Tick),
         2 => (any::<bool>(), wild_three, wait()).prop_map(|(sensor, y, span)| Act::Family(sensor, y, span)),
-        1 => (any::<bool>(), wild()).prop_map(|(sensor, deviation)| Act::AtRest(sensor, deviation)),
+        1 => (any::<bool>(), wild()).prop_map(|(sensor, deviation)| Act::RestMean(sensor, deviation)),
         1 => Just(Act::ClockJumped),
         1 => any::<u64>().prop_map(Act::Restart),
     ]
@@ -108,7 +108,7 @@ fn of(accelerometer: bool) -> Sensor {
 }
 
 /// Does it, and checks what was said of a sample.
-fn perform<T: Real>(unit: &mut Unit<T>, act: &Act) -> Result<(), TestCaseError> {
+fn perform<T: Real>(unit: &mut MountedUnit<T>, act: &Act) -> Result<(), TestCaseError> {
     let settings = unit.settings;
     match *act {
         Act::Push(wait, y) => {
@@ -133,9 +133,9 @@ fn perform<T: Real>(unit: &mut Unit<T>, act: &Act) -> Result<(), TestCaseError> 
                 scatter: real(scatter),
                 usual_scatter: real(usual_scatter),
             };
-            unit.health.family(of(sensor), &comparison, span, &settings);
+            unit.health.compare(of(sensor), &comparison, span, &settings);
         }
-        Act::AtRest(sensor, deviation) => {
+        Act::RestMean(sensor, deviation) => {
             let limit = settings.rest.of(of(sensor));
             unit.health.at_rest(of(sensor), real(deviation), limit);
         }
@@ -149,7 +149,7 @@ fn perform<T: Real>(unit: &mut Unit<T>, act: &Act) -> Result<(), TestCaseError> 
 }
 
 fn withstands<T: Real>(acts: &[Act], axes: [bool; CHANNELS]) -> Result<(), TestCaseError> {
-    let mut unit = Unit::<T>::new(0);
+    let mut unit = MountedUnit::<T>::new(0);
     unit.axes = Axes(axes);
     unit.range = range(Range {
         specific_force: Some(160.0),
@@ -218,14 +218,14 @@ impl Life {
 }
 
 /// Runs a healthy life for a while.
-fn live<T: Real>(life: &Life, unit: &mut Unit<T>, samples: u32, draws: &mut Draws) {
+fn live<T: Real>(life: &Life, unit: &mut MountedUnit<T>, samples: u32, draws: &mut Draws) {
     for i in 0..samples {
         unit.push(life.reading(i, draws));
     }
 }
 
 fn is_left_alone<T: Real>(life: &Life) -> Result<(), TestCaseError> {
-    let mut unit = Unit::<T>::new(life.period);
+    let mut unit = MountedUnit::<T>::new(life.period);
     let mut draws = Draws::new(life.seed);
     let mut unused = 0;
     for i in 0..3_000 {
@@ -286,13 +286,13 @@ impl Ailment {
         }
     }
 
-    fn is(&self, fault: &Fault<impl Real>) -> bool {
+    fn is(&self, fault: &HealthFault<impl Real>) -> bool {
         match (*self, *fault) {
-            (Ailment::Freezes(sensor), Fault::Frozen { sensor: found, .. }) => found == sensor,
-            (Ailment::Sticks(channel), Fault::Stuck { channel: found, .. })
-            | (Ailment::Saturates(channel), Fault::Saturated { channel: found, .. })
-            | (Ailment::NotANumber(channel), Fault::NotFinite { channel: found })
-            | (Ailment::Spikes(channel), Fault::Spikes { channel: found, .. }) => {
+            (Ailment::Freezes(sensor), HealthFault::Frozen { sensor: found, .. }) => found == sensor,
+            (Ailment::Sticks(channel), HealthFault::Stuck { channel: found, .. })
+            | (Ailment::Saturates(channel), HealthFault::Saturated { channel: found, .. })
+            | (Ailment::NotANumber(channel), HealthFault::NotFinite { channel: found })
+            | (Ailment::Spikes(channel), HealthFault::Spikes { channel: found, .. }) => {
                 usize::from(found) == channel
             }
             _ => false,
@@ -310,7 +310,7 @@ fn is_found_and_forgiven<T: Real>(ailment: Ailment, period: u64, seed: u64) -> R
         seed,
     };
     let mut draws = Draws::new(seed);
-    let mut unit = Unit::<T>::new(period);
+    let mut unit = MountedUnit::<T>::new(period);
     unit.range = range(Range {
         specific_force: Some(160.0),
         angular_rate: Some(35.0),
@@ -352,11 +352,11 @@ struct Candidates {
 }
 
 impl Candidates {
-    fn at(&mut self, now: u64, healthy: [bool; 3]) -> [Candidate<f32>; 3] {
+    fn at(&mut self, now: u64, healthy: [bool; 3]) -> [SourceCandidate<f32>; 3] {
         core::array::from_fn(|i| {
             let since = &mut self.since[i];
             *since = healthy[i].then(|| since.unwrap_or(now));
-            Candidate {
+            SourceCandidate {
                 healthy: healthy[i],
                 healthy_for: since.map_or(0, |since| now - since),
                 calibrated: true,
@@ -396,11 +396,11 @@ proptest! {
         period in 500..50_000_u64, pause in 0..1_000_000_u64, seed in any::<u64>()
     ) {
         let life = Life { period, noise: 0.1, count: 0.0, amplitude: 0.0, frequency: 0.0, seed };
-        let mut unit = Unit::<f32>::new(period);
+        let mut unit = MountedUnit::<f32>::new(period);
         live(&life, &mut unit, 100, &mut Draws::new(seed));
         unit.health.tick(unit.time + pause, &unit.settings);
         prop_assert_eq!(unit.health.fault().is_some(), pause > unit.settings.late);
-        let late = unit.health.fault().is_none_or(|fault| matches!(fault, Fault::Late { .. }));
+        let late = unit.health.fault().is_none_or(|fault| matches!(fault, HealthFault::Late { .. }));
         prop_assert!(late);
     }
 
@@ -408,7 +408,7 @@ proptest! {
     fn health_comes_back_at_most_once_in_a_recovery(
         bad in prop::collection::vec(prop::bool::weighted(0.05), 2_000), period in 500..20_000_u64
     ) {
-        let mut unit = Unit::<f32>::new(period);
+        let mut unit = MountedUnit::<f32>::new(period);
         let mut draws = Draws::new(1);
         let life = Life { period, noise: 0.1, count: 0.0, amplitude: 0.0, frequency: 0.0, seed: 1 };
         let (mut recoveries, mut ill) = (0, false);

@@ -7,12 +7,12 @@ use tumble_core::gravity;
 use tumble_core::model::ErrorModel;
 use tumble_core::real::{Real, real};
 use tumble_core::redundancy::monitor::Monitor;
-use tumble_core::redundancy::monitor::event::{Event, What};
+use tumble_core::redundancy::monitor::event::{Event, EventKind};
 use tumble_core::redundancy::output::Output;
-use tumble_core::redundancy::platform::{Platform, PrimaryCalibration, Unit};
+use tumble_core::redundancy::platform::{MountedUnit, Platform, PrimaryCalibration};
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::Sensor;
-use tumble_core::redundancy::settings::{CollectionSettings, EvaluationSettings, Settings};
+use tumble_core::redundancy::settings::{CollectionSettings, EvaluationSettings, RedundancySettings};
 use tumble_core::sample::Sample;
 
 use crate::common::{Draws, cast};
@@ -198,9 +198,9 @@ pub fn seconds(microseconds: u64) -> f64 {
 }
 
 /// The defaults with shorter times, so that missions are short.
-pub fn settings<T: Real>() -> Settings<T> {
-    let defaults = Settings::default();
-    Settings {
+pub fn settings<T: Real>() -> RedundancySettings<T> {
+    let defaults = RedundancySettings::default();
+    RedundancySettings {
         evaluation: EvaluationSettings {
             duration: SECOND,
             ..defaults.evaluation
@@ -217,20 +217,20 @@ pub fn settings<T: Real>() -> Settings<T> {
 }
 
 /// Units as the parts are, lever arms known, mounted alike.
-pub fn units<T: Real, const UNITS: usize>(parts: &[Part; UNITS]) -> [Unit<T>; UNITS] {
+pub fn units<T: Real, const UNITS: usize>(parts: &[Part; UNITS]) -> [MountedUnit<T>; UNITS] {
     let mut identity = 10;
     parts.map(|part| {
         identity += 1;
-        Unit {
+        MountedUnit {
             lever_arm: Some(cast(&part.lever_arm)),
-            ..Unit::new(identity)
+            ..MountedUnit::new(identity)
         }
     })
 }
 
 pub fn platform<T: Real, const UNITS: usize>(
-    settings: Settings<T>,
-    units: [Unit<T>; UNITS],
+    settings: RedundancySettings<T>,
+    units: [MountedUnit<T>; UNITS],
 ) -> Platform<T, UNITS> {
     Platform::new(settings, PrimaryCalibration::none(), units).expect("settings and units are sound")
 }
@@ -275,10 +275,10 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Flight<T, UNITS, AT_ONCE
             .restore(platform, record, &mut |event| events.push(event));
     }
 
-    pub fn told(&self, unit: usize, is: impl Fn(&What<T>) -> bool) -> usize {
+    pub fn told(&self, unit: usize, is: impl Fn(&EventKind<T>) -> bool) -> usize {
         let events = self.events.iter();
         events
-            .filter(|event| event.unit == unit && is(&event.what))
+            .filter(|event| event.unit == unit && is(&event.kind))
             .count()
     }
 
@@ -286,8 +286,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Flight<T, UNITS, AT_ONCE
     pub fn adopted(&self, unit: usize, wanted: Sensor) -> Vec<Record<T>> {
         let of_unit = self.events.iter().filter(|event| event.unit == unit);
         of_unit
-            .filter_map(|event| match event.what {
-                What::Adopted { record } if record.sensor == wanted => Some(record),
+            .filter_map(|event| match event.kind {
+                EventKind::Adopted { record } if record.sensor == wanted => Some(record),
                 _ => None,
             })
             .collect()
@@ -297,7 +297,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Flight<T, UNITS, AT_ONCE
     pub fn kinds(&self) -> Vec<(usize, String)> {
         self.events
             .iter()
-            .map(|event| (event.unit, kind(&event.what)))
+            .map(|event| (event.unit, kind(&event.kind)))
             .collect()
     }
 
@@ -305,24 +305,27 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Flight<T, UNITS, AT_ONCE
     pub fn story(&self) -> String {
         let mut story = format!("seed {}\n", self.seed);
         for event in &self.events {
-            story += &format!("{} unit {} {:?}\n", event.time, event.unit, event.what);
+            story += &format!("{} unit {} {:?}\n", event.time, event.unit, event.kind);
         }
         story
     }
 }
 
 /// The name of what happened, with sensors and reasons but without figures.
-fn kind<T: Real>(what: &What<T>) -> String {
+fn kind<T: Real>(what: &EventKind<T>) -> String {
     match what {
-        What::Refused { sensor, why } => {
+        EventKind::Refused { sensor, why } => {
             let why = format!("{why:?}");
             let end = why.find(['(', ' ']).unwrap_or(why.len());
             format!("Refused {sensor:?} {}", &why[..end])
         }
-        What::Withheld { .. } | What::Abandoned { .. } | What::Triggered { .. } | What::Selected { .. } => {
+        EventKind::Withheld { .. }
+        | EventKind::Abandoned { .. }
+        | EventKind::Triggered { .. }
+        | EventKind::Selected { .. } => {
             format!("{what:?}")
         }
-        What::Evaluated {
+        EventKind::Evaluated {
             sensor,
             check,
             deviation,
@@ -351,11 +354,11 @@ pub fn fly<T: Real, const UNITS: usize>(
 /// Fails unless it was told of a unit that something happened, so many times where that is given.
 macro_rules! assert_told {
     ($flight:expr, $unit:expr, $pattern:pat $(if $guard:expr)?) => {
-        assert!($flight.told($unit, |what| matches!(what, $pattern $(if $guard)?)) > 0, "never {}\n{}",
+        assert!($flight.told($unit, |kind| matches!(kind, $pattern $(if $guard)?)) > 0, "never {}\n{}",
             stringify!($pattern), $flight.story())
     };
     ($flight:expr, $unit:expr, $times:literal x $pattern:pat $(if $guard:expr)?) => {
-        assert_eq!($flight.told($unit, |what| matches!(what, $pattern $(if $guard)?)), $times, "{}\n{}",
+        assert_eq!($flight.told($unit, |kind| matches!(kind, $pattern $(if $guard)?)), $times, "{}\n{}",
             stringify!($pattern), $flight.story())
     };
 }

@@ -3,11 +3,11 @@
 use tumble_core::real::{Real, real};
 use tumble_core::redundancy::gate::Withheld;
 use tumble_core::redundancy::monitor::Command;
-use tumble_core::redundancy::monitor::event::{Abandoned, Check, What};
+use tumble_core::redundancy::monitor::event::{Abandoned, Check, EventKind};
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::{Axes, Sensor};
 use tumble_core::redundancy::settings::thresholds::Threshold;
-use tumble_core::redundancy::settings::{Both, Data, Rung, Scope, Settings};
+use tumble_core::redundancy::settings::{Data, ForceAndRate, RedundancySettings, Rung, Scope};
 
 use crate::redundancy_mission::{
     Flight, Mission, Part, Phase, SECOND, assert_holds, assert_told, fly, platform, settings, units,
@@ -19,7 +19,7 @@ fn aged() -> [Part; 2] {
     [Part::exact(), Part::aged()]
 }
 
-fn flown<T: Real>(settings: Settings<T>, parts: [Part; 2], mission: &Mission) -> Flight<T, 2> {
+fn flown<T: Real>(settings: RedundancySettings<T>, parts: [Part; 2], mission: &Mission) -> Flight<T, 2> {
     fly(&platform(settings, units(&parts)), mission)
 }
 
@@ -42,11 +42,11 @@ fn the_vector_check_alone_sees_an_error_across_gravity() {
         let mut settings = settings::<f64>();
         settings.evaluation.vector_check = vector_check;
         let flight = flown(settings, parts, &mission);
-        let triggered = flight.told(1, |what| matches!(what, What::Triggered { .. }));
-        let compared = flight.told(1, |what| {
+        let triggered = flight.told(1, |kind| matches!(kind, EventKind::Triggered { .. }));
+        let compared = flight.told(1, |kind| {
             matches!(
-                what,
-                What::Evaluated {
+                kind,
+                EventKind::Evaluated {
                     check: Check::Vector,
                     ..
                 }
@@ -89,8 +89,8 @@ fn raw_data_with_thresholds_from_the_last_error_do_not_trigger_again_on_an_error
             .iter()
             .for_each(|record| flight.restore(&platform, record));
         flight.take(&platform, &mission.samples());
-        assert_told!(flight, 1, What::Evaluated { .. });
-        let triggered = flight.told(1, |what| matches!(what, What::Triggered { .. }));
+        assert_told!(flight, 1, EventKind::Evaluated { .. });
+        let triggered = flight.told(1, |kind| matches!(kind, EventKind::Triggered { .. }));
         assert_eq!(triggered, triggers, "{third:?} {}", flight.story());
     }
 }
@@ -101,7 +101,7 @@ fn an_error_that_is_known_is_no_fault_of_a_unit_whichever_data_trigger() {
         let mut settings = settings::<f64>();
         settings.evaluation.data = data;
         // Below what the aged secondary is off by, and far above what its calibration leaves.
-        settings.health.rest = Both {
+        settings.health.rest = ForceAndRate {
             specific_force: 0.05,
             angular_rate: 0.005,
         };
@@ -112,8 +112,8 @@ fn an_error_that_is_known_is_no_fault_of_a_unit_whichever_data_trigger() {
             .iter()
             .for_each(|record| flight.restore(&platform, record));
         flight.take(&platform, &mission.samples());
-        assert_told!(flight, 1, What::Evaluated { .. });
-        assert_told!(flight, 1, 0 x What::Unhealthy { .. });
+        assert_told!(flight, 1, EventKind::Evaluated { .. });
+        assert_told!(flight, 1, 0 x EventKind::Unhealthy { .. });
     }
 }
 
@@ -126,9 +126,9 @@ fn compensated_data_of_a_restored_secondary_are_within_fixed_thresholds() {
         .iter()
         .for_each(|record| flight.restore(&platform, record));
     flight.take(&platform, &mission.samples());
-    assert_told!(flight, 1, 2 x What::Restored { sequence: 1, .. });
-    assert_told!(flight, 1, What::Evaluated { .. });
-    assert_told!(flight, 1, 0 x What::Triggered { .. });
+    assert_told!(flight, 1, 2 x EventKind::Restored { sequence: 1, .. });
+    assert_told!(flight, 1, EventKind::Evaluated { .. });
+    assert_told!(flight, 1, 0 x EventKind::Triggered { .. });
 }
 
 #[test]
@@ -155,10 +155,10 @@ fn rests_are_evaluated_after_start_up_every_so_often_or_on_command_as_set() {
             flight.monitor.command(Command::Evaluate);
         }
         flight.take(&platform, after);
-        let evaluated = flight.told(0, |what| {
+        let evaluated = flight.told(0, |kind| {
             matches!(
-                what,
-                What::Evaluated {
+                kind,
+                EventKind::Evaluated {
                     sensor: Sensor::Gyroscope,
                     ..
                 }
@@ -181,11 +181,11 @@ fn the_scope_says_whether_the_sensor_that_does_not_deviate_is_calibrated_too() {
         let mut settings = settings::<f64>();
         settings.collection.scope = scope;
         let flight = flown(settings, parts, &mission);
-        assert_told!(flight, 1, What::Triggered { sensors } if *sensors == [true, both]);
-        let fitted = flight.told(1, |what| {
+        assert_told!(flight, 1, EventKind::Triggered { sensors } if *sensors == [true, both]);
+        let fitted = flight.told(1, |kind| {
             matches!(
-                what,
-                What::Fitted {
+                kind,
+                EventKind::Fitted {
                     sensor: Sensor::Gyroscope,
                     ..
                 }
@@ -273,36 +273,36 @@ fn gentle_motion_shows_offsets_only_and_gentler_motion_nothing() {
         Mission::new(SEED, &aged()).phases(&phases)
     };
     let flight = flown::<f64>(settings(), aged(), &mission(0.12));
-    assert_told!(flight, 1, What::MotionBegan);
+    assert_told!(flight, 1, EventKind::MotionBegan);
     assert_told!(
         flight,
         1,
-        What::Fitted {
+        EventKind::Fitted {
             sensor: Sensor::Gyroscope,
             rung: Rung::Offset,
             ..
         }
     );
     let flight = flown::<f64>(settings(), aged(), &mission(0.04));
-    assert_told!(flight, 1, 0 x What::MotionBegan);
-    assert_told!(flight, 1, 1 x What::Abandoned { why: Abandoned::NoMotion });
+    assert_told!(flight, 1, 0 x EventKind::MotionBegan);
+    assert_told!(flight, 1, 1 x EventKind::Abandoned { why: Abandoned::NoMotion });
 }
 
 #[test]
 fn vibration_is_no_motion() {
     let phases = [(2.5, Phase::Rest), (25.0, Phase::Shaken)];
     let flight = flown::<f64>(settings(), aged(), &Mission::new(SEED, &aged()).phases(&phases));
-    assert_told!(flight, 0, What::RestEnded);
-    assert_told!(flight, 1, 0 x What::MotionBegan);
-    assert_told!(flight, 1, 1 x What::Abandoned { why: Abandoned::NoMotion });
+    assert_told!(flight, 0, EventKind::RestEnded);
+    assert_told!(flight, 1, 0 x EventKind::MotionBegan);
+    assert_told!(flight, 1, 1 x EventKind::Abandoned { why: Abandoned::NoMotion });
 }
 
 #[test]
 fn too_little_time_in_motion_ends_in_a_time_out_without_a_fit() {
     let phases = [(2.5, Phase::Rest), (3.0, Phase::Free(1.0)), (30.0, Phase::Rest)];
     let flight = flown::<f64>(settings(), aged(), &Mission::new(SEED, &aged()).phases(&phases));
-    assert_told!(flight, 1, 1 x What::Abandoned { why: Abandoned::TimedOut });
-    assert_told!(flight, 1, 0 x What::Fitted { .. });
+    assert_told!(flight, 1, 1 x EventKind::Abandoned { why: Abandoned::TimedOut });
+    assert_told!(flight, 1, 0 x EventKind::Fitted { .. });
 }
 
 #[test]
@@ -319,7 +319,7 @@ fn a_gyroscope_of_one_axis_is_calibrated_along_it_and_nothing_else_is_said_of_it
         true
     });
     let flight = fly(&platform(settings(), set), &mission);
-    assert_told!(flight, 1, 0 x What::Evaluated { sensor: Sensor::Accelerometer, .. });
+    assert_told!(flight, 1, 0 x EventKind::Evaluated { sensor: Sensor::Accelerometer, .. });
     let adopted = flight.adopted(1, Sensor::Gyroscope);
     assert_eq!(adopted.len(), 1, "{}", flight.story());
     assert_eq!((adopted[0].rung, adopted[0].model.bias.x), (Rung::Gain, 0.0));
@@ -342,14 +342,14 @@ fn with_one_calibration_at_a_time_the_second_secondary_waits_for_the_next_evalua
     assert_told!(
         flight,
         2,
-        What::Withheld {
+        EventKind::Withheld {
             why: Withheld::AlreadyCalibrating,
             ..
         }
     );
     let when = |unit| {
         let mut triggers = flight.events.iter();
-        triggers.find(|event| event.unit == unit && matches!(event.what, What::Triggered { .. }))
+        triggers.find(|event| event.unit == unit && matches!(event.kind, EventKind::Triggered { .. }))
     };
     let times = [1, 2].map(|unit| when(unit).map(|event| event.time));
     assert!(times[0].is_some() && times[0] < times[1], "{}", flight.story());

@@ -1,11 +1,11 @@
 //! What becomes of a calibration: it is refused, replaced, restored, or it speaks for a primary that died.
 
 use tumble_core::real::Real;
-use tumble_core::redundancy::fit::adoption::Refusal;
-use tumble_core::redundancy::monitor::event::What;
+use tumble_core::redundancy::fit::adoption::AdoptionRefusal;
+use tumble_core::redundancy::monitor::event::EventKind;
 use tumble_core::redundancy::selection::SelectionReason;
 use tumble_core::redundancy::sensor::Sensor;
-use tumble_core::redundancy::settings::Settings;
+use tumble_core::redundancy::settings::RedundancySettings;
 
 use crate::common::{apart, double};
 use crate::redundancy_mission::{
@@ -19,7 +19,7 @@ fn aged() -> [Part; 2] {
     [Part::exact(), Part::aged()]
 }
 
-fn flown<T: Real>(settings: Settings<T>, parts: [Part; 2], mission: &Mission) -> Flight<T, 2> {
+fn flown<T: Real>(settings: RedundancySettings<T>, parts: [Part; 2], mission: &Mission) -> Flight<T, 2> {
     fly(&platform(settings, units(&parts)), mission)
 }
 
@@ -63,7 +63,7 @@ fn a_record_that_is_of_another_unit_not_finite_or_implausible_is_rejected_and_wh
     let rejected = flight
         .events
         .iter()
-        .filter(|event| matches!(event.what, What::RecordRejected { .. }));
+        .filter(|event| matches!(event.kind, EventKind::RecordRejected { .. }));
     assert_eq!(rejected.count(), bad.len(), "{}", flight.story());
 }
 
@@ -78,11 +78,11 @@ fn takes_over<T: Real>() {
         let mut settings = settings::<T>();
         settings.selection.return_after = return_after;
         let flight = flown(settings, parts, &mission);
-        assert_told!(flight, 1, 1 x What::Selected { reason: SelectionReason::PrimaryFailed });
-        let returned = flight.told(0, |what| {
+        assert_told!(flight, 1, 1 x EventKind::Selected { reason: SelectionReason::PrimaryFailed });
+        let returned = flight.told(0, |kind| {
             matches!(
-                what,
-                What::Selected {
+                kind,
+                EventKind::Selected {
                     reason: SelectionReason::PrimaryProven
                 }
             )
@@ -127,9 +127,9 @@ fn a_fit_that_leaves_too_large_a_residual_is_refused() {
     assert_told!(
         flight,
         1,
-        What::Refused {
+        EventKind::Refused {
             sensor: Sensor::Accelerometer,
-            why: Refusal::ResidualTooLarge(_)
+            why: AdoptionRefusal::ResidualTooLarge(_)
         }
     );
     assert!(flight.adopted(1, Sensor::Accelerometer).is_empty());
@@ -142,6 +142,6 @@ fn before_any_calibration_the_secondary_that_agreed_at_rest_takes_over() {
         .phases(&[(3.0, Phase::Rest), (3.0, Phase::Free(1.0))])
         .spoilt(|unit, time, _| unit != 0 || time < 4.0);
     let flight: Flight<f64, 3> = fly(&platform(settings(), units(&parts)), &mission);
-    assert_told!(flight, 2, 1 x What::Selected { reason: SelectionReason::PrimaryFailed });
-    assert_told!(flight, 1, 0 x What::Selected { .. });
+    assert_told!(flight, 2, 1 x EventKind::Selected { reason: SelectionReason::PrimaryFailed });
+    assert_told!(flight, 1, 0 x EventKind::Selected { .. });
 }

@@ -3,9 +3,9 @@
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use tumble_core::real::{Real, real};
-use tumble_core::redundancy::health::Fault;
+use tumble_core::redundancy::health::HealthFault;
 use tumble_core::redundancy::monitor::Monitor;
-use tumble_core::redundancy::monitor::event::{Abandoned, What};
+use tumble_core::redundancy::monitor::event::{Abandoned, EventKind};
 use tumble_core::redundancy::platform::Platform;
 use tumble_core::redundancy::samples::clock::Unwrapper;
 use tumble_core::redundancy::sensor::SENSORS;
@@ -137,9 +137,9 @@ fn a_jump_of_all_clocks_is_told_and_no_pairs_across_it_are_used() {
             true
         });
         let flight = fly::<f64, 2>(&set(), &mission);
-        assert_told!(flight, 0, 1 x What::TimeJumped { by: told } if told.signum() == by.signum());
-        assert_told!(flight, 1, 1 x What::Abandoned { why: Abandoned::TimeJumped });
-        assert_told!(flight, 1, 0 x What::Adopted { .. });
+        assert_told!(flight, 0, 1 x EventKind::TimeJumped { by: told } if told.signum() == by.signum());
+        assert_told!(flight, 1, 1 x EventKind::Abandoned { why: Abandoned::TimeJumped });
+        assert_told!(flight, 1, 0 x EventKind::Adopted { .. });
     }
 }
 
@@ -154,15 +154,15 @@ fn a_jump_of_one_clock_of_three_is_a_fault_of_its_unit_and_harms_no_other() {
             true
         });
         let flight = fly::<f64, 3>(&platform(settings(), units(&parts)), &mission);
-        assert_told!(flight, 0, 0 x What::TimeJumped { .. });
+        assert_told!(flight, 0, 0 x EventKind::TimeJumped { .. });
         assert_told!(
             flight,
             2,
-            What::Unhealthy {
-                fault: Fault::ClockJumped | Fault::Late { .. }
+            EventKind::Unhealthy {
+                fault: HealthFault::ClockJumped | HealthFault::Late { .. }
             }
         );
-        assert_told!(flight, 2, 1 x What::Abandoned { why: Abandoned::SecondaryUnhealthy });
+        assert_told!(flight, 2, 1 x EventKind::Abandoned { why: Abandoned::SecondaryUnhealthy });
         assert_holds(&flight.adopted(1, SENSORS[0])[0], &parts[1], SEED);
     }
 }

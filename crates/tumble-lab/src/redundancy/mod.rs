@@ -3,7 +3,7 @@
 //! [`names`] gives every setting a name, [`told`] puts events in words and figures, [`set`] hides how many units there
 //! are and in which precision they are watched, and [`replay`] drives it with arrays.
 
+pub mod dyn_monitor;
+pub mod event_text;
 pub mod names;
 pub mod replay;
-pub mod set;
-pub mod told;

@@ -2,7 +2,7 @@
 
 use tumble_core::real::{Real, real};
 use tumble_core::redundancy::settings::thresholds::Threshold;
-use tumble_core::redundancy::settings::{Data, Gate, Rung, Scope, Settings};
+use tumble_core::redundancy::settings::{Data, Gate, RedundancySettings, Rung, Scope};
 
 /// What a setting is set to.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,9 +22,9 @@ pub struct Named<T: Real> {
     /// As users write it.
     pub name: &'static str,
     /// Its value.
-    pub get: fn(&Settings<T>) -> Value,
+    pub get: fn(&RedundancySettings<T>) -> Value,
     /// Sets it.
-    pub set: fn(&mut Settings<T>, &Value) -> Option<()>,
+    pub set: fn(&mut RedundancySettings<T>, &Value) -> Option<()>,
 }
 
 /// A setting that cannot be set so.
@@ -42,8 +42,8 @@ pub enum NameError {
 /// [`NameError`] for the first that cannot be.
 pub fn settings<'a, T: Real>(
     values: impl Iterator<Item = (&'a str, Value)>,
-) -> Result<Settings<T>, NameError> {
-    let mut settings = Settings::default();
+) -> Result<RedundancySettings<T>, NameError> {
+    let mut settings = RedundancySettings::default();
     let named = all::<T>();
     for (name, value) in values {
         let found = named.iter().find(|named| named.name == name);
@@ -293,10 +293,10 @@ mod tests {
     #[test]
     fn what_is_read_of_a_setting_sets_it_again() {
         for named in all::<f64>() {
-            let mut settings = Settings::default();
+            let mut settings = RedundancySettings::default();
             let value = (named.get)(&settings);
             assert_eq!((named.set)(&mut settings, &value), Some(()), "{}", named.name);
-            assert_eq!(settings, Settings::default(), "{}", named.name);
+            assert_eq!(settings, RedundancySettings::default(), "{}", named.name);
         }
     }
 
@@ -309,7 +309,7 @@ mod tests {
                 "{}",
                 one.name
             );
-            let mut settings = Settings::default();
+            let mut settings = RedundancySettings::default();
             let other = match (one.get)(&settings) {
                 Value::Number(number) => Value::Number(number * 2.0 + 1.0),
                 Value::Flag(flag) => Value::Flag(!flag),
@@ -327,7 +327,7 @@ mod tests {
             assert_eq!((one.get)(&settings), other, "{}", one.name);
             let changed = named
                 .iter()
-                .filter(|named| (named.get)(&settings) != (named.get)(&Settings::default()));
+                .filter(|named| (named.get)(&settings) != (named.get)(&RedundancySettings::default()));
             assert_eq!(changed.count(), 1, "{}", one.name);
         }
     }

@@ -4,11 +4,11 @@ use nalgebra::Vector3;
 use tumble_core::redundancy::monitor::Command;
 use tumble_core::sample::Sample;
 
-use crate::redundancy::set::{Heard, Said, Seen, Set};
+use crate::redundancy::dyn_monitor::{DynMonitor, EventLog, OutputSample, WindowMeans};
 
 /// What one unit said; row `i` of each belongs to `time[i]`.
 #[derive(Clone, Copy, Debug)]
-pub struct Track<'a> {
+pub struct UnitLog<'a> {
     /// s of the recordings' common clock.
     pub time: &'a [f64],
     /// m/s^2.
@@ -21,26 +21,26 @@ pub struct Track<'a> {
 
 /// All units over one window.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Window {
+pub struct ReplayWindow {
     /// Its number on the common clock.
     pub number: u64,
     /// `None` of a unit that said nothing over it.
-    pub seen: Vec<Option<Seen>>,
+    pub means: Vec<Option<WindowMeans>>,
 }
 
 /// What a replay gave.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Replay {
     /// Events and adopted records.
-    pub heard: Heard,
+    pub log: EventLog,
     /// Windows in turn.
-    pub windows: Vec<Window>,
+    pub windows: Vec<ReplayWindow>,
     /// The output, where it was asked for.
-    pub output: Vec<Said>,
+    pub output: Vec<OutputSample>,
 }
 
 /// What to do besides pushing samples.
-pub struct Wishes<'a> {
+pub struct ReplayOptions<'a> {
     /// s, in order, with the command to give then.
     pub commands: &'a [(f64, Command)],
     /// Whether the output is kept.
@@ -52,61 +52,65 @@ pub struct Wishes<'a> {
 }
 
 /// Samples after which progress is told.
-const TOLD_EVERY: usize = 1 << 16;
+const PROGRESS_EVERY: usize = 1 << 16;
 
 /// Pushes all that the units said, in order of time. Rows that go back in time are pushed as they stand: what a clock does
 /// is for the monitor to judge.
-pub fn replay(set: &mut dyn Set, tracks: &[Track<'_>], wishes: &mut Wishes<'_>) -> Replay {
+pub fn replay(
+    monitor: &mut dyn DynMonitor,
+    units: &[UnitLog<'_>],
+    options: &mut ReplayOptions<'_>,
+) -> Replay {
     let mut replay = Replay::default();
-    let mut latest = set.window();
-    let mut next = vec![0_usize; tracks.len()];
-    let mut commands = wishes.commands.iter().peekable();
-    let total: usize = tracks.iter().map(|track| track.time.len()).sum();
+    let mut latest = monitor.window();
+    let mut next = vec![0_usize; units.len()];
+    let mut commands = options.commands.iter().peekable();
+    let total: usize = units.iter().map(|samples| samples.time.len()).sum();
     for pushed in 0..total {
-        if pushed.is_multiple_of(TOLD_EVERY) && !(wishes.progress)(share(pushed, total)) {
+        if pushed.is_multiple_of(PROGRESS_EVERY) && !(options.progress)(share(pushed, total)) {
             break;
         }
-        let Some(unit) = earliest(tracks, &next) else {
+        let Some(unit) = earliest(units, &next) else {
             break;
         };
-        let (track, row) = (&tracks[unit], next[unit]);
+        let (samples, row) = (&units[unit], next[unit]);
         next[unit] += 1;
-        let now = track.time[row] + track.time_offset;
+        let now = samples.time[row] + samples.time_offset;
         while let Some((_, command)) = commands.next_if(|(time, _)| *time <= now) {
-            set.command(*command);
+            monitor.command(*command);
         }
         let sample = Sample {
-            time: microseconds(track.time[row] - wishes.origin),
-            specific_force: Vector3::from(track.specific_force[row]),
-            angular_rate: Vector3::from(track.angular_rate[row]),
+            time: microseconds(samples.time[row] - options.origin),
+            specific_force: Vector3::from(samples.specific_force[row]),
+            angular_rate: Vector3::from(samples.angular_rate[row]),
         };
-        let said = set.push(unit, &sample, &mut replay.heard);
-        replay.output.extend(said.filter(|_| wishes.keep_output));
-        replay.look(set, tracks.len(), &mut latest);
+        let output = monitor.push(unit, &sample, &mut replay.log);
+        replay.output.extend(output.filter(|_| options.keep_output));
+        replay.keep_window(monitor, units.len(), &mut latest);
     }
     replay
 }
 
 impl Replay {
     /// Keeps the window looked at last, unless it is the `latest` one kept, be it in a replay before.
-    fn look(&mut self, set: &dyn Set, units: usize, latest: &mut Option<u64>) {
-        let window = set.window();
+    fn keep_window(&mut self, monitor: &dyn DynMonitor, units: usize, latest: &mut Option<u64>) {
+        let window = monitor.window();
         if let Some(number) = window.filter(|_| window != *latest) {
-            let seen = (0..units).map(|unit| set.seen(unit)).collect();
-            self.windows.push(Window { number, seen });
+            let means = (0..units).map(|unit| monitor.means(unit)).collect();
+            self.windows.push(ReplayWindow { number, means });
         }
         *latest = window;
     }
 }
 
 /// The unit whose next sample is earliest on the common clock.
-fn earliest(tracks: &[Track<'_>], next: &[usize]) -> Option<usize> {
+fn earliest(units: &[UnitLog<'_>], next: &[usize]) -> Option<usize> {
     let mut earliest: Option<(usize, f64)> = None;
-    for (unit, (track, row)) in tracks.iter().zip(next).enumerate() {
-        let Some(time) = track.time.get(*row) else {
+    for (unit, (samples, row)) in units.iter().zip(next).enumerate() {
+        let Some(time) = samples.time.get(*row) else {
             continue;
         };
-        let time = time + track.time_offset;
+        let time = time + samples.time_offset;
         if earliest.is_none_or(|(_, other)| time < other) {
             earliest = Some((unit, time));
         }

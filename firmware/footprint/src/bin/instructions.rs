@@ -12,7 +12,7 @@ use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hio::{self, HostStream};
 use footprint::{apply, corrections, dense, sample, save_into_a_full_bank};
 use mission::nor::{BYTES, ERASED, Nor};
-use mission::watch::{Phase, Watch};
+use mission::work_meter::{WorkMeter, WorkPart};
 use mission::{MissionError, flight, spin};
 
 static REDUNDANCY: &[u8] = include_bytes!("../../../../vectors/redundancy.json");
@@ -33,11 +33,11 @@ struct Counter {
     out: HostStream,
     /// Of the timer; `None` if it came to its end meanwhile.
     last: Option<u32>,
-    /// What is said behind the name of each phase.
+    /// What is said behind the name of each part.
     suffix: &'static str,
 }
 
-impl Watch for Counter {
+impl WorkMeter for Counter {
     fn during<R>(&mut self, work: impl FnOnce() -> R) -> R {
         // It starts anew from the top.
         self.timer.clear_current();
@@ -48,10 +48,10 @@ impl Watch for Counter {
         result
     }
 
-    fn was(&mut self, phase: Phase) {
+    fn was(&mut self, part: WorkPart) {
         // Where nobody listens, the end of the mission says so.
         let suffix = self.suffix;
-        let _ = self.tell(format_args!("{phase:?}{suffix}"), 1);
+        let _ = self.tell(format_args!("{part:?}{suffix}"), 1);
     }
 }
 

@@ -4,14 +4,14 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::real::{Real, real};
 use crate::redundancy::fit::Fit;
-use crate::redundancy::fit::residual::{Layout, Pairs, Residual};
-use crate::redundancy::relative_error::Relation;
+use crate::redundancy::fit::residual::{Layout, PairMoments, RowResidual};
+use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::AdoptionSettings;
 
 /// Why a new calibration was refused; the stored one stays.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Refusal<T: Real> {
+pub enum AdoptionRefusal<T: Real> {
     /// Numbers failed.
     Unsolvable,
     /// Fewer pairs than there have to be.
@@ -58,7 +58,7 @@ impl<T: Real> Excess<T> {
 
 /// What both said at the rest before, in the axes of the secondary.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RestPair<T: Real> {
+pub struct RestReadings<T: Real> {
     /// The primary.
     pub first: Vector3<T>,
     /// The secondary.
@@ -66,7 +66,7 @@ pub struct RestPair<T: Real> {
 }
 
 /// A calibration on trial.
-pub struct Candidate<'a, T: Real> {
+pub struct FitCandidate<'a, T: Real> {
     /// Which sensor.
     pub sensor: Sensor,
     /// Axes the sensor has.
@@ -78,13 +78,13 @@ pub struct Candidate<'a, T: Real> {
     /// Fitted to all pairs: what would be stored.
     pub whole: &'a Fit<T>,
     /// What is stored.
-    pub stored: &'a Relation<T>,
+    pub stored: &'a RelativeError<T>,
     /// Pairs of the other seconds.
-    pub held_out: &'a dyn Pairs<T>,
+    pub held_out: &'a dyn PairMoments<T>,
     /// All pairs.
-    pub all: &'a dyn Pairs<T>,
+    pub all: &'a dyn PairMoments<T>,
     /// The rest before.
-    pub rest: &'a RestPair<T>,
+    pub rest: &'a RestReadings<T>,
 }
 
 /// Root mean square residual of a channel on held-out pairs.
@@ -96,11 +96,11 @@ pub struct Residuals<T: Real> {
     pub before: T,
 }
 
-impl<T: Real> Candidate<'_, T> {
+impl<T: Real> FitCandidate<'_, T> {
     /// How well it, and what is stored, explain pairs it was not fitted to.
     pub fn residuals(&self) -> Residuals<T> {
         Residuals {
-            after: self.root_mean_square(&self.half.relation),
+            after: self.root_mean_square(&self.half.error),
             before: self.root_mean_square(self.stored),
         }
     }
@@ -110,9 +110,9 @@ impl<T: Real> Candidate<'_, T> {
         (0..3).filter(move |i| axes.get(*i) == Some(&true))
     }
 
-    fn root_mean_square(&self, relation: &Relation<T>) -> T {
+    fn root_mean_square(&self, error: &RelativeError<T>) -> T {
         let (sum, axes) = self.present().fold((T::zero(), T::zero()), |(sum, axes), i| {
-            let square = Residual::new(relation, self.stored, &self.layout, i).mean_square(self.held_out);
+            let square = RowResidual::new(error, self.stored, &self.layout, i).mean_square(self.held_out);
             (sum + square, axes + T::one())
         });
         (sum / axes.max(T::one())).sqrt()
@@ -121,29 +121,33 @@ impl<T: Real> Candidate<'_, T> {
     /// Judges it.
     ///
     /// # Errors
-    /// The first [`Refusal`].
-    pub fn judge(&self, residuals: &Residuals<T>, settings: &AdoptionSettings<T>) -> Result<(), Refusal<T>> {
-        let refuse = |excess: Option<Excess<T>>, refusal: fn(Excess<T>) -> Refusal<T>| match excess {
+    /// The first [`AdoptionRefusal`].
+    pub fn judge(
+        &self,
+        residuals: &Residuals<T>,
+        settings: &AdoptionSettings<T>,
+    ) -> Result<(), AdoptionRefusal<T>> {
+        let refuse = |excess: Option<Excess<T>>, refusal: fn(Excess<T>) -> AdoptionRefusal<T>| match excess {
             Some(excess) => Err(refusal(excess)),
             None => Ok(()),
         };
         let sensor = self.sensor;
         refuse(
             Excess::of(residuals.after, settings.residual.of(sensor)),
-            Refusal::ResidualTooLarge,
+            AdoptionRefusal::ResidualTooLarge,
         )?;
-        settings.allows(sensor, &self.whole.relation)?;
+        settings.allows(sensor, &self.whole.error)?;
         refuse(
             Excess::of(self.drift(), settings.drift.of(sensor)),
-            Refusal::Drifting,
+            AdoptionRefusal::Drifting,
         )?;
         let apart = self.apart_at_rest();
         refuse(
             Excess::of(apart, settings.drift.of(sensor)),
-            Refusal::DisagreesWithRest,
+            AdoptionRefusal::DisagreesWithRest,
         )?;
         let limit = residuals.before * (T::one() - settings.improvement);
-        refuse(Excess::of(residuals.after, limit), Refusal::NotBetter)
+        refuse(Excess::of(residuals.after, limit), AdoptionRefusal::NotBetter)
     }
 
     /// Change of the residual over the collection, as a straight line has it, largest axis. A step halfway shows as
@@ -153,13 +157,13 @@ impl<T: Real> Candidate<'_, T> {
         let spread = self.all.covariance_of(time, time).max(T::default_epsilon());
         let duration_over_spread = (spread * real(12.0)).sqrt() / spread;
         self.present().fold(T::zero(), |most, i| {
-            let residual = Residual::new(&self.whole.relation, self.stored, &self.layout, i);
+            let residual = RowResidual::new(&self.whole.error, self.stored, &self.layout, i);
             most.max(residual.covariance_with(self.all, time).abs() * duration_over_spread)
         })
     }
 
     fn apart_at_rest(&self) -> T {
-        let apart = self.rest.second - self.whole.relation.predict(&self.rest.first);
+        let apart = self.rest.second - self.whole.error.predict(&self.rest.first);
         self.present()
             .fold(T::zero(), |sum, i| sum + apart[i] * apart[i])
             .sqrt()
@@ -170,16 +174,12 @@ impl<T: Real> AdoptionSettings<T> {
     /// Whether an error lies within plausible bounds.
     ///
     /// # Errors
-    /// The first [`Refusal`].
-    pub fn allows(&self, sensor: Sensor, relation: &Relation<T>) -> Result<(), Refusal<T>> {
+    /// The first [`AdoptionRefusal`].
+    pub fn allows(&self, sensor: Sensor, error: &RelativeError<T>) -> Result<(), AdoptionRefusal<T>> {
         // The largest, and what is not a number above all.
         let larger = |most: T, value: T| if value <= most { most } else { value };
         let (mut scale, mut misalignment) = (T::zero(), T::zero());
-        for (row, nominal) in relation
-            .matrix
-            .row_iter()
-            .zip(Matrix3::<T>::identity().row_iter())
-        {
+        for (row, nominal) in error.matrix.row_iter().zip(Matrix3::<T>::identity().row_iter()) {
             let norm = row.norm();
             scale = larger(scale, (norm - T::one()).abs());
             // The chord to the nominal axis: the angle where it is small, two for an axis turned over.
@@ -189,18 +189,18 @@ impl<T: Real> AdoptionSettings<T> {
             (
                 misalignment,
                 self.misalignment,
-                Refusal::ImplausibleMisalignment as fn(_) -> _,
+                AdoptionRefusal::ImplausibleMisalignment as fn(_) -> _,
             ),
-            (scale, self.scale, Refusal::ImplausibleScale),
+            (scale, self.scale, AdoptionRefusal::ImplausibleScale),
             (
-                relation.bias.norm(),
+                error.bias.norm(),
                 self.bias.of(sensor),
-                Refusal::ImplausibleBias,
+                AdoptionRefusal::ImplausibleBias,
             ),
             (
-                relation.lever_arm.norm(),
+                error.lever_arm.norm(),
                 self.lever_arm,
-                Refusal::ImplausibleLeverArm,
+                AdoptionRefusal::ImplausibleLeverArm,
             ),
         ];
         for (value, limit, refusal) in figures {

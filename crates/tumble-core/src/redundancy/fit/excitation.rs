@@ -6,7 +6,7 @@ use crate::eigen;
 use crate::real::Real;
 
 /// Inverse of a symmetric matrix over the directions along which it is at least `least`, and the projection onto them.
-pub(super) struct Excited<T: Real> {
+pub(super) struct ExcitedDirections<T: Real> {
     pub inverse: Matrix3<T>,
     /// Onto these directions.
     pub projection: Matrix3<T>,
@@ -14,7 +14,7 @@ pub(super) struct Excited<T: Real> {
     pub directions: u8,
 }
 
-impl<T: Real> Excited<T> {
+impl<T: Real> ExcitedDirections<T> {
     /// Along which the motion is at least that large.
     pub fn of(matrix: Matrix3<T>, least: T) -> Self {
         let (values, vectors) = eigen::symmetric(matrix);

@@ -16,9 +16,9 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::model::times;
 use crate::real::{Real, count, real};
-use crate::redundancy::fit::excitation::Excited;
-use crate::redundancy::fit::residual::{Layout, Pairs, Residual};
-use crate::redundancy::relative_error::Relation;
+use crate::redundancy::fit::excitation::ExcitedDirections;
+use crate::redundancy::fit::residual::{Layout, PairMoments, RowResidual};
+use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::samples::pair::FORCE_CHANNELS;
 use crate::redundancy::settings::Rung;
 
@@ -32,9 +32,9 @@ pub struct PrimaryNoise<T: Real> {
 }
 
 /// What is to be fitted to what.
-pub struct Problem<'a, T: Real> {
+pub struct FitProblem<'a, T: Real> {
     /// The pairs.
-    pub pairs: &'a dyn Pairs<T>,
+    pub pairs: &'a dyn PairMoments<T>,
     /// Their channels.
     pub layout: Layout,
     /// Axes that the sensor has.
@@ -42,7 +42,7 @@ pub struct Problem<'a, T: Real> {
     /// Noise of the primary.
     pub noise: PrimaryNoise<T>,
     /// What is stored, and stays where nothing is shown.
-    pub stored: &'a Relation<T>,
+    pub stored: &'a RelativeError<T>,
     /// Top of the ladder.
     pub highest: Rung,
     /// Standard deviation of the motion along a direction from which on it counts, m/s^2 or rad/s.
@@ -55,7 +55,7 @@ pub struct Problem<'a, T: Real> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit<T: Real> {
     /// The error.
-    pub relation: Relation<T>,
+    pub error: RelativeError<T>,
     /// How far up the ladder.
     pub rung: Rung,
     /// Directions along which M was fitted.
@@ -85,14 +85,14 @@ impl<T: Real> Fit<T> {
                 terms += T::one();
             }
         };
-        let matrix = self.relation.matrix - other.relation.matrix;
+        let matrix = self.error.matrix - other.error.matrix;
         for (i, (one, another)) in self.row_covariance.iter().zip(&other.row_covariance).enumerate() {
             for j in 0..3 {
                 compare(matrix[(i, j)], one[(j, j)] + another[(j, j)]);
             }
         }
-        let bias = self.relation.bias - other.relation.bias;
-        let arm = self.relation.lever_arm - other.relation.lever_arm;
+        let bias = self.error.bias - other.error.bias;
+        let arm = self.error.lever_arm - other.error.lever_arm;
         let arms = self.lever_arm_covariance + other.lever_arm_covariance;
         for j in 0..3 {
             let (one, another) = (self.bias_sigma[j], other.bias_sigma[j]);
@@ -121,11 +121,11 @@ const PASSES: u32 = 3;
 const SHARED: f64 = 1.5;
 
 /// A weighted sum of channels of a pair.
-type Sum<T, const TERMS: usize> = [(usize, T); TERMS];
+type ChannelSum<T, const TERMS: usize> = [(usize, T); TERMS];
 
 /// The covariances a pass needs, with the primary taken to where the lever arm is believed to put the secondary.
-struct Sums<'a, 'b, T: Real> {
-    problem: &'a Problem<'b, T>,
+struct PassMoments<'a, 'b, T: Real> {
+    problem: &'a FitProblem<'b, T>,
     /// Change of the lever arm so far.
     change: Vector3<T>,
 }
@@ -136,7 +136,7 @@ fn row_of<T: Real>(matrix: &Matrix3<T>, i: usize) -> [T; 3] {
 }
 
 /// Row `i` of the pairs (docs/theory/redundancy.md, eq. 7), for a given M: the channels of the lever are those of `M W`.
-struct Row<T: Real> {
+struct RowMoments<T: Real> {
     /// Covariance of the motion with what is not explained yet.
     motion: Vector3<T>,
     /// Covariance of the motion with the lever.
@@ -147,7 +147,7 @@ struct Row<T: Real> {
     lever_lever: Matrix3<T>,
 }
 
-impl<T: Real> Sums<'_, '_, T> {
+impl<T: Real> PassMoments<'_, '_, T> {
     fn lever_channel(&self, l: usize, k: usize) -> usize {
         // Where there is no lever, a channel there is not: its covariances are zero.
         let first = self.problem.layout.lever;
@@ -155,7 +155,7 @@ impl<T: Real> Sums<'_, '_, T> {
     }
 
     /// Axis `j` of the motion at the secondary: `u + W change`.
-    fn moved(&self, j: usize) -> Sum<T, 4> {
+    fn moved(&self, j: usize) -> ChannelSum<T, 4> {
         core::array::from_fn(|term| match term.checked_sub(1) {
             None => (j, T::one()),
             Some(k) => (self.lever_channel(j, k), self.change[k]),
@@ -163,12 +163,12 @@ impl<T: Real> Sums<'_, '_, T> {
     }
 
     /// Column `k` of a row of M times W.
-    fn lever(&self, row: &[T; 3], k: usize) -> Sum<T, 3> {
+    fn lever(&self, row: &[T; 3], k: usize) -> ChannelSum<T, 3> {
         core::array::from_fn(|l| (self.lever_channel(l, k), row[l]))
     }
 
     /// Row `i` of what the secondary says beyond what is stored, with the lever arm believed: less `M_0 W change`.
-    fn beyond(&self, i: usize) -> Sum<T, 10> {
+    fn beyond(&self, i: usize) -> ChannelSum<T, 10> {
         let stored = row_of(&self.problem.stored.matrix, i);
         core::array::from_fn(|term| match term.checked_sub(1) {
             None => (self.problem.layout.second + i, T::one()),
@@ -194,11 +194,11 @@ impl<T: Real> Sums<'_, '_, T> {
     }
 
     /// The primary's noise is in the motion and, through the stored M, in what is not explained.
-    fn row(&self, m: &Matrix3<T>, i: usize) -> Row<T> {
+    fn row(&self, m: &Matrix3<T>, i: usize) -> RowMoments<T> {
         let stored: [T; 3] = row_of(&self.problem.stored.matrix, i);
         let noise = times(&self.problem.noise.reading, &stored.into());
         let (m, beyond) = (&row_of(m, i), self.beyond(i));
-        Row {
+        RowMoments {
             motion: noise + Vector3::from_fn(|j, _| self.covariance(&self.moved(j), &beyond)),
             motion_lever: Matrix3::from_fn(|j, k| self.covariance(&self.moved(j), &self.lever(m, k))),
             lever: Vector3::from_fn(|k, _| self.covariance(&self.lever(m, k), &beyond)),
@@ -208,15 +208,15 @@ impl<T: Real> Sums<'_, '_, T> {
 }
 
 /// One pass of the ladder.
-struct Pass<T: Real> {
+struct LadderPass<T: Real> {
     matrix: Matrix3<T>,
     lever_arm: Vector3<T>,
-    excited: [Excited<T>; 3],
-    lever: Excited<T>,
+    excited: [ExcitedDirections<T>; 3],
+    lever: ExcitedDirections<T>,
     motion_lever: [Matrix3<T>; 3],
 }
 
-impl<T: Real> Problem<'_, T> {
+impl<T: Real> FitProblem<'_, T> {
     /// Goes up the ladder as far as the motion excites it. `None` where numbers fail.
     pub fn solve(&self) -> Option<Fit<T>> {
         let mut pass = self.pass(&self.stored.matrix, &self.stored.lever_arm);
@@ -227,13 +227,13 @@ impl<T: Real> Problem<'_, T> {
     }
 
     /// A step of Gauss and Newton from `m` and `arm`.
-    fn pass(&self, m: &Matrix3<T>, arm: &Vector3<T>) -> Pass<T> {
-        let sums = Sums {
+    fn pass(&self, m: &Matrix3<T>, arm: &Vector3<T>) -> LadderPass<T> {
+        let sums = PassMoments {
             problem: self,
             change: arm - self.stored.lever_arm,
         };
         let excited = self.excited(&sums.motion());
-        let rows: [Row<T>; 3] = core::array::from_fn(|i| sums.row(m, i));
+        let rows: [RowMoments<T>; 3] = core::array::from_fn(|i| sums.row(m, i));
         let lever = self.lever(&rows, &excited);
         let unexplained = self
             .present(&rows, &excited)
@@ -245,7 +245,7 @@ impl<T: Real> Problem<'_, T> {
             let (row, excited) = (&rows[i], &excited[i]);
             excited.inverse * (row.motion - row.motion_lever * step)
         });
-        Pass {
+        LadderPass {
             matrix: self.stored.matrix + Matrix3::from_columns(&changes).transpose(),
             lever_arm: arm + step,
             excited,
@@ -255,40 +255,42 @@ impl<T: Real> Problem<'_, T> {
     }
 
     /// For each row of M the directions it may be fitted along.
-    fn excited(&self, motion: &Matrix3<T>) -> [Excited<T>; 3] {
+    fn excited(&self, motion: &Matrix3<T>) -> [ExcitedDirections<T>; 3] {
         let least = self.excitation * self.excitation;
         let complete = self.axes == [true; 3];
         core::array::from_fn(|i| match self.highest {
-            _ if !self.axes[i] => Excited::nothing(),
-            Rung::Offset => Excited::nothing(),
-            Rung::Affine | Rung::AffineAndLeverArm if complete => Excited::of(*motion, least),
-            Rung::Gain | Rung::Affine | Rung::AffineAndLeverArm => Excited::along_axis(motion, i, least),
+            _ if !self.axes[i] => ExcitedDirections::nothing(),
+            Rung::Offset => ExcitedDirections::nothing(),
+            Rung::Affine | Rung::AffineAndLeverArm if complete => ExcitedDirections::of(*motion, least),
+            Rung::Gain | Rung::Affine | Rung::AffineAndLeverArm => {
+                ExcitedDirections::along_axis(motion, i, least)
+            }
         })
     }
 
     fn present<'c>(
         &'c self,
-        rows: &'c [Row<T>; 3],
-        excited: &'c [Excited<T>; 3],
-    ) -> impl Iterator<Item = (&'c Row<T>, &'c Excited<T>)> {
+        rows: &'c [RowMoments<T>; 3],
+        excited: &'c [ExcitedDirections<T>; 3],
+    ) -> impl Iterator<Item = (&'c RowMoments<T>, &'c ExcitedDirections<T>)> {
         let all = rows.iter().zip(excited).zip(self.axes);
         all.filter(|(_, present)| *present).map(|(row, _)| row)
     }
 
     /// What the lever arm shows beyond what the motion explains: the Schur complement, less the primary's noise.
-    fn lever(&self, rows: &[Row<T>; 3], excited: &[Excited<T>; 3]) -> Excited<T> {
+    fn lever(&self, rows: &[RowMoments<T>; 3], excited: &[ExcitedDirections<T>; 3]) -> ExcitedDirections<T> {
         let (Some(least), Rung::AffineAndLeverArm) = (self.lever_arm_excitation, self.highest) else {
-            return Excited::nothing();
+            return ExcitedDirections::nothing();
         };
         let v = &self.noise.angular_acceleration;
         let noise = Matrix3::from_diagonal(&Vector3::new(v.y + v.z, v.z + v.x, v.x + v.y));
         let complement = self.present(rows, excited).fold(-noise, |sum, (row, excited)| {
             sum + row.lever_lever - row.motion_lever.tr_mul(&(excited.inverse * row.motion_lever))
         });
-        Excited::of(complement, least * least)
+        ExcitedDirections::of(complement, least * least)
     }
 
-    fn conclude(&self, pass: &Pass<T>) -> Option<Fit<T>> {
+    fn conclude(&self, pass: &LadderPass<T>) -> Option<Fit<T>> {
         let excited = &pass.excited;
         let means = |first: usize| Vector3::from_fn(|i, _| self.pairs.mean_of(first + i));
         let motion = means(0);
@@ -300,12 +302,12 @@ impl<T: Real> Problem<'_, T> {
             + pass.matrix * (lever * (pass.lever_arm - stored.lever_arm));
         let change = means(self.layout.second) - explained;
         let bias = stored.bias + Vector3::from_fn(|i, _| if self.axes[i] { change[i] } else { T::zero() });
-        let relation = Relation::new(pass.matrix, bias, pass.lever_arm)?;
+        let error = RelativeError::new(pass.matrix, bias, pass.lever_arm)?;
         let directions = excited.iter().fold(0, |most, row| row.directions.max(most));
         let pairs = self.pairs.samples();
         let unknowns = 1 + u32::from(directions);
         let share = real::<T>(SHARED) / count(pairs.saturating_sub(unknowns).max(1));
-        let variance: [T; 3] = core::array::from_fn(|i| self.residual_variance(&relation, i) * share);
+        let variance: [T; 3] = core::array::from_fn(|i| self.residual_variance(&error, i) * share);
         let [x, y, z] = variance;
         let lever_arm_covariance = pass.lever.inverse * ((x + y + z) * real(1.0 / 3.0));
         let carried_by_lever: [Matrix3<T>; 3] =
@@ -323,7 +325,7 @@ impl<T: Real> Problem<'_, T> {
                 .sqrt()
         });
         Some(Fit {
-            relation,
+            error,
             rung: self.rung(directions, pass.lever.directions),
             directions,
             shown: core::array::from_fn(|i| excited[i].projection),
@@ -344,8 +346,8 @@ impl<T: Real> Problem<'_, T> {
         }
     }
 
-    fn residual_variance(&self, relation: &Relation<T>, row: usize) -> T {
-        Residual::new(relation, self.stored, &self.layout, row).variance(self.pairs)
+    fn residual_variance(&self, error: &RelativeError<T>, row: usize) -> T {
+        RowResidual::new(error, self.stored, &self.layout, row).variance(self.pairs)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::real::Real;
 use crate::redundancy::fit::joint_moments::{JointMoments, packed};
-use crate::redundancy::relative_error::Relation;
+use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::samples::pair::{FORCE_CHANNELS, RATE_CHANNELS};
 
 /// Different covariances of the channels of a pair of accelerometers.
@@ -12,7 +12,7 @@ pub const FORCE_PACKED: usize = packed(FORCE_CHANNELS);
 pub const RATE_PACKED: usize = packed(RATE_CHANNELS);
 
 /// Moments of pairs of either sensor.
-pub trait Pairs<T: Real> {
+pub trait PairMoments<T: Real> {
     /// How many pairs.
     fn samples(&self) -> u32;
     /// Mean of a channel.
@@ -21,7 +21,7 @@ pub trait Pairs<T: Real> {
     fn covariance_of(&self, i: usize, j: usize) -> T;
 }
 
-impl<T: Real, const N: usize, const PACKED: usize> Pairs<T> for JointMoments<T, N, PACKED> {
+impl<T: Real, const N: usize, const PACKED: usize> PairMoments<T> for JointMoments<T, N, PACKED> {
     fn samples(&self) -> u32 {
         JointMoments::samples(self)
     }
@@ -61,18 +61,18 @@ pub const RATE_LAYOUT: Layout = Layout {
 };
 
 /// Row `i` of `y - M (u + W r) - b` as a sum over the channels of a pair, in which what is stored was taken off already.
-pub struct Residual<T: Real> {
+pub struct RowResidual<T: Real> {
     weights: [T; FORCE_CHANNELS],
     channels: usize,
     offset: T,
 }
 
-impl<T: Real> Residual<T> {
+impl<T: Real> RowResidual<T> {
     /// Of a relation.
-    pub fn new(relation: &Relation<T>, stored: &Relation<T>, layout: &Layout, row: usize) -> Self {
+    pub fn new(error: &RelativeError<T>, stored: &RelativeError<T>, layout: &Layout, row: usize) -> Self {
         let mut weights = [T::zero(); FORCE_CHANNELS];
-        let change = relation.lever_arm - stored.lever_arm;
-        let m = |relation: &Relation<T>, l: usize| relation.matrix.get((row, l)).copied();
+        let change = error.lever_arm - stored.lever_arm;
+        let m = |error: &RelativeError<T>, l: usize| error.matrix.get((row, l)).copied();
         for (channel, weight) in weights.iter_mut().enumerate() {
             let lever = layout
                 .lever
@@ -80,31 +80,29 @@ impl<T: Real> Residual<T> {
                 .filter(|k| *k < 9);
             let of_channel = match (channel, lever) {
                 (0..3, _) => m(stored, channel)
-                    .zip(m(relation, channel))
+                    .zip(m(error, channel))
                     .map(|(before, now)| before - now),
-                (_, Some(at)) => m(relation, at / 3)
-                    .zip(change.get(at % 3))
-                    .map(|(m, arm)| -m * *arm),
+                (_, Some(at)) => m(error, at / 3).zip(change.get(at % 3)).map(|(m, arm)| -m * *arm),
                 _ => (channel == layout.second + row).then(T::one),
             };
             *weight = of_channel.unwrap_or(T::zero());
         }
-        let bias = |relation: &Relation<T>| relation.bias.get(row).copied().unwrap_or(T::zero());
+        let bias = |error: &RelativeError<T>| error.bias.get(row).copied().unwrap_or(T::zero());
         Self {
             weights,
             channels: layout.second + 3,
-            offset: bias(stored) - bias(relation),
+            offset: bias(stored) - bias(error),
         }
     }
 
     /// Its mean.
-    pub fn mean(&self, pairs: &dyn Pairs<T>) -> T {
+    pub fn mean(&self, pairs: &dyn PairMoments<T>) -> T {
         let terms = self.weights.iter().take(self.channels).enumerate();
         terms.fold(self.offset, |sum, (i, w)| sum + *w * pairs.mean_of(i))
     }
 
     /// Its covariance with a channel.
-    pub fn covariance_with(&self, pairs: &dyn Pairs<T>, channel: usize) -> T {
+    pub fn covariance_with(&self, pairs: &dyn PairMoments<T>, channel: usize) -> T {
         let terms = self.weights.iter().take(self.channels).enumerate();
         terms.fold(T::zero(), |sum, (i, w)| {
             sum + *w * pairs.covariance_of(i, channel)
@@ -112,14 +110,14 @@ impl<T: Real> Residual<T> {
     }
 
     /// Its variance.
-    pub fn variance(&self, pairs: &dyn Pairs<T>) -> T {
+    pub fn variance(&self, pairs: &dyn PairMoments<T>) -> T {
         let terms = self.weights.iter().take(self.channels).enumerate();
         let sum = terms.fold(T::zero(), |sum, (i, w)| sum + *w * self.covariance_with(pairs, i));
         sum.max(T::zero())
     }
 
     /// Its mean square.
-    pub fn mean_square(&self, pairs: &dyn Pairs<T>) -> T {
+    pub fn mean_square(&self, pairs: &dyn PairMoments<T>) -> T {
         let mean = self.mean(pairs);
         mean * mean + self.variance(pairs)
     }

@@ -1,7 +1,7 @@
 use super::*;
 use crate::redundancy::fit::joint_moments::JointMoments;
 use crate::redundancy::fit::residual::{FORCE_LAYOUT, FORCE_PACKED, RATE_LAYOUT, RATE_PACKED};
-use crate::redundancy::samples::pair::{FORCE_CHANNELS, Pair, RATE_CHANNELS};
+use crate::redundancy::samples::pair::{FORCE_CHANNELS, MotionPair, RATE_CHANNELS};
 use proptest::prelude::*;
 
 fn vector(limit: f64) -> impl Strategy<Value = Vector3<f64>> {
@@ -12,14 +12,14 @@ fn matrix(limit: f64) -> impl Strategy<Value = Matrix3<f64>> {
     prop::array::uniform9(-limit..limit).prop_map(|m| Matrix3::from_row_slice(&m))
 }
 
-fn relation(m: Matrix3<f64>, b: Vector3<f64>, r: Vector3<f64>) -> Relation<f64> {
-    Relation::new(Matrix3::identity() + m, b, r).unwrap()
+fn error(m: Matrix3<f64>, b: Vector3<f64>, r: Vector3<f64>) -> RelativeError<f64> {
+    RelativeError::new(Matrix3::identity() + m, b, r).unwrap()
 }
 
 /// A hundred pairs without noise in a motion that excites everything, of which the truth is `truth`.
 fn pairs(
-    truth: &Relation<f64>,
-    stored: &Relation<f64>,
+    truth: &RelativeError<f64>,
+    stored: &RelativeError<f64>,
     along: &Matrix3<f64>,
 ) -> (
     JointMoments<f64, FORCE_CHANNELS, FORCE_PACKED>,
@@ -38,7 +38,7 @@ fn pairs(
         let f = along * (wave(3.0) * 3.0) + Vector3::new(0.0, 0.0, 9.8);
         let w = along * wave(2.0);
         let lever = wave(4.1).cross_matrix() * 5.0 + w.cross_matrix() * w.cross_matrix();
-        let pair = Pair {
+        let pair = MotionPair {
             first: [f, w],
             lever,
             second: [truth.predict(&(f + lever * truth.lever_arm)), truth.predict(&w)],
@@ -49,8 +49,12 @@ fn pairs(
     (forces, rates)
 }
 
-fn problem<'a>(pairs: &'a dyn Pairs<f64>, layout: Layout, stored: &'a Relation<f64>) -> Problem<'a, f64> {
-    Problem {
+fn problem<'a>(
+    pairs: &'a dyn PairMoments<f64>,
+    layout: Layout,
+    stored: &'a RelativeError<f64>,
+) -> FitProblem<'a, f64> {
+    FitProblem {
         pairs,
         layout,
         axes: [true; 3],
@@ -70,18 +74,18 @@ proptest! {
     fn without_noise_every_error_of_a_sensor_is_found_whatever_is_stored(
         m in matrix(0.02), b in vector(0.5), r in vector(0.2), m0 in matrix(0.02), b0 in vector(0.5), r0 in vector(0.2)
     ) {
-        let (truth, stored) = (relation(m, b, r), relation(m0, b0, r0));
+        let (truth, stored) = (error(m, b, r), error(m0, b0, r0));
         let (forces, rates) = pairs(&truth, &stored, &Matrix3::identity());
         let fit = problem(&forces, FORCE_LAYOUT, &stored).solve().unwrap();
         prop_assert_eq!((fit.rung, fit.directions), (Rung::AffineAndLeverArm, 3));
         // What three steps of Gauss and Newton leave.
-        prop_assert!((fit.relation.matrix - truth.matrix).amax() < 1e-6, "{}", fit.relation.matrix - truth.matrix);
+        prop_assert!((fit.error.matrix - truth.matrix).amax() < 1e-6, "{}", fit.error.matrix - truth.matrix);
         let gravity = Vector3::new(0.0, 0.0, 9.8);
-        prop_assert!((fit.relation.predict(&gravity) - truth.predict(&gravity)).amax() < 1e-5);
-        prop_assert!((fit.relation.lever_arm - truth.lever_arm).amax() < 1e-5);
+        prop_assert!((fit.error.predict(&gravity) - truth.predict(&gravity)).amax() < 1e-5);
+        prop_assert!((fit.error.lever_arm - truth.lever_arm).amax() < 1e-5);
         let fit = problem(&rates, RATE_LAYOUT, &stored).solve().unwrap();
         prop_assert_eq!((fit.rung, fit.directions), (Rung::Affine, 3));
-        prop_assert!((fit.relation.matrix - truth.matrix).amax() < 1e-9);
-        prop_assert!((fit.relation.bias - truth.bias).amax() < 1e-9);
+        prop_assert!((fit.error.matrix - truth.matrix).amax() < 1e-9);
+        prop_assert!((fit.error.bias - truth.bias).amax() < 1e-9);
     }
 }

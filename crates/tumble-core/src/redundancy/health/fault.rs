@@ -5,7 +5,7 @@ use crate::redundancy::sensor::Sensor;
 
 /// Why a unit is not healthy.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Fault<T: Real> {
+pub enum HealthFault<T: Real> {
     /// No sample came.
     Late {
         /// For how long, s.
@@ -75,7 +75,7 @@ pub enum Fault<T: Real> {
     ClockJumped,
 }
 
-impl<T: Real> Fault<T> {
+impl<T: Real> HealthFault<T> {
     /// Whether readings that do not change would show that nothing moves: what they say may be wrong, but they live.
     pub fn leaves_stillness(&self) -> bool {
         match self {

@@ -9,7 +9,7 @@ pub const FEWEST: usize = 3;
 
 /// What a unit said over one window.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Member<T: Real> {
+pub struct UnitMean<T: Real> {
     /// Means, compensated and brought to the primary's place, m/s^2 and rad/s.
     pub mean: [T; CHANNELS],
     /// Standard deviation of the samples of the accelerometer, m/s^2, and of the gyroscope, rad/s.
@@ -34,25 +34,25 @@ pub struct Comparison<T: Real> {
 /// Compares accelerometer and gyroscope of each unit with the medians over those that said something; `None` for a
 /// sensor none of whose channels at least three units have.
 pub fn vote<T: Real, const UNITS: usize>(
-    members: &[Option<Member<T>>; UNITS],
+    units: &[Option<UnitMean<T>>; UNITS],
 ) -> [[Option<Comparison<T>>; 2]; UNITS] {
     let mut comparisons = [[None; 2]; UNITS];
     for (i, sensor) in SENSORS.into_iter().enumerate() {
-        let medians = medians(members, sensor);
-        let Some(usual_scatter) = median(members, |member| {
-            let scatter = *member.scatter.get(i)?;
-            member.axes.any(sensor).then_some(scatter)
+        let medians = medians(units, sensor);
+        let Some(usual_scatter) = median(units, |unit| {
+            let scatter = *unit.scatter.get(i)?;
+            unit.axes.any(sensor).then_some(scatter)
         }) else {
             continue;
         };
-        let usual_apart = median(members, |member| apart(member, sensor, &medians));
-        for (comparisons, member) in comparisons.iter_mut().zip(members) {
-            let having = member.as_ref().filter(|member| member.axes.any(sensor));
-            let comparison = having.and_then(|member| {
+        let usual_apart = median(units, |unit| apart(unit, sensor, &medians));
+        for (comparisons, unit) in comparisons.iter_mut().zip(units) {
+            let having = unit.as_ref().filter(|unit| unit.axes.any(sensor));
+            let comparison = having.and_then(|unit| {
                 Some(Comparison {
-                    apart: apart(member, sensor, &medians).unwrap_or(real(f64::NAN)),
+                    apart: apart(unit, sensor, &medians).unwrap_or(real(f64::NAN)),
                     usual_apart: usual_apart.unwrap_or(T::zero()),
-                    scatter: *member.scatter.get(i)?,
+                    scatter: *unit.scatter.get(i)?,
                     usual_scatter,
                 })
             });
@@ -66,23 +66,23 @@ pub fn vote<T: Real, const UNITS: usize>(
 
 /// Median of each of a sensor's three channels.
 fn medians<T: Real, const UNITS: usize>(
-    members: &[Option<Member<T>>; UNITS],
+    units: &[Option<UnitMean<T>>; UNITS],
     sensor: Sensor,
 ) -> [Option<T>; 3] {
-    core::array::from_fn(|axis| median(members, |member| reading(member, sensor, axis)))
+    core::array::from_fn(|axis| median(units, |unit| reading(unit, sensor, axis)))
 }
 
-fn reading<T: Real>(member: &Member<T>, sensor: Sensor, axis: usize) -> Option<T> {
+fn reading<T: Real>(unit: &UnitMean<T>, sensor: Sensor, axis: usize) -> Option<T> {
     let channel = sensor.first_channel() + axis;
-    let has = member.axes.0.get(channel).copied().unwrap_or(false);
-    member.mean.get(channel).copied().filter(|_| has)
+    let has = unit.axes.0.get(channel).copied().unwrap_or(false);
+    unit.mean.get(channel).copied().filter(|_| has)
 }
 
 /// Norm over the channels that it has and that there is a median of.
-fn apart<T: Real>(member: &Member<T>, sensor: Sensor, medians: &[Option<T>; 3]) -> Option<T> {
+fn apart<T: Real>(unit: &UnitMean<T>, sensor: Sensor, medians: &[Option<T>; 3]) -> Option<T> {
     let mut squares = None;
     for (axis, median) in medians.iter().enumerate() {
-        if let (Some(x), Some(median)) = (reading(member, sensor, axis), median) {
+        if let (Some(x), Some(median)) = (reading(unit, sensor, axis), median) {
             let d = x - *median;
             squares = Some(squares.unwrap_or(T::zero()) + d * d);
         }
@@ -93,12 +93,12 @@ fn apart<T: Real>(member: &Member<T>, sensor: Sensor, medians: &[Option<T>; 3]) 
 /// Median of a figure over the units that have it as a finite number: the mean of the middle two if these are even in
 /// number, `None` if fewer than three.
 fn median<T: Real, const UNITS: usize>(
-    members: &[Option<Member<T>>; UNITS],
-    figure: impl Fn(&Member<T>) -> Option<T>,
+    units: &[Option<UnitMean<T>>; UNITS],
+    figure: impl Fn(&UnitMean<T>) -> Option<T>,
 ) -> Option<T> {
     let mut sorted = [T::zero(); UNITS];
     let mut found = 0;
-    let figures = members.iter().flatten().filter_map(figure);
+    let figures = units.iter().flatten().filter_map(figure);
     for x in figures.filter(|x| x.is_finite()) {
         insert(&mut sorted, found, x);
         found += 1;

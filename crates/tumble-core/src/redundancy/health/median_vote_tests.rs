@@ -1,16 +1,16 @@
 use super::*;
 use proptest::prelude::*;
 
-fn member(mean: [f64; CHANNELS], scatter: [f64; 2]) -> Member<f64> {
-    Member {
+fn unit(mean: [f64; CHANNELS], scatter: [f64; 2]) -> UnitMean<f64> {
+    UnitMean {
         mean,
         scatter,
         axes: Axes::ALL,
     }
 }
 
-fn at(level: f64) -> Option<Member<f64>> {
-    Some(member([level; CHANNELS], [0.1, 0.01]))
+fn at(level: f64) -> Option<UnitMean<f64>> {
+    Some(unit([level; CHANNELS], [0.1, 0.01]))
 }
 
 #[test]
@@ -42,15 +42,15 @@ fn of_four_the_median_lies_between_the_middle_two() {
 
 #[test]
 fn scatter_is_compared_with_the_median_scatter() {
-    let mut members = [at(0.0); 3];
-    members[1] = Some(member([0.0; CHANNELS], [0.9, 0.01]));
-    let comparison = vote(&members)[1][0].unwrap();
+    let mut units = [at(0.0); 3];
+    units[1] = Some(unit([0.0; CHANNELS], [0.9, 0.01]));
+    let comparison = vote(&units)[1][0].unwrap();
     assert_eq!((comparison.scatter, comparison.usual_scatter), (0.9, 0.1));
 }
 
 #[test]
 fn a_channel_that_fewer_than_three_have_is_not_voted_on() {
-    let mut single = member([50.0; CHANNELS], [0.1, 0.01]);
+    let mut single = unit([50.0; CHANNELS], [0.1, 0.01]);
     single.axes = Axes([false, false, true, false, false, false]);
     let comparisons = vote(&[at(0.0), at(0.0), Some(single)]);
     for unit in 0..3 {
@@ -62,7 +62,7 @@ fn a_channel_that_fewer_than_three_have_is_not_voted_on() {
 
 #[test]
 fn means_that_are_not_numbers_have_no_vote() {
-    let bad = Some(member([f64::NAN; CHANNELS], [f64::INFINITY; 2]));
+    let bad = Some(unit([f64::NAN; CHANNELS], [f64::INFINITY; 2]));
     let comparisons = vote(&[at(1.0), at(1.0), at(1.0), bad]);
     assert_eq!(comparisons[0][0].unwrap().apart, 0.0);
     assert_eq!(vote(&[at(1.0), at(1.0), bad]), [[None; 2]; 3]);
@@ -71,8 +71,8 @@ fn means_that_are_not_numbers_have_no_vote() {
 proptest! {
     #[test]
     fn the_median_has_as_many_below_it_as_above(values in prop::collection::vec(-1e3..1e3_f64, 8)) {
-        let members: [_; 8] = core::array::from_fn(|i| at(values[i]));
-        let found = median(&members, |member| Some(member.mean[0])).unwrap();
+        let units: [_; 8] = core::array::from_fn(|i| at(values[i]));
+        let found = median(&units, |unit| Some(unit.mean[0])).unwrap();
         let below = values.iter().filter(|x| **x < found).count();
         let above = values.iter().filter(|x| **x > found).count();
         prop_assert!(below <= 4 && above <= 4, "{found} {values:?}");
@@ -82,11 +82,11 @@ proptest! {
     fn nobody_is_moved_by_less_than_half_that_lie(
         truth in prop::array::uniform6(-50.0..50.0_f64), lies in prop::collection::vec(prop::num::f64::ANY, 3)
     ) {
-        let members: [_; 7] = core::array::from_fn(|i| {
-            Some(member(lies.get(i).map_or(truth, |lie| [*lie; CHANNELS]), [0.1, 0.01]))
+        let units: [_; 7] = core::array::from_fn(|i| {
+            Some(unit(lies.get(i).map_or(truth, |lie| [*lie; CHANNELS]), [0.1, 0.01]))
         });
         for unit in 3..7 {
-            prop_assert!(vote(&members)[unit].iter().all(|comparison| comparison.unwrap().apart == 0.0));
+            prop_assert!(vote(&units)[unit].iter().all(|comparison| comparison.unwrap().apart == 0.0));
         }
     }
 }
@@ -109,7 +109,7 @@ fn the_odd_one_among_units_that_agree_is_many_times_as_far_as_is_usual() {
 
 #[test]
 fn a_unit_whose_means_are_not_known_is_still_compared_by_its_scatter() {
-    let unknown = Some(member([f64::NAN; CHANNELS], [0.9, 0.01]));
+    let unknown = Some(unit([f64::NAN; CHANNELS], [0.9, 0.01]));
     let comparisons = vote(&[at(1.0), at(1.0), unknown]);
     assert_eq!(comparisons[2][0].unwrap().scatter, 0.9);
     assert!(comparisons[2][0].unwrap().apart.is_nan());

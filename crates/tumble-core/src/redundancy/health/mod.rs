@@ -14,11 +14,11 @@ mod fault;
 pub mod median_vote;
 mod watch;
 
-pub use fault::Fault;
+pub use fault::HealthFault;
 
 use crate::real::{Real, real, seconds};
 use crate::redundancy::health::median_vote::Comparison;
-use crate::redundancy::health::watch::{Reading, Watch};
+use crate::redundancy::health::watch::{Reading, SensorWatch};
 use crate::redundancy::leaky::{Lapse, ticks};
 use crate::redundancy::platform::Range;
 use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
@@ -49,8 +49,8 @@ pub struct Health<T: Real> {
     time: u64,
     /// When it became healthy, or when something was wrong last.
     since: u64,
-    watches: [Watch<T>; 2],
-    fault: Option<Fault<T>>,
+    watches: [SensorWatch<T>; 2],
+    fault: Option<HealthFault<T>>,
     implausible: [bool; 2],
     presence: Presence,
 }
@@ -67,7 +67,7 @@ impl<T: Real> Health<T> {
         Self {
             time: 0,
             since: 0,
-            watches: [Watch::new(); 2],
+            watches: [SensorWatch::new(); 2],
             fault: None,
             implausible: [false; 2],
             presence: Presence::Unknown,
@@ -75,7 +75,7 @@ impl<T: Real> Health<T> {
     }
 
     /// What is wrong with the unit, or was until lately.
-    pub fn fault(&self) -> Option<Fault<T>> {
+    pub fn fault(&self) -> Option<HealthFault<T>> {
         self.fault
     }
 
@@ -137,7 +137,7 @@ impl<T: Real> Health<T> {
     }
 
     /// Takes in how a sensor compared with the other units over a window of `span` microseconds.
-    pub fn family(
+    pub fn compare(
         &mut self,
         sensor: Sensor,
         comparison: &Comparison<T>,
@@ -149,9 +149,9 @@ impl<T: Real> Health<T> {
         let limit = settings.family.of(sensor).max(usual);
         let ratio = comparison.scatter / settings.usual_scatter(sensor, comparison.usual_scatter);
         let fault = if apart > limit {
-            Some(Fault::OutOfFamily { sensor, apart, limit })
+            Some(HealthFault::OutOfFamily { sensor, apart, limit })
         } else if ratio > settings.noise_ratio {
-            Some(Fault::Noisy {
+            Some(HealthFault::Noisy {
                 sensor,
                 ratio,
                 limit: settings.noise_ratio,
@@ -182,7 +182,7 @@ impl<T: Real> Health<T> {
         *sensor.of_mut(&mut self.implausible) = !plausible;
         if !plausible {
             self.condemn(
-                Fault::ImplausibleAtRest {
+                HealthFault::ImplausibleAtRest {
                     sensor,
                     deviation,
                     limit,
@@ -194,14 +194,14 @@ impl<T: Real> Health<T> {
 
     /// Says that the unit's clock has left that of the others, at the time `now` of these, microseconds.
     pub fn clock_jumped(&mut self, now: u64) {
-        self.condemn(Fault::ClockJumped, now);
+        self.condemn(HealthFault::ClockJumped, now);
     }
 
     /// The time of the whole set has jumped: what was counted goes on from the next sample.
     pub fn restart_time(&mut self, now: u64) {
         self.time = now;
         self.since = now;
-        self.watches.iter_mut().for_each(Watch::forget);
+        self.watches.iter_mut().for_each(SensorWatch::forget);
     }
 
     fn arrive(&mut self, now: u64, settings: &HealthSettings<T>) {
@@ -218,18 +218,18 @@ impl<T: Real> Health<T> {
         let pause = now.saturating_sub(self.time);
         if pause > settings.late {
             self.condemn(
-                Fault::Late {
+                HealthFault::Late {
                     pause: seconds(pause),
                 },
                 now,
             );
-            self.watches.iter_mut().for_each(Watch::forget);
+            self.watches.iter_mut().for_each(SensorWatch::forget);
         }
     }
 
     /// The latest finding is shown, except that what a rest has shown stays.
-    fn condemn(&mut self, fault: Fault<T>, now: u64) {
-        let at_rest = |fault: &Fault<T>| matches!(fault, Fault::ImplausibleAtRest { .. });
+    fn condemn(&mut self, fault: HealthFault<T>, now: u64) {
+        let at_rest = |fault: &HealthFault<T>| matches!(fault, HealthFault::ImplausibleAtRest { .. });
         self.since = if self.fault.is_some() {
             self.since.max(now)
         } else {

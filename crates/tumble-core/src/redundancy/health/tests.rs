@@ -9,7 +9,7 @@ use rand_pcg::Pcg64Dxsm;
 
 use super::*;
 use crate::redundancy::leaky;
-use crate::redundancy::settings::validate::Objection;
+use crate::redundancy::settings::validate::SettingError;
 
 const PERIOD: u64 = 5_000;
 const RANGE: Range<f32> = Range {
@@ -93,7 +93,7 @@ fn before_the_first_sample_a_unit_is_not_healthy_and_late_when_its_time_is_up() 
     health.tick(7_000_000, &settings);
     assert_eq!((health.fault(), health.healthy_since()), (None, None));
     health.tick(7_100_001, &settings);
-    assert!(matches!(health.fault(), Some(Fault::Late { pause }) if pause > 0.1));
+    assert!(matches!(health.fault(), Some(HealthFault::Late { pause }) if pause > 0.1));
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn a_unit_that_pauses_is_late_and_healthy_again_after_the_recovery() {
     bench.health.tick(paused + 100_000, &bench.settings.clone());
     assert_eq!(bench.health.fault(), None);
     bench.health.tick(paused + 130_000, &bench.settings.clone());
-    assert_eq!(bench.health.fault(), Some(Fault::Late { pause: 0.13 }));
+    assert_eq!(bench.health.fault(), Some(HealthFault::Late { pause: 0.13 }));
     bench.time += 150_000;
     bench.run(90, |_, _| {});
     assert!(bench.health.fault().is_some());
@@ -117,7 +117,7 @@ fn a_pause_shows_in_the_samples_without_a_tick() {
     let mut bench = Bench::running();
     bench.time += 200_000;
     bench.push(|_| {});
-    assert!(matches!(bench.health.fault(), Some(Fault::Late { .. })));
+    assert!(matches!(bench.health.fault(), Some(HealthFault::Late { .. })));
 }
 
 #[test]
@@ -142,7 +142,7 @@ fn a_frozen_sensor_is_found_in_its_time_and_not_used_from_then_on() {
         assert!(left_at_once(found, 0.1), "{sensor:?} {found}");
         assert!(matches!(
             bench.health.fault(),
-            Some(Fault::Frozen { sensor: found, duration }) if found == sensor && duration > 0.09
+            Some(HealthFault::Frozen { sensor: found, duration }) if found == sensor && duration > 0.09
         ));
         let usable = bench.run(1, freeze)[0];
         assert_eq!(usable, SENSORS.map(|other| other != sensor));
@@ -162,7 +162,7 @@ fn an_axis_that_is_stuck_while_the_others_move_is_found() {
     assert!(found < 0.2, "{found}");
     assert_eq!(
         bench.health.fault(),
-        Some(Fault::Stuck {
+        Some(HealthFault::Stuck {
             channel: 1,
             value: 0.25
         })
@@ -229,7 +229,7 @@ fn a_channel_at_the_end_of_its_range_is_found_in_its_time() {
     assert!(left_at_once(found, 0.05), "{found}");
     assert_eq!(
         bench.health.fault(),
-        Some(Fault::Saturated {
+        Some(HealthFault::Saturated {
             channel: 5,
             value: -35.0
         })
@@ -245,7 +245,7 @@ fn readings_that_are_often_no_numbers_are_found_though_others_lie_between() {
         }
     });
     assert!(found < 0.2, "{found}");
-    assert_eq!(bench.health.fault(), Some(Fault::NotFinite { channel: 0 }));
+    assert_eq!(bench.health.fault(), Some(HealthFault::NotFinite { channel: 0 }));
 }
 
 #[test]
@@ -262,7 +262,7 @@ fn spikes_condemn_when_they_come_often_and_are_never_used() {
     }
     assert!(matches!(
         bench.health.fault(),
-        Some(Fault::Spikes { channel: 3, value }) if (value - 20.0).abs() < 0.1
+        Some(HealthFault::Spikes { channel: 3, value }) if (value - 20.0).abs() < 0.1
     ));
     for i in 0..1_000_u32 {
         bench.push(|sample| {
@@ -326,7 +326,7 @@ fn a_unit_as_far_from_the_median_as_is_usual_in_its_family_is_not_out_of_it() {
         };
         bench
             .health
-            .family(Sensor::Accelerometer, &shaken, 50_000, &settings);
+            .compare(Sensor::Accelerometer, &shaken, 50_000, &settings);
     }
     assert_eq!(bench.health.fault(), None);
 }
@@ -337,7 +337,7 @@ fn a_unit_away_from_its_family_for_long_enough_is_condemned_and_clears_when_back
     let settings = bench.settings;
     let window = |bench: &mut Bench, apart, scatter| {
         bench.run(10, |_, _| {});
-        bench.health.family(
+        bench.health.compare(
             Sensor::Accelerometer,
             &comparison(apart, scatter),
             50_000,
@@ -352,7 +352,7 @@ fn a_unit_away_from_its_family_for_long_enough_is_condemned_and_clears_when_back
     assert_eq!(window(&mut bench, 0.5, 0.3), None);
     window(&mut bench, 1.5, 0.3);
     window(&mut bench, 1.5, 0.3);
-    let found = Fault::OutOfFamily {
+    let found = HealthFault::OutOfFamily {
         sensor: Sensor::Accelerometer,
         apart: 1.5,
         limit: 1.0,
@@ -365,7 +365,7 @@ fn a_unit_away_from_its_family_for_long_enough_is_condemned_and_clears_when_back
     for _ in 0..12 {
         window(&mut bench, 0.1, 2.0);
     }
-    assert!(matches!(bench.health.fault(), Some(Fault::Noisy { ratio, .. }) if ratio > 6.0));
+    assert!(matches!(bench.health.fault(), Some(HealthFault::Noisy { ratio, .. }) if ratio > 6.0));
 }
 
 #[test]
@@ -382,7 +382,7 @@ fn a_unit_of_lower_grade_is_not_noisy_at_rest() {
         bench.run(10, |_, _| {});
         bench
             .health
-            .family(Sensor::Accelerometer, &beside_better_ones, 50_000, &settings);
+            .compare(Sensor::Accelerometer, &beside_better_ones, 50_000, &settings);
         assert_eq!(bench.health.fault(), None);
     }
 }
@@ -403,7 +403,7 @@ fn what_a_rest_has_shown_only_a_later_rest_clears() {
         .at_rest(Sensor::Accelerometer, 0.1, settings.rest.specific_force);
     bench.health.clock_jumped(bench.time);
     bench.run(10_000, |_, _| {});
-    let found = Fault::ImplausibleAtRest {
+    let found = HealthFault::ImplausibleAtRest {
         sensor: Sensor::Gyroscope,
         deviation: 0.3,
         limit: 0.2,
@@ -425,7 +425,7 @@ fn a_clock_that_jumped_is_reported_until_it_has_kept_time_for_the_recovery() {
     let mut bench = Bench::running();
     bench.health.clock_jumped(bench.time);
     bench.run(99, |_, _| {});
-    assert_eq!(bench.health.fault(), Some(Fault::ClockJumped));
+    assert_eq!(bench.health.fault(), Some(HealthFault::ClockJumped));
     bench.run(2, |_, _| {});
     assert_eq!(bench.health.fault(), None);
 }
@@ -435,28 +435,30 @@ type Spoil = fn(&mut HealthSettings<f32>);
 #[test]
 fn settings_that_cannot_be_meant_are_refused_by_name() {
     let good = HealthSettings::<f32>::default();
-    assert_eq!(good.check(), Ok(()));
-    let cases: [(&str, Objection, Spoil); 6] = [
-        ("late", Objection::NotPositive, |s| s.late = 0),
-        ("spike_angular_rate", Objection::NotPositive, |s| {
+    assert_eq!(good.validate(), Ok(()));
+    let cases: [(&str, SettingError, Spoil); 6] = [
+        ("late", SettingError::NotPositive, |s| s.late = 0),
+        ("spike_angular_rate", SettingError::NotPositive, |s| {
             s.spike.angular_rate = f32::NAN
         }),
-        ("rest_specific_force", Objection::NotPositive, |s| {
+        ("rest_specific_force", SettingError::NotPositive, |s| {
             s.rest.specific_force = f32::INFINITY;
         }),
-        ("noise_ratio", Objection::AlwaysExceeded, |s| s.noise_ratio = 1.0),
-        ("frozen", Objection::TooLong(leaky::LONGEST / 3), |s| {
+        ("noise_ratio", SettingError::AlwaysExceeded, |s| {
+            s.noise_ratio = 1.0
+        }),
+        ("frozen", SettingError::TooLong(leaky::LONGEST / 3), |s| {
             s.frozen = 3_000_000
         }),
-        ("family_time", Objection::TooLong(leaky::LONGEST), |s| {
+        ("family_time", SettingError::TooLong(leaky::LONGEST), |s| {
             s.family_time = u64::MAX
         }),
     ];
-    for (setting, objection, spoil) in cases {
+    for (setting, error, spoil) in cases {
         let mut settings = good;
         spoil(&mut settings);
-        let refused = settings.check().unwrap_err();
-        assert_eq!((refused.setting, refused.objection), (setting, objection));
+        let refused = settings.validate().unwrap_err();
+        assert_eq!((refused.setting, refused.error), (setting, error));
     }
 }
 

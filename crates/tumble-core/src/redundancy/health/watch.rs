@@ -1,7 +1,7 @@
 //! One sensor of a unit, reading by reading.
 
 use crate::real::{Real, real};
-use crate::redundancy::health::fault::Fault;
+use crate::redundancy::health::fault::HealthFault;
 use crate::redundancy::leaky::{Lapse, Leaky, ticks};
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::HealthSettings;
@@ -91,14 +91,14 @@ pub(super) struct Judgement<T: Real> {
     /// Whether it may be used in a mean.
     pub usable: bool,
     /// What is wrong with the sensor.
-    pub fault: Option<Fault<T>>,
+    pub fault: Option<HealthFault<T>>,
     /// Whether what was wrong before cannot be called gone yet.
     pub lasts: bool,
 }
 
 /// What is kept of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Watch<T: Real> {
+pub(super) struct SensorWatch<T: Real> {
     /// Latest reading that was no spike; not a number before the first.
     latest: [T; 3],
     /// How much readings usually change from one to the next.
@@ -151,7 +151,7 @@ const MOVING: f64 = 0.0025;
 /// Successive readings an axis may repeat while another moves.
 const STUCK: u8 = 32;
 
-impl<T: Real> Watch<T> {
+impl<T: Real> SensorWatch<T> {
     pub fn new() -> Self {
         Self {
             latest: [real(f64::NAN); 3],
@@ -184,7 +184,7 @@ impl<T: Real> Watch<T> {
                 .flatten();
             return Judgement {
                 usable: false,
-                fault: bad.map(|(channel, _)| Fault::NotFinite { channel }),
+                fault: bad.map(|(channel, _)| HealthFault::NotFinite { channel }),
                 lasts: useless,
             };
         }
@@ -215,31 +215,31 @@ impl<T: Real> Watch<T> {
         worn: bool,
         spikes: Option<u8>,
         reading: &Reading<'_, T>,
-    ) -> Option<Fault<T>> {
+    ) -> Option<HealthFault<T>> {
         if frozen {
             return Some(self.frozen(reading));
         }
         let at_end = reading
             .first(|value| worn && reading.is_at_end(value))
-            .map(|(channel, value)| Fault::Saturated { channel, value });
+            .map(|(channel, value)| HealthFault::Saturated { channel, value });
         let spiky = || {
             let channel = reading.channel(spikes?);
             let value = self.departure;
-            Some(Fault::Spikes { channel, value })
+            Some(HealthFault::Spikes { channel, value })
         };
         at_end.or_else(spiky)
     }
 
     /// The whole sensor where all of it repeats, or else the axis that is stuck.
-    fn frozen(&self, reading: &Reading<'_, T>) -> Fault<T> {
+    fn frozen(&self, reading: &Reading<'_, T>) -> HealthFault<T> {
         let mut axes = (0_u8..).zip(&self.stuck).zip(&reading.values);
         let repeating = self.repeating != Leaky::default();
         match axes.find(|((_, stuck), _)| !repeating && **stuck >= STUCK) {
-            Some(((axis, _), value)) => Fault::Stuck {
+            Some(((axis, _), value)) => HealthFault::Stuck {
                 channel: reading.channel(axis),
                 value: *value,
             },
-            None => Fault::Frozen {
+            None => HealthFault::Frozen {
                 sensor: reading.sensor,
                 duration: self.repeating.seconds(),
             },

@@ -3,25 +3,25 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::real::{Real, real};
-use crate::redundancy::evaluation::Stored;
+use crate::redundancy::evaluation::StoredCalibration;
 use crate::redundancy::fit::Fit;
 use crate::redundancy::monitor::Report;
-use crate::redundancy::monitor::calibration::{Calibration, Outcome};
-use crate::redundancy::monitor::event::{Event, What};
-use crate::redundancy::platform::Unit;
+use crate::redundancy::monitor::calibration::{CalibrationRun, FitOutcome};
+use crate::redundancy::monitor::event::{Event, EventKind};
+use crate::redundancy::platform::MountedUnit;
 use crate::redundancy::record::Record;
 use crate::redundancy::sensor::{SENSORS, Sensor};
-use crate::redundancy::settings::Settings;
+use crate::redundancy::settings::RedundancySettings;
 
 /// Share of an axis that has to lie in the directions shown for its figures to count as shown.
 const SHOWN: f64 = 0.75;
 
 /// Fits what was collected, replaces what is stored where that is better, and says whether anything was replaced.
 pub(super) fn conclude<T: Real>(
-    settings: &Settings<T>,
-    calibration: &Calibration<T>,
-    unit: &Unit<T>,
-    stored: &mut [Stored<T>; 2],
+    settings: &RedundancySettings<T>,
+    calibration: &CalibrationRun<T>,
+    unit: &MountedUnit<T>,
+    stored: &mut [StoredCalibration<T>; 2],
     time: u64,
     report: Report<'_, T>,
 ) -> bool {
@@ -30,21 +30,21 @@ pub(super) fn conclude<T: Real>(
     let wanted = SENSORS.into_iter().zip(calibration.sensors());
     for (sensor, _) in wanted.filter(|(_, wanted)| *wanted) {
         let stored = sensor.of_mut(stored);
-        let mut tell = |what| {
+        let mut tell = |kind| {
             report(Event {
                 time,
                 unit: number,
-                what,
+                kind,
             })
         };
-        let outcome = match calibration.conclude(sensor, unit, &stored.relation, settings) {
+        let outcome = match calibration.conclude(sensor, unit, &stored.error, settings) {
             Ok(outcome) => outcome,
             Err(why) => {
-                tell(What::Refused { sensor, why });
+                tell(EventKind::Refused { sensor, why });
                 continue;
             }
         };
-        tell(What::Fitted {
+        tell(EventKind::Fitted {
             sensor,
             rung: outcome.fit.rung,
             directions: outcome.fit.directions,
@@ -53,19 +53,19 @@ pub(super) fn conclude<T: Real>(
             residual_before: outcome.residuals.before,
         });
         match outcome.verdict {
-            Err(why) => tell(What::Refused { sensor, why }),
+            Err(why) => tell(EventKind::Refused { sensor, why }),
             Ok(()) => {
                 let sequence = stored.sequence.saturating_add(1);
                 let record = record(sensor, unit, &outcome, sequence);
-                *stored = Stored {
-                    relation: outcome.fit.relation,
+                *stored = StoredCalibration {
+                    error: outcome.fit.error,
                     residual: outcome.residuals.after,
                     sequence,
                     calibrated: true,
                     ..*stored
                 };
                 replaced = true;
-                tell(What::Adopted { record });
+                tell(EventKind::Adopted { record });
             }
         }
     }
@@ -73,19 +73,24 @@ pub(super) fn conclude<T: Real>(
 }
 
 /// What is to be stored, in the frames of records: the nominal rotation is part of M there.
-fn record<T: Real>(sensor: Sensor, unit: &Unit<T>, outcome: &Outcome<T>, sequence: u32) -> Record<T> {
+fn record<T: Real>(
+    sensor: Sensor,
+    unit: &MountedUnit<T>,
+    outcome: &FitOutcome<T>,
+    sequence: u32,
+) -> Record<T> {
     let fit = &outcome.fit;
     let arm_known = sensor == Sensor::Accelerometer && unit.lever_arm.is_some();
     Record {
         identity: unit.identity,
         sensor,
-        model: fit.relation.model(&unit.sensor_from_primary),
+        model: fit.error.model(&unit.sensor_from_primary),
         matrix_sigma: matrix_sigma(fit, &unit.sensor_from_primary),
         bias_sigma: fit.bias_sigma,
         lever_arm: unit
             .lever_arm
             .filter(|_| arm_known)
-            .unwrap_or(fit.relation.lever_arm),
+            .unwrap_or(fit.error.lever_arm),
         lever_arm_sigma: if arm_known {
             Vector3::zeros()
         } else {

@@ -3,22 +3,24 @@
 use nalgebra::Matrix3;
 
 use crate::real::{Real, SECOND, real, seconds};
-use crate::redundancy::evaluation::Stored;
-use crate::redundancy::fit::adoption::{Candidate, Refusal, Residuals, RestPair};
+use crate::redundancy::evaluation::StoredCalibration;
+use crate::redundancy::fit::adoption::{AdoptionRefusal, FitCandidate, Residuals, RestReadings};
 use crate::redundancy::fit::joint_moments::JointMoments;
-use crate::redundancy::fit::residual::{FORCE_LAYOUT, FORCE_PACKED, Layout, Pairs, RATE_LAYOUT, RATE_PACKED};
-use crate::redundancy::fit::{Fit, PrimaryNoise, Problem};
+use crate::redundancy::fit::residual::{
+    FORCE_LAYOUT, FORCE_PACKED, Layout, PairMoments, RATE_LAYOUT, RATE_PACKED,
+};
+use crate::redundancy::fit::{Fit, FitProblem, PrimaryNoise};
 use crate::redundancy::monitor::event::Abandoned;
-use crate::redundancy::platform::Unit;
-use crate::redundancy::relative_error::Relation;
-use crate::redundancy::samples::pair::{FORCE_CHANNELS, Pair, RATE_CHANNELS};
+use crate::redundancy::platform::MountedUnit;
+use crate::redundancy::relative_error::RelativeError;
+use crate::redundancy::samples::pair::{FORCE_CHANNELS, MotionPair, RATE_CHANNELS};
 use crate::redundancy::sensor::{SENSORS, Sensor};
-use crate::redundancy::settings::{CollectionSettings, Settings};
+use crate::redundancy::settings::{CollectionSettings, RedundancySettings};
 use crate::sample::CHANNELS;
 
 /// Where it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
+pub enum CalibrationPhase {
     /// The platform has not moved yet.
     WaitingForMotion,
     /// Pairs are taken while it moves.
@@ -38,10 +40,10 @@ pub struct RestBefore<T: Real> {
 
 /// Calibration mode of one secondary.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Calibration<T: Real> {
+pub struct CalibrationRun<T: Real> {
     secondary: usize,
     sensors: [bool; 2],
-    phase: Phase,
+    phase: CalibrationPhase,
     since: u64,
     rest: RestBefore<T>,
     forces: Halves<T, FORCE_CHANNELS, FORCE_PACKED>,
@@ -84,7 +86,7 @@ impl<T: Real, const K: usize, const PACKED: usize> Halves<T, K, PACKED> {
 
 /// What a step led to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Progress {
+pub enum CalibrationProgress {
     /// Nothing new.
     GoesOn,
     /// There are enough pairs, or time is up and there are enough to try.
@@ -95,22 +97,22 @@ pub enum Progress {
 
 /// Outcome for one sensor: what was found, how well it does, and whether it is adopted.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Outcome<T: Real> {
+pub struct FitOutcome<T: Real> {
     /// Fitted to all pairs.
     pub fit: Fit<T>,
     /// On held-out pairs.
     pub residuals: Residuals<T>,
     /// Whether it is adopted.
-    pub verdict: Result<(), Refusal<T>>,
+    pub verdict: Result<(), AdoptionRefusal<T>>,
 }
 
-impl<T: Real> Calibration<T> {
+impl<T: Real> CalibrationRun<T> {
     /// Waits for motion from `time` on.
     pub fn new(secondary: usize, sensors: [bool; 2], time: u64, rest: RestBefore<T>) -> Self {
         Self {
             secondary,
             sensors,
-            phase: Phase::WaitingForMotion,
+            phase: CalibrationPhase::WaitingForMotion,
             since: time,
             rest,
             forces: Halves::new(),
@@ -129,7 +131,7 @@ impl<T: Real> Calibration<T> {
     }
 
     /// Where it is.
-    pub fn phase(&self) -> Phase {
+    pub fn phase(&self) -> CalibrationPhase {
         self.phase
     }
 
@@ -146,49 +148,55 @@ impl<T: Real> Calibration<T> {
         };
         let moves = SENSORS.into_iter().any(moved);
         if moves {
-            self.phase = Phase::Collecting;
+            self.phase = CalibrationPhase::Collecting;
             self.since = time;
         }
         moves
     }
 
     /// Takes in a pair; `usable` says which sensors of both may be used. What is `stored` must stay the same meanwhile.
-    pub fn take(&mut self, time: u64, pair: &Pair<T>, usable: [bool; 2], stored: &[Stored<T>; 2]) {
+    pub fn take(
+        &mut self,
+        time: u64,
+        pair: &MotionPair<T>,
+        usable: [bool; 2],
+        stored: &[StoredCalibration<T>; 2],
+    ) {
         let second = time / SECOND;
         let age = seconds::<T>(time.saturating_sub(self.since));
         let [accelerometer, gyroscope] = usable;
         let [force, rate] = stored;
         if accelerometer && self.calibrates(Sensor::Accelerometer) {
-            self.forces.push(second, &pair.forces(age, &force.relation));
+            self.forces.push(second, &pair.forces(age, &force.error));
         }
         if gyroscope && self.calibrates(Sensor::Gyroscope) {
-            self.rates.push(second, &pair.rates(age, &rate.relation));
+            self.rates.push(second, &pair.rates(age, &rate.error));
         }
     }
 
     /// Whether there is enough, or no time left.
-    pub fn check(&self, time: u64, settings: &CollectionSettings<T>, window: u64) -> Progress {
+    pub fn check(&self, time: u64, settings: &CollectionSettings<T>, window: u64) -> CalibrationProgress {
         let passed = time.saturating_sub(self.since);
-        if self.phase == Phase::WaitingForMotion {
+        if self.phase == CalibrationPhase::WaitingForMotion {
             let late = passed > settings.motion_timeout;
             return if late {
-                Progress::Abandoned(Abandoned::NoMotion)
+                CalibrationProgress::Abandoned(Abandoned::NoMotion)
             } else {
-                Progress::GoesOn
+                CalibrationProgress::GoesOn
             };
         }
         let sensors = SENSORS.into_iter().filter(|sensor| self.calibrates(*sensor));
         let pairs = sensors.map(|sensor| self.pairs(sensor)).min().unwrap_or(0);
         if u64::from(pairs).saturating_mul(window) >= settings.collect {
-            return Progress::Complete;
+            return CalibrationProgress::Complete;
         }
         if passed <= settings.collect_timeout {
-            return Progress::GoesOn;
+            return CalibrationProgress::GoesOn;
         }
         if pairs >= settings.fewest_pairs {
-            Progress::Complete
+            CalibrationProgress::Complete
         } else {
-            Progress::Abandoned(Abandoned::TimedOut)
+            CalibrationProgress::Abandoned(Abandoned::TimedOut)
         }
     }
 
@@ -203,14 +211,14 @@ impl<T: Real> Calibration<T> {
     /// Fits one sensor and judges the fit.
     ///
     /// # Errors
-    /// [`Refusal`] where there is no fit to be judged.
+    /// [`AdoptionRefusal`] where there is no fit to be judged.
     pub fn conclude(
         &self,
         sensor: Sensor,
-        unit: &Unit<T>,
-        stored: &Relation<T>,
-        settings: &Settings<T>,
-    ) -> Result<Outcome<T>, Refusal<T>> {
+        unit: &MountedUnit<T>,
+        stored: &RelativeError<T>,
+        settings: &RedundancySettings<T>,
+    ) -> Result<FitOutcome<T>, AdoptionRefusal<T>> {
         let trial = Trial {
             sensor,
             unit,
@@ -231,8 +239,8 @@ impl<T: Real> Calibration<T> {
         }
     }
 
-    fn rest_pair(&self, sensor: Sensor, unit: &Unit<T>) -> RestPair<T> {
-        RestPair {
+    fn rest_pair(&self, sensor: Sensor, unit: &MountedUnit<T>) -> RestReadings<T> {
+        RestReadings {
             first: unit.sensor_from_primary * sensor.triad(&self.rest.primary),
             second: sensor.triad(&self.rest.secondary),
         }
@@ -240,7 +248,7 @@ impl<T: Real> Calibration<T> {
 
     /// The primary's noise in a pair, from its windows at rest: two thirds of their variance in a triangle, and twice it
     /// in the difference of two.
-    fn noise(&self, sensor: Sensor, unit: &Unit<T>, window: u64) -> PrimaryNoise<T> {
+    fn noise(&self, sensor: Sensor, unit: &MountedUnit<T>, window: u64) -> PrimaryNoise<T> {
         let turn = &unit.sensor_from_primary;
         let of = |sensor: Sensor| sensor.triad(&self.rest.variance);
         let length = seconds::<T>(window);
@@ -254,31 +262,31 @@ impl<T: Real> Calibration<T> {
 /// A sensor whose pairs are complete.
 struct Trial<'a, T: Real> {
     sensor: Sensor,
-    unit: &'a Unit<T>,
-    stored: &'a Relation<T>,
-    settings: &'a Settings<T>,
-    rest: RestPair<T>,
+    unit: &'a MountedUnit<T>,
+    stored: &'a RelativeError<T>,
+    settings: &'a RedundancySettings<T>,
+    rest: RestReadings<T>,
     noise: PrimaryNoise<T>,
 }
 
 impl<T: Real> Trial<'_, T> {
     fn run(
         &self,
-        fitted: &dyn Pairs<T>,
-        held_out: &dyn Pairs<T>,
-        all: &dyn Pairs<T>,
+        fitted: &dyn PairMoments<T>,
+        held_out: &dyn PairMoments<T>,
+        all: &dyn PairMoments<T>,
         layout: Layout,
-    ) -> Result<Outcome<T>, Refusal<T>> {
+    ) -> Result<FitOutcome<T>, AdoptionRefusal<T>> {
         let needed = self.settings.collection.fewest_pairs;
         let pairs = all.samples();
         if pairs < needed || fitted.samples() == 0 || held_out.samples() == 0 {
-            return Err(Refusal::TooFewPairs { pairs, needed });
+            return Err(AdoptionRefusal::TooFewPairs { pairs, needed });
         }
         let half = self.fit(fitted, layout)?;
         // Both halves hold every other second: what residuals have in common over a second shows between them.
         let times = half.disagreement(&self.fit(held_out, layout)?).max(T::one());
         let whole = self.fit(all, layout)?.less_certain(times);
-        let candidate = Candidate {
+        let candidate = FitCandidate {
             sensor: self.sensor,
             axes: *self.unit.axes.of(self.sensor),
             layout,
@@ -290,17 +298,17 @@ impl<T: Real> Trial<'_, T> {
             rest: &self.rest,
         };
         let residuals = candidate.residuals();
-        Ok(Outcome {
+        Ok(FitOutcome {
             fit: whole,
             residuals,
             verdict: candidate.judge(&residuals, &self.settings.adoption),
         })
     }
 
-    fn fit(&self, pairs: &dyn Pairs<T>, layout: Layout) -> Result<Fit<T>, Refusal<T>> {
+    fn fit(&self, pairs: &dyn PairMoments<T>, layout: Layout) -> Result<Fit<T>, AdoptionRefusal<T>> {
         let settings = &self.settings.fit;
         let unknown_arm = self.sensor == Sensor::Accelerometer && self.unit.lever_arm.is_none();
-        let problem = Problem {
+        let problem = FitProblem {
             pairs,
             layout,
             axes: *self.unit.axes.of(self.sensor),
@@ -310,6 +318,6 @@ impl<T: Real> Trial<'_, T> {
             excitation: settings.excitation.of(self.sensor),
             lever_arm_excitation: unknown_arm.then_some(settings.lever_arm_excitation),
         };
-        problem.solve().ok_or(Refusal::Unsolvable)
+        problem.solve().ok_or(AdoptionRefusal::Unsolvable)
     }
 }

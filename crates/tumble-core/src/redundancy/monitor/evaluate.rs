@@ -3,11 +3,11 @@
 use crate::real::Real;
 use crate::redundancy::evaluation::{Deviation, PrimaryAtRest, SecondaryAtRest};
 use crate::redundancy::gate::{Decision, Findings, Withheld};
-use crate::redundancy::monitor::calibration::{Calibration, RestBefore};
-use crate::redundancy::monitor::event::{Abandoned, Check, Event, What};
+use crate::redundancy::monitor::calibration::{CalibrationRun, RestBefore};
+use crate::redundancy::monitor::event::{Abandoned, Check, Event, EventKind};
 use crate::redundancy::monitor::{Monitor, Report, abandon};
 use crate::redundancy::platform::Platform;
-use crate::redundancy::samples::history::AtRest;
+use crate::redundancy::samples::history::RestMean;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::{Data, Scope};
 
@@ -20,21 +20,21 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         time: u64,
         report: Report<'_, T>,
     ) {
-        let streams = self.streams.iter().zip(&mut self.at_rest);
-        for ((stream, at_rest), unit) in streams.zip(platform.units()) {
-            let means = stream.window(window);
+        let histories = self.histories.iter().zip(&mut self.rest_means);
+        for ((history, at_rest), unit) in histories.zip(platform.units()) {
+            let means = history.window(window);
             if let Some(means) = means.filter(|means| unit.axes.covered_by(means.usable)) {
                 at_rest.push(&means.mean);
             }
         }
         let settings = platform.settings();
         let needed = settings.windows(settings.evaluation.duration);
-        let most = self.at_rest.iter().map(AtRest::windows).max().unwrap_or(0);
+        let most = self.rest_means.iter().map(RestMean::windows).max().unwrap_or(0);
         if u64::from(most) < needed {
             return;
         }
         self.evaluate(platform, needed / 2, time, report);
-        self.at_rest.iter_mut().for_each(AtRest::restart);
+        self.rest_means.iter_mut().for_each(RestMean::restart);
     }
 
     /// Deviations of all units whose means are of at least so many windows.
@@ -44,7 +44,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             return;
         }
         let valid = self.evaluate_primary(platform, fewest, time, report);
-        self.distrust(platform, valid, time, report);
+        self.abandon_if_primary_invalid(platform, valid, time, report);
         if !due {
             return;
         }
@@ -62,7 +62,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         report: Report<'_, T>,
     ) -> [bool; 2] {
         let settings = platform.settings();
-        let (Some(at_rest), Some(health)) = (self.at_rest.first(), self.health.first_mut()) else {
+        let (Some(at_rest), Some(health)) = (self.rest_means.first(), self.health.first_mut()) else {
             return [false; 2];
         };
         if u64::from(at_rest.windows()) < fewest.max(1) {
@@ -85,14 +85,14 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             report(Event {
                 time,
                 unit: 0,
-                what: evaluated(sensor, Check::Norm, &deviation),
+                kind: evaluated(sensor, Check::Norm, &deviation),
             });
             !deviation.exceeds()
         })
     }
 
     /// Pairs with a primary that turned out invalid are worth nothing.
-    fn distrust(
+    fn abandon_if_primary_invalid(
         &mut self,
         platform: &Platform<T, UNITS>,
         valid: [bool; 2],
@@ -124,9 +124,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
     ) -> Option<()> {
         let settings = platform.settings();
         let primary_healthy = self.health.first()?.healthy_since().is_some();
-        let primary = *self.at_rest.first()?.mean();
+        let primary = *self.rest_means.first()?.mean();
         let primary_deviation = SENSORS.map(|sensor| *self.rest.primary_deviation(sensor));
-        let (unit, at_rest) = (platform.units().get(number)?, self.at_rest.get(number)?);
+        let (unit, at_rest) = (platform.units().get(number)?, self.rest_means.get(number)?);
         if u64::from(at_rest.windows()) < fewest.max(1) {
             return None;
         }
@@ -145,11 +145,11 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             };
             let mut tell = |check, deviation: &Deviation<T>| {
                 *exceeded |= deviation.exceeds();
-                let what = evaluated(sensor, check, deviation);
+                let kind = evaluated(sensor, check, deviation);
                 report(Event {
                     time,
                     unit: number,
-                    what,
+                    kind,
                 });
             };
             let allowed = if valid {
@@ -195,7 +195,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         let mut decisions = evaluation.gate.decide(findings);
         let active = self.calibrations.iter().flatten();
         let already = active
-            .map(Calibration::secondary)
+            .map(CalibrationRun::secondary)
             .any(|secondary| secondary == number);
         let full = self.calibrations.iter().all(Option::is_some);
         for (sensor, decision) in SENSORS.into_iter().zip(&mut decisions) {
@@ -203,11 +203,11 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                 *decision = Decision::Withheld(Withheld::AlreadyCalibrating);
             }
             if let Decision::Withheld(why) = *decision {
-                let what = What::Withheld { sensor, why };
+                let kind = EventKind::Withheld { sensor, why };
                 report(Event {
                     time,
                     unit: number,
-                    what,
+                    kind,
                 });
             }
         }
@@ -222,27 +222,27 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                 unit.axes.any(sensor) && evaluation.gate.trusts(findings.primary_valid, sensor)
             }),
         };
-        let (primary, secondary) = (self.at_rest.first()?, self.at_rest.get(number)?);
+        let (primary, secondary) = (self.rest_means.first()?, self.rest_means.get(number)?);
         let rest = RestBefore {
             primary: *primary.mean(),
             variance: primary.variance(),
             secondary: *secondary.mean(),
         };
         let slot = self.calibrations.iter_mut().find(|slot| slot.is_none())?;
-        *slot = Some(Calibration::new(number, sensors, time, rest));
-        let what = What::Triggered { sensors };
+        *slot = Some(CalibrationRun::new(number, sensors, time, rest));
+        let kind = EventKind::Triggered { sensors };
         report(Event {
             time,
             unit: number,
-            what,
+            kind,
         });
         Some(())
     }
 }
 
 /// What was found at rest.
-fn evaluated<T: Real>(sensor: Sensor, check: Check, deviation: &Deviation<T>) -> What<T> {
-    What::Evaluated {
+fn evaluated<T: Real>(sensor: Sensor, check: Check, deviation: &Deviation<T>) -> EventKind<T> {
+    EventKind::Evaluated {
         sensor,
         check,
         deviation: deviation.value,

@@ -1,9 +1,9 @@
 //! Everything that happened, and why, with figures.
 
 use crate::real::Real;
-use crate::redundancy::fit::adoption::Refusal;
+use crate::redundancy::fit::adoption::AdoptionRefusal;
 use crate::redundancy::gate::Withheld;
-use crate::redundancy::health::Fault;
+use crate::redundancy::health::HealthFault;
 use crate::redundancy::record::Record;
 use crate::redundancy::selection::SelectionReason;
 use crate::redundancy::sensor::Sensor;
@@ -17,7 +17,7 @@ pub struct Event<T: Real> {
     /// The unit it concerns, 0 the primary.
     pub unit: usize,
     /// What happened.
-    pub what: What<T>,
+    pub kind: EventKind<T>,
 }
 
 /// How a deviation was taken.
@@ -50,7 +50,7 @@ pub enum Abandoned {
 
 /// Why a stored record was not taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rejected {
+pub enum RecordRejection {
     /// No secondary has its identity, or the secondary has no such sensor.
     OfAnotherUnit,
     /// Not all of it are numbers.
@@ -61,7 +61,7 @@ pub enum Rejected {
 
 /// What happened.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum What<T: Real> {
+pub enum EventKind<T: Real> {
     /// The platform came to rest.
     RestBegan,
     /// It moves again.
@@ -116,7 +116,7 @@ pub enum What<T: Real> {
         /// Of this sensor.
         sensor: Sensor,
         /// Why.
-        why: Refusal<T>,
+        why: AdoptionRefusal<T>,
     },
     /// Calibration mode ended without a fit.
     Abandoned {
@@ -126,7 +126,7 @@ pub enum What<T: Real> {
     /// A unit failed.
     Unhealthy {
         /// In this way.
-        fault: Fault<T>,
+        fault: HealthFault<T>,
     },
     /// A unit is in health again.
     Healthy,
@@ -149,7 +149,7 @@ pub enum What<T: Real> {
         /// Of this sensor.
         sensor: Sensor,
         /// Why.
-        why: Rejected,
+        why: RecordRejection,
     },
     /// The common clock jumped; windows begin anew.
     TimeJumped {

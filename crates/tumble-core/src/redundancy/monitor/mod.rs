@@ -11,17 +11,17 @@ mod restore;
 use nalgebra::Vector3;
 
 use crate::real::Real;
-use crate::redundancy::evaluation::Stored;
+use crate::redundancy::evaluation::StoredCalibration;
 use crate::redundancy::health::Health;
-use crate::redundancy::monitor::calibration::Calibration;
-use crate::redundancy::monitor::event::{Abandoned, Event, What};
-use crate::redundancy::monitor::rest_state::Rest;
-use crate::redundancy::output::{Carrier, Compensated, Output, compensate, lever_arm};
+use crate::redundancy::monitor::calibration::CalibrationRun;
+use crate::redundancy::monitor::event::{Abandoned, Event, EventKind};
+use crate::redundancy::monitor::rest_state::RestState;
+use crate::redundancy::output::{Compensated, LeverArmCorrection, Output, compensate, lever_arm};
 use crate::redundancy::platform::Platform;
-use crate::redundancy::samples::clock::{Clock, ClockSettings, Verdict};
-use crate::redundancy::samples::history::{AtRest, Stream};
+use crate::redundancy::samples::clock::{ClockSettings, CommonClock, Verdict};
+use crate::redundancy::samples::history::{RestMean, WindowHistory};
 use crate::redundancy::samples::pair::products;
-use crate::redundancy::selection::{Candidate, Selection};
+use crate::redundancy::selection::{Selection, SourceCandidate};
 use crate::redundancy::sensor::{Axes, Sensor};
 use crate::sample::{CHANNELS, Sample};
 
@@ -41,18 +41,18 @@ pub enum Command {
 /// memory is in it; the platform is handed in with every call, so that it may lie in read-only memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize> {
-    clock: Clock<UNITS>,
-    streams: [Stream<T>; UNITS],
-    products: Stream<T>,
+    clock: CommonClock<UNITS>,
+    histories: [WindowHistory<T>; UNITS],
+    products: WindowHistory<T>,
     health: [Health<T>; UNITS],
-    at_rest: [AtRest<T>; UNITS],
-    rest: Rest<T>,
-    stored: [[Stored<T>; 2]; UNITS],
-    calibrations: [Option<Calibration<T>>; AT_ONCE],
-    step: Option<u64>,
+    rest_means: [RestMean<T>; UNITS],
+    rest: RestState<T>,
+    stored: [[StoredCalibration<T>; 2]; UNITS],
+    calibrations: [Option<CalibrationRun<T>>; AT_ONCE],
+    latest_window: Option<u64>,
     known_healthy: [bool; UNITS],
     selection: Selection,
-    carrier: Carrier<T>,
+    lever_arm_correction: LeverArmCorrection<T>,
 }
 
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Default for Monitor<T, UNITS, AT_ONCE> {
@@ -65,18 +65,18 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
     /// Knows nothing; give it stored records next, with [`Self::restore`].
     pub fn new() -> Self {
         Self {
-            clock: Clock::new(),
-            streams: [Stream::new(); UNITS],
-            products: Stream::new(),
+            clock: CommonClock::new(),
+            histories: [WindowHistory::new(); UNITS],
+            products: WindowHistory::new(),
             health: [Health::new(); UNITS],
-            at_rest: [AtRest::new(); UNITS],
-            rest: Rest::new(),
-            stored: [[Stored::nothing(); 2]; UNITS],
+            rest_means: [RestMean::new(); UNITS],
+            rest: RestState::new(),
+            stored: [[StoredCalibration::nothing(); 2]; UNITS],
             calibrations: [None; AT_ONCE],
-            step: None,
+            latest_window: None,
             known_healthy: [true; UNITS],
             selection: Selection::new(),
-            carrier: Carrier::new(),
+            lever_arm_correction: LeverArmCorrection::new(),
         }
     }
 
@@ -89,7 +89,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
     }
 
     /// What is stored of the two sensors of a unit, accelerometer first.
-    pub fn stored(&self, unit: usize) -> Option<&[Stored<T>; 2]> {
+    pub fn stored(&self, unit: usize) -> Option<&[StoredCalibration<T>; 2]> {
         self.stored.get(unit)
     }
 
@@ -100,14 +100,14 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
 
     /// Number of the window on the common clock that was looked at last.
     pub fn window(&self) -> Option<u64> {
-        self.step
+        self.latest_window
     }
 
     /// What a unit said over that window, as read, m/s^2 and rad/s.
     pub fn means(&self, unit: usize) -> Option<&[T; CHANNELS]> {
-        self.streams
+        self.histories
             .get(unit)?
-            .window(self.step?)
+            .window(self.latest_window?)
             .map(|means| &means.mean)
     }
 
@@ -172,10 +172,10 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             let products = products(platform.calibration(), &sample.angular_rate);
             self.products.push(sample.time, &products, usable, length);
         }
-        let Some(stream) = self.streams.get_mut(number) else {
+        let Some(history) = self.histories.get_mut(number) else {
             return;
         };
-        if stream
+        if history
             .push(sample.time, &sample.channels(), usable, length)
             .is_some()
         {
@@ -185,31 +185,31 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
 
     /// Looks at windows in turn, each when all units that keep up have completed it, or when one is ahead by more than one.
     fn catch_up(&mut self, platform: &Platform<T, UNITS>, report: Report<'_, T>) {
-        let Some(newest) = self.streams.iter().filter_map(Stream::newest).max() else {
+        let Some(newest) = self.histories.iter().filter_map(WindowHistory::newest).max() else {
             return;
         };
         // Units keep three windows; what is older cannot be looked at any more.
         for next in newest.saturating_sub(1)..=newest {
-            let done = self.step.is_some_and(|step| step >= next);
+            let done = self.latest_window.is_some_and(|step| step >= next);
             if !done && (next < newest || self.all_have(newest)) {
-                self.step = Some(next);
-                self.look_at(platform, next, report);
+                self.latest_window = Some(next);
+                self.process_window(platform, next, report);
             }
         }
     }
 
     /// Whether all units have completed a window, but for those that did not complete the one before either.
     fn all_have(&self, window: u64) -> bool {
-        let mut newest = self.streams.iter().filter_map(Stream::newest);
+        let mut newest = self.histories.iter().filter_map(WindowHistory::newest);
         newest.all(|newest| newest >= window || newest.saturating_add(1) < window)
     }
 
     fn restart(&mut self, time: u64, by: i64, report: Report<'_, T>) {
-        self.streams = [Stream::new(); UNITS];
-        self.products = Stream::new();
-        self.at_rest = [AtRest::new(); UNITS];
-        self.step = None;
-        self.carrier = Carrier::new();
+        self.histories = [WindowHistory::new(); UNITS];
+        self.products = WindowHistory::new();
+        self.rest_means = [RestMean::new(); UNITS];
+        self.latest_window = None;
+        self.lever_arm_correction = LeverArmCorrection::new();
         self.rest.restart_time(time);
         self.selection.restart_time();
         for health in &mut self.health {
@@ -221,7 +221,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         report(Event {
             time,
             unit: 0,
-            what: What::TimeJumped { by },
+            kind: EventKind::TimeJumped { by },
         });
     }
 
@@ -232,13 +232,13 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             }
             let fault = health.fault();
             *known = fault.is_none();
-            let what = fault.map_or(What::Healthy, |fault| What::Unhealthy { fault });
-            report(Event { time, unit, what });
+            let kind = fault.map_or(EventKind::Healthy, |fault| EventKind::Unhealthy { fault });
+            report(Event { time, unit, kind });
             if *known {
                 continue;
             }
             for slot in &mut self.calibrations {
-                let concerns = slot.as_ref().map(Calibration::secondary);
+                let concerns = slot.as_ref().map(CalibrationRun::secondary);
                 match concerns {
                     Some(_) if unit == 0 => abandon(slot, time, Abandoned::PrimaryUnhealthy, report),
                     Some(secondary) if secondary == unit => {
@@ -255,7 +255,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         let candidate = |unit: usize| {
             let healthy_since = health.get(unit)?.healthy_since();
             let stored = stored.get(unit)?;
-            Some(Candidate {
+            Some(SourceCandidate {
                 healthy: healthy_since.is_some() && units.get(unit)?.axes == Axes::ALL,
                 healthy_for: healthy_since.map_or(0, |since| now.saturating_sub(since)),
                 calibrated: stored.iter().all(|stored| stored.calibrated || stored.agrees),
@@ -268,20 +268,20 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         else {
             return;
         };
-        self.carrier = Carrier::new();
-        let (unit, what) = match change.source {
+        self.lever_arm_correction = LeverArmCorrection::new();
+        let (unit, kind) = match change.source {
             Some(unit) => (
                 unit,
-                What::Selected {
+                EventKind::Selected {
                     reason: change.reason,
                 },
             ),
-            None => (0, What::NoneSelected),
+            None => (0, EventKind::NoneSelected),
         };
         report(Event {
             time: now,
             unit,
-            what,
+            kind,
         });
     }
 
@@ -309,20 +309,20 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
     ) -> Option<Output<T>> {
         let (unit, stored) = (platform.units().get(number)?, self.stored.get(number)?);
         let (f, w) = (&sample.specific_force, &sample.angular_rate);
-        let said = Compensated {
+        let reading = Compensated {
             specific_force: self.compensated(platform, number, Sensor::Accelerometer, f)?,
             angular_rate: self.compensated(platform, number, Sensor::Gyroscope, w)?,
         };
         let arm = lever_arm(unit, stored);
         let output = Output {
             time: sample.time,
-            specific_force: self.carrier.carry(sample.time, &said, &arm),
-            angular_rate: said.angular_rate,
+            specific_force: self.lever_arm_correction.apply(sample.time, &reading, &arm),
+            angular_rate: reading.angular_rate,
             source: number,
         };
         if !output.is_finite() {
             // Readings may be finite and their squares not: nothing of them may stay in what comes after.
-            self.carrier = Carrier::new();
+            self.lever_arm_correction = LeverArmCorrection::new();
             return None;
         }
         Some(output)
@@ -330,12 +330,12 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
 }
 
 /// Ends a calibration without a fit, where there is one.
-fn abandon<T: Real>(slot: &mut Option<Calibration<T>>, time: u64, why: Abandoned, report: Report<'_, T>) {
+fn abandon<T: Real>(slot: &mut Option<CalibrationRun<T>>, time: u64, why: Abandoned, report: Report<'_, T>) {
     if let Some(calibration) = slot.take() {
         report(Event {
             time,
             unit: calibration.secondary(),
-            what: What::Abandoned { why },
+            kind: EventKind::Abandoned { why },
         });
     }
 }

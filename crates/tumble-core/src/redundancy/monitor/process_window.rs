@@ -1,23 +1,28 @@
 //! What the monitor does with each window: the vote, rest and its evaluation, calibration mode.
 
 use crate::real::{Real, SECOND, real, seconds};
-use crate::redundancy::health::median_vote::{Member, vote};
+use crate::redundancy::health::median_vote::{UnitMean, vote};
 use crate::redundancy::monitor::adopt::conclude;
-use crate::redundancy::monitor::calibration::{Phase, Progress};
-use crate::redundancy::monitor::event::{Event, What};
-use crate::redundancy::monitor::rest_state::Turn;
+use crate::redundancy::monitor::calibration::{CalibrationPhase, CalibrationProgress};
+use crate::redundancy::monitor::event::{Event, EventKind};
+use crate::redundancy::monitor::rest_state::RestTransition;
 use crate::redundancy::monitor::{Monitor, Report, abandon};
 use crate::redundancy::output::{Compensated, lever_arm};
 use crate::redundancy::platform::Platform;
-use crate::redundancy::samples::history::AtRest;
-use crate::redundancy::samples::pair::{Pair, PrimaryMeans};
+use crate::redundancy::samples::history::RestMean;
+use crate::redundancy::samples::pair::{MotionPair, PrimaryMeans};
 use crate::redundancy::samples::window::Means;
 use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
 use crate::sample::CHANNELS;
 
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONCE> {
     /// Looks at one window of all units.
-    pub(super) fn look_at(&mut self, platform: &Platform<T, UNITS>, window: u64, report: Report<'_, T>) {
+    pub(super) fn process_window(
+        &mut self,
+        platform: &Platform<T, UNITS>,
+        window: u64,
+        report: Report<'_, T>,
+    ) {
         let settings = platform.settings();
         let time = window.saturating_add(1).saturating_mul(settings.window);
         self.compare(platform, window);
@@ -26,16 +31,16 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             .rest
             .push(still, settings.windows(settings.evaluation.settle))
         {
-            Turn::Moving if still => {}
-            Turn::Moving => self.at_rest = [AtRest::new(); UNITS],
-            Turn::Began => {
-                report(of_all(time, What::RestBegan));
-                self.at_rest.iter_mut().for_each(AtRest::restart);
+            RestTransition::Moving if still => {}
+            RestTransition::Moving => self.rest_means = [RestMean::new(); UNITS],
+            RestTransition::Began => {
+                report(of_all(time, EventKind::RestBegan));
+                self.rest_means.iter_mut().for_each(RestMean::restart);
             }
-            Turn::Resting => self.rest_on(platform, window, time, report),
-            Turn::Ended => {
-                report(of_all(time, What::RestEnded));
-                self.at_rest = [AtRest::new(); UNITS];
+            RestTransition::Resting => self.rest_on(platform, window, time, report),
+            RestTransition::Ended => {
+                report(of_all(time, EventKind::RestEnded));
+                self.rest_means = [RestMean::new(); UNITS];
             }
         }
         if !self.rest.is_resting() {
@@ -48,13 +53,13 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
     /// has no say in what the set measures, and is not blamed for it.
     fn compare(&mut self, platform: &Platform<T, UNITS>, window: u64) {
         let settings = platform.settings();
-        let members: [Option<Member<T>>; UNITS] = core::array::from_fn(|i| {
-            let means = self.streams[i].window(window)?;
-            let said = self.at_primary(platform, i, window)?;
-            let (f, w) = (&said.specific_force, &said.angular_rate);
+        let members: [Option<UnitMean<T>>; UNITS] = core::array::from_fn(|i| {
+            let means = self.histories[i].window(window)?;
+            let here = self.at_primary(platform, i, window)?;
+            let (f, w) = (&here.specific_force, &here.angular_rate);
             let [accelerometer, gyroscope] = &self.stored[i];
             let knows = [i == 0 || accelerometer.calibrated, i == 0 || gyroscope.calibrated];
-            Some(Member {
+            Some(UnitMean {
                 mean: known([f.x, f.y, f.z, w.x, w.y, w.z], knows),
                 scatter: means.scatter.map(|variance| variance.sqrt()),
                 axes: comparable(&platform.units()[i].axes, means.usable),
@@ -63,7 +68,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         for (health, compared) in self.health.iter_mut().zip(vote(&members)) {
             for (sensor, comparison) in SENSORS.into_iter().zip(compared) {
                 if let Some(comparison) = comparison {
-                    health.family(sensor, &comparison, settings.window, &settings.health);
+                    health.compare(sensor, &comparison, settings.window, &settings.health);
                 }
             }
         }
@@ -76,7 +81,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         number: usize,
         window: u64,
     ) -> Option<Compensated<T>> {
-        let (before, means) = self.streams.get(number)?.pair(window)?;
+        let (before, means) = self.histories.get(number)?.pair(window)?;
         let (unit, stored) = (platform.units().get(number)?, self.stored.get(number)?);
         let said = |sensor: Sensor, means: &Means<T, CHANNELS>| {
             self.compensated(platform, number, sensor, &sensor.triad(&means.mean))
@@ -96,11 +101,11 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
     /// can look moved while it is still. A unit that is wrong at rest has its say too, or no rest would ever clear it.
     fn is_still(&mut self, platform: &Platform<T, UNITS>, window: u64) -> bool {
         let thresholds = &platform.settings().evaluation.thresholds;
-        let units = self.streams.iter().zip(&mut self.at_rest).zip(&self.health);
+        let units = self.histories.iter().zip(&mut self.rest_means).zip(&self.health);
         let (mut still, mut voters) = (0_usize, 0_usize);
-        for (((stream, at_rest), health), unit) in units.zip(platform.units()) {
+        for (((history, at_rest), health), unit) in units.zip(platform.units()) {
             let lives = health.fault().is_none_or(|fault| fault.leaves_stillness());
-            let Some(means) = stream.window(window).filter(|_| lives) else {
+            let Some(means) = history.window(window).filter(|_| lives) else {
                 continue;
             };
             voters += 1;
@@ -120,7 +125,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         report: Report<'_, T>,
     ) -> Option<()> {
         let settings = platform.settings();
-        let readings = self.streams.first()?.pair(window)?;
+        let readings = self.histories.first()?.pair(window)?;
         let products = self.products.pair(window)?;
         let primary = PrimaryMeans::of(platform.calibration(), readings, products, settings.window);
         let usable = both(readings.0.usable, readings.1.usable);
@@ -130,13 +135,13 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         for slot in &mut self.calibrations {
             let Some(calibration) = slot else { continue };
             let number = calibration.secondary();
-            if calibration.phase() == Phase::WaitingForMotion {
+            if calibration.phase() == CalibrationPhase::WaitingForMotion {
                 let mean = &readings.1.mean;
                 if usable == [true; 2] && calibration.watch(time, mean, &settings.collection) {
                     report(Event {
                         time,
                         unit: number,
-                        what: What::MotionBegan,
+                        kind: EventKind::MotionBegan,
                     });
                 }
                 continue;
@@ -144,13 +149,13 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             let units = platform
                 .units()
                 .get(number)
-                .zip(self.streams.get(number))
+                .zip(self.histories.get(number))
                 .zip(self.stored.get(number));
-            let Some(((unit, stream), stored)) = units else {
+            let Some(((unit, history), stored)) = units else {
                 continue;
             };
-            if let Some((before, now)) = stream.pair(window).filter(|_| within) {
-                let pair = Pair::of(unit, &primary, &before.triangle(now));
+            if let Some((before, now)) = history.pair(window).filter(|_| within) {
+                let pair = MotionPair::of(unit, &primary, &before.triangle(now));
                 let usable = both(usable, both(before.usable, now.usable));
                 calibration.take(window * settings.window, &pair, usable, stored);
             }
@@ -164,9 +169,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         for slot in &mut self.calibrations {
             let Some(calibration) = slot else { continue };
             match calibration.check(time, &settings.collection, settings.window) {
-                Progress::GoesOn => {}
-                Progress::Abandoned(why) => abandon(slot, time, why, report),
-                Progress::Complete => {
+                CalibrationProgress::GoesOn => {}
+                CalibrationProgress::Abandoned(why) => abandon(slot, time, why, report),
+                CalibrationProgress::Complete => {
                     let number = calibration.secondary();
                     let unit = platform.units().get(number).zip(self.stored.get_mut(number));
                     let replaced = unit.is_some_and(|(unit, stored)| {
@@ -184,8 +189,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
 }
 
 /// An event that concerns the whole platform.
-fn of_all<T: Real>(time: u64, what: What<T>) -> Event<T> {
-    Event { time, unit: 0, what }
+fn of_all<T: Real>(time: u64, kind: EventKind<T>) -> Event<T> {
+    Event { time, unit: 0, kind }
 }
 
 /// What both allow.

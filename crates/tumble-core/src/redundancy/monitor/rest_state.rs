@@ -6,7 +6,7 @@ use crate::redundancy::settings::EvaluationSettings;
 
 /// How long the platform has rested, and when it was evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rest<T: Real> {
+pub struct RestState<T: Real> {
     windows: u64,
     announced: bool,
     evaluated: Option<u64>,
@@ -16,7 +16,7 @@ pub struct Rest<T: Real> {
 
 /// What a window at rest, or in motion, led to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Turn {
+pub enum RestTransition {
     /// Nothing new: it still moves, or only just stopped.
     Moving,
     /// It came to rest: means are taken from the next window on.
@@ -27,13 +27,13 @@ pub enum Turn {
     Ended,
 }
 
-impl<T: Real> Default for Rest<T> {
+impl<T: Real> Default for RestState<T> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<T: Real> Rest<T> {
+impl<T: Real> RestState<T> {
     /// Not at rest, and never evaluated.
     pub fn new() -> Self {
         Self {
@@ -46,24 +46,24 @@ impl<T: Real> Rest<T> {
     }
 
     /// The platform was still over one more window, or was not.
-    pub fn push(&mut self, still: bool, settle_windows: u64) -> Turn {
+    pub fn push(&mut self, still: bool, settle_windows: u64) -> RestTransition {
         if !still {
             self.windows = 0;
             return if core::mem::take(&mut self.announced) {
-                Turn::Ended
+                RestTransition::Ended
             } else {
-                Turn::Moving
+                RestTransition::Moving
             };
         }
         self.windows = self.windows.saturating_add(1);
         if self.announced {
-            return Turn::Resting;
+            return RestTransition::Resting;
         }
         if self.windows <= settle_windows {
-            return Turn::Moving;
+            return RestTransition::Moving;
         }
         self.announced = true;
-        Turn::Began
+        RestTransition::Began
     }
 
     /// Whether the platform rests.

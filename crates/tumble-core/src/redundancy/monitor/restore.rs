@@ -1,12 +1,12 @@
 //! What was stored before a reset, taken up again.
 
 use crate::real::Real;
-use crate::redundancy::evaluation::Stored;
-use crate::redundancy::monitor::event::{Abandoned, Event, Rejected, What};
+use crate::redundancy::evaluation::StoredCalibration;
+use crate::redundancy::monitor::event::{Abandoned, Event, EventKind, RecordRejection};
 use crate::redundancy::monitor::{Monitor, Report, abandon};
-use crate::redundancy::platform::{Platform, Unit};
+use crate::redundancy::platform::{MountedUnit, Platform};
 use crate::redundancy::record::{Record, Storage};
-use crate::redundancy::relative_error::Relation;
+use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::sensor::SENSORS;
 
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONCE> {
@@ -41,13 +41,13 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         let found =
             secondaries.find(|(_, (unit, _))| unit.identity == record.identity && unit.axes.any(sensor));
         let (unit, why) = match found {
-            None => (0, Some(Rejected::OfAnotherUnit)),
+            None => (0, Some(RecordRejection::OfAnotherUnit)),
             Some((number, (unit, stored))) => match accepted(platform, unit, record) {
                 Err(why) => (number, Some(why)),
-                Ok(relation) => {
+                Ok(error) => {
                     let stored = sensor.of_mut(stored);
-                    *stored = Stored {
-                        relation,
+                    *stored = StoredCalibration {
+                        error,
                         residual: record.residual,
                         sequence: record.sequence,
                         calibrated: true,
@@ -65,11 +65,11 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             }
         }
         let sequence = record.sequence;
-        let restored = What::Restored { sensor, sequence };
+        let restored = EventKind::Restored { sensor, sequence };
         report(Event {
             time,
             unit,
-            what: why.map_or(restored, |why| What::RecordRejected { sensor, why }),
+            kind: why.map_or(restored, |why| EventKind::RecordRejected { sensor, why }),
         });
     }
 }
@@ -77,13 +77,13 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
 /// The error in a record, if it can be one of this unit.
 fn accepted<T: Real, const UNITS: usize>(
     platform: &Platform<T, UNITS>,
-    unit: &Unit<T>,
+    unit: &MountedUnit<T>,
     record: &Record<T>,
-) -> Result<Relation<T>, Rejected> {
+) -> Result<RelativeError<T>, RecordRejection> {
     if !record.is_finite() {
-        return Err(Rejected::NotFinite);
+        return Err(RecordRejection::NotFinite);
     }
-    let relation = Relation::of(record, &unit.sensor_from_primary).ok_or(Rejected::Implausible)?;
-    let allowed = platform.settings().adoption.allows(record.sensor, &relation);
-    allowed.map(|()| relation).map_err(|_| Rejected::Implausible)
+    let error = RelativeError::of(record, &unit.sensor_from_primary).ok_or(RecordRejection::Implausible)?;
+    let allowed = platform.settings().adoption.allows(record.sensor, &error);
+    allowed.map(|()| error).map_err(|_| RecordRejection::Implausible)
 }

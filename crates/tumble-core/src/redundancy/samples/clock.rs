@@ -75,7 +75,7 @@ pub enum Verdict {
 
 /// What is kept of the time stamps of one unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Track {
+struct UnitClock {
     /// Latest that was accepted.
     latest: Option<u64>,
     /// Latest of those that agree with each other but not with the set.
@@ -94,7 +94,7 @@ struct Track {
     heard_others: bool,
 }
 
-impl Track {
+impl UnitClock {
     fn suspect(&mut self, time: u64, settings: &ClockSettings) {
         let step = time.saturating_sub(self.suspect);
         let agrees = self.agreeing > 0 && time > self.suspect && step <= settings.largest_jump;
@@ -152,23 +152,23 @@ impl Track {
 
 /// The common clock of a set of units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Clock<const UNITS: usize> {
+pub struct CommonClock<const UNITS: usize> {
     now: Option<u64>,
-    tracks: [Track; UNITS],
+    tracks: [UnitClock; UNITS],
 }
 
-impl<const UNITS: usize> Default for Clock<UNITS> {
+impl<const UNITS: usize> Default for CommonClock<UNITS> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<const UNITS: usize> Clock<UNITS> {
+impl<const UNITS: usize> CommonClock<UNITS> {
     /// Not set: the first sample sets it.
     pub fn new() -> Self {
         Self {
             now: None,
-            tracks: [Track::default(); UNITS],
+            tracks: [UnitClock::default(); UNITS],
         }
     }
 
@@ -264,7 +264,7 @@ impl<const UNITS: usize> Clock<UNITS> {
         }
     }
 
-    fn count(&self, is_one: impl Fn(&Track) -> bool) -> usize {
+    fn count(&self, is_one: impl Fn(&UnitClock) -> bool) -> usize {
         self.tracks.iter().filter(|track| is_one(track)).count()
     }
 
@@ -275,13 +275,13 @@ impl<const UNITS: usize> Clock<UNITS> {
         for track in &mut self.tracks {
             if track.agreeing > 0 && track.suspect.abs_diff(time) <= tolerance {
                 let steps = u32::from(track.agreeing).saturating_sub(1);
-                *track = Track {
+                *track = UnitClock {
                     latest: Some(track.suspect),
                     interval: track.undisputed / steps.max(1),
-                    ..Track::default()
+                    ..UnitClock::default()
                 };
             } else if !pause {
-                *track = Track::default();
+                *track = UnitClock::default();
             }
         }
         if pause {

@@ -10,7 +10,7 @@ const PERIOD: u64 = 5_000;
 
 /// A set of units that send in turn, each with an offset of its clock.
 struct Set<const UNITS: usize> {
-    clock: Clock<UNITS>,
+    clock: CommonClock<UNITS>,
     settings: ClockSettings,
     true_time: u64,
 }
@@ -19,7 +19,7 @@ impl<const UNITS: usize> Set<UNITS> {
     /// That has run for a second.
     fn running() -> Self {
         let mut set = Self {
-            clock: Clock::new(),
+            clock: CommonClock::new(),
             settings: ClockSettings::default(),
             true_time: 3_000_000_000,
         };
@@ -203,7 +203,7 @@ fn a_clock_that_stands_is_reported() {
 fn a_first_time_that_was_corrupted_is_left_again() {
     for corrupted in [0, u64::MAX] {
         let mut set = Set::<2> {
-            clock: Clock::new(),
+            clock: CommonClock::new(),
             settings: ClockSettings::default(),
             true_time: 3_000_000_000,
         };
@@ -257,7 +257,7 @@ fn one_unit_that_leaps_while_others_go_on_is_astray() {
 
 #[test]
 fn a_slow_unit_alone_loses_one_sample_until_its_interval_is_known() {
-    let mut clock = Clock::<1>::new();
+    let mut clock = CommonClock::<1>::new();
     let verdicts: Vec<_> = (0..50)
         .map(|i| clock.push(0, i * 200_000, &ClockSettings::default()))
         .collect();
@@ -267,7 +267,7 @@ fn a_slow_unit_alone_loses_one_sample_until_its_interval_is_known() {
 
 #[test]
 fn a_unit_that_is_not_there_is_not_listened_to() {
-    let mut clock = Clock::<2>::new();
+    let mut clock = CommonClock::<2>::new();
     assert_eq!(clock.push(2, 5, &ClockSettings::default()), Verdict::Drop);
     assert_eq!(clock.now(), None);
 }
@@ -339,7 +339,7 @@ proptest! {
             Just(0_u64), Just(u64::MAX), any::<u64>(), 0..3_000_000_u64, u64::MAX - 3_000_000..u64::MAX
         ]), 0..300)
     ) {
-        let mut clock = Clock::<3>::new();
+        let mut clock = CommonClock::<3>::new();
         let mut latest = [None; 4];
         for (unit, time) in times {
             match clock.push(unit, time, &ClockSettings::default()) {
@@ -383,7 +383,7 @@ fn one_clock_that_leaps_takes_nobody_along_when_samples_come_in_bursts() {
 
 #[test]
 fn one_fast_clock_that_leaps_beside_a_slow_one_takes_it_nowhere() {
-    let mut clock = Clock::<2>::new();
+    let mut clock = CommonClock::<2>::new();
     let settings = ClockSettings::default();
     for i in 0..20_000_u64 {
         let time = 1_000_000 + i * 1000;

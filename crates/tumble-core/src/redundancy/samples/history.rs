@@ -11,18 +11,18 @@ const KEPT: usize = 3;
 
 /// Windows of one unit, as they come.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stream<T: Real> {
+pub struct WindowHistory<T: Real> {
     windows: Windows<T, CHANNELS>,
     recent: [Option<Means<T, CHANNELS>>; KEPT],
 }
 
-impl<T: Real> Default for Stream<T> {
+impl<T: Real> Default for WindowHistory<T> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<T: Real> Stream<T> {
+impl<T: Real> WindowHistory<T> {
     /// Nothing seen.
     pub fn new() -> Self {
         Self {
@@ -63,18 +63,18 @@ impl<T: Real> Stream<T> {
 
 /// Means of the windows of one unit at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AtRest<T: Real> {
+pub struct RestMean<T: Real> {
     reference: Option<[T; CHANNELS]>,
     means: Moments<T, CHANNELS>,
 }
 
-impl<T: Real> Default for AtRest<T> {
+impl<T: Real> Default for RestMean<T> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<T: Real> AtRest<T> {
+impl<T: Real> RestMean<T> {
     /// Not at rest.
     pub fn new() -> Self {
         Self {

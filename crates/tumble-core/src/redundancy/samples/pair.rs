@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::real::{Real, seconds};
-use crate::redundancy::platform::{PrimaryCalibration, Unit};
-use crate::redundancy::relative_error::Relation;
+use crate::redundancy::platform::{MountedUnit, PrimaryCalibration};
+use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::samples::window::Means;
 use crate::redundancy::sensor::Sensor;
 use crate::sample::CHANNELS;
@@ -22,7 +22,7 @@ pub fn products<T: Real>(calibration: &PrimaryCalibration<T>, angular_rate: &Vec
 }
 
 /// Two windows, one after the other.
-pub type Two<'a, T> = (&'a Means<T, CHANNELS>, &'a Means<T, CHANNELS>);
+pub type TwoWindows<'a, T> = (&'a Means<T, CHANNELS>, &'a Means<T, CHANNELS>);
 
 /// What the primary says over two windows, and what a lever arm would add.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,8 +39,8 @@ impl<T: Real> PrimaryMeans<T> {
     /// Of its readings and of the products of its rates (docs/theory/redundancy.md, eq. 2 to 4).
     pub fn of(
         calibration: &PrimaryCalibration<T>,
-        readings: Two<'_, T>,
-        products: Two<'_, T>,
+        readings: TwoWindows<'_, T>,
+        products: TwoWindows<'_, T>,
         window: u64,
     ) -> Self {
         let rate = |means: &Means<T, CHANNELS>| {
@@ -62,7 +62,7 @@ impl<T: Real> PrimaryMeans<T> {
 
 /// One pair, in the axes of the secondary.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pair<T: Real> {
+pub struct MotionPair<T: Real> {
     /// First data, of the primary: specific force, at the place of the secondary where that is known, and angular rate.
     pub first: [Vector3<T>; 2],
     /// What a lever arm that is not known would add; zero where it is known.
@@ -71,9 +71,9 @@ pub struct Pair<T: Real> {
     pub second: [Vector3<T>; 2],
 }
 
-impl<T: Real> Pair<T> {
+impl<T: Real> MotionPair<T> {
     /// Puts the primary's means beside the secondary's.
-    pub fn of(unit: &Unit<T>, primary: &PrimaryMeans<T>, second: &[T; CHANNELS]) -> Self {
+    pub fn of(unit: &MountedUnit<T>, primary: &PrimaryMeans<T>, second: &[T; CHANNELS]) -> Self {
         let turn = &unit.sensor_from_primary;
         let (carried, lever) = match &unit.lever_arm {
             Some(arm) => (primary.specific_force + primary.lever * arm, Matrix3::zeros()),
@@ -89,7 +89,7 @@ impl<T: Real> Pair<T> {
 
     /// The channels of the accelerometers; `time` in s. The primary is taken to where the stored lever arm puts the
     /// secondary; of the secondary, what it says beyond the stored error.
-    pub fn forces(&self, time: T, stored: &Relation<T>) -> [T; FORCE_CHANNELS] {
+    pub fn forces(&self, time: T, stored: &RelativeError<T>) -> [T; FORCE_CHANNELS] {
         let ([u, _], w, [y, _]) = (&self.first, &self.lever, &self.second);
         let u = u + w * stored.lever_arm;
         let d = y - stored.predict(&u);
@@ -99,7 +99,7 @@ impl<T: Real> Pair<T> {
     }
 
     /// The channels of the gyroscopes; `time` in s. Of the secondary, what it says beyond the stored error.
-    pub fn rates(&self, time: T, stored: &Relation<T>) -> [T; RATE_CHANNELS] {
+    pub fn rates(&self, time: T, stored: &RelativeError<T>) -> [T; RATE_CHANNELS] {
         let ([_, u], [_, y]) = (&self.first, &self.second);
         let d = y - stored.predict(u);
         [u.x, u.y, u.z, time, d.x, d.y, d.z]

@@ -44,7 +44,7 @@ struct Latest<T: Real, const K: usize> {
 
 /// Sums over the window at hand, of differences to its first reading so that they lose no digits.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Sums<T: Real, const K: usize> {
+struct WindowSums<T: Real, const K: usize> {
     /// Where the window starts, microseconds.
     start: u64,
     origin: [T; K],
@@ -60,7 +60,7 @@ struct Sums<T: Real, const K: usize> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Windows<T: Real, const K: usize> {
     latest: Option<Latest<T, K>>,
-    sums: Sums<T, K>,
+    sums: WindowSums<T, K>,
 }
 
 /// A piece of a straight line within a window: from position `s[0]` to `s[1]`, 0 to 1.
@@ -81,7 +81,7 @@ impl<T: Real, const K: usize> Windows<T, K> {
     pub fn new() -> Self {
         Self {
             latest: None,
-            sums: Sums::starting(0, &[T::zero(); K], false),
+            sums: WindowSums::starting(0, &[T::zero(); K], false),
         }
     }
 
@@ -107,7 +107,7 @@ impl<T: Real, const K: usize> Windows<T, K> {
                 closed
             }
             _ => {
-                self.sums = Sums::starting(time - time % length.max(1), channels, false);
+                self.sums = WindowSums::starting(time - time % length.max(1), channels, false);
                 None
             }
         }
@@ -136,7 +136,7 @@ impl<T: Real, const K: usize> Windows<T, K> {
             to: &crossing,
         });
         let closed = self.sums.whole.then(|| self.sums.means(start / length.max(1)));
-        self.sums = Sums::starting(end, &crossing, true);
+        self.sums = WindowSums::starting(end, &crossing, true);
         self.sums.spoil(before.usable, now.usable);
         self.sums.add(&Piece {
             s: [T::zero(), position(now.time, end)],
@@ -170,7 +170,7 @@ fn add_squares<T: Real>(sum: &mut T, from: &[T; 3], to: &[T; 3]) {
     }
 }
 
-impl<T: Real, const K: usize> Sums<T, K> {
+impl<T: Real, const K: usize> WindowSums<T, K> {
     fn starting(start: u64, origin: &[T; K], whole: bool) -> Self {
         Self {
             start,

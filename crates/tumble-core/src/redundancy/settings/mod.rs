@@ -52,14 +52,14 @@ pub enum Rung {
 
 /// A figure for specific force, m/s^2, and one for angular rate, rad/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Both<T: Real> {
+pub struct ForceAndRate<T: Real> {
     /// m/s^2.
     pub specific_force: T,
     /// rad/s.
     pub angular_rate: T,
 }
 
-impl<T: Real> Both<T> {
+impl<T: Real> ForceAndRate<T> {
     /// The one of a sensor.
     pub fn of(&self, sensor: Sensor) -> T {
         match sensor {
@@ -98,7 +98,7 @@ pub struct CollectionSettings<T: Real> {
     /// What is calibrated.
     pub scope: Scope,
     /// Change of the primary's means from those at rest that counts as motion; vibration moves no mean.
-    pub motion: Both<T>,
+    pub motion: ForceAndRate<T>,
     /// Longest wait for motion, microseconds.
     pub motion_timeout: u64,
     /// Motion to be collected, microseconds.
@@ -115,7 +115,7 @@ pub struct FitSettings<T: Real> {
     /// Top of the ladder.
     pub highest_rung: Rung,
     /// Standard deviation of the motion along a direction from which on the matrix is fitted along it.
-    pub excitation: Both<T>,
+    pub excitation: ForceAndRate<T>,
     /// Root mean square of the specific force that a lever arm of one metre would cause along a direction from which on
     /// the lever arm is fitted along it, m/s^2 per m.
     pub lever_arm_excitation: T,
@@ -127,7 +127,7 @@ pub struct AdoptionSettings<T: Real> {
     /// Share by which its root mean square residual on held-out pairs has to be smaller than the stored one's.
     pub improvement: T,
     /// Largest bias.
-    pub bias: Both<T>,
+    pub bias: ForceAndRate<T>,
     /// Largest deviation of a scale factor from one.
     pub scale: T,
     /// Largest angle between an axis and where it is nominally, rad.
@@ -135,9 +135,9 @@ pub struct AdoptionSettings<T: Real> {
     /// Longest lever arm, m.
     pub lever_arm: T,
     /// Largest drift of the residual over the collection, and largest residual at the rest before.
-    pub drift: Both<T>,
+    pub drift: ForceAndRate<T>,
     /// Largest root mean square residual.
-    pub residual: Both<T>,
+    pub residual: ForceAndRate<T>,
 }
 
 /// Limits of what a healthy unit does; lengths of time in microseconds.
@@ -152,22 +152,22 @@ pub struct HealthSettings<T: Real> {
     /// good time after that is counted against it.
     pub saturated: u64,
     /// A reading that leaves by more, m/s^2 or rad/s, and comes back at once, is a spike.
-    pub spike: Both<T>,
+    pub spike: ForceAndRate<T>,
     /// Largest distance from the median of the units, m/s^2 and rad/s.
-    pub family: Both<T>,
+    pub family: ForceAndRate<T>,
     /// How much longer than within it a unit may be beyond that distance, or noisier than is allowed.
     pub family_time: u64,
     /// Largest ratio of the scatter of a unit to the median of the units.
     pub noise_ratio: T,
     /// Largest deviation at rest from gravity, m/s^2, and from zero, rad/s.
-    pub rest: Both<T>,
+    pub rest: ForceAndRate<T>,
     /// How long nothing may have been wrong until a unit is healthy again.
     pub recovery: u64,
 }
 
 impl<T: Real> Default for HealthSettings<T> {
     fn default() -> Self {
-        let both = |specific_force, angular_rate| Both {
+        let both = |specific_force, angular_rate| ForceAndRate {
             specific_force: real(specific_force),
             angular_rate: real(angular_rate),
         };
@@ -208,7 +208,7 @@ impl Default for SelectionSettings {
 
 /// All settings of the monitor.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings<T: Real> {
+pub struct RedundancySettings<T: Real> {
     /// Length of a window, over which samples are averaged, microseconds.
     pub window: u64,
     /// While units rest.
@@ -225,9 +225,9 @@ pub struct Settings<T: Real> {
     pub selection: SelectionSettings,
 }
 
-impl<T: Real> Default for Settings<T> {
+impl<T: Real> Default for RedundancySettings<T> {
     fn default() -> Self {
-        let both = |specific_force, angular_rate| Both {
+        let both = |specific_force, angular_rate| ForceAndRate {
             specific_force: real(specific_force),
             angular_rate: real(angular_rate),
         };
@@ -280,7 +280,7 @@ impl<T: Real> Default for Settings<T> {
     }
 }
 
-impl<T: Real> Settings<T> {
+impl<T: Real> RedundancySettings<T> {
     /// Whole windows in a span of microseconds.
     pub fn windows(&self, span: u64) -> u64 {
         span / self.window.max(1)

@@ -3,11 +3,11 @@
 use crate::real::{Real, SECOND};
 use crate::redundancy::leaky::LONGEST;
 use crate::redundancy::settings::thresholds::Threshold;
-use crate::redundancy::settings::{Data, HealthSettings, SelectionSettings, Settings};
+use crate::redundancy::settings::{Data, HealthSettings, RedundancySettings, SelectionSettings};
 
 /// Why a setting cannot be meant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Objection {
+pub enum SettingError {
     /// It has to be a number above zero.
     NotPositive,
     /// It has to be a share, from 0 up to below 1.
@@ -30,27 +30,27 @@ pub enum Objection {
 
 /// A setting that contradicts another, or itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Contradiction {
+pub struct InvalidSetting {
     /// By its name.
     pub setting: &'static str,
     /// What is wrong with it.
-    pub objection: Objection,
+    pub error: SettingError,
 }
 
-impl<T: Real> Settings<T> {
+impl<T: Real> RedundancySettings<T> {
     /// Looks for contradictions.
     ///
     /// # Errors
-    /// The first [`Contradiction`] there is.
-    pub fn check(&self) -> Result<(), Contradiction> {
-        self.check_numbers()?;
-        self.check_thresholds()?;
-        self.check_times()?;
-        self.selection.check()?;
-        self.health.check()
+    /// The first [`InvalidSetting`] there is.
+    pub fn validate(&self) -> Result<(), InvalidSetting> {
+        self.validate_numbers()?;
+        self.validate_thresholds()?;
+        self.validate_times()?;
+        self.selection.validate()?;
+        self.health.validate()
     }
 
-    fn check_numbers(&self) -> Result<(), Contradiction> {
+    fn validate_numbers(&self) -> Result<(), InvalidSetting> {
         let (motion, fit, adoption) = (&self.collection.motion, &self.fit, &self.adoption);
         let thresholds = &self.evaluation.thresholds;
         require_positive(&[
@@ -84,11 +84,11 @@ impl<T: Real> Settings<T> {
         require(
             share >= T::zero() && share < T::one(),
             "improvement",
-            Objection::NotAShare,
+            SettingError::NotAShare,
         )
     }
 
-    fn check_thresholds(&self) -> Result<(), Contradiction> {
+    fn validate_thresholds(&self) -> Result<(), InvalidSetting> {
         let thresholds = &self.evaluation.thresholds;
         let limits = [
             ("third_threshold", &thresholds.third),
@@ -97,19 +97,19 @@ impl<T: Real> Settings<T> {
             ("sixth_threshold", &thresholds.sixth),
         ];
         for (i, (setting, limit)) in limits.into_iter().enumerate() {
-            require(limit.is_possible(), setting, Objection::AlwaysExceeded)?;
+            require(limit.is_possible(), setting, SettingError::AlwaysExceeded)?;
             let refers = matches!(limit, Threshold::VariableByRatio(_));
             let primary = i >= 2 && self.evaluation.data == Data::Compensated;
-            require(!(refers && primary), setting, Objection::NoLastError)?;
+            require(!(refers && primary), setting, SettingError::NoLastError)?;
         }
         let motion = &self.collection.motion;
-        let moves = Objection::SmallerThan("first_threshold");
+        let moves = SettingError::SmallerThan("first_threshold");
         require(
             motion.specific_force > thresholds.first,
             "motion_specific_force",
             moves,
         )?;
-        let turns = Objection::SmallerThan("second_threshold");
+        let turns = SettingError::SmallerThan("second_threshold");
         require(
             motion.angular_rate > thresholds.second,
             "motion_angular_rate",
@@ -117,15 +117,15 @@ impl<T: Real> Settings<T> {
         )
     }
 
-    fn check_times(&self) -> Result<(), Contradiction> {
+    fn validate_times(&self) -> Result<(), InvalidSetting> {
         let (evaluation, collection) = (&self.evaluation, &self.collection);
         require(
             SECOND.is_multiple_of(self.window),
             "window",
-            Objection::NotAPartOfASecond,
+            SettingError::NotAPartOfASecond,
         )?;
         let longer = |setting, time: u64, other, least: u64| {
-            require(time > least, setting, Objection::ShorterThan(other))
+            require(time > least, setting, SettingError::ShorterThan(other))
         };
         longer("rest_duration", evaluation.duration, "window", self.window)?;
         longer("collect", collection.collect, "window", self.window)?;
@@ -140,7 +140,7 @@ impl<T: Real> Settings<T> {
             longer("evaluate_every", every, "rest_duration", evaluation.duration)?;
         }
         let fits = u64::from(collection.fewest_pairs) <= self.windows(collection.collect);
-        require(fits, "fewest_pairs", Objection::MoreThanFit("collect"))
+        require(fits, "fewest_pairs", SettingError::MoreThanFit("collect"))
     }
 }
 
@@ -148,8 +148,8 @@ impl<T: Real> HealthSettings<T> {
     /// Looks for numbers that cannot be meant.
     ///
     /// # Errors
-    /// The first [`Contradiction`] there is.
-    pub fn check(&self) -> Result<(), Contradiction> {
+    /// The first [`InvalidSetting`] there is.
+    pub fn validate(&self) -> Result<(), InvalidSetting> {
         require_some(&[
             ("late", self.late),
             ("frozen", self.frozen),
@@ -170,12 +170,12 @@ impl<T: Real> HealthSettings<T> {
             ("saturated", self.saturated, LONGEST),
             ("family_time", self.family_time, LONGEST),
         ] {
-            require(time <= most, setting, Objection::TooLong(most))?;
+            require(time <= most, setting, SettingError::TooLong(most))?;
         }
         require(
             self.noise_ratio > T::one(),
             "noise_ratio",
-            Objection::AlwaysExceeded,
+            SettingError::AlwaysExceeded,
         )
     }
 }
@@ -184,38 +184,38 @@ impl SelectionSettings {
     /// Looks for contradictions.
     ///
     /// # Errors
-    /// [`Contradiction`] where the primary would come back sooner than it is replaced.
-    pub fn check(&self) -> Result<(), Contradiction> {
+    /// [`InvalidSetting`] where the primary would come back sooner than it is replaced.
+    pub fn validate(&self) -> Result<(), InvalidSetting> {
         if self.return_after.is_none_or(|after| after > self.hold) {
             return Ok(());
         }
-        Err(Contradiction {
+        Err(InvalidSetting {
             setting: "return_after",
-            objection: Objection::ShorterThan("hold"),
+            error: SettingError::ShorterThan("hold"),
         })
     }
 }
 
 /// Objects to what is not so.
-fn require(good: bool, setting: &'static str, objection: Objection) -> Result<(), Contradiction> {
+fn require(good: bool, setting: &'static str, error: SettingError) -> Result<(), InvalidSetting> {
     if good {
         Ok(())
     } else {
-        Err(Contradiction { setting, objection })
+        Err(InvalidSetting { setting, error })
     }
 }
 
 /// Objects to the first that is not a number above zero.
-fn require_positive<T: Real>(settings: &[(&'static str, T)]) -> Result<(), Contradiction> {
+fn require_positive<T: Real>(settings: &[(&'static str, T)]) -> Result<(), InvalidSetting> {
     let mut settings = settings.iter();
     settings.try_for_each(|(setting, value)| {
         let positive = value.is_finite() && *value > T::zero();
-        require(positive, setting, Objection::NotPositive)
+        require(positive, setting, SettingError::NotPositive)
     })
 }
 
 /// Objects to the first that is zero.
-fn require_some(settings: &[(&'static str, u64)]) -> Result<(), Contradiction> {
+fn require_some(settings: &[(&'static str, u64)]) -> Result<(), InvalidSetting> {
     let mut settings = settings.iter();
-    settings.try_for_each(|(setting, count)| require(*count > 0, setting, Objection::NotPositive))
+    settings.try_for_each(|(setting, count)| require(*count > 0, setting, SettingError::NotPositive))
 }

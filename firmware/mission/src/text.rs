@@ -9,9 +9,9 @@ use core::fmt::{Display, Formatter, Result, Write};
 
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
 use nalgebra::{Matrix3, Vector3};
-use tumble_core::redundancy::fit::adoption::{Excess, Refusal};
-use tumble_core::redundancy::monitor::event::{Event, What};
-use tumble_core::redundancy::health::Fault;
+use tumble_core::redundancy::fit::adoption::{AdoptionRefusal, Excess};
+use tumble_core::redundancy::health::HealthFault;
+use tumble_core::redundancy::monitor::event::{Event, EventKind};
 use tumble_core::redundancy::output::Output;
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::Sensor;
@@ -65,9 +65,9 @@ fn unit(sensor: Sensor) -> &'static str {
 }
 
 /// A unit by its number.
-struct Unit(usize);
+struct UnitLabel(usize);
 
-impl Display for Unit {
+impl Display for UnitLabel {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         match self.0 {
             0 => f.write_str("primary"),
@@ -81,11 +81,11 @@ impl Display for Unit {
 /// # Errors
 /// As of what it is written to; so all of these.
 pub fn event(out: &mut dyn Write, event: &Event<f32>) -> Result {
-    write!(out, "{} {}: ", Time(event.time), Unit(event.unit))?;
-    match &event.what {
-        What::RestBegan => writeln!(out, "rest began"),
-        What::RestEnded => writeln!(out, "rest ended"),
-        What::Evaluated {
+    write!(out, "{} {}: ", Time(event.time), UnitLabel(event.unit))?;
+    match &event.kind {
+        EventKind::RestBegan => writeln!(out, "rest began"),
+        EventKind::RestEnded => writeln!(out, "rest ended"),
+        EventKind::Evaluated {
             sensor,
             check,
             deviation,
@@ -98,15 +98,17 @@ pub fn event(out: &mut dyn Write, event: &Event<f32>) -> Result {
                 unit(*sensor)
             )
         }
-        What::Withheld { sensor, why } => writeln!(out, "{sensor:?} deviates but is not calibrated: {why:?}"),
-        What::Triggered {
+        EventKind::Withheld { sensor, why } => {
+            writeln!(out, "{sensor:?} deviates but is not calibrated: {why:?}")
+        }
+        EventKind::Triggered {
             sensors: [accelerometer, gyroscope],
         } => writeln!(
             out,
             "triggered, accelerometer {accelerometer}, gyroscope {gyroscope}"
         ),
-        What::MotionBegan => writeln!(out, "motion began"),
-        What::Fitted {
+        EventKind::MotionBegan => writeln!(out, "motion began"),
+        EventKind::Fitted {
             sensor,
             rung,
             directions,
@@ -121,60 +123,64 @@ pub fn event(out: &mut dyn Write, event: &Event<f32>) -> Result {
             )?;
             writeln!(out, "residual {after} {}, before {before}", unit(*sensor))
         }
-        What::Adopted { record: adopted } => {
+        EventKind::Adopted { record: adopted } => {
             writeln!(out, "adopted")?;
             record(out, adopted)
         }
-        What::Refused { sensor, why } => {
+        EventKind::Refused { sensor, why } => {
             write!(out, "{sensor:?} refused, ")?;
             refusal(out, why)
         }
-        What::Abandoned { why } => writeln!(out, "calibration abandoned: {why:?}"),
-        What::Unhealthy { fault: found } => {
+        EventKind::Abandoned { why } => writeln!(out, "calibration abandoned: {why:?}"),
+        EventKind::Unhealthy { fault: found } => {
             write!(out, "unhealthy, ")?;
             fault(out, found)
         }
-        What::Healthy => writeln!(out, "healthy"),
-        What::Selected { reason } => writeln!(out, "is the source: {reason:?}"),
-        What::NoneSelected => writeln!(out, "there is no source"),
-        What::Restored { sensor, sequence } => writeln!(out, "{sensor:?} restored, sequence {sequence}"),
-        What::RecordRejected { sensor, why } => writeln!(out, "record of {sensor:?} rejected: {why:?}"),
-        What::TimeJumped { by } => {
+        EventKind::Healthy => writeln!(out, "healthy"),
+        EventKind::Selected { reason } => writeln!(out, "is the source: {reason:?}"),
+        EventKind::NoneSelected => writeln!(out, "there is no source"),
+        EventKind::Restored { sensor, sequence } => writeln!(out, "{sensor:?} restored, sequence {sequence}"),
+        EventKind::RecordRejected { sensor, why } => writeln!(out, "record of {sensor:?} rejected: {why:?}"),
+        EventKind::TimeJumped { by } => {
             let to = if *by < 0 { "back" } else { "on" };
             writeln!(out, "time jumped {to} by {}", Time(by.unsigned_abs()))
         }
     }
 }
 
-fn refusal(out: &mut dyn Write, why: &Refusal<f32>) -> Result {
+fn refusal(out: &mut dyn Write, why: &AdoptionRefusal<f32>) -> Result {
     let mut exceeds = |what: &str, excess: &Excess<f32>| {
         writeln!(out, "{what}: {} over {}", Bits(excess.value), Bits(excess.limit))
     };
     match why {
-        Refusal::ResidualTooLarge(excess) => exceeds("residual too large", excess),
-        Refusal::ImplausibleBias(excess) => exceeds("implausible bias", excess),
-        Refusal::ImplausibleScale(excess) => exceeds("implausible scale", excess),
-        Refusal::ImplausibleMisalignment(excess) => exceeds("implausible misalignment", excess),
-        Refusal::ImplausibleLeverArm(excess) => exceeds("implausible lever arm", excess),
-        Refusal::Drifting(excess) => exceeds("drifting", excess),
-        Refusal::DisagreesWithRest(excess) => exceeds("disagrees with rest", excess),
-        Refusal::NotBetter(excess) => exceeds("not better", excess),
-        Refusal::Unsolvable => writeln!(out, "unsolvable"),
-        Refusal::TooFewPairs { pairs, needed } => writeln!(out, "too few pairs: {pairs} of {needed}"),
+        AdoptionRefusal::ResidualTooLarge(excess) => exceeds("residual too large", excess),
+        AdoptionRefusal::ImplausibleBias(excess) => exceeds("implausible bias", excess),
+        AdoptionRefusal::ImplausibleScale(excess) => exceeds("implausible scale", excess),
+        AdoptionRefusal::ImplausibleMisalignment(excess) => exceeds("implausible misalignment", excess),
+        AdoptionRefusal::ImplausibleLeverArm(excess) => exceeds("implausible lever arm", excess),
+        AdoptionRefusal::Drifting(excess) => exceeds("drifting", excess),
+        AdoptionRefusal::DisagreesWithRest(excess) => exceeds("disagrees with rest", excess),
+        AdoptionRefusal::NotBetter(excess) => exceeds("not better", excess),
+        AdoptionRefusal::Unsolvable => writeln!(out, "unsolvable"),
+        AdoptionRefusal::TooFewPairs { pairs, needed } => writeln!(out, "too few pairs: {pairs} of {needed}"),
     }
 }
 
-fn fault(out: &mut dyn Write, fault: &Fault<f32>) -> Result {
+fn fault(out: &mut dyn Write, fault: &HealthFault<f32>) -> Result {
     match fault {
-        Fault::Late { pause } => writeln!(out, "no samples for {} s", Bits(*pause)),
-        Fault::Frozen { sensor, duration } => writeln!(out, "{sensor:?} frozen for {} s", Bits(*duration)),
-        Fault::Stuck { channel, value } => writeln!(out, "channel {channel} stuck at {}", Bits(*value)),
-        Fault::Saturated { channel, value } => {
+        HealthFault::Late { pause } => writeln!(out, "no samples for {} s", Bits(*pause)),
+        HealthFault::Frozen { sensor, duration } => {
+            writeln!(out, "{sensor:?} frozen for {} s", Bits(*duration))
+        }
+        HealthFault::Stuck { channel, value } => writeln!(out, "channel {channel} stuck at {}", Bits(*value)),
+        HealthFault::Saturated { channel, value } => {
             writeln!(out, "channel {channel} saturated at {}", Bits(*value))
         }
-        Fault::NotFinite { channel } => writeln!(out, "channel {channel} not finite"),
-        Fault::Spikes { channel, value } => writeln!(out, "channel {channel} spikes of {}", Bits(*value)),
-        Fault::OutOfFamily { sensor, apart, limit } => {
+        HealthFault::NotFinite { channel } => writeln!(out, "channel {channel} not finite"),
+        HealthFault::Spikes { channel, value } => {
+            writeln!(out, "channel {channel} spikes of {}", Bits(*value))
+        }
+        HealthFault::OutOfFamily { sensor, apart, limit } => {
             writeln!(
                 out,
                 "{sensor:?} out of family: {} over {}",
@@ -182,10 +188,10 @@ fn fault(out: &mut dyn Write, fault: &Fault<f32>) -> Result {
                 Bits(*limit)
             )
         }
-        Fault::Noisy { sensor, ratio, limit } => {
+        HealthFault::Noisy { sensor, ratio, limit } => {
             writeln!(out, "{sensor:?} noisy: {} over {}", Bits(*ratio), Bits(*limit))
         }
-        Fault::ImplausibleAtRest {
+        HealthFault::ImplausibleAtRest {
             sensor,
             deviation,
             limit,
@@ -193,7 +199,7 @@ fn fault(out: &mut dyn Write, fault: &Fault<f32>) -> Result {
             let (deviation, limit) = (Bits(*deviation), Bits(*limit));
             writeln!(out, "{sensor:?} implausible at rest: {deviation} over {limit}")
         }
-        Fault::ClockJumped => writeln!(out, "clock jumped"),
+        HealthFault::ClockJumped => writeln!(out, "clock jumped"),
     }
 }
 
@@ -275,7 +281,7 @@ impl Outputs {
             out,
             "  output {} of {}: {} {}, checksum so far {:08x}",
             Time(output.time),
-            Unit(output.source),
+            UnitLabel(output.source),
             All(output.specific_force.as_slice()),
             All(output.angular_rate.as_slice()),
             self.digest.clone().finalize()

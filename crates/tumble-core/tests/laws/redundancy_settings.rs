@@ -1,26 +1,26 @@
 //! Settings that contradict each other, or themselves, are refused when a set is built, by name and with the reason.
 
-use tumble_core::redundancy::platform::{Platform, PlatformError, PrimaryCalibration, Unit};
+use tumble_core::redundancy::platform::{MountedUnit, Platform, PlatformError, PrimaryCalibration};
 use tumble_core::redundancy::settings::thresholds::Threshold;
-use tumble_core::redundancy::settings::validate::{Contradiction, Objection};
-use tumble_core::redundancy::settings::{Data, Settings};
+use tumble_core::redundancy::settings::validate::{InvalidSetting, SettingError};
+use tumble_core::redundancy::settings::{Data, RedundancySettings};
 
-type Change = fn(&mut Settings<f64>);
+type Change = fn(&mut RedundancySettings<f64>);
 
 fn refusal(change: Change) -> Option<PlatformError> {
-    let mut settings = Settings::default();
+    let mut settings = RedundancySettings::default();
     change(&mut settings);
-    let units = [Unit::new(1), Unit::new(2)];
+    let units = [MountedUnit::new(1), MountedUnit::new(2)];
     Platform::new(settings, PrimaryCalibration::none(), units).err()
 }
 
 #[test]
 fn settings_that_cannot_be_meant_are_refused_by_name_and_reason() {
-    use Objection::{
+    use SettingError::{
         AlwaysExceeded, MoreThanFit, NoLastError, NotAPartOfASecond, NotAShare, NotPositive, ShorterThan,
         SmallerThan,
     };
-    let table: [(&str, Objection, Change); 19] = [
+    let table: [(&str, SettingError, Change); 19] = [
         ("gravity", NotPositive, |s| s.evaluation.gravity = f64::NAN),
         ("window", NotPositive, |s| s.window = 0),
         ("rest_duration", NotPositive, |s| s.evaluation.duration = 0),
@@ -64,8 +64,8 @@ fn settings_that_cannot_be_meant_are_refused_by_name_and_reason() {
             s.selection.return_after = Some(20_000)
         }),
     ];
-    for (setting, objection, change) in table {
-        let expected = PlatformError::Settings(Contradiction { setting, objection });
+    for (setting, error, change) in table {
+        let expected = PlatformError::Settings(InvalidSetting { setting, error });
         assert_eq!(refusal(change), Some(expected), "{setting}");
     }
     assert_eq!(refusal(|_| {}), None);
@@ -77,9 +77,9 @@ fn times_longer_than_health_can_count_are_refused() {
     assert!(
         matches!(
             refused,
-            Some(PlatformError::Settings(Contradiction {
+            Some(PlatformError::Settings(InvalidSetting {
                 setting: "frozen",
-                objection: Objection::TooLong(_)
+                error: SettingError::TooLong(_)
             }))
         ),
         "{refused:?}"
@@ -88,8 +88,10 @@ fn times_longer_than_health_can_count_are_refused() {
 
 #[test]
 fn units_that_make_no_set_are_refused() {
-    let build = |units| Platform::<f64, 2>::new(Settings::default(), PrimaryCalibration::none(), units).err();
-    let units = [Unit::new(1), Unit::new(2)];
+    let build = |units| {
+        Platform::<f64, 2>::new(RedundancySettings::default(), PrimaryCalibration::none(), units).err()
+    };
+    let units = [MountedUnit::new(1), MountedUnit::new(2)];
     let mut turned = units;
     turned[0].sensor_from_primary *= -1.0;
     let mut mirrored = units;
@@ -101,9 +103,9 @@ fn units_that_make_no_set_are_refused() {
     assert_eq!(build(lost), Some(PlatformError::Mounting(1)));
     assert_eq!(build([units[0]; 2]), Some(PlatformError::SameIdentity(1)));
     let alone = Platform::new(
-        Settings::default(),
+        RedundancySettings::default(),
         PrimaryCalibration::none(),
-        [Unit::<f64>::new(1)],
+        [MountedUnit::<f64>::new(1)],
     );
     assert_eq!(alone.err(), Some(PlatformError::TooFewUnits));
 }

@@ -3,15 +3,15 @@
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::model::ErrorModel;
 use tumble_core::real::{Real, real};
-use tumble_core::redundancy::monitor::event::What;
+use tumble_core::redundancy::monitor::event::EventKind;
 use tumble_core::redundancy::monitor::{Command, Monitor};
-use tumble_core::redundancy::platform::{Platform, PlatformError, PrimaryCalibration, Range, Unit};
+use tumble_core::redundancy::platform::{MountedUnit, Platform, PlatformError, PrimaryCalibration, Range};
 use tumble_core::redundancy::record::Record;
-use tumble_core::redundancy::settings::Settings;
+use tumble_core::redundancy::settings::RedundancySettings;
 use tumble_core::sample::Sample;
 
+use crate::redundancy::event_text::{EventText, event_text};
 use crate::redundancy::names::wide;
-use crate::redundancy::told::{Told, told};
 
 /// Most units a set can have.
 pub const MOST_UNITS: usize = 8;
@@ -21,16 +21,16 @@ pub type Model = (Matrix3<f64>, Vector3<f64>);
 
 /// What happens to whom it is told.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Heard {
+pub struct EventLog {
     /// In order of time.
-    pub events: Vec<Told>,
+    pub events: Vec<EventText>,
     /// Records adopted, in order.
     pub adopted: Vec<(usize, u64, Record<f64>)>,
 }
 
 /// Output of a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Said {
+pub struct OutputSample {
     /// Microseconds of the common clock.
     pub time: u64,
     /// The unit it comes from.
@@ -43,7 +43,7 @@ pub struct Said {
 
 /// Means of a unit over a window.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Seen {
+pub struct WindowMeans {
     /// As read, in the primary's case frame: specific force, m/s^2, then angular rate, rad/s.
     pub read: [f64; 6],
     /// Compensated, at the primary's place.
@@ -51,22 +51,22 @@ pub struct Seen {
 }
 
 /// A monitor with its platform.
-pub trait Set: Send + Sync {
+pub trait DynMonitor: Send + Sync {
     /// Takes in a sample.
-    fn push(&mut self, unit: usize, sample: &Sample<f64>, heard: &mut Heard) -> Option<Said>;
+    fn push(&mut self, unit: usize, sample: &Sample<f64>, log: &mut EventLog) -> Option<OutputSample>;
     /// Takes a stored record.
-    fn restore(&mut self, record: &Record<f64>, heard: &mut Heard);
+    fn restore(&mut self, record: &Record<f64>, log: &mut EventLog);
     /// Asks for something.
     fn command(&mut self, command: Command);
     /// Number of the window looked at last.
     fn window(&self) -> Option<u64>;
     /// What a unit said over that window.
-    fn seen(&self, unit: usize) -> Option<Seen>;
+    fn means(&self, unit: usize) -> Option<WindowMeans>;
     /// Memory of the monitor, bytes.
     fn state_bytes(&self) -> usize;
 }
 
-struct Watched<T: Real, const UNITS: usize> {
+struct SizedMonitor<T: Real, const UNITS: usize> {
     platform: Platform<T, UNITS>,
     monitor: Box<Monitor<T, UNITS, UNITS>>,
 }
@@ -76,55 +76,54 @@ struct Watched<T: Real, const UNITS: usize> {
 /// # Errors
 /// [`PlatformError`] where units or settings cannot be.
 pub fn build<T: Real>(
-    units: &[Unit<f64>],
+    units: &[MountedUnit<f64>],
     calibration: &[Model; 2],
-    settings: Settings<T>,
-) -> Option<Result<Box<dyn Set>, PlatformError>> {
+    settings: RedundancySettings<T>,
+) -> Option<Result<Box<dyn DynMonitor>, PlatformError>> {
     Some(match units.len() {
-        2 => watched::<T, 2>(units, calibration, settings),
-        3 => watched::<T, 3>(units, calibration, settings),
-        4 => watched::<T, 4>(units, calibration, settings),
-        5 => watched::<T, 5>(units, calibration, settings),
-        6 => watched::<T, 6>(units, calibration, settings),
-        7 => watched::<T, 7>(units, calibration, settings),
-        8 => watched::<T, 8>(units, calibration, settings),
+        2 => sized::<T, 2>(units, calibration, settings),
+        3 => sized::<T, 3>(units, calibration, settings),
+        4 => sized::<T, 4>(units, calibration, settings),
+        5 => sized::<T, 5>(units, calibration, settings),
+        6 => sized::<T, 6>(units, calibration, settings),
+        7 => sized::<T, 7>(units, calibration, settings),
+        8 => sized::<T, 8>(units, calibration, settings),
         _ => return None,
     })
 }
 
-fn watched<T: Real, const UNITS: usize>(
-    units: &[Unit<f64>],
+fn sized<T: Real, const UNITS: usize>(
+    units: &[MountedUnit<f64>],
     [accelerometer, gyroscope]: &[Model; 2],
-    settings: Settings<T>,
-) -> Result<Box<dyn Set>, PlatformError> {
+    settings: RedundancySettings<T>,
+) -> Result<Box<dyn DynMonitor>, PlatformError> {
     let model = |(matrix, bias): &Model| ErrorModel {
         matrix: narrow_matrix(matrix),
         bias: narrow(bias),
     };
     let calibration = PrimaryCalibration::new(model(accelerometer), model(gyroscope));
     let units = core::array::from_fn(|i| narrow_unit(&units[i]));
-    Ok(Box::new(Watched::<T, UNITS> {
+    Ok(Box::new(SizedMonitor::<T, UNITS> {
         platform: Platform::new(settings, calibration.ok_or(PlatformError::Primary)?, units)?,
         monitor: Box::new(Monitor::new()),
     }))
 }
 
-impl<T: Real, const UNITS: usize> Set for Watched<T, UNITS> {
-    fn push(&mut self, unit: usize, sample: &Sample<f64>, heard: &mut Heard) -> Option<Said> {
+impl<T: Real, const UNITS: usize> DynMonitor for SizedMonitor<T, UNITS> {
+    fn push(&mut self, unit: usize, sample: &Sample<f64>, log: &mut EventLog) -> Option<OutputSample> {
         let sample = Sample {
             time: sample.time,
             specific_force: narrow(&sample.specific_force),
             angular_rate: narrow(&sample.angular_rate),
         };
         let output = self.monitor.push(&self.platform, unit, &sample, &mut |event| {
-            heard.events.push(told(&event));
-            if let What::Adopted { record } = &event.what {
-                heard
-                    .adopted
+            log.events.push(event_text(&event));
+            if let EventKind::Adopted { record } = &event.kind {
+                log.adopted
                     .push((event.unit, event.time, record.in_numbers(wide)));
             }
         })?;
-        Some(Said {
+        Some(OutputSample {
             time: output.time,
             source: output.source,
             specific_force: output.specific_force.map(wide).into(),
@@ -132,10 +131,10 @@ impl<T: Real, const UNITS: usize> Set for Watched<T, UNITS> {
         })
     }
 
-    fn restore(&mut self, record: &Record<f64>, heard: &mut Heard) {
+    fn restore(&mut self, record: &Record<f64>, log: &mut EventLog) {
         let record = record.in_numbers(real);
         self.monitor.restore(&self.platform, &record, &mut |event| {
-            heard.events.push(told(&event))
+            log.events.push(event_text(&event))
         });
     }
 
@@ -147,18 +146,18 @@ impl<T: Real, const UNITS: usize> Set for Watched<T, UNITS> {
         self.monitor.window()
     }
 
-    fn seen(&self, number: usize) -> Option<Seen> {
+    fn means(&self, number: usize) -> Option<WindowMeans> {
         let turn = self.platform.units().get(number)?.sensor_from_primary.transpose();
         let [fx, fy, fz, wx, wy, wz] = *self.monitor.means(number)?;
         let window = self.monitor.window()?;
-        let said = self.monitor.at_primary(&self.platform, number, window);
-        Some(Seen {
+        let compensated = self.monitor.at_primary(&self.platform, number, window);
+        Some(WindowMeans {
             read: six(
                 &(turn * Vector3::new(fx, fy, fz)),
                 &(turn * Vector3::new(wx, wy, wz)),
             ),
-            compensated: said.map_or([f64::NAN; 6], |said| {
-                six(&said.specific_force, &said.angular_rate)
+            compensated: compensated.map_or([f64::NAN; 6], |compensated| {
+                six(&compensated.specific_force, &compensated.angular_rate)
             }),
         })
     }
@@ -180,8 +179,8 @@ fn narrow_matrix<T: Real>(m: &Matrix3<f64>) -> Matrix3<T> {
     m.map(real)
 }
 
-fn narrow_unit<T: Real>(unit: &Unit<f64>) -> Unit<T> {
-    Unit {
+fn narrow_unit<T: Real>(unit: &MountedUnit<f64>) -> MountedUnit<T> {
+    MountedUnit {
         identity: unit.identity,
         axes: unit.axes,
         range: Range {

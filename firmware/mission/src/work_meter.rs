@@ -2,7 +2,7 @@
 
 /// A part of the work on a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
+pub enum WorkPart {
     /// Taking up stored records after a start.
     Restore,
     /// A sample, that led to nothing but an output or an event.
@@ -20,32 +20,32 @@ pub enum Phase {
 }
 
 /// All of them, in their order.
-pub const PHASES: [Phase; 7] = [
-    Phase::Restore,
-    Phase::Push,
-    Phase::Fit,
-    Phase::Save,
-    Phase::SpinPush,
-    Phase::SpinFinish,
-    Phase::SpinSolve,
+pub const WORK_PARTS: [WorkPart; 7] = [
+    WorkPart::Restore,
+    WorkPart::Push,
+    WorkPart::Fit,
+    WorkPart::Save,
+    WorkPart::SpinPush,
+    WorkPart::SpinFinish,
+    WorkPart::SpinSolve,
 ];
 
 /// Looks on while work is done.
-pub trait Watch {
+pub trait WorkMeter {
     /// Does it.
     fn during<R>(&mut self, work: impl FnOnce() -> R) -> R;
 
     /// Says which part it was that was done last: often only its outcome tells.
-    fn was(&mut self, phase: Phase);
+    fn was(&mut self, part: WorkPart);
 }
 
 /// Nobody does.
 pub struct Nobody;
 
-impl Watch for Nobody {
+impl WorkMeter for Nobody {
     fn during<R>(&mut self, work: impl FnOnce() -> R) -> R {
         work()
     }
 
-    fn was(&mut self, _: Phase) {}
+    fn was(&mut self, _: WorkPart) {}
 }

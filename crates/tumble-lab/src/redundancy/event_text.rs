@@ -2,10 +2,10 @@
 
 use tumble_core::real::Real;
 use tumble_core::redundancy::evaluation::Deviation;
-use tumble_core::redundancy::fit::adoption::{Excess, Refusal};
+use tumble_core::redundancy::fit::adoption::{AdoptionRefusal, Excess};
 use tumble_core::redundancy::gate::Withheld;
-use tumble_core::redundancy::health::Fault;
-use tumble_core::redundancy::monitor::event::{Abandoned, Check, Event, Rejected, What};
+use tumble_core::redundancy::health::HealthFault;
+use tumble_core::redundancy::monitor::event::{Abandoned, Check, Event, EventKind, RecordRejection};
 use tumble_core::redundancy::selection::SelectionReason;
 use tumble_core::redundancy::sensor::Sensor;
 
@@ -26,7 +26,7 @@ pub enum Figure {
 
 /// An event with its figures by name.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Told {
+pub struct EventText {
     /// Microseconds of the common clock.
     pub time: u64,
     /// The unit, 0 the primary.
@@ -55,9 +55,9 @@ const CHANNEL_NAMES: [&str; 6] = [
 ];
 
 /// Puts an event in words.
-pub fn told<T: Real>(event: &Event<T>) -> Told {
-    let (name, figures) = what(&event.what);
-    Told {
+pub fn event_text<T: Real>(event: &Event<T>) -> EventText {
+    let (name, figures) = kind_text(&event.kind);
+    EventText {
         time: event.time,
         unit: event.unit,
         event: name,
@@ -67,13 +67,13 @@ pub fn told<T: Real>(event: &Event<T>) -> Told {
 
 type Figures = Vec<(&'static str, Figure)>;
 
-fn what<T: Real>(what: &What<T>) -> (&'static str, Figures) {
+fn kind_text<T: Real>(kind: &EventKind<T>) -> (&'static str, Figures) {
     let of = |sensor: &Sensor| ("sensor", Figure::Text(sensor_name(*sensor)));
     let reason = |why| ("reason", Figure::Text(why));
-    match what {
-        What::RestBegan => ("rest began", vec![]),
-        What::RestEnded => ("rest ended", vec![]),
-        What::Evaluated {
+    match kind {
+        EventKind::RestBegan => ("rest began", vec![]),
+        EventKind::RestEnded => ("rest ended", vec![]),
+        EventKind::Evaluated {
             sensor,
             check,
             deviation,
@@ -96,13 +96,13 @@ fn what<T: Real>(what: &What<T>) -> (&'static str, Figures) {
             ];
             ("evaluated", figures)
         }
-        What::Withheld { sensor, why } => ("withheld", vec![of(sensor), reason(withheld(*why))]),
-        What::Triggered { sensors } => (
+        EventKind::Withheld { sensor, why } => ("withheld", vec![of(sensor), reason(withheld(*why))]),
+        EventKind::Triggered { sensors } => (
             "triggered",
             vec![("sensors", Figure::Text(sensors_name(*sensors)))],
         ),
-        What::MotionBegan => ("motion began", vec![]),
-        What::Fitted {
+        EventKind::MotionBegan => ("motion began", vec![]),
+        EventKind::Fitted {
             sensor,
             rung: found,
             directions,
@@ -120,7 +120,7 @@ fn what<T: Real>(what: &What<T>) -> (&'static str, Figures) {
             ];
             ("fitted", figures)
         }
-        What::Adopted { record } => {
+        EventKind::Adopted { record } => {
             let figures = vec![
                 of(&record.sensor),
                 ("rung", Figure::Text(rung(record.rung))),
@@ -131,30 +131,30 @@ fn what<T: Real>(what: &What<T>) -> (&'static str, Figures) {
             ];
             ("adopted", figures)
         }
-        What::Refused { sensor, why } => {
+        EventKind::Refused { sensor, why } => {
             let mut figures = vec![of(sensor)];
             figures.extend(refusal(why));
             ("refused", figures)
         }
-        What::Abandoned { why } => ("abandoned", vec![reason(abandoned(*why))]),
-        What::Unhealthy { fault: found } => ("unhealthy", fault(found)),
-        What::Healthy => ("healthy", vec![]),
-        What::Selected { reason: why } => ("selected", vec![reason(selection(*why))]),
-        What::NoneSelected => ("selected", vec![reason("none fit")]),
-        What::Restored { sensor, sequence } => (
+        EventKind::Abandoned { why } => ("abandoned", vec![reason(abandoned(*why))]),
+        EventKind::Unhealthy { fault: found } => ("unhealthy", fault(found)),
+        EventKind::Healthy => ("healthy", vec![]),
+        EventKind::Selected { reason: why } => ("selected", vec![reason(selection(*why))]),
+        EventKind::NoneSelected => ("selected", vec![reason("none fit")]),
+        EventKind::Restored { sensor, sequence } => (
             "restored",
             vec![of(sensor), ("sequence", Figure::Count(*sequence))],
         ),
-        What::RecordRejected { sensor, why } => {
+        EventKind::RecordRejected { sensor, why } => {
             let why = match why {
-                Rejected::OfAnotherUnit => "of another unit",
-                Rejected::NotFinite => "not finite",
-                Rejected::Implausible => "implausible",
+                RecordRejection::OfAnotherUnit => "of another unit",
+                RecordRejection::NotFinite => "not finite",
+                RecordRejection::Implausible => "implausible",
             };
             ("record rejected", vec![of(sensor), reason(why)])
         }
         #[allow(clippy::cast_precision_loss)]
-        What::TimeJumped { by } => ("time jumped", vec![("by", Figure::Number(*by as f64 * 1e-6))]),
+        EventKind::TimeJumped { by } => ("time jumped", vec![("by", Figure::Number(*by as f64 * 1e-6))]),
     }
 }
 
@@ -203,7 +203,7 @@ fn selection(why: SelectionReason) -> &'static str {
     }
 }
 
-fn refusal<T: Real>(why: &Refusal<T>) -> Figures {
+fn refusal<T: Real>(why: &AdoptionRefusal<T>) -> Figures {
     let excess = |reason, excess: &Excess<T>| {
         vec![
             ("reason", Figure::Text(reason)),
@@ -212,24 +212,24 @@ fn refusal<T: Real>(why: &Refusal<T>) -> Figures {
         ]
     };
     match why {
-        Refusal::Unsolvable => vec![("reason", Figure::Text("unsolvable"))],
-        Refusal::TooFewPairs { pairs, needed } => vec![
+        AdoptionRefusal::Unsolvable => vec![("reason", Figure::Text("unsolvable"))],
+        AdoptionRefusal::TooFewPairs { pairs, needed } => vec![
             ("reason", Figure::Text("too few pairs")),
             ("value", Figure::Count(*pairs)),
             ("limit", Figure::Count(*needed)),
         ],
-        Refusal::ResidualTooLarge(by) => excess("residual too large", by),
-        Refusal::ImplausibleBias(by) => excess("implausible bias", by),
-        Refusal::ImplausibleScale(by) => excess("implausible scale", by),
-        Refusal::ImplausibleMisalignment(by) => excess("implausible misalignment", by),
-        Refusal::ImplausibleLeverArm(by) => excess("implausible lever arm", by),
-        Refusal::Drifting(by) => excess("drifting", by),
-        Refusal::DisagreesWithRest(by) => excess("disagrees with rest", by),
-        Refusal::NotBetter(by) => excess("not better", by),
+        AdoptionRefusal::ResidualTooLarge(by) => excess("residual too large", by),
+        AdoptionRefusal::ImplausibleBias(by) => excess("implausible bias", by),
+        AdoptionRefusal::ImplausibleScale(by) => excess("implausible scale", by),
+        AdoptionRefusal::ImplausibleMisalignment(by) => excess("implausible misalignment", by),
+        AdoptionRefusal::ImplausibleLeverArm(by) => excess("implausible lever arm", by),
+        AdoptionRefusal::Drifting(by) => excess("drifting", by),
+        AdoptionRefusal::DisagreesWithRest(by) => excess("disagrees with rest", by),
+        AdoptionRefusal::NotBetter(by) => excess("not better", by),
     }
 }
 
-fn fault<T: Real>(fault: &Fault<T>) -> Figures {
+fn fault<T: Real>(fault: &HealthFault<T>) -> Figures {
     let reason = |text| ("reason", Figure::Text(text));
     let of = |sensor: &Sensor| ("sensor", Figure::Text(sensor_name(*sensor)));
     let channel = |channel: &u8| {
@@ -237,19 +237,21 @@ fn fault<T: Real>(fault: &Fault<T>) -> Figures {
         ("channel", Figure::Text(name))
     };
     match fault {
-        Fault::Late { pause } => vec![reason("late"), ("value", number(*pause))],
-        Fault::Frozen { sensor, duration } => {
+        HealthFault::Late { pause } => vec![reason("late"), ("value", number(*pause))],
+        HealthFault::Frozen { sensor, duration } => {
             vec![reason("frozen"), of(sensor), ("value", number(*duration))]
         }
-        Fault::Stuck { channel: at, value } => vec![reason("stuck"), channel(at), ("value", number(*value))],
-        Fault::Saturated { channel: at, value } => {
+        HealthFault::Stuck { channel: at, value } => {
+            vec![reason("stuck"), channel(at), ("value", number(*value))]
+        }
+        HealthFault::Saturated { channel: at, value } => {
             vec![reason("saturated"), channel(at), ("value", number(*value))]
         }
-        Fault::NotFinite { channel: at } => vec![reason("not finite"), channel(at)],
-        Fault::Spikes { channel: at, value } => {
+        HealthFault::NotFinite { channel: at } => vec![reason("not finite"), channel(at)],
+        HealthFault::Spikes { channel: at, value } => {
             vec![reason("spikes"), channel(at), ("value", number(*value))]
         }
-        Fault::OutOfFamily { sensor, apart, limit } => {
+        HealthFault::OutOfFamily { sensor, apart, limit } => {
             vec![
                 reason("out of family"),
                 of(sensor),
@@ -257,7 +259,7 @@ fn fault<T: Real>(fault: &Fault<T>) -> Figures {
                 ("limit", number(*limit)),
             ]
         }
-        Fault::Noisy { sensor, ratio, limit } => {
+        HealthFault::Noisy { sensor, ratio, limit } => {
             vec![
                 reason("noisy"),
                 of(sensor),
@@ -265,7 +267,7 @@ fn fault<T: Real>(fault: &Fault<T>) -> Figures {
                 ("limit", number(*limit)),
             ]
         }
-        Fault::ImplausibleAtRest {
+        HealthFault::ImplausibleAtRest {
             sensor,
             deviation,
             limit,
@@ -275,6 +277,6 @@ fn fault<T: Real>(fault: &Fault<T>) -> Figures {
             ("value", number(*deviation)),
             ("limit", number(*limit)),
         ],
-        Fault::ClockJumped => vec![reason("clock jumped")],
+        HealthFault::ClockJumped => vec![reason("clock jumped")],
     }
 }
