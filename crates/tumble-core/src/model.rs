@@ -53,7 +53,7 @@ impl<T: Real> ErrorModel<T> {
 
     /// What the sensor says where the truth is `u`.
     pub fn measure(&self, u: &Vector3<T>) -> Vector3<T> {
-        times(&self.matrix, u) + self.bias
+        times(&self.matrix, u) + self.bias // eq. 1
     }
 
     /// The correction that undoes this model.
@@ -81,7 +81,7 @@ impl<T: Real> Correction<T> {
     /// The truth behind the reading `y`.
     pub fn apply(&self, y: &Vector3<T>) -> Vector3<T> {
         let b = &self.bias;
-        times(&self.matrix, &Vector3::new(y.x - b.x, y.y - b.y, y.z - b.z))
+        times(&self.matrix, &Vector3::new(y.x - b.x, y.y - b.y, y.z - b.z)) // eq. 1
     }
 }
 
@@ -134,15 +134,15 @@ impl<T: Real> Decomposition<T> {
         }
         let s = sensing_axes(m);
         let q1 = s[0];
-        let l21 = s[1].dot(&q1);
-        let across = s[1] - q1 * l21;
+        let l21 = s[1].dot(&q1); // eq. 3
+        let across = s[1] - q1 * l21; // eq. 3
         let l22 = across.norm();
         if l22 <= real(1e-6) {
             return Err(ModelError::Singular);
         }
-        let q2 = across / l22;
-        let q3 = q1.cross(&q2);
-        let (l31, l32, l33) = (s[2].dot(&q1), s[2].dot(&q2), s[2].dot(&q3));
+        let q2 = across / l22; // eq. 3
+        let q3 = q1.cross(&q2); // eq. 3
+        let (l31, l32, l33) = (s[2].dot(&q1), s[2].dot(&q2), s[2].dot(&q3)); // eq. 3
         if l33 <= -real::<T>(1e-6) {
             return Err(ModelError::LeftHanded);
         }
@@ -163,7 +163,7 @@ impl<T: Real> Decomposition<T> {
 
     /// Puts `M = K L Q` together again.
     pub fn compose(&self) -> Matrix3<T> {
-        Matrix3::from_diagonal(&self.scale) * self.non_orthogonality * self.mounting.matrix()
+        Matrix3::from_diagonal(&self.scale) * self.non_orthogonality * self.mounting.matrix() // eq. 2
     }
 
     /// The numbers people read, with the bias beside them.
@@ -174,7 +174,7 @@ impl<T: Real> Decomposition<T> {
             scale: self.scale,
             // As of PAIRS, with indices that a compiler sees to be within bounds.
             non_orthogonality: Vector3::new(gram[(0, 1)], gram[(1, 2)], gram[(2, 0)])
-                .map(|sine| sine.clamp(-T::one(), T::one()).asin()),
+                .map(|sine| sine.clamp(-T::one(), T::one()).asin()), // eq. 4
             mounting: UnitQuaternion::from_rotation_matrix(&self.mounting).scaled_axis(),
         }
     }
@@ -196,13 +196,13 @@ impl<T: Real> Decomposition<T> {
         for (i, axis) in s.iter().enumerate() {
             jacobian
                 .fixed_view_mut::<1, 3>(3 + i, 3 * i)
-                .copy_from(&axis.transpose());
+                .copy_from(&axis.transpose()); // eq. 5: dk
         }
         for (row, &(i, j)) in PAIRS.iter().enumerate() {
             let sine = s[i].dot(&s[j]);
             let cosine = (T::one() - sine * sine).sqrt();
             let mut by_axis = |i: usize, j: usize| {
-                let gradient = self.turned(&s[i], &s[j], i) / cosine;
+                let gradient = self.turned(&s[i], &s[j], i) / cosine; // eq. 6
                 jacobian
                     .fixed_view_mut::<1, 3>(6 + row, 3 * i)
                     .copy_from(&gradient.transpose());
@@ -218,7 +218,7 @@ impl<T: Real> Decomposition<T> {
 
     /// Gradient of `s_i . v` by row i of `M`: only the part of `v` across `s_i` turns the axis.
     fn turned(&self, s_i: &Vector3<T>, v: &Vector3<T>, i: usize) -> Vector3<T> {
-        (v - s_i * s_i.dot(v)) / self.scale[i]
+        (v - s_i * s_i.dot(v)) / self.scale[i] // eq. 5: ds
     }
 
     /// Derivative of the rotation vector of `Q` by `M`: with `dq_i = Omega_ij q_j`,
@@ -228,15 +228,15 @@ impl<T: Real> Decomposition<T> {
         let q = self.mounting.matrix();
         let (q2, q3) = (q.row(1).transpose(), q.row(2).transpose());
         let (l21, l22) = (self.non_orthogonality[(1, 0)], self.non_orthogonality[(1, 1)]);
-        let omega_12 = self.turned(&s[0], &q2, 0);
-        let omega_13 = self.turned(&s[0], &q3, 0);
+        let omega_12 = self.turned(&s[0], &q2, 0); // eq. 7
+        let omega_13 = self.turned(&s[0], &q3, 0); // eq. 7
         let mut twist = SMatrix::<T, 3, 9>::zeros();
         twist
             .fixed_view_mut::<1, 3>(0, 0)
-            .copy_from(&(-omega_13 * (l21 / l22)).transpose());
+            .copy_from(&(-omega_13 * (l21 / l22)).transpose()); // eq. 7: Omega_23
         twist
             .fixed_view_mut::<1, 3>(0, 3)
-            .copy_from(&(self.turned(&s[1], &q3, 1) / l22).transpose());
+            .copy_from(&(self.turned(&s[1], &q3, 1) / l22).transpose()); // eq. 7: Omega_23
         twist
             .fixed_view_mut::<1, 3>(1, 0)
             .copy_from(&(-omega_13).transpose());
@@ -244,7 +244,7 @@ impl<T: Real> Decomposition<T> {
             .fixed_view_mut::<1, 3>(2, 0)
             .copy_from(&omega_12.transpose());
         let rotation_vector = UnitQuaternion::from_rotation_matrix(&self.mounting).scaled_axis();
-        -inverse_left_jacobian(&rotation_vector) * twist
+        -inverse_left_jacobian(&rotation_vector) * twist // eq. 8
     }
 }
 

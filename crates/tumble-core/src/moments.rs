@@ -4,7 +4,8 @@ use crate::real::{Real, count};
 
 /// Mean and centred sum of squares of N channels.
 ///
-/// Welford (1962); merged by Chan, Golub and LeVeque (1979), eq. 2.1. Centred sums hold in `f32` over hours.
+/// Welford (1962); merged by Chan, Golub and LeVeque (1979), eq. 2.1. Centred sums hold in `f32` over hours
+/// (docs/theory/noise.md, eq. 12, 13).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moments<T: Real, const N: usize> {
     samples: u32,
@@ -34,8 +35,8 @@ impl<T: Real, const N: usize> Moments<T, N> {
         let share = T::one() / count(self.samples);
         for ((mean, squares), &x) in self.mean.iter_mut().zip(&mut self.squares).zip(sample) {
             let before = x - *mean;
-            *mean += before * share;
-            *squares += before * (x - *mean);
+            *mean += before * share; // eq. 12
+            *squares += before * (x - *mean); // eq. 12
         }
     }
 
@@ -49,8 +50,8 @@ impl<T: Real, const N: usize> Moments<T, N> {
         let pull = count::<T>(self.samples) * share;
         for i in 0..N {
             let apart = other.mean[i] - self.mean[i];
-            self.mean[i] += apart * share;
-            self.squares[i] += other.squares[i] + apart * apart * pull;
+            self.mean[i] += apart * share; // eq. 13
+            self.squares[i] += other.squares[i] + apart * apart * pull; // eq. 13
         }
         self.samples = total;
     }

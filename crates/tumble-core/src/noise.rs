@@ -56,12 +56,12 @@ impl<T: Real> Noise<T> {
     /// mean bias of the session (docs/theory/noise.md, eq. 4).
     pub fn covariance(&self, a: &Interval<T>, b: &Interval<T>, session: &Interval<T>) -> T {
         let white = if a == b {
-            self.white / a.duration()
+            self.white / a.duration() // eq. 1
         } else {
             T::zero()
         };
         let flicker = Flicker::over(session);
-        white + flicker.covariance(&flicker.placed(a), &flicker.placed(b)) * self.flicker
+        white + flicker.covariance(&flicker.placed(a), &flicker.placed(b)) * self.flicker // eq. 4
     }
 }
 
@@ -108,7 +108,7 @@ impl<T: Real> Flicker<T> {
     /// Covariance of the means over two intervals (docs/theory/noise.md, eq. 4).
     pub fn covariance(&self, a: &Placed<T>, b: &Placed<T>) -> T {
         let k = mean_log(&a.interval, &b.interval);
-        -(k - a.with_session - b.with_session + self.within) * real(core::f64::consts::FRAC_1_PI)
+        -(k - a.with_session - b.with_session + self.within) * real(core::f64::consts::FRAC_1_PI) // eq. 4
     }
 
     /// Sum of the lengths of the intervals of a pool, each times its covariance with another.
@@ -146,7 +146,8 @@ impl<T: Real> Pool<T> {
 /// Intervals farther apart than this many times their length are so to speak points.
 const FAR: f64 = 16.0;
 
-/// Mean of `ln |s - t|` for s in a and t in b: the second difference of `F(x) = x^2/2 ln|x| - 3/4 x^2`.
+/// Mean of `ln |s - t|` for s in a and t in b: the second difference of `F(x) = x^2/2 ln|x| - 3/4 x^2`
+/// (docs/theory/noise.md, eq. 3).
 ///
 /// Far apart, where the difference would be lost in the rounding of F, the first moments of `s - t` about the distance
 /// of the centres do as well: what they leave out is below 1e-9.
@@ -168,8 +169,8 @@ fn mean_log<T: Real>(a: &Interval<T>, b: &Interval<T>) -> T {
             T::zero()
         }
     };
-    let sum = f(b.end - a.start) - f(b.end - a.end) - f(b.start - a.start) + f(b.start - a.end);
-    longer.ln() + sum * (longer / la) * (longer / lb)
+    let sum = f(b.end - a.start) - f(b.end - a.end) - f(b.start - a.start) + f(b.start - a.end); // eq. 3
+    longer.ln() + sum * (longer / la) * (longer / lb) // eq. 3
 }
 
 /// Octaves of the ladder: from a block of 0.05 s to half an hour.
@@ -296,9 +297,9 @@ impl<T: Real> AllanLadder<T> {
         let floor = real::<T>(FLICKER_FLOOR);
         let mut sums = NoiseEquations::default();
         for (averaging, variance, pairs) in self.variances(channel) {
-            let expected = expected.white / averaging + floor * expected.flicker;
+            let expected = expected.white / averaging + floor * expected.flicker; // eq. 7
             if expected > T::zero() {
-                let weight = count::<T>(pairs) / (expected * expected * real(2.0));
+                let weight = count::<T>(pairs) / (expected * expected * real(2.0)); // eq. 6
                 let a = T::one() / averaging;
                 sums.aa += weight * a * a;
                 sums.ab += weight * a * floor;
@@ -350,7 +351,7 @@ fn solve<T: Real, const K: usize>(sums: &[NoiseEquations<T>; K], before: &[Noise
     // One rung alone cannot tell flicker from white noise.
     let told = information > all * real(1e-6);
     let (flicker_shown, flicker_sigma) = if told {
-        (vector / information, T::one() / information.sqrt())
+        (vector / information, T::one() / information.sqrt()) // eq. 7
     } else {
         (T::zero(), T::max_value().unwrap_or(T::zero()))
     };
@@ -358,7 +359,7 @@ fn solve<T: Real, const K: usize>(sums: &[NoiseEquations<T>; K], before: &[Noise
     core::array::from_fn(|i| {
         let s = &sums[i];
         let white = if s.aa > T::zero() {
-            ((s.ay - s.ab * flicker) / s.aa).max(T::zero())
+            ((s.ay - s.ab * flicker) / s.aa).max(T::zero()) // eq. 7
         } else {
             before[i].white
         };

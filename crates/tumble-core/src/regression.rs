@@ -5,7 +5,8 @@
 //! what is not known at all. Every unknown carries a weak prior, its nominal
 //! value with the largest deviation that could be true of such a sensor. Where data speak, the prior weighs
 //! nothing; where they are silent the unknown stays at its nominal value, keeps the sigma of the prior, and is
-//! reported as not observed. So no direction is ever divided by zero, and none is made up.
+//! reported as not observed. So no direction is ever divided by zero, and none is made up (docs/theory/turntable.md,
+//! eq. 13).
 
 use nalgebra::{SMatrix, SVector};
 
@@ -118,9 +119,9 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
         if !step.iter().all(|value| value.is_finite()) {
             return Err(Unsolvable);
         }
-        let covariance = spread * spread.transpose();
+        let covariance = spread * spread.transpose(); // eq. 13
         Ok(Solution {
-            x: self.mean + step,
+            x: self.mean + step, // eq. 13
             covariance,
             ignorance: covariance.diagonal().component_div(&self.prior_variance),
             // The residuals of data and prior together, less those of the prior.

@@ -23,7 +23,7 @@ pub fn inverse_left_jacobian<T: Real>(phi: &Vector3<T>) -> Matrix3<T> {
         let half = angle_squared.sqrt() * real(0.5);
         (T::one() - half * half.cos() / half.sin()) / angle_squared
     };
-    Matrix3::identity() - hat * real::<T>(0.5) + hat * hat * quadratic
+    Matrix3::identity() - hat * real::<T>(0.5) + hat * hat * quadratic // model.md, eq. 8
 }
 
 /// The rotation of a rotation vector in rad: by series where it is small, as it is for a block at rest.
@@ -112,8 +112,8 @@ impl<T: Real> Procrustes<T> {
         let turned = rotation.matrix() * self.spread * rotation.matrix().transpose();
         Some(RotationFit {
             rotation,
-            offset: self.mean_to - rotation * self.mean_from,
-            information: Matrix3::identity() * turned.trace() - turned,
+            offset: self.mean_to - rotation * self.mean_from, // turntable.md, eq. 3
+            information: Matrix3::identity() * turned.trace() - turned, // turntable.md, eq. 4
             weight: self.weight,
             mean_from: self.mean_from,
         })
@@ -128,7 +128,7 @@ impl<T: Real> Procrustes<T> {
             s[(0, 1)] - s[(1, 0)],
         );
         let mut n = Matrix4::zeros();
-        n[(0, 0)] = s.trace();
+        n[(0, 0)] = s.trace(); // turntable.md, eq. 3
         n.fixed_view_mut::<1, 3>(0, 1).copy_from(&curl.transpose());
         n.fixed_view_mut::<3, 1>(1, 0).copy_from(&curl);
         n.fixed_view_mut::<3, 3>(1, 1)

@@ -134,6 +134,7 @@ impl<T: Real> Segment<T> {
         let lever = Vector3::new(self.lever[3], self.lever[4], self.lever[5])
             - bias * (duration * duration * real(0.5));
         let half = half_interval::<T>(duration, self.moments.samples());
+        // turntable.md, eq. 16
         (angle.norm() > real(0.1)).then(|| lever.dot(&angle) / angle.norm_squared() - half)
     }
 

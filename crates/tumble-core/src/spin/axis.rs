@@ -154,22 +154,28 @@ fn one_round<T: Real>(turning: &TurningRates<T>, rest: &RestingRate<T>, up: &Vec
         line(&sums, seen, with_rate, block_variance, rest_variance[i])
     };
     let (forward, left) = (across(0), across(1));
-    let bias = floor * Vector3::new(forward.0.x, left.0.x, T::zero()) + rest.mean;
-    let tilted = up + floor * Vector3::new(forward.0.y, left.0.y, T::zero());
+    let bias = floor * Vector3::new(forward.0.x, left.0.x, T::zero()) + rest.mean; // eq. 5: delta
+    let tilted = up + floor * Vector3::new(forward.0.y, left.0.y, T::zero()); // eq. 5: tau
+    AxisFit {
+        bias,
+        floor: floor_frame(&tilted.normalize()),
+        covariance: joint_covariance([&forward.1, &left.1], rest_variance.z),
+        block_variance,
+    }
+}
+
+/// Of `[bias forward, left, up; tilt forward, left]`: a pair of bias and tilt for each direction across the axis, and the
+/// bias along it, which rest alone shows.
+fn joint_covariance<T: Real>(across: [&Matrix2<T>; 2], along: T) -> SMatrix<T, 5, 5> {
     let mut covariance = SMatrix::<T, 5, 5>::zeros();
-    for (i, (_, pair)) in [forward, left].iter().enumerate() {
+    for (i, pair) in across.into_iter().enumerate() {
         covariance[(i, i)] = pair[(0, 0)];
         covariance[(i, i + 3)] = pair[(0, 1)];
         covariance[(i + 3, i)] = pair[(0, 1)];
         covariance[(i + 3, i + 3)] = pair[(1, 1)];
     }
-    covariance[(2, 2)] = rest_variance.z;
-    AxisFit {
-        bias,
-        floor: floor_frame(&tilted.normalize()),
-        covariance,
-        block_variance,
-    }
+    covariance[(2, 2)] = along;
+    covariance
 }
 
 /// Variance across the axis about the line through the turning blocks alone; that of a block.
@@ -195,7 +201,7 @@ fn line<T: Real>(
     rest_variance: T,
 ) -> (Vector2<T>, Matrix2<T>) {
     // Scaled by the variance of a block, so that nothing overflows in single precision.
-    let weight = variance / rest_variance;
+    let weight = variance / rest_variance; // eq. 6: v / v_0
     let (a, b, c) = (sums.points + weight, sums.along, sums.along_squared);
     let determinant = a * c - b * b;
     if determinant <= T::zero() {
@@ -203,5 +209,5 @@ fn line<T: Real>(
         return (Vector2::zeros(), unknown);
     }
     let inverse = Matrix2::new(c, -b, -b, a) / determinant;
-    (inverse * Vector2::new(seen, with_rate), inverse * variance)
+    (inverse * Vector2::new(seen, with_rate), inverse * variance) // eq. 5, 6
 }

@@ -194,7 +194,7 @@ impl<T: Real> BlockBuilder<T> {
         let began = self.heading.angle;
         if self.reference.is_some() {
             let interval = seconds::<T>(sample.time.saturating_sub(time));
-            self.heading.advance((rate + last_rate) * interval * real(0.5));
+            self.heading.advance((rate + last_rate) * interval * real(0.5)); // eq. 8: h
         }
         self.accumulate(sample, rate, time, began);
         finished
@@ -214,14 +214,14 @@ impl<T: Real> BlockBuilder<T> {
 
     fn rate(&self, sample: &Sample<T>) -> T {
         self.reference.as_ref().map_or(T::zero(), |reference| {
-            (sample.angular_rate - reference.bias).dot(&reference.up)
+            (sample.angular_rate - reference.bias).dot(&reference.up) // eq. 8
         })
     }
 
     fn correction(&self, time: u64, heading: T) -> T {
         self.reference.as_ref().map_or(T::zero(), |reference| {
             let elapsed = since::<T>(reference.origin, time);
-            reference.by_heading * heading + reference.by_time * elapsed
+            reference.by_heading * heading + reference.by_time * elapsed // eq. 9: kappa
         })
     }
 

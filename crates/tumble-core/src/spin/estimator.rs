@@ -318,28 +318,10 @@ impl<T: Real> SpinEstimator<T> {
         });
     }
 
+    /// Whether the robot has stayed on its wheels.
     fn check(&self, block: &Block<T>, reference: &HeadingReference<T>) -> Result<(), SpinFailure<T>> {
-        const SIGMAS: f64 = 6.0;
-        let Some(rests) = &self.rests else {
-            return Err(SpinFailure::NoRest);
-        };
-        // A robot that turns shakes more than one that stands: by how much, the scatter within its blocks tells. Of the
-        // block at hand it tells only at first, since what is looked for here scatters too.
-        let within = if self.noise.samples() < BLOCKS_TO_KNOW_SHAKING {
-            block.moments.variance()
-        } else {
-            *self.noise.mean()
-        };
-        let share = T::one() / count(block.moments.samples().max(1));
-        let shaking = |first: usize, along: T, across: T| {
-            let axes = reference.up.iter().zip(within.iter().skip(first));
-            axes.fold(T::zero(), |sum, (cosine, variance)| {
-                let square = *cosine * *cosine;
-                sum + *variance * share * (along * square + across * (T::one() - square))
-            })
-        };
-        let sigmas =
-            |first: usize, shaking: T| (rests.block_variance(first).sum() + shaking).sqrt() * real(SIGMAS);
+        let rests = self.rests.as_ref().ok_or(SpinFailure::NoRest)?;
+        let within = self.scatter_within(block);
         let rate = block.angular_rate() - reference.bias;
         let across = (rate - reference.up * reference.up.dot(&rate)).norm();
         let allowed = if self.axis_shown() {
@@ -347,9 +329,10 @@ impl<T: Real> SpinEstimator<T> {
         } else {
             real(SHARE_WHILE_GUESSED)
         };
+        let shaking = shaking(block, reference, within.iter().skip(3), [T::zero(), T::one()]);
         let limit = self.settings.largest_rate_across
             + allowed * block.rate.abs()
-            + sigmas(3, shaking(3, T::zero(), T::one()));
+            + sigmas(rests.block_variance(3), shaking);
         let time = block.end;
         if across > limit {
             return Err(SpinFailure::NotOneAxis { time, across, limit });
@@ -357,10 +340,45 @@ impl<T: Real> SpinEstimator<T> {
         let change = (block.specific_force() - rests.first_force())
             .dot(&reference.up)
             .abs();
-        let limit = self.settings.largest_lift + sigmas(0, shaking(0, T::one(), T::zero()));
+        let shaking = self::shaking(block, reference, within.iter(), [T::one(), T::zero()]);
+        let limit = self.settings.largest_lift + sigmas(rests.block_variance(0), shaking);
         if change > limit {
             return Err(SpinFailure::Lifted { time, change, limit });
         }
         Ok(())
     }
+
+    /// A robot that turns shakes more than one that stands: by how much, the scatter within its blocks tells. Of the
+    /// block at hand it tells only at first, since what is looked for here scatters too.
+    fn scatter_within(&self, block: &Block<T>) -> [T; CHANNELS] {
+        if self.noise.samples() < BLOCKS_TO_KNOW_SHAKING {
+            block.moments.variance()
+        } else {
+            *self.noise.mean()
+        }
+    }
+}
+
+/// Variance that the scatter of its samples leaves on the mean over a block, of the parts along and across the axis.
+fn shaking<'a, T: Real>(
+    block: &Block<T>,
+    reference: &HeadingReference<T>,
+    scatter: impl Iterator<Item = &'a T>,
+    [along, across]: [T; 2],
+) -> T {
+    let share = T::one() / count(block.moments.samples().max(1));
+    reference
+        .up
+        .iter()
+        .zip(scatter)
+        .fold(T::zero(), |sum, (cosine, variance)| {
+            let square = *cosine * *cosine;
+            sum + *variance * share * (along * square + across * (T::one() - square))
+        })
+}
+
+/// Six sigmas of the mean over a block, given its variance at rest and what turning adds.
+fn sigmas<T: Real>(at_rest: Vector3<T>, shaking: T) -> T {
+    const SIGMAS: f64 = 6.0;
+    (at_rest.sum() + shaking).sqrt() * real(SIGMAS)
 }

@@ -44,7 +44,7 @@ impl<T: Real> HarmonicRow<T> {
     /// (docs/theory/spin.md, eq. 10). Each counts by its length, since one that a rest cut off is short.
     pub fn of_three([first, middle, last]: [&Block<T>; 3]) -> Self {
         let half = real::<T>(0.5);
-        let span = (first.duration() + last.duration()) * half + middle.duration();
+        let span = (first.duration() + last.duration()) * half + middle.duration(); // eq. 10: 2 T
         let [a, b, c] = [
             (first, Weight::Rising),
             (middle, Weight::Even),
@@ -52,7 +52,7 @@ impl<T: Real> HarmonicRow<T> {
         ]
         .map(|(block, weight)| (Self::weighted(block, weight), block.duration() / span));
         let mut functions = a.0.functions * a.1 + b.0.functions * b.1 + c.0.functions * c.1;
-        functions[FUNCTIONS - 1] = (last.rate - first.rate) / span;
+        functions[FUNCTIONS - 1] = (last.rate - first.rate) / span; // eq. 10
         Self {
             functions,
             specific_force: a.0.specific_force * a.1 + b.0.specific_force * b.1 + c.0.specific_force * c.1,
@@ -73,12 +73,12 @@ impl<T: Real> HarmonicRow<T> {
         Self {
             functions: SVector::from([
                 share,
-                c + k * s,
-                s - k * c,
-                h * s,
-                h * c,
-                t * s,
-                t * c,
+                c + k * s, // eq. 9
+                s - k * c, // eq. 9
+                h * s,     // eq. 9
+                h * c,     // eq. 9
+                t * s,     // eq. 9
+                t * c,     // eq. 9
                 block.rate_squared * share + of_square * slope,
                 T::zero(),
             ]),

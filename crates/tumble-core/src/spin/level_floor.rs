@@ -49,7 +49,7 @@ pub fn estimate<T: Real>(readings: &LevelFloorInputs<T>) -> Option<LevelFloor<T>
     } else {
         T::one()
     };
-    let up = readings.turned * (upwards / angle);
+    let up = readings.turned * (upwards / angle); // eq. 2
     let across = Matrix3::identity() - up * up.transpose();
     let from_rest =
         Matrix3::from_diagonal(&readings.rest.variance) * (readings.net_duration * readings.net_duration);
@@ -57,7 +57,7 @@ pub fn estimate<T: Real>(readings: &LevelFloorInputs<T>) -> Option<LevelFloor<T>
     let lever = readings.gravity / angle;
     Some(LevelFloor {
         up,
-        bias: readings.specific_force - up * readings.gravity,
+        bias: readings.specific_force - up * readings.gravity, // eq. 3
         covariance: Matrix3::from_diagonal(&readings.specific_force_variance) + of_angle * (lever * lever),
     })
 }

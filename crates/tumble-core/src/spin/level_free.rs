@@ -20,6 +20,8 @@ pub const UNKNOWNS: usize = 14;
 pub const ACCELEROMETER: usize = 0;
 /// First of the correction of the gyroscope bias.
 pub const GYROSCOPE: usize = 3;
+/// Of these the one along the axis, which heading drifts by; what lies across it no accelerometer feels.
+pub const GYROSCOPE_UP: usize = 5;
 /// First of the tilt of the axis.
 pub const AXIS: usize = 6;
 /// First of the uphill pull of gravity.
@@ -91,12 +93,12 @@ impl<T: Real> LevelFree<T> {
         };
         let (uphill, arm) = (project_horizontal(UPHILL), project_horizontal(LEVER_ARM));
         let (sine, cosine) = heading.sin_cos();
-        let single = T::one() / (T::one() + x[SCALE]);
+        let q = T::one() / (T::one() + x[SCALE]);
         let vertical = (self.gravity * self.gravity - uphill.norm_squared()).max(T::zero());
-        self.up * vertical.sqrt() + uphill * cosine
+        self.up * vertical.sqrt() + uphill * cosine // eq. 7
             - self.up.cross(&uphill) * sine
-            - arm * (rate * rate * single * single)
-            + self.up.cross(&arm) * (acceleration * single)
+            - arm * (rate * rate * q * q)
+            + self.up.cross(&arm) * (acceleration * q)
     }
 
     /// How much the variances are widened where the model does not fit the harmonics.
@@ -112,61 +114,96 @@ impl<T: Real> LevelFree<T> {
 
     /// What is to be added to a heading as it was counted, rad, `time` s after the origin.
     pub fn heading_correction(&self, heading: T, time: T) -> T {
-        let single = T::one() / (T::one() + self.solution.x[SCALE]);
-        heading * (single - T::one()) + time * self.by_time
+        let q = T::one() / (T::one() + self.solution.x[SCALE]);
+        heading * (q - T::one()) + time * self.by_time // eq. 8
     }
 }
 
+/// X of eq. 11: a line for each function of eq. 9, a column for each axis of the accelerometer.
 type Coefficients<T> = SMatrix<T, FUNCTIONS, 3>;
 
-/// The vectors the coefficients are linear in.
+/// The vectors that X is linear in.
 #[derive(Clone, Copy)]
-struct Vectors<T: Real> {
+struct HarmonicVectors<T: Real> {
+    /// `b_a + sqrt(g^2 - p^2) n`, less what was taken off the specific force, m/s^2.
     constant: Vector3<T>,
+    /// `p`, m/s^2.
     cosine: Vector3<T>,
+    /// `-n x p`, m/s^2.
     sine: Vector3<T>,
+    /// `r`, m.
     arm: Vector3<T>,
+    /// `n x r`, m.
     arm_left: Vector3<T>,
 }
 
-/// How heading as counted has to be stretched and sheared to be the true one.
+/// How heading as counted has to be stretched and sheared to be the true one, with `q = 1 / (1 + s)`.
 #[derive(Clone, Copy)]
 struct HeadingDistortion<T: Real> {
+    /// `alpha = q - 1`.
     by_heading: T,
+    /// `eta = xi - epsilon q`, rad/s.
     by_time: T,
-    squared: T,
-    single: T,
+    /// `q^2`.
+    q_squared: T,
+    /// `q`.
+    q: T,
 }
 
-impl<T: Real> Vectors<T> {
-    /// Eq. 11.
+impl<T: Real> HeadingDistortion<T> {
+    fn zero() -> Self {
+        Self {
+            by_heading: T::zero(),
+            by_time: T::zero(),
+            q_squared: T::zero(),
+            q: T::zero(),
+        }
+    }
+}
+
+impl<T: Real> HarmonicVectors<T> {
+    fn zero() -> Self {
+        let zero = Vector3::zeros();
+        Self {
+            constant: zero,
+            cosine: zero,
+            sine: zero,
+            arm: zero,
+            arm_left: zero,
+        }
+    }
+
+    /// X.
     fn coefficients(&self, distortion: &HeadingDistortion<T>) -> Coefficients<T> {
         Coefficients::from_rows(&[
-            self.constant.transpose(),
-            self.cosine.transpose(),
-            self.sine.transpose(),
-            (self.cosine * -distortion.by_heading).transpose(),
-            (self.sine * distortion.by_heading).transpose(),
-            (self.cosine * -distortion.by_time).transpose(),
-            (self.sine * distortion.by_time).transpose(),
-            (self.arm * -distortion.squared).transpose(),
-            (self.arm_left * distortion.single).transpose(),
+            self.constant.transpose(),                          // eq. 11
+            self.cosine.transpose(),                            // eq. 11: p
+            self.sine.transpose(),                              // eq. 11: -n x p
+            (self.cosine * -distortion.by_heading).transpose(), // eq. 11: -alpha p
+            (self.sine * distortion.by_heading).transpose(),    // eq. 11: -alpha n x p
+            (self.cosine * -distortion.by_time).transpose(),    // eq. 11: -eta p
+            (self.sine * distortion.by_time).transpose(),       // eq. 11: -eta n x p
+            (self.arm * -distortion.q_squared).transpose(),     // eq. 11: -q^2 r
+            (self.arm_left * distortion.q).transpose(),         // eq. 11: q n x r
         ])
     }
 }
 
 /// The model about one point.
-struct Point<T: Real> {
+struct Linearization<T: Real> {
+    /// `sqrt(g^2 - p^2)`, m/s^2.
     gravity: T,
     up: Vector3<T>,
+    /// Forward and left, projected across `up`.
     plane: [Vector3<T>; 2],
-    vectors: Vectors<T>,
+    vectors: HarmonicVectors<T>,
     distortion: HeadingDistortion<T>,
+    /// `epsilon`, rad/s.
     drift: T,
 }
 
-impl<T: Real> Point<T> {
-    fn new(priors: &SpinPriors<T>, x: &SVector<T, UNKNOWNS>) -> Self {
+impl<T: Real> Linearization<T> {
+    fn at(priors: &SpinPriors<T>, x: &SVector<T, UNKNOWNS>) -> Self {
         let floor = &priors.axis.floor;
         let (forward, left) = (floor.column(0), floor.column(1));
         let up = (floor.column(2) + forward * x[AXIS] + left * x[AXIS + 1]).normalize();
@@ -180,110 +217,119 @@ impl<T: Real> Point<T> {
         let vertical = (priors.gravity * priors.gravity - uphill.norm_squared())
             .max(T::zero())
             .sqrt();
-        let single = T::one() / (T::one() + x[SCALE]);
-        let drift = (priors.axis.bias - priors.counted_bias).dot(&up) + x[GYROSCOPE + 2];
+        let q = T::one() / (T::one() + x[SCALE]); // eq. 8
+        let drift = (priors.axis.bias - priors.counted_bias).dot(&up) + x[GYROSCOPE_UP]; // eq. 8: epsilon
+        let bias = Vector3::new(x[ACCELEROMETER], x[ACCELEROMETER + 1], x[ACCELEROMETER + 2]);
         Self {
             gravity: vertical,
             up,
             plane,
-            vectors: Vectors {
-                constant: Vector3::new(x[0], x[1], x[2]) + (up * vertical - priors.origin),
+            vectors: HarmonicVectors {
+                constant: bias + (up * vertical - priors.origin), // eq. 11
                 cosine: uphill,
-                sine: -up.cross(&uphill),
+                sine: -up.cross(&uphill), // eq. 11
                 arm,
-                arm_left: up.cross(&arm),
+                arm_left: up.cross(&arm), // eq. 11
             },
             distortion: HeadingDistortion {
-                by_heading: single - T::one(),
-                by_time: x[WALK] - drift * single,
-                squared: single * single,
-                single,
+                by_heading: q - T::one(),     // eq. 11: alpha
+                by_time: x[WALK] - drift * q, // eq. 11: eta
+                q_squared: q * q,
+                q,
             },
             drift,
         }
     }
 
-    /// Derivative of the coefficients by unknown `i`; zero where they do not depend on it.
+    /// Derivative of X by unknown `i`; zero where X does not depend on it.
     #[inline(never)]
     fn derivative(&self, i: usize) -> Coefficients<T> {
-        let zero = Vector3::zeros();
-        let none = Vectors {
-            constant: zero,
-            cosine: zero,
-            sine: zero,
-            arm: zero,
-            arm_left: zero,
-        };
-        let single = self.distortion.single;
-        let still = HeadingDistortion {
-            by_heading: T::zero(),
-            by_time: T::zero(),
-            squared: T::zero(),
-            single: T::zero(),
-        };
-        let turning = Vectors {
-            constant: zero,
-            ..self.vectors
-        };
-        let distorted = |distortion: HeadingDistortion<T>| {
-            let mut coefficients = turning.coefficients(&distortion);
-            coefficients.fixed_rows_mut::<3>(0).fill(T::zero());
-            coefficients
-        };
         match i {
-            0..3 => Vectors {
-                constant: Vector3::from_fn(|k, _| if k == i { T::one() } else { T::zero() }),
-                ..none
-            }
-            .coefficients(&still),
-            5 => distorted(HeadingDistortion {
-                by_time: -single,
-                ..still
-            }),
-            6 | 7 => self.by_tilt(&self.plane[i - 6]).coefficients(&self.distortion),
-            8 | 9 => {
-                let e = self.plane[i - 8];
-                Vectors {
-                    constant: self.up * -(self.vectors.cosine.dot(&e) / self.gravity),
-                    cosine: e,
-                    sine: -self.up.cross(&e),
-                    ..none
-                }
-                .coefficients(&self.distortion)
-            }
-            10 | 11 => {
-                let e = self.plane[i - 10];
-                Vectors {
-                    arm: e,
-                    arm_left: self.up.cross(&e),
-                    ..none
-                }
-                .coefficients(&self.distortion)
-            }
-            SCALE => distorted(HeadingDistortion {
-                by_heading: -single * single,
-                by_time: self.drift * single * single,
-                squared: -single * single * single * real::<T>(2.0),
-                single: -single * single,
-            }),
-            WALK => distorted(HeadingDistortion {
-                by_time: T::one(),
-                ..still
-            }),
+            ACCELEROMETER..GYROSCOPE => self.by_accelerometer_bias(i - ACCELEROMETER),
+            GYROSCOPE_UP => self.by_drift(),
+            AXIS..UPHILL => self.by_tilt(&self.plane[i - AXIS]),
+            UPHILL..LEVER_ARM => self.by_uphill(&self.plane[i - UPHILL]),
+            LEVER_ARM..SCALE => self.by_lever_arm(&self.plane[i - LEVER_ARM]),
+            SCALE => self.by_scale(),
+            WALK => self.by_walk(),
             _ => Coefficients::zeros(),
         }
     }
 
-    /// How everything moves when the axis tilts towards `e`.
-    fn by_tilt(&self, e: &Vector3<T>) -> Vectors<T> {
-        let moved_up = |v: &Vector3<T>| self.up * -e.dot(v);
-        Vectors {
+    fn by_accelerometer_bias(&self, axis: usize) -> Coefficients<T> {
+        HarmonicVectors {
+            constant: Vector3::from_fn(|k, _| if k == axis { T::one() } else { T::zero() }),
+            ..HarmonicVectors::zero()
+        }
+        .coefficients(&HeadingDistortion::zero())
+    }
+
+    /// When the axis tilts towards `e`, `n` goes along `e`, and what lies along `e` goes down.
+    fn by_tilt(&self, e: &Vector3<T>) -> Coefficients<T> {
+        let lowered = |v: &Vector3<T>| self.up * -e.dot(v);
+        HarmonicVectors {
             constant: e * self.gravity,
-            cosine: moved_up(&self.vectors.cosine),
+            cosine: lowered(&self.vectors.cosine),
             sine: -e.cross(&self.vectors.cosine),
-            arm: moved_up(&self.vectors.arm),
+            arm: lowered(&self.vectors.arm),
             arm_left: e.cross(&self.vectors.arm),
         }
+        .coefficients(&self.distortion)
+    }
+
+    fn by_uphill(&self, e: &Vector3<T>) -> Coefficients<T> {
+        HarmonicVectors {
+            constant: self.up * -(self.vectors.cosine.dot(e) / self.gravity),
+            cosine: *e,
+            sine: -self.up.cross(e),
+            ..HarmonicVectors::zero()
+        }
+        .coefficients(&self.distortion)
+    }
+
+    fn by_lever_arm(&self, e: &Vector3<T>) -> Coefficients<T> {
+        HarmonicVectors {
+            arm: *e,
+            arm_left: self.up.cross(e),
+            ..HarmonicVectors::zero()
+        }
+        .coefficients(&self.distortion)
+    }
+
+    fn by_drift(&self) -> Coefficients<T> {
+        self.by_distortion(HeadingDistortion {
+            by_time: -self.distortion.q,
+            ..HeadingDistortion::zero()
+        })
+    }
+
+    /// `dq/ds = -q^2`.
+    fn by_scale(&self) -> Coefficients<T> {
+        let q = self.distortion.q;
+        self.by_distortion(HeadingDistortion {
+            by_heading: -q * q,
+            by_time: self.drift * q * q,
+            q_squared: -q * q * q * real::<T>(2.0),
+            q: -q * q,
+        })
+    }
+
+    fn by_walk(&self) -> Coefficients<T> {
+        self.by_distortion(HeadingDistortion {
+            by_time: T::one(),
+            ..HeadingDistortion::zero()
+        })
+    }
+
+    /// The first three functions of eq. 9 do not know of the distortion.
+    fn by_distortion(&self, change: HeadingDistortion<T>) -> Coefficients<T> {
+        let turning = HarmonicVectors {
+            constant: Vector3::zeros(),
+            ..self.vectors
+        };
+        let mut coefficients = turning.coefficients(&change);
+        coefficients.fixed_rows_mut::<3>(0).fill(T::zero());
+        coefficients
     }
 }
 
@@ -309,8 +355,8 @@ pub fn fit<T: Real>(
     }
     let floor = priors.axis.floor;
     let x = &solution.x;
-    let correction = Vector3::new(x[GYROSCOPE], x[GYROSCOPE + 1], x[GYROSCOPE + 2]);
-    let point = Point::new(priors, x);
+    let correction = Vector3::new(x[GYROSCOPE], x[GYROSCOPE + 1], x[GYROSCOPE_UP]);
+    let point = Linearization::at(priors, x);
     Ok(LevelFree {
         up: point.up,
         gravity: priors.gravity,
@@ -350,9 +396,9 @@ fn prior<T: Real>(priors: &SpinPriors<T>) -> LeastSquares<T, UNKNOWNS> {
     };
     let variance = |i: usize| -> T {
         let largest: T = match i {
-            0..3 => real(LARGEST.0),
-            8 | 9 => real(LARGEST.1),
-            10 | 11 => real(LARGEST.2),
+            ACCELEROMETER..GYROSCOPE => real(LARGEST.0),
+            UPHILL..LEVER_ARM => real(LARGEST.1),
+            LEVER_ARM..SCALE => real(LARGEST.2),
             SCALE => priors.scale.1,
             _ => return priors.walk_variance.max(real(1e-20)),
         };
@@ -365,7 +411,7 @@ fn prior<T: Real>(priors: &SpinPriors<T>) -> LeastSquares<T, UNKNOWNS> {
         .covariance
         .fixed_view_mut::<5, 5>(GYROSCOPE, GYROSCOPE)
         .copy_from(&priors.axis.covariance);
-    prior.covariance[(GYROSCOPE + 2, GYROSCOPE + 2)] = priors.bias_variance;
+    prior.covariance[(GYROSCOPE_UP, GYROSCOPE_UP)] = priors.bias_variance;
     LeastSquares::new(&prior)
 }
 
@@ -377,7 +423,7 @@ fn accumulate<T: Real>(
     x: &SVector<T, UNKNOWNS>,
     equations: &mut LeastSquares<T, UNKNOWNS>,
 ) {
-    let point = Point::new(priors, x);
+    let point = Linearization::at(priors, x);
     let model = point.vectors.coefficients(&point.distortion);
     let derivatives: [Coefficients<T>; UNKNOWNS] = core::array::from_fn(|i| point.derivative(i));
     for (harmonics, variance) in [

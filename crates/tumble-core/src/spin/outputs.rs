@@ -3,13 +3,11 @@
 use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
 
 use crate::real::{Real, real};
-use crate::spin::axis::{self, RestingRate};
+use crate::spin::axis;
 use crate::spin::estimate::{ScalarEstimate, SpinEstimate, VectorEstimate};
 use crate::spin::estimator::SpinEstimator;
-use crate::spin::level_floor::{self, LevelFloor, LevelFloorInputs};
-use crate::spin::level_free::{
-    self, ACCELEROMETER, LEVER_ARM, LevelFree, SCALE, SpinPriors, UNKNOWNS, UPHILL,
-};
+use crate::spin::level_floor::{self, LevelFloorInputs};
+use crate::spin::level_free::{AXIS, LEVER_ARM, LevelFree, SCALE, SpinPriors, UNKNOWNS, UPHILL};
 use crate::spin::rests::Rests;
 use crate::spin::scale::Scales;
 
@@ -29,48 +27,22 @@ pub(super) fn from_fit<T: Real>(
 ) -> SpinEstimate<T> {
     let covariance = fit.solution.covariance * fit.widening();
     let joint = biases(&fit.floor, &covariance);
-    let (roll, pitch) = axis::tilt(&fit.up);
-    let tilt_sigma = |i: usize| covariance[(level_free::AXIS + i, level_free::AXIS + i)].sqrt();
-    let (level_floor, level_floor_covariance) = level_floor(spin, priors, &joint);
-    let full_turn = spin.turned().span() >= real(core::f64::consts::TAU);
-    let earth = fit.up * spin.settings().earth_rate_up;
-    let x = &fit.solution.x;
-    let level_free = bias(
-        x.fixed_rows::<3>(ACCELEROMETER).into_owned(),
-        Vector3::from_fn(|i, _| joint[(i, i)].sqrt()),
-    );
-    let trusted = full_turn || level_free.sigma.max() < real(TRUSTED_SIGMA);
-    let level_free_is_default = trusted && !spin.settings().level_floor;
-    // Forward turns with the roll where x points up or down.
-    let forward_sigma = tilt_sigma(1) * (pitch.sin() / pitch.cos().max(real(1e-6))).abs();
-    let (floor_tilt, uphill_bearing) = uphill(priors, x, &covariance, forward_sigma);
+    let accelerometer = accelerometer_bias(spin, priors, fit, &joint);
+    let mounting = mounting(fit, &covariance);
+    let (floor_tilt, uphill_bearing) = uphill(priors, &fit.solution.x, &covariance, mounting.forward_sigma);
     SpinEstimate {
         turned: *spin.turned(),
         resting_time: spin.rests().map_or(T::zero(), Rests::time),
         samples: spin.samples(),
         noise: noise(spin),
-        gyroscope_bias: VectorEstimate {
-            value: fit.gyroscope_bias - earth,
-            sigma: Vector3::from_fn(|i, _| joint[(3 + i, 3 + i)].sqrt()),
-            observed: true,
-        },
-        level_free,
-        level_floor,
-        level_free_is_default,
-        covariance: if level_free_is_default {
-            joint
-        } else {
-            level_floor_covariance
-        },
+        gyroscope_bias: gyroscope_bias(spin, fit, &joint),
+        level_free: accelerometer.level_free,
+        level_floor: accelerometer.level_floor,
+        level_free_is_default: accelerometer.level_free_is_default,
+        covariance: accelerometer.covariance,
         up: fit.up,
-        roll: ScalarEstimate {
-            value: roll,
-            sigma: tilt_sigma(1) / pitch.cos().abs().max(real(1e-6)),
-        },
-        pitch: ScalarEstimate {
-            value: pitch,
-            sigma: tilt_sigma(0),
-        },
+        roll: mounting.roll,
+        pitch: mounting.pitch,
         floor_tilt,
         uphill_bearing,
         lever_arm: lever_arm(fit, &covariance),
@@ -82,6 +54,79 @@ pub(super) fn from_fit<T: Real>(
         chi_square: fit.solution.chi_square,
         degrees_of_freedom: fit.degrees_of_freedom,
         fit: *fit,
+    }
+}
+
+/// Both estimates of the accelerometer bias, and which of them is the result.
+struct AccelerometerBias<T: Real> {
+    level_free: VectorEstimate<T>,
+    level_floor: VectorEstimate<T>,
+    level_free_is_default: bool,
+    /// Of the result and the gyroscope bias.
+    covariance: SMatrix<T, 6, 6>,
+}
+
+fn accelerometer_bias<T: Real>(
+    spin: &SpinEstimator<T>,
+    priors: &SpinPriors<T>,
+    fit: &LevelFree<T>,
+    joint: &SMatrix<T, 6, 6>,
+) -> AccelerometerBias<T> {
+    let level_free = bias(
+        fit.accelerometer_bias(),
+        Vector3::from_fn(|i, _| joint[(i, i)].sqrt()),
+    );
+    let (level_floor, level_floor_covariance) = level_floor(spin, priors, joint);
+    let full_turn = spin.turned().span() >= real(core::f64::consts::TAU);
+    let trusted = full_turn || level_free.sigma.max() < real(TRUSTED_SIGMA);
+    let level_free_is_default = trusted && !spin.settings().level_floor;
+    AccelerometerBias {
+        level_free,
+        level_floor,
+        level_free_is_default,
+        covariance: if level_free_is_default {
+            *joint
+        } else {
+            level_floor_covariance
+        },
+    }
+}
+
+fn gyroscope_bias<T: Real>(
+    spin: &SpinEstimator<T>,
+    fit: &LevelFree<T>,
+    joint: &SMatrix<T, 6, 6>,
+) -> VectorEstimate<T> {
+    let earth = fit.up * spin.settings().earth_rate_up;
+    VectorEstimate {
+        value: fit.gyroscope_bias - earth,
+        sigma: Vector3::from_fn(|i, _| joint[(3 + i, 3 + i)].sqrt()),
+        observed: true,
+    }
+}
+
+/// How the IMU sits on the floor.
+struct Mounting<T: Real> {
+    roll: ScalarEstimate<T>,
+    pitch: ScalarEstimate<T>,
+    /// 1-sigma of the direction that counts as forward, rad.
+    forward_sigma: T,
+}
+
+fn mounting<T: Real>(fit: &LevelFree<T>, covariance: &SMatrix<T, UNKNOWNS, UNKNOWNS>) -> Mounting<T> {
+    let (roll, pitch) = axis::tilt(&fit.up); // eq. 14
+    let tilt_sigma = |i: usize| covariance[(AXIS + i, AXIS + i)].sqrt();
+    Mounting {
+        roll: ScalarEstimate {
+            value: roll,
+            sigma: tilt_sigma(1) / pitch.cos().abs().max(real(1e-6)),
+        },
+        pitch: ScalarEstimate {
+            value: pitch,
+            sigma: tilt_sigma(0),
+        },
+        // Forward turns with the roll where x points up or down.
+        forward_sigma: tilt_sigma(1) * (pitch.sin() / pitch.cos().max(real(1e-6))).abs(),
     }
 }
 
@@ -116,55 +161,41 @@ fn bias<T: Real>(value: Vector3<T>, sigma: Vector3<T>) -> VectorEstimate<T> {
     }
 }
 
+/// What the estimator for level floors says, and its covariance with the gyroscope bias; unknown if the robot did not turn.
 fn level_floor<T: Real>(
     spin: &SpinEstimator<T>,
     priors: &SpinPriors<T>,
     joint: &SMatrix<T, 6, 6>,
 ) -> (VectorEstimate<T>, SMatrix<T, 6, 6>) {
-    let turned = spin.turned();
-    let (of_force, of_rate) = spin.settings().bias_instability;
-    let nothing = Vector3::zeros();
-    let (rate, force, force_variance) = spin.rests().map_or(
-        (
-            RestingRate {
-                mean: nothing,
-                variance: nothing,
-            },
-            nothing,
-            nothing,
-        ),
-        |rests| {
-            (
-                rests.rate(of_rate),
-                rests.first_force(),
-                rests.first_force_variance(of_force),
-            )
-        },
-    );
-    let net_duration = turned.counter_clockwise.duration - turned.clockwise.duration;
-    let found = level_floor::estimate(&LevelFloorInputs {
-        rest: rate,
-        specific_force: force,
-        specific_force_variance: force_variance,
-        turned: turned.vector,
-        net_duration,
-        turned_variance: spin.heading_walk(&priors.axis) * turned.duration(),
-        gravity: priors.gravity,
-    });
-    let Some(LevelFloor {
-        bias: value,
-        covariance,
-        ..
-    }) = found
-    else {
+    let inputs = spin.rests().map(|rests| level_floor_inputs(spin, rests, priors));
+    let Some(found) = inputs.and_then(|inputs| level_floor::estimate(&inputs)) else {
         let unknown = Vector3::repeat(T::max_value().unwrap_or(T::zero()));
         return (bias(Vector3::zeros(), unknown), *joint);
     };
     let mut both = *joint;
-    both.fixed_view_mut::<3, 3>(0, 0).copy_from(&covariance);
+    both.fixed_view_mut::<3, 3>(0, 0).copy_from(&found.covariance);
     both.fixed_view_mut::<3, 3>(0, 3).fill(T::zero());
     both.fixed_view_mut::<3, 3>(3, 0).fill(T::zero());
-    (bias(value, covariance.diagonal().map(|v| v.sqrt())), both)
+    let sigma = found.covariance.diagonal().map(|v| v.sqrt());
+    (bias(found.bias, sigma), both)
+}
+
+fn level_floor_inputs<T: Real>(
+    spin: &SpinEstimator<T>,
+    rests: &Rests<T>,
+    priors: &SpinPriors<T>,
+) -> LevelFloorInputs<T> {
+    let turned = spin.turned();
+    let (of_force, of_rate) = spin.settings().bias_instability;
+    LevelFloorInputs {
+        rest: rests.rate(of_rate),
+        specific_force: rests.first_force(),
+        specific_force_variance: rests.first_force_variance(of_force),
+        turned: turned.vector,
+        net_duration: turned.counter_clockwise.duration - turned.clockwise.duration,
+        turned_variance: spin.heading_walk(&priors.axis) * turned.duration(),
+        gravity: priors.gravity,
+    }
 }
 
 /// Tilt of the floor and bearing of uphill.
@@ -188,7 +219,7 @@ fn uphill<T: Real>(
     let sine = (size / priors.gravity).min(T::one());
     let cosine = (T::one() - sine * sine).sqrt().max(real(1e-6));
     let tilt = ScalarEstimate {
-        value: sine.asin(),
+        value: sine.asin(), // eq. 14
         sigma: lengthwise / (priors.gravity * cosine),
     };
     let bearing = if size > crosswise * real(SHOWN) && forward_sigma < T::one() {

@@ -29,11 +29,11 @@ pub(super) fn scales<T: Real>(
             return ScalarEstimate::unknown();
         };
         let time = direction.duration;
-        let seen = direction.angle - sign * drift * time;
-        let variance = truth.sigma * truth.sigma + axis.covariance[(2, 2)] * time * time + walk * time;
+        let seen = direction.angle - sign * drift * time; // eq. 16: h - epsilon t
+        let variance = truth.sigma * truth.sigma + axis.covariance[(2, 2)] * time * time + walk * time; // eq. 16
         ScalarEstimate {
-            value: seen / angle - T::one(),
-            sigma: variance.sqrt() / angle,
+            value: seen / angle - T::one(), // eq. 16
+            sigma: variance.sqrt() / angle, // eq. 16
         }
     };
     Scales {

@@ -1,4 +1,5 @@
-//! A spin solved from what was kept of it: the fit that believes its rest, and the one that does not.
+//! A spin solved from what was kept of it: the fit that believes its rest, and the one that does not
+//! (docs/theory/spin.md, eq. 12 to 15).
 
 use nalgebra::Vector3;
 
@@ -8,7 +9,7 @@ use crate::spin::axis::{self, AxisFit, TurningRates, floored};
 use crate::spin::estimate::{ScalarEstimate, SpinEstimate, TrueAngle};
 use crate::spin::estimator::{LEAST_TURN, SpinEstimator};
 use crate::spin::failure::SpinFailure;
-use crate::spin::level_free::{self, GYROSCOPE, LevelFree, SpinPriors};
+use crate::spin::level_free::{self, GYROSCOPE_UP, LevelFree, SpinPriors};
 use crate::spin::outputs::from_fit;
 use crate::spin::rests::Rests;
 use crate::spin::scale::{Scales, common_scale, doubted_scale, scales};
@@ -122,7 +123,7 @@ fn priors<T: Real>(
         counted_bias: *counted_bias,
         scale: common_scale(scales, spin.settings().scale_sigma),
         bias_variance: axis.covariance[(2, 2)],
-        walk_variance: walk * real(WALK_SHARE) / spin.turned().duration(),
+        walk_variance: walk * real(WALK_SHARE) / spin.turned().duration(), // eq. 12
         rest_variance: rests
             .line_variance(spin.settings().bias_instability.0)
             .map(|v| floored(v, LEAST)),
@@ -143,7 +144,7 @@ fn slow_turn<T: Real>(doubting: &LevelFree<T>, priors: &SpinPriors<T>) -> (Scala
     const SIGMAS: f64 = 5.0;
     const DRIFT: f64 = 3e-4;
     const FITS: f64 = 4.0;
-    let i = GYROSCOPE + 2;
+    let i = GYROSCOPE_UP;
     if !doubting.solution.observed(i) {
         return (ScalarEstimate::unknown(), false);
     }
@@ -151,6 +152,6 @@ fn slow_turn<T: Real>(doubting: &LevelFree<T>, priors: &SpinPriors<T>) -> (Scala
     let value = -doubting.solution.x[i];
     let chance = (variance + priors.bias_variance).sqrt();
     let reduced = reduced(doubting.solution.chi_square, doubting.degrees_of_freedom);
-    let found = value.abs() > chance * real(SIGMAS) + real(DRIFT) && reduced < real(FITS);
+    let found = value.abs() > chance * real(SIGMAS) + real(DRIFT) && reduced < real(FITS); // eq. 15
     (ScalarEstimate { value, sigma: chance }, found)
 }

@@ -23,7 +23,7 @@ pub struct TurnMark<T: Real> {
 /// it by `N T^(3/2) / (sqrt(12) angle)` (docs/theory/turntable.md, eq. 17).
 pub fn centre_sigma<T: Real>(noise: &Noise<T>, duration: T, angle: T) -> T {
     let drift = noise.flicker * duration;
-    ((noise.white + drift) * duration * duration * duration / real(12.0)).sqrt() / angle
+    ((noise.white + drift) * duration * duration * duration / real(12.0)).sqrt() / angle // eq. 17
 }
 
 /// `t_target = t_reference + offset + skew (t_reference - epoch)`.
@@ -134,31 +134,27 @@ pub fn fit_clock<T: Real>(
     target: &[TurnMark<T>],
     first_offset: T,
 ) -> Result<ClockFit<T>, Unsolvable> {
-    let meet = |mark: &TurnMark<T>| {
-        let tolerance = real::<T>(TOLERANCE) + mark.centre.abs() * real(LARGEST_SKEW);
-        partner(mark, target, mark.centre + first_offset, tolerance).map(|found| {
-            let variance = mark.sigma * mark.sigma + found.sigma * found.sigma;
-            (mark.centre, found.centre - mark.centre - first_offset, variance)
-        })
+    let met = || {
+        reference
+            .iter()
+            .filter_map(|mark| meeting(mark, target, first_offset))
     };
-    let (weight, moment) = reference
-        .iter()
-        .filter_map(meet)
-        .fold((T::zero(), T::zero()), |(w, m), (t, _, variance)| {
-            (w + T::one() / variance, m + t / variance)
-        });
+    let (weight, moment) = met().fold((T::zero(), T::zero()), |(w, m), turn| {
+        (w + T::one() / turn.variance, m + turn.time / turn.variance)
+    });
     if weight <= T::zero() {
         return Err(Unsolvable);
     }
-    let epoch = moment / weight;
+    let epoch = moment / weight; // eq. 18: t_0
     let skew = real::<T>(LARGEST_SKEW);
     let prior = Prior {
         mean: Vector2::zeros(),
         covariance: Matrix2::from_diagonal(&Vector2::new(real(1e4), skew * skew)),
     };
     let mut equations = LeastSquares::<T, 2>::new(&prior);
-    for (t, apart, variance) in reference.iter().filter_map(meet) {
-        equations.push(&Vector2::new(T::one(), t - epoch), apart, variance);
+    for turn in met() {
+        let row = Vector2::new(T::one(), turn.time - epoch); // eq. 18: [o, gamma]
+        equations.push(&row, turn.apart, turn.variance);
     }
     let solution = equations.solve()?;
     let excess = reduced(solution.chi_square, solution.rows.saturating_sub(2)).max(T::one());
@@ -168,5 +164,25 @@ pub fn fit_clock<T: Real>(
         epoch,
         covariance: solution.covariance * excess,
         turns: solution.rows,
+    })
+}
+
+/// A turn both units felt.
+struct MetTurn<T> {
+    /// Centre on the clock of the reference, s.
+    time: T,
+    /// Centre on the clock of the target, less that and the first offset, s.
+    apart: T,
+    /// Of `apart`, s^2.
+    variance: T,
+}
+
+/// The turn of the target that meets one of the reference under a first offset.
+fn meeting<T: Real>(mark: &TurnMark<T>, target: &[TurnMark<T>], first_offset: T) -> Option<MetTurn<T>> {
+    let tolerance = real::<T>(TOLERANCE) + mark.centre.abs() * real(LARGEST_SKEW);
+    partner(mark, target, mark.centre + first_offset, tolerance).map(|found| MetTurn {
+        time: mark.centre,
+        apart: found.centre - mark.centre - first_offset,
+        variance: mark.sigma * mark.sigma + found.sigma * found.sigma,
     })
 }

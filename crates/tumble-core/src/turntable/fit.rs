@@ -48,7 +48,7 @@ impl<T: Real, const Q: usize> TriadFit<T, Q> {
             Some((g, _)) if P >= 7 => g * Vector3::from_fn(|j, _| observation.regressor[4 + j]),
             _ => Vector3::zeros(),
         };
-        observation.reading - self.model.measure(&u) - coupled
+        observation.reading - self.model.measure(&u) - coupled // eq. 11
     }
 }
 
@@ -171,7 +171,7 @@ fn push<T: Real, const P: usize, const Q: usize, const N: usize>(
 /// Variance that the truth's own error leaves on one axis of the reading: `(M S M^T)_ii`.
 fn through<T: Real>(matrix: &Matrix3<T>, covariance: &Matrix3<T>, axis: usize) -> T {
     let row = matrix.row(axis).transpose();
-    row.dot(&(covariance * row))
+    row.dot(&(covariance * row)) // eq. 12
 }
 
 /// Coefficients of one axis of the reading: `[.. u, 1 .., M D]`.
@@ -181,8 +181,8 @@ fn row<T: Real, const P: usize, const Q: usize, const N: usize>(
     axis: usize,
 ) -> SVector<T, N> {
     let mut row = SVector::<T, N>::zeros();
-    row.rows_mut(axis * P, P).copy_from(&observation.regressor);
-    let by_shared = matrix.row(axis) * observation.sensitivity;
+    row.rows_mut(axis * P, P).copy_from(&observation.regressor); // eq. 11
+    let by_shared = matrix.row(axis) * observation.sensitivity; // eq. 11: D^T m
     row.rows_mut(3 * P, Q).copy_from(&by_shared.transpose());
     row
 }

@@ -32,7 +32,7 @@ pub struct MountingFit<T: Real> {
 impl<T: Real> MountingFit<T> {
     /// What a pose errs by: measured less `R_e m_ref + b_a`, m/s^2.
     pub fn residual(&self, pose: &PoseMean<T>, gravity: T) -> Vector3<T> {
-        pose.measured - (self.rotation * pose.up * gravity + self.bias)
+        pose.measured - (self.rotation * pose.up * gravity + self.bias) // eq. 2
     }
 
     /// Angle between where the table should have pointed and where the reference says it did, rad.
@@ -50,7 +50,7 @@ pub fn fit_mounting<T: Real>(poses: &[PoseMean<T>], gravity: T) -> Option<Mounti
     for pose in poses {
         pairs.push(&pose.measured, &(pose.up * gravity), T::one());
     }
-    let fit = pairs.solve()?;
+    let fit = pairs.solve()?; // eq. 3
     let mut mounting = MountingFit {
         rotation: fit.rotation,
         bias: fit.offset,
@@ -69,7 +69,7 @@ pub fn fit_mounting<T: Real>(poses: &[PoseMean<T>], gravity: T) -> Option<Mounti
     // of which the rotation takes three numbers and the bias two (docs/theory/turntable.md, eq. 5).
     let of_noise = count::<T>((3 * n).saturating_sub(6)) * noise;
     let of_table = count::<T>((2 * n).saturating_sub(5).max(1));
-    mounting.pose_variance = noise + ((squares - of_noise) / of_table).max(T::zero());
-    mounting.covariance = fit.information.try_inverse()? * mounting.pose_variance;
+    mounting.pose_variance = noise + ((squares - of_noise) / of_table).max(T::zero()); // eq. 5
+    mounting.covariance = fit.information.try_inverse()? * mounting.pose_variance; // eq. 4
     Some(mounting)
 }

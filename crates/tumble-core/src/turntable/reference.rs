@@ -70,14 +70,14 @@ pub fn fit_sphere<T: Real>(
             let u = mean - bias;
             let direction = u / u.norm();
             // |r - b| = g linearised about the bias of the step before: d . b = d . b_0 + |r - b_0| - g.
-            let row = direction.dot(&bias) + u.norm() - gravity;
-            equations.push(&direction, row, direction.dot(&(covariance * direction)));
+            let row = direction.dot(&bias) + u.norm() - gravity; // eq. 6
+            equations.push(&direction, row, direction.dot(&(covariance * direction))); // eq. 7
         }
         solution = equations.solve()?;
         bias = solution.x;
     }
     let squares = rests.iter().fold(T::zero(), |sum, (mean, _)| {
-        let residual = (mean - bias).norm() - gravity;
+        let residual = (mean - bias).norm() - gravity; // eq. 6
         sum + residual * residual
     });
     let observed = [solution.observed(0), solution.observed(1), solution.observed(2)];
@@ -117,7 +117,7 @@ pub struct EarthFit<T: Real> {
 /// Largest plausible bias of a reference gyroscope, rad/s.
 const LARGEST_REFERENCE_RATE_BIAS: f64 = 0.5;
 
-/// Solves `r_k = b + R_k^T e` for the bias b and the Earth's rotation e. A turning unit sees e from all sides and
+/// Solves `r_k = b + R_k^T e` (docs/theory/turntable.md, eq. 15) for the bias b and the Earth's rotation e. A turning unit sees e from all sides and
 /// tells it from b; one that does not turn keeps the prior, `|e| = 7.29e-5 rad/s` in any direction, as uncertainty.
 /// With `vertical`, the up direction at the first rest and the upward part of e there, latitude helps.
 ///
@@ -127,36 +127,15 @@ pub fn fit_earth<T: Real>(
     rests: &[GyroscopeRest<T>],
     vertical: Option<(Vector3<T>, T)>,
 ) -> Result<EarthFit<T>, Unsolvable> {
-    let largest = real::<T>(LARGEST_REFERENCE_RATE_BIAS);
-    let component = earth_variance::<T>();
-    let (b, e) = (largest * largest, component);
-    let prior = Prior {
-        mean: Vector6::zeros(),
-        covariance: Matrix6::from_diagonal(&Vector6::new(b, b, b, e, e, e)),
-    };
-    let mut equations = LeastSquares::<T, 6>::new(&prior);
+    let mut equations = LeastSquares::<T, 6>::new(&earth_prior());
     for rest in rests {
-        let here = rest
-            .start_from_here
-            .map(|q| q.inverse().to_rotation_matrix().into_inner());
-        for axis in 0..3 {
-            let mut row = Vector6::zeros();
-            row[axis] = T::one();
-            let mut variance = rest.covariance[(axis, axis)];
-            match &here {
-                Some(rotation) => row
-                    .fixed_rows_mut::<3>(3)
-                    .copy_from(&rotation.row(axis).transpose()),
-                None => variance += component,
-            }
-            equations.push(&row, rest.mean[axis], variance);
-        }
+        push_rest(&mut equations, rest);
     }
     if let Some((up, rate)) = vertical {
         let mut row = Vector6::zeros();
         row.fixed_rows_mut::<3>(3).copy_from(&up);
         // The measured vertical is good to a degree at the very worst.
-        equations.push(&row, rate, component * real(1e-3));
+        equations.push(&row, rate, earth_variance::<T>() * real(1e-3));
     }
     let solution = equations.solve()?;
     Ok(EarthFit {
@@ -164,6 +143,35 @@ pub fn fit_earth<T: Real>(
         earth_rate: solution.x.fixed_rows::<3>(3).into_owned(),
         covariance: solution.covariance,
     })
+}
+
+/// Of `[b, e]` before any data.
+fn earth_prior<T: Real>() -> Prior<T, 6> {
+    let largest = real::<T>(LARGEST_REFERENCE_RATE_BIAS);
+    let (b, e) = (largest * largest, earth_variance());
+    Prior {
+        mean: Vector6::zeros(),
+        covariance: Matrix6::from_diagonal(&Vector6::new(b, b, b, e, e, e)),
+    }
+}
+
+/// The three axes of a rest; where its attitude is not known, the Earth's rotation is one more source of noise.
+fn push_rest<T: Real>(equations: &mut LeastSquares<T, 6>, rest: &GyroscopeRest<T>) {
+    let here = rest
+        .start_from_here
+        .map(|q| q.inverse().to_rotation_matrix().into_inner());
+    for axis in 0..3 {
+        let mut row = Vector6::zeros();
+        row[axis] = T::one();
+        let mut variance = rest.covariance[(axis, axis)];
+        match &here {
+            Some(rotation) => row
+                .fixed_rows_mut::<3>(3)
+                .copy_from(&rotation.row(axis).transpose()), // eq. 15: R_k^T
+            None => variance += earth_variance(),
+        }
+        equations.push(&row, rest.mean[axis], variance); // eq. 15
+    }
 }
 
 /// Variance of one component of the Earth's rotation whose direction is not known, (rad/s)^2.

@@ -66,14 +66,14 @@ pub fn from_reference<T: Real>(
     let length = seen.norm();
     let direction = seen / length;
     let spread = covariance * direction;
-    let gain = spread / (direction.dot(&spread) + sphere.model_variance());
-    let u = seen - gain * (length - gravity);
+    let gain = spread / (direction.dot(&spread) + sphere.model_variance()); // eq. 8: h
+    let u = seen - gain * (length - gravity); // eq. 8
     Observation {
         interval: pair.interval,
         regressor: regressor(&u),
         reading: pair.target,
-        truth_covariance: covariance - gain * spread.transpose(),
-        sensitivity: gain * direction.transpose() - Matrix3::identity(),
+        truth_covariance: covariance - gain * spread.transpose(), // eq. 9
+        sensitivity: gain * direction.transpose() - Matrix3::identity(), // eq. 10
     }
 }
 
@@ -158,15 +158,15 @@ pub fn turning<T: Real>(
     turn: &ReferenceTurn<T>,
     earth: &EarthFit<T>,
 ) -> RateObservation<T> {
-    let stretch = turn.interval.duration() / interval.duration();
-    let u = turn.angle / interval.duration() - earth.bias * stretch;
+    let length_ratio = turn.interval.duration() / interval.duration();
+    let u = turn.angle / interval.duration() - earth.bias * length_ratio; // eq. 14
     let variance = Vector3::from_fn(|i, _| {
-        turn.noise[i].covariance(&turn.interval, &turn.interval, &turn.session) * stretch * stretch
+        turn.noise[i].covariance(&turn.interval, &turn.interval, &turn.session) * length_ratio * length_ratio
     });
     let mut sensitivity = SMatrix::<T, 3, 6>::zeros();
     sensitivity
         .fixed_columns_mut::<3>(0)
-        .copy_from(&(-Matrix3::identity() * stretch));
+        .copy_from(&(-Matrix3::identity() * length_ratio));
     Observation {
         interval,
         regressor: regressor(&u),

@@ -170,12 +170,12 @@ impl<'a, T: Real, const P: usize, const Q: usize, const N: usize> Whitener<'a, T
             ..now.alone(axis)
         };
         for (place, kept) in self.near() {
-            white.row -= kept.rows[axis] * weights[place];
-            white.reading -= kept.reading[axis] * weights[place];
+            white.row -= kept.rows[axis] * weights[place]; // eq. 19
+            white.reading -= kept.reading[axis] * weights[place]; // eq. 19
         }
         let share = self.older.mean(weights[NEAREST]);
-        white.row -= self.older.rows[axis] * share;
-        white.reading -= self.older.reading[axis] * share;
+        white.row -= self.older.rows[axis] * share; // eq. 19
+        white.reading -= self.older.reading[axis] * share; // eq. 19
         white
     }
 
@@ -203,8 +203,8 @@ impl<'a, T: Real, const P: usize, const Q: usize, const N: usize> Whitener<'a, T
         };
         let with = remembered.with * flicker;
         among.cholesky().map_or((SVector::zeros(), alone), |root| {
-            let weights = root.solve(&with);
-            (weights, alone - weights.dot(&with))
+            let weights = root.solve(&with); // eq. 19: w = C^-1 c
+            (weights, alone - weights.dot(&with)) // eq. 19
         })
     }
 

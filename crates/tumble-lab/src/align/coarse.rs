@@ -98,7 +98,7 @@ fn sums_at(
 fn shift(windows: usize, sums: &CorrelationSums) -> Option<Shift> {
     #[allow(clippy::cast_precision_loss)]
     let count = sums.count as f64;
-    let cross = sums.cross - sums.secondary * sums.primary.transpose() / count;
+    let cross = sums.cross - sums.secondary * sums.primary.transpose() / count; // eq. 5: C
     let of_primary = sums.squares.0 - sums.primary.norm_squared() / count;
     let of_secondary = sums.squares.1 - sums.secondary.norm_squared() / count;
     let both = (of_primary * of_secondary).sqrt();
@@ -108,7 +108,7 @@ fn shift(windows: usize, sums: &CorrelationSums) -> Option<Shift> {
     let svd = cross.svd(true, true);
     let (left, right) = (svd.u?, svd.v_t?);
     // Singular values come in descending order; the least of them pays for a reflection.
-    let handed = (left * right).determinant().signum();
+    let handed = (left * right).determinant().signum(); // eq. 5
     let (others, least) = (
         svd.singular_values.sum() - svd.singular_values[2],
         svd.singular_values[2],
@@ -117,7 +117,7 @@ fn shift(windows: usize, sums: &CorrelationSums) -> Option<Shift> {
     Some(Shift {
         windows,
         rotation: Rotation3::from_matrix_unchecked(rotation),
-        correlation: (others + handed * least) / both,
+        correlation: (others + handed * least) / both, // eq. 5: rho
         mirrored: (others - handed * least) / both,
         ratio: (of_secondary / of_primary).sqrt(),
         motion: (of_primary / count).sqrt(),

@@ -125,7 +125,7 @@ impl ForceUnknowns {
         let squares = Matrix3::new(p[0], p[1], p[2], p[1], p[3], p[4], p[2], p[4], p[5]);
         let cross = w * self.rate_bias.transpose();
         let freed = squares - cross - cross.transpose() + self.rate_bias * self.rate_bias.transpose();
-        cross_matrix(&rate_of(&pair.primary.slope)) + freed - Matrix3::identity() * freed.trace()
+        cross_matrix(&rate_of(&pair.primary.slope)) + freed - Matrix3::identity() * freed.trace() // eq. 11: L
     }
 
     fn row(&self, pair: &TrianglePair) -> ResidualRow<UNKNOWNS> {
@@ -134,7 +134,7 @@ impl ForceUnknowns {
         let stretched = self.stretched();
         let force = turned * (force_of(&pair.primary.mean) + lever * self.arm);
         let slope = force_of(&pair.secondary.slope);
-        let predicted = stretched * force + self.bias - slope * self.delay;
+        let predicted = stretched * force + self.bias - slope * self.delay; // eq. 11
         let rate = rate_of(&pair.primary.mean) - self.rate_bias;
         let by_rate_bias =
             cross_matrix(&rate.cross(&self.arm)) + cross_matrix(&rate) * cross_matrix(&self.arm);

@@ -31,11 +31,11 @@ pub fn turn_about_unseen(rates: &mut RatesFit) -> Option<f64> {
     let (mut sine, mut cosine, mut across) = (0.0, 0.0, 0.0);
     for (from, to) in pairs() {
         let (from, to) = (from - mean_from, to - mean_to);
-        sine += axis.dot(&from.cross(&to));
-        cosine += from.dot(&to) - axis.dot(&from) * axis.dot(&to);
+        sine += axis.dot(&from.cross(&to)); // eq. 14
+        cosine += from.dot(&to) - axis.dot(&from) * axis.dot(&to); // eq. 14
         across += share * axis.cross(&from).norm_squared();
     }
-    rates.turn(&axis, sine.atan2(cosine));
+    rates.turn(&axis, sine.atan2(cosine)); // eq. 14
     Some(across)
 }
 

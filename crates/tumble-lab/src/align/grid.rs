@@ -16,7 +16,7 @@ pub struct RelativeClock {
 impl RelativeClock {
     /// What the secondary's clock shows at an instant of the primary's (docs/theory/align.md, eq. 4).
     pub fn shown(&self, time: f64) -> f64 {
-        time - self.offset - self.skew * (time - self.reference)
+        time - self.offset - self.skew * (time - self.reference) // eq. 4
     }
 }
 

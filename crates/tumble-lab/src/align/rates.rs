@@ -71,7 +71,7 @@ impl RatesFit {
     pub fn rotation_vector(&self) -> (Vector3<f64>, Matrix3<f64>) {
         let vector = self.rotation.scaled_axis();
         let jacobian = inverse_left_jacobian(&vector);
-        (vector, jacobian * self.rotation_covariance * jacobian.transpose())
+        (vector, jacobian * self.rotation_covariance * jacobian.transpose()) // eq. 13
     }
 
     /// Turns the secondary about one of its axes, with the bias of the primary that it sees turned.
@@ -176,7 +176,7 @@ impl RateUnknowns {
     fn row(&self, pair: &TrianglePair) -> ResidualRow<UNKNOWNS> {
         let turned = self.rotation * rate_of(&pair.primary.mean);
         let stretched = self.stretched();
-        let predicted = stretched * turned + self.bias;
+        let predicted = stretched * turned + self.bias; // eq. 6
         let slope = rate_of(&pair.secondary.slope);
         let mut design = SMatrix::<f64, 3, UNKNOWNS>::zeros();
         design
@@ -186,8 +186,8 @@ impl RateUnknowns {
         design
             .fixed_view_mut::<3, 3>(0, BIAS)
             .copy_from(&Matrix3::identity());
-        design.set_column(OFFSET, &slope);
-        design.set_column(SKEW, &(slope * (pair.time - self.clock.reference)));
+        design.set_column(OFFSET, &slope); // eq. 6: d tau
+        design.set_column(SKEW, &(slope * (pair.time - self.clock.reference))); // eq. 6: d kappa
         (design, rate_of(&pair.secondary.mean) - predicted)
     }
 

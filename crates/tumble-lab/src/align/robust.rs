@@ -47,7 +47,7 @@ pub fn scale_of(vectors: impl Iterator<Item = Vector3<f64>>) -> f64 {
 
 /// Weight of a residual of so many sigmas, squared (docs/theory/align.md, eq. 8).
 pub fn weight(squared: f64) -> f64 {
-    1.0 / (1.0 + squared / (HALF_WEIGHT * HALF_WEIGHT))
+    1.0 / (1.0 + squared / (HALF_WEIGHT * HALF_WEIGHT)) // eq. 8
 }
 
 /// One round of Gauss and Newton; `None` where the rows are not finite.
@@ -64,11 +64,11 @@ pub fn step<const N: usize>(
         let (design, residual) = row(k);
         let squared = residual.norm_squared() / (scale * scale);
         let weight = weight(squared) / (scale * scale);
-        normal += design.tr_mul(&design) * weight;
-        right += design.tr_mul(&residual) * weight;
+        normal += design.tr_mul(&design) * weight; // eq. 7
+        right += design.tr_mul(&residual) * weight; // eq. 7
         loss += HALF_WEIGHT * HALF_WEIGHT * (squared / (HALF_WEIGHT * HALF_WEIGHT)).ln_1p();
     }
-    let change = Cholesky::new(normal)?.solve(&right);
+    let change = Cholesky::new(normal)?.solve(&right); // eq. 7
     #[allow(clippy::cast_precision_loss)]
     let deviance = loss + 6.0 * count as f64 * scale.ln();
     change
@@ -109,12 +109,12 @@ pub fn covariance<const N: usize>(
     let inverse = Cholesky::<f64, Const<N>>::new(normal)?.inverse();
     #[allow(clippy::cast_precision_loss)]
     let share = (blocks.len() as f64 - 1.0) / blocks.len() as f64;
-    let mut covariance = inverse * prior.precision * inverse;
+    let mut covariance = inverse * prior.precision * inverse; // eq. 9
     for (_, without, score) in &blocks {
         // A block without which nothing could be solved keeps the influence it has beside the others.
         let change =
             Cholesky::new(normal - without).map_or_else(|| inverse * score, |rest| rest.solve(score));
-        covariance += change * change.transpose() * share;
+        covariance += change * change.transpose() * share; // eq. 9
     }
     Some(covariance)
 }
@@ -134,9 +134,10 @@ pub fn covariance_of_neglected<const N: usize, const K: usize>(
     for k in 0..count {
         let (design, residual) = row(k);
         let share = weight(residual.norm_squared() / (scale * scale)) / (scale * scale);
-        normal += design.tr_mul(&design) * share;
-        cross += design.tr_mul(&neglected(k)) * share;
+        normal += design.tr_mul(&design) * share; // eq. 10
+        cross += design.tr_mul(&neglected(k)) * share; // eq. 10
     }
-    let influence = Cholesky::<f64, Const<N>>::new(normal)?.solve(&cross);
-    Some(influence * SMatrix::from_diagonal(&sigma.map(|sigma| sigma * sigma)) * influence.transpose())
+    let influence = Cholesky::<f64, Const<N>>::new(normal)?.solve(&cross); // eq. 10: B
+    let open = SMatrix::from_diagonal(&sigma.map(|sigma| sigma * sigma));
+    Some(influence * open * influence.transpose()) // eq. 10
 }
