@@ -10,7 +10,7 @@ use crate::real::{Real, count, real};
 use crate::sample::CHANNELS;
 
 /// `2 ln 2 / pi`: Allan variance of flicker noise of B = 1.
-const FLICKER_FLOOR: f64 = 2.0 * core::f64::consts::LN_2 / core::f64::consts::PI;
+const FLICKER_FLOOR: f64 = 2.0 * core::f64::consts::LN_2 / core::f64::consts::PI; // eq. 5
 
 /// Noise of one channel.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,8 @@
 //! Samples become short blocks: means of the six channels, of the heading's cosine and sine, of the squared rate.
 //!
 //! Heading is the integral of the angular rate about the turning axis. Its cosine and sine are averaged sample by
-//! sample, so that a block may be long enough for quiet means and yet lose nothing of the harmonics.
+//! sample, so that a block may be long enough for quiet means and yet lose nothing of the harmonics (docs/theory/spin.md,
+//! eq. 8, 9).
 
 use nalgebra::Vector3;
 

@@ -88,7 +88,7 @@ pub fn from_poses<T: Real>(
     let turned = mounting.rotation * up;
     let (u, reading, sensitivity) = match truth {
         TruthSource::RotateMeasurement => {
-            let reading = mounting.rotation.inverse() * pair.target;
+            let reading = mounting.rotation.inverse() * pair.target; // eq. 21
             // The mounting's error is given in the case frame, u in the table's.
             let sensitivity = -cross_matrix(&up) * mounting.rotation.inverse().matrix() * gravity;
             (up * gravity, reading, sensitivity)

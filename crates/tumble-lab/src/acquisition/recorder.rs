@@ -64,6 +64,28 @@ impl Acquisition {
             self.found.not_finite += time.len() as u64;
             return;
         };
+        let origin = self.origin_of_part(first);
+        for ((&t, f), w) in time.iter().zip(force).zip(rate) {
+            let y = [f[0], f[1], f[2], w[0], w[1], w[2]];
+            let sum = t + y.iter().sum::<f64>();
+            if !sum.is_finite() {
+                self.found.not_finite += 1;
+            } else if t <= self.latest {
+                self.found.first_backwards.get_or_insert(t);
+            } else {
+                self.push_sample(t, origin, &y);
+            }
+        }
+        for &t in temperature.unwrap_or_default() {
+            if t.is_finite() {
+                let (n, low, sum, high) = self.temperature;
+                self.temperature = (n + 1, low.min(t), sum + t, high.max(t));
+            }
+        }
+    }
+
+    /// What all times of the part at hand count from, s of its own clock; its first sample, at `first`, begins it.
+    fn origin_of_part(&mut self, first: f64) -> f64 {
         if self.origin.is_none() {
             self.origin = Some(first);
             self.part_start = first;
@@ -76,36 +98,24 @@ impl Acquisition {
         if self.found.parts.len() == 1 {
             self.found.origin = origin;
         }
-        for ((&t, f), w) in time.iter().zip(force).zip(rate) {
-            let y = [f[0], f[1], f[2], w[0], w[1], w[2]];
-            let sum = t + y.iter().sum::<f64>();
-            if !sum.is_finite() {
-                self.found.not_finite += 1;
-                continue;
-            }
-            if t <= self.latest {
-                self.found.first_backwards.get_or_insert(t);
-                continue;
-            }
-            self.latest = t;
-            self.found.samples += 1;
-            // Processors convert to signed integers in one step, to unsigned ones in several.
-            #[allow(clippy::cast_possible_truncation)]
-            let microseconds = (((t - origin) * 1e6 + 0.5) as i64).max(0).cast_unsigned();
-            self.channels.push_sample(microseconds, &y);
-            let segment = self.segmenter.push_channels(microseconds, &y);
-            if self.segmenter.has_block() {
-                self.look();
-            }
-            if let Some(segment) = segment {
-                self.keep(segment);
-            }
+        origin
+    }
+
+    /// Takes in a finite sample later than the one before.
+    #[inline]
+    fn push_sample(&mut self, time: f64, origin: f64, y: &[f64; CHANNELS]) {
+        self.latest = time;
+        self.found.samples += 1;
+        // Processors convert to signed integers in one step, to unsigned ones in several.
+        #[allow(clippy::cast_possible_truncation)]
+        let microseconds = (((time - origin) * 1e6 + 0.5) as i64).max(0).cast_unsigned();
+        self.channels.push_sample(microseconds, y);
+        let segment = self.segmenter.push_channels(microseconds, y);
+        if self.segmenter.has_block() {
+            self.look();
         }
-        for &t in temperature.unwrap_or_default() {
-            if t.is_finite() {
-                let (n, low, sum, high) = self.temperature;
-                self.temperature = (n + 1, low.min(t), sum + t, high.max(t));
-            }
+        if let Some(segment) = segment {
+            self.keep(segment);
         }
     }
 

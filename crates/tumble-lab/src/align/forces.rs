@@ -140,18 +140,18 @@ impl ForceUnknowns {
             cross_matrix(&rate.cross(&self.arm)) + cross_matrix(&rate) * cross_matrix(&self.arm);
         let matrix = stretched * turned;
         let mut design = SMatrix::<f64, 3, UNKNOWNS>::zeros();
-        design.fixed_view_mut::<3, 3>(0, 0).copy_from(&(matrix * lever));
+        design.fixed_view_mut::<3, 3>(0, 0).copy_from(&(matrix * lever)); // eq. 12: dr
         design
             .fixed_view_mut::<3, 3>(0, BIAS)
-            .copy_from(&Matrix3::identity());
+            .copy_from(&Matrix3::identity()); // eq. 12: db
         design
             .fixed_view_mut::<3, 3>(0, ROTATION)
-            .copy_from(&(-stretched * cross_matrix(&force)));
-        set_stretch(&mut design, STRETCH, &(self.stretchable * force));
-        design.set_column(DELAY, &-slope);
+            .copy_from(&(-stretched * cross_matrix(&force))); // eq. 12: d alpha
+        set_stretch(&mut design, STRETCH, &(self.stretchable * force)); // eq. 12: dS
+        design.set_column(DELAY, &-slope); // eq. 12: d delta
         design
             .fixed_view_mut::<3, 3>(0, RATE_BIAS)
-            .copy_from(&(matrix * by_rate_bias));
+            .copy_from(&(matrix * by_rate_bias)); // eq. 12: db of the primary's rate
         (design, force_of(&pair.secondary.mean) - predicted)
     }
 

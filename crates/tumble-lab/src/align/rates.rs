@@ -181,11 +181,11 @@ impl RateUnknowns {
         let mut design = SMatrix::<f64, 3, UNKNOWNS>::zeros();
         design
             .fixed_view_mut::<3, 3>(0, 0)
-            .copy_from(&(-stretched * cross_matrix(&turned)));
-        set_stretch(&mut design, STRETCH, &(self.stretchable * turned));
+            .copy_from(&(-stretched * cross_matrix(&turned))); // eq. 6: d phi
+        set_stretch(&mut design, STRETCH, &(self.stretchable * turned)); // eq. 6: dS
         design
             .fixed_view_mut::<3, 3>(0, BIAS)
-            .copy_from(&Matrix3::identity());
+            .copy_from(&Matrix3::identity()); // eq. 6: db
         design.set_column(OFFSET, &slope); // eq. 6: d tau
         design.set_column(SKEW, &(slope * (pair.time - self.clock.reference))); // eq. 6: d kappa
         (design, rate_of(&pair.secondary.mean) - predicted)

@@ -58,8 +58,8 @@ impl<const N: usize> Triangle<N> {
     /// Over a window and the following one, both `length` s long.
     pub fn over(first: &WindowMoments<N>, second: &WindowMoments<N>, length: f64) -> Self {
         Self {
-            mean: (first.mean + second.mean) * 0.5 + first.moment - second.moment,
-            slope: (second.mean - first.mean) / length,
+            mean: (first.mean + second.mean) * 0.5 + first.moment - second.moment, // eq. 2
+            slope: (second.mean - first.mean) / length,                            // eq. 3
         }
     }
 }
@@ -96,7 +96,7 @@ impl<'a> UnitSamples<'a> {
         }
     }
 
-    /// First and last time, s; zero of a track without samples.
+    /// First and last time, s; zero where there are no samples.
     pub fn span(&self) -> (f64, f64) {
         (
             self.time.first().copied().unwrap_or(0.0),
@@ -104,7 +104,7 @@ impl<'a> UnitSamples<'a> {
         )
     }
 
-    /// Means of rate and specific force over windows from each edge to the next; ascending edges, this track's clock.
+    /// Means of rate and specific force over windows from each edge to the next; ascending edges, the unit's own clock.
     pub fn windows(&self, edges: &[f64]) -> Vec<Option<WindowMoments<MEASURED>>> {
         self.means(edges, |i| {
             let (w, f) = (self.rate[i], self.force[i]);

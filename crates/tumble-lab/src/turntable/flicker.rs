@@ -42,7 +42,7 @@ pub(super) fn refine<const P: usize, const Q: usize>(
     if observations.len() <= P || signal <= 0.0 {
         return unchanged;
     }
-    let shown = axes.iter().map(|axis| axis.excess).sum::<f64>() / signal;
+    let shown = axes.iter().map(|axis| axis.excess).sum::<f64>() / signal; // eq. 9
     let (ladder, ladder_sigma) = (unchanged[0].flicker_shown, unchanged[0].flicker_sigma);
     let mut flicker = unchanged[0].flicker;
     for _ in 0..ROUNDS {
@@ -51,11 +51,11 @@ pub(super) fn refine<const P: usize, const Q: usize>(
             return unchanged;
         }
         let (own, others) = (sigma.powi(-2), ladder_sigma.powi(-2));
-        flicker = ((own * shown + others * ladder) / (own + others)).max(0.0);
+        flicker = ((own * shown + others * ladder) / (own + others)).max(0.0); // eq. 10
     }
     let sigma = |noise: &Noise<f64>| {
         let own = axes.iter().map(|axis| axis.variance(flicker)).sum::<f64>().sqrt() / signal;
-        (own.powi(-2) + noise.flicker_sigma.powi(-2)).powf(-0.5)
+        (own.powi(-2) + noise.flicker_sigma.powi(-2)).powf(-0.5) // eq. 10
     };
     unchanged.map(|noise| Noise {
         flicker,
@@ -82,7 +82,7 @@ pub(super) fn variance_freedom<const P: usize, const Q: usize>(
     let uncertain = (noise.flicker_sigma / noise.flicker).min(1.0);
     let share = of_flicker / variance(noise) * uncertain;
     if noise.flicker > 0.0 {
-        2.0 / (share * share)
+        2.0 / (share * share) // eq. 11
     } else {
         f64::INFINITY
     }
@@ -133,14 +133,14 @@ impl Axis {
         let freedom = n as f64 - P as f64;
         Some(Self {
             freedom,
-            excess: residuals.norm_squared() - freedom,
-            signal: left.trace(),
+            excess: residuals.norm_squared() - freedom, // eq. 9
+            signal: left.trace(),                       // eq. 9: tr R K
             squares: left.tr_dot(&left),
         })
     }
 
     /// Variance of the sum of squared residuals under white noise and this much flicker: `2 tr (R (1 + B^2 C))^2`.
     fn variance(&self, flicker: f64) -> f64 {
-        2.0 * (self.freedom + flicker * (2.0 * self.signal + flicker * self.squares))
+        2.0 * (self.freedom + flicker * (2.0 * self.signal + flicker * self.squares)) // eq. 8
     }
 }

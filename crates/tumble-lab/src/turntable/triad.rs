@@ -52,11 +52,12 @@ pub enum Label {
 /// Chi-square beyond this many of its own sigma above its mean is no chance.
 const UNLIKELY: f64 = 5.0;
 
-/// Factor on the variances where the residuals show more than the noise explains (Birge 1932).
+/// Factor on the variances where the residuals show more than the noise explains (Birge 1932; docs/theory/turntable.md,
+/// eq. 20).
 fn widening(chi_square: f64, degrees_of_freedom: u32) -> f64 {
     let freedom = f64::from(degrees_of_freedom);
     if chi_square > freedom + UNLIKELY * (2.0 * freedom).sqrt() && freedom > 0.0 {
-        chi_square / freedom
+        chi_square / freedom // eq. 20
     } else {
         1.0
     }
@@ -74,7 +75,7 @@ pub(super) fn finish<const P: usize, const Q: usize>(
     let m = solved.model.matrix;
     let residuals = observations.iter().map(|observation| {
         let own = mean_covariance(&inputs.noise, &observation.interval, &inputs.session);
-        let sigma = (own + m * observation.truth_covariance * m.transpose())
+        let sigma = (own + m * observation.truth_covariance * m.transpose()) // eq. 12
             .diagonal()
             .map(f64::sqrt);
         (solved.residual(observation), sigma)
