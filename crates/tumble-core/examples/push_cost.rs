@@ -8,6 +8,7 @@ use std::time::Instant;
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
+use tumble_core::gravity::STANDARD;
 use tumble_core::real::{Real, real};
 use tumble_core::redundancy::monitor::Monitor;
 use tumble_core::redundancy::platform::{MountedUnit, Platform, PrimaryCalibration};
@@ -47,7 +48,7 @@ fn readings<T: Real>() -> Vec<Sample<T>> {
                 specific_force: Vector3::new(
                     noisy(0.03, 3.0 * sway(0.0)),
                     noisy(0.03, 3.0 * sway(1.0)),
-                    noisy(0.03, 9.80665 + 3.0 * sway(2.0)),
+                    noisy(0.03, STANDARD + 3.0 * sway(2.0)),
                 ),
                 angular_rate: Vector3::new(
                     noisy(0.003, sway(3.0)),

@@ -13,7 +13,7 @@ use tumble_lab::turntable::{force_sigma, rate_sigma};
 use crate::convert::{rows, stacked};
 
 /// Takes in one recording chunk by chunk; keeps sums over rests and turns only.
-#[pyclass(module = "tumble._core", name = "PyAcquisition")]
+#[pyclass(module = "tumble._core", name = "Segmenter")]
 pub struct PyAcquisition {
     acquisition: Option<Acquisition>,
 }

@@ -16,7 +16,7 @@
 use crate::simulate::noise::ALLAN_FLOOR;
 
 /// Standard gravity, m/s^2, by which data sheets count.
-pub const STANDARD_GRAVITY: f64 = 9.806_65;
+const STANDARD_GRAVITY: f64 = tumble_core::gravity::STANDARD;
 const DEGREE: f64 = core::f64::consts::PI / 180.0;
 const MILLI_G: f64 = 1e-3 * STANDARD_GRAVITY;
 const MICRO_G: f64 = 1e-6 * STANDARD_GRAVITY;

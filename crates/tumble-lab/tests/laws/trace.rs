@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
+use tumble_core::gravity::STANDARD;
 use tumble_core::segmenter::{Segment, Segmenter, SegmenterSettings};
 use tumble_lab::acquisition::trace::Trace;
 
@@ -48,7 +49,7 @@ proptest! {
             let end = count as f64 * length as f64 * 1e-6;
             prop_assert!(*first - step / 2.0 < 1e-9 && end - (last + step / 2.0) < step);
         }
-        prop_assert!(points.iter().all(|(_, y)| (y[2] - 9.80665).abs() < 1e-9));
+        prop_assert!(points.iter().all(|(_, y)| (y[2] - STANDARD).abs() < 1e-9));
     }
 }
 
