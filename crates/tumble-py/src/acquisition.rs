@@ -6,8 +6,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use tumble_core::real::seconds;
 use tumble_core::segmenter::SegmenterSettings;
-use tumble_lab::acquisition::channels::ChannelFaultKind;
-use tumble_lab::acquisition::{Acquired, Acquisition, CHANNEL_NAMES, NotARest};
+use tumble_lab::acquisition::{Acquired, Acquisition, CHANNEL_NAMES};
 use tumble_lab::turntable::{force_sigma, rate_sigma};
 
 use crate::convert::{rows, stacked};
@@ -211,19 +210,14 @@ impl PyAcquired {
         self.inner.turns.iter().map(|turn| turn.complete).collect()
     }
 
-    /// Stretches that looked like rests: (start s, end s, why not).
+    /// Segments that looked like rests: (start s, end s, code why not).
     #[getter]
     fn refused(&self) -> Vec<(f64, f64, &'static str)> {
-        let why = |reason: NotARest| match reason {
-            NotARest::Vibrating => "vibration",
-            NotARest::Drifting => "gravity drifts: a slow turn",
-            NotARest::Turning => "angular rate differs from the rests beside it: a slow turn",
-        };
         let at = |microseconds: u64| self.inner.origin + seconds::<f64>(microseconds);
         self.inner
             .refused
             .iter()
-            .map(|(rest, reason)| (at(rest.start), at(rest.end), why(*reason)))
+            .map(|(rest, reason)| (at(rest.start), at(rest.end), reason.name()))
             .collect()
     }
 
@@ -250,11 +244,6 @@ impl PyAcquired {
     #[getter]
     fn faults(&self) -> Vec<(&'static str, &'static str, f64, f64, f64)> {
         let at = |time: f64| self.inner.origin + time;
-        let kind = |kind: ChannelFaultKind| match kind {
-            ChannelFaultKind::Stuck => "stuck",
-            ChannelFaultKind::SaturatedAtRest => "saturated at rest",
-            ChannelFaultKind::SaturatedInMotion => "saturated in motion",
-        };
         self.inner
             .faults
             .iter()
@@ -262,7 +251,7 @@ impl PyAcquired {
                 let (first, last) = fault.span;
                 (
                     CHANNEL_NAMES[fault.channel],
-                    kind(fault.kind),
+                    fault.kind.name(),
                     fault.value,
                     at(first),
                     at(last),

@@ -10,6 +10,7 @@ import numpy as np
 
 from tumble import _core
 from tumble.acquisition.imu import Imu, pose_files
+from tumble.acquisition.messages import NOT_A_REST
 from tumble.calibration.document import Calibration
 from tumble.errors import ProcedureError
 from tumble.gravity import STANDARD_GRAVITY
@@ -140,7 +141,9 @@ def _rests(unit: _core.Acquired) -> str:
     found = len(unit.rest_times)
     if found >= FEWEST_RESTS:
         return ""
-    refused = "".join(f"; {start:.1f} to {end:.1f} s is none: {why}" for start, end, why in unit.refused[:3])
+    refused = "".join(
+        f"; {start:.1f} to {end:.1f} s is none: {NOT_A_REST[why]}" for start, end, why in unit.refused[:3]
+    )
     return (
         f"shows {found} rests, needs at least {FEWEST_RESTS} in different directions{refused}; "
         "hold each pose still for 5 s or longer"
@@ -248,7 +251,7 @@ def refused_of(unit: _core.Acquired) -> tuple[Rest, ...]:
     """List the stretches that only looked like rests, with the reason."""
     unknown = np.full(3, np.nan)
     return tuple(
-        Rest(start, end, 0, unknown, unknown, unknown, unknown, used=False, remark=why)
+        Rest(start, end, 0, unknown, unknown, unknown, unknown, used=False, remark=NOT_A_REST[why])
         for start, end, why in unit.refused
     )
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from tumble import _core
 from tumble.acquisition.imu import Imu
+from tumble.acquisition.messages import NOT_A_REST
 
 
 def remarks(unit: Imu) -> Iterator[str]:
@@ -16,7 +17,7 @@ def remarks(unit: Imu) -> Iterator[str]:
     if metadata.already_corrected:
         yield "the log was corrected before it was written: this calibrates what the correction left"
     for start, end, why in acquired.refused:
-        yield f"{start:.1f} to {end:.1f} s is no rest: {why}"
+        yield f"{start:.1f} to {end:.1f} s is no rest: {NOT_A_REST[why]}"
     for channel, _, _, first, last in acquired.faults:
         yield f"{channel} is saturated between {first:.1f} and {last:.1f} s: turns in that time are not used"
     if not unit.recording.parts:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, cast
 
@@ -19,7 +19,8 @@ from tumble.live import LiveChunk, Source
 from tumble.recording import Chunk, FloatArray
 from tumble.results import Rest
 from tumble.spin.combination import combine
-from tumble.spin.messages import in_words
+from tumble.spin.failure import SpinFailure, SpinFailureKind
+from tumble.spin.messages import explain
 from tumble.spin.outputs import describe_spin
 from tumble.spin.procedure import scale_warning
 from tumble.spin.result import SpinResult
@@ -161,7 +162,8 @@ class LiveSpin:
         if len(self._acquired.rest_times):
             refuse_if_misread(self._source.name, self._acquired, self._gravity)
         if self._machine.failure is not None:
-            raise ProcedureError(f"{self._source.name}: {self._why(*self._machine.failure)}")
+            failure = SpinFailure.of_core(*self._machine.failure)
+            raise ProcedureError(f"{self._source.name}: {self._why(failure)}")
         yield self._step("done")
 
     def result(self) -> SpinResult:
@@ -274,11 +276,11 @@ class LiveSpin:
             raise LogError(f"{self._source.name}: holds no samples")
         self._machine.tick(self._time + PATIENCE)
 
-    def _why(self, failure: str, figures: Mapping[str, float]) -> str:
+    def _why(self, failure: SpinFailure) -> str:
         """Say why the machine gave up; noise of a gyroscope in deg/s, read as rad/s, looks like motion."""
-        doubtful = failure == "never still" and self._source.gyroscope_unit_is_assumed
+        doubtful = failure.kind is SpinFailureKind.NEVER_STILL and self._source.gyroscope_unit_is_assumed
         hint = "; if the gyroscope is in deg/s, which nobody stated, give --gyroscope-unit deg/s"
-        return in_words(failure, figures) + (hint if doubtful else "")
+        return explain(failure) + (hint if doubtful else "")
 
     def _refuse_misread_rate(self, gyroscope: FloatArray) -> None:
         seen = float(np.linalg.norm(gyroscope.mean(axis=0)))

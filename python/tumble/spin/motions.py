@@ -10,7 +10,8 @@ import numpy as np
 from tumble.acquisition.acquire import Fault, si_unit
 from tumble.recording import FloatArray
 from tumble.results import Rest
-from tumble.spin.messages import CHANNELS, in_words
+from tumble.spin.failure import SpinFailure, SpinFailureKind
+from tumble.spin.messages import CHANNELS
 from tumble.spin.segments import Stretch
 
 SMALLEST_PART = math.radians(10.0)
@@ -31,7 +32,7 @@ LARGEST_ACROSS = 0.5
 """Angular rate across the vertical against that about it, root mean square: what is more was no turn."""
 
 
-def believable(faults: Sequence[Fault]) -> tuple[Fault, ...]:
+def credible_faults(faults: Sequence[Fault]) -> tuple[Fault, ...]:
     """Leave out readings that pile up at the smallest value of a robot that turned one way only."""
     return tuple(
         (channel, kind, value, first, last)
@@ -40,8 +41,8 @@ def believable(faults: Sequence[Fault]) -> tuple[Fault, ...]:
     )
 
 
-def motion_fault(motion: Stretch, beside: Rest, faults: Sequence[Fault], given: bool) -> str:
-    """Say why a motion cannot be part of a spin; empty if it can. `beside` is a rest next to it."""
+def motion_failure(motion: Stretch, beside: Rest, faults: Sequence[Fault], given: bool) -> SpinFailure | None:
+    """Tell why a motion cannot be part of a spin; None if it can. `beside` is a rest next to it."""
     saturated = _saturated(motion, faults)
     if saturated or given or is_nudge(motion, beside):
         return saturated
@@ -49,16 +50,13 @@ def motion_fault(motion: Stretch, beside: Rest, faults: Sequence[Fault], given: 
     turned = turned_about(motion, beside)
     wobbled = _rms(across) > LARGEST_ACROSS * _rms(about)
     if turned < SMALLEST_PART or (wobbled and _rms(across) < SLOWEST_TURN):
-        seconds = motion.end - motion.start
-        return f"drove or was pushed: turned only {math.degrees(turned):.0f} deg in {seconds:.1f} s"
+        duration = motion.end - motion.start
+        return SpinFailure(SpinFailureKind.PUSHED, {"turned": turned, "duration": duration})
     if _rms(about) > LARGEST_RATE:
-        return (
-            f"turned at {_rms(about):.0f} rad/s, which no robot does: deg/s were taken for rad/s; say "
-            "--gyroscope-unit deg/s"
-        )
+        return SpinFailure(SpinFailureKind.DEGREES_FOR_RADIANS, {"rate": _rms(about)})
     if wobbled:
-        return f"was tipped, lifted or carried: {_rms(across):.2g} rad/s across the vertical"
-    return ""
+        return SpinFailure(SpinFailureKind.TIPPED, {"across": _rms(across)})
+    return None
 
 
 def is_nudge(motion: Stretch, beside: Rest) -> bool:
@@ -95,13 +93,13 @@ def nearest(motion: Stretch, rests: Sequence[Rest]) -> Rest:
     return min(rests, key=lambda rest: min(abs(rest.start - middle), abs(rest.end - middle)))
 
 
-def _saturated(motion: Stretch, faults: Sequence[Fault]) -> str:
+def _saturated(motion: Stretch, faults: Sequence[Fault]) -> SpinFailure | None:
     for channel, kind, value, first, last in faults:
         if kind != "stuck" and first <= motion.end and motion.start <= last:
             when = max(first, motion.start)
             figures = {"time": when, "channel": float(CHANNELS.index(channel)), "value": value}
-            return in_words("saturated", figures)
-    return ""
+            return SpinFailure(SpinFailureKind.SATURATED, figures)
+    return None
 
 
 def _rates(motion: Stretch, beside: Rest) -> tuple[FloatArray, FloatArray]:

@@ -25,11 +25,12 @@ from tumble.logs import ReadOptions, open_recording
 from tumble.recording import Recording
 from tumble.results import Rest
 from tumble.spin.combination import Combined, combine
-from tumble.spin.messages import in_words
-from tumble.spin.motions import believable
+from tumble.spin.failure import SpinFailure, SpinFailureKind, UnusedSpan, not_a_rest
+from tumble.spin.messages import SMALLEST_SHOWN, cause, explain, remedy
+from tumble.spin.motions import credible_faults
 from tumble.spin.outputs import describe_spin
 from tumble.spin.result import Spin, SpinResult
-from tumble.spin.search import Chain, Criteria, Fitted, Refusal, chains_of, fit_or_split
+from tumble.spin.search import Chain, Criteria, Fitted, chains_of, fit_or_split
 from tumble.spin.segments import (
     LONGEST_SPIN,
     Place,
@@ -47,8 +48,6 @@ Source: TypeAlias = Recording | str | Path
 
 SHORTEST_STILL = 2.0
 """s that at least one rest of a spin lasts, if not said otherwise."""
-DIFFERS = "angular rate differs from the rests beside it"
-"""Why `Acquired.refused` has it that something quiet was no rest."""
 MOST_NAMED = 3
 """Stretches that the line of an error names; the rest it counts."""
 
@@ -93,9 +92,9 @@ def spin(
     )
     unit = _acquired(recording, brought, strength, progress)
     known = TrueTurns.parse(true_turns) if isinstance(true_turns, str) else true_turns
-    criteria = Criteria(settings, still, turns, known, believable(unit.acquired.faults))
+    criteria = Criteria(settings, still, turns, known, credible_faults(unit.acquired.faults))
     found = _search(unit, brought, criteria, at, progress)
-    refused = tuple(sorted(each for each in found if isinstance(each, tuple)))
+    refused = sorted((each for each in found if isinstance(each, UnusedSpan)), key=_start_of)
     fitted = sorted((each for each in found if isinstance(each, Fitted)), key=lambda each: each.chain.start)
     if not fitted:
         raise ProcedureError(f"{recording.name}: {_nothing_found(refused, unit)}")
@@ -121,7 +120,7 @@ def spin(
         gyroscope_bias=combined.gyroscope_bias,
         covariance=combined.covariance,
         agreement=combined.agreement,
-        refused=refused,
+        refused=tuple((span.start, span.end, explain(span.failure)) for span in refused),
         trace=trace_of(unit.acquired),
         gravity=strength,
         gravity_source=gravity_source,
@@ -149,7 +148,7 @@ def _acquired(
             "which the robot stands and turns"
         )
     unit = acquire(recording, brought, _first_half(progress))
-    refuse_if_damaged(unit.name, unit.acquired, believable(unit.acquired.faults))
+    refuse_if_damaged(unit.name, unit.acquired, credible_faults(unit.acquired.faults))
     if len(unit.acquired.rest_times):
         refuse_if_misread(unit.name, unit.acquired, gravity)
     return unit
@@ -161,11 +160,11 @@ def _search(
     criteria: Criteria,
     at: Sequence[tuple[float, float]],
     progress: Progress | None,
-) -> list[Fitted | Refusal]:
+) -> list[Fitted | UnusedSpan]:
     """Read the recording again, and fit what may be spins as soon as their samples are there."""
     rests = standing(sorted([*rests_of(unit.acquired), *_doubted(unit, brought)], key=_start_of))
     if not rests:
-        return [(start, end, f"is no rest: {why}") for start, end, why in unit.acquired.refused]
+        return [*not_a_rest(unit.acquired)]
     logged = _logged(unit)
     windows = _windows(at, logged, unit.name)
     places = [
@@ -179,7 +178,7 @@ def _search(
         (Stretch(samples, place.rest), _ends(number, place, following))
         for samples, (number, place), following in zip(pieces, kept, [*kept[1:], None], strict=True)
     )
-    found: list[Fitted | Refusal] = [_too_long(place.span.within(logged)) for place in endless]
+    found: list[Fitted | UnusedSpan] = [_too_long(place.span.within(logged)) for place in endless]
     for link in chains_of(stretches, rests, criteria, given=bool(at)):
         found += fit_or_split(link, criteria) if isinstance(link, Chain) else [link]
     return found
@@ -187,16 +186,16 @@ def _search(
 
 def _doubted(unit: Imu, brought: Calibration | None) -> list[Rest]:
     """Find rests refused for another rate than those beside them: a robot that turns evenly outvotes them."""
-    spans = [Span(start, end) for start, end, why in unit.acquired.refused if DIFFERS in why]
+    turning = (each for each in not_a_rest(unit.acquired) if each.failure.kind is SpinFailureKind.TURNING)
+    spans = sorted((Span(each.start, each.end) for each in turning), key=_start_of)
     if not spans:
         return []
-    spans.sort(key=lambda span: span.start)
     pieces = read_spans(unit.recording, brought, spans)
     return [as_rest(samples) for samples in pieces if len(samples) > 1]
 
 
-def _start_of(rest: Rest) -> float:
-    return rest.start
+def _start_of(each: Rest | Span | UnusedSpan) -> float:
+    return each.start
 
 
 def _logged(unit: Imu) -> Span:
@@ -234,36 +233,41 @@ def _ends(number: int, place: Place, following: tuple[int, Place] | None) -> boo
     return window != number or after.span.start != place.span.end
 
 
-def _too_long(span: Span) -> Refusal:
-    why = f"drove or was moved for {span.seconds:.0f} s without a rest"
-    return (span.start, span.end, f"{why}; if it turned on the spot, say when with --at")
+def _too_long(span: Span) -> UnusedSpan:
+    failure = SpinFailure(SpinFailureKind.NO_REST_FOR_LONG, {"duration": span.seconds})
+    return UnusedSpan(span.start, span.end, failure)
 
 
-def _nothing_found(refused: Sequence[Refusal], unit: Imu) -> str:
+def _nothing_found(refused: Sequence[UnusedSpan], unit: Imu) -> str:
     """One line: why no spin was found, and what to do."""
-    remedy = "let the robot stand still for 5 s, then turn on the spot once round or more"
+    advice = "let the robot stand still for 5 s, then turn on the spot once round or more"
     times = unit.acquired.rest_times
     if len(times) == 0:
         why = _named(refused)
-        return f"shows no rest of 1 s or longer{': ' if why else ''}{why}; {remedy}"
+        return f"shows no rest of 1 s or longer{': ' if why else ''}{why}; {advice}"
     if not refused:
-        return f"{in_words('no turn', {})}"
+        return explain(SpinFailure(SpinFailureKind.NO_TURN))
     hint = ""
-    little = any("turned only" in why for _, _, why in refused)
+    little = any(_turned_too_little(span.failure) for span in refused)
     if little and unit.recording.metadata.gyroscope_unit.name == "deg/s":
         hint = "; if its gyroscope was logged in rad/s, say --gyroscope-unit rad/s"
-    if len(refused) == 1 and ";" in refused[0][2]:
+    if len(refused) == 1 and remedy(refused[0].failure):
         return f"shows no spin that can be used: {_named(refused)}{hint}"
-    return f"shows no spin that can be used: {_named(refused)}; {remedy}{hint}"
+    return f"shows no spin that can be used: {_named(refused)}; {advice}{hint}"
 
 
-def _named(refused: Sequence[Refusal]) -> str:
+def _turned_too_little(failure: SpinFailure) -> bool:
+    """Whether it turned, but less than it should have: as a gyroscope shows that was taken for deg/s."""
+    if failure.kind is SpinFailureKind.NO_TURN:
+        return failure.figures.get("turned", 0.0) >= SMALLEST_SHOWN
+    return failure.kind in (SpinFailureKind.PUSHED, SpinFailureKind.TURNED_TOO_LITTLE)
+
+
+def _named(refused: Sequence[UnusedSpan]) -> str:
     """List the longest stretches with their reasons; of several, without the remedy of each."""
-    longest = sorted(sorted(refused, key=lambda each: each[0] - each[1])[:MOST_NAMED])
-    alone = len(refused) == 1
-    named = [
-        f"{start:.1f} to {end:.1f} s {why if alone else why.split(';')[0]}" for start, end, why in longest
-    ]
+    longest = sorted(sorted(refused, key=lambda span: span.start - span.end)[:MOST_NAMED], key=_start_of)
+    words = explain if len(refused) == 1 else cause
+    named = [f"{span.start:.1f} to {span.end:.1f} s {words(span.failure)}" for span in longest]
     more = len(refused) - len(longest)
     return ", ".join([*named, *([f"and {more} more"] if more else [])])
 

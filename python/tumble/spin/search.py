@@ -13,21 +13,18 @@ from tumble.acquisition.acquire import Fault
 from tumble.gravity import STANDARD_GRAVITY
 from tumble.recording import FloatArray
 from tumble.results import Rest
-from tumble.spin.messages import in_words
+from tumble.spin.failure import SpinFailure, SpinFailureKind, UnusedSpan
 from tumble.spin.motions import (
     FEWEST_SAMPLES,
     SMALLEST_SPIN,
     first_turn,
     is_nudge,
-    motion_fault,
+    motion_failure,
     nearest,
     turned_about,
 )
 from tumble.spin.segments import Samples, Stretch
 from tumble.spin.turns import Angle, TrueTurns
-
-Refusal = tuple[float, float, str]
-"""Start and end, s, and why what lies between is no spin that can be used."""
 
 FULL_TURN = 2.0 * math.pi
 LARGEST_SCALE_ERROR = 0.1
@@ -109,13 +106,13 @@ class Fitted:
 class _Failed:
     """Why a chain is no spin, and the motion that is to blame, where it is a single one."""
 
-    why: str
+    failure: SpinFailure
     culprit: Stretch | None = None
 
 
 def chains_of(
     stretches: Iterable[tuple[Stretch, bool]], rests: Sequence[Rest], criteria: Criteria, given: bool
-) -> Iterator[Chain | Refusal]:
+) -> Iterator[Chain | UnusedSpan]:
     """Link rests and motions to chains; a motion that cannot be part of a spin ends one and is refused.
 
     With each stretch comes whether the chain ends there. `rests` are those of the recording, at least one.
@@ -124,36 +121,39 @@ def chains_of(
     links: list[Stretch] = []
     for stretch, ends_here in stretches:
         is_motion = stretch.rest is None and len(stretch.samples) >= FEWEST_SAMPLES
-        why = motion_fault(stretch, nearest(stretch, rests), criteria.faults, given) if is_motion else ""
-        if not why and (is_motion or stretch.rest):
+        failure = (
+            motion_failure(stretch, nearest(stretch, rests), criteria.faults, given) if is_motion else None
+        )
+        if not failure and (is_motion or stretch.rest):
             links.append(stretch)
-        if why or ends_here:
+        if failure or ends_here:
             yield Chain(tuple(links), given)
             links = []
         elif stretch.rest and not given and _alone(Chain(tuple(links[-3:])), criteria)[1]:
             yield Chain(tuple(links))
             links = [stretch]
-        if why:
-            yield (stretch.start, stretch.end, why)
+        if failure:
+            yield UnusedSpan(stretch.start, stretch.end, failure)
     yield Chain(tuple(links), given)
 
 
-def fit_or_split(chain: Chain, criteria: Criteria) -> Iterator[Fitted | Refusal]:
+def fit_or_split(chain: Chain, criteria: Criteria) -> Iterator[Fitted | UnusedSpan]:
     """Fit a chain as one spin; where one of its motions spoils that, take it out and fit what is left."""
     if not _moves(chain):
         if chain.given and chain.stretches:
-            kind = "no turn" if chain.rests else "no rest"
-            yield (chain.start, chain.end, in_words(kind, {}))
+            kind = SpinFailureKind.NO_TURN if chain.rests else SpinFailureKind.NO_REST
+            yield UnusedSpan(chain.start, chain.end, SpinFailure(kind))
         return
     if chain.stretches[0].rest is None:
         first, *others = chain.stretches
         if not is_nudge(first, chain.rests[0]):
-            yield (first.start, first.end, "moved before it had stood still; stand still first")
+            yield UnusedSpan(first.start, first.end, SpinFailure(SpinFailureKind.MOVED_FIRST))
         yield from fit_or_split(Chain(tuple(others), chain.given), criteria)
         return
     turned = sum(turned_about(motion, nearest(motion, chain.rests)) for motion in chain.motions)
     if turned < SMALLEST_SPIN:
-        yield (chain.start, chain.end, in_words("no turn", {"turned": turned}))
+        failure = SpinFailure(SpinFailureKind.NO_TURN, {"turned": turned})
+        yield UnusedSpan(chain.start, chain.end, failure)
         return
     stray = _stray_alone(chain, criteria)
     if stray is not None:
@@ -163,9 +163,9 @@ def fit_or_split(chain: Chain, criteria: Criteria) -> Iterator[Fitted | Refusal]
     if isinstance(attempt, Fitted):
         yield attempt
     elif attempt.culprit is None or chain.given:
-        yield (chain.start, chain.end, attempt.why)
+        yield UnusedSpan(chain.start, chain.end, attempt.failure)
     else:
-        yield from _without(attempt.culprit, attempt.why, chain, criteria)
+        yield from _without(attempt.culprit, attempt.failure, chain, criteria)
 
 
 def _moves(chain: Chain) -> bool:
@@ -174,7 +174,7 @@ def _moves(chain: Chain) -> bool:
     return bool(rests) and not all(is_nudge(motion, nearest(motion, rests)) for motion in chain.motions)
 
 
-def _stray_alone(chain: Chain, criteria: Criteria) -> tuple[Stretch, str] | None:
+def _stray_alone(chain: Chain, criteria: Criteria) -> tuple[Stretch, SpinFailure] | None:
     """Find a motion that was no turn on the spot by itself: beside others it would spoil their fit."""
     if chain.given or len(chain.motions) < 2:
         return None
@@ -183,7 +183,7 @@ def _stray_alone(chain: Chain, criteria: Criteria) -> tuple[Stretch, str] | None
         at = chain.stretches.index(motion)
         arm, failed = _alone(Chain(chain.stretches[at - 1 : at + 2]), criteria)
         if failed is not None:
-            return motion, failed.why
+            return motion, failed.failure
         if arm is not None:
             arms.append((motion, arm))
     return _another_axis(arms)
@@ -205,7 +205,7 @@ def _alone(chain: Chain, criteria: Criteria) -> tuple[FloatArray | None, _Failed
     return figures["lever_arm"], _astray(chain, figures, blocks)
 
 
-def _another_axis(arms: Sequence[tuple[Stretch, FloatArray]]) -> tuple[Stretch, str] | None:
+def _another_axis(arms: Sequence[tuple[Stretch, FloatArray]]) -> tuple[Stretch, SpinFailure] | None:
     """Find a motion about another axis than most, the one furthest from the IMU first; `arms` are (3,) m."""
     if not arms:
         return None
@@ -218,17 +218,18 @@ def _another_axis(arms: Sequence[tuple[Stretch, FloatArray]]) -> tuple[Stretch, 
     return arms[last][0], _circle(vectors[last])
 
 
-def _circle(arm: FloatArray) -> str:
-    radius = float(np.linalg.norm(arm))
-    return f"drove a circle of {radius:.1f} m radius; turn on the spot, or name the spin with --at"
+def _circle(arm: FloatArray) -> SpinFailure:
+    return SpinFailure(SpinFailureKind.DROVE_A_CIRCLE, {"radius": float(np.linalg.norm(arm))})
 
 
-def _without(culprit: Stretch, why: str, chain: Chain, criteria: Criteria) -> Iterator[Fitted | Refusal]:
+def _without(
+    culprit: Stretch, failure: SpinFailure, chain: Chain, criteria: Criteria
+) -> Iterator[Fitted | UnusedSpan]:
     """Fit what lies before and after a motion, and the turn it began with, if it did not only turn."""
     at = chain.stretches.index(culprit)
     first = first_turn(culprit, nearest(culprit, chain.rests))
     yield from fit_or_split(Chain((*chain.stretches[:at], *first)), criteria)
-    yield (first[0].end if first else culprit.start, culprit.end, why)
+    yield UnusedSpan(first[0].end if first else culprit.start, culprit.end, failure)
     yield from fit_or_split(Chain(chain.stretches[at + 1 :]), criteria)
 
 
@@ -243,8 +244,8 @@ def _attempt(chain: Chain, criteria: Criteria) -> Fitted | _Failed:
                 return _Failed(contradiction)
             figures, blocks = _fit(chain, criteria.settings, known)
     except _core.CoreError as error:
-        kind, values = error.args
-        return _Failed(in_words(kind, values), _at(chain, values.get("time")))
+        failure = SpinFailure.of_core(*error.args)
+        return _Failed(failure, _at(chain, failure.figures.get("time")))
     return (
         _too_little(figures, criteria)
         or _astray(chain, figures, blocks)
@@ -267,16 +268,13 @@ def _fit(
     )
 
 
-def _contradiction(turned: tuple[float, float], known: Angle) -> str:
-    """Say that the gyroscope and the true angle cannot both be right; empty if they can."""
-    for angle, truth, direction in zip(turned, known, ("clockwise", "counter-clockwise"), strict=False):
+def _contradiction(turned: tuple[float, float], known: Angle) -> SpinFailure | None:
+    """Tell if the gyroscope and the true angle cannot both be right."""
+    for angle, truth, clockwise in zip(turned, known, (True, False), strict=False):
         if math.isfinite(truth) and abs(angle - truth) > LARGEST_SCALE_ERROR * truth:
-            return (
-                f"turned {angle / FULL_TURN:.2f} times {direction} by its gyroscope, truly "
-                f"{truth / FULL_TURN:g} times by --true-turns; count again, or mend the unit with "
-                "--gyroscope-unit"
-            )
-    return ""
+            figures = {"turned": angle, "true": truth, "clockwise": float(clockwise)}
+            return SpinFailure(SpinFailureKind.MISCOUNTED, figures)
+    return None
 
 
 def _too_little(figures: _core.SpinFigures, criteria: Criteria) -> _Failed | None:
@@ -285,7 +283,8 @@ def _too_little(figures: _core.SpinFigures, criteria: Criteria) -> _Failed | Non
     wanted = FULL_TURN * (criteria.turns or 0.0)
     # A robot told to turn by so much stops a little early or late, and its gyroscope has a scale error.
     if turned < 0.98 * wanted:
-        return _Failed(in_words("turned too little", {"turned": turned, "wanted": wanted}))
+        figures_of_both = {"turned": turned, "wanted": wanted}
+        return _Failed(SpinFailure(SpinFailureKind.TURNED_TOO_LITTLE, figures_of_both))
     return None
 
 
@@ -295,10 +294,8 @@ def _too_restless(chain: Chain, criteria: Criteria) -> _Failed | None:
     # The segmenter leaves out the ends of a rest, where the robot may still settle.
     if longest >= criteria.still - 0.5:
         return None
-    return _Failed(
-        f"stood still for {longest:.1f} s at most, {criteria.still:g} s are asked for; stand still longer "
-        "before the turn, or ask for less with --still"
-    )
+    figures = {"longest": longest, "wanted": criteria.still}
+    return _Failed(SpinFailure(SpinFailureKind.RESTED_TOO_SHORTLY, figures))
 
 
 def _astray(chain: Chain, figures: _core.SpinFigures, blocks: _core.SpinBlockFigures) -> _Failed | None:
@@ -307,8 +304,8 @@ def _astray(chain: Chain, figures: _core.SpinFigures, blocks: _core.SpinBlockFig
     fastest = int(np.argmax(speeds))
     culprit = chain.motions[fastest]
     if speeds[fastest] > _largest_speed(culprit, chain, figures):
-        remedy = "" if chain.given else ", or name the spin with --at"
-        return _Failed(f"drove: reached about {speeds[fastest]:.1f} m/s; stay on the spot{remedy}", culprit)
+        reached = {"speed": speeds[fastest], "named": float(chain.given)}
+        return _Failed(SpinFailure(SpinFailureKind.DROVE, reached), culprit)
     if not chain.given and np.linalg.norm(figures["lever_arm"]) > LARGEST_LEVER_ARM:
         return _Failed(_circle(figures["lever_arm"]), culprit if len(chain.motions) == 1 else None)
     return None

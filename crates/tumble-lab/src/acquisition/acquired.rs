@@ -19,6 +19,17 @@ pub enum NotARest {
     Turning,
 }
 
+impl NotARest {
+    /// The code of the reason, of which Python makes a message.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Vibrating => "vibrating",
+            Self::Drifting => "drifting",
+            Self::Turning => "turning",
+        }
+    }
+}
+
 /// A recording, or one of its files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {

@@ -28,6 +28,17 @@ pub enum ChannelFaultKind {
     SaturatedInMotion,
 }
 
+impl ChannelFaultKind {
+    /// The word users know it by.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Stuck => "stuck",
+            Self::SaturatedAtRest => "saturated at rest",
+            Self::SaturatedInMotion => "saturated in motion",
+        }
+    }
+}
+
 /// Watches the six channels, sample by sample and block by block.
 #[derive(Clone, Debug)]
 pub struct ChannelMonitor {

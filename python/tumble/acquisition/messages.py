@@ -1,0 +1,10 @@
+"""What acquisition found wrong, in words."""
+
+from __future__ import annotations
+
+NOT_A_REST = {
+    "vibrating": "vibration",
+    "drifting": "gravity drifts: a slow turn",
+    "turning": "angular rate differs from the rests beside it: a slow turn",
+}
+"""Why something quiet was no rest, by the code that `Acquired.refused` gives."""
