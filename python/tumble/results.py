@@ -9,6 +9,9 @@ from tumble.recording import FloatArray
 
 TriadName = Literal["accelerometer", "gyroscope"]
 
+NOT_SHOWN = "the data do not show it"
+"""Why something is not observable, where nothing more can be said."""
+
 
 @dataclass(frozen=True, slots=True)
 class Parameter:

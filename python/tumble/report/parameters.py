@@ -24,7 +24,7 @@ from tumble.report.numbers import (
     significant,
 )
 from tumble.report.whisker import Ruler, whisker
-from tumble.results import LimitCheck, Parameter, TriadResult
+from tumble.results import NOT_SHOWN, LimitCheck, Parameter, TriadResult
 
 NO_PICTURE = Markup()
 
@@ -169,7 +169,7 @@ def _row(parameter: Parameter, check: LimitCheck | None, scale: Scale, ruler: Ru
     limit_text = "" if limit is None else f"± {exact(limit)}"
     kept = None if check is None else check.passed
     if not parameter.observable:
-        reason = parameter.reason or "the data do not show it"
+        reason = parameter.reason or NOT_SHOWN
         return ParameterRow(parameter.name, limit=limit_text, kept=kept, reason=reason)
     value, low, high = (
         scale.factor * shown_value(parameter, number)

@@ -8,6 +8,7 @@ from typing import TypeAlias
 
 from tumble.acquisition.messages import NOT_A_REST
 from tumble.spin.failure import SpinFailure, SpinFailureKind
+from tumble.spin.result import FULL_TURN
 
 CHANNELS = (
     "accelerometer x",
@@ -17,7 +18,6 @@ CHANNELS = (
     "gyroscope y",
     "gyroscope z",
 )
-FULL_TURN = 2.0 * math.pi
 SMALLEST_SHOWN = math.radians(1.0)
 """What turned less is said not to have turned."""
 

@@ -9,12 +9,11 @@ import numpy as np
 
 from tumble import _core
 from tumble.recording import FloatArray
-from tumble.results import Parameter, Rest
-from tumble.spin.result import BiasEstimate, Spin, SpinBlocks
+from tumble.results import NOT_SHOWN, Parameter, Rest
+from tumble.spin.result import FULL_TURN, LARGEST_REDUCED_CHI_SQUARE, BiasEstimate, Spin, SpinBlocks
 
 NORMAL_95 = 1.959963984540054
 """Half of a 95 % interval in sigmas."""
-FULL_TURN = 2.0 * math.pi
 NOTABLE_TILT = math.radians(5.0)
 """A robot on a steeper floor rolls, slips, and sinks into its springs on one side."""
 USUAL_TILT = math.radians(1.0)
@@ -27,7 +26,6 @@ SLOW = 0.2
 """rad/s: below, a spin takes so long that the gyroscope's bias wanders, and the lever arm hardly shows."""
 CONTRADICTION = 5.0
 """Sigmas by which two results may differ before a user is told."""
-LARGEST_REDUCED_CHI_SQUARE = 2.0
 
 
 def describe_spin(
@@ -73,7 +71,7 @@ def _bias(figures: _core.BiasFigures, reason: str = "") -> BiasEstimate:
     observed = figures["observed"]
     value = figures["value"] if observed else np.full(3, np.nan)
     sigma = figures["sigma"] if observed else np.full(3, np.inf)
-    return BiasEstimate(value, sigma, observed, reason or ("" if observed else "the data do not show it"))
+    return BiasEstimate(value, sigma, observed, reason or ("" if observed else NOT_SHOWN))
 
 
 def _level_free(figures: _core.SpinFigures) -> BiasEstimate:
@@ -132,13 +130,13 @@ def _parameters(figures: _core.SpinFigures, force_bias: BiasEstimate) -> Iterato
 
 
 def _by_axis(
-    name: str, unit: str, values: FloatArray, sigmas: FloatArray, reason: str = "the data do not show it"
+    name: str, unit: str, values: FloatArray, sigmas: FloatArray, reason: str = NOT_SHOWN
 ) -> Iterator[Parameter]:
     for axis, value, sigma in zip("xyz", values, sigmas, strict=True):
         yield _parameter(f"{name} {axis}", unit, (float(value), float(sigma)), reason)
 
 
-def _angle(name: str, figures: tuple[float, float], reason: str = "the data do not show it") -> Parameter:
+def _angle(name: str, figures: tuple[float, float], reason: str = NOT_SHOWN) -> Parameter:
     value, sigma = figures
     return _parameter(name, "deg", (math.degrees(value), math.degrees(sigma)), reason)
 
@@ -149,9 +147,7 @@ def _scale(name: str, error: tuple[float, float], reason: str) -> Parameter:
     return _parameter(name, "1", (1.0 + value, sigma), reason)
 
 
-def _parameter(
-    name: str, unit: str, figures: tuple[float, float], reason: str = "the data do not show it"
-) -> Parameter:
+def _parameter(name: str, unit: str, figures: tuple[float, float], reason: str = NOT_SHOWN) -> Parameter:
     value, sigma = figures
     if not (math.isfinite(value) and math.isfinite(sigma)):
         return Parameter(name, unit, math.nan, math.inf, math.nan, math.nan, False, reason)

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Literal
-
-import numpy as np
 
 from tumble.recording import FloatArray
 from tumble.results import Parameter, Rest, Trace
 
 SpinMethod = Literal["level-free", "published"]
+
+FULL_TURN = 2.0 * math.pi
+SMALLEST_DIRECTION = math.radians(10.0)
+"""What a gyroscope shows of a direction in which the robot did not turn."""
+LARGEST_REDUCED_CHI_SQUARE = 2.0
+"""Chi-square for each degree of freedom above which the fit is said to be worse than the noise."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +99,25 @@ class Spin:
     @property
     def turns(self) -> float:
         """Full turns, both directions counted."""
-        return float((self.turned_clockwise + self.turned_counter_clockwise) / (2.0 * np.pi))
+        return (self.turned_clockwise + self.turned_counter_clockwise) / FULL_TURN
+
+    @property
+    def turns_by_direction(self) -> dict[str, float]:
+        """Full turns `clockwise` and `counter-clockwise`, of those in which the robot turned at all."""
+        turned = {"clockwise": self.turned_clockwise, "counter-clockwise": self.turned_counter_clockwise}
+        return {
+            direction: angle / FULL_TURN for direction, angle in turned.items() if angle > SMALLEST_DIRECTION
+        }
+
+    @property
+    def resting(self) -> float:
+        """Length of all rests together, s."""
+        return sum(rest.end - rest.start for rest in self.rests)
+
+    @property
+    def fits(self) -> bool:
+        """Whether the model and the noise explain what was measured."""
+        return self.chi_square <= LARGEST_REDUCED_CHI_SQUARE * self.degrees_of_freedom
 
 
 @dataclass(frozen=True, slots=True)

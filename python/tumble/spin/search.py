@@ -23,10 +23,10 @@ from tumble.spin.motions import (
     nearest,
     turned_about,
 )
+from tumble.spin.result import FULL_TURN
 from tumble.spin.segments import Samples, Stretch
 from tumble.spin.turns import Angle, TrueTurns
 
-FULL_TURN = 2.0 * math.pi
 LARGEST_SCALE_ERROR = 0.1
 """Of a gyroscope; a true angle further off than that was counted wrongly."""
 LARGEST_SPEED = 0.25

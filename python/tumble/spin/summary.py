@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -16,11 +15,10 @@ from tumble.cli.screen import finite
 from tumble.report.numbers import NOT_OBSERVABLE, measurement, readable_scale, significant
 from tumble.report.text import count_of
 from tumble.results import Parameter
+from tumble.spin.report.parameters import is_scale, scale_error
+from tumble.spin.report.text import unobserved
 from tumble.spin.result import BiasEstimate, Spin, SpinResult
 
-FULL_TURN = 2.0 * math.pi
-SMALLEST_SHOWN = math.radians(10.0)
-"""What a gyroscope shows of a direction in which the robot did not turn."""
 MOST_SPINS = 4
 """With more spins than this, only what they agree on is shown; all are in the report."""
 MOST_REFUSED = 8
@@ -62,18 +60,11 @@ def json_content(result: SpinResult, found: Calibration, files: dict[str, str]) 
 
 
 def _about(spin: Spin) -> str:
-    turns = [
-        f"{turned / FULL_TURN:.2f} turns {direction}"
-        for turned, direction in (
-            (spin.turned_clockwise, "clockwise"),
-            (spin.turned_counter_clockwise, "counter-clockwise"),
-        )
-        if turned > SMALLEST_SHOWN
-    ]
-    resting = sum(rest.end - rest.start for rest in spin.rests)
+    turned = [f"{turns:.2f} turns {direction}" for direction, turns in spin.turns_by_direction.items()]
     return (
         f"{spin.label.capitalize()}, {spin.start:.1f} to {spin.end:.1f} s: "
-        f"{count_of('rest', len(spin.rests))}, {resting:.1f} s; {', '.join(turns)} at {spin.rate:.2g} rad/s"
+        f"{count_of('rest', len(spin.rests))}, {spin.resting:.1f} s; {', '.join(turned)} at "
+        f"{spin.rate:.2g} rad/s"
     )
 
 
@@ -123,8 +114,8 @@ def _by_name(result: SpinResult) -> dict[str, str]:
 def _shown(parameter: Parameter) -> str:
     if not parameter.observable:
         return NOT_OBSERVABLE
-    if parameter.name.startswith("gyroscope scale"):
-        return _quantity(parameter.value - 1.0, parameter.sigma, "1")
+    if is_scale(parameter):
+        parameter = scale_error(parameter)
     if parameter.name.startswith("chi-square"):
         low, high = significant(parameter.low), significant(parameter.high)
         return f"{significant(parameter.value)}, expected {low} to {high}"
@@ -147,13 +138,7 @@ def _refused(result: SpinResult) -> Iterator[str]:
 
 def _unobserved(result: SpinResult) -> Iterator[str]:
     """Say what spins do not show, with its reason; what goes for several in one line."""
-    by_reason: dict[tuple[str, tuple[str, ...]], list[str]] = {}
-    for spin in result.spins:
-        hidden = [parameter for parameter in spin.parameters if not parameter.observable]
-        for reason in dict.fromkeys(parameter.reason for parameter in hidden):
-            names = tuple(parameter.name for parameter in hidden if parameter.reason == reason)
-            by_reason.setdefault((reason, names), []).append(spin.label)
-    for (reason, names), labels in by_reason.items():
+    for reason, names, labels in unobserved({spin.label: spin.parameters for spin in result.spins}):
         whose = "" if len(labels) == len(result.spins) else f"{', '.join(labels)}: "
         yield f"{whose}{', '.join(names)}: {reason}"
 

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from tumble.errors import ProcedureError
+from tumble.spin.result import FULL_TURN
 
 Angle = tuple[float, float, float]
 """Truly turned clockwise and counter-clockwise, rad, both positive, NaN where unknown; and its 1-sigma."""
@@ -58,7 +59,7 @@ class TrueTurns:
     def _known(self, turns: float | None, turned: float, least: float) -> float:
         if turns is None or (self.either and turned < least):
             return math.nan
-        return 2.0 * math.pi * turns
+        return FULL_TURN * turns
 
     def __str__(self) -> str:
         if self.either:

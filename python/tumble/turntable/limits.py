@@ -12,13 +12,11 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
 from tumble.documents import Document, read_document
-from tumble.results import LimitCheck, TriadName, TriadResult
+from tumble.results import NOT_SHOWN, LimitCheck, TriadName, TriadResult
 from tumble.turntable.result import TargetResult
 
 SCHEMA: Literal["tumble-limits/1"] = "tumble-limits/1"
 SCHEMA_FILE = "limits.schema.json"
-
-UNKNOWN = "the data do not show it"
 
 
 class _PerAxis(Document):
@@ -126,7 +124,7 @@ class Limits(Document):
 def _check_triad(name: TriadName, section: TriadLimits, triad: TriadResult | None) -> list[LimitCheck]:
     unit = "m/s^2" if name == "accelerometer" else "rad/s"
     figures = {} if triad is None else _figures(triad)
-    missing = f"the {name} was not calibrated" if triad is None else UNKNOWN
+    missing = f"the {name} was not calibrated" if triad is None else NOT_SHOWN
     checks = []
     for group, limits in section.groups().items():
         for axis, limit in limits.items():
@@ -149,7 +147,7 @@ def _figures(triad: TriadResult) -> dict[str, tuple[float, str]]:
     figures: dict[str, tuple[float, str]] = {}
     for parameter in triad.parameters:
         if not parameter.observable:
-            figures[parameter.name] = (float("nan"), parameter.reason or UNKNOWN)
+            figures[parameter.name] = (float("nan"), parameter.reason or NOT_SHOWN)
             continue
         ideal = 1.0 if parameter.name.startswith("scale ") else 0.0
         figures[parameter.name] = (parameter.value - ideal, "")
@@ -164,7 +162,7 @@ def _figures(triad: TriadResult) -> dict[str, tuple[float, str]]:
         for axis, value in zip("xyz", values, strict=True):
             figures[f"{group} {axis}"] = (
                 float(value),
-                "" if np.isfinite(value) else "the data do not show it",
+                "" if np.isfinite(value) else NOT_SHOWN,
             )
     return figures
 

@@ -19,12 +19,8 @@ from tumble.report.numbers import (
     significant,
 )
 from tumble.report.parameters import ParameterGroup, printed_group
-from tumble.results import Parameter
+from tumble.results import NOT_SHOWN, Parameter
 from tumble.spin.result import BiasEstimate, Spin, SpinResult
-
-FULL_TURN = 2.0 * math.pi
-SMALLEST_TURN = math.radians(10.0)
-"""What a gyroscope shows of a direction in which the robot did not turn."""
 
 _SCALE = "gyroscope scale"
 
@@ -77,11 +73,11 @@ def spin_groups(spin: Spin) -> tuple[ParameterGroup, ...]:
     """Print every parameter of a spin, by kind; a scale as its deviation from one."""
     kinds: dict[str, list[Parameter]] = {}
     for parameter in (*spin.parameters, spin.slow_turn):
-        kinds.setdefault(_kind(parameter.name), []).append(parameter)
+        kinds.setdefault(_kind(parameter), []).append(parameter)
     return tuple(
         printed_group(
             f"{kind} error" if kind == _SCALE else kind,
-            [_deviation(each) if kind == _SCALE else each for each in members],
+            [scale_error(each) if is_scale(each) else each for each in members],
             [None] * len(members),
         )
         for kind, members in kinds.items()
@@ -137,15 +133,8 @@ def overview(result: SpinResult) -> Overview:
 
 def turns_text(spin: Spin) -> str:
     """Print how far the robot turned, by direction: `3.00 clockwise, 3.00 counter-clockwise`."""
-    turned = [
-        f"{angle / FULL_TURN:.2f} {direction}"
-        for angle, direction in (
-            (spin.turned_clockwise, "clockwise"),
-            (spin.turned_counter_clockwise, "counter-clockwise"),
-        )
-        if angle > SMALLEST_TURN
-    ]
-    return ", ".join(turned) or f"{significant(spin.turns, 2)}"
+    turned = [f"{turns:.2f} {direction}" for direction, turns in spin.turns_by_direction.items()]
+    return ", ".join(turned) or significant(spin.turns, 2)
 
 
 def parameter_named(spin: Spin, name: str) -> Parameter | None:
@@ -153,14 +142,19 @@ def parameter_named(spin: Spin, name: str) -> Parameter | None:
     return next((each for each in spin.parameters if each.name == name and each.observable), None)
 
 
-def _kind(name: str) -> str:
-    if name.startswith(_SCALE):
+def _kind(parameter: Parameter) -> str:
+    if is_scale(parameter):
         return _SCALE
-    head, _, axis = name.rpartition(" ")
-    return head if axis in ("x", "y", "z", "roll", "pitch") else name
+    head, _, axis = parameter.name.rpartition(" ")
+    return head if axis in ("x", "y", "z", "roll", "pitch") else parameter.name
 
 
-def _deviation(parameter: Parameter) -> Parameter:
+def is_scale(parameter: Parameter) -> bool:
+    """Whether it is a scale of the gyroscope, which is 1 for a perfect one."""
+    return parameter.name.startswith(_SCALE)
+
+
+def scale_error(parameter: Parameter) -> Parameter:
     """Return a scale as its error, which people read more easily."""
     return replace(parameter, value=parameter.value - 1.0, low=parameter.low - 1.0, high=parameter.high - 1.0)
 
@@ -197,7 +191,7 @@ def _apart(spin: Spin) -> FloatArray:
 def _tilt_remark(spin: Spin, gravity: float) -> str:
     for bias, name in ((spin.level_free, "level-free"), (spin.published, "published")):
         if not bias.observable:
-            why = bias.reason or "the data do not show it"
+            why = bias.reason or NOT_SHOWN
             return f"The {name} bias is not observable, so there is nothing to compare: {why}."
     difference = _apart(spin)
     across = float(np.linalg.norm(difference - difference @ spin.up * spin.up))

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from tumble.report.numbers import measurement, readable_scale, significant
 from tumble.report.text import count_of, join, temperature_sentence
-from tumble.spin.report.parameters import FULL_TURN, turns_text
-from tumble.spin.result import BiasEstimate, Spin, SpinResult
-
-LARGEST_REDUCED_CHI_SQUARE = 2.0
-"""Chi-square for each degree of freedom above which the fit is said to be worse than the noise."""
+from tumble.results import NOT_SHOWN, Parameter
+from tumble.spin.report.parameters import turns_text
+from tumble.spin.result import FULL_TURN, BiasEstimate, Spin, SpinResult
 
 ALL_FOUND = "calibrated"
 
@@ -32,7 +30,7 @@ def verdict(result: SpinResult) -> tuple[str, str]:
 def bias_sentence(name: str, unit: str, bias: BiasEstimate) -> str:
     """Say a bias with its sigma, or why it is not known."""
     if not bias.observable:
-        return f"{name}: not observable: {bias.reason or 'the data do not show it'}."
+        return f"{name}: not observable: {bias.reason or NOT_SHOWN}."
     scale = readable_scale(unit, max(abs(float(value)) for value in bias.value))
     figures = [
         f"{axis} {measurement(scale.factor * float(value), scale.factor * float(sigma))}"
@@ -52,16 +50,24 @@ def trust_sentences(result: SpinResult) -> list[str]:
 
 def unobserved_sentences(result: SpinResult) -> list[str]:
     """Say what the spins did not show, with its reason; no numbers of ours."""
+    shown = {spin.label: (*spin.parameters, spin.slow_turn) for spin in result.spins}
+    return [
+        f"{_whose(labels, result)}: {join(names)}: {reason or NOT_SHOWN}."
+        for reason, names, labels in unobserved(shown)
+    ]
+
+
+def unobserved(
+    shown: Mapping[str, Sequence[Parameter]],
+) -> Iterator[tuple[str, tuple[str, ...], list[str]]]:
+    """Give, for parameters that spins of these labels do not show: the reason, their names, the labels."""
     by_reason: dict[tuple[str, tuple[str, ...]], list[str]] = {}
-    for spin in result.spins:
-        hidden = [parameter for parameter in (*spin.parameters, spin.slow_turn) if not parameter.observable]
+    for label, parameters in shown.items():
+        hidden = [parameter for parameter in parameters if not parameter.observable]
         for reason in dict.fromkeys(parameter.reason for parameter in hidden):
             names = tuple(parameter.name for parameter in hidden if parameter.reason == reason)
-            by_reason.setdefault((reason, names), []).append(spin.label)
-    return [
-        f"{_whose(labels, result)}: {join(names)}: {reason or 'the data do not show it'}."
-        for (reason, names), labels in by_reason.items()
-    ]
+            by_reason.setdefault((reason, names), []).append(label)
+    return ((reason, names, labels) for (reason, names), labels in by_reason.items())
 
 
 def _whose(labels: Sequence[str], result: SpinResult) -> str:
@@ -72,10 +78,9 @@ def _whose(labels: Sequence[str], result: SpinResult) -> str:
 
 def spin_sentence(spin: Spin) -> str:
     """Say what the robot did."""
-    resting = sum(rest.end - rest.start for rest in spin.rests)
     return (
-        f"From {spin.start:.1f} to {spin.end:.1f} s: {count_of('rest', len(spin.rests))} of {resting:.1f} s "
-        f"in all; {turns_text(spin)} turns at {significant(spin.rate, 2)} rad/s."
+        f"From {spin.start:.1f} to {spin.end:.1f} s: {count_of('rest', len(spin.rests))} of "
+        f"{spin.resting:.1f} s in all; {turns_text(spin)} turns at {significant(spin.rate, 2)} rad/s."
     )
 
 
@@ -85,7 +90,7 @@ def fit_sentence(spin: Spin) -> str:
     if freedom <= 0 or not math.isfinite(spin.chi_square):
         return "As many parameters as measurements, so that the fit cannot be tested."
     figures = f"Chi-square {significant(spin.chi_square)} for {freedom} degrees of freedom: "
-    if _fits(spin):
+    if spin.fits:
         return figures + "the model and the noise explain what was measured."
     return figures + (
         "the specific force differs from the model by more than its noise, as with slipping wheels, an "
@@ -138,7 +143,7 @@ def _about_the_fit(result: SpinResult) -> Iterator[str]:
     tested = [spin for spin in result.spins if spin.degrees_of_freedom > 0]
     if not tested:
         return
-    poor = [spin.label for spin in tested if not _fits(spin)]
+    poor = [spin.label for spin in tested if not spin.fits]
     if poor:
         yield (
             f"The model does not explain all that {join(poor)} measured: take sigma there for the least it "
@@ -162,10 +167,6 @@ def _about_agreement(result: SpinResult) -> Iterator[str]:
         yield f"The spins differ from each other by more than their sigma: {figures}."
     else:
         yield f"The spins agree: {figures}."
-
-
-def _fits(spin: Spin) -> bool:
-    return spin.chi_square <= LARGEST_REDUCED_CHI_SQUARE * spin.degrees_of_freedom
 
 
 def _option(value: object) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from tumble.report.groups import groups_of
 from tumble.report.numbers import exact, measurement, readable_scale, significant
 from tumble.report.text import count_of, join
-from tumble.results import LimitCheck, Parameter, TriadResult
+from tumble.results import NOT_SHOWN, LimitCheck, Parameter, TriadResult
 from tumble.turntable.result import Clock, ReferenceResult, TargetResult, Truth, TurntableResult
 
 TRUTHS: dict[Truth, str] = {
@@ -189,7 +189,7 @@ def _unobserved_by_triad(triad: TriadResult) -> list[str]:
     by_reason: dict[str, list[Parameter]] = {}
     for parameter in triad.parameters:
         if not parameter.observable:
-            by_reason.setdefault(parameter.reason or "the data do not show it", []).append(parameter)
+            by_reason.setdefault(parameter.reason or NOT_SHOWN, []).append(parameter)
     return sentences + [
         f"{name} {join(_in_groups(triad, hidden))}: {why}." for why, hidden in by_reason.items()
     ]
