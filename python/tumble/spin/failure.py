@@ -58,7 +58,7 @@ class SpinFailure:
 
 
 @dataclass(frozen=True, slots=True)
-class UnusedSpan:
+class UnusedInterval:
     """From when to when, s, a log shows no spin that can be used, and why."""
 
     start: float
@@ -66,6 +66,6 @@ class UnusedSpan:
     failure: SpinFailure
 
 
-def not_a_rest(unit: _core.Acquired) -> list[UnusedSpan]:
+def not_a_rest(unit: _core.Acquired) -> list[UnusedInterval]:
     """List what looked like a rest of a recording and is none."""
-    return [UnusedSpan(start, end, SpinFailure.of_core(word, {})) for start, end, word in unit.refused]
+    return [UnusedInterval(start, end, SpinFailure.of_core(word, {})) for start, end, word in unit.refused]

@@ -12,7 +12,7 @@ from tumble.recording import FloatArray
 from tumble.results import Rest
 from tumble.spin.failure import SpinFailure, SpinFailureKind
 from tumble.spin.messages import CHANNELS
-from tumble.spin.segments import Stretch
+from tumble.spin.segments import Segment
 
 SMALLEST_PART = math.radians(10.0)
 """A robot that stops between turns at least so far at a time."""
@@ -41,7 +41,7 @@ def credible_faults(faults: Sequence[Fault]) -> tuple[Fault, ...]:
     )
 
 
-def motion_failure(motion: Stretch, beside: Rest, faults: Sequence[Fault], given: bool) -> SpinFailure | None:
+def motion_failure(motion: Segment, beside: Rest, faults: Sequence[Fault], given: bool) -> SpinFailure | None:
     """Tell why a motion cannot be part of a spin; None if it can. `beside` is a rest next to it."""
     saturated = _saturated(motion, faults)
     if saturated or given or is_nudge(motion, beside):
@@ -59,7 +59,7 @@ def motion_failure(motion: Stretch, beside: Rest, faults: Sequence[Fault], given
     return None
 
 
-def is_nudge(motion: Stretch, beside: Rest) -> bool:
+def is_nudge(motion: Segment, beside: Rest) -> bool:
     """Whether a motion left the robot where it was, such as a knock or a motor that was switched on."""
     seconds = motion.end - motion.start
     if seconds > NUDGE_SECONDS:
@@ -72,7 +72,7 @@ def is_nudge(motion: Stretch, beside: Rest) -> bool:
     )
 
 
-def first_turn(motion: Stretch, beside: Rest) -> tuple[Stretch, ...]:
+def first_turn(motion: Segment, beside: Rest) -> tuple[Segment, ...]:
     """Cut out what a motion turns without a pause from its beginning; nothing if that is little or all.
 
     A robot that drives off as soon as it has turned gives no rest between.
@@ -87,13 +87,13 @@ def first_turn(motion: Stretch, beside: Rest) -> tuple[Stretch, ...]:
     return (first,) if turned_about(first, beside) >= SMALLEST_SPIN else ()
 
 
-def nearest(motion: Stretch, rests: Sequence[Rest]) -> Rest:
+def nearest_rest(motion: Segment, rests: Sequence[Rest]) -> Rest:
     """Find the rest beside a motion."""
     middle = 0.5 * (motion.start + motion.end)
     return min(rests, key=lambda rest: min(abs(rest.start - middle), abs(rest.end - middle)))
 
 
-def _saturated(motion: Stretch, faults: Sequence[Fault]) -> SpinFailure | None:
+def _saturated(motion: Segment, faults: Sequence[Fault]) -> SpinFailure | None:
     for channel, kind, value, first, last in faults:
         if kind != "stuck" and first <= motion.end and motion.start <= last:
             when = max(first, motion.start)
@@ -102,7 +102,7 @@ def _saturated(motion: Stretch, faults: Sequence[Fault]) -> SpinFailure | None:
     return None
 
 
-def _rates(motion: Stretch, beside: Rest) -> tuple[FloatArray, FloatArray]:
+def _rates(motion: Segment, beside: Rest) -> tuple[FloatArray, FloatArray]:
     """(k,) rad/s about the vertical and across it, of successive blocks of a motion."""
     rate = _block_means(motion.samples.time, motion.samples.gyroscope - beside.angular_rate)
     up = beside.specific_force / np.linalg.norm(beside.specific_force)
@@ -111,7 +111,7 @@ def _rates(motion: Stretch, beside: Rest) -> tuple[FloatArray, FloatArray]:
     return about, across
 
 
-def turned_about(motion: Stretch, beside: Rest) -> float:
+def turned_about(motion: Segment, beside: Rest) -> float:
     """Angle turned about the vertical, rad, both directions counted."""
     if len(motion.samples) < FEWEST_SAMPLES:
         return 0.0
@@ -120,7 +120,7 @@ def turned_about(motion: Stretch, beside: Rest) -> float:
 
 
 def _block_means(time: FloatArray, values: FloatArray) -> FloatArray:
-    """(k, 3) means over stretches of equal length, so that noise does not add up to an angle."""
+    """(k, 3) means over segments of equal length, so that noise does not add up to an angle."""
     count = max(1, round(float(time[-1] - time[0]) / BLOCK_SECONDS))
     edges = np.searchsorted(time, np.linspace(time[0], time[-1], count + 1)[:-1])
     edges = np.unique(edges)

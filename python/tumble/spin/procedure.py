@@ -25,22 +25,22 @@ from tumble.logs import ReadOptions, open_recording
 from tumble.recording import Recording
 from tumble.results import Rest
 from tumble.spin.combination import Combined, combine
-from tumble.spin.failure import SpinFailure, SpinFailureKind, UnusedSpan, not_a_rest
+from tumble.spin.failure import SpinFailure, SpinFailureKind, UnusedInterval, not_a_rest
 from tumble.spin.messages import SMALLEST_SHOWN, cause, explain, remedy
 from tumble.spin.motions import credible_faults
 from tumble.spin.outputs import describe_spin
 from tumble.spin.result import Spin, SpinResult
-from tumble.spin.search import Chain, Criteria, Fitted, chains_of, fit_or_split
+from tumble.spin.search import Chain, Criteria, FittedSpin, chains_of, fit_or_split
 from tumble.spin.segments import (
     LONGEST_SPIN,
-    Place,
+    Interval,
     Progress,
-    Span,
-    Stretch,
-    as_rest,
-    places_within,
-    read_spans,
-    standing,
+    Segment,
+    UnreadSegment,
+    read_intervals,
+    rest_from,
+    segments_within,
+    true_rests,
 )
 from tumble.spin.turns import TrueTurns
 
@@ -94,8 +94,10 @@ def spin(
     known = TrueTurns.parse(true_turns) if isinstance(true_turns, str) else true_turns
     criteria = Criteria(settings, still, turns, known, credible_faults(unit.acquired.faults))
     found = _search(unit, brought, criteria, at, progress)
-    refused = sorted((each for each in found if isinstance(each, UnusedSpan)), key=_start_of)
-    fitted = sorted((each for each in found if isinstance(each, Fitted)), key=lambda each: each.chain.start)
+    refused = sorted((each for each in found if isinstance(each, UnusedInterval)), key=_start_of)
+    fitted = sorted(
+        (each for each in found if isinstance(each, FittedSpin)), key=lambda each: each.chain.start
+    )
     if not fitted:
         raise ProcedureError(f"{recording.name}: {_nothing_found(refused, unit)}")
     spins = tuple(
@@ -120,7 +122,7 @@ def spin(
         gyroscope_bias=combined.gyroscope_bias,
         covariance=combined.covariance,
         agreement=combined.agreement,
-        refused=tuple((span.start, span.end, explain(span.failure)) for span in refused),
+        refused=tuple((interval.start, interval.end, explain(interval.failure)) for interval in refused),
         trace=trace_of(unit.acquired),
         gravity=strength,
         gravity_source=gravity_source,
@@ -131,7 +133,7 @@ def spin(
             "turns": turns,
             "true-turns": str(known) if known else None,
             "level-floor": level_floor,
-            "at": [list(span) for span in at],
+            "at": [list(times) for times in at],
         },
         warnings=(*_remarks(unit), *combined.warnings, *scale_warning(combined, spins, brought, strength)),
         software=f"tumble {_core.__version__}",
@@ -160,53 +162,61 @@ def _search(
     criteria: Criteria,
     at: Sequence[tuple[float, float]],
     progress: Progress | None,
-) -> list[Fitted | UnusedSpan]:
+) -> list[FittedSpin | UnusedInterval]:
     """Read the recording again, and fit what may be spins as soon as their samples are there."""
-    rests = standing(sorted([*rests_of(unit.acquired), *_doubted(unit, brought)], key=_start_of))
+    rests = true_rests(
+        sorted([*rests_of(unit.acquired), *_rests_refused_as_turning(unit, brought)], key=_start_of)
+    )
     if not rests:
         return [*not_a_rest(unit.acquired)]
     logged = _logged(unit)
     windows = _windows(at, logged, unit.name)
-    places = [
-        (number, place) for number, window in enumerate(windows) for place in places_within(window, rests)
+    unread_segments = [
+        (number, unread) for number, window in enumerate(windows) for unread in segments_within(window, rests)
     ]
-    endless = [] if at else [place for _, place in places if _is_endless(place, logged)]
-    kept = [(number, place) for number, place in places if place not in endless]
-    spans = [place.span for _, place in kept]
-    pieces = read_spans(unit.recording, brought, spans, _second_half(progress, unit.acquired.samples))
-    stretches = (
-        (Stretch(samples, place.rest), _ends(number, place, following))
-        for samples, (number, place), following in zip(pieces, kept, [*kept[1:], None], strict=True)
+    endless = [
+        unread
+        for _, unread in ([] if at else unread_segments)
+        if unread.rest is None and unread.interval.within(logged).seconds > LONGEST_SPIN
+    ]
+    kept = [(number, unread) for number, unread in unread_segments if unread not in endless]
+    intervals = [unread.interval for _, unread in kept]
+    pieces = read_intervals(unit.recording, brought, intervals, _second_half(progress, unit.acquired.samples))
+    segments = (
+        (Segment(samples, unread.rest), _ends(number, unread, following))
+        for samples, (number, unread), following in zip(pieces, kept, [*kept[1:], None], strict=True)
     )
-    found: list[Fitted | UnusedSpan] = [_too_long(place.span.within(logged)) for place in endless]
-    for link in chains_of(stretches, rests, criteria, given=bool(at)):
+    found: list[FittedSpin | UnusedInterval] = [
+        _too_long(unread.interval.within(logged)) for unread in endless
+    ]
+    for link in chains_of(segments, rests, criteria, given=bool(at)):
         found += fit_or_split(link, criteria) if isinstance(link, Chain) else [link]
     return found
 
 
-def _doubted(unit: Imu, brought: Calibration | None) -> list[Rest]:
+def _rests_refused_as_turning(unit: Imu, brought: Calibration | None) -> list[Rest]:
     """Find rests refused for another rate than those beside them: a robot that turns evenly outvotes them."""
     turning = (each for each in not_a_rest(unit.acquired) if each.failure.kind is SpinFailureKind.TURNING)
-    spans = sorted((Span(each.start, each.end) for each in turning), key=_start_of)
-    if not spans:
+    intervals = sorted((Interval(each.start, each.end) for each in turning), key=_start_of)
+    if not intervals:
         return []
-    pieces = read_spans(unit.recording, brought, spans)
-    return [as_rest(samples) for samples in pieces if len(samples) > 1]
+    pieces = read_intervals(unit.recording, brought, intervals)
+    return [rest_from(samples) for samples in pieces if len(samples) > 1]
 
 
-def _start_of(each: Rest | Span | UnusedSpan) -> float:
+def _start_of(each: Rest | Interval | UnusedInterval) -> float:
     return each.start
 
 
-def _logged(unit: Imu) -> Span:
+def _logged(unit: Imu) -> Interval:
     """From when to when the recording goes, s."""
     time = unit.acquired.trace()[0]
-    return Span(float(time[0]), float(time[-1]))
+    return Interval(float(time[0]), float(time[-1]))
 
 
-def _windows(at: Sequence[tuple[float, float]], logged: Span, name: str) -> list[Span]:
+def _windows(at: Sequence[tuple[float, float]], logged: Interval, name: str) -> list[Interval]:
     """Where to look for spins; raises `ProcedureError` where times make no sense for the recording."""
-    windows = [Span(*times) for times in sorted(at)]
+    windows = [Interval(*times) for times in sorted(at)]
     for window, following in zip(windows, [*windows[1:], None], strict=False):
         said = f"{name}: spin from {window.start:g} to {window.end:g} s"
         if not window.start < window.end:
@@ -218,27 +228,23 @@ def _windows(at: Sequence[tuple[float, float]], logged: Span, name: str) -> list
             )
         if following and following.start < window.end:
             raise ProcedureError(f"{said}: overlaps the one from {following.start:g} s; give them apart")
-    return windows or [Span(-math.inf, math.inf)]
+    return windows or [Interval(-math.inf, math.inf)]
 
 
-def _is_endless(place: Place, logged: Span) -> bool:
-    return place.rest is None and place.span.within(logged).seconds > LONGEST_SPIN
-
-
-def _ends(number: int, place: Place, following: tuple[int, Place] | None) -> bool:
-    """Whether a spin cannot go on from a place to the following one."""
+def _ends(number: int, unread: UnreadSegment, following: tuple[int, UnreadSegment] | None) -> bool:
+    """Whether a spin cannot go on from a segment to the following one."""
     if following is None:
         return True
     window, after = following
-    return window != number or after.span.start != place.span.end
+    return window != number or after.interval.start != unread.interval.end
 
 
-def _too_long(span: Span) -> UnusedSpan:
-    failure = SpinFailure(SpinFailureKind.NO_REST_FOR_LONG, {"duration": span.seconds})
-    return UnusedSpan(span.start, span.end, failure)
+def _too_long(interval: Interval) -> UnusedInterval:
+    failure = SpinFailure(SpinFailureKind.NO_REST_FOR_LONG, {"duration": interval.seconds})
+    return UnusedInterval(interval.start, interval.end, failure)
 
 
-def _nothing_found(refused: Sequence[UnusedSpan], unit: Imu) -> str:
+def _nothing_found(refused: Sequence[UnusedInterval], unit: Imu) -> str:
     """One line: why no spin was found, and what to do."""
     advice = "let the robot stand still for 5 s, then turn on the spot once round or more"
     times = unit.acquired.rest_times
@@ -248,7 +254,7 @@ def _nothing_found(refused: Sequence[UnusedSpan], unit: Imu) -> str:
     if not refused:
         return explain(SpinFailure(SpinFailureKind.NO_TURN))
     hint = ""
-    little = any(_turned_too_little(span.failure) for span in refused)
+    little = any(_shows_too_small_a_turn(interval.failure) for interval in refused)
     if little and unit.recording.metadata.gyroscope_unit.name == "deg/s":
         hint = "; if its gyroscope was logged in rad/s, say --gyroscope-unit rad/s"
     if len(refused) == 1 and remedy(refused[0].failure):
@@ -256,18 +262,22 @@ def _nothing_found(refused: Sequence[UnusedSpan], unit: Imu) -> str:
     return f"shows no spin that can be used: {_named(refused)}; {advice}{hint}"
 
 
-def _turned_too_little(failure: SpinFailure) -> bool:
+def _shows_too_small_a_turn(failure: SpinFailure) -> bool:
     """Whether it turned, but less than it should have: as a gyroscope shows that was taken for deg/s."""
     if failure.kind is SpinFailureKind.NO_TURN:
         return failure.figures.get("turned", 0.0) >= SMALLEST_SHOWN
     return failure.kind in (SpinFailureKind.PUSHED, SpinFailureKind.TURNED_TOO_LITTLE)
 
 
-def _named(refused: Sequence[UnusedSpan]) -> str:
-    """List the longest stretches with their reasons; of several, without the remedy of each."""
-    longest = sorted(sorted(refused, key=lambda span: span.start - span.end)[:MOST_NAMED], key=_start_of)
+def _named(refused: Sequence[UnusedInterval]) -> str:
+    """List the longest segments with their reasons; of several, without the remedy of each."""
+    longest = sorted(
+        sorted(refused, key=lambda interval: interval.start - interval.end)[:MOST_NAMED], key=_start_of
+    )
     words = explain if len(refused) == 1 else cause
-    named = [f"{span.start:.1f} to {span.end:.1f} s {words(span.failure)}" for span in longest]
+    named = [
+        f"{interval.start:.1f} to {interval.end:.1f} s {words(interval.failure)}" for interval in longest
+    ]
     more = len(refused) - len(longest)
     return ", ".join([*named, *([f"and {more} more"] if more else [])])
 

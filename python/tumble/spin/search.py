@@ -13,18 +13,18 @@ from tumble.acquisition.acquire import Fault
 from tumble.gravity import STANDARD_GRAVITY
 from tumble.recording import FloatArray
 from tumble.results import Rest
-from tumble.spin.failure import SpinFailure, SpinFailureKind, UnusedSpan
+from tumble.spin.failure import SpinFailure, SpinFailureKind, UnusedInterval
 from tumble.spin.motions import (
     FEWEST_SAMPLES,
     SMALLEST_SPIN,
     first_turn,
     is_nudge,
     motion_failure,
-    nearest,
+    nearest_rest,
     turned_about,
 )
 from tumble.spin.result import FULL_TURN
-from tumble.spin.segments import Samples, Stretch
+from tumble.spin.segments import Segment, SpinSamples
 from tumble.spin.turns import Angle, TrueTurns
 
 LARGEST_SCALE_ERROR = 0.1
@@ -57,44 +57,44 @@ class Criteria:
 class Chain:
     """Rests and motions in turn, without a gap: one spin, if it is one."""
 
-    stretches: tuple[Stretch, ...]
+    segments: tuple[Segment, ...]
     given: bool = False
     """The user said that this is a spin."""
 
     @property
     def start(self) -> float:
         """Time of the first sample, s."""
-        return self.stretches[0].start
+        return self.segments[0].start
 
     @property
     def end(self) -> float:
         """Time of the last sample, s."""
-        return self.stretches[-1].end
+        return self.segments[-1].end
 
     @property
-    def samples(self) -> Samples:
+    def samples(self) -> SpinSamples:
         """All of them."""
-        return Samples.joined([stretch.samples for stretch in self.stretches])
+        return SpinSamples.joined([segment.samples for segment in self.segments])
 
     @property
     def rests(self) -> tuple[Rest, ...]:
         """The rests in it."""
-        return tuple(stretch.rest for stretch in self.stretches if stretch.rest is not None)
+        return tuple(segment.rest for segment in self.segments if segment.rest is not None)
 
     @property
     def rest_times(self) -> FloatArray:
         """(k, 2) s between which the robot stood."""
-        times = [(each.start, each.end) for each in self.stretches if each.rest is not None]
+        times = [(each.start, each.end) for each in self.segments if each.rest is not None]
         return np.array(times, dtype=np.float64).reshape(-1, 2)
 
     @property
-    def motions(self) -> tuple[Stretch, ...]:
+    def motions(self) -> tuple[Segment, ...]:
         """What lies beside and between the rests."""
-        return tuple(stretch for stretch in self.stretches if stretch.rest is None)
+        return tuple(segment for segment in self.segments if segment.rest is None)
 
 
 @dataclass(frozen=True, slots=True)
-class Fitted:
+class FittedSpin:
     """A spin and what the core made of it."""
 
     chain: Chain
@@ -107,81 +107,83 @@ class _Failed:
     """Why a chain is no spin, and the motion that is to blame, where it is a single one."""
 
     failure: SpinFailure
-    culprit: Stretch | None = None
+    motion: Segment | None = None
 
 
 def chains_of(
-    stretches: Iterable[tuple[Stretch, bool]], rests: Sequence[Rest], criteria: Criteria, given: bool
-) -> Iterator[Chain | UnusedSpan]:
+    segments: Iterable[tuple[Segment, bool]], rests: Sequence[Rest], criteria: Criteria, given: bool
+) -> Iterator[Chain | UnusedInterval]:
     """Link rests and motions to chains; a motion that cannot be part of a spin ends one and is refused.
 
-    With each stretch comes whether the chain ends there. `rests` are those of the recording, at least one.
+    With each segment comes whether the chain ends there. `rests` are those of the recording, at least one.
     A drive ends a chain as soon as it is known to be one, so that a day of driving need not be kept.
     """
-    links: list[Stretch] = []
-    for stretch, ends_here in stretches:
-        is_motion = stretch.rest is None and len(stretch.samples) >= FEWEST_SAMPLES
+    links: list[Segment] = []
+    for segment, ends_here in segments:
+        is_motion = segment.rest is None and len(segment.samples) >= FEWEST_SAMPLES
         failure = (
-            motion_failure(stretch, nearest(stretch, rests), criteria.faults, given) if is_motion else None
+            motion_failure(segment, nearest_rest(segment, rests), criteria.faults, given)
+            if is_motion
+            else None
         )
-        if not failure and (is_motion or stretch.rest):
-            links.append(stretch)
+        if not failure and (is_motion or segment.rest):
+            links.append(segment)
         if failure or ends_here:
             yield Chain(tuple(links), given)
             links = []
-        elif stretch.rest and not given and _alone(Chain(tuple(links[-3:])), criteria)[1]:
+        elif segment.rest and not given and _alone(Chain(tuple(links[-3:])), criteria)[1]:
             yield Chain(tuple(links))
-            links = [stretch]
+            links = [segment]
         if failure:
-            yield UnusedSpan(stretch.start, stretch.end, failure)
+            yield UnusedInterval(segment.start, segment.end, failure)
     yield Chain(tuple(links), given)
 
 
-def fit_or_split(chain: Chain, criteria: Criteria) -> Iterator[Fitted | UnusedSpan]:
+def fit_or_split(chain: Chain, criteria: Criteria) -> Iterator[FittedSpin | UnusedInterval]:
     """Fit a chain as one spin; where one of its motions spoils that, take it out and fit what is left."""
     if not _moves(chain):
-        if chain.given and chain.stretches:
+        if chain.given and chain.segments:
             kind = SpinFailureKind.NO_TURN if chain.rests else SpinFailureKind.NO_REST
-            yield UnusedSpan(chain.start, chain.end, SpinFailure(kind))
+            yield UnusedInterval(chain.start, chain.end, SpinFailure(kind))
         return
-    if chain.stretches[0].rest is None:
-        first, *others = chain.stretches
+    if chain.segments[0].rest is None:
+        first, *others = chain.segments
         if not is_nudge(first, chain.rests[0]):
-            yield UnusedSpan(first.start, first.end, SpinFailure(SpinFailureKind.MOVED_FIRST))
+            yield UnusedInterval(first.start, first.end, SpinFailure(SpinFailureKind.MOVED_FIRST))
         yield from fit_or_split(Chain(tuple(others), chain.given), criteria)
         return
-    turned = sum(turned_about(motion, nearest(motion, chain.rests)) for motion in chain.motions)
+    turned = sum(turned_about(motion, nearest_rest(motion, chain.rests)) for motion in chain.motions)
     if turned < SMALLEST_SPIN:
         failure = SpinFailure(SpinFailureKind.NO_TURN, {"turned": turned})
-        yield UnusedSpan(chain.start, chain.end, failure)
+        yield UnusedInterval(chain.start, chain.end, failure)
         return
-    stray = _stray_alone(chain, criteria)
+    stray = _first_stray(chain, criteria)
     if stray is not None:
-        yield from _without(*stray, chain, criteria)
+        yield from _without_motion(*stray, chain, criteria)
         return
     attempt = _attempt(chain, criteria)
-    if isinstance(attempt, Fitted):
+    if isinstance(attempt, FittedSpin):
         yield attempt
-    elif attempt.culprit is None or chain.given:
-        yield UnusedSpan(chain.start, chain.end, attempt.failure)
+    elif attempt.motion is None or chain.given:
+        yield UnusedInterval(chain.start, chain.end, attempt.failure)
     else:
-        yield from _without(attempt.culprit, attempt.failure, chain, criteria)
+        yield from _without_motion(attempt.motion, attempt.failure, chain, criteria)
 
 
 def _moves(chain: Chain) -> bool:
     """Whether there is a rest, and a motion that is more than a knock."""
     rests = chain.rests
-    return bool(rests) and not all(is_nudge(motion, nearest(motion, rests)) for motion in chain.motions)
+    return bool(rests) and not all(is_nudge(motion, nearest_rest(motion, rests)) for motion in chain.motions)
 
 
-def _stray_alone(chain: Chain, criteria: Criteria) -> tuple[Stretch, SpinFailure] | None:
+def _first_stray(chain: Chain, criteria: Criteria) -> tuple[Segment, SpinFailure] | None:
     """Find a motion that was no turn on the spot by itself: beside others it would spoil their fit."""
     if chain.given or len(chain.motions) < 2:
         return None
-    arms: list[tuple[Stretch, FloatArray]] = []
+    arms: list[tuple[Segment, FloatArray]] = []
     for motion in chain.motions:
-        at = chain.stretches.index(motion)
-        arm, failed = _alone(Chain(chain.stretches[at - 1 : at + 2]), criteria)
+        at = chain.segments.index(motion)
+        arm, failed = _alone(Chain(chain.segments[at - 1 : at + 2]), criteria)
         if failed is not None:
             return motion, failed.failure
         if arm is not None:
@@ -192,7 +194,7 @@ def _stray_alone(chain: Chain, criteria: Criteria) -> tuple[Stretch, SpinFailure
 def _alone(chain: Chain, criteria: Criteria) -> tuple[FloatArray | None, _Failed | None]:
     """Fit a single motion with the rests beside it: its lever arm, (3,) m, and whether it was a drive."""
     if (
-        chain.stretches[0].rest is None
+        chain.segments[0].rest is None
         or len(chain.motions) != 1
         or is_nudge(chain.motions[0], chain.rests[0])
     ):
@@ -202,10 +204,10 @@ def _alone(chain: Chain, criteria: Criteria) -> tuple[FloatArray | None, _Failed
     except _core.CoreError:
         # What is too little by itself, or spoilt for another reason, is seen with the others.
         return None, None
-    return figures["lever_arm"], _astray(chain, figures, blocks)
+    return figures["lever_arm"], _left_the_spot(chain, figures, blocks)
 
 
-def _another_axis(arms: Sequence[tuple[Stretch, FloatArray]]) -> tuple[Stretch, SpinFailure] | None:
+def _another_axis(arms: Sequence[tuple[Segment, FloatArray]]) -> tuple[Segment, SpinFailure] | None:
     """Find a motion about another axis than most, the one furthest from the IMU first; `arms` are (3,) m."""
     if not arms:
         return None
@@ -215,25 +217,25 @@ def _another_axis(arms: Sequence[tuple[Stretch, FloatArray]]) -> tuple[Stretch, 
     if not odd.any():
         return None
     last = max(range(len(arms)), key=lambda k: (odd[k], np.linalg.norm(vectors[k])))
-    return arms[last][0], _circle(vectors[last])
+    return arms[last][0], _drove_a_circle(vectors[last])
 
 
-def _circle(arm: FloatArray) -> SpinFailure:
+def _drove_a_circle(arm: FloatArray) -> SpinFailure:
     return SpinFailure(SpinFailureKind.DROVE_A_CIRCLE, {"radius": float(np.linalg.norm(arm))})
 
 
-def _without(
-    culprit: Stretch, failure: SpinFailure, chain: Chain, criteria: Criteria
-) -> Iterator[Fitted | UnusedSpan]:
+def _without_motion(
+    faulty_motion: Segment, failure: SpinFailure, chain: Chain, criteria: Criteria
+) -> Iterator[FittedSpin | UnusedInterval]:
     """Fit what lies before and after a motion, and the turn it began with, if it did not only turn."""
-    at = chain.stretches.index(culprit)
-    first = first_turn(culprit, nearest(culprit, chain.rests))
-    yield from fit_or_split(Chain((*chain.stretches[:at], *first)), criteria)
-    yield UnusedSpan(first[0].end if first else culprit.start, culprit.end, failure)
-    yield from fit_or_split(Chain(chain.stretches[at + 1 :]), criteria)
+    at = chain.segments.index(faulty_motion)
+    first = first_turn(faulty_motion, nearest_rest(faulty_motion, chain.rests))
+    yield from fit_or_split(Chain((*chain.segments[:at], *first)), criteria)
+    yield UnusedInterval(first[0].end if first else faulty_motion.start, faulty_motion.end, failure)
+    yield from fit_or_split(Chain(chain.segments[at + 1 :]), criteria)
 
 
-def _attempt(chain: Chain, criteria: Criteria) -> Fitted | _Failed:
+def _attempt(chain: Chain, criteria: Criteria) -> FittedSpin | _Failed:
     try:
         figures, blocks = _fit(chain, criteria.settings)
         if criteria.true_turns is not None:
@@ -245,12 +247,12 @@ def _attempt(chain: Chain, criteria: Criteria) -> Fitted | _Failed:
             figures, blocks = _fit(chain, criteria.settings, known)
     except _core.CoreError as error:
         failure = SpinFailure.of_core(*error.args)
-        return _Failed(failure, _at(chain, failure.figures.get("time")))
+        return _Failed(failure, _motion_at(chain, failure.figures.get("time")))
     return (
-        _too_little(figures, criteria)
-        or _astray(chain, figures, blocks)
-        or _too_restless(chain, criteria)
-        or Fitted(chain, figures, blocks)
+        _turned_too_little(figures, criteria)
+        or _left_the_spot(chain, figures, blocks)
+        or _rested_too_shortly(chain, criteria)
+        or FittedSpin(chain, figures, blocks)
     )
 
 
@@ -277,7 +279,7 @@ def _contradiction(turned: tuple[float, float], known: Angle) -> SpinFailure | N
     return None
 
 
-def _too_little(figures: _core.SpinFigures, criteria: Criteria) -> _Failed | None:
+def _turned_too_little(figures: _core.SpinFigures, criteria: Criteria) -> _Failed | None:
     """Object to a turn smaller than asked for."""
     turned = figures["turned_clockwise"] + figures["turned_counter_clockwise"]
     wanted = FULL_TURN * (criteria.turns or 0.0)
@@ -288,7 +290,7 @@ def _too_little(figures: _core.SpinFigures, criteria: Criteria) -> _Failed | Non
     return None
 
 
-def _too_restless(chain: Chain, criteria: Criteria) -> _Failed | None:
+def _rested_too_shortly(chain: Chain, criteria: Criteria) -> _Failed | None:
     """Object to rests shorter than asked for."""
     longest = max(float(end - start) for start, end in chain.rest_times)
     # The segmenter leaves out the ends of a rest, where the robot may still settle.
@@ -298,21 +300,25 @@ def _too_restless(chain: Chain, criteria: Criteria) -> _Failed | None:
     return _Failed(SpinFailure(SpinFailureKind.RESTED_TOO_SHORTLY, figures))
 
 
-def _astray(chain: Chain, figures: _core.SpinFigures, blocks: _core.SpinBlockFigures) -> _Failed | None:
+def _left_the_spot(
+    chain: Chain, figures: _core.SpinFigures, blocks: _core.SpinBlockFigures
+) -> _Failed | None:
     """Find the motion in which the robot left the spot."""
     speeds = [_speed(motion, chain, figures, blocks) for motion in chain.motions]
     fastest = int(np.argmax(speeds))
-    culprit = chain.motions[fastest]
-    if speeds[fastest] > _largest_speed(culprit, chain, figures):
+    faulty_motion = chain.motions[fastest]
+    if speeds[fastest] > _largest_speed(faulty_motion, chain, figures):
         reached = {"speed": speeds[fastest], "named": float(chain.given)}
-        return _Failed(SpinFailure(SpinFailureKind.DROVE, reached), culprit)
+        return _Failed(SpinFailure(SpinFailureKind.DROVE, reached), faulty_motion)
     if not chain.given and np.linalg.norm(figures["lever_arm"]) > LARGEST_LEVER_ARM:
-        return _Failed(_circle(figures["lever_arm"]), culprit if len(chain.motions) == 1 else None)
+        return _Failed(
+            _drove_a_circle(figures["lever_arm"]), faulty_motion if len(chain.motions) == 1 else None
+        )
     return None
 
 
 def _speed(
-    motion: Stretch, chain: Chain, figures: _core.SpinFigures, blocks: _core.SpinBlockFigures
+    motion: Segment, chain: Chain, figures: _core.SpinFigures, blocks: _core.SpinBlockFigures
 ) -> float:
     """Largest horizontal speed of the turning axis over one motion, m/s, by what the accelerometers say.
 
@@ -329,18 +335,18 @@ def _speed(
     velocity = np.cumsum(gained) - 0.5 * gained
     turning = 1j * _arm_along_floor(figures) * blocks["rate"][kept] * np.exp(1j * heading)
     velocity -= turning
-    if motion is not chain.stretches[-1]:
+    if motion is not chain.segments[-1]:
         # It stands again afterwards: what the sum has gathered until then is drift.
         velocity -= np.linspace(0.0, 1.0, len(velocity)) * velocity[-1]
     return float(np.abs(velocity).max())
 
 
-def _largest_speed(motion: Stretch, chain: Chain, figures: _core.SpinFigures) -> float:
+def _largest_speed(motion: Segment, chain: Chain, figures: _core.SpinFigures) -> float:
     """Speed that a motion on the spot may seem to reach, m/s: misfit adds up, and integrated noise walks."""
     seconds = motion.end - motion.start
     noise = float(np.linalg.norm(figures["noise"][1])) * math.sqrt(2.0 / 3.0)
     walk = noise * seconds / math.sqrt(len(motion.samples))
-    if motion is not chain.stretches[-1]:
+    if motion is not chain.segments[-1]:
         # Zero at both ends, it walks half as far.
         walk *= 0.5
     return LARGEST_SPEED + LARGEST_MISFIT * seconds + SIGMAS_OF_WALK * walk
@@ -363,8 +369,8 @@ def _arm_along_floor(figures: _core.SpinFigures) -> complex:
     return complex(arm @ forward, arm @ np.cross(up, forward))
 
 
-def _at(chain: Chain, time: float | None) -> Stretch | None:
-    """Find the motion at or nearest to a time; None where there is no time to go by."""
+def _motion_at(chain: Chain, time: float | None) -> Segment | None:
+    """Find the motion at or nearest_rest to a time; None where there is no time to go by."""
     if time is None:
         return None
     return min(chain.motions, key=lambda each: max(each.start - time, time - each.end, 0.0))

@@ -27,7 +27,7 @@ Progress = Callable[[int, int | None], None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Samples:
+class SpinSamples:
     """Successive samples in memory: (n,) s, (n, 3) m/s^2, (n, 3) rad/s."""
 
     time: FloatArray
@@ -38,7 +38,7 @@ class Samples:
         return len(self.time)
 
     @classmethod
-    def joined(cls, parts: Sequence[Samples]) -> Samples:
+    def joined(cls, parts: Sequence[SpinSamples]) -> SpinSamples:
         """One after the other."""
         return cls(
             np.concatenate([part.time for part in parts]),
@@ -46,16 +46,16 @@ class Samples:
             np.concatenate([part.gyroscope for part in parts]),
         )
 
-    def between(self, start: float, end: float) -> Samples:
+    def between(self, start: float, end: float) -> SpinSamples:
         """Those from `start` up to but without `end`."""
         first, last = np.searchsorted(self.time, [start, end])
         kept = slice(int(first), int(last))
-        return Samples(self.time[kept], self.accelerometer[kept], self.gyroscope[kept])
+        return SpinSamples(self.time[kept], self.accelerometer[kept], self.gyroscope[kept])
 
 
 @dataclass(frozen=True, slots=True)
-class Span:
-    """A stretch of the recording's clock, s, from `start` up to but without `end`."""
+class Interval:
+    """A stretch of time, s of the recording's clock, from `start` up to but without `end`."""
 
     start: float
     end: float
@@ -65,25 +65,25 @@ class Span:
         """How long it is."""
         return self.end - self.start
 
-    def within(self, other: Span) -> Span:
+    def within(self, other: Interval) -> Interval:
         """Cut it to what lies in the other."""
-        return Span(max(self.start, other.start), min(self.end, other.end))
+        return Interval(max(self.start, other.start), min(self.end, other.end))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Place:
+class UnreadSegment:
     """Where a rest or a motion lies; the samples are yet to be read."""
 
-    span: Span
+    interval: Interval
     rest: Rest | None = None
     """None for a motion."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stretch:
+class Segment:
     """A rest or a motion with its samples."""
 
-    samples: Samples
+    samples: SpinSamples
     rest: Rest | None = None
     """None for a motion."""
 
@@ -97,12 +97,12 @@ class Stretch:
         """Time of the last sample, s."""
         return float(self.samples.time[-1])
 
-    def between(self, start: float, end: float) -> Stretch:
+    def between(self, start: float, end: float) -> Segment:
         """Cut out the part from `start` up to but without `end`."""
-        return Stretch(self.samples.between(start, end), self.rest)
+        return Segment(self.samples.between(start, end), self.rest)
 
 
-def as_rest(samples: Samples) -> Rest:
+def rest_from(samples: SpinSamples) -> Rest:
     """Describe samples, at least two, as a rest; the noise is taken to be white."""
     root = math.sqrt(len(samples))
     return Rest(
@@ -116,7 +116,7 @@ def as_rest(samples: Samples) -> Rest:
     )
 
 
-def standing(rests: Sequence[Rest]) -> list[Rest]:
+def true_rests(rests: Sequence[Rest]) -> list[Rest]:
     """Leave out what is as quiet as a rest and yet turns, which a robot on a level floor does.
 
     At rest the gyroscope always says the same, its bias. Which of several rates that is, repetition tells: a
@@ -139,61 +139,65 @@ def _first_other(alike: np.typing.NDArray[np.bool_]) -> int:
     return int(others[0]) if len(others) else len(alike)
 
 
-def places_within(window: Span, rests: Sequence[Rest]) -> Iterator[Place]:
+def segments_within(window: Interval, rests: Sequence[Rest]) -> Iterator[UnreadSegment]:
     """Rests and motions of a window, in turn; of one spin, each begins where the one before ends."""
     reached = window.start
     for rest in rests:
-        inside = Span(rest.start, math.nextafter(rest.end, math.inf)).within(window)
+        inside = Interval(rest.start, math.nextafter(rest.end, math.inf)).within(window)
         if inside.seconds < SHORTEST_REST:
             continue
         if inside.start > reached:
-            yield Place(Span(reached, inside.start))
-        yield from _kept_of(Place(inside, _clipped(rest, inside)))
+            yield UnreadSegment(Interval(reached, inside.start))
+        yield from _shortened(UnreadSegment(inside, _clipped(rest, inside)))
         reached = inside.end
     if reached < window.end:
-        yield Place(Span(reached, window.end))
+        yield UnreadSegment(Interval(reached, window.end))
 
 
-def _clipped(rest: Rest, span: Span) -> Rest:
-    return replace(rest, start=max(rest.start, span.start), end=min(rest.end, span.end))
+def _clipped(rest: Rest, interval: Interval) -> Rest:
+    return replace(rest, start=max(rest.start, interval.start), end=min(rest.end, interval.end))
 
 
-def _kept_of(place: Place) -> Iterator[Place]:
+def _shortened(unread: UnreadSegment) -> Iterator[UnreadSegment]:
     """Give a rest as it is, or only its ends if it is long."""
-    start, end = place.span.start, place.span.end
-    if place.span.seconds <= LONGEST_REST:
-        yield place
+    start, end = unread.interval.start, unread.interval.end
+    if unread.interval.seconds <= LONGEST_REST:
+        yield unread
         return
-    yield replace(place, span=Span(start, start + 0.5 * LONGEST_REST))
-    yield replace(place, span=Span(end - 0.5 * LONGEST_REST, end))
+    yield replace(unread, interval=Interval(start, start + 0.5 * LONGEST_REST))
+    yield replace(unread, interval=Interval(end - 0.5 * LONGEST_REST, end))
 
 
-def read_spans(
+def read_intervals(
     recording: Recording,
     calibration: Calibration | None,
-    spans: Sequence[Span],
+    intervals: Sequence[Interval],
     progress: Progress | None = None,
-) -> Iterator[Samples]:
-    """Read a recording once and give the samples of each span as soon as it is past; the spans are in order.
+) -> Iterator[SpinSamples]:
+    """Read a recording once and give the samples of each interval, which are in order, as soon as it is past.
 
-    Only the samples of one span are held at a time.
+    Only the samples of one interval are held at a time.
     """
-    waiting = iter(spans)
-    span = next(waiting, None)
-    parts: list[Samples] = []
+    waiting = iter(intervals)
+    interval = next(waiting, None)
+    parts: list[SpinSamples] = []
     done = 0
     stream = recording.chunks()
     for chunk in stream:
-        piece = Samples(chunk.time, *corrected(chunk, calibration))
+        piece = SpinSamples(chunk.time, *corrected(chunk, calibration))
         done += len(chunk)
         if progress is not None:
             progress(done, stream.expected if isinstance(stream, ChunkStream) else None)
-        while span is not None:
-            parts.append(piece.between(span.start, span.end))
-            if chunk.time[-1] < span.end:
+        while interval is not None:
+            parts.append(piece.between(interval.start, interval.end))
+            if chunk.time[-1] < interval.end:
                 break
-            yield Samples.joined(parts)
-            parts, span = [], next(waiting, None)
-    while span is not None:
-        yield Samples.joined(parts) if parts else Samples(np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
-        parts, span = [], next(waiting, None)
+            yield SpinSamples.joined(parts)
+            parts, interval = [], next(waiting, None)
+    while interval is not None:
+        yield (
+            SpinSamples.joined(parts)
+            if parts
+            else SpinSamples(np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
+        )
+        parts, interval = [], next(waiting, None)
