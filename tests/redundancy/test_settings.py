@@ -41,9 +41,9 @@ def contradiction(**changes):
         _core.RedundancyMonitor(units, settings.by_name())
     kind, figures = caught.value.args
     assert kind == "contradictory settings"
-    from tumble.redundancy.messages import in_words
+    from tumble.redundancy.messages import explain
 
-    return in_words(figures, settings.by_name())
+    return explain(figures, settings.by_name())
 
 
 def test_the_settings_and_defaults_of_python_are_those_of_the_core():

@@ -7,7 +7,7 @@ import math
 from tumble import _core
 
 
-def in_words(error: _core.CoreError, primary: str, search: float) -> str:
+def explain(error: _core.CoreError, primary: str, search: float) -> str:
     """One line: what is wrong with a secondary beside a primary of that name, and what to do."""
     kind, figures = error.args
     if kind == "no motion":

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from tumble import _core
-from tumble.align.messages import in_words
+from tumble.align.messages import explain
 from tumble.align.outputs import describe_alignment
 from tumble.align.result import AlignResult, UnitAlignment
 from tumble.align.samples import Progress, UnitSamples, read_samples
@@ -81,7 +81,7 @@ def _aligned(
             rate_bias_sigma=ours.gyroscope_bias_sigma,
         )
     except _core.CoreError as error:
-        raise ProcedureError(f"{unit.name}: {in_words(error, our_unit.name, search)}") from error
+        raise ProcedureError(f"{unit.name}: {explain(error, our_unit.name, search)}") from error
     return describe_alignment(unit.name, unit.source, figures, around)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 Settings = Mapping[str, object]
 
 
-def in_words(figures: Mapping[str, object], settings: Settings) -> str:
+def explain(figures: Mapping[str, object], settings: Settings) -> str:
     """One line: which settings contradict each other, with their values, and what to do.
 
     `figures` are those of a `CoreError` of kind `contradictory settings`: setting, objection, and the other

@@ -17,7 +17,7 @@ from tumble.files import prepare_folder
 from tumble.logs import ReadOptions, parse_spec
 from tumble.recording import FloatArray, Recording
 from tumble.redundancy.logs import Progress, SideBySide, Source, Unit, open_units
-from tumble.redundancy.messages import in_words
+from tumble.redundancy.messages import explain
 from tumble.redundancy.replay import COMMANDS, Command, replay
 from tumble.redundancy.result import RedundancyEvent, RedundancyResult, SecondaryError
 from tumble.redundancy.settings import RedundancySettings
@@ -179,7 +179,7 @@ def _monitor(
         kind, figures = error.args
         if kind != "contradictory settings":
             raise
-        raise ProcedureError(f"settings: {in_words(figures, by_name)}") from error
+        raise ProcedureError(f"settings: {explain(figures, by_name)}") from error
 
 
 def _arguments(unit: UnitSettings, calibration: Calibration | None) -> dict[str, Any]:

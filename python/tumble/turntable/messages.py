@@ -11,7 +11,7 @@ _MIRRORS = (
 )
 
 
-def in_words(error: _core.CoreError, pose_names: dict[int, str]) -> str:
+def explain(error: _core.CoreError, pose_names: dict[int, str]) -> str:
     """One line: what is wrong and what to do."""
     kind, figures = error.args
     if kind == "too few rests":

@@ -21,7 +21,7 @@ from tumble.logs import ReadOptions, open_recording, parse_spec
 from tumble.recording import Recording
 from tumble.turntable.limits import Limits
 from tumble.turntable.matching import PoseMatch, match_poses
-from tumble.turntable.messages import in_words
+from tumble.turntable.messages import explain
 from tumble.turntable.poses import SIX_FACES, PoseList
 from tumble.turntable.reference import pose_results, reference_result, reference_warnings
 from tumble.turntable.result import Truth, TurntableResult
@@ -200,4 +200,4 @@ def _understand(
     try:
         return _core.understand_reference(unit.acquired, match.ups, settings)
     except _core.CoreError as error:
-        raise ProcedureError(f"{unit.name}: {in_words(error, match.names)}") from None
+        raise ProcedureError(f"{unit.name}: {explain(error, match.names)}") from None

@@ -16,7 +16,7 @@ from tumble.errors import TumbleError
 from tumble.results import Trace, TriadResult
 from tumble.turntable.limits import Limits
 from tumble.turntable.matching import PoseMatch
-from tumble.turntable.messages import in_words
+from tumble.turntable.messages import explain
 from tumble.turntable.result import AxisReading, Clock, TargetResult
 from tumble.turntable.triads import triad_result
 
@@ -49,7 +49,7 @@ class TargetProcedure:
                 self.reference.acquired, self.understood, unit.acquired, self.match.ups, self.settings
             )
         except _core.CoreError as error:
-            return _failed(name, f"{name}: {in_words(error, self.match.names)}", unit)
+            return _failed(name, f"{name}: {explain(error, self.match.names)}", unit)
         except TumbleError as error:
             return _failed(name, str(error), unit)
         stray = self._stray_rest(figures)
