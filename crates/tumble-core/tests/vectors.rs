@@ -22,7 +22,7 @@ use tumble_core::turntable::fit::fit;
 use tumble_core::turntable::mounting::{PoseMean, fit_mounting};
 use tumble_core::turntable::observation::FitInputs;
 use tumble_core::turntable::reference::fit_sphere;
-use tumble_core::turntable::truth::{RestReadings, from_reference};
+use tumble_core::turntable::truth::{CommonRest, from_reference};
 
 /// One file of vectors.
 struct Vectors {
@@ -226,7 +226,7 @@ fn triad<T: Named>() {
     let mut start = T::zero();
     let mut observations = Vec::new();
     for (reference, target) in reference.iter().zip(&target) {
-        let pair = RestReadings {
+        let pair = CommonRest {
             interval: Interval {
                 start,
                 end: start + rest,

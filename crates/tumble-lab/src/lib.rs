@@ -9,6 +9,7 @@ pub mod acquisition;
 pub mod align;
 pub mod correct;
 pub mod redundancy;
+mod sensor_range;
 pub mod simulate;
 pub mod spin;
 pub mod turntable;

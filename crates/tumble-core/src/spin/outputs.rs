@@ -28,8 +28,8 @@ pub(super) fn from_fit<T: Real>(
     let covariance = fit.solution.covariance * fit.widening();
     let joint = biases(&fit.floor, &covariance);
     let accelerometer = accelerometer_bias(spin, priors, fit, &joint);
-    let mounting = mounting(fit, &covariance);
-    let (floor_tilt, uphill_bearing) = uphill(priors, &fit.solution.x, &covariance, mounting.forward_sigma);
+    let attitude = floor_attitude(fit, &covariance);
+    let (floor_tilt, uphill_bearing) = uphill(priors, &fit.solution.x, &covariance, attitude.forward_sigma);
     SpinEstimate {
         turned: *spin.turned(),
         resting_time: spin.rests().map_or(T::zero(), Rests::time),
@@ -41,8 +41,8 @@ pub(super) fn from_fit<T: Real>(
         level_free_is_default: accelerometer.level_free_is_default,
         covariance: accelerometer.covariance,
         up: fit.up,
-        roll: mounting.roll,
-        pitch: mounting.pitch,
+        roll: attitude.roll,
+        pitch: attitude.pitch,
         floor_tilt,
         uphill_bearing,
         lever_arm: lever_arm(fit, &covariance),
@@ -106,17 +106,20 @@ fn gyroscope_bias<T: Real>(
 }
 
 /// How the IMU sits on the floor.
-struct Mounting<T: Real> {
+struct FloorAttitude<T: Real> {
     roll: ScalarEstimate<T>,
     pitch: ScalarEstimate<T>,
     /// 1-sigma of the direction that counts as forward, rad.
     forward_sigma: T,
 }
 
-fn mounting<T: Real>(fit: &LevelFree<T>, covariance: &SMatrix<T, UNKNOWNS, UNKNOWNS>) -> Mounting<T> {
+fn floor_attitude<T: Real>(
+    fit: &LevelFree<T>,
+    covariance: &SMatrix<T, UNKNOWNS, UNKNOWNS>,
+) -> FloorAttitude<T> {
     let (roll, pitch) = axis::tilt(&fit.up); // eq. 14
     let tilt_sigma = |i: usize| covariance[(AXIS + i, AXIS + i)].sqrt();
-    Mounting {
+    FloorAttitude {
         roll: ScalarEstimate {
             value: roll,
             sigma: tilt_sigma(1) / pitch.cos().abs().max(real(1e-6)),

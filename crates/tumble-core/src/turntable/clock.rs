@@ -70,8 +70,8 @@ impl<T: Real> ClockFit<T> {
 /// Farthest the centres of one turn may be apart once the offset is right, s.
 const TOLERANCE: f64 = 0.5;
 
-/// Largest plausible skew between two clocks.
-const LARGEST_SKEW: f64 = 1e-3;
+/// Largest plausible skew between two clocks: a thousand ppm, the worst of oscillators.
+pub const LARGEST_SKEW: f64 = 1e-3;
 
 /// Whether two marks can be one turn: the angles agree within what scale errors of low-grade units explain.
 fn alike<T: Real>(a: &TurnMark<T>, b: &TurnMark<T>) -> bool {

@@ -31,7 +31,7 @@ pub enum TruthSource {
 
 /// One rest as reference and target saw it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RestReadings<T: Real> {
+pub struct CommonRest<T: Real> {
     /// When the target stood still, s on the reference's clock.
     pub interval: Interval<T>,
     /// Mean of the reference, m/s^2.
@@ -57,7 +57,7 @@ fn regressor<T: Real>(u: &Vector3<T>) -> SVector<T, 4> {
 /// Truth from what the reference saw, drawn to the sphere of radius g along its own uncertainty, as far as the
 /// reference keeps to that sphere at all (docs/theory/turntable.md, eq. 8 to 10).
 pub fn from_reference<T: Real>(
-    pair: &RestReadings<T>,
+    pair: &CommonRest<T>,
     sphere: &SphereFit<T>,
     gravity: T,
 ) -> ForceObservation<T> {
@@ -80,7 +80,7 @@ pub fn from_reference<T: Real>(
 /// Truth from the list of poses; `None` where the pose is not known.
 pub fn from_poses<T: Real>(
     truth: TruthSource,
-    pair: &RestReadings<T>,
+    pair: &CommonRest<T>,
     mounting: &MountingFit<T>,
     gravity: T,
 ) -> Option<ForceObservation<T>> {

@@ -8,7 +8,7 @@ use tumble_core::real::Real;
 use tumble_core::turntable::mounting::MountingFit;
 use tumble_core::turntable::reference::{EarthFit, SphereFit, earth_variance};
 use tumble_core::turntable::truth::{
-    ForceObservation, ReferenceTurn, RestReadings, TruthSource, at_rest, from_poses, from_reference, turning,
+    CommonRest, ForceObservation, ReferenceTurn, TruthSource, at_rest, from_poses, from_reference, turning,
     with_specific_force,
 };
 
@@ -31,8 +31,8 @@ fn pair<T: Real>(
     reference: &Vector3<f64>,
     covariance: &Matrix3<f64>,
     up: Option<Vector3<f64>>,
-) -> RestReadings<T> {
-    RestReadings {
+) -> CommonRest<T> {
+    CommonRest {
         interval: Interval {
             start: nalgebra::convert(WHEN.start),
             end: nalgebra::convert(WHEN.end),

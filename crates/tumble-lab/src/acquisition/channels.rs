@@ -4,6 +4,8 @@ use tumble_core::real::seconds;
 use tumble_core::sample::CHANNELS;
 use tumble_core::segmenter::Segment;
 
+use crate::sensor_range::{NEAR_END, PILED_UP, SMALLEST_RANGE};
+
 /// What is wrong with a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChannelFault {
@@ -79,9 +81,6 @@ struct End {
     last: u64,
 }
 
-/// Share of the extreme from which a reading counts as near it.
-const NEAR: f64 = 0.98;
-
 /// So many turns in a row do not leave one value of a sensor alone.
 const TURNS_SLEPT_THROUGH: usize = 3;
 
@@ -90,9 +89,6 @@ const TURNED: f64 = 0.3;
 
 /// Frozen blocks remembered for each channel.
 const MOST: usize = 4096;
-
-/// Specific force, m/s^2, and angular rate, rad/s, that no rest shows.
-const MOVING: [f64; 2] = [15.0, 0.5];
 
 impl End {
     const fn new() -> Self {
@@ -112,7 +108,7 @@ impl End {
             return;
         }
         if y > self.value {
-            let nearly = if y > 0.0 { NEAR * y } else { y / NEAR };
+            let nearly = if y > 0.0 { NEAR_END * y } else { y / NEAR_END };
             self.near = if self.value >= nearly {
                 self.near + self.at
             } else {
@@ -136,7 +132,7 @@ impl End {
 
     /// Readings pile up at the end of a range, and hardly any lie just below it.
     fn piled_up(&self) -> bool {
-        self.at >= 4 && self.at > self.near
+        self.at >= PILED_UP && self.at > self.near
     }
 }
 
@@ -218,7 +214,7 @@ impl ChannelMonitor {
     /// Takes in a sample.
     #[inline]
     pub fn push_sample(&mut self, time: u64, y: &[f64; CHANNELS]) {
-        let calm = (0..CHANNELS).fold(true, |calm, i| calm & (y[i].abs() <= MOVING[i / 3]));
+        let calm = (0..CHANNELS).fold(true, |calm, i| calm & (y[i].abs() <= SMALLEST_RANGE[i / 3]));
         if calm {
             return;
         }
@@ -306,7 +302,7 @@ impl ChannelMonitor {
 
     fn in_motion(&self, channel: usize) -> Option<ChannelFault> {
         let [low, high] = &self.ends[channel];
-        let moving = MOVING[channel / 3];
+        let moving = SMALLEST_RANGE[channel / 3];
         [(low, -1.0), (high, 1.0)]
             .into_iter()
             .find(|(end, _)| end.value > moving && end.piled_up())

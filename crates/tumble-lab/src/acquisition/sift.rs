@@ -54,7 +54,7 @@ const LARGEST_SLOPE: f64 = 0.004;
 const LARGEST_RATE_JUMP: f64 = 0.005;
 
 /// How much a gyroscope may feel specific force, rad/s per m/s^2: 0.3 deg/s per g, the worst of consumer grade.
-const LARGEST_G_SENSITIVITY: f64 = 5e-4;
+const WORST_G_SENSITIVITY: f64 = 5e-4;
 
 /// Drift of specific force, m/s^2, and angular rate, rad/s, within a rest that is not vibration: a bias that warms up, or
 /// the last of a turn before the sensor's own noise was known.
@@ -108,7 +108,7 @@ fn is_turning(found: &Acquired, i: usize) -> bool {
     let force = |k: usize| found.rests[k].specific_force();
     let gate = |j: usize, k: usize| {
         let noise = (variance / samples(j) + variance / samples(k)).sqrt();
-        LARGEST_RATE_JUMP + LARGEST_G_SENSITIVITY * (force(j) - force(k)).norm() + 6.0 * noise
+        LARGEST_RATE_JUMP + WORST_G_SENSITIVITY * (force(j) - force(k)).norm() + 6.0 * noise
     };
     let apart = |j: usize, k: usize| -> Vector3<f64> { rate(j) - rate(k) };
     apart(i, a).norm() > gate(i, a) && apart(i, b).norm() > gate(i, b) && apart(a, b).norm() <= gate(a, b)

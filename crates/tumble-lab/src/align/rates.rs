@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 use tumble_core::eigen;
 use tumble_core::rotation::{cross_matrix, inverse_left_jacobian};
+use tumble_core::turntable::clock::LARGEST_SKEW;
 
 use crate::align::grid::{Grid, RelativeClock, TrianglePair};
 use crate::align::robust::{GaussianPrior, ResidualRow, covariance, covariance_of_neglected, scale_of, step};
@@ -31,9 +32,7 @@ pub const HELD: f64 = 1e12;
 
 /// 1-sigma of a bias before any data, rad/s: no sensor is so bad.
 const LARGEST_BIAS: f64 = 1.0;
-/// 1-sigma of a skew before any data: a thousand ppm, the worst of oscillators.
-const LARGEST_SKEW: f64 = 1e-3;
-/// The same where there is only one clock.
+/// 1-sigma of a skew before any data where there is only one clock.
 const NO_SKEW: f64 = 1e-12;
 
 /// What the rates of two units show.

@@ -2,6 +2,8 @@
 
 use nalgebra::{SVector, Vector3};
 
+use crate::sensor_range::{NEAR_END, PILED_UP, SMALLEST_RANGE};
+
 /// Rate and specific force.
 pub const MEASURED: usize = 6;
 
@@ -10,15 +12,6 @@ pub const WITH_PRODUCTS: usize = 12;
 
 /// A step in time longer than so many usual ones is a gap.
 const LONGEST_STEP: f64 = 2.5;
-
-/// Share of the extreme from which a reading counts as near it.
-const NEAR: f64 = 0.98;
-
-/// A value is the end of a range only where it was reached so often.
-const PILED_UP: usize = 4;
-
-/// Specific force, m/s^2, and angular rate, rad/s, below which no range ends.
-const SMALLEST_RANGE: [f64; 2] = [15.0, 0.5];
 
 /// The samples of one unit, by its own clock.
 #[derive(Clone, Debug)]
@@ -256,8 +249,8 @@ fn range(rows: &[[f64; 3]], axis: usize, smallest: f64) -> (f64, f64) {
         let readings = || rows.iter().map(|row| sign * row[axis]).filter(|y| y.is_finite());
         let extreme = readings().fold(smallest, f64::max);
         let at = readings().filter(|y| *y == extreme).count();
-        let at_or_near = readings().filter(|y| *y >= NEAR * extreme).count();
-        let piled_up = extreme > smallest && at >= PILED_UP && 2 * at > at_or_near;
+        let at_or_near = readings().filter(|y| *y >= NEAR_END * extreme).count();
+        let piled_up = extreme > smallest && at >= PILED_UP as usize && 2 * at > at_or_near;
         if piled_up {
             sign * extreme
         } else {

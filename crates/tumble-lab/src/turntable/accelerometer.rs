@@ -4,9 +4,7 @@ use nalgebra::Matrix3;
 use tumble_core::rotation::Procrustes;
 use tumble_core::turntable::fit::fit;
 use tumble_core::turntable::observation::{FitInputs, Observation};
-use tumble_core::turntable::truth::{
-    ForceObservation, RestReadings, TruthSource, from_poses, from_reference,
-};
+use tumble_core::turntable::truth::{CommonRest, ForceObservation, TruthSource, from_poses, from_reference};
 
 use super::error::TurntableError;
 use super::flicker::refine;
@@ -56,7 +54,7 @@ impl TargetSession<'_> {
     fn force(&self, pair: &PairedRest) -> Result<Option<ForceObservation<f64>>, TurntableError> {
         let gravity = self.settings.gravity;
         let (reference, reference_covariance) = force_at(self.reference_unit, pair.reference);
-        let rest = RestReadings {
+        let rest = CommonRest {
             interval: self.when(&pair.segment),
             reference,
             reference_covariance,
