@@ -44,19 +44,21 @@ FILES_OF_A_COMMAND = {"command", "summary", "explain"}
 A folder `report` holds its pages, all other files are the procedure.
 """
 
-DATA = {"errors", "files", "recording", "documents", "factors", "results"}
+DATA = {"errors", "files", "recording", "plain", "documents", "factors", "results"}
 """Shared data types and file access, which know nothing of ours above them."""
 
 LAYERS: dict[str, set[str]] = {
+    "lazy": set(),
     "errors": set(),
     "files": {"errors"},
     "recording": {"errors"},
+    "plain": set(),
     "documents": {"errors", "files", "recording"},
     "factors": {"recording"},
     "results": {"errors", "recording"},
     "result": DATA,
     "calibration": DATA | {"result", "_core"},
-    "logs": {"errors", "files", "recording"},
+    "logs": {"lazy", "errors", "files", "recording"},
     "live": {"errors", "recording", "logs"},
     "gravity": {"errors", "_core"},
     "acquisition": DATA | {"calibration", "logs", "gravity", "_core"},

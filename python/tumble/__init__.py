@@ -8,9 +8,10 @@
 from __future__ import annotations
 
 import sys
-from importlib import import_module
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from tumble import lazy
 
 if TYPE_CHECKING:
     from tumble._core import __version__
@@ -94,7 +95,7 @@ _HOMES = {
     "tumble.redundancy.result": ("RedundancyResult",),
     "tumble.spin.result": ("SpinResult",),
 }
-_HOME = {name: home for home, names in _HOMES.items() for name in names}
+_NAMES = frozenset(name for names in _HOMES.values() for name in names)
 
 
 class _Package(ModuleType):
@@ -104,18 +105,14 @@ class _Package(ModuleType):
     """
 
     def __setattr__(self, name: str, value: object) -> None:
-        if not (name in _HOME and isinstance(value, ModuleType)):
+        if not (name in _NAMES and isinstance(value, ModuleType)):
             super().__setattr__(name, value)
 
 
 sys.modules[__name__].__class__ = _Package
 
 
-def __getattr__(name: str) -> Any:  # noqa: ANN401
-    """Import what is asked for, when it is: `tumble --help` need not wait for numpy and arrow."""
-    if name not in _HOME:
-        raise AttributeError(f"module 'tumble' has no attribute {name!r}")
-    return getattr(import_module(_HOME[name]), name)
+__getattr__ = lazy.attributes(__name__, _HOMES)
 
 
 def __dir__() -> list[str]:

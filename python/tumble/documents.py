@@ -160,17 +160,6 @@ def mistake_in(error: ValidationError, model: type[BaseModel]) -> str:
     return (f"{key} " if key else "") + _in_words(first, _known_keys(model))
 
 
-def plain(value: object) -> object:
-    """Turn numpy values, tuples and paths, as options of a method hold them, into what YAML and JSON know."""
-    if isinstance(value, np.ndarray | np.generic):
-        return plain(value.tolist())
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, tuple | list | set | frozenset):
-        return [plain(item) for item in value]
-    return str(value) if isinstance(value, Path) else value
-
-
 def _has_shape(value: object, shape: tuple[int, ...]) -> bool:
     if not shape:
         return not isinstance(value, Sequence) or isinstance(value, str)

@@ -5,18 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tumble import _core
 from tumble.acquisition.imu import Imu, pose_files
 from tumble.acquisition.messages import NOT_A_REST
-from tumble.calibration.document import Calibration
 from tumble.errors import ProcedureError
 from tumble.gravity import STANDARD_GRAVITY
 from tumble.logs import ChunkStream, Counts
 from tumble.recording import Chunk, FloatArray, Recording
 from tumble.results import Rest, Trace
+
+if TYPE_CHECKING:
+    from tumble.calibration.document import Calibration
 
 Fault = tuple[str, str, float, float, float]
 """Channel, kind, value, first and last time, s, as `Acquired.faults` has them."""

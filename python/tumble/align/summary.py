@@ -12,7 +12,7 @@ from rich.text import Text
 
 from tumble.align.report.page import unobserved_sentences
 from tumble.align.result import AlignResult, UnitAlignment
-from tumble.cli.screen import finite
+from tumble.plain import finite
 from tumble.report.numbers import NOT_OBSERVABLE, measurement, readable_scale, significant
 from tumble.results import Parameter
 

@@ -22,11 +22,11 @@ from tumble.documents import (
     Matrix,
     Vector,
     VectorWithGaps,
-    plain,
     read_document,
     write_document,
 )
 from tumble.errors import ProcedureError
+from tumble.plain import plain
 from tumble.recording import FloatArray
 from tumble.redundancy.result import RedundancyResult
 from tumble.results import TriadResult

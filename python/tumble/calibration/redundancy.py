@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tumble.documents import plain
 from tumble.factors import PAIRS, factors, non_orthogonality, propagated, read_off_sigma
+from tumble.plain import plain
 from tumble.recording import FloatArray
 from tumble.redundancy.result import RedundancyResult, SecondaryError, Sensor
 

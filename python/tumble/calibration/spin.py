@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tumble.documents import plain
+from tumble.plain import plain
 from tumble.recording import FloatArray
 from tumble.results import TriadName
 from tumble.spin.result import BiasEstimate, SpinResult

@@ -10,6 +10,9 @@ from contextlib import contextmanager
 @contextmanager
 def sample_progress(what: str) -> Iterator[Callable[[int, int | None], None]]:
     """Show samples done on standard error while the block runs; nothing where that is no terminal."""
+    if not sys.stderr.isatty():
+        yield lambda _done, _expected: None
+        return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 

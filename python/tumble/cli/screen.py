@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import json
-import math
 import sys
 from typing import TYPE_CHECKING
-
-from tumble.documents import plain
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -30,13 +27,3 @@ def print_summary(summary: RenderableType) -> None:
     if not console.is_terminal:
         console = Console(width=FILE_WIDTH)
     console.print(summary)
-
-
-def finite(value: object) -> object:
-    """Turn it plain, with None for what is not a finite number, which JSON does not have."""
-    value = plain(value)
-    if isinstance(value, dict):
-        return {key: finite(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [finite(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

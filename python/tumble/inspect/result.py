@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
-from dataclasses import dataclass, fields, is_dataclass
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, cast
 
-import numpy as np
-
+from tumble.plain import finite
 from tumble.recording import Metadata
 from tumble.results import Rest
 
@@ -103,8 +101,7 @@ class Inspection:
 
     def content(self) -> dict[str, Any]:
         """Plain mappings, lists, text and finite numbers, for JSON."""
-        content: dict[str, Any] = _plain(self)
-        return content
+        return cast("dict[str, Any]", finite(self))
 
     def __repr__(self) -> str:
         return "\n".join([f"Inspection({self.metadata.source})", *(f"  {line}" for line in self.lines())])
@@ -181,13 +178,3 @@ def _gap_details(timing: Timing) -> str:
         return ""
     longest = f"longest {timing.longest_gap:.4g} s at {timing.longest_gap_at:.6f} s"
     return f" ({timing.missing} samples missing, {longest})"
-
-
-def _plain(value: object) -> Any:  # noqa: ANN401 - whatever JSON holds
-    if is_dataclass(value) and not isinstance(value, type):
-        return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, tuple | list):
-        return [_plain(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -6,19 +6,17 @@ Start at `open_recording`; `formats` finds the reader, a reader gives a `Track`,
 
 from __future__ import annotations
 
-from dataclasses import replace
-from pathlib import Path
+from typing import TYPE_CHECKING
 
-from tumble.errors import LogError
-from tumble.logs import formats
-from tumble.logs.checks import ChunkStream, Counts
-from tumble.logs.conversion import Conversion, conversion_for, remarks_on_axes, without_time
-from tumble.logs.folder import FolderStream, log_files, open_folder
-from tumble.logs.options import ReadOptions
-from tumble.logs.spec import LogSpec, parse_spec
-from tumble.logs.track import Samples, Track
-from tumble.logs.writers import Facts, Writer, open_mcap_writer, open_writer
-from tumble.recording import Metadata, Recording
+from tumble import lazy
+
+if TYPE_CHECKING:
+    from tumble.logs.checks import ChunkStream, Counts
+    from tumble.logs.folder import FolderStream
+    from tumble.logs.options import ReadOptions
+    from tumble.logs.reading import list_imus, open_recording
+    from tumble.logs.spec import LogSpec, parse_spec
+    from tumble.logs.writers import Facts, Writer, open_mcap_writer, open_writer
 
 __all__ = [
     "ChunkStream",
@@ -35,99 +33,14 @@ __all__ = [
     "parse_spec",
 ]
 
-
-def list_imus(path: str | Path, options: ReadOptions | None = None) -> tuple[str, ...]:
-    """Give the names that may follow `LOG:`; an IMU that needs no name has an empty one.
-
-    Raises `LogError` where there is no such file, or no IMU in it.
-    """
-    path = parse_spec(path).path
-    if formats.find_format(path) == "folder":
-        path = log_files(path)[0]
-    return formats.list_imus(path, options or ReadOptions())
-
-
-def open_recording(
-    source: str | Path, options: ReadOptions | None = None, *, keep_faults: bool = False
-) -> Recording:
-    """Open a log: a file, a bag folder, or a folder with one log a pose; `LOG:NAME` picks one of its IMUs.
-
-    The head of the log is read to decide its units; samples are read when `Recording.chunks` is called.
-    With `keep_faults`, readings that are no numbers and time that runs backwards are passed on to whoever
-    judges them; where a table holds several IMUs, a row without any number of this one is no sample of it.
-
-    Raises `LogError`, in one line: what is wrong, where, and what to do.
-    """
-    options = options or ReadOptions()
-    spec = parse_spec(source)
-    imu = _wanted(spec, options)
-    if spec.path.is_dir() and formats.find_format(spec.path) == "folder":
-        return _open_folder(spec.path, imu, options)
-    return _open_file(spec.path, imu, options, keep_faults)
-
-
-def _wanted(spec: LogSpec, options: ReadOptions) -> str | None:
-    if spec.imu and options.topic and spec.imu != options.topic:
-        raise LogError(f"{spec.path}: {spec.imu!r} and --topic {options.topic!r} both name an IMU; give one")
-    return spec.imu or options.topic
-
-
-def _open_folder(folder: Path, imu: str | None, options: ReadOptions) -> Recording:
-    """Open a folder of poses; what one pose shows of the gyroscope's unit holds for all."""
-    recording = open_folder(folder, lambda path: _open_file(path, imu, options))
-    units = {part.metadata.gyroscope_unit.name for part in recording.parts}
-    if len(units) > 1:
-        stated = replace(options, gyroscope_unit="deg/s")
-        recording = open_folder(folder, lambda path: _open_file(path, imu, stated))
-    return recording
-
-
-def _open_file(path: Path, imu: str | None, options: ReadOptions, keep_faults: bool = False) -> Recording:
-    track = formats.open_track(path, imu, options)
-    head = track.head()
-    if options.rate is not None:
-        if not options.rate > 0.0:
-            raise LogError(f"--rate {options.rate:g}: needs to be above zero")
-        head = without_time(head)
-    rate = options.rate if options.rate is not None else track.rate
-    if head.time is None and rate is None:
-        raise LogError(f"{path}: holds no time; give the sample rate with --rate, in Hz")
-    conversion = conversion_for(track, options, head)
-    return Recording(
-        _metadata(track, conversion, options, rate),
-        lambda: _stream(track, conversion, options, rate, keep_faults),
-    )
-
-
-def _stream(
-    track: Track, conversion: Conversion, options: ReadOptions, rate: float | None, keep_faults: bool
-) -> ChunkStream:
-    def transform(samples: Samples) -> Samples:
-        return conversion(samples if options.rate is None else without_time(samples))
-
-    assumed = conversion.gyroscope_unit.reason == "assumed"
-    return ChunkStream(track, track.read(transform), rate, assumed, keep_faults)
-
-
-def _metadata(track: Track, conversion: Conversion, options: ReadOptions, rate: float | None) -> Metadata:
-    return Metadata(
-        name=_name(track),
-        source=track.source,
-        format=track.format,
-        accelerometer_unit=conversion.accelerometer_unit,
-        gyroscope_unit=conversion.gyroscope_unit,
-        time_unit=conversion.time_unit,
-        frame=track.frame,
-        clock=track.clock if options.rate is None else "",
-        rate=rate,
-        already_corrected=track.already_corrected,
-        serial=options.serial or track.serial,
-        remarks=(*track.remarks, *remarks_on_axes(options)),
-    )
-
-
-def _name(track: Track) -> str:
-    """Short name: the file's, and the IMU's where the file needs one."""
-    stem = track.path.stem if track.path.is_file() else track.path.name
-    imu = "" if track.alone else track.imu.strip("/").replace("/", "_")
-    return f"{stem}-{imu}" if imu else stem
+__getattr__ = lazy.attributes(
+    __name__,
+    {
+        "tumble.logs.checks": ("ChunkStream", "Counts"),
+        "tumble.logs.folder": ("FolderStream",),
+        "tumble.logs.options": ("ReadOptions",),
+        "tumble.logs.reading": ("list_imus", "open_recording"),
+        "tumble.logs.spec": ("LogSpec", "parse_spec"),
+        "tumble.logs.writers": ("Facts", "Writer", "open_mcap_writer", "open_writer"),
+    },
+)

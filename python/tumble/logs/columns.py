@@ -76,30 +76,31 @@ def _long(words: Sequence[str]) -> list[str]:
     return [word for word in words if len(word) > 1]
 
 
-def _patterns(words: Sequence[str], quantity: Quantity) -> tuple[re.Pattern[str], ...]:
+def _patterns(words: Sequence[str], quantity: Quantity) -> tuple[str, ...]:
     """Ways in which names spell a channel of a triad, the surest first."""
     word, unit = _any(words), _any(list(SPELLINGS[quantity]))
     return (
-        re.compile(f"{_PREFIX}(?:{_any(_long(words))})_(?P<unit>{unit}){_SEPARATOR}(?P<axis>[xyz012])\\]?"),
-        re.compile(f"{_PREFIX}(?:{word}){_SEPARATOR}(?P<axis>[xyz012])\\]?(?:_(?P<unit>{unit}))?"),
-        re.compile(f"{_PREFIX}(?P<axis>[xyz])_?(?:{_any(_long(words))})(?:_(?P<unit>{unit}))?"),
+        f"{_PREFIX}(?:{_any(_long(words))})_(?P<unit>{unit}){_SEPARATOR}(?P<axis>[xyz012])\\]?",
+        f"{_PREFIX}(?:{word}){_SEPARATOR}(?P<axis>[xyz012])\\]?(?:_(?P<unit>{unit}))?",
+        f"{_PREFIX}(?P<axis>[xyz])_?(?:{_any(_long(words))})(?:_(?P<unit>{unit}))?",
     )
 
 
-def _scalar_patterns(words: Sequence[str], quantity: Quantity) -> tuple[re.Pattern[str], ...]:
+def _scalar_patterns(words: Sequence[str], quantity: Quantity) -> tuple[str, ...]:
     """Ways in which names spell time or temperature: without a prefix, then with one."""
     tail = f"(?:{_any(words)})(?:_?(?P<unit>{_any(list(SPELLINGS[quantity]))}))?"
-    return re.compile(f"(?P<imu>){tail}"), re.compile(f"{_PREFIX}{tail}")
+    return f"(?P<imu>){tail}", f"{_PREFIX}{tail}"
 
 
-_TRIADS: Mapping[Quantity, tuple[re.Pattern[str], ...]] = {
+# Left to `re` to compile, and to keep, when a name asks for one: they take long, and most tables need a few.
+_TRIADS: Mapping[Quantity, tuple[str, ...]] = {
     "accelerometer": _patterns(_ACCELEROMETER, "accelerometer"),
     "gyroscope": _patterns(_GYROSCOPE, "gyroscope"),
 }
-_SCALARS: Mapping[Quantity, tuple[re.Pattern[str], ...]] = {
+_SCALARS: Mapping[Quantity, tuple[str, ...]] = {
     "time": (
         *_scalar_patterns(_TIME, "time"),
-        re.compile(f"(?P<imu>)(?P<unit>{_any(_long(list(SPELLINGS['time'])))})"),
+        f"(?P<imu>)(?P<unit>{_any(_long(list(SPELLINGS['time'])))})",
     ),
     "temperature": _scalar_patterns(_TEMPERATURE, "temperature"),
 }
@@ -144,12 +145,12 @@ def recognise(name: str) -> Column | None:
     stem, bracket = (bracketed["name"], bracketed["unit"]) if bracketed else (name.strip(), None)
     for quantity, patterns in _TRIADS.items():
         for pattern in patterns:
-            if match := pattern.fullmatch(stem.lower()):
+            if match := re.fullmatch(pattern, stem.lower()):
                 unit = find_unit(bracket or match["unit"] or "", quantity)
                 return Column(quantity, _AXIS[match["axis"]], _prefix(stem, match), unit)
     for quantity, patterns in _SCALARS.items():
         for pattern in patterns:
-            if match := pattern.fullmatch(stem.lower()):
+            if match := re.fullmatch(pattern, stem.lower()):
                 unit = find_unit(bracket or match["unit"] or "", quantity)
                 return Column(quantity, 0, _prefix(stem, match), unit)
     return None

@@ -1,11 +1,13 @@
-"""Which reader a file needs: by its first bytes, and by its name where bytes do not tell."""
+"""Which reader a file needs: by its first bytes, and by its name where bytes do not tell.
+
+A reader, and the library it is made with, is imported when a file needs it.
+"""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from tumble.errors import LogError
-from tumble.logs import csv, imu_tk, parquet, ros
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import Track
 
@@ -28,6 +30,9 @@ _NO_LOGS = {
 }
 
 
+_BAGS = ("ros1", "ros2", "mcap")
+
+
 def find_format(path: Path) -> str:
     """Give `csv`, `parquet`, `imu_tk`, `ros1`, `ros2`, `mcap` or `folder`.
 
@@ -36,7 +41,7 @@ def find_format(path: Path) -> str:
     if path.is_dir():
         if (path / "metadata.yaml").is_file():
             return "ros2"
-        return "imu_tk" if imu_tk.find_pair(path) else "folder"
+        return _pair_or(path, "folder")
     try:
         with path.open("rb") as file:
             head = file.read(16)
@@ -52,28 +57,50 @@ def find_format(path: Path) -> str:
             raise LogError(f"{path}: not a log but {what}")
     if path.suffix in (".parquet", ".pq", ".bag", ".db3", ".mcap"):
         raise LogError(f"{path}: does not begin as a {path.suffix} file does; copy it again, or rename it")
-    return "imu_tk" if imu_tk.find_pair(path) else "csv"
+    return _pair_or(path, "csv")
+
+
+def _pair_or(path: Path, otherwise: str) -> str:
+    from tumble.logs import imu_tk
+
+    return "imu_tk" if imu_tk.find_pair(path) else otherwise
 
 
 def open_track(path: Path, imu: str | None, options: ReadOptions) -> Track:
     """Open a file, or a bag folder, with the reader it needs."""
     kind = find_format(path)
-    if kind in ros.OPENERS:
+    if kind in _BAGS:
+        from tumble.logs import ros
+
         return ros.open_track(path, kind, imu)
     if kind == "parquet":
+        from tumble.logs import parquet
+
         return parquet.open_track(path, imu, options)
     if kind == "imu_tk":
+        from tumble.logs import imu_tk
+
         pair = imu_tk.find_pair(path)
         assert pair is not None
         return imu_tk.open_track(pair, path, options)
+    from tumble.logs import csv
+
     return csv.open_track(path, imu, options)
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
     """Give the names of the IMUs in a file or bag folder; an IMU that needs no name has an empty one."""
     kind = find_format(path)
-    if kind in ros.OPENERS:
+    if kind in _BAGS:
+        from tumble.logs import ros
+
         return ros.list_imus(path, kind)
     if kind == "parquet":
+        from tumble.logs import parquet
+
         return parquet.list_imus(path, options)
-    return ("",) if kind == "imu_tk" else csv.list_imus(path, options)
+    if kind == "imu_tk":
+        return ("",)
+    from tumble.logs import csv
+
+    return csv.list_imus(path, options)

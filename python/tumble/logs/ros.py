@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -10,29 +10,24 @@ import numpy as np
 
 from tumble.errors import LogError
 from tumble.logs.bags import Bag, Message, Topic
-from tumble.logs.mcap import McapFile
-from tumble.logs.rosbag1 import RosBag1
-from tumble.logs.rosbag2 import RosBag2
 from tumble.logs.rosmsg import MalformedMessageError, decode, frame_of, seconds
 from tumble.logs.track import CHUNK_SAMPLES, Samples, StatedUnit, Track, choose
 from tumble.recording import FloatArray
 
 _HEAD_SAMPLES = 1 << 14
 
-OPENERS: dict[str, Callable[[Path], Bag]] = {"ros1": RosBag1, "ros2": RosBag2, "mcap": McapFile}
-
 
 def list_imus(path: Path, kind: str) -> tuple[str, ...]:
-    """Give the topics of a bag that hold sensor_msgs/Imu; `kind` is a key of `OPENERS`."""
-    return tuple(_imu_topics(OPENERS[kind](path)))
+    """Give the topics of a bag that hold sensor_msgs/Imu; `kind` is `ros1`, `ros2` or `mcap`."""
+    return tuple(_imu_topics(_open_bag(path, kind)))
 
 
 def open_track(path: Path, kind: str, imu: str | None) -> Track:
-    """Find an Imu topic in a bag; `kind` is a key of `OPENERS`.
+    """Find an Imu topic in a bag; `kind` is `ros1`, `ros2` or `mcap`.
 
     Raises `LogError` where there is no such topic, or several and none is named.
     """
-    bag = OPENERS[kind](path)
+    bag = _open_bag(path, kind)
     topics = _imu_topics(bag)
     name = choose(path, tuple(topics), imu, "topic")
     first = next(bag.messages([name]), None)
@@ -63,6 +58,21 @@ def open_track(path: Path, kind: str, imu: str | None) -> Track:
         alone=len(topics) == 1,
         remarks=() if stamped else ("headers carry no stamp: time is that of recording",),
     )
+
+
+def _open_bag(path: Path, kind: str) -> Bag:
+    """Open a bag with the library of its kind, which is imported only then."""
+    if kind == "mcap":
+        from tumble.logs.mcap import McapFile
+
+        return McapFile(path)
+    if kind == "ros1":
+        from tumble.logs.rosbag1 import RosBag1
+
+        return RosBag1(path)
+    from tumble.logs.rosbag2 import RosBag2
+
+    return RosBag2(path)
 
 
 def _imu_topics(bag: Bag) -> dict[str, Topic]:

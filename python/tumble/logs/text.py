@@ -23,6 +23,7 @@ _PLAIN_NAMES = {
     6: ("ax", "ay", "az", "gx", "gy", "gz"),
     7: ("time", "ax", "ay", "az", "gx", "gy", "gz"),
 }
+_NOT_TEXT = bytes(set(range(32)) - set(b"\t\n\r\f"))
 _TIME_STAMP = re.compile(r"\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}")
 
 
@@ -89,8 +90,9 @@ def _head_lines(path: Path) -> list[bytes]:
 def _is_text(head: bytes) -> bool:
     if b"\x00" in head:
         return False
-    odd = sum(byte < 32 and byte not in b"\t\n\r\f" for byte in head[:4096])
-    return odd <= len(head[:4096]) // 100
+    sample = head[:4096]
+    odd = len(sample) - len(sample.translate(None, _NOT_TEXT))
+    return odd <= len(sample) // 100
 
 
 def _decode(line: bytes) -> str:
@@ -147,10 +149,11 @@ def _key_value(text: str) -> dict[str, str]:
 def _named(
     path: Path, lines: Sequence[bytes], number: int, offset: int, names: list[str], preamble: dict[str, str]
 ) -> TextLayout:
-    rows = [_decode(line).strip() for line in lines[number : number + _ROWS_SEARCHED] if line.strip()]
-    if not rows:
+    raw = next((line for line in lines[number : number + _ROWS_SEARCHED] if line.strip()), None)
+    if raw is None:
         raise LogError(f"{path}: line {number} names columns, but no samples follow")
-    delimiter = _row_delimiter(rows[0], len(names))
+    row = _decode(raw).strip()
+    delimiter = _row_delimiter(row, len(names))
     skipped = sum(not line.startswith((b"#", b"%")) for line in lines[: number - 1])
     _refuse_repeated(path, number, names)
     return TextLayout(
@@ -158,9 +161,9 @@ def _named(
         tuple(names),
         offset,
         number,
-        tuple(split_line(rows[0], delimiter)),
+        tuple(split_line(row, delimiter)),
         _row_bytes(lines[number:]),
-        _decimal_point(rows[0], delimiter),
+        _decimal_point(row, delimiter),
         preamble,
         (f"skipped {skipped} lines before the column names",) if skipped else (),
     )

@@ -6,13 +6,14 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from tumble.errors import OutputError
 from tumble.files import replacing
-from tumble.logs.writer_mcap import McapWriter
-from tumble.logs.writer_tables import CsvWriter, ParquetWriter
 from tumble.recording import Chunk
+
+if TYPE_CHECKING:
+    from tumble.logs.writer_mcap import McapWriter
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,12 +42,8 @@ class Writer(Protocol):
 
 AnyWriter = TypeVar("AnyWriter", bound=Writer)
 
-WRITERS: dict[str, Callable[[Path, Facts], Writer]] = {
-    "csv": CsvWriter,
-    "parquet": ParquetWriter,
-    "mcap": McapWriter,
-}
-"""By the name of a format, which is also the usual extension."""
+FORMATS = ("csv", "parquet", "mcap")
+"""What can be written; the name of a format is also the usual extension."""
 
 
 def format_for(path: Path, name: str | None = None) -> str:
@@ -55,10 +52,10 @@ def format_for(path: Path, name: str | None = None) -> str:
     Raises `OutputError` where neither is one that can be written.
     """
     wanted = (name or path.suffix.removeprefix(".")).lower()
-    if wanted not in WRITERS:
+    if wanted not in FORMATS:
         raise OutputError(
             f"{path}: cannot write {wanted or 'a file without an extension'}; "
-            f"give one of {', '.join(WRITERS)} as extension or with --format"
+            f"give one of {', '.join(FORMATS)} as extension or with --format"
         )
     return wanted
 
@@ -77,7 +74,7 @@ def open_writer(
     Raises `OutputError` where the format is unknown or the file cannot be written.
     """
     path = Path(path)
-    with _opened(path, WRITERS[format_for(path, format_name)], facts or Facts()) as writer:
+    with _opened(path, _writer(format_for(path, format_name)), facts or Facts()) as writer:
         yield writer
 
 
@@ -87,8 +84,21 @@ def open_mcap_writer(path: str | Path, facts: Facts | None = None) -> Iterator[M
 
     Each is a topic of its own, so that `LOG:NAME` reads it.
     """
+    from tumble.logs.writer_mcap import McapWriter
+
     with _opened(Path(path), McapWriter, facts or Facts()) as writer:
         yield writer
+
+
+def _writer(format_name: str) -> Callable[[Path, Facts], Writer]:
+    """Import the writer of a format, and with it the library that it needs."""
+    if format_name == "mcap":
+        from tumble.logs.writer_mcap import McapWriter
+
+        return McapWriter
+    from tumble.logs.writer_tables import CsvWriter, ParquetWriter
+
+    return CsvWriter if format_name == "csv" else ParquetWriter
 
 
 @contextmanager

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tumble.calibration.document import Calibration
-from tumble.cli.screen import finite
 from tumble.files import replacing
+from tumble.plain import finite
 from tumble.redundancy.store import file_stem
 
 if TYPE_CHECKING:

@@ -11,7 +11,8 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from tumble.cli.screen import finite, print_json, print_summary
+from tumble.cli.screen import print_json, print_summary
+from tumble.plain import finite
 from tumble.redundancy.report.text import REMEDIES
 from tumble.redundancy.result import RedundancyEvent, RedundancyResult, SecondaryError, Sensor
 from tumble.report.numbers import NOT_OBSERVABLE, readable_scale, significant

@@ -9,9 +9,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from tumble.documents import plain, write_document
+from tumble.documents import write_document
 from tumble.files import prepare_folder
 from tumble.logs import Facts, open_writer
+from tumble.plain import plain
 from tumble.recording import Chunk
 from tumble.simulate.session import SimulatedTurntable, SimulatedUnit, TriadTruth
 from tumble.turntable.poses import PoseList

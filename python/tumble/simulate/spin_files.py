@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from tumble.documents import plain, write_document
+from tumble.documents import write_document
 from tumble.files import prepare_folder
 from tumble.logs import Facts, open_writer
+from tumble.plain import plain
 from tumble.simulate.files import LogFormat, in_plain_words, pieces, triad_content
 from tumble.simulate.spin import SimulatedSpin
 

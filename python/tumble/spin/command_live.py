@@ -135,7 +135,7 @@ def _print_json(step: Step) -> None:
 
 
 def _print_line(content: dict[str, Any]) -> None:
-    from tumble.cli.screen import finite
+    from tumble.plain import finite
 
     print(json.dumps(finite(content), allow_nan=False), flush=True)
 

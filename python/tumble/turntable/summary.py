@@ -15,7 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from tumble.calibration.document import Calibration
-from tumble.cli.screen import finite
+from tumble.plain import finite
 from tumble.report.numbers import NOT_OBSERVABLE, measurement, readable_scale
 from tumble.report.text import VERDICT_TITLES, count_of
 from tumble.results import Parameter, TriadResult
