@@ -30,7 +30,7 @@ class Chunk:
 
 
 @dataclass(frozen=True, slots=True)
-class Unit:
+class ResolvedUnit:
     """The unit a quantity was found in, and why it was taken to be that one."""
 
     name: str
@@ -51,9 +51,9 @@ class Metadata:
     """What the user typed: path, and IMU where the file holds several."""
     format: str
     """`csv`, `parquet`, `imu_tk`, `ros1`, `ros2`, `mcap`, `arrays`, `folder`."""
-    accelerometer_unit: Unit
-    gyroscope_unit: Unit
-    time_unit: Unit
+    accelerometer_unit: ResolvedUnit
+    gyroscope_unit: ResolvedUnit
+    time_unit: ResolvedUnit
     frame: str = "case"
     """Frame the log declares (`frame_id`), else `case`."""
     clock: str = ""
@@ -110,9 +110,9 @@ class Recording:
             name=name,
             source=name,
             format="arrays",
-            accelerometer_unit=Unit("m/s^2", 1.0, "arrays are SI"),
-            gyroscope_unit=Unit("rad/s", 1.0, "arrays are SI"),
-            time_unit=Unit("s", 1.0, "arrays are SI"),
+            accelerometer_unit=ResolvedUnit("m/s^2", 1.0, "arrays are SI"),
+            gyroscope_unit=ResolvedUnit("rad/s", 1.0, "arrays are SI"),
+            time_unit=ResolvedUnit("s", 1.0, "arrays are SI"),
             serial=serial,
             clock=clock,
         )

@@ -9,7 +9,7 @@ import numpy as np
 from tumble.results import Parameter, Rest, Trace, TriadResult
 from tumble.turntable.result import (
     AxisReading,
-    Clock,
+    ClockFit,
     Mounting,
     PoseResult,
     ReferenceResult,
@@ -119,7 +119,7 @@ def target(name="target_1", *, seed=1, gyroscope=True, **changes):
         gyroscope=triad("gyroscope", seed=seed + 100) if gyroscope is True else gyroscope,
         rests=rests(),
         trace=trace(),
-        clock=Clock(True, 0.0, 0.0, 0.0, 0.0, 0),
+        clock=ClockFit(True, 0.0, 0.0, 0.0, 0.0, 0),
         axis_readings=tuple(
             AxisReading(axis, FACES, reading, reading + 0.1, reading + 0.001, sigma) for axis in ("X", "Y")
         ),

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from tumble.results import LimitCheck, Parameter, Rest, Trace, TriadResult
 from tumble.turntable.result import (
     AxisReading,
-    Clock,
+    ClockFit,
     Mounting,
     PoseResult,
     ReferenceResult,
@@ -229,7 +229,9 @@ def make_target(session, name, *, grade=1.0, serial=""):
         ),
         rests=rests,
         trace=make_trace(random, rests, session.turn_rate, 0.02 * grade),
-        clock=Clock(shared=False, offset=1.23456, offset_sigma=0.0021, skew=14.2, skew_sigma=3.3, turns=11),
+        clock=ClockFit(
+            shared=False, offset=1.23456, offset_sigma=0.0021, skew=14.2, skew_sigma=3.3, turns=11
+        ),
         axis_readings=axis_readings(session, force, sigma),
         temperature=(24.1, 24.6, 25.3),
     )

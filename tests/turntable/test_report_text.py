@@ -11,7 +11,7 @@ import report_fixtures as sessions
 from tumble.report.numbers import MINUS
 from tumble.results import LimitCheck
 from tumble.turntable.report import text as words
-from tumble.turntable.result import Clock
+from tumble.turntable.result import ClockFit
 
 
 @pytest.fixture(scope="module")
@@ -100,9 +100,9 @@ def test_a_limit_of_zero_is_no_division_by_zero():
 
 
 def test_clocks_are_described_with_sigma_or_as_one():
-    apart = words.clock_sentence(Clock(False, 1.23456, 0.0021, 14.2, 3.3, turns=1))
+    apart = words.clock_sentence(ClockFit(False, 1.23456, 0.0021, 14.2, 3.3, turns=1))
     assert "offset 1.2346 ± 0.0021 s, skew 14.2 ± 3.3 ppm, found from 1 turn." in apart
-    shared = words.clock_sentence(Clock(True, 0.0, 0.0, 0.0, 0.0, turns=0))
+    shared = words.clock_sentence(ClockFit(True, 0.0, 0.0, 0.0, 0.0, turns=0))
     assert "one clock" in shared
     assert not re.search(r"\d", shared)
 

@@ -21,7 +21,7 @@ from tumble.results import Rest, Trace
 if TYPE_CHECKING:
     from tumble.calibration.document import Calibration
 
-Fault = tuple[str, str, float, float, float]
+ChannelFault = tuple[str, str, float, float, float]
 """Channel, kind, value, first and last time, s, as `Acquired.faults` has them."""
 
 FEWEST_RESTS = 4
@@ -78,7 +78,7 @@ def refuse_if_unfit(name: str, unit: _core.Acquired, gravity: float) -> None:
         raise ProcedureError(misread.line(name))
 
 
-def refuse_if_damaged(name: str, unit: _core.Acquired, faults: Sequence[Fault]) -> None:
+def refuse_if_damaged(name: str, unit: _core.Acquired, faults: Sequence[ChannelFault]) -> None:
     """Raise `ProcedureError`, in one line, where samples, time or a channel cannot serve any procedure."""
     problem = _samples(unit) or _time(unit) or _dead_channel(faults)
     if problem:
@@ -107,7 +107,7 @@ def _time(unit: _core.Acquired) -> str:
     return f"time does not advance at {when}; sort the samples and drop doubled time stamps"
 
 
-def _dead_channel(faults: Sequence[Fault]) -> str:
+def _dead_channel(faults: Sequence[ChannelFault]) -> str:
     """Name a channel that shows nothing, or nothing at rest; empty if there is none."""
     for channel, kind, value, first, last in faults:
         if kind == "stuck":

@@ -16,7 +16,7 @@ from tumble.align.samples import Progress, UnitSamples, read_samples
 from tumble.documents import write_document
 from tumble.errors import LogError, ProcedureError
 from tumble.logs import ReadOptions
-from tumble.redundancy.logs import Source, Unit, open_units
+from tumble.redundancy.logs import Source, UnitLog, open_units
 
 LARGEST_OFFSET = 5.0
 """s by which clocks may differ, if not said otherwise."""
@@ -64,7 +64,7 @@ def align(
 
 
 def _aligned(
-    primary: tuple[Unit, UnitSamples], secondary: tuple[Unit, UnitSamples], search: float
+    primary: tuple[UnitLog, UnitSamples], secondary: tuple[UnitLog, UnitSamples], search: float
 ) -> UnitAlignment:
     (our_unit, ours), (unit, theirs) = primary, secondary
     clock = our_unit.recording.metadata.clock if our_unit.recording else ""

@@ -12,7 +12,7 @@ from tumble import _core
 from tumble.errors import ProcedureError
 from tumble.logs import ChunkStream
 from tumble.recording import FloatArray
-from tumble.redundancy.logs import Unit
+from tumble.redundancy.logs import UnitLog
 
 Progress: TypeAlias = Callable[[int, int | None], None]
 
@@ -45,7 +45,7 @@ class UnitSamples:
         return float(self.arrays[0][-1])
 
 
-def read_samples(units: Sequence[Unit], progress: Progress | None) -> list[UnitSamples]:
+def read_samples(units: Sequence[UnitLog], progress: Progress | None) -> list[UnitSamples]:
     """Read all units, primary first; raises `TumbleError` where a log cannot be read or is out of order."""
     read: list[UnitSamples] = []
     done = 0
@@ -62,7 +62,7 @@ def read_samples(units: Sequence[Unit], progress: Progress | None) -> list[UnitS
     return read
 
 
-def _read(unit: Unit, progress: Progress) -> UnitSamples:
+def _read(unit: UnitLog, progress: Progress) -> UnitSamples:
     assert unit.recording is not None
     segmenter = _core.Segmenter()
     times, forces, rates = [], [], []

@@ -8,13 +8,13 @@ import typer
 
 from tumble.errors import ProcedureError
 
-Latitude: TypeAlias = Annotated[
+LatitudeOption: TypeAlias = Annotated[
     float | None, typer.Option(help="Latitude in degrees, to work out local gravity.")
 ]
-Height: TypeAlias = Annotated[
+HeightOption: TypeAlias = Annotated[
     float | None, typer.Option(help="Height above the ellipsoid in m, with --latitude.")
 ]
-Gravity: TypeAlias = Annotated[
+GravityOption: TypeAlias = Annotated[
     float | None, typer.Option(help="Local gravity in m/s^2; 9.80665 where not given.")
 ]
 

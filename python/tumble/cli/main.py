@@ -18,7 +18,7 @@ INTERRUPTED = 130
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class CommandEntry:
     """Where a command lives; its module is imported only when the command is asked for."""
 
     module: str
@@ -34,29 +34,31 @@ class Entry:
 
 
 COMMANDS = {
-    "turntable": Entry(
+    "turntable": CommandEntry(
         "tumble.turntable.command",
         "turntable_command",
         "Calibrate targets on a turntable against a co-mounted reference.",
     ),
-    "spin": Entry(
+    "spin": CommandEntry(
         "tumble.spin.command", "spin_command", "Find the biases of a robot's IMU from a turn on the spot."
     ),
-    "redundancy": Entry(
+    "redundancy": CommandEntry(
         "tumble.redundancy.command",
         "redundancy_command",
         "Replay a redundant set: a primary IMU keeps its secondaries calibrated.",
     ),
-    "align": Entry(
+    "align": CommandEntry(
         "tumble.align.command",
         "align_command",
         "Find rotation, time offset and lever arm between units that moved together.",
     ),
-    "apply": Entry("tumble.apply.command", "apply_command", "Correct a log with a calibration."),
-    "inspect": Entry(
+    "apply": CommandEntry("tumble.apply.command", "apply_command", "Correct a log with a calibration."),
+    "inspect": CommandEntry(
         "tumble.inspect.command", "inspect_command", "Say what logs hold and what they can serve."
     ),
-    "simulate": Entry("tumble.simulate.command", "simulate_app", "Make recordings whose truth is known."),
+    "simulate": CommandEntry(
+        "tumble.simulate.command", "simulate_app", "Make recordings whose truth is known."
+    ),
 }
 
 

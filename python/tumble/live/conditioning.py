@@ -13,7 +13,7 @@ from tumble.live.readings import Readings, StreamFacts
 from tumble.live.source import LiveChunk
 from tumble.logs.conversion import Conversion, conversion_for, remarks_on_axes
 from tumble.logs.options import ReadOptions
-from tumble.logs.track import Samples, StatedUnit
+from tumble.logs.track import RawSamples, StatedUnit
 from tumble.logs.units import IMPOSSIBLE_RAD_PER_S
 from tumble.recording import FloatArray
 
@@ -89,7 +89,7 @@ class Conditioner:
         self._conversion = self._decide(head.samples, facts)
         return self._checked(head, self._conversion)
 
-    def _stamped(self, samples: Samples, arrival: float) -> Samples:
+    def _stamped(self, samples: RawSamples, arrival: float) -> RawSamples:
         if self._counting_clock is not None:
             time = self._counting_clock.stamp(len(samples))
         elif samples.time is None:
@@ -98,7 +98,7 @@ class Conditioner:
             time = self._device_clock.stamp(samples.time)
         return replace(samples, time=time)
 
-    def _decide(self, head: Samples, facts: StreamFacts) -> Conversion:
+    def _decide(self, head: RawSamples, facts: StreamFacts) -> Conversion:
         if facts.has_time or self._counting_clock is not None:
             return conversion_for(facts, self._options, head)
         arrived = replace(facts, time_unit=StatedUnit("s", _ARRIVAL))
@@ -169,7 +169,7 @@ def _joined(pieces: list[Readings]) -> Readings:
         return np.concatenate(present) if len(present) == len(parts) else None
 
     return Readings(
-        Samples(
+        RawSamples(
             joined([each.time for each in samples]),
             np.concatenate([each.accelerometer for each in samples]),
             np.concatenate([each.gyroscope for each in samples]),

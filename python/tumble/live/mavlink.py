@@ -22,9 +22,9 @@ from tumble.live.readings import Readings, StreamFacts
 from tumble.live.source import HEARTBEAT, LiveChunk
 from tumble.live.transport import DEFAULT_BAUD, DatagramSocket, SerialLine, Transport
 from tumble.logs.options import ReadOptions
-from tumble.logs.track import Samples, StatedUnit
+from tumble.logs.track import RawSamples, StatedUnit
 
-Message: TypeAlias = Any
+MavlinkMessage: TypeAlias = Any
 """A message as pymavlink, which has no types, gives it."""
 
 CHOICE_MESSAGES = 20
@@ -100,7 +100,7 @@ class MavlinkSource:
         self._parser: Any = None
         self._wanted = address.settings.get("message")
         self._system = int(address.number("system", 0.5))
-        self._heard: dict[_Sender, list[Message]] = {}
+        self._heard: dict[_Sender, list[MavlinkMessage]] = {}
         self._chosen: _Sender | None = None
         self._others = 0
         self._rate = address.number("rate", math.nan)
@@ -147,7 +147,7 @@ class MavlinkSource:
             else:
                 yield EMPTY
 
-    def _mine(self, messages: Sequence[Message]) -> list[Message]:
+    def _mine(self, messages: Sequence[MavlinkMessage]) -> list[MavlinkMessage]:
         """Give the messages of the chosen sender; keep them back until there is one."""
         mine = []
         for message in messages:
@@ -163,7 +163,7 @@ class MavlinkSource:
                 mine.append(message)
         return mine
 
-    def _sender(self, message: Message) -> _Sender | None:
+    def _sender(self, message: MavlinkMessage) -> _Sender | None:
         """Tell whose message it is; None where it holds no IMU sample that is asked for."""
         name = message.get_type()
         if name not in KINDS or self._wanted not in (None, name):
@@ -175,7 +175,7 @@ class MavlinkSource:
         sensor = message.id if "id" in message.fieldnames else 0
         return _Sender(name, system, message.get_srcComponent(), sensor)
 
-    def _choose(self) -> list[Message]:
+    def _choose(self) -> list[MavlinkMessage]:
         """Choose, of those that come about as often, the message that says most."""
         systems = sorted({sender.system for sender in self._heard})
         if len(systems) > 1:
@@ -230,14 +230,14 @@ def _stated(unit: str | None) -> StatedUnit | None:
     return None if unit is None else StatedUnit(unit, "message definition")
 
 
-def _holds_both_triads(message: Message, name: str) -> bool:
+def _holds_both_triads(message: MavlinkMessage, name: str) -> bool:
     """Whether accelerometer and gyroscope were renewed, where a message says so; 0 says nothing."""
     if name != "HIGHRES_IMU" or message.fields_updated == 0:
         return True
     return bool(message.fields_updated & _HIGHRES_TRIADS == _HIGHRES_TRIADS)
 
 
-def _temperature(message: Message) -> float:
+def _temperature(message: MavlinkMessage) -> float:
     """degC; NaN where the message has none."""
     if message.get_type() == "HIGHRES_IMU":
         return float(message.temperature) if message.fields_updated & _HIGHRES_TEMPERATURE else math.nan
@@ -245,9 +245,9 @@ def _temperature(message: Message) -> float:
     return 0.01 * hundredths if hundredths else math.nan
 
 
-def _readings(messages: Sequence[Message], kind: _Kind) -> Readings:
+def _readings(messages: Sequence[MavlinkMessage], kind: _Kind) -> Readings:
     temperature = np.array([_temperature(each) for each in messages])
-    samples = Samples(
+    samples = RawSamples(
         np.array([getattr(each, kind.time) for each in messages], dtype=np.float64),
         np.array([(each.xacc, each.yacc, each.zacc) for each in messages], dtype=np.float64),
         np.array([(each.xgyro, each.ygyro, each.zgyro) for each in messages], dtype=np.float64),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tumble.logs.track import Samples, StatedUnit
+from tumble.logs.track import RawSamples, StatedUnit
 from tumble.recording import FloatArray
 
 
@@ -12,7 +12,7 @@ from tumble.recording import FloatArray
 class Readings:
     """Samples that came together, at least one, in the units of the device."""
 
-    samples: Samples
+    samples: RawSamples
     moving: FloatArray | None = None
     """As in `LiveChunk`."""
 

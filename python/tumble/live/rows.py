@@ -15,7 +15,7 @@ from tumble.live.readings import Readings
 from tumble.logs.columns import ImuColumns, find_imus, recognise
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import names_delimiter, names_for, numbers_delimiter, split_line
-from tumble.logs.track import Samples
+from tumble.logs.track import RawSamples
 from tumble.recording import FloatArray
 
 MOVING = "moving"
@@ -228,7 +228,7 @@ class RowReader:
         assert self._layout is not None, "rows are read once columns are known"
         at = {name: rows[:, position] for position, name in enumerate(self._layout.wanted)}
         columns, moving = self._layout.columns, self._layout.moving
-        samples = Samples(
+        samples = RawSamples(
             None if columns.time is None else at[columns.time],
             np.column_stack([at[name] for name in columns.accelerometer]),
             np.column_stack([at[name] for name in columns.gyroscope]),

@@ -1,6 +1,6 @@
 """Logs in: any file that holds IMU samples becomes a `Recording`. Logs out: a recording becomes a file.
 
-Start at `open_recording`; `formats` finds the reader, a reader gives a `Track`, `conversion` makes it SI,
+Start at `open_recording`; `formats` finds the reader, a reader gives a `LoggedImu`, `conversion` makes it SI,
 `checks` sees that it is fit to use.
 """
 

@@ -22,7 +22,7 @@ class Topic:
     encoding: Encoding
 
 
-class Message(NamedTuple):
+class BagMessage(NamedTuple):
     """One message as it stands in the file."""
 
     topic: str
@@ -49,7 +49,7 @@ class Bag(Protocol):
         """Give what Tumble wrote beside the messages: `serial`, `corrected`."""
         ...
 
-    def messages(self, names: Collection[str]) -> Iterator[Message]:
+    def messages(self, names: Collection[str]) -> Iterator[BagMessage]:
         """Messages of those topics, in the order of the file."""
         ...
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.errors import LogError
-from tumble.logs.track import Samples, Track
+from tumble.logs.track import LoggedImu, RawSamples
 from tumble.logs.units import IMPOSSIBLE_RAD_PER_S
 from tumble.recording import Chunk, FloatArray
 
@@ -67,8 +67,8 @@ class ChunkStream(Iterator[Chunk]):
 
     def __init__(
         self,
-        track: Track,
-        pieces: Iterator[Samples],
+        track: LoggedImu,
+        pieces: Iterator[RawSamples],
         rate: float | None,
         gyroscope_unit_is_assumed: bool,
         keep_faults: bool = False,
@@ -89,7 +89,7 @@ class ChunkStream(Iterator[Chunk]):
         """Stop reading and let go of the file."""
         self._chunks.close()
 
-    def _generate(self, pieces: Iterator[Samples]) -> Generator[Chunk, None, None]:
+    def _generate(self, pieces: Iterator[RawSamples]) -> Generator[Chunk, None, None]:
         for piece in pieces:
             first = self.counts.read
             self.counts.read += len(piece)
@@ -107,7 +107,7 @@ class ChunkStream(Iterator[Chunk]):
                 yield chunk
         self._check_totals()
 
-    def _with_time(self, piece: Samples, first: int) -> Chunk:
+    def _with_time(self, piece: RawSamples, first: int) -> Chunk:
         time = piece.time
         if time is None:
             assert self._rate is not None

@@ -10,7 +10,7 @@ import numpy as np
 
 from tumble.errors import LogError
 from tumble.logs.options import PerAxis, ReadOptions
-from tumble.logs.track import Samples, StatedUnit
+from tumble.logs.track import RawSamples, StatedUnit
 from tumble.logs.units import (
     STANDARD_GRAVITY,
     TEMPERATURE_ZERO,
@@ -23,7 +23,7 @@ from tumble.logs.units import (
     rest_norm,
     smallest_norm,
 )
-from tumble.recording import FloatArray, Unit
+from tumble.recording import FloatArray, ResolvedUnit
 
 _AXES = {"x": 0, "y": 1, "z": 2}
 
@@ -87,11 +87,11 @@ class Conversion:
     time_scale: float
     temperature_zero: float
     temperature_scale: float
-    accelerometer_unit: Unit
-    gyroscope_unit: Unit
-    time_unit: Unit
+    accelerometer_unit: ResolvedUnit
+    gyroscope_unit: ResolvedUnit
+    time_unit: ResolvedUnit
 
-    def __call__(self, samples: Samples) -> Samples:
+    def __call__(self, samples: RawSamples) -> RawSamples:
         """Convert samples that nobody else holds: arrays are changed in place."""
         time = samples.time
         if time is not None and self.time_scale != 1.0:
@@ -100,12 +100,12 @@ class Conversion:
         temperature = samples.temperature
         if temperature is not None and (self.temperature_zero, self.temperature_scale) != (0.0, 1.0):
             temperature = (temperature - self.temperature_zero) * self.temperature_scale
-        return Samples(
+        return RawSamples(
             time, self.accelerometer(samples.accelerometer), self.gyroscope(samples.gyroscope), temperature
         )
 
 
-def conversion_for(track: Stating, options: ReadOptions, head: Samples) -> Conversion:
+def conversion_for(track: Stating, options: ReadOptions, head: RawSamples) -> Conversion:
     """Decide the units of a track: what options state, else what the log states, else what its head shows.
 
     Raises `LogError` where options make no sense, no unit fits the values, or a stated unit contradicts them.
@@ -201,22 +201,24 @@ def _stated(quantity: Quantity, found: StatedUnit | None, option: str | None) ->
     return StatedUnit(name, f"option, log says {found.name}" if found and contradicted else "option")
 
 
-def _unit(quantity: Quantity, stated: StatedUnit) -> tuple[Unit, FloatArray]:
+def _unit(quantity: Quantity, stated: StatedUnit) -> tuple[ResolvedUnit, FloatArray]:
     """Give the unit and its SI value for each of (3,) axes."""
     value = UNITS[quantity][stated.name]
-    return Unit(stated.name, value, stated.reason), np.full(3, value)
+    return ResolvedUnit(stated.name, value, stated.reason), np.full(3, value)
 
 
-def _with_counts(quantity: Quantity, stated: StatedUnit | None, counts: PerAxis) -> tuple[Unit, FloatArray]:
+def _with_counts(
+    quantity: Quantity, stated: StatedUnit | None, counts: PerAxis
+) -> tuple[ResolvedUnit, FloatArray]:
     """Give the unit and the (3,) SI value of one count."""
     unit_name = stated.name if stated else next(iter(UNITS[quantity]))
     scale = UNITS[quantity][unit_name] / _counts_per_unit(counts, f"--{quantity}-scale")
-    return Unit("counts", float(scale.mean()), f"option: counts per {unit_name}"), scale
+    return ResolvedUnit("counts", float(scale.mean()), f"option: counts per {unit_name}"), scale
 
 
 def _accelerometer(
-    track: Stating, options: ReadOptions, head: Samples, zero: FloatArray
-) -> tuple[Unit, FloatArray]:
+    track: Stating, options: ReadOptions, head: RawSamples, zero: FloatArray
+) -> tuple[ResolvedUnit, FloatArray]:
     stated = _stated("accelerometer", track.accelerometer_unit, options.accelerometer_unit)
     readings = head.accelerometer - zero
     if options.accelerometer_scale is not None:
@@ -247,7 +249,7 @@ def _check_counts(track: Stating, norm: float) -> None:
         )
 
 
-def _no_accelerometer_unit(track: Stating, head: Samples, norm: float) -> str:
+def _no_accelerometer_unit(track: Stating, head: RawSamples, norm: float) -> str:
     if not np.isfinite(head.accelerometer).any():
         return (
             f"{track.source}: accelerometer holds no number in its first {len(head)} samples; check columns"
@@ -261,8 +263,8 @@ def _no_accelerometer_unit(track: Stating, head: Samples, norm: float) -> str:
 
 
 def _gyroscope(
-    track: Stating, options: ReadOptions, head: Samples, zero: FloatArray
-) -> tuple[Unit, FloatArray]:
+    track: Stating, options: ReadOptions, head: RawSamples, zero: FloatArray
+) -> tuple[ResolvedUnit, FloatArray]:
     stated = _stated("gyroscope", track.gyroscope_unit, options.gyroscope_unit)
     if options.gyroscope_scale is not None:
         return _with_counts("gyroscope", stated, options.gyroscope_scale)
@@ -281,15 +283,15 @@ def _gyroscope(
     return _unit("gyroscope", stated)
 
 
-def _time(track: Stating, options: ReadOptions, head: Samples) -> Unit:
+def _time(track: Stating, options: ReadOptions, head: RawSamples) -> ResolvedUnit:
     stated = _stated("time", track.time_unit, options.time_unit)
     if options.rate is not None or head.time is None:
-        return Unit("s", 1.0, f"sample number over {options.rate or track.rate:g} Hz")
+        return ResolvedUnit("s", 1.0, f"sample number over {options.rate or track.rate:g} Hz")
     if stated is None:
         stated = StatedUnit(*guess_time_unit(head.time))
-    return Unit(stated.name, UNITS["time"][stated.name], stated.reason)
+    return ResolvedUnit(stated.name, UNITS["time"][stated.name], stated.reason)
 
 
-def without_time(samples: Samples) -> Samples:
+def without_time(samples: RawSamples) -> RawSamples:
     """Drop the time of a log whose time is not to be used."""
     return replace(samples, time=None)

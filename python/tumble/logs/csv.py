@@ -19,7 +19,7 @@ from tumble.errors import LogError
 from tumble.logs.columns import ImuColumns, find_imus
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import BLANKS, TextLayout, find_layout, is_time_stamp, split_line
-from tumble.logs.track import CHUNK_SAMPLES, Samples, StatedUnit, Track, choose
+from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, StatedUnit, choose
 from tumble.recording import FloatArray
 
 _SMALLEST_BLOCK, _LARGEST_BLOCK = 1 << 16, 1 << 26
@@ -31,7 +31,7 @@ def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
     return tuple(find_imus(find_layout(path, options).names, path, options.columns))
 
 
-def open_track(path: Path, imu: str | None, options: ReadOptions) -> Track:
+def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
     """Find the columns of one IMU in a text table.
 
     Raises `LogError` where the table has no such IMU, or no time and no rate is known.
@@ -42,7 +42,7 @@ def open_track(path: Path, imu: str | None, options: ReadOptions) -> Track:
     table = TextTable(path, layout, imus[name].names)
     columns = imus[name]
     rate, remarks = _stated_rate(layout, columns, options)
-    return Track(
+    return LoggedImu(
         path=path,
         imu=name,
         format="csv",
@@ -84,9 +84,9 @@ def _time_unit(layout: TextLayout, columns: ImuColumns) -> StatedUnit | None:
     return columns.time_unit
 
 
-def samples_of(batch: Mapping[str, FloatArray], columns: ImuColumns) -> Samples:
+def samples_of(batch: Mapping[str, FloatArray], columns: ImuColumns) -> RawSamples:
     """Gather the columns of one IMU."""
-    return Samples(
+    return RawSamples(
         None if columns.time is None else batch[columns.time],
         stack(batch, columns.accelerometer),
         stack(batch, columns.gyroscope),
@@ -119,11 +119,11 @@ class TextTable:
         self._names = list(names)
         self._block_bytes = int(min(max(layout.row_bytes * CHUNK_SAMPLES, _SMALLEST_BLOCK), _LARGEST_BLOCK))
 
-    def read(self, use: Callable[[Mapping[str, FloatArray]], Samples]) -> Iterator[Samples]:
+    def read(self, use: Callable[[Mapping[str, FloatArray]], RawSamples]) -> Iterator[RawSamples]:
         """Pass over the file; blocks are parsed and used in parallel, and given back in order."""
         workers = min(4, os.cpu_count() or 1)
         pool = ThreadPoolExecutor(workers, thread_name_prefix="tumble-csv")
-        waiting: deque[Future[Samples]] = deque()
+        waiting: deque[Future[RawSamples]] = deque()
         try:
             for block in self._blocks():
                 waiting.append(pool.submit(lambda block: use(self._parse(block)), block))

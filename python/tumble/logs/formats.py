@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tumble.errors import LogError
 from tumble.logs.options import ReadOptions
-from tumble.logs.track import Track
+from tumble.logs.track import LoggedImu
 
 LOG_SUFFIXES = frozenset((".csv", ".tsv", ".txt", ".log", ".dat", ".parquet", ".pq", ".bag", ".db3", ".mcap"))
 
@@ -66,26 +66,26 @@ def _pair_or(path: Path, otherwise: str) -> str:
     return "imu_tk" if imu_tk.find_pair(path) else otherwise
 
 
-def open_track(path: Path, imu: str | None, options: ReadOptions) -> Track:
+def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
     """Open a file, or a bag folder, with the reader it needs."""
     kind = find_format(path)
     if kind in _BAGS:
         from tumble.logs import ros
 
-        return ros.open_track(path, kind, imu)
+        return ros.open_logged_imu(path, kind, imu)
     if kind == "parquet":
         from tumble.logs import parquet
 
-        return parquet.open_track(path, imu, options)
+        return parquet.open_logged_imu(path, imu, options)
     if kind == "imu_tk":
         from tumble.logs import imu_tk
 
         pair = imu_tk.find_pair(path)
         assert pair is not None
-        return imu_tk.open_track(pair, path, options)
+        return imu_tk.open_logged_imu(pair, path, options)
     from tumble.logs import csv
 
-    return csv.open_track(path, imu, options)
+    return csv.open_logged_imu(path, imu, options)
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:

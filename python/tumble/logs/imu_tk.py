@@ -13,7 +13,7 @@ from tumble.errors import LogError
 from tumble.logs.csv import TextTable, stack
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import find_layout
-from tumble.logs.track import Samples, Track, Transform
+from tumble.logs.track import LoggedImu, RawSamples, Transform
 from tumble.recording import FloatArray
 
 _COLUMNS = ("1", "2", "3", "4")
@@ -45,11 +45,11 @@ def _has_four_columns(*paths: Path) -> bool:
         return False
 
 
-def open_track(pair: tuple[Path, Path], source: Path, options: ReadOptions) -> Track:
+def open_logged_imu(pair: tuple[Path, Path], source: Path, options: ReadOptions) -> LoggedImu:
     """Read both files side by side; `source` is what the user named."""
     tables = tuple(TextTable(path, find_layout(path, options), _COLUMNS) for path in pair)
     accelerometer, gyroscope = tables
-    return Track(
+    return LoggedImu(
         path=source,
         imu="",
         format="imu_tk",
@@ -63,7 +63,7 @@ def open_track(pair: tuple[Path, Path], source: Path, options: ReadOptions) -> T
 
 def _read(
     pair: tuple[Path, Path], accelerometer: TextTable, gyroscope: TextTable, transform: Transform
-) -> Iterator[Samples]:
+) -> Iterator[RawSamples]:
     """Join rows of equal time; blocks of the two files need not hold the same number of rows."""
     row = 0
     for left, right in _even(_rows(accelerometer), _rows(gyroscope), pair):
@@ -76,7 +76,7 @@ def _read(
                 f"in {pair[1].name}; both files need the same times: resample one and write a table instead"
             )
         row += len(left)
-        yield transform(Samples(left[:, 0].copy(), left[:, 1:].copy(), right[:, 1:].copy()))
+        yield transform(RawSamples(left[:, 0].copy(), left[:, 1:].copy(), right[:, 1:].copy()))
 
 
 def _even(
@@ -102,6 +102,6 @@ def _even(
 def _rows(table: TextTable) -> Iterator[FloatArray]:
     """Rows of one file, (n, 4): time and three axes."""
     nothing = np.empty((0, 3))
-    for samples in table.read(lambda batch: Samples(batch["1"], stack(batch, ("2", "3", "4")), nothing)):
+    for samples in table.read(lambda batch: RawSamples(batch["1"], stack(batch, ("2", "3", "4")), nothing)):
         assert samples.time is not None
         yield np.column_stack([samples.time, samples.accelerometer])

@@ -13,7 +13,7 @@ from mcap.records import Message as McapMessage
 from mcap.stream_reader import StreamReader, get_chunk_data_stream
 from mcap.summary import Summary
 
-from tumble.logs.bags import Message, Topic, damage_reported, kind_of
+from tumble.logs.bags import BagMessage, Topic, damage_reported, kind_of
 from tumble.logs.rosmsg import CDR, ROS1, Encoding
 
 FACTS = "tumble"
@@ -67,7 +67,7 @@ class McapFile:
         """Give what Tumble wrote beside the messages."""
         return self._facts
 
-    def messages(self, names: Collection[str]) -> Iterator[Message]:
+    def messages(self, names: Collection[str]) -> Iterator[BagMessage]:
         """Messages of those topics, in the order of the file."""
         wanted = {
             channel.id: channel.topic for channel in self._summary.channels.values() if channel.topic in names
@@ -78,7 +78,7 @@ class McapFile:
             else:
                 yield from _by_scan(file, wanted)
 
-    def _indexed(self, file: IO[bytes], wanted: Mapping[int, str]) -> Iterator[Message]:
+    def _indexed(self, file: IO[bytes], wanted: Mapping[int, str]) -> Iterator[BagMessage]:
         """Read only chunks that hold a wanted topic; a chunk without an index may hold any."""
         for index in sorted(self._summary.chunk_indexes, key=lambda index: index.chunk_start_offset):
             offsets = index.message_index_offsets
@@ -101,10 +101,10 @@ def _summary_by_scan(file: IO[bytes]) -> Summary:
     return summary
 
 
-def _by_scan(file: IO[bytes], wanted: Mapping[int, str]) -> Iterator[Message]:
+def _by_scan(file: IO[bytes], wanted: Mapping[int, str]) -> Iterator[BagMessage]:
     for record in _records(file):
         if isinstance(record, McapMessage) and record.channel_id in wanted:
-            yield Message(wanted[record.channel_id], record.log_time, record.data)
+            yield BagMessage(wanted[record.channel_id], record.log_time, record.data)
 
 
 def _records(file: IO[bytes]) -> Iterator[McapRecord]:
@@ -112,7 +112,7 @@ def _records(file: IO[bytes]) -> Iterator[McapRecord]:
     return StreamReader(file, validate_crcs=True).records
 
 
-def _messages(chunk: Chunk, wanted: Mapping[int, str]) -> Iterator[Message]:
+def _messages(chunk: Chunk, wanted: Mapping[int, str]) -> Iterator[BagMessage]:
     """Walk the records of a chunk (mcap.dev/spec): an opcode, a length, the content."""
     stream, length = get_chunk_data_stream(chunk, validate_crc=True)
     data = stream.read(length)
@@ -124,4 +124,4 @@ def _messages(chunk: Chunk, wanted: Mapping[int, str]) -> Iterator[Message]:
         if opcode == _OP_MESSAGE:
             channel, _, log_time, _ = _MESSAGE.unpack_from(data, start)
             if channel in wanted:
-                yield Message(wanted[channel], log_time, data[start + _MESSAGE.size : position])
+                yield BagMessage(wanted[channel], log_time, data[start + _MESSAGE.size : position])

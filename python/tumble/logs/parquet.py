@@ -13,7 +13,7 @@ from tumble.errors import LogError
 from tumble.logs.columns import ImuColumns, find_imus
 from tumble.logs.csv import as_floats, samples_of
 from tumble.logs.options import ReadOptions
-from tumble.logs.track import CHUNK_SAMPLES, Samples, StatedUnit, Track, Transform, choose
+from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, StatedUnit, Transform, choose
 from tumble.recording import FloatArray
 
 FACTS = (b"tumble.serial", b"tumble.corrected")
@@ -26,7 +26,7 @@ def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
         return tuple(find_imus(_leaf_names(file.schema_arrow), path, options.columns))
 
 
-def open_track(path: Path, imu: str | None, options: ReadOptions) -> Track:
+def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
     """Find the columns of one IMU in a Parquet table.
 
     Raises `LogError` where the table has no such IMU, or a column of it holds no numbers.
@@ -39,7 +39,7 @@ def open_track(path: Path, imu: str | None, options: ReadOptions) -> Track:
     name = choose(path, tuple(imus), imu, "column prefix")
     columns = imus[name]
     facts = {key.decode(): value.decode() for key, value in (schema.metadata or {}).items() if key in FACTS}
-    return Track(
+    return LoggedImu(
         path=path,
         imu=name,
         format="parquet",
@@ -78,7 +78,7 @@ def _problem(path: Path) -> str:
     return "Parquet file is cut short, its index at the end is missing; copy or write it again"
 
 
-def _read(path: Path, columns: ImuColumns, transform: Transform) -> Iterator[Samples]:
+def _read(path: Path, columns: ImuColumns, transform: Transform) -> Iterator[RawSamples]:
     roots = list(dict.fromkeys(columns.names))
     with _open(path) as file:
         for batch in file.iter_batches(CHUNK_SAMPLES, columns=roots, use_threads=False):

@@ -12,7 +12,7 @@ from tumble.logs.conversion import Conversion, conversion_for, remarks_on_axes, 
 from tumble.logs.folder import log_files, open_folder
 from tumble.logs.options import ReadOptions
 from tumble.logs.spec import LogSpec, parse_spec
-from tumble.logs.track import Samples, Track
+from tumble.logs.track import LoggedImu, RawSamples
 from tumble.recording import Metadata, Recording
 
 
@@ -63,7 +63,7 @@ def _open_folder(folder: Path, imu: str | None, options: ReadOptions) -> Recordi
 
 
 def _open_file(path: Path, imu: str | None, options: ReadOptions, keep_faults: bool = False) -> Recording:
-    track = formats.open_track(path, imu, options)
+    track = formats.open_logged_imu(path, imu, options)
     head = track.head()
     if options.rate is not None:
         if not options.rate > 0.0:
@@ -80,16 +80,16 @@ def _open_file(path: Path, imu: str | None, options: ReadOptions, keep_faults: b
 
 
 def _stream(
-    track: Track, conversion: Conversion, options: ReadOptions, rate: float | None, keep_faults: bool
+    track: LoggedImu, conversion: Conversion, options: ReadOptions, rate: float | None, keep_faults: bool
 ) -> ChunkStream:
-    def transform(samples: Samples) -> Samples:
+    def transform(samples: RawSamples) -> RawSamples:
         return conversion(samples if options.rate is None else without_time(samples))
 
     assumed = conversion.gyroscope_unit.reason == "assumed"
     return ChunkStream(track, track.read(transform), rate, assumed, keep_faults)
 
 
-def _metadata(track: Track, conversion: Conversion, options: ReadOptions, rate: float | None) -> Metadata:
+def _metadata(track: LoggedImu, conversion: Conversion, options: ReadOptions, rate: float | None) -> Metadata:
     return Metadata(
         name=_name(track),
         source=track.source,
@@ -106,7 +106,7 @@ def _metadata(track: Track, conversion: Conversion, options: ReadOptions, rate: 
     )
 
 
-def _name(track: Track) -> str:
+def _name(track: LoggedImu) -> str:
     """Short name: the file's, and the IMU's where the file needs one."""
     stem = track.path.stem if track.path.is_file() else track.path.name
     imu = "" if track.alone else track.imu.strip("/").replace("/", "_")

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from tumble.errors import LogError
-from tumble.logs.bags import Bag, Message, Topic
+from tumble.logs.bags import Bag, BagMessage, Topic
 from tumble.logs.rosmsg import MalformedMessageError, decode, frame_of, seconds
-from tumble.logs.track import CHUNK_SAMPLES, Samples, StatedUnit, Track, choose
+from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, StatedUnit, choose
 from tumble.recording import FloatArray
 
 _HEAD_SAMPLES = 1 << 14
@@ -22,7 +22,7 @@ def list_imus(path: Path, kind: str) -> tuple[str, ...]:
     return tuple(_imu_topics(_open_bag(path, kind)))
 
 
-def open_track(path: Path, kind: str, imu: str | None) -> Track:
+def open_logged_imu(path: Path, kind: str, imu: str | None) -> LoggedImu:
     """Find an Imu topic in a bag; `kind` is `ros1`, `ros2` or `mcap`.
 
     Raises `LogError` where there is no such topic, or several and none is named.
@@ -40,7 +40,7 @@ def open_track(path: Path, kind: str, imu: str | None) -> Track:
         gatherer = _Gatherer(bag, topics[name], _temperature_topic(bag, name), use_stamps=False)
         head = next(gatherer.samples(_HEAD_SAMPLES))
     facts = bag.facts()
-    return Track(
+    return LoggedImu(
         path=path,
         imu=name,
         format=bag.format,
@@ -114,7 +114,7 @@ class _Gatherer:
         self._temperature = temperature
         self._use_stamps = use_stamps
 
-    def samples(self, size: int) -> Iterator[Samples]:
+    def samples(self, size: int) -> Iterator[RawSamples]:
         """Give `size` samples at a time, fewer at the end."""
         names = [self._imu.name, *([self._temperature.name] if self._temperature else [])]
         batch, first, held = _Batch(), 0, np.nan
@@ -127,7 +127,7 @@ class _Gatherer:
         if batch.imu:
             yield self._decode(batch, first, held)[0]
 
-    def _add(self, batch: _Batch, message: Message) -> None:
+    def _add(self, batch: _Batch, message: BagMessage) -> None:
         if message.topic == self._imu.name:
             batch.imu.append(message.data)
             batch.log_times.append(message.log_time)
@@ -135,7 +135,7 @@ class _Gatherer:
             batch.temperature.append(message.data)
             batch.before.append(len(batch.imu))
 
-    def _decode(self, batch: _Batch, first: int, held: float) -> tuple[Samples, float]:
+    def _decode(self, batch: _Batch, first: int, held: float) -> tuple[RawSamples, float]:
         """Decode a batch, and give the last temperature to hold for the next one."""
         try:
             imu = decode(batch.imu, "imu", self._imu.encoding)
@@ -147,7 +147,7 @@ class _Gatherer:
             ) from error
         stamps = imu.stamp if self._use_stamps else np.array(batch.log_times, dtype=np.int64)
         temperature, held = self._hold(batch, held)
-        return Samples(seconds(stamps), imu.specific_force, imu.angular_rate, temperature), held
+        return RawSamples(seconds(stamps), imu.specific_force, imu.angular_rate, temperature), held
 
     def _hold(self, batch: _Batch, held: float) -> tuple[FloatArray | None, float]:
         """Give the latest temperature at every Imu message; NaN before the first."""

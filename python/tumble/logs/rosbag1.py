@@ -10,7 +10,7 @@ from pathlib import Path
 from rosbags.rosbag1 import Reader
 from rosbags.rosbag1.reader import IndexData
 
-from tumble.logs.bags import Message, Topic, damage_reported, kind_of
+from tumble.logs.bags import BagMessage, Topic, damage_reported, kind_of
 from tumble.logs.rosmsg import ROS1
 
 _UINT32 = struct.Struct("<I")
@@ -52,7 +52,7 @@ class RosBag1:
         """Tumble writes no ROS 1 bags."""
         return {}
 
-    def messages(self, names: Collection[str]) -> Iterator[Message]:
+    def messages(self, names: Collection[str]) -> Iterator[BagMessage]:
         """Messages of those topics: chunks in the order of their begin, messages as they stand in them."""
         with damage_reported(self.path), _ReaderWithoutIndex(self.path) as reader:
             assert reader.bio is not None
@@ -72,7 +72,7 @@ class RosBag1:
                 yield from _messages(chunk.decompressor(raw), wanted)
 
 
-def _messages(chunk: bytes, wanted: dict[int, str]) -> Iterator[Message]:
+def _messages(chunk: bytes, wanted: dict[int, str]) -> Iterator[BagMessage]:
     """Walk the records of a chunk (wiki.ros.org/Bags/Format/2.0): header and data, each after its length."""
     position = 0
     while position < len(chunk):
@@ -84,7 +84,7 @@ def _messages(chunk: bytes, wanted: dict[int, str]) -> Iterator[Message]:
         topic = wanted.get(_UINT32.unpack(fields[b"conn"])[0])
         if topic is not None:
             seconds, nanoseconds = _TIME.unpack(fields[b"time"])
-            yield Message(topic, seconds * 1_000_000_000 + nanoseconds, data)
+            yield BagMessage(topic, seconds * 1_000_000_000 + nanoseconds, data)
 
 
 def _sized(source: bytes, position: int) -> tuple[bytes, int]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rosbags.rosbag2 import Reader
 
-from tumble.logs.bags import Message, Topic, damage_reported, kind_of
+from tumble.logs.bags import BagMessage, Topic, damage_reported, kind_of
 from tumble.logs.rosmsg import CDR
 
 
@@ -34,9 +34,9 @@ class RosBag2:
         """Tumble writes no ROS 2 bag folders."""
         return {}
 
-    def messages(self, names: Collection[str]) -> Iterator[Message]:
+    def messages(self, names: Collection[str]) -> Iterator[BagMessage]:
         """Messages of those topics, in the order in which they were recorded."""
         with damage_reported(self.path), Reader(self.path) as reader:
             wanted = [connection for connection in reader.connections if connection.topic in names]
             for connection, log_time, data in reader.messages(connections=wanted):
-                yield Message(connection.topic, log_time, data)
+                yield BagMessage(connection.topic, log_time, data)

@@ -14,7 +14,7 @@ CHUNK_SAMPLES = 1 << 15
 
 
 @dataclass(slots=True)
-class Samples:
+class RawSamples:
     """Successive samples, in the units of the log until `Conversion` has made them SI."""
 
     time: FloatArray | None
@@ -39,11 +39,11 @@ class StatedUnit:
     """`column name`, `message definition`, `column type`."""
 
 
-Transform = Callable[[Samples], Samples]
+Transform = Callable[[RawSamples], RawSamples]
 
 
 @dataclass(frozen=True, slots=True)
-class Track:
+class LoggedImu:
     """One IMU of a file, as its reader found it."""
 
     path: Path
@@ -51,9 +51,9 @@ class Track:
     """Name that tells it from other IMUs of the file: a topic, a column prefix; empty where it needs none."""
     format: str
     """As in `tumble.recording.Metadata.format`."""
-    read: Callable[[Transform], Iterator[Samples]]
+    read: Callable[[Transform], Iterator[RawSamples]]
     """A fresh pass over all samples, each piece put through the transform, in the order of the file."""
-    head: Callable[[], Samples]
+    head: Callable[[], RawSamples]
     """The first samples, quickly, in the units of the log."""
     locate: Callable[[int], str]
     """Where in the file a sample (counted from 0) stands, in words: `line 812`, `message 40 of /imu`."""

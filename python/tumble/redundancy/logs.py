@@ -23,7 +23,7 @@ SHORT_BLOCK = 0.02
 
 
 @dataclass(frozen=True, slots=True)
-class Unit:
+class UnitLog:
     """One unit of the set, as its log has it."""
 
     name: str
@@ -41,7 +41,7 @@ def open_units(
     log: str | Path | None = None,
     read: ReadOptions | Mapping[str, ReadOptions] | None = None,
     allow_missing: bool = False,
-) -> tuple[Unit, ...]:
+) -> tuple[UnitLog, ...]:
     """Open all units, primary first; each is the name of an IMU in `log`, or `LOG:NAME`, or a recording.
 
     `read` says how to read all of them, or each by what was typed. With `allow_missing`, a unit that cannot
@@ -92,9 +92,9 @@ def _open_unit(
     known: _Known | None,
     read: ReadOptions | Mapping[str, ReadOptions] | None,
     allow_missing: bool,
-) -> Unit:
+) -> UnitLog:
     if isinstance(source, Recording):
-        return Unit(source.name, source.metadata.source, _whole(source))
+        return UnitLog(source.name, source.metadata.source, _whole(source))
     options = read.get(str(source)) if isinstance(read, Mapping) else read
     place, name = str(source), ""
     try:
@@ -104,8 +104,8 @@ def _open_unit(
     except LogError as error:
         if not allow_missing:
             raise LogError(f"{error}; or go on without it, with --allow-missing") from error
-        return Unit(name or place, place, None, str(error))
-    return Unit(name or recording.name, recording.metadata.source, recording)
+        return UnitLog(name or place, place, None, str(error))
+    return UnitLog(name or recording.name, recording.metadata.source, recording)
 
 
 def _whole(recording: Recording) -> Recording:
@@ -117,7 +117,7 @@ def _whole(recording: Recording) -> Recording:
     return recording
 
 
-def _refuse_twins(units: Sequence[Unit]) -> None:
+def _refuse_twins(units: Sequence[UnitLog]) -> None:
     seen: dict[str, int] = {}
     for index, unit in enumerate(units):
         earlier = seen.setdefault(_whose(unit), index)
@@ -130,7 +130,7 @@ def _refuse_twins(units: Sequence[Unit]) -> None:
         raise ProcedureError(f"{unit.source}: is named twice among the secondaries; leave one out")
 
 
-def _whose(unit: Unit) -> str:
+def _whose(unit: UnitLog) -> str:
     """Give what two ways of writing the same log and IMU have in common."""
     recording = unit.recording
     if recording is None:
@@ -145,7 +145,7 @@ def _whose(unit: Unit) -> str:
 class _Reader:
     """One unit's samples, taken off in order of arrival."""
 
-    unit: Unit
+    unit: UnitLog
     offset: float
     """s, added to its time gives that of the common clock."""
     stream: Iterator[Chunk]
@@ -183,7 +183,7 @@ class _Reader:
         self.last = float(self.arrival[-1])
         self.read += len(chunk)
 
-    def take(self, until: float) -> Samples:
+    def take(self, until: float) -> SampleArrays:
         """Take off what arrived up to a time."""
         if self.waiting is None:
             return _NOTHING
@@ -194,17 +194,17 @@ class _Reader:
         return _arrays(_cut(taken, slice(0, count)))
 
 
-Samples: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
+SampleArrays: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
 """Time (n,) s of the common clock, specific force (n, 3) m/s^2, angular rate (n, 3) rad/s."""
 
-_NOTHING: Samples = (np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
+_NOTHING: SampleArrays = (np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
 
 
 def _cut(chunk: Chunk, part: slice) -> Chunk:
     return Chunk(chunk.time[part], chunk.accelerometer[part], chunk.gyroscope[part])
 
 
-def _arrays(chunk: Chunk) -> Samples:
+def _arrays(chunk: Chunk) -> SampleArrays:
     return (
         np.ascontiguousarray(chunk.time),
         np.ascontiguousarray(chunk.accelerometer),
@@ -212,7 +212,7 @@ def _arrays(chunk: Chunk) -> Samples:
     )
 
 
-class SideBySide(Iterator[list[Samples]]):
+class SideBySide(Iterator[list[SampleArrays]]):
     """Blocks of what all units said since the block before, primary first; memory does not grow.
 
     All times are of the common clock, s; `start` and `end` are the first and the last given so far.
@@ -222,7 +222,7 @@ class SideBySide(Iterator[list[Samples]]):
     """
 
     def __init__(
-        self, units: Sequence[Unit], offsets: Sequence[float], progress: Progress | None = None
+        self, units: Sequence[UnitLog], offsets: Sequence[float], progress: Progress | None = None
     ) -> None:
         self._readers = [
             _Reader(unit, offset, iter(()) if unit.recording is None else unit.recording.chunks())
@@ -232,7 +232,7 @@ class SideBySide(Iterator[list[Samples]]):
         self._expected = _expected(self._readers)
         self.start, self.end = np.inf, -np.inf
 
-    def __next__(self) -> list[Samples]:
+    def __next__(self) -> list[SampleArrays]:
         for reader in self._readers:
             reader.refill()
         self._refuse_if_apart()

@@ -16,7 +16,7 @@ from tumble.errors import ProcedureError
 from tumble.files import prepare_folder
 from tumble.logs import ReadOptions, parse_spec
 from tumble.recording import FloatArray, Recording
-from tumble.redundancy.logs import Progress, SideBySide, Source, Unit, open_units
+from tumble.redundancy.logs import Progress, SideBySide, Source, UnitLog, open_units
 from tumble.redundancy.messages import explain
 from tumble.redundancy.replay import COMMANDS, Command, replay
 from tumble.redundancy.result import RedundancyEvent, RedundancyResult, SecondaryError
@@ -144,7 +144,7 @@ def _refuse_unknown_commands(commands: Sequence[tuple[float, str]]) -> None:
             raise ProcedureError(f"command {command!r} at {time} s: known are {known}, at a time in s")
 
 
-def _known_units(settings: RedundancySettings, units: Sequence[Unit]) -> list[UnitSettings]:
+def _known_units(settings: RedundancySettings, units: Sequence[UnitLog]) -> list[UnitSettings]:
     """Give what is known of each unit; raises `ProcedureError` where that is of no unit."""
     names = [unit.name for unit in units]
     for name in settings.units:
@@ -260,7 +260,7 @@ def _may_differ_in_clock(recordings: Sequence[Recording]) -> bool:
 
 
 def _warnings(
-    units: Sequence[Unit], calibration: Calibration | None, rejected: Sequence[Rejected]
+    units: Sequence[UnitLog], calibration: Calibration | None, rejected: Sequence[Rejected]
 ) -> Iterator[str]:
     """Say what a user should know of the logs, the calibration and the store."""
     for unit in units:

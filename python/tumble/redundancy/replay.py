@@ -11,7 +11,7 @@ import numpy as np
 from tumble import _core
 from tumble.errors import ProcedureError
 from tumble.recording import FloatArray
-from tumble.redundancy.logs import Samples, SideBySide
+from tumble.redundancy.logs import SampleArrays, SideBySide
 from tumble.redundancy.result import RedundancyEvent, Selected, UnitTrace
 
 Command: TypeAlias = Literal["evaluate", "return to primary"]
@@ -123,7 +123,7 @@ def replay(
 
 
 def _push(
-    monitor: _core.RedundancyMonitor, block: Sequence[Samples], commands: Sequence[tuple[float, Command]]
+    monitor: _core.RedundancyMonitor, block: Sequence[SampleArrays], commands: Sequence[tuple[float, Command]]
 ) -> _core.RedundancyReplay:
     times, specific_forces, angular_rates = zip(*block, strict=True)
     return monitor.replay(times, specific_forces, angular_rates, commands)

@@ -69,7 +69,7 @@ class ParameterGroup:
 
 
 @dataclass(frozen=True, slots=True)
-class Matrix:
+class PrintedMatrix:
     """A matrix or vector as printed; `rows` is empty and `reason` set where it was not observable."""
 
     name: str
@@ -100,24 +100,24 @@ def parameter_groups(triad: TriadResult, checks: Sequence[LimitCheck]) -> tuple[
     )
 
 
-def matrices(triad: TriadResult) -> tuple[Matrix, ...]:
+def matrices(triad: TriadResult) -> tuple[PrintedMatrix, ...]:
     """Print M, b and the factors K, L, Q; M and b to the digits their sigma carries."""
     sigma = np.sqrt(np.diag(triad.covariance))
     sigma_M, sigma_b = sigma[:9].reshape(3, 3), sigma[9:].reshape(3, 1)
     unit = readable_unit(triad.unit)
-    bias = Matrix("b", f"bias, {unit}", _rounded(triad.b.reshape(3, 1), sigma_b))
+    bias = PrintedMatrix("b", f"bias, {unit}", _rounded(triad.b.reshape(3, 1), sigma_b))
     if "matrix" not in triad.estimated or not np.all(np.isfinite(sigma_M)):
-        return (Matrix("M", "sensor from case", reason=_why_no_matrix(triad)), bias)
+        return (PrintedMatrix("M", "sensor from case", reason=_why_no_matrix(triad)), bias)
     return (
-        Matrix("M", "sensor from case", _rounded(triad.M, sigma_M)),
+        PrintedMatrix("M", "sensor from case", _rounded(triad.M, sigma_M)),
         bias,
-        Matrix("K", "scale", _six_decimals(triad.K)),
-        Matrix("L", "non-orthogonality", _six_decimals(triad.L)),
-        Matrix("Q", "mounting, a rotation", _six_decimals(triad.Q)),
+        PrintedMatrix("K", "scale", _six_decimals(triad.K)),
+        PrintedMatrix("L", "non-orthogonality", _six_decimals(triad.L)),
+        PrintedMatrix("Q", "mounting, a rotation", _six_decimals(triad.Q)),
     )
 
 
-def g_sensitivity(triad: TriadResult) -> Matrix | None:
+def g_sensitivity(triad: TriadResult) -> PrintedMatrix | None:
     """Print the sensitivity of the gyroscope to specific force; None where it was not asked for."""
     if triad.g_sensitivity is None:
         return None
@@ -125,7 +125,7 @@ def g_sensitivity(triad: TriadResult) -> Matrix | None:
     sigma = np.full((3, 3), np.nan) if sigma is None else sigma
     scale = readable_scale("rad/s per m/s^2", _largest(triad.g_sensitivity))
     rows = _with_sigma(scale.factor * triad.g_sensitivity, scale.factor * sigma)
-    return Matrix("G", f"sensitivity to specific force, {scale.unit}", rows)
+    return PrintedMatrix("G", f"sensitivity to specific force, {scale.unit}", rows)
 
 
 def noise_rows(triad: TriadResult) -> tuple[NoiseRow, ...]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tumble.cli.gravity import Gravity, Height, Latitude, check_gravity
+from tumble.cli.gravity import GravityOption, HeightOption, LatitudeOption, check_gravity
 from tumble.cli.read_options import with_read_options
 from tumble.cli.screen import print_json, print_summary
 from tumble.errors import ProcedureError
@@ -89,9 +89,9 @@ def spin_command(
             metavar="FILE", help="Calibration to apply first; its matrices are kept in the new one."
         ),
     ] = None,
-    latitude: Latitude = None,
-    height: Height = None,
-    gravity: Gravity = None,
+    latitude: LatitudeOption = None,
+    height: HeightOption = None,
+    gravity: GravityOption = None,
     turn_rate: Annotated[
         float | None,
         typer.Option(

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tumble.acquisition.acquire import Fault, si_unit
+from tumble.acquisition.acquire import ChannelFault, si_unit
 from tumble.recording import FloatArray
 from tumble.results import Rest
 from tumble.spin.failure import SpinFailure, SpinFailureKind
@@ -32,7 +32,7 @@ LARGEST_ACROSS = 0.5
 """Angular rate across the vertical against that about it, root mean square: what is more was no turn."""
 
 
-def credible_faults(faults: Sequence[Fault]) -> tuple[Fault, ...]:
+def credible_faults(faults: Sequence[ChannelFault]) -> tuple[ChannelFault, ...]:
     """Leave out readings that pile up at the smallest value of a robot that turned one way only."""
     return tuple(
         (channel, kind, value, first, last)
@@ -41,7 +41,9 @@ def credible_faults(faults: Sequence[Fault]) -> tuple[Fault, ...]:
     )
 
 
-def motion_failure(motion: Segment, beside: Rest, faults: Sequence[Fault], given: bool) -> SpinFailure | None:
+def motion_failure(
+    motion: Segment, beside: Rest, faults: Sequence[ChannelFault], given: bool
+) -> SpinFailure | None:
     """Tell why a motion cannot be part of a spin; None if it can. `beside` is a rest next to it."""
     saturated = _saturated(motion, faults)
     if saturated or given or is_nudge(motion, beside):
@@ -93,7 +95,7 @@ def nearest_rest(motion: Segment, rests: Sequence[Rest]) -> Rest:
     return min(rests, key=lambda rest: min(abs(rest.start - middle), abs(rest.end - middle)))
 
 
-def _saturated(motion: Segment, faults: Sequence[Fault]) -> SpinFailure | None:
+def _saturated(motion: Segment, faults: Sequence[ChannelFault]) -> SpinFailure | None:
     for channel, kind, value, first, last in faults:
         if kind != "stuck" and first <= motion.end and motion.start <= last:
             when = max(first, motion.start)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tumble import _core
-from tumble.acquisition.acquire import Fault
+from tumble.acquisition.acquire import ChannelFault
 from tumble.gravity import STANDARD_GRAVITY
 from tumble.recording import FloatArray
 from tumble.results import Rest
@@ -50,7 +50,7 @@ class Criteria:
     turns: float | None
     """Turns asked for; None if nobody asked."""
     true_turns: TrueTurns | None
-    faults: tuple[Fault, ...] = ()
+    faults: tuple[ChannelFault, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

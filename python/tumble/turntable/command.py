@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from tumble.cli.gravity import Gravity, Height, Latitude, check_gravity
+from tumble.cli.gravity import GravityOption, HeightOption, LatitudeOption, check_gravity
 from tumble.cli.read_options import read_options_for, with_read_options
 from tumble.cli.screen import print_json, print_summary
 from tumble.logs.options import ReadOptions
@@ -27,7 +27,7 @@ Advance: TypeAlias = Callable[[int, int], None]
 """Told how many recordings are read, and of how many."""
 
 
-class Truth(str, Enum):
+class TruthOption(str, Enum):
     """What the target is held against; see docs/theory/turntable.md."""
 
     REFERENCE = "reference"
@@ -36,7 +36,7 @@ class Truth(str, Enum):
     IDEAL = "ideal"
 
 
-class Clock(str, Enum):
+class ClocksOption(str, Enum):
     """Whether reference and targets were stamped by one clock."""
 
     AUTO = "auto"
@@ -65,10 +65,12 @@ def turntable_command(
             metavar="FILE|none", help="Pose list; the six faces where not given, `none` for unknown poses."
         ),
     ] = None,
-    truth: Annotated[Truth, typer.Option(help="What the targets are held against.")] = Truth.REFERENCE,
-    latitude: Latitude = None,
-    height: Height = None,
-    gravity: Gravity = None,
+    truth: Annotated[
+        TruthOption, typer.Option(help="What the targets are held against.")
+    ] = TruthOption.REFERENCE,
+    latitude: LatitudeOption = None,
+    height: HeightOption = None,
+    gravity: GravityOption = None,
     limits: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Limits that targets pass or fail.")
     ] = None,
@@ -76,8 +78,8 @@ def turntable_command(
         Path | None, typer.Option(metavar="FILE", help="Calibration to apply to the reference first.")
     ] = None,
     clock: Annotated[
-        Clock, typer.Option(help="Whether all recordings were stamped by one clock.")
-    ] = Clock.AUTO,
+        ClocksOption, typer.Option(help="Whether all recordings were stamped by one clock.")
+    ] = ClocksOption.AUTO,
     g_sensitivity: Annotated[
         bool, typer.Option("--g-sensitivity", help="Fit how the gyroscopes respond to specific force.")
     ] = False,

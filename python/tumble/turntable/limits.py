@@ -19,7 +19,7 @@ SCHEMA: Literal["tumble-limits/1"] = "tumble-limits/1"
 SCHEMA_FILE = "limits.schema.json"
 
 
-class _PerAxis(Document):
+class _LimitPerPart(Document):
     """One limit for every axis, written as a number, or one for each axis named."""
 
     @model_validator(mode="before")
@@ -45,7 +45,7 @@ class _PerAxis(Document):
         return {axis: value for axis, value in values if value is not None}
 
 
-class PerAxis(_PerAxis):
+class LimitPerAxis(_LimitPerPart):
     """One limit for every axis, or `{x: ..., y: ..., z: ...}`; an axis left out is not checked."""
 
     x: float | None = Field(default=None, ge=0.0)
@@ -53,7 +53,7 @@ class PerAxis(_PerAxis):
     z: float | None = Field(default=None, ge=0.0)
 
 
-class PerPair(_PerAxis):
+class LimitPerPair(_LimitPerPart):
     """One limit for every pair of axes, or `{xy: ..., yz: ..., zx: ...}`; a pair left out is not checked."""
 
     xy: float | None = Field(default=None, ge=0.0)
@@ -64,19 +64,19 @@ class PerPair(_PerAxis):
 class TriadLimits(Document):
     """Largest magnitudes for three axes; `unit` is m/s^2 for the accelerometer, rad/s for the gyroscope."""
 
-    bias: PerAxis | None = None
+    bias: LimitPerAxis | None = None
     """unit"""
-    scale: PerAxis | None = None
+    scale: LimitPerAxis | None = None
     """Of scale - 1, a ratio: 0.02 is two per cent."""
-    non_orthogonality: PerPair | None = Field(default=None, alias="non-orthogonality")
+    non_orthogonality: LimitPerPair | None = Field(default=None, alias="non-orthogonality")
     """deg"""
-    mounting: PerAxis | None = None
+    mounting: LimitPerAxis | None = None
     """deg, components of the rotation vector."""
-    residual: PerAxis | None = None
+    residual: LimitPerAxis | None = None
     """unit, root mean square over the rests, for the gyroscope over the turns too."""
-    noise_density: PerAxis | None = Field(default=None, alias="noise-density")
+    noise_density: LimitPerAxis | None = Field(default=None, alias="noise-density")
     """unit / sqrt(Hz)"""
-    bias_instability: PerAxis | None = Field(default=None, alias="bias-instability")
+    bias_instability: LimitPerAxis | None = Field(default=None, alias="bias-instability")
     """unit"""
 
     def groups(self) -> dict[str, dict[str, float]]:

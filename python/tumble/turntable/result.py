@@ -41,7 +41,7 @@ class Mounting:
 
 
 @dataclass(frozen=True, slots=True)
-class Clock:
+class ClockFit:
     """Clock of the target: t_target = t_reference + offset + skew (t_reference - start)."""
 
     shared: bool
@@ -84,7 +84,7 @@ class TargetResult:
     gyroscope: TriadResult | None
     rests: tuple[Rest, ...]
     trace: Trace
-    clock: Clock | None
+    clock: ClockFit | None
     axis_readings: tuple[AxisReading, ...]
     """X and Y; empty where the mounting angle was not estimated."""
     temperature: tuple[float, float, float] | None

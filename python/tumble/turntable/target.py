@@ -17,7 +17,7 @@ from tumble.results import Trace, TriadResult
 from tumble.turntable.limits import Limits
 from tumble.turntable.matching import PoseMatch
 from tumble.turntable.messages import explain
-from tumble.turntable.result import AxisReading, Clock, TargetResult
+from tumble.turntable.result import AxisReading, ClockFit, TargetResult
 from tumble.turntable.triads import triad_result
 
 PARTS_PER_MILLION = 1e6
@@ -162,8 +162,8 @@ def _skewed_axes(triad: TriadResult) -> Iterator[str]:
                 )
 
 
-def _clock(figures: _core.ClockFigures) -> Clock:
-    return Clock(
+def _clock(figures: _core.ClockFigures) -> ClockFit:
+    return ClockFit(
         shared=figures["shared"],
         offset=figures["offset"],
         offset_sigma=figures["offset_sigma"],

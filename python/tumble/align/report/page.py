@@ -12,7 +12,7 @@ from tumble.align.result import AlignResult, UnitAlignment
 from tumble.files import write_text
 from tumble.report.numbers import readable_scale, significant
 from tumble.report.page import Picture, environment
-from tumble.report.parameters import Matrix, ParameterGroup, printed_group
+from tumble.report.parameters import ParameterGroup, PrintedMatrix, printed_group
 from tumble.report.svg import house_style
 from tumble.report.text import count_of
 from tumble.results import Parameter
@@ -21,13 +21,13 @@ _CLOCK = ("time offset", "clock skew")
 
 
 @dataclass(frozen=True, slots=True)
-class UnitSection:
+class AlignedUnitSection:
     """Everything shown of one secondary."""
 
     name: str
     anchor: str
     sentence: str
-    matrix: Matrix
+    matrix: PrintedMatrix
     groups: tuple[ParameterGroup, ...]
 
 
@@ -40,7 +40,7 @@ class AlignPage:
     unobserved: tuple[str, ...]
     warnings: tuple[str, ...]
     places: Picture | None
-    units: tuple[UnitSection, ...]
+    units: tuple[AlignedUnitSection, ...]
     method: tuple[tuple[str, str], ...]
 
 
@@ -91,8 +91,8 @@ def unobserved_sentences(result: AlignResult) -> list[str]:
     ]
 
 
-def _section(unit: UnitAlignment, number: int) -> UnitSection:
-    return UnitSection(
+def _section(unit: UnitAlignment, number: int) -> AlignedUnitSection:
+    return AlignedUnitSection(
         name=unit.name,
         anchor=f"unit-{number}",
         sentence=_sentence(unit),
@@ -115,12 +115,12 @@ def _sentence(unit: UnitAlignment) -> str:
     return f"{sentence}, specific forces by {figure} {force.unit}."
 
 
-def _matrix(unit: UnitAlignment) -> Matrix:
+def _matrix(unit: UnitAlignment) -> PrintedMatrix:
     meaning = "sensor from primary"
     if unit.sensor_from_primary is None:
-        return Matrix("R", meaning, reason=unit.parameter("rotation x").reason)
+        return PrintedMatrix("R", meaning, reason=unit.parameter("rotation x").reason)
     rows = tuple(tuple(f"{value:.6f}" for value in row) for row in unit.sensor_from_primary)
-    return Matrix("R", meaning, rows)
+    return PrintedMatrix("R", meaning, rows)
 
 
 def _groups(unit: UnitAlignment) -> list[ParameterGroup]:

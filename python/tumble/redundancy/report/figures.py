@@ -21,7 +21,7 @@ from tumble.redundancy.report.timeline import (
     WAITING,
     Evaluations,
     Lane,
-    Span,
+    LaneSpan,
     TimeLine,
     evaluations,
     merged,
@@ -140,7 +140,9 @@ def _draw_key(figure: Figure, height: float) -> None:
     )
     for name, colour, hatch in swatches:
         thin = name.endswith("source")
-        _bars(key, [Span(left, left + 0.24)], 0.42 if thin else 0.28, 0.18 if thin else 0.46, colour, hatch)
+        _bars(
+            key, [LaneSpan(left, left + 0.24)], 0.42 if thin else 0.28, 0.18 if thin else 0.46, colour, hatch
+        )
         key.text(left + 0.29, 0.5, name, va="center", size=LABEL_SIZE, color=SOFT)
         left += 0.55 + _LETTER * len(name)
     left = NAME_ROOM
@@ -298,12 +300,12 @@ def _time_axis(axes: Axes, line: TimeLine, *, last: bool) -> None:
         horizontal_axis(axes, line.start, line.end, "time, s", most=8)
 
 
-def _wide_enough(spans: Iterable[Span], shortest: float) -> list[Span]:
+def _wide_enough(spans: Iterable[LaneSpan], shortest: float) -> list[LaneSpan]:
     """Widen what is too short to be seen, so that no fault is overlooked."""
-    return [Span(span.start, max(span.end, span.start + shortest), span.kind) for span in spans]
+    return [LaneSpan(span.start, max(span.end, span.start + shortest), span.kind) for span in spans]
 
 
-def _bars(axes: Axes, spans: Sequence[Span], top: float, height: float, colour: str, hatch: str) -> None:
+def _bars(axes: Axes, spans: Sequence[LaneSpan], top: float, height: float, colour: str, hatch: str) -> None:
     if spans:
         axes.broken_barh(
             [(span.start, span.end - span.start) for span in spans],

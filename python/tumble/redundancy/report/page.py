@@ -60,7 +60,7 @@ class SensorSection:
 
 
 @dataclass(frozen=True, slots=True)
-class UnitSection:
+class RedundantUnitSection:
     """Everything found of one secondary."""
 
     name: str
@@ -93,7 +93,7 @@ class RedundancyPage:
     deviations: Picture | None
     differences: Picture | None
     agreements: tuple[AgreementRow, ...]
-    units: tuple[UnitSection, ...]
+    units: tuple[RedundantUnitSection, ...]
     events: EventTable
     evaluations: EventTable
     health: EventTable
@@ -236,10 +236,10 @@ def _agreement_rows(result: RedundancyResult) -> tuple[AgreementRow, ...]:
     )
 
 
-def _section(result: RedundancyResult, unit: str, number: int) -> UnitSection:
+def _section(result: RedundancyResult, unit: str, number: int) -> RedundantUnitSection:
     errors = text.errors_of(result, unit)
     missing = [sensor for sensor in SENSORS if sensor not in {error.sensor for error in errors}]
-    return UnitSection(
+    return RedundantUnitSection(
         name=unit,
         anchor=f"unit-{number}",
         nothing=f"Nothing is stored of its {' or its '.join(missing)}." if missing else "",

@@ -22,7 +22,7 @@ _ENDS_A_CALIBRATION = ("fitted", "adopted", "refused", "abandoned")
 
 
 @dataclass(frozen=True, slots=True)
-class Span:
+class LaneSpan:
     """A stretch of time; s."""
 
     start: float
@@ -35,10 +35,10 @@ class Lane:
     """What one unit went through."""
 
     unit: str
-    modes: tuple[Span, ...]
+    modes: tuple[LaneSpan, ...]
     """`WAITING` and `COLLECTING`; none for the primary."""
-    unhealthy: tuple[Span, ...]
-    source: tuple[Span, ...]
+    unhealthy: tuple[LaneSpan, ...]
+    source: tuple[LaneSpan, ...]
     """Where it was the source of the output."""
     marks: tuple[RedundancyEvent, ...]
 
@@ -49,8 +49,8 @@ class TimeLine:
 
     start: float
     end: float
-    rests: tuple[Span, ...]
-    no_source: tuple[Span, ...]
+    rests: tuple[LaneSpan, ...]
+    no_source: tuple[LaneSpan, ...]
     lanes: tuple[Lane, ...]
     """Primary first."""
     jumps: tuple[float, ...]
@@ -74,7 +74,7 @@ def time_line(result: RedundancyResult) -> TimeLine:
         start=start,
         end=end,
         rests=rests(result.events, end),
-        no_source=tuple(Span(span.start, span.end) for span in result.selected if not span.unit),
+        no_source=tuple(LaneSpan(span.start, span.end) for span in result.selected if not span.unit),
         lanes=tuple(_lane(result, unit, end) for unit in (result.primary, *result.secondaries)),
         jumps=tuple(event.time for event in result.events if event.event == "time jumped"),
     )
@@ -88,12 +88,12 @@ def shown_range(result: RedundancyResult) -> tuple[float, float]:
     return start, end if end > start else start + 1.0
 
 
-def rests(events: Sequence[RedundancyEvent], end: float) -> tuple[Span, ...]:
+def rests(events: Sequence[RedundancyEvent], end: float) -> tuple[LaneSpan, ...]:
     """Return where the platform stood still; a rest without an end lasts to the end of the replay."""
     return _between(events, ("rest began",), ("rest ended", "time jumped"), end)
 
 
-def unhealthy_spans(events: Sequence[RedundancyEvent], unit: str, end: float) -> tuple[Span, ...]:
+def unhealthy_spans(events: Sequence[RedundancyEvent], unit: str, end: float) -> tuple[LaneSpan, ...]:
     """Return where something was wrong with a unit."""
     return _between(_of(events, unit), ("unhealthy",), ("healthy",), end)
 
@@ -117,18 +117,18 @@ def number(figure: Figure | None) -> float:
     return float(figure) if isinstance(figure, (int, float)) else math.nan
 
 
-def merged(spans: Iterable[Span], shortest_gap: float) -> list[Span]:
+def merged(spans: Iterable[LaneSpan], shortest_gap: float) -> list[LaneSpan]:
     """Join spans of a kind whose gaps are too short to be seen, so that thousands stay drawable."""
-    joined: list[Span] = []
+    joined: list[LaneSpan] = []
     for span in spans:
         if joined and joined[-1].kind == span.kind and span.start - joined[-1].end < shortest_gap:
             last = joined.pop()
-            span = Span(last.start, max(last.end, span.end), span.kind)
+            span = LaneSpan(last.start, max(last.end, span.end), span.kind)
         joined.append(span)
     return joined
 
 
-def inside(time: FloatArray, spans: Iterable[Span]) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def inside(time: FloatArray, spans: Iterable[LaneSpan]) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     """Say which times (n,) lie in any of the spans."""
     found = np.zeros(len(time), dtype=np.bool_)
     for span in spans:
@@ -141,7 +141,7 @@ def _lane(result: RedundancyResult, unit: str, end: float) -> Lane:
         unit=unit,
         modes=tuple(_modes(_of(result.events, unit), end)),
         unhealthy=unhealthy_spans(result.events, unit, end),
-        source=tuple(Span(span.start, span.end) for span in result.selected if span.unit == unit),
+        source=tuple(LaneSpan(span.start, span.end) for span in result.selected if span.unit == unit),
         marks=tuple(
             event
             for event in _of(result.events, unit)
@@ -150,17 +150,17 @@ def _lane(result: RedundancyResult, unit: str, end: float) -> Lane:
     )
 
 
-def _modes(events: Iterable[RedundancyEvent], end: float) -> Iterable[Span]:
+def _modes(events: Iterable[RedundancyEvent], end: float) -> Iterable[LaneSpan]:
     """Follow a secondary through its modes; one that is open at the end lasts to the end."""
     mode, since = "", 0.0
     for event in events:
         after = _mode_after(event.event, mode)
         if after != mode:
             if mode:
-                yield Span(since, event.time, mode)
+                yield LaneSpan(since, event.time, mode)
             mode, since = after, event.time
     if mode:
-        yield Span(since, max(since, end), mode)
+        yield LaneSpan(since, max(since, end), mode)
 
 
 def _mode_after(event: str, mode: str) -> str:
@@ -177,14 +177,14 @@ def _of(events: Iterable[RedundancyEvent], unit: str) -> list[RedundancyEvent]:
 
 def _between(
     events: Iterable[RedundancyEvent], opening: Sequence[str], closing: Sequence[str], end: float
-) -> tuple[Span, ...]:
-    found: list[Span] = []
+) -> tuple[LaneSpan, ...]:
+    found: list[LaneSpan] = []
     since: float | None = None
     for event in events:
         if event.event in opening and since is None:
             since = event.time
         elif event.event in closing and since is not None:
             # What closes a span may carry the time of a clock that went back.
-            found.append(Span(since, max(since, event.time)))
+            found.append(LaneSpan(since, max(since, event.time)))
             since = None
-    return (*found, Span(since, max(since, end))) if since is not None else tuple(found)
+    return (*found, LaneSpan(since, max(since, end))) if since is not None else tuple(found)

@@ -12,9 +12,9 @@ from tumble.report.figures import recording_figure, residual_figure
 from tumble.report.numbers import fixed, measurement, significant
 from tumble.report.page import Picture
 from tumble.report.parameters import (
-    Matrix,
     NoiseRow,
     ParameterGroup,
+    PrintedMatrix,
     g_sensitivity,
     matrices,
     noise_rows,
@@ -38,8 +38,8 @@ class TriadSection:
     groups: tuple[ParameterGroup, ...]
     limited: bool
     residuals: Picture
-    matrices: tuple[Matrix, ...]
-    g_sensitivity: Matrix | None
+    matrices: tuple[PrintedMatrix, ...]
+    g_sensitivity: PrintedMatrix | None
     noise: tuple[NoiseRow, ...]
     fit: str
 

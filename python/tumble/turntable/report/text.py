@@ -9,7 +9,7 @@ from tumble.report.groups import groups_of
 from tumble.report.numbers import exact, measurement, readable_scale, significant
 from tumble.report.text import count_of, join
 from tumble.results import NOT_SHOWN, LimitCheck, Parameter, TriadResult
-from tumble.turntable.result import Clock, ReferenceResult, TargetResult, Truth, TurntableResult
+from tumble.turntable.result import ClockFit, ReferenceResult, TargetResult, Truth, TurntableResult
 
 TRUTHS: dict[Truth, str] = {
     "reference": "what the reference saw at the very same rest, its own bias removed",
@@ -119,7 +119,7 @@ def unobserved_sentences(target: TargetResult) -> list[str]:
     return sentences
 
 
-def clock_sentence(clock: Clock | None) -> str:
+def clock_sentence(clock: ClockFit | None) -> str:
     """Say how the clocks of reference and target were brought together."""
     if clock is None:
         return "The clocks were not compared."
