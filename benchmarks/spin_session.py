@@ -185,7 +185,7 @@ def play(
 def fit(played: PlayedSpin, precision: str = "f64") -> _core.SpinFigures:
     """Estimate from the session, with its true rest."""
     rests = np.array([[0.0, played.course.time[played.course.rest - 1]]])
-    settings = _core.SpinSettings(gyroscope_scale_sigma=SCALE_SIGMA, spin_timeout=3600.0)
+    settings = _core.SpinSettings({"scale_sigma": SCALE_SIGMA, "spin_timeout": 3600.0})
     return _core.fit_spin(
         played.course.time, played.accelerometer, played.gyroscope, rests, settings, precision
     )[0]

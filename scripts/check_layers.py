@@ -54,6 +54,8 @@ LAYERS: dict[str, set[str]] = {
     "recording": {"errors"},
     "plain": set(),
     "documents": {"errors", "files", "recording"},
+    "setting_table": {"documents", "_core"},
+    "setting_models": {"setting_table"},
     "factors": {"recording"},
     "results": {"errors", "recording"},
     "result": DATA,
@@ -62,7 +64,9 @@ LAYERS: dict[str, set[str]] = {
     "live": {"errors", "recording", "logs"},
     "gravity": {"errors", "_core"},
     "acquisition": DATA | {"calibration", "logs", "gravity", "_core"},
-    "procedure": DATA | {"result", "calibration", "logs", "live", "gravity", "acquisition", "_core"},
+    "procedure": DATA
+    | {"setting_table", "setting_models", "result", "calibration", "logs", "live", "gravity", "acquisition"}
+    | {"_core"},
     "report": DATA,
     "page": DATA | {"result", "report"},
     "cli": DATA | {"logs"},

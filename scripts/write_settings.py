@@ -1,16 +1,26 @@
-"""Write the settings in docs/how-to/redundancy.md from the model, or with --check say if they are stale."""
+"""Write what is made from the tables of settings, or with --check say what is stale.
+
+The tables in docs/how-to/redundancy.md, the stub of the Python models and the structs of C: names, units,
+bounds and meanings from crates/tumble-lab/src/setting_table.rs, defaults from the core.
+"""
 
 from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
+from settings_in_c import MIRRORS, text_of
+from settings_in_python import STUB, stub
+
+from tumble import setting_models
 from tumble.redundancy.explain import default_text, typed_choices
 from tumble.redundancy.settings import explain
 from tumble.report.numbers import readable_unit
 
-PAGE = Path(__file__).parents[1] / "docs" / "how-to" / "redundancy.md"
+ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs" / "how-to" / "redundancy.md"
 BEGIN, END = "<!-- settings -->\n", "<!-- /settings -->\n"
 
 
@@ -35,20 +45,33 @@ def table() -> str:
     return "\n".join([*lines, "", ""])
 
 
+def page() -> str:
+    """Give the manual with the tables in their place."""
+    head, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)
+    return head + BEGIN + table() + END + rest.split(END)[1]
+
+
+def made() -> Iterator[tuple[Path, str]]:
+    """Give every file that is made, or holds what is made, and its text."""
+    yield PAGE, page()
+    yield STUB, stub({"spin": setting_models.SpinSettings})
+    for mirror in MIRRORS:
+        yield mirror.path, text_of(mirror)
+
+
 def main() -> int:
-    """Write or check; the exit code is 1 where the page is out of date."""
+    """Write or check; the exit code is 1 where a file is out of date."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--check", action="store_true", help="write nothing, fail where the page is stale")
+    parser.add_argument("--check", action="store_true", help="write nothing, fail where a file is stale")
     check = parser.parse_args().check
-    text = PAGE.read_text(encoding="utf-8")
-    head, rest = text.split(BEGIN)
-    tail = rest.split(END)[1]
-    renewed = head + BEGIN + table() + END + tail
-    if check and renewed != text:
-        print(f"{PAGE.name}: settings out of date; run python scripts/write_settings.py", file=sys.stderr)
-        return 1
-    PAGE.write_text(renewed, encoding="utf-8")
-    return 0
+    stale = [(path, text) for path, text in made() if path.read_text(encoding="utf-8") != text]
+    if not check:
+        for path, text in stale:
+            path.write_text(text, encoding="utf-8")
+    elif stale:
+        names = ", ".join(str(path.relative_to(ROOT)) for path, _ in stale)
+        print(f"out of date: {names}; run python scripts/write_settings.py", file=sys.stderr)
+    return int(check and bool(stale))
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """The numeric core. Arrays are C-contiguous float64; units are SI; frames as in docs/conventions.md."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, TypedDict
+from typing import Any, Literal, TypeAlias, TypedDict
 
 from tumble.recording import FloatArray
 
@@ -288,24 +288,45 @@ def simulate_flight(scenario: Mapping[str, Any]) -> SimulatedFlightFigures: ...
 def simulate_spin(scenario: Mapping[str, Any]) -> SimulatedSpinFigures: ...
 def simulate_turntable(scenario: Mapping[str, Any]) -> SimulatedSession: ...
 
+SettingTable: TypeAlias = Literal["spin"]
+
+class SettingRow(TypedDict):
+    """A setting as the table has it."""
+
+    name: str
+    path: str
+    """Where it stands in the core's struct."""
+    group: str
+    kind: Literal["number", "time", "count", "flag", "choice", "threshold"]
+    type: str
+    """Name of the enumeration of a choice."""
+    choices: tuple[str, ...]
+    unit: str
+    meaning: str
+    none: str
+    """What it means that there is none; empty where there always is a value."""
+    above: float | None
+    least: float | None
+    below: float | None
+    more_than: str | None
+    """Name of the setting than which it has to be more."""
+    default: object
+    """As the core has it."""
+
+def setting_table(of: SettingTable) -> list[SettingRow]:
+    """Give all settings of a procedure, in the order they are explained."""
+
 class SpinSettings:
-    """How to spin and how to judge it: m/s^2, s, rad, rad/s, Hz. What is not given stands at its default."""
+    """How to spin and how to judge it: `stated` by the names of `setting_table`, else defaults.
+
+    `latitude`, rad, gives the upward part of the Earth's rotation. `bias_instability` is that of
+    accelerometer, m/s^2, and gyroscope, rad/s; read off the residuals where not given.
+    """
 
     def __init__(
         self,
-        gravity: float = 9.80665,
+        stated: Mapping[str, object] | None = None,
         *,
-        still: float = 5.0,
-        turns: float = 2.0,
-        rate: float = 1.0,
-        level_floor: bool = False,
-        largest_floor_tilt: float = 0.1745,
-        gyroscope_scale_sigma: float = 0.01,
-        accelerometer_range: float | None = None,
-        gyroscope_range: float | None = None,
-        still_timeout: float = 60.0,
-        spin_timeout: float = 120.0,
-        longest_gap: float = 0.25,
         latitude: float | None = None,
         bias_instability: tuple[float, float] | None = None,
     ) -> None: ...

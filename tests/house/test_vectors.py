@@ -95,7 +95,7 @@ def test_a_spin_agrees_with_its_vectors(precision):
     time = np.arange(len(counts)) * case["interval_us"] * 1e-6
     force = np.ascontiguousarray(counts[:, :3] * case["force_step"])
     rate = np.ascontiguousarray(counts[:, 3:] * case["rate_step"])
-    settings = _core.SpinSettings(case["gravity"], bias_instability=(0.0, 0.0))
+    settings = _core.SpinSettings({"gravity": case["gravity"]}, bias_instability=(0.0, 0.0))
     found, _ = _core.fit_spin(time, force, rate, np.array(case["rests_s"]), settings, precision)
     for quantity, bias in (
         ("accelerometer_bias", found["level_free"]["value"]),

@@ -1499,127 +1499,131 @@ typedef struct tumble_spin {
 } tumble_spin;
 
 /**
- * How to spin, and how to judge it. Fill it with tumble_spin_defaults(), then change what is to be different.
+ * How to spin, and how to judge it. Fill it with tumble_spin_defaults(), then change what is to be
+ * different.
  */
 typedef struct tumble_spin_settings {
     /**
-     * How long to stand still, microseconds; 5 000 000.
+     * How long to stand still. Default: 5 000 000 microseconds.
      */
     uint64_t still;
     /**
-     * How long to wait until the robot has stood still, microseconds; 60 000 000. Longer than `still`.
+     * How long to wait until the robot has stood still. Longer than `still`. Default: 60 000 000
+     * microseconds.
      */
     uint64_t still_timeout;
     /**
-     * How long to wait for the turn to be made, microseconds; 120 000 000.
+     * How long to wait for the turn to be made. Default: 120 000 000 microseconds.
      */
     uint64_t spin_timeout;
     /**
-     * Longest pause in the samples, microseconds; 250 000.
+     * Longest pause in the samples. Default: 250 000 microseconds.
      */
     uint64_t longest_gap;
     /**
-     * Length of the blocks over which samples are averaged, microseconds; 200 000.
+     * Length of the blocks over which samples are averaged. Default: 200 000 microseconds.
      */
     uint64_t block;
     /**
-     * Shortest stop after the first rest that is counted as a rest, microseconds; 1 000 000.
+     * Shortest stop after the first rest that is counted as a rest. Default: 1 000 000 microseconds.
      */
     uint64_t shortest_stop;
     /**
-     * Gravity, m/s^2; 9.80665.
+     * Local gravity. Default: 9.80665 m/s^2.
      */
     float gravity;
     /**
-     * How far to turn, both directions together, rad; 4 pi.
+     * How far to turn, both directions together. Default: 12.56637 rad.
      */
     float turn;
     /**
-     * Speed to turn at, rad/s; 1. It is not judged: it is what a robot may be told.
+     * Speed to turn at. It is not judged: it is what a robot may be told. Default: 1 rad/s.
      */
     float rate;
     /**
-     * Largest floor tilt, rad; 10 degrees.
+     * Largest floor tilt. Default: 0.1745329 rad.
      */
     float largest_floor_tilt;
     /**
-     * 1-sigma of the gyroscope's scale error about the turning axis, before anything is known of it, no unit; 0.01.
+     * 1-sigma of the gyroscope's scale error about the turning axis, before anything is known of it.
+     * Default: 0.01.
      */
     float scale_sigma;
     /**
-     * Bias instability of the accelerometer, m/s^2; 0 where it is not known or does not matter.
+     * Bias instability of the accelerometer; 0 where it is not known or does not matter. Default: 0 m/s^2.
      */
     float specific_force_instability;
     /**
-     * Bias instability of the gyroscope, rad/s; 0 where it is not known or does not matter.
+     * Bias instability of the gyroscope; 0 where it is not known or does not matter. Default: 0 rad/s.
      */
     float angular_rate_instability;
     /**
-     * End of the accelerometer's range, m/s^2; 0 where nobody knows.
+     * End of the accelerometer's range. Default: 0 m/s^2, not known.
      */
     float specific_force_range;
     /**
-     * End of the gyroscope's range, rad/s; 0 where nobody knows.
+     * End of the gyroscope's range. Default: 0 rad/s, not known.
      */
     float angular_rate_range;
     /**
-     * Upward part of the Earth's rotation, rad/s; 0 where the latitude is not known.
+     * Upward part of the Earth's rotation; 0 where the latitude is not known. Default: 0 rad/s.
      */
     float earth_rate_up;
     /**
-     * Largest change of the force along the turning axis, m/s^2; 0.5.
+     * Largest change of the force along the turning axis. Default: 0.5 m/s^2.
      */
     float largest_lift;
     /**
-     * Largest rate across the turning axis, rad/s; 0.1.
+     * Largest rate across the turning axis. Default: 0.1 rad/s.
      */
     float largest_rate_across;
     /**
-     * Largest rate across the turning axis as a share of the rate about it; 0.05.
+     * Largest rate across the turning axis as a share of the rate about it. Default: 0.05.
      */
     float largest_share_across;
     /**
-     * Largest plausible bias of the gyroscope, rad/s; 0.5. A robot that seems to turn faster does not stand still.
+     * Largest plausible bias of the gyroscope. A robot that seems to turn faster does not stand still.
+     * Default: 0.5 rad/s.
      */
     float largest_rate_bias;
     /**
-     * Largest turn from one sample to the next, rad; 0.25.
+     * Largest turn from one sample to the next. Default: 0.25 rad.
      */
     float largest_step;
     /**
-     * Largest scatter of specific force at which a robot may stand still, m/s^2; 2.
+     * Largest scatter of specific force at which a robot may stand still. Default: 2 m/s^2.
      */
     float largest_specific_force_scatter;
     /**
-     * Largest scatter of angular rate at which a robot may stand still, rad/s; 0.2.
+     * Largest scatter of angular rate at which a robot may stand still. Default: 0.2 rad/s.
      */
     float largest_angular_rate_scatter;
     /**
-     * How much larger than the noise floor the variance of a quiet block may be, ratio; 4.
+     * How much larger than the noise floor the variance of a quiet block may be. Default: 4.
      */
     float variance_ratio;
     /**
-     * Scatter of specific force below which a block is quiet whatever the floor, m/s^2; 0.005.
+     * Scatter of specific force below which a block is quiet whatever the floor. Default: 0.005 m/s^2.
      */
     float smallest_specific_force_scatter;
     /**
-     * Scatter of angular rate below which a block is quiet whatever the floor, rad/s; 0.0003.
+     * Scatter of angular rate below which a block is quiet whatever the floor. Default: 0.0003 rad/s.
      */
     float smallest_angular_rate_scatter;
     /**
-     * How far the specific force of a block may stray from its rest besides noise, m/s^2; 0.005.
+     * How far the specific force of a block may stray from its rest besides noise. Default: 0.005 m/s^2.
      */
     float specific_force_drift;
     /**
-     * How far the angular rate of a block may stray from its rest besides noise, rad/s; 0.0005.
+     * How far the angular rate of a block may stray from its rest besides noise. Default: 0.0005 rad/s.
      */
     float angular_rate_drift;
     /**
-     * How many sigma of the mean a block may stray besides; 6.
+     * How many sigma of the mean a block may stray besides. Default: 6.
      */
     float sigmas;
     /**
-     * Take the floor for level, as the published estimator does; false.
+     * Take the floor for level, as the published estimator does. Default: false.
      */
     bool level_floor;
 } tumble_spin_settings;

@@ -31,3 +31,8 @@ pub fn truth(given: MaybeUninit<bool>) -> bool {
     // SAFETY: a bool is one byte, and each pattern of it is a u8.
     unsafe { given.as_ptr().cast::<u8>().read() != 0 }
 }
+
+/// A figure of which zero says that there is none.
+pub fn unless_zero<N: Default + PartialEq>(figure: N) -> Option<N> {
+    (figure != N::default()).then_some(figure)
+}

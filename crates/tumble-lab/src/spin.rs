@@ -53,8 +53,9 @@ pub fn fit<T: Real>(
     bias_instability: Option<(T, T)>,
     true_angle: Option<&TrueAngle<T>>,
 ) -> Result<SpinFit<T>, SpinFailure<T>> {
-    let with = |bias_instability: (T, T)| SpinSettings {
-        bias_instability,
+    let with = |(specific_force_instability, angular_rate_instability)| SpinSettings {
+        specific_force_instability,
+        angular_rate_instability,
         ..*settings
     };
     if let Some(known) = bias_instability {

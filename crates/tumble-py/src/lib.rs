@@ -8,6 +8,7 @@ mod convert;
 mod correct;
 mod redundancy;
 mod redundancy_values;
+mod settings;
 mod simulate;
 mod simulate_flight;
 mod simulate_spin;
@@ -23,6 +24,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     align::register(module)?;
     correct::register(module)?;
     redundancy::register(module)?;
+    settings::register(module)?;
     simulate::register(module)?;
     simulate_flight::register(module)?;
     simulate_spin::register(module)?;

@@ -16,9 +16,10 @@ use tumble_lab::redundancy::replay::{ReplayOptions, UnitLog, replay};
 
 use crate::convert::{matrix, rows};
 use crate::redundancy_values::{
-    command, figures, model, name_error, offset, platform_error, read_record, rejection, results, values,
-    vector, write_record, write_value,
+    command, figures, model, name_error, offset, platform_error, read_record, rejection, results, vector,
+    write_record,
 };
+use crate::settings::{values, write_value};
 use crate::spin::is_single;
 
 /// A unit as the monitor is told of it.

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyFloat, PyString};
+use pyo3::types::PyDict;
 use tumble_core::model::ErrorModel;
 use tumble_core::redundancy::monitor::Command;
 use tumble_core::redundancy::platform::PlatformError;
@@ -14,41 +14,11 @@ use tumble_core::redundancy::settings::Rung;
 use tumble_core::redundancy::settings::validate::{InvalidSetting, SettingError};
 use tumble_lab::redundancy::dyn_monitor::{Model, OutputSample, WindowMeans};
 use tumble_lab::redundancy::event_text::{EventText, Figure, sensor_name};
-use tumble_lab::redundancy::names::{NameError, RUNGS, Value, in_seconds, rung};
+use tumble_lab::redundancy::names::{NameError, RUNGS, in_seconds, rung};
 use tumble_lab::redundancy::replay::{Replay, ReplayWindow};
 
 use crate::convert::{array1, array2, matrix};
 use crate::turntable::CoreError;
-
-/// Named values of a dictionary.
-pub(crate) fn values(settings: &Bound<'_, PyDict>) -> PyResult<Vec<(String, Value)>> {
-    settings
-        .iter()
-        .map(|(name, value)| Ok((name.extract()?, read_value(&value)?)))
-        .collect()
-}
-
-fn read_value(value: &Bound<'_, PyAny>) -> PyResult<Value> {
-    Ok(if value.is_none() {
-        Value::None
-    } else if value.is_instance_of::<PyBool>() {
-        Value::Flag(value.extract()?)
-    } else if value.is_instance_of::<PyString>() {
-        Value::Text(value.extract()?)
-    } else {
-        Value::Number(value.extract()?)
-    })
-}
-
-/// A setting for Python.
-pub(crate) fn write_value<'py>(py: Python<'py>, value: Value) -> PyResult<Bound<'py, PyAny>> {
-    Ok(match value {
-        Value::Number(number) => PyFloat::new(py, number).into_any(),
-        Value::Text(text) => PyString::new(py, &text).into_any(),
-        Value::Flag(flag) => PyBool::new(py, flag).to_owned().into_any(),
-        Value::None => py.None().into_bound(py),
-    })
-}
 
 /// A setting that cannot be.
 pub(crate) fn name_error(error: &NameError) -> PyErr {

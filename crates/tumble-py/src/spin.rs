@@ -11,61 +11,45 @@ use tumble_core::sample::Sample;
 use tumble_core::spin::estimate::TrueAngle;
 use tumble_core::spin::failure::SpinFailure;
 use tumble_core::spin::settings::SpinSettings;
+use tumble_lab::setting::Value;
+use tumble_lab::setting_table;
 use tumble_lab::spin::{SpinFit, fit};
 
 use crate::convert::rows;
+use crate::settings::{settings, values};
 use crate::spin_figures::{block_figures, error, figures};
 
 /// How to spin and how to judge it.
 #[pyclass(module = "tumble._core", name = "SpinSettings", frozen)]
 pub struct PySpinSettings {
-    pub(crate) inner: SpinSettings<f64>,
+    pub(crate) wide: SpinSettings<f64>,
+    pub(crate) narrow: SpinSettings<f32>,
     bias_instability: Option<(f64, f64)>,
 }
 
 #[pymethods]
 impl PySpinSettings {
     #[new]
-    #[pyo3(signature = (gravity=9.80665, *, still=5.0, turns=2.0, rate=1.0, level_floor=false,
-        largest_floor_tilt=0.1745, gyroscope_scale_sigma=0.01, accelerometer_range=None, gyroscope_range=None,
-        still_timeout=60.0, spin_timeout=120.0, longest_gap=0.25, latitude=None, bias_instability=None))]
-    #[allow(clippy::too_many_arguments)]
+    #[pyo3(signature = (stated=None, *, latitude=None, bias_instability=None))]
     fn new(
-        gravity: f64,
-        still: f64,
-        turns: f64,
-        rate: f64,
-        level_floor: bool,
-        largest_floor_tilt: f64,
-        gyroscope_scale_sigma: f64,
-        accelerometer_range: Option<f64>,
-        gyroscope_range: Option<f64>,
-        still_timeout: f64,
-        spin_timeout: f64,
-        longest_gap: f64,
+        stated: Option<&Bound<'_, PyDict>>,
         latitude: Option<f64>,
         bias_instability: Option<(f64, f64)>,
-    ) -> Self {
-        Self {
-            bias_instability,
-            inner: SpinSettings {
-                gravity,
-                still: microseconds(still),
-                turn: turns * core::f64::consts::TAU,
-                rate,
-                level_floor,
-                largest_floor_tilt,
-                scale_sigma: gyroscope_scale_sigma,
-                specific_force_range: accelerometer_range,
-                angular_rate_range: gyroscope_range,
-                still_timeout: microseconds(still_timeout),
-                spin_timeout: microseconds(spin_timeout),
-                longest_gap: microseconds(longest_gap),
-                earth_rate_up: latitude.map_or(0.0, vertical_earth_rate),
-                bias_instability: bias_instability.unwrap_or_default(),
-                ..SpinSettings::default()
-            },
+    ) -> PyResult<Self> {
+        let mut values = stated.map_or(Ok(Vec::new()), values)?;
+        let mut number = |name: &str, value| values.push((name.to_string(), Value::Number(value)));
+        if let Some(latitude) = latitude {
+            number("earth_rate_up", vertical_earth_rate(latitude));
         }
+        if let Some((of_force, of_rate)) = bias_instability {
+            number("specific_force_instability", of_force);
+            number("angular_rate_instability", of_rate);
+        }
+        Ok(Self {
+            wide: settings(&setting_table::spin(), &values)?,
+            narrow: settings(&setting_table::spin(), &values)?,
+            bias_instability,
+        })
     }
 }
 
@@ -91,14 +75,14 @@ fn fit_spin<'py>(
         .into_iter()
         .map(|row| (microseconds(row[0] - origin), microseconds(row[1] - origin)))
         .collect();
-    let (settings, instability) = (&settings.inner, settings.bias_instability);
+    let instability = settings.bias_instability;
     if is_single(precision)? {
         let narrow = instability.map(|(a, g)| (real(a), real(g)));
-        let fitted =
-            py.detach(|| samples.fit::<f32>(origin, &rests, &converted(settings), narrow, true_angle));
+        let fitted = py.detach(|| samples.fit::<f32>(origin, &rests, &settings.narrow, narrow, true_angle));
         both(py, fitted, origin)
     } else {
-        let fitted = py.detach(|| samples.fit::<f64>(origin, &rests, settings, instability, true_angle));
+        let fitted =
+            py.detach(|| samples.fit::<f64>(origin, &rests, &settings.wide, instability, true_angle));
         both(py, fitted, origin)
     }
 }
@@ -168,30 +152,6 @@ pub(crate) fn is_single(precision: &str) -> PyResult<bool> {
         "f32" => Ok(true),
         "f64" => Ok(false),
         _ => Err(PyValueError::new_err("precision is f32 or f64")),
-    }
-}
-
-pub(crate) fn converted(settings: &SpinSettings<f64>) -> SpinSettings<f32> {
-    let narrow = real::<f32>;
-    SpinSettings {
-        gravity: narrow(settings.gravity),
-        still: settings.still,
-        turn: narrow(settings.turn),
-        rate: narrow(settings.rate),
-        level_floor: settings.level_floor,
-        largest_floor_tilt: narrow(settings.largest_floor_tilt),
-        scale_sigma: narrow(settings.scale_sigma),
-        specific_force_range: settings.specific_force_range.map(narrow),
-        angular_rate_range: settings.angular_rate_range.map(narrow),
-        still_timeout: settings.still_timeout,
-        spin_timeout: settings.spin_timeout,
-        longest_gap: settings.longest_gap,
-        earth_rate_up: narrow(settings.earth_rate_up),
-        bias_instability: (
-            narrow(settings.bias_instability.0),
-            narrow(settings.bias_instability.1),
-        ),
-        ..SpinSettings::default()
     }
 }
 

@@ -7,7 +7,7 @@ use tumble_core::real::Real;
 use tumble_core::spin::machine::{SpinEvent, SpinMachine, SpinState, Wheels};
 use tumble_core::spin::settings::SpinSettings;
 
-use crate::spin::{PySpinSettings, SampleArrays, converted, is_single, microseconds, true_angle};
+use crate::spin::{PySpinSettings, SampleArrays, is_single, microseconds, true_angle};
 use crate::spin_figures::{error, failure_figures, figures, wide};
 
 /// The state machine in one of the two precisions.
@@ -30,13 +30,13 @@ impl PySpinMachine {
     #[pyo3(signature = (settings, precision="f64"))]
     fn new(settings: &PySpinSettings, precision: &str) -> PyResult<Self> {
         let machine = if is_single(precision)? {
-            Machine::Single(Box::new(SpinMachine::new(&converted(&settings.inner))))
+            Machine::Single(Box::new(SpinMachine::new(&settings.narrow)))
         } else {
-            Machine::Double(Box::new(SpinMachine::new(&settings.inner)))
+            Machine::Double(Box::new(SpinMachine::new(&settings.wide)))
         };
         Ok(Self {
             machine,
-            settings: settings.inner,
+            settings: settings.wide,
             origin: None,
         })
     }

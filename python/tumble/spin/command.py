@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
 SOME_FAILED = 3
 """Exit code where not all was found that was asked for."""
-LIVE_STILL, LIVE_TURNS, LIVE_RATE = 5.0, 2.0, 1.0
-"""s, turns and rad/s asked of a live robot."""
 
 _LIVE = "With --live"
 
@@ -130,9 +128,9 @@ def spin_command(
             live,
             output,
             read_options,
-            still=seconds or LIVE_STILL,
-            turns=turns or LIVE_TURNS,
-            rate=turn_rate or LIVE_RATE,
+            still=seconds,
+            turns=turns,
+            rate=turn_rate,
             level_floor=level_floor,
             gravity=gravity,
             latitude=latitude,

@@ -41,9 +41,9 @@ def run_live(
     output: Path,
     read_options: ReadOptions,
     *,
-    still: float = 5.0,
-    turns: float = 2.0,
-    rate: float = 1.0,
+    still: float | None = None,
+    turns: float | None = None,
+    rate: float | None = None,
     level_floor: bool = False,
     true_turns: TrueTurns | None = None,
     gravity: float | None = None,
@@ -55,8 +55,9 @@ def run_live(
 ) -> None:
     """Calibrate from a live stream into `<name>.yaml` in `output`; `tumble.live` says what `source` may be.
 
-    `still` is in s, `rate` in rad/s, `latitude` in deg, `height` in m; `calibration` is applied first. With
-    `as_json` every event is a line of JSON on standard output, and nothing else is.
+    `still` is in s, `rate` in rad/s; they and `turns` stand at the core's defaults where not given.
+    `latitude` is in deg, `height` in m; `calibration` is applied first. With `as_json` every event is a line
+    of JSON on standard output, and nothing else is.
 
     Raises `TumbleError`, in one line, where nothing was calibrated. A calibration file from before then stays
     as it was.
@@ -73,10 +74,9 @@ def run_live(
             "--true-turns counts from rest to rest, and a live spin is done while the robot still turns; "
             "record a log and give it instead of --live"
         )
+    asked = {"still": still, "turns": turns, "rate": rate}
     wishes = Wishes(
-        still=still,
-        turns=turns,
-        rate=rate,
+        **{name: value for name, value in asked.items() if value is not None},
         level_floor=level_floor,
         gravity=gravity,
         latitude=latitude,

@@ -24,6 +24,7 @@ from tumble.spin.messages import explain
 from tumble.spin.outputs import describe_spin
 from tumble.spin.procedure import scale_warning
 from tumble.spin.result import SpinResult
+from tumble.spin.settings import DEFAULT, DEFAULT_TURNS, core_settings
 
 Precision = Literal["f32", "f64"]
 Kind = Literal["listening", "still began", "still broken", "still done", "spin began", "progress", "done"]
@@ -45,11 +46,11 @@ MISREAD_RATE = 10.0
 class Wishes:
     """What the robot is asked to do, and what is known of the place."""
 
-    still: float = 5.0
+    still: float = DEFAULT.still
     """s to stand still."""
-    turns: float = 2.0
+    turns: float = DEFAULT_TURNS
     """Full turns to make on the spot, in either direction or both."""
-    rate: float = 1.0
+    rate: float = DEFAULT.rate
     """rad/s to turn at."""
     level_floor: bool = False
     """Take the floor to be level, as the published method does."""
@@ -121,13 +122,15 @@ class LiveSpin:
         self._clock = clock
         wanted = self._wishes
         self._gravity, self._gravity_source = local_gravity(wanted.gravity, wanted.latitude, wanted.height)
-        self._settings = _core.SpinSettings(
-            self._gravity,
-            still=wanted.still,
+        self._settings = core_settings(
+            {
+                "gravity": self._gravity,
+                "still": wanted.still,
+                "rate": wanted.rate,
+                "level_floor": wanted.level_floor,
+            },
             turns=wanted.turns,
-            rate=wanted.rate,
-            level_floor=wanted.level_floor,
-            latitude=None if wanted.latitude is None else math.radians(wanted.latitude),
+            latitude=wanted.latitude,
             bias_instability=calibration.bias_instability if calibration else None,
         )
         self._machine = _core.SpinMachine(self._settings, precision)

@@ -42,6 +42,7 @@ from tumble.spin.segments import (
     segments_within,
     true_rests,
 )
+from tumble.spin.settings import core_settings
 from tumble.spin.turns import TrueTurns
 
 Source: TypeAlias = Recording | str | Path
@@ -83,11 +84,9 @@ def spin(
     strength, gravity_source = local_gravity(gravity, latitude, height)
     brought = Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
     recording = source if isinstance(source, Recording) else open_recording(source, read)
-    settings = _core.SpinSettings(
-        strength,
-        still=still,
-        level_floor=level_floor,
-        latitude=None if latitude is None else math.radians(latitude),
+    settings = core_settings(
+        {"gravity": strength, "still": still, "level_floor": level_floor},
+        latitude=latitude,
         bias_instability=brought.bias_instability if brought else None,
     )
     unit = _acquired(recording, brought, strength, progress)

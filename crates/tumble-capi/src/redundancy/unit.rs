@@ -5,10 +5,9 @@ use core::mem::MaybeUninit;
 use tumble_core::redundancy::platform::{MountedUnit as Core, Range};
 use tumble_core::redundancy::sensor::Axes;
 
-use crate::code::truth;
+use crate::code::{truth, unless_zero};
 use crate::model::{matrix, rows, vector};
 use crate::pointer::{Place, answer};
-use crate::spin::known;
 use crate::status::{Status, StatusResult};
 
 /// All six axes of a unit: bits 0 to 2 accelerometer, 3 to 5 gyroscope, x y z each.
@@ -77,8 +76,8 @@ impl Unit {
             identity: self.identity,
             axes: Axes([0, 1, 2, 3, 4, 5].map(|bit| self.axes >> bit & 1 == 1)),
             range: Range {
-                specific_force: known(self.specific_force_range),
-                angular_rate: known(self.angular_rate_range),
+                specific_force: unless_zero(self.specific_force_range),
+                angular_rate: unless_zero(self.angular_rate_range),
             },
             time_offset: self.time_offset,
             sensor_from_primary: matrix(&self.sensor_from_primary),

@@ -2,8 +2,8 @@
 
 use tumble_core::spin::estimate::{ScalarEstimate, SpinEstimate as Core, TrueAngle, VectorEstimate};
 
+use crate::code::unless_zero;
 use crate::pointer::{Place, look, view};
-use crate::spin::settings::known;
 use crate::spin::{Spin, SpinFailure};
 use crate::status::{Status, StatusResult, status};
 
@@ -135,8 +135,8 @@ impl SpinTrueAngle {
             return Err(Status::TumbleErrorSetting);
         }
         Ok(TrueAngle {
-            clockwise: known(self.clockwise),
-            counter_clockwise: known(self.counter_clockwise),
+            clockwise: unless_zero(self.clockwise),
+            counter_clockwise: unless_zero(self.counter_clockwise),
             sigma: self.sigma,
         })
     }

@@ -11,7 +11,7 @@ use tumble_core::spin::machine::{
 };
 
 pub use crate::spin::estimate::{SpinEstimate, SpinTrueAngle, SpinValue, SpinVector, tumble_spin_solve};
-pub use crate::spin::settings::{SpinSettings, known, tumble_spin_defaults};
+pub use crate::spin::settings::{SpinSettings, tumble_spin_defaults};
 
 use crate::code::{Code, code};
 use crate::model::Sample;

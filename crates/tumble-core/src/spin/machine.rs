@@ -214,7 +214,9 @@ impl<T: Real> SpinMachine<T> {
 
     fn is_calm(&self, block: &Block<T>) -> bool {
         let scatter = Scatter::of(&block.moments);
-        let (force, rate) = self.settings().largest_scatter;
+        let settings = self.settings();
+        let force = settings.largest_specific_force_scatter;
+        let rate = settings.largest_angular_rate_scatter;
         scatter.specific_force < force * force && scatter.angular_rate < rate * rate
     }
 

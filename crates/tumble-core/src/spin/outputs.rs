@@ -189,7 +189,11 @@ fn level_floor_inputs<T: Real>(
     priors: &SpinPriors<T>,
 ) -> LevelFloorInputs<T> {
     let turned = spin.turned();
-    let (of_force, of_rate) = spin.settings().bias_instability;
+    let settings = spin.settings();
+    let (of_force, of_rate) = (
+        settings.specific_force_instability,
+        settings.angular_rate_instability,
+    );
     LevelFloorInputs {
         rest: rests.rate(of_rate),
         specific_force: rests.first_force(),

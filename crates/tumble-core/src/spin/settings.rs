@@ -21,9 +21,11 @@ pub struct SpinSettings<T: Real> {
     pub largest_floor_tilt: T,
     /// 1-sigma of the gyroscope's scale error about the turning axis, before anything is known of it.
     pub scale_sigma: T,
-    /// Bias instability B (docs/theory/noise.md) of accelerometer, m/s^2, and gyroscope, rad/s; zero where it is not
-    /// known or does not matter.
-    pub bias_instability: (T, T),
+    /// Bias instability B (docs/theory/noise.md) of the accelerometer, m/s^2; zero where it is not known or does not
+    /// matter.
+    pub specific_force_instability: T,
+    /// Bias instability of the gyroscope, rad/s; zero as above.
+    pub angular_rate_instability: T,
     /// End of the accelerometer's range, m/s^2, where known.
     pub specific_force_range: Option<T>,
     /// End of the gyroscope's range, rad/s, where known.
@@ -50,9 +52,11 @@ pub struct SpinSettings<T: Real> {
     pub largest_rate_bias: T,
     /// Largest turn from one sample to the next, rad.
     pub largest_step: T,
-    /// Largest scatter of specific force, m/s^2, and of angular rate, rad/s, at which a robot may stand still: an engine
-    /// may run, but a hand that shakes it is no rest.
-    pub largest_scatter: (T, T),
+    /// Largest scatter of specific force, m/s^2, at which a robot may stand still: an engine may run, but a hand that
+    /// shakes it is no rest.
+    pub largest_specific_force_scatter: T,
+    /// Largest scatter of angular rate, rad/s, at which a robot may stand still.
+    pub largest_angular_rate_scatter: T,
     /// What counts as standing still.
     pub stillness: StillnessSettings<T>,
 }
@@ -67,7 +71,8 @@ impl<T: Real> Default for SpinSettings<T> {
             level_floor: false,
             largest_floor_tilt: real(10.0_f64.to_radians()),
             scale_sigma: real(0.01),
-            bias_instability: (T::zero(), T::zero()),
+            specific_force_instability: T::zero(),
+            angular_rate_instability: T::zero(),
             specific_force_range: None,
             angular_rate_range: None,
             still_timeout: 60_000_000,
@@ -81,7 +86,8 @@ impl<T: Real> Default for SpinSettings<T> {
             largest_share_across: real(0.05),
             largest_rate_bias: real(0.5),
             largest_step: real(0.25),
-            largest_scatter: (real(2.0), real(0.2)),
+            largest_specific_force_scatter: real(2.0),
+            largest_angular_rate_scatter: real(0.2),
             stillness: StillnessSettings::default(),
         }
     }

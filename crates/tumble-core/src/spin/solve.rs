@@ -75,7 +75,7 @@ fn prepare<T: Real>(
         frame: *spin.frame(),
         counted_bias: reference.bias,
     };
-    let (_, instability) = spin.settings().bias_instability;
+    let instability = spin.settings().angular_rate_instability;
     let axis = axis::fit(&rates, &rests.rate(instability), &reference.up);
     let walk = spin.heading_walk(&axis);
     let scales = scales(&axis, &reference.bias, turned, true_angle, walk);
@@ -125,7 +125,7 @@ fn priors<T: Real>(
         bias_variance: axis.covariance[(2, 2)],
         walk_variance: walk * real(WALK_SHARE) / spin.turned().duration(), // eq. 12
         rest_variance: rests
-            .line_variance(spin.settings().bias_instability.0)
+            .line_variance(spin.settings().specific_force_instability)
             .map(|v| floored(v, LEAST)),
         turning_variance: spin
             .turning()

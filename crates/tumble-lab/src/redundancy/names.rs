@@ -4,18 +4,8 @@ use tumble_core::real::{Real, real};
 use tumble_core::redundancy::settings::thresholds::Threshold;
 use tumble_core::redundancy::settings::{Data, Gate, RedundancySettings, Rung, Scope};
 
-/// What a setting is set to.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Value {
-    /// A number, or a time in s.
-    Number(f64),
-    /// One of a few words, or a threshold: `0.1`, `last+0.1` or `last*1.5`.
-    Text(String),
-    /// Yes or no.
-    Flag(bool),
-    /// Never, or not limited.
-    None,
-}
+pub use crate::setting::{Value, in_microseconds, in_seconds, wide};
+use crate::setting::{number, whole};
 
 /// A setting: its name, and how to read and change it; changing says whether the value can be.
 pub struct Named<T: Real> {
@@ -218,11 +208,6 @@ pub fn all<T: Real>() -> Vec<Named<T>> {
     ]
 }
 
-/// A number of either precision.
-pub fn wide<T: Real>(value: T) -> f64 {
-    nalgebra::try_convert(value).unwrap_or(f64::NAN)
-}
-
 fn word<'a, C: PartialEq>(choices: &[(&'a str, C)], choice: &C) -> &'a str {
     choices
         .iter()
@@ -233,13 +218,6 @@ fn word<'a, C: PartialEq>(choices: &[(&'a str, C)], choice: &C) -> &'a str {
 /// A rung in words.
 pub fn rung(rung: Rung) -> &'static str {
     word(&RUNGS, &rung)
-}
-
-fn number(value: &Value) -> Option<f64> {
-    match value {
-        Value::Number(number) => Some(*number),
-        Value::Text(_) | Value::Flag(_) | Value::None => None,
-    }
 }
 
 fn threshold<T: Real>(value: &Value) -> Option<Threshold<T>> {
@@ -265,25 +243,6 @@ fn written<T: Real>(threshold: &Threshold<T>) -> String {
         Threshold::VariableByMargin(margin) => format!("last+{}", wide(margin)),
         Threshold::VariableByRatio(ratio) => format!("last*{}", wide(ratio)),
     }
-}
-
-/// Seconds in a span of microseconds.
-#[allow(clippy::cast_precision_loss)]
-pub fn in_seconds(microseconds: u64) -> f64 {
-    microseconds as f64 / 1e6
-}
-
-/// Microseconds in a span of seconds; `None` where it is negative, not finite, or beyond measure.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-pub fn in_microseconds(seconds: f64) -> Option<u64> {
-    let microseconds = (seconds * 1e6).round();
-    (0.0..1e18).contains(&microseconds).then_some(microseconds as u64)
-}
-
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-fn whole(number: f64) -> Option<u32> {
-    let fits = number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number);
-    fits.then_some(number as u32)
 }
 
 #[cfg(test)]

@@ -1,0 +1,18 @@
+//! Settings of C are those of the core.
+
+use core::mem::MaybeUninit;
+
+use tumble_capi::spin::{SpinSettings, tumble_spin_defaults};
+use tumble_capi::status::Status;
+use tumble_core::spin::settings::SpinSettings as CoreSpinSettings;
+
+#[test]
+fn defaults_for_a_spin_are_those_of_the_core_and_come_back_as_such() {
+    let mut settings = MaybeUninit::<SpinSettings>::uninit();
+    assert_eq!(
+        unsafe { tumble_spin_defaults(settings.as_mut_ptr()) },
+        Status::TumbleOk
+    );
+    let settings = unsafe { settings.assume_init() };
+    assert_eq!(settings.in_core(), Ok(CoreSpinSettings::default()));
+}

@@ -1,0 +1,281 @@
+//! A setting of the core by name: how it is read and changed, what it may be, what it means.
+
+use tumble_core::real::{Real, real};
+
+/// What a setting is set to.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A number, or a time in s.
+    Number(f64),
+    /// One of a few words, or a threshold: `0.1`, `last+0.1` or `last*1.5`.
+    Text(String),
+    /// Yes or no.
+    Flag(bool),
+    /// Never, not known, or not limited.
+    None,
+}
+
+/// What kind of value a setting takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A number.
+    Number,
+    /// A time, s.
+    Time,
+    /// A whole number.
+    Count,
+    /// Yes or no.
+    Flag,
+}
+
+impl Kind {
+    /// In a word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Number => "number",
+            Kind::Time => "time",
+            Kind::Count => "count",
+            Kind::Flag => "flag",
+        }
+    }
+}
+
+/// What a setting may be, by itself and against another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bound {
+    /// Anything finite.
+    Any,
+    /// Zero or above.
+    NotNegative,
+    /// Above zero.
+    Positive,
+    /// Longer, or larger, than the other setting, and so above zero.
+    MoreThan(&'static str),
+}
+
+impl Bound {
+    /// Whether a number is within, other settings aside.
+    pub fn admits(self, number: f64) -> bool {
+        number.is_finite()
+            && match self {
+                Bound::Any => true,
+                Bound::NotNegative => number >= 0.0,
+                Bound::Positive | Bound::MoreThan(_) => number > 0.0,
+            }
+    }
+}
+
+/// A setting of the settings `S`.
+pub struct Setting<S> {
+    /// As users write it.
+    pub name: &'static str,
+    /// Where it stands in the core's struct.
+    pub path: &'static str,
+    /// What it belongs to.
+    pub group: &'static str,
+    /// Empty where it has none.
+    pub unit: &'static str,
+    /// What it may be.
+    pub bound: Bound,
+    /// One or two sentences.
+    pub meaning: &'static str,
+    /// What it means that there is none; empty where there always is a value.
+    pub none: &'static str,
+    /// What kind of value it takes.
+    pub kind: Kind,
+    /// Its value.
+    pub get: fn(&S) -> Value,
+    /// Sets it, unless it cannot be of such a value.
+    pub set: fn(&mut S, &Value) -> Option<()>,
+}
+
+/// A value that a setting cannot have.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Unfit {
+    /// There is no setting of this name.
+    Unknown(String),
+    /// It is not of the setting's kind, or beyond what can be kept.
+    Kind(&'static str),
+    /// It is out of the setting's bounds.
+    Bound(&'static str),
+}
+
+impl<S> Setting<S> {
+    fn change(&self, settings: &mut S, value: &Value) -> Result<(), Unfit> {
+        if let Value::Number(number) = value
+            && !self.bound.admits(*number)
+        {
+            return Err(Unfit::Bound(self.name));
+        }
+        (self.set)(settings, value).ok_or(Unfit::Kind(self.name))
+    }
+}
+
+/// Defaults with what is stated in their place.
+///
+/// # Errors
+/// [`Unfit`] for the first that cannot be.
+pub fn stated<'a, S: Default>(
+    table: &[Setting<S>],
+    values: impl Iterator<Item = (&'a str, &'a Value)>,
+) -> Result<S, Unfit> {
+    let mut settings = S::default();
+    for (name, value) in values {
+        let found = table.iter().find(|setting| setting.name == name);
+        let found = found.ok_or_else(|| Unfit::Unknown(name.to_string()))?;
+        found.change(&mut settings, value)?;
+    }
+    Ok(settings)
+}
+
+/// One row of a table: `setting!(Settings, group.field, "unit", bound, "Meaning.")`, with `group.field as name` where the
+/// path does not end in the name that users write, and `none = "what none means"` where there may be none.
+macro_rules! setting {
+    ($settings:ty, $($path:ident).+ $(as $name:ident)?, $unit:literal, $bound:expr, $meaning:literal
+        $(, none = $none:literal)?) => {{
+        let path = concat!($(".", stringify!($path)),+).trim_start_matches('.');
+        let given: &[&'static str] = &[$(stringify!($name))?];
+        $crate::setting::Setting {
+            name: given.first().copied().unwrap_or_else(|| path.rsplit('.').next().unwrap_or(path)),
+            path,
+            group: "",
+            unit: $unit,
+            bound: $bound,
+            meaning: $meaning,
+            none: concat!($($none)?),
+            kind: $crate::setting::kind_of(|settings: &$settings| &settings.$($path).+),
+            get: |settings: &$settings| $crate::setting::Field::get(&settings.$($path).+),
+            set: |settings: &mut $settings, value| {
+                $crate::setting::Field::set(&mut settings.$($path).+, value)
+            },
+        }
+    }};
+}
+pub(crate) use setting;
+
+/// A field of the core's settings: its type says what kind of setting it is.
+pub trait Field: Sized {
+    /// What kind of value it takes.
+    const KIND: Kind;
+
+    /// Its value.
+    fn get(&self) -> Value;
+
+    /// What a value means, if it is of the right kind.
+    fn read(value: &Value) -> Option<Self>;
+
+    /// Takes a value, if it is of the right kind.
+    fn set(&mut self, value: &Value) -> Option<()> {
+        *self = Self::read(value)?;
+        Some(())
+    }
+}
+
+pub(crate) fn kind_of<S, F: Field>(_: fn(&S) -> &F) -> Kind {
+    F::KIND
+}
+
+macro_rules! number_field {
+    ($number:ty) => {
+        impl Field for $number {
+            const KIND: Kind = Kind::Number;
+
+            fn get(&self) -> Value {
+                Value::Number(wide(*self))
+            }
+
+            fn read(value: &Value) -> Option<Self> {
+                number(value).map(real)
+            }
+        }
+    };
+}
+
+number_field!(f32);
+number_field!(f64);
+
+/// A span in microseconds.
+impl Field for u64 {
+    const KIND: Kind = Kind::Time;
+
+    fn get(&self) -> Value {
+        Value::Number(in_seconds(*self))
+    }
+
+    fn read(value: &Value) -> Option<Self> {
+        in_microseconds(number(value)?)
+    }
+}
+
+impl Field for u32 {
+    const KIND: Kind = Kind::Count;
+
+    fn get(&self) -> Value {
+        Value::Number((*self).into())
+    }
+
+    fn read(value: &Value) -> Option<Self> {
+        whole(number(value)?)
+    }
+}
+
+impl Field for bool {
+    const KIND: Kind = Kind::Flag;
+
+    fn get(&self) -> Value {
+        Value::Flag(*self)
+    }
+
+    fn read(value: &Value) -> Option<Self> {
+        match value {
+            Value::Flag(flag) => Some(*flag),
+            _ => None,
+        }
+    }
+}
+
+impl<F: Field> Field for Option<F> {
+    const KIND: Kind = F::KIND;
+
+    fn get(&self) -> Value {
+        self.as_ref().map_or(Value::None, F::get)
+    }
+
+    fn read(value: &Value) -> Option<Self> {
+        match value {
+            Value::None => Some(None),
+            value => F::read(value).map(Some),
+        }
+    }
+}
+
+/// A number of either precision.
+pub fn wide<T: Real>(value: T) -> f64 {
+    nalgebra::try_convert(value).unwrap_or(f64::NAN)
+}
+
+pub(crate) fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Number(number) => Some(*number),
+        Value::Text(_) | Value::Flag(_) | Value::None => None,
+    }
+}
+
+/// Seconds in a span of microseconds.
+#[allow(clippy::cast_precision_loss)]
+pub fn in_seconds(microseconds: u64) -> f64 {
+    microseconds as f64 / 1e6
+}
+
+/// Microseconds in a span of seconds; `None` where it is negative, not finite, or beyond measure.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+pub fn in_microseconds(seconds: f64) -> Option<u64> {
+    let microseconds = (seconds * 1e6).round();
+    (0.0..1e18).contains(&microseconds).then_some(microseconds as u64)
+}
+
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+pub(crate) fn whole(number: f64) -> Option<u32> {
+    let fits = number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number);
+    fits.then_some(number as u32)
+}

@@ -1,0 +1,118 @@
+"""Settings of the core as models: a field for each row of the table, with bounds, unit and default."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, TypeAlias
+
+from pydantic import BeforeValidator, Field, WithJsonSchema, create_model
+
+from tumble import _core
+from tumble.documents import Document
+
+_NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_THRESHOLD = re.compile(rf"\s*(?P<last>last\s*(?P<how>[+*])\s*)?(?P<number>{_NUMBER})\s*")
+
+
+def _threshold(value: object) -> object:
+    """Read `0.1`, `last+0.1` or `last*1.5`; give it without spaces."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        return value
+    match = _THRESHOLD.fullmatch(str(value))
+    smallest = 1.0 if match and match["how"] == "*" else 0.0
+    if match is None or not float(match["number"]) > smallest:
+        raise ValueError(
+            f"needs to be a number above 0, last+MARGIN, or last*RATIO with a ratio above 1, found {value!r}"
+        )
+    return f"last{match['how']}{match['number']}" if match["last"] else match["number"]
+
+
+def _none(value: object) -> object:
+    return None if value == "none" else value
+
+
+Threshold: TypeAlias = Annotated[
+    str,
+    BeforeValidator(_threshold),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "number", "exclusiveMinimum": 0.0},
+                {"type": "string", "pattern": rf"^\s*(last\s*[+*]\s*)?{_NUMBER}\s*$"},
+            ]
+        }
+    ),
+]
+"""`0.1`: fixed. `last+0.1`: the last error and a margin. `last*1.5`: the last error times a ratio."""
+OrNone: TypeAlias = Annotated[
+    Annotated[float, Field(gt=0.0)] | None,
+    BeforeValidator(_none),
+    WithJsonSchema({"anyOf": [{"type": "number", "exclusiveMinimum": 0.0}, {"enum": ["none", None]}]}),
+]
+"""A number above 0, or `none`."""
+
+
+def model_of(table: _core.SettingTable, name: str, about: str) -> type[Document]:
+    """Make the model of a table; `setting_models.pyi` tells type checkers and editors its fields."""
+    fields: dict[str, Any] = {
+        row["name"]: (_annotation(row), _field(row)) for row in _core.setting_table(table)
+    }
+    return create_model(name, __base__=Document, __doc__=about, **fields)
+
+
+def _annotation(row: _core.SettingRow) -> Any:  # noqa: ANN401 - an annotation made while it runs
+    if row["none"]:
+        return OrNone
+    match row["kind"]:
+        case "flag":
+            return bool
+        case "count":
+            return int
+        case "choice":
+            return Literal[row["choices"]]
+        case "threshold":
+            return Threshold
+        case _:
+            return float
+
+
+def _field(row: _core.SettingRow) -> Any:  # noqa: ANN401
+    # Where there may be none, the bound is that of `OrNone`.
+    bounded = not row["none"]
+    return Field(
+        default=row["default"],
+        description=meaning(row),
+        json_schema_extra={"unit": row["unit"]},
+        validate_default=True,
+        gt=row["above"] if bounded else None,
+        ge=row["least"] if bounded else None,
+        lt=row["below"] if bounded else None,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Explained:
+    """A setting as people read of it."""
+
+    group: str
+    name: str
+    meaning: str
+    unit: str
+    """Empty for what has none."""
+    choices: tuple[str, ...]
+    """The words it may be, if it is one of several."""
+    default: object
+
+
+def explain(table: _core.SettingTable) -> Iterator[Explained]:
+    """Give every setting of a table, in order."""
+    for row in _core.setting_table(table):
+        yield Explained(row["group"], row["name"], meaning(row), row["unit"], row["choices"], row["default"])
+
+
+def meaning(row: _core.SettingRow) -> str:
+    """Say what a setting means, and that there may be none."""
+    none = f"; `none`: {row['none']}." if row["none"] else "."
+    return row["meaning"].removesuffix(".") + none

@@ -1,0 +1,157 @@
+"""The C structs of settings, in Rust: made from the tables of settings and the defaults of the core."""
+
+from __future__ import annotations
+
+import subprocess
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from tumble import _core
+
+ROOT = Path(__file__).parents[1]
+SOURCES = ROOT / "crates" / "tumble-capi" / "src"
+TEMPLATE = "settings_in_c.rs.jinja"
+LINE = 110
+
+TYPES = {
+    "time": "u64",
+    "threshold": "Threshold",
+    "number": "f32",
+    "count": "u32",
+    "choice": "MaybeUninit<{0}>",
+    "flag": "MaybeUninit<bool>",
+}
+"""Larger fields stand before smaller ones, so that a struct has no holes."""
+OF = {
+    "choice": "MaybeUninit::new({0}::of({1}))",
+    "flag": "MaybeUninit::new({1})",
+    "threshold": "Threshold::of({1})",
+}
+IN_CORE = {"choice": "code({0})?.in_core()", "flag": "truth({0})", "threshold": "{0}.in_core()?"}
+
+
+@dataclass(frozen=True, slots=True)
+class Mirror:
+    """A struct of C and the one of the core that it stands for."""
+
+    table: _core.SettingTable
+    path: Path
+    struct: str
+    core: str
+    """Path of the core's struct."""
+    about: str
+    call: str
+    """Fills it with defaults."""
+    conversion: str
+    """What the core is given."""
+    checked: bool
+    """Whether bounds are looked after here, and not by the core."""
+    imports: tuple[str, ...] = ()
+    choices: bool = False
+
+
+MIRRORS = (
+    Mirror(
+        table="spin",
+        path=SOURCES / "spin" / "settings.rs",
+        struct="SpinSettings",
+        core="tumble_core::spin::settings::SpinSettings",
+        about="How to spin, and how to judge it. Fill it with tumble_spin_defaults(), then change what is to "
+        "be different.",
+        call="tumble_spin_defaults",
+        conversion="As the core has them, if they can be meant.",
+        checked=True,
+    ),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """A field of the struct, as the template writes it."""
+
+    name: str
+    path: str
+    type: str
+    about: str
+    of: str
+    in_core: str
+
+
+def text_of(mirror: Mirror) -> str:
+    """Give the source file of a struct."""
+    # Not a page: nothing is to be escaped.
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined, keep_trailing_newline=True
+    )
+    environment.globals["comment"] = _comment
+    rows = sorted(_core.setting_table(mirror.table), key=lambda row: list(TYPES).index(row["kind"]))
+    source = environment.get_template(TEMPLATE).render(
+        mirror=mirror, fields=[_field(row) for row in rows], bounds=_bounds(rows)
+    )
+    return _formatted(source)
+
+
+def _comment(text: str) -> str:
+    return "\n".join(f"/// {line}" for line in textwrap.wrap(text, LINE - 8, break_on_hyphens=False))
+
+
+def _field(row: _core.SettingRow) -> Field:
+    name, kind, core = row["name"], row["kind"], f"core.{row['path']}"
+    if row["none"]:
+        of, in_core = f"{core}.unwrap_or_default()", f"unless_zero(self.{name})"
+    else:
+        of = OF.get(kind, "{1}").format(row["type"], core)
+        in_core = IN_CORE.get(kind, "{0}").format(f"self.{name}")
+    return Field(name, row["path"], TYPES[kind].format(row["type"]), _about(row), of, in_core)
+
+
+def _about(row: _core.SettingRow) -> str:
+    words = [row["meaning"], f"Default: {_default(row)}."]
+    if row["more_than"]:
+        longer = "Longer" if row["kind"] == "time" else "Larger"
+        words.insert(1, f"{longer} than `{row['more_than']}`.")
+    return " ".join(words)
+
+
+def _default(row: _core.SettingRow) -> str:
+    value, unit = row["default"], row["unit"]
+    match row["kind"]:
+        case "flag":
+            return str(value).lower()
+        case "choice":
+            return f"::TUMBLE_{row['type']}_{value}".upper().replace(" ", "_")
+        case "threshold":
+            return f"fixed, {value} {unit}"
+    figure = 0.0 if value is None else float(str(value))
+    typed = f"{figure:.7g} {unit}"
+    if row["kind"] == "time":
+        typed = f"{round(figure * 1e6):,} microseconds".replace(",", " ")
+    none = f", {row['none']}" if value is None else f"; 0: {row['none']}" if row["none"] else ""
+    return typed.strip() + none
+
+
+def _bounds(rows: Sequence[_core.SettingRow]) -> dict[str, object]:
+    """Give the fields within each bound; where there may be none, that is stated as 0."""
+    above = [row for row in rows if row["above"] is not None and not row["none"]]
+    numbers = [row for row in rows if row["kind"] == "number" and row not in above]
+    least = [row for row in numbers if row["least"] is not None or row["none"]]
+    return {
+        "positive": _listed([row for row in above if row["kind"] == "number"]),
+        "not_negative": _listed(least),
+        "free": _listed([row for row in numbers if row not in least]),
+        "times": _listed([row for row in above if row["kind"] == "time"]),
+        "more_than": [(row["name"], row["more_than"]) for row in rows if row["more_than"]],
+    }
+
+
+def _listed(rows: Sequence[_core.SettingRow]) -> str:
+    return ", ".join(f"self.{row['name']}" for row in rows)
+
+
+def _formatted(source: str) -> str:
+    command = ["rustfmt", "--edition", "2024", "--config-path", str(ROOT / "rustfmt.toml")]
+    return subprocess.run(command, input=source, capture_output=True, text=True, check=True).stdout

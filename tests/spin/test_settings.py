@@ -1,0 +1,61 @@
+"""Settings of a spin: defaults are the core's wherever they show, and what makes no sense is refused."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import pytest
+
+from tumble import _core
+from tumble.errors import ProcedureError
+from tumble.setting_models import SpinSettings
+from tumble.spin.live import Wishes
+from tumble.spin.settings import core_settings
+from turntable_sessions import typed
+
+TABLE = {row["name"]: row for row in _core.setting_table("spin")}
+
+
+def outside(row):
+    """Numbers that a setting cannot be."""
+    yield math.nan
+    yield math.inf
+    if row["above"] is not None:
+        yield row["above"]
+    if row["least"] is not None:
+        yield row["least"] - 1e-9
+
+
+def test_defaults_of_the_model_and_of_a_live_spin_are_those_of_the_core():
+    assert SpinSettings().model_dump() == {
+        name: row["default"] for name, row in TABLE.items() if row["default"] is not None
+    }
+    wishes = Wishes()
+    assert (wishes.still, wishes.rate) == (TABLE["still"]["default"], TABLE["rate"]["default"])
+    assert wishes.turns * math.tau == TABLE["turn"]["default"]
+
+
+def test_the_help_of_the_command_tells_the_defaults_of_the_core():
+    text = re.sub(r"[│\s]+", " ", typed("spin", "--help").out)
+    assert f"how long to stand still, {SpinSettings().still:g} s where not given" in text
+    assert f"how much to turn, {SpinSettings().turn / math.tau:g} where not given" in text
+    assert f"{SpinSettings().rate:g} rad/s where not given" in text
+
+
+@pytest.mark.parametrize("name", [name for name, row in TABLE.items() if row["kind"] != "flag"])
+def test_a_setting_out_of_its_bounds_is_refused_in_one_line_by_its_name(name):
+    for number in outside(TABLE[name]):
+        with pytest.raises(ProcedureError, match=rf"^{name} needs to be .*, found ") as refused:
+            core_settings({name: number})
+        assert "\n" not in str(refused.value)
+        with pytest.raises(ValueError, match=f"'{name}'"):
+            _core.SpinSettings({name: number})
+
+
+@pytest.mark.parametrize("precision", ["f32", "f64"])
+def test_settings_by_name_reach_the_machine(precision):
+    settings = core_settings({"still": 7.5}, turns=1.5)
+    progress = _core.SpinMachine(settings, precision).progress
+    assert progress["still_wanted"] == 7.5
+    assert progress["turned_wanted"] == 1.5 * math.tau
