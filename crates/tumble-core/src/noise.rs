@@ -349,8 +349,8 @@ fn solve<T: Real, const K: usize>(sums: &[NoiseEquations<T>; K], before: &[Noise
     let information = seen().fold(T::zero(), |sum, s| sum + s.bb - s.ab * s.ab / s.aa);
     let vector = seen().fold(T::zero(), |sum, s| sum + s.by - s.ab * s.ay / s.aa);
     // One rung alone cannot tell flicker from white noise.
-    let told = information > all * real(1e-6);
-    let (flicker_shown, flicker_sigma) = if told {
+    let distinct = information > all * real(1e-6);
+    let (flicker_shown, flicker_sigma) = if distinct {
         (vector / information, T::one() / information.sqrt()) // eq. 7
     } else {
         (T::zero(), T::max_value().unwrap_or(T::zero()))

@@ -1,7 +1,7 @@
 //! Weighted least squares in a handful of unknowns, with a prior: solution, covariance, rank.
 //!
 //! Rows are taken in one by one and only their triangle is kept: the root of the normal equations rather than the
-//! equations themselves, so that single precision can hold what is known a million times better than believed beside
+//! equations themselves, so that single precision can hold what is known a million times better than beforehand beside
 //! what is not known at all. Every unknown carries a weak prior, its nominal
 //! value with the largest deviation that could be true of such a sensor. Where data speak, the prior weighs
 //! nothing; where they are silent the unknown stays at its nominal value, keeps the sigma of the prior, and is
@@ -13,7 +13,7 @@ use nalgebra::{SMatrix, SVector};
 use crate::eigen;
 use crate::real::{Real, count, real};
 
-/// What is believed of an unknown before any data.
+/// What is known of the unknowns before any data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prior<T: Real, const N: usize> {
     /// Nominal values.

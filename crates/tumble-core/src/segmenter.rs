@@ -134,8 +134,8 @@ impl<T: Real> Segment<T> {
         let lever = Vector3::new(self.lever[3], self.lever[4], self.lever[5])
             - bias * (duration * duration * real(0.5));
         let half = half_interval::<T>(duration, self.moments.samples());
-        // turntable.md, eq. 16
-        (angle.norm() > real(0.1)).then(|| lever.dot(&angle) / angle.norm_squared() - half)
+        let centre = || lever.dot(&angle) / angle.norm_squared() - half; // turntable.md, eq. 16
+        (angle.norm() > real(0.1)).then(centre)
     }
 
     /// Rate at which the specific force drifted, m/s^3, by least squares over the segment.
@@ -391,7 +391,7 @@ impl<T: Real> Segmenter<T> {
         if let Some(rest) = &finished {
             self.allan.merge(&self.allan_of_rest);
             self.bias = rest.angular_rate();
-            // These two begin the turn, and were integrated before the rest had told its bias.
+            // These two begin the turn, and were integrated before the rest had shown its bias.
             for begun in held.iter_mut().chain([&mut block]) {
                 begun.integrate(&self.bias);
             }

@@ -215,7 +215,7 @@ impl PyAcquired {
     fn refused(&self) -> Vec<(f64, f64, &'static str)> {
         let at = |microseconds: u64| self.inner.origin + seconds::<f64>(microseconds);
         self.inner
-            .refused
+            .rejected
             .iter()
             .map(|(rest, reason)| (at(rest.start), at(rest.end), reason.name()))
             .collect()

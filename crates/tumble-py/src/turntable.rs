@@ -11,7 +11,7 @@ use tumble_core::turntable::truth::TruthSource;
 use tumble_lab::acquisition::consistency::{RateVerdict, judge_rate};
 use tumble_lab::turntable::{
     Clocks, Label, PairingError, Reference, Target, TriadCalibration, TurntableError, TurntableSettings,
-    calibrate, own_sphere, poses, understand,
+    calibrate, fit_reference, own_sphere, poses,
 };
 
 use crate::acquisition::PyAcquired;
@@ -67,7 +67,7 @@ impl PySettings {
     }
 }
 
-/// The reference, understood.
+/// The reference with its biases, attitudes and mounting.
 #[pyclass(module = "tumble._core", frozen, name = "Reference")]
 pub struct PyReference {
     inner: Reference,
@@ -94,7 +94,7 @@ fn understand_reference(
     let ups = ups_of(&ups)?;
     let (unit, settings) = (&unit.inner, &settings.inner);
     let inner = py
-        .detach(|| understand(unit, &ups, settings))
+        .detach(|| fit_reference(unit, &ups, settings))
         .map_err(|error| core_error(py, &error))?;
     let figures = PyDict::new(py);
     let sphere = &inner.sphere;

@@ -173,7 +173,7 @@ impl<T: Real> BlockBuilder<T> {
         }
     }
 
-    /// Counts heading from here on, or as told from here on, with `lost` rad added that were not counted so far.
+    /// Counts heading by this reference from here on, with `lost` rad added that were not counted so far.
     pub fn refer_heading(&mut self, reference: HeadingReference<T>, lost: T) {
         self.reference = Some(reference);
         self.heading.advance(lost);

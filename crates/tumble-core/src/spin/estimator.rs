@@ -1,4 +1,4 @@
-//! Blocks at rest and turning are gathered, in constant memory, until they can be solved.
+//! Blocks at rest and turning are gathered, in constant memory, until they can be solved (docs/theory/spin.md).
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -83,7 +83,7 @@ impl<T: Real> TurnTotals<T> {
         };
         direction.angle += block.gained.abs();
         direction.duration += duration;
-        self.vector += rate * (sign * duration);
+        self.vector += rate * (sign * duration); // eq. 2
         self.squared += block.rate_squared * duration;
         self.least = self.least.min(block.heading);
         self.most = self.most.max(block.heading);
@@ -201,7 +201,7 @@ impl<T: Real> SpinEstimator<T> {
 
     /// Random walk of the heading, rad^2/s.
     pub(super) fn heading_walk(&self, axis: &AxisFit<T>) -> T {
-        axis.block_variance * self.turned.duration() / count(self.rates.points().max(1))
+        axis.block_variance * self.turned.duration() / count(self.rates.points().max(1)) // eq. 12: N^2
     }
 
     /// How it is set.

@@ -87,7 +87,7 @@ pub struct SpinMachine<T: Real> {
 /// Rate, rad/s, below which a robot whose wheels nobody knows may have stopped.
 const STOPPED: f64 = 0.01;
 
-/// Share of the angle asked for with which a robot that has stopped has done as it was told: nobody turns exactly two
+/// Share of the angle asked for with which a robot that has stopped has done what was asked: nobody turns exactly two
 /// turns, and the gyroscope's scale is not exact either.
 const NEARLY: f64 = 0.9;
 

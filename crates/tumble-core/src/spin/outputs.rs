@@ -256,8 +256,8 @@ fn scale<T: Real>(
     priors: &SpinPriors<T>,
     covariance: &SMatrix<T, UNKNOWNS, UNKNOWNS>,
 ) -> ScalarEstimate<T> {
-    let told = priors.scale.0 != T::zero();
-    if !told && !fit.solution.observed(SCALE) {
+    let given = priors.scale.0 != T::zero();
+    if !given && !fit.solution.observed(SCALE) {
         return ScalarEstimate::unknown();
     }
     ScalarEstimate {

@@ -23,7 +23,7 @@ pub(super) fn scales<T: Real>(
     truth: Option<&TrueAngle<T>>,
     walk: T,
 ) -> Scales<T> {
-    let drift = (axis.bias - counted).dot(&axis.floor.column(2));
+    let drift = (axis.bias - counted).dot(&axis.floor.column(2)); // eq. 8: epsilon
     let one = |direction: &Direction<T>, sign: T, angle: Option<T>| {
         let Some((truth, angle)) = truth.zip(angle).filter(|(_, angle)| *angle > real(LEAST_TURN)) else {
             return ScalarEstimate::unknown();
@@ -46,7 +46,7 @@ pub(super) fn scales<T: Real>(
     }
 }
 
-/// One scale for both directions: the weighted mean with what is believed of any gyroscope.
+/// One scale for both directions: the weighted mean with what any gyroscope may have.
 pub(super) fn common_scale<T: Real>(scales: &Scales<T>, sigma: T) -> (T, T) {
     let (mut weight, mut sum) = (T::one() / (sigma * sigma), T::zero());
     for scale in [&scales.clockwise, &scales.counter_clockwise] {
@@ -61,9 +61,9 @@ pub(super) fn common_scale<T: Real>(scales: &Scales<T>, sigma: T) -> (T, T) {
 
 /// Over turns in one direction a scale error looks like a slow turn at rest: one is not to be found for want of the
 /// other. A scale that a true angle has shown stands.
-pub(super) fn doubted_scale<T: Real>(priors: &SpinPriors<T>, believed: T) -> (T, T) {
-    const DOUBTED: f64 = 5.0;
+pub(super) fn widened_scale<T: Real>(priors: &SpinPriors<T>, prior_sigma: T) -> (T, T) {
+    const WIDENED: f64 = 5.0;
     let (scale, sigma) = priors.scale;
-    let told = sigma < believed * real(0.5);
-    (scale, if told { sigma } else { sigma * real(DOUBTED) })
+    let known = sigma < prior_sigma * real(0.5);
+    (scale, if known { sigma } else { sigma * real(WIDENED) })
 }

@@ -1,4 +1,4 @@
-//! A spin solved from what was kept of it: the fit that believes its rest, and the one that does not
+//! A spin solved from what was kept of it: the fit with the bias that its rest showed, or the one without it
 //! (docs/theory/spin.md, eq. 12 to 15).
 
 use nalgebra::Vector3;
@@ -12,9 +12,9 @@ use crate::spin::failure::SpinFailure;
 use crate::spin::level_free::{self, GYROSCOPE_UP, LevelFree, SpinPriors};
 use crate::spin::outputs::from_fit;
 use crate::spin::rests::Rests;
-use crate::spin::scale::{Scales, common_scale, doubted_scale, scales};
+use crate::spin::scale::{Scales, common_scale, scales, widened_scale};
 
-/// Sigma of the gyroscope bias along the axis where the rest is not believed, rad/s.
+/// Sigma of the gyroscope bias along the axis where the rest does not count, rad/s.
 const BIAS_UNKNOWN: f64 = 0.1;
 /// The random walk of the heading as a constant rate over the spin: its variance over that of the end point.
 const WALK_SHARE: f64 = 1.2;
@@ -28,7 +28,7 @@ pub fn solve<T: Real>(
     true_angle: Option<&TrueAngle<T>>,
 ) -> Result<SpinEstimate<T>, SpinFailure<T>> {
     let (priors, scales) = prepare(spin, true_angle)?;
-    let (fit, slow_turn, turned_while_still) = decide(spin, &priors)?;
+    let (fit, slow_turn, turned_while_still) = choose_fit(spin, &priors)?;
     let estimate = from_fit(spin, &priors, &fit, &scales, (slow_turn, turned_while_still));
     let (tilt, limit) = (&estimate.floor_tilt, spin.settings().largest_floor_tilt);
     if tilt.value - tilt.sigma * real(3.0) > limit {
@@ -42,7 +42,7 @@ pub fn solve<T: Real>(
 
 /// How heading should be counted from here on, rad a rad and rad a second.
 ///
-/// Before a full turn was made the rest is believed: harmonics of a part of a turn can be bent to many shapes.
+/// Before a full turn was made the bias is that of the rest: harmonics of a part of a turn can be bent to many shapes.
 ///
 /// # Errors
 /// As of [`solve`].
@@ -51,7 +51,7 @@ pub fn heading_correction<T: Real>(spin: &SpinEstimator<T>) -> Result<(T, T), Sp
     let fit = if spin.turned().span() < real(core::f64::consts::TAU) {
         fit(spin, &priors)?
     } else {
-        decide(spin, &priors)?.0
+        choose_fit(spin, &priors)?.0
     };
     Ok((fit.heading_correction(T::one(), T::zero()), fit.by_time))
 }
@@ -88,22 +88,22 @@ fn fit<T: Real>(spin: &SpinEstimator<T>, priors: &SpinPriors<T>) -> Result<Level
     level_free::fit(rests.harmonics(), spin.turning(), priors).map_err(|_| SpinFailure::Unsolvable)
 }
 
-/// The fit that believes the rest, or the one that does not where the harmonics say so.
-fn decide<T: Real>(
+/// The fit with the bias that the rest showed; the one without it where the harmonics contradict that bias.
+fn choose_fit<T: Real>(
     spin: &SpinEstimator<T>,
     priors: &SpinPriors<T>,
 ) -> Result<(LevelFree<T>, ScalarEstimate<T>, bool), SpinFailure<T>> {
-    let believing = fit(spin, priors)?;
-    let doubting = fit(
+    let with_rest = fit(spin, priors)?;
+    let without_rest = fit(
         spin,
         &SpinPriors {
             bias_variance: real(BIAS_UNKNOWN * BIAS_UNKNOWN),
-            scale: doubted_scale(priors, spin.settings().scale_sigma),
+            scale: widened_scale(priors, spin.settings().scale_sigma),
             ..*priors
         },
     )?;
-    let (slow_turn, found) = slow_turn(&doubting, priors);
-    Ok((if found { doubting } else { believing }, slow_turn, found))
+    let (slow_turn, found) = slow_turn(&without_rest, priors);
+    Ok((if found { without_rest } else { with_rest }, slow_turn, found))
 }
 
 fn priors<T: Real>(
@@ -140,18 +140,18 @@ const LEAST: f64 = 1e-12;
 
 /// The rate at rest that the harmonics ask for, and whether chance could not have made it. Harmonics that fit the model
 /// neither way ask for nothing.
-fn slow_turn<T: Real>(doubting: &LevelFree<T>, priors: &SpinPriors<T>) -> (ScalarEstimate<T>, bool) {
+fn slow_turn<T: Real>(without_rest: &LevelFree<T>, priors: &SpinPriors<T>) -> (ScalarEstimate<T>, bool) {
     const SIGMAS: f64 = 5.0;
     const DRIFT: f64 = 3e-4;
     const FITS: f64 = 4.0;
     let i = GYROSCOPE_UP;
-    if !doubting.solution.observed(i) {
+    if !without_rest.solution.observed(i) {
         return (ScalarEstimate::unknown(), false);
     }
-    let variance = doubting.solution.covariance[(i, i)];
-    let value = -doubting.solution.x[i];
+    let variance = without_rest.solution.covariance[(i, i)];
+    let value = -without_rest.solution.x[i];
     let chance = (variance + priors.bias_variance).sqrt();
-    let reduced = reduced(doubting.solution.chi_square, doubting.degrees_of_freedom);
+    let reduced = reduced(without_rest.solution.chi_square, without_rest.degrees_of_freedom);
     let found = value.abs() > chance * real(SIGMAS) + real(DRIFT) && reduced < real(FITS); // eq. 15
     (ScalarEstimate { value, sigma: chance }, found)
 }

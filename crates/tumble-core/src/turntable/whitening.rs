@@ -1,7 +1,7 @@
 //! Rows whose errors remember each other, made independent: from each is taken what the rows before predict of it.
 //!
 //! Flicker noise is remembered about as far as the session is long. The nearest few intervals tell almost all of it
-//! (Vecchia 1988); but deviations from the mean bias of a session cancel over that session, so what remains is told by
+//! (Vecchia 1988); but deviations from the mean bias of a session cancel over that session, so what remains is predicted by
 //! the mean over all older intervals (docs/theory/turntable.md, eq. 19).
 //!
 //! How flicker ties intervals together is the same for the three axes, up to B^2, so they are whitened side by side.

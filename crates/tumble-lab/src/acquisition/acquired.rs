@@ -10,7 +10,7 @@ use super::trace::Trace;
 
 /// Why a segment that looked like a rest is not one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NotARest {
+pub enum RestRejection {
     /// The scatter was above the sensor's own noise: vibration.
     Vibrating,
     /// The specific force drifted: a slow turn.
@@ -19,7 +19,7 @@ pub enum NotARest {
     Turning,
 }
 
-impl NotARest {
+impl RestRejection {
     /// The code of the reason, of which Python makes a message.
     pub fn name(self) -> &'static str {
         match self {
@@ -51,7 +51,7 @@ pub struct Acquired {
     /// `turns[i]` lies between `rests[i]` and `rests[i + 1]`.
     pub turns: Vec<Segment<f64>>,
     /// Stretches that looked like rests, with the reason why they are none.
-    pub refused: Vec<(Segment<f64>, NotARest)>,
+    pub rejected: Vec<(Segment<f64>, RestRejection)>,
     /// Noise of the six channels.
     pub noise: [Noise<f64>; CHANNELS],
     /// The recording at a glance.

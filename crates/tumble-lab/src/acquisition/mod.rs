@@ -1,6 +1,6 @@
 //! Step 1 on the host: a recording of any length becomes the rests and turns of one unit.
 //!
-//! [`recorder`] takes a recording in, chunk by chunk, and makes it [`acquired`]; [`sift`] takes out what only looked like
+//! [`recorder`] takes a recording in, chunk by chunk, and makes it [`acquired`]; [`rejection`] takes out what only looked like
 //! a rest, [`channels`] watches the channels, [`trace`] keeps a picture. [`consistency`] holds the gyroscope against the
 //! accelerometer.
 
@@ -10,10 +10,10 @@ pub mod acquired;
 pub mod channels;
 pub mod consistency;
 pub mod recorder;
-mod sift;
+mod rejection;
 pub mod trace;
 
-pub use acquired::{Acquired, NotARest, Part, interval};
+pub use acquired::{Acquired, Part, RestRejection, interval};
 pub use recorder::Acquisition;
 
 /// Names of the channels, as users know them.

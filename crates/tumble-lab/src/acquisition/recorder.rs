@@ -6,7 +6,7 @@ use tumble_core::segmenter::{FinishedSegment, Segmenter, SegmenterSettings};
 
 use super::acquired::{Acquired, Part};
 use super::channels::ChannelMonitor;
-use super::sift::{leave_out_saturated, leave_out_unrest};
+use super::rejection::{leave_out_saturated, reject_rests};
 use super::trace::Trace;
 
 /// Takes in a recording chunk by chunk.
@@ -43,7 +43,7 @@ impl Acquisition {
                 parts: Vec::new(),
                 rests: Vec::new(),
                 turns: Vec::new(),
-                refused: Vec::new(),
+                rejected: Vec::new(),
                 noise: [none; CHANNELS],
                 trace: Trace::new(),
                 faults: Vec::new(),
@@ -146,7 +146,7 @@ impl Acquisition {
         if n > 0 {
             self.found.temperature = Some([low, sum / n as f64, high]);
         }
-        leave_out_unrest(&mut self.found, &self.settings, self.segmenter.floor());
+        reject_rests(&mut self.found, &self.settings, self.segmenter.floor());
         self.found.faults = self.channels.faults(&self.found.rests, &self.found.turns);
         leave_out_saturated(&mut self.found);
         self.found

@@ -32,7 +32,7 @@ pub struct Aligned {
 
 impl Aligned {
     /// Sum of the variances of the lever arm, m^2, and of the rotation, rad^2, at a tenth of a metre.
-    fn doubt(&self) -> f64 {
+    fn uncertainty(&self) -> f64 {
         let of_arm = self
             .forces
             .as_ref()
@@ -103,7 +103,7 @@ pub fn align(
         solved(rates, best, grid.length, settings)
     });
     let best = longer.fold(shortest, |best, other| {
-        if other.doubt() < WORTH_IT * best.doubt() {
+        if other.uncertainty() < WORTH_IT * best.uncertainty() {
             other
         } else {
             best

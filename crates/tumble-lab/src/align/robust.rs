@@ -8,13 +8,13 @@ const HALF_WEIGHT: f64 = 4.0;
 /// Median length of three independent standard normal numbers.
 const MEDIAN_LENGTH: f64 = 1.538_172;
 
-/// Residuals are never believed to be smaller than this, in the unit of the rows: data without noise.
+/// Residuals are never taken to be smaller than this, in the unit of the rows: data without noise.
 const SMALLEST_SCALE: f64 = 1e-9;
 
 /// Model derivative by the unknowns, and residual.
 pub type ResidualRow<const N: usize> = (SMatrix<f64, 3, N>, Vector3<f64>);
 
-/// What is believed of the unknowns beside the rows.
+/// What is known of the unknowns beside the rows.
 #[derive(Clone, Copy, Debug)]
 pub struct GaussianPrior<const N: usize> {
     /// Inverse covariance.

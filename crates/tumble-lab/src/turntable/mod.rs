@@ -1,6 +1,6 @@
 //! The turntable procedure on whole recordings: the reference first, then any number of targets.
 //!
-//! [`understand`] makes a [`Reference`] of a unit, [`pairing`] lays a target's rests beside the reference's, and
+//! [`fit_reference`] makes a [`Reference`] of a unit, [`pairing`] lays a target's rests beside the reference's, and
 //! [`calibrate`] makes a [`Target`] of both.
 
 mod accelerometer;
@@ -15,7 +15,7 @@ mod target;
 mod triad;
 
 pub use error::{PairingError, TurntableError};
-pub use reference::{Reference, Ups, force_sigma, own_sphere, poses, rate_sigma, understand};
+pub use reference::{Reference, Ups, fit_reference, force_sigma, own_sphere, poses, rate_sigma};
 pub use settings::{Clocks, FEWEST_RESTS, TurntableSettings};
 pub use target::{Target, calibrate};
 pub use triad::{Label, TriadCalibration};

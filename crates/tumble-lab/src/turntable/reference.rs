@@ -1,4 +1,4 @@
-//! The reference, understood before any target is looked at.
+//! What the reference itself adds, fitted before any target is looked at: biases, attitudes, mounting.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use tumble_core::gravity::vertical_earth_rate;
@@ -14,7 +14,7 @@ use crate::acquisition::{Acquired, interval};
 /// Up direction of each rest of the reference in the table frame, where its pose is known.
 pub type Ups = [Option<Vector3<f64>>];
 
-/// The reference, understood.
+/// The reference with its biases, attitudes and mounting.
 #[derive(Clone, Debug)]
 pub struct Reference {
     /// Bias of its accelerometer.
@@ -61,7 +61,7 @@ pub fn rate_sigma(unit: &Acquired, k: usize) -> Vector3<f64> {
 ///
 /// # Errors
 /// [`TurntableError`] as it says.
-pub fn understand(
+pub fn fit_reference(
     unit: &Acquired,
     ups: &Ups,
     settings: &TurntableSettings,

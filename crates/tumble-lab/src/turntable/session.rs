@@ -18,7 +18,7 @@ pub(super) const LARGEST_RATE_BIAS: f64 = 1.0;
 pub(super) struct TargetSession<'a> {
     /// What the reference recorded.
     pub reference_unit: &'a Acquired,
-    /// The reference, understood.
+    /// The reference with its biases, attitudes and mounting.
     pub reference: &'a Reference,
     /// What the target recorded.
     pub unit: &'a Acquired,

@@ -1,4 +1,4 @@
-//! A target, calibrated against a reference that is understood.
+//! A target, calibrated against a fitted reference.
 
 use super::error::TurntableError;
 use super::pairing::{Pairing, pair};

@@ -19,7 +19,7 @@ fn same(a: &Acquired, b: &Acquired) -> Result<(), TestCaseError> {
     prop_assert_eq!(&a.rests, &b.rests);
     prop_assert_eq!(&a.turns, &b.turns);
     prop_assert_eq!(&a.noise, &b.noise);
-    prop_assert_eq!(&a.refused, &b.refused);
+    prop_assert_eq!(&a.rejected, &b.rejected);
     prop_assert_eq!(&a.faults, &b.faults);
     prop_assert_eq!(a.trace.points(), b.trace.points());
     prop_assert_eq!(
@@ -101,7 +101,7 @@ fn turn_i_lies_between_rest_i_and_the_next() {
     let session = found.session();
     assert_eq!(session.start, seconds(found.rests[0].start));
     assert_eq!(session.end, seconds(found.rests[6].end));
-    assert!(found.faults.is_empty() && found.refused.is_empty());
+    assert!(found.faults.is_empty() && found.rejected.is_empty());
 }
 
 #[test]

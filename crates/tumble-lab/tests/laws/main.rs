@@ -13,7 +13,7 @@ mod consistency;
 mod correct;
 mod health;
 mod pairing;
-mod sift;
+mod rejection;
 mod trace;
 mod turntable;
 mod unit;

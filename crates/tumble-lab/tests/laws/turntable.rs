@@ -8,7 +8,7 @@ use tumble_core::turntable::truth::TruthSource;
 use tumble_lab::acquisition::Acquired;
 use tumble_lab::turntable::{
     Clocks, Label, PairingError, Reference, Target, TriadCalibration, TurntableError, TurntableSettings,
-    calibrate, understand,
+    calibrate, fit_reference,
 };
 
 use crate::common::{Draws, cases, rotation};
@@ -60,7 +60,7 @@ fn calibrated(
     settings: &TurntableSettings,
 ) -> Result<(Reference, Target), TurntableError> {
     let ups = vec![None; seen.rests.len()];
-    let reference = understand(seen, &ups, settings)?;
+    let reference = fit_reference(seen, &ups, settings)?;
     let target = calibrate(seen, &reference, felt, &ups, settings)?;
     Ok((reference, target))
 }
@@ -143,7 +143,7 @@ fn the_three_truths_agree_for_a_perfect_table_and_one_holds_to_first_order() {
         .collect();
     let with = |truth: TruthSource| {
         let settings = TurntableSettings { truth, ..SETTINGS };
-        let reference = understand(&seen, &ups, &settings).expect("poses");
+        let reference = fit_reference(&seen, &ups, &settings).expect("poses");
         let angle = reference.mounting.expect("poses are known").rotation * mounting.inverse();
         assert!(angle.angle() < 1e-4, "{}", angle.angle());
         let target = calibrate(&seen, &reference, &felt, &ups, &settings).expect("a good session");
@@ -194,12 +194,12 @@ fn too_few_rests_and_too_few_directions_are_told_apart() {
     };
     let seen = acquired(&few);
     assert_eq!(
-        understand(&seen, &[None; 2], &SETTINGS).err(),
+        fit_reference(&seen, &[None; 2], &SETTINGS).err(),
         Some(TurntableError::TooFewRests { found: 2, needed: 4 })
     );
     let seen = acquired(&flat);
     assert_eq!(
-        understand(&seen, &[None; 6], &SETTINGS).err(),
+        fit_reference(&seen, &[None; 6], &SETTINGS).err(),
         Some(TurntableError::DirectionsTooAlike)
     );
 }

@@ -4,34 +4,34 @@ use nalgebra::Vector3;
 use tumble_core::segmenter::{Segment, SegmenterSettings};
 use tumble_core::stillness::Scatter;
 
-use super::acquired::{Acquired, NotARest, interval};
+use super::acquired::{Acquired, RestRejection, interval};
 use super::channels::ChannelFaultKind;
 use super::consistency::{RateVerdict, judge_rate};
 
 /// Takes out what only looked like a rest, now that the whole recording is known, given the noise at rest.
-pub(super) fn leave_out_unrest(
+pub(super) fn reject_rests(
     found: &mut Acquired,
     settings: &SegmenterSettings<f64>,
     floor: Option<Scatter<f64>>,
 ) {
-    sift(found, |found, i| disturbed(&found.rests[i], settings, floor));
+    reject(found, |found, i| disturbed(&found.rests[i], settings, floor));
     // In a wrong unit g-sensitivity looks like slow turns; the unit is the thing to complain of then.
     if matches!(judge_rate(found), RateVerdict::Consistent | RateVerdict::Unknown) {
-        sift(found, |found, i| {
-            is_turning(found, i).then_some(NotARest::Turning)
+        reject(found, |found, i| {
+            is_turning(found, i).then_some(RestRejection::Turning)
         });
     }
 }
 
-/// Takes out the rests that an objection is raised to; the turns beside one become one turn.
-fn sift(found: &mut Acquired, objection: impl Fn(&Acquired, usize) -> Option<NotARest>) {
+/// Takes out the rests that there is a reason against; the turns beside one become one turn.
+fn reject(found: &mut Acquired, reason_against: impl Fn(&Acquired, usize) -> Option<RestRejection>) {
     let mut i = 0;
     while i < found.rests.len() {
-        let Some(reason) = objection(found, i) else {
+        let Some(reason) = reason_against(found, i) else {
             i += 1;
             continue;
         };
-        found.refused.push((found.rests[i], reason));
+        found.rejected.push((found.rests[i], reason));
         if i > 0 && i < found.turns.len() {
             let rest = found.rests[i];
             let after = found.turns.remove(i);
@@ -64,7 +64,7 @@ fn disturbed(
     rest: &Segment<f64>,
     settings: &SegmenterSettings<f64>,
     floor: Option<Scatter<f64>>,
-) -> Option<NotARest> {
+) -> Option<RestRejection> {
     let scatter = Scatter::of(&rest.moments);
     let floor = floor?;
     let limits = &settings.stillness;
@@ -83,11 +83,12 @@ fn disturbed(
         limits.smallest_angular_rate_scatter,
         LARGEST_DRIFT.1,
     ) {
-        return Some(NotARest::Vibrating);
+        return Some(RestRejection::Vibrating);
     }
     let duration = rest.duration();
     let slope_sigma = (12.0 * scatter.specific_force / f64::from(rest.moments.samples())).sqrt() / duration;
-    (rest.specific_force_slope().norm() > LARGEST_SLOPE.max(6.0 * slope_sigma)).then_some(NotARest::Drifting)
+    (rest.specific_force_slope().norm() > LARGEST_SLOPE.max(6.0 * slope_sigma))
+        .then_some(RestRejection::Drifting)
 }
 
 /// A rest whose rate differs from both its neighbours', while these agree, is a slow turn. A turn that never ends

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
-use tumble_lab::acquisition::{Acquired, NotARest, interval};
+use tumble_lab::acquisition::{Acquired, RestRejection, interval};
 
 use crate::common::{Draws, cases, direction};
 use crate::stream::{Phase, Unit};
@@ -52,8 +52,8 @@ proptest! {
         prop_assume!(axis.cross(&up.normalize()).norm() * rate > 0.0026);
         fits_together(&found)?;
         prop_assert_eq!(found.rests.len(), 9);
-        prop_assert!(found.refused.iter().all(|(_, why)| *why == NotARest::Drifting), "{:?}", found.refused);
-        prop_assert!(!found.refused.is_empty());
+        prop_assert!(found.rejected.iter().all(|(_, why)| *why == RestRejection::Drifting), "{:?}", found.rejected);
+        prop_assert!(!found.rejected.is_empty());
     }
 
     #[test]
@@ -71,7 +71,7 @@ proptest! {
         let found = acquired(schedule, &unit, seed);
         fits_together(&found)?;
         prop_assert_eq!(found.rests.len(), 5, "{:?}", found.rests.iter().map(interval).collect::<Vec<_>>());
-        prop_assert_eq!(found.refused.iter().map(|(_, why)| *why).collect::<Vec<_>>(), vec![NotARest::Turning]);
+        prop_assert_eq!(found.rejected.iter().map(|(_, why)| *why).collect::<Vec<_>>(), vec![RestRejection::Turning]);
     }
 
     #[test]
@@ -80,9 +80,9 @@ proptest! {
         schedule.extend(six_faces(3.0));
         let found = acquired(schedule, &Unit::noisy(0.01, 0.001), seed);
         fits_together(&found)?;
-        prop_assert_eq!(found.rests.len(), 7, "{:?}", found.refused);
+        prop_assert_eq!(found.rests.len(), 7, "{:?}", found.rejected);
         prop_assert!(found.rests.iter().all(|rest| interval(rest).start > 3.8));
-        prop_assert!(found.refused.iter().all(|(_, why)| *why == NotARest::Vibrating));
+        prop_assert!(found.rejected.iter().all(|(_, why)| *why == RestRejection::Vibrating));
     }
 
     #[test]
@@ -91,7 +91,7 @@ proptest! {
         let unit = Unit { bias: (Vector3::repeat(bias), Vector3::repeat(bias)), ..Unit::noisy(0.02 * scale, 0.002 * scale) };
         let found = acquired(six_faces(3.0), &unit, seed);
         fits_together(&found)?;
-        prop_assert_eq!((found.rests.len(), found.refused.len()), (7, 0), "{:?}", found.refused);
+        prop_assert_eq!((found.rests.len(), found.rejected.len()), (7, 0), "{:?}", found.rejected);
     }
 }
 
@@ -103,7 +103,7 @@ fn a_refused_rest_becomes_part_of_the_turn_around_it_with_its_angle() {
         &Unit::noisy(0.01, 0.001),
         21,
     );
-    assert!(!found.refused.is_empty());
+    assert!(!found.rejected.is_empty());
     // The turn after rest 6 goes out by x, slowly about y, and back.
     let turn = &found.turns[6];
     assert!((turn.angle() - slow * 8.0).amax() < 5e-3, "{:?}", turn.angle());
