@@ -41,7 +41,7 @@ def done(log):
 def test_the_table_shows_every_unit_with_sigmas(done):
     assert done.code == 0, done.err
     head, *rows = [line for line in done.out.splitlines() if line.strip()]
-    assert head == "Beside imu1:"
+    assert head == "Relative to imu1:"
     assert rows[0].split() == ["imu2", "imu3"]
     names = [row.strip() for row in rows[2:]]
     for name in ("rotation x", "time offset", "clock skew", "lever arm z", "gyroscope bias y"):
@@ -89,7 +89,7 @@ def test_the_file_is_what_redundancy_takes_as_settings_of_its_units(done, log):
 def test_units_in_logs_of_their_own_are_named_by_their_files(tmp_path, log):
     done = typed("align", "--primary", f"{log}:imu1", "--secondary", f"{log}:imu3", "-o", tmp_path / "out")
     assert done.code == 0, done.err
-    assert "Beside flight-imu1:" in done.out
+    assert "Relative to flight-imu1:" in done.out
     assert set(contents(tmp_path / "out")) == {"align.yaml", "align.html"}
 
 

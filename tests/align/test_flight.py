@@ -69,5 +69,5 @@ def test_units_that_stand_all_the_time_are_refused():
         )
         for unit in flight.units
     )
-    with pytest.raises(tumble.ProcedureError, match="never turned beside primary"):
+    with pytest.raises(tumble.ProcedureError, match="never turned together with primary"):
         tumble.align(first, [second])

@@ -63,7 +63,7 @@ def test_along_the_only_axis_no_lever_arm_is_observable_and_across_it_it_is():
     assert hidden(unit) == {"lever arm z"}
     assert np.isnan(unit.lever_arm[2])
     assert np.isfinite(unit.lever_arm[:2]).all()
-    assert "along which no lever arm acts" in unit.parameter("lever arm z").reason
+    assert "along which a lever arm has no effect" in unit.parameter("lever arm z").reason
 
 
 def test_along_an_only_axis_that_is_askew_no_component_of_the_lever_arm_is_observable():
@@ -86,7 +86,7 @@ def test_the_gentler_the_turning_the_larger_the_sigma_of_the_lever_arm():
 
 def test_units_that_never_turned_are_refused():
     with pytest.raises(
-        ProcedureError, match=r"^unit_1: never turned beside unit_0: .* turn the units together"
+        ProcedureError, match=r"^unit_1: never turned together with unit_0: .* turn the units together"
     ):
         align_pair(Motion(33, turning=(0.0, 0.0, 0.0)))
 
@@ -97,7 +97,9 @@ def test_units_that_were_pushed_but_not_turned_are_refused_too():
 
 
 def test_motion_that_repeats_itself_leaves_the_offset_open():
-    with pytest.raises(ProcedureError, match=r"s fit alike, for the motion repeats itself; move irregularly"):
+    with pytest.raises(
+        ProcedureError, match=r"s fit equally well, since the motion repeats itself; move irregularly"
+    ):
         align_pair(Motion(34, period=2.0), secondary=drawn(34, offset=0.3))
 
 
@@ -110,7 +112,7 @@ def test_the_search_that_the_refusal_names_settles_which_offset_is_meant():
 def test_units_that_moved_apart_are_refused():
     first, _ = recordings(Motion(35), (Sensor(), Sensor()), 30.0)
     _, second = recordings(Motion(36), (Sensor(), Sensor()), 30.0)
-    with pytest.raises(ProcedureError, match="does not feel the motion of unit_0"):
+    with pytest.raises(ProcedureError, match="does not show the motion of unit_0"):
         tumble.align(first, [second])
 
 

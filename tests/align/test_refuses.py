@@ -109,14 +109,14 @@ def test_time_that_runs_backwards_is_refused(tmp_path, pair):
 def test_logs_of_two_different_motions_are_refused(tmp_path, pair):
     pair[1] = np.column_stack(record(Motion(42), drawn(41, rate_hz=100.0), SECONDS, 1))
     line = refused(*arguments(pair, tmp_path), folder=tmp_path)
-    assert line.startswith("second: does not feel the motion of first: their rates correlate by ")
+    assert line.startswith("second: does not show the motion of first: their rates correlate by ")
 
 
 def test_a_unit_that_lay_still_beside_one_that_moved_is_refused(tmp_path, pair):
     noise = np.random.default_rng(1).normal(0.0, 0.001, (len(pair[1]), 6))
     pair[1][:, 1:] = noise + np.array([0.0, 0.0, 9.8, 0.01, 0.0, 0.0])
     line = refused(*arguments(pair, tmp_path), folder=tmp_path)
-    assert line.startswith("second: never turned beside first: root mean square rate 0.00")
+    assert line.startswith("second: never turned together with first: root mean square rate 0.00")
 
 
 def test_a_gyroscope_in_degrees_that_was_read_as_radians_is_refused_with_the_option_that_mends_it(

@@ -88,7 +88,7 @@ def test_a_target_without_gyroscope_has_no_gyroscope_section(tmp_path):
 
 def test_a_target_that_was_not_calibrated_has_no_file():
     target = made_up.target(failure="it moved during every rest")
-    with pytest.raises(ProcedureError, match="target_1: has no calibration to keep: it moved"):
+    with pytest.raises(ProcedureError, match="target_1: has no calibration to save: it moved"):
         Calibration.from_target(target, made_up.batch(target))
 
 

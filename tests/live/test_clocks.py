@@ -64,7 +64,7 @@ def test_samples_that_come_twice_or_late_are_left_out_and_counted():
 
 def test_a_device_that_starts_anew_is_refused():
     table = resting(200)
-    with pytest.raises(LogError, match=r"time ran back by 1\.9\d* s .* the device started anew"):
+    with pytest.raises(LogError, match=r"time ran back by 1\.9\d* s .* the device restarted"):
         samples_of(scripted([text_lines(table), text_lines(table[5:], header=None)]))
 
 

@@ -103,7 +103,7 @@ def test_a_silent_line_says_so_with_empty_chunks():
 
 def test_a_line_that_another_program_reads_is_refused():
     with serial_device() as device, open_source(f"serial:{device.path}"):
-        assert "another program has it open" in refusal(f"serial:{device.path}")
+        assert "another program uses it" in refusal(f"serial:{device.path}")
 
 
 def test_an_unplugged_device_is_said_to_be_gone():
@@ -111,7 +111,7 @@ def test_an_unplugged_device_is_said_to_be_gone():
         device.write(text_lines(TABLE))
         assert len(first_samples(source, 50)) == 50
         device.unplug()
-        with pytest.raises(LogError, match="went dead: was the device unplugged"):
+        with pytest.raises(LogError, match="connection was lost: was the device unplugged"):
             first_samples(source, 1000)
 
 

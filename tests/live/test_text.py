@@ -56,13 +56,13 @@ def test_names_that_come_again_are_no_sample():
     data = text_lines(TABLE[:60]) + text_lines(TABLE[60:])
     source = scripted([data])
     assert np.array_equal(samples_of(source), TABLE)
-    assert source.remarks == ("gyroscope is taken to be in rad/s, which nobody stated",)
+    assert source.remarks == ("gyroscope is assumed to be in rad/s; no unit is stated",)
 
 
 def test_seven_numbers_without_names_are_time_force_and_rate():
     source = scripted([text_lines(TABLE, header=None)], whole=True)
     assert np.array_equal(samples_of(source), TABLE)
-    assert "no column names: taken to be time, ax, ay, az, gx, gy, gz" in source.remarks
+    assert "no column names: assumed to be time, ax, ay, az, gx, gy, gz" in source.remarks
 
 
 @pytest.mark.parametrize("separator", [",", ";", "\t", " "])
@@ -106,7 +106,7 @@ def test_lines_torn_on_the_way_are_left_out_and_counted():
 
 def test_a_line_after_line_that_holds_no_sample_is_refused_with_one_of_them():
     message = refusal([text_lines(TABLE) + b"boot: low voltage\r\n" * 60])
-    assert "50 lines on end hold no sample" in message
+    assert "50 lines in a row hold no sample" in message
     assert "boot: low voltage" in message
 
 
@@ -161,7 +161,7 @@ def test_axes_and_sign_are_turned_as_in_logs():
     source = scripted([text_lines(shown)], accelerometer_sign=-1, axes="y,-x,z")
     found = samples_of(source)
     assert np.array_equal(found[:, 1:4], TABLE[:, 1:4] @ np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 1]]).T)
-    assert "accelerometer turned to read +g up" in source.remarks
+    assert "sign of the accelerometer changed to read +g up" in source.remarks
 
 
 def test_a_datagram_may_hold_several_lines_or_one():
@@ -222,4 +222,4 @@ def test_samples_without_a_number_are_left_out_until_there_are_too_many():
     assert "left out 1 samples without a number" in source.remarks
     broken = TABLE.copy()
     broken[60:, 5] = np.nan
-    assert "50 samples on end are no numbers" in refusal([text_lines(broken)])
+    assert "50 samples in a row are not numbers" in refusal([text_lines(broken)])

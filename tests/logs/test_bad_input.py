@@ -59,7 +59,7 @@ def test_json_is_no_log(tmp_path):
 @pytest.mark.parametrize("suffix", [".parquet", ".mcap", ".bag", ".db3"])
 def test_text_under_a_wrong_extension_is_said(tmp_path, suffix):
     path = write_text(tmp_path / f"log{suffix}", made_up(10))
-    assert f"does not begin as a {suffix} file" in refusal(path)
+    assert f"does not start like a {suffix} file" in refusal(path)
 
 
 def test_a_folder_without_logs_is_said(tmp_path):

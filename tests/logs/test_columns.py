@@ -134,7 +134,7 @@ def test_a_table_without_names_is_time_and_six_channels(tmp_path):
     path = write_text(tmp_path / "log.csv", chunk, header="")
     recording = open_recording(path)
     assert same(read(path), chunk)
-    assert "no column names: taken to be time, ax, ay, az, gx, gy, gz" in recording.metadata.remarks
+    assert "no column names: assumed to be time, ax, ay, az, gx, gy, gz" in recording.metadata.remarks
 
 
 def test_columns_can_be_named_by_the_user(tmp_path):

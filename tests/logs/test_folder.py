@@ -44,7 +44,7 @@ def test_parts_of_one_long_clock_keep_their_times(tmp_path):
 def test_a_folder_says_what_it_passed_over(folder):
     (folder / "README.md").write_text("poses")
     remarks = open_recording(folder).metadata.remarks
-    assert remarks == ("3 files, read one after another", "passed over README.md")
+    assert remarks == ("3 files, read one after another", "left out README.md")
 
 
 def test_one_bad_part_is_named(folder):

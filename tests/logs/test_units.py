@@ -150,7 +150,7 @@ def test_a_sensor_that_reads_minus_g_up_is_turned_and_the_remark_says_so(tmp_pat
     path = write_text(tmp_path / "log.csv", chunk, scale=(1.0, -1.0, 1.0))
     options = ReadOptions(accelerometer_sign=-1)
     assert same(read(path, options), chunk)
-    assert "accelerometer turned to read +g up" in open_recording(path, options).metadata.remarks
+    assert "sign of the accelerometer changed to read +g up" in open_recording(path, options).metadata.remarks
 
 
 def test_axes_turn_both_triads_alike(tmp_path):

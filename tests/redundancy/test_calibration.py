@@ -188,7 +188,7 @@ def test_without_a_calibration_of_the_primary_the_file_says_that_it_was_taken_fo
     error = error_of(np.random.default_rng(7), "accelerometer", np.eye(3))
     found = Calibration.from_redundancy(result_of([error]), "imu2")
     assert found.accelerometer.unobservable == (
-        "errors of the accelerometer of the primary imu1 itself: it is taken for the truth",
+        "errors of the accelerometer of the primary imu1 itself: it is assumed to be right",
     )
     assert found.gyroscope is None
     assert (found.reference.name, found.reference.serial, found.serial) == ("imu1", "A1", "B2")

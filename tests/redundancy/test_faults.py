@@ -139,7 +139,7 @@ def test_a_unit_that_is_missing_is_refused_or_replayed_as_silent_on_request(said
     assert "no such file" in refusal(*units(paths), "-o", tmp_path / "out")
     result, events = replay(*units(paths), "--allow-missing", "-o", tmp_path / "out", code=3)
     assert faults(events, str(paths[-1])) == ["late"]
-    assert any("is missing and replayed as a unit that says nothing" in line for line in result["warnings"])
+    assert any("is missing and replayed as a unit that sends nothing" in line for line in result["warnings"])
     assert of(events, "imu2", "triggered")
 
 

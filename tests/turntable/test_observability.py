@@ -128,7 +128,7 @@ def test_a_limit_on_it_fails_because_nothing_showed_that_it_is_within(at_rest, t
 
 def test_rests_about_one_axis_do_not_tell_scale_from_bias_and_are_refused():
     session = simulate(52, grades=("tactical",), poses=ABOUT_X, mounting_angle_deg=0.0, table_error_deg=0.0)
-    with pytest.raises(ProcedureError, match="point in too few directions to tell scale from bias"):
+    with pytest.raises(ProcedureError, match="point in too few directions to separate scale from bias"):
         calibrate(session, poses=None)
 
 

@@ -66,7 +66,7 @@ def test_rests_in_four_directions_of_one_plane_are_refused(tmp_path):
     level = {"table_error_deg": 0.0, "mounting_angle_deg": 0.0}
     logs = write(simulate(123, grades=("industrial",), visits=visits, **level), tmp_path)
     line = refusal(*logs, "-o", tmp_path / "out", "--poses", "none")
-    assert "the rests point in too few directions to tell scale from bias" in line
+    assert "the rests point in too few directions to separate scale from bias" in line
     assert "add poses that show each axis up and down" in line
 
 
@@ -220,7 +220,7 @@ def test_folders_without_a_name_in_common_are_refused(folders):
 
 def test_a_folder_beside_one_recording_is_refused(pair, folders):
     line = refusal(pair.folder / "reference.csv", folders / "target_1", "-o", folders / "out")
-    assert "was recorded in one file a pose where the reference was not" in line
+    assert "was recorded in one file per pose where the reference was not" in line
 
 
 def test_a_bad_file_of_a_folder_is_named(folders):
@@ -231,7 +231,7 @@ def test_a_bad_file_of_a_folder_is_named(folders):
 def test_an_empty_folder_says_what_was_expected(pair, tmp_path):
     (tmp_path / "target_1").mkdir()
     line = refusal(pair.folder / "reference.csv", tmp_path / "target_1", "-o", tmp_path / "out")
-    assert "a folder without logs; expected one file a pose" in line
+    assert "a folder without logs; expected one file per pose" in line
 
 
 def test_reference_and_target_in_the_wrong_order_are_noticed(pair, tmp_path):
@@ -324,7 +324,8 @@ def test_a_log_of_another_time_with_a_clock_said_to_be_shared_is_refused(pair, t
     command = pair.spoilt(tmp_path, "target_1", later)
     line = refusal(*command, "--clock", "shared")
     assert (
-        "its turns lie 1000.000 s from those of the reference although the clock is said to be shared" in line
+        "its turns lie 1000.000 s from those of the reference although the clock is stated to be shared"
+        in line
     )
     assert "--clock apart" in line
     calibrated(*command)

@@ -96,7 +96,7 @@ def _samples(unit: _core.Acquired) -> str:
     if unit.samples + unit.not_finite == 0:
         return "holds no samples; record again"
     if unit.not_finite > LARGEST_SHARE_NOT_FINITE * (unit.samples + unit.not_finite):
-        return f"{unit.not_finite} samples are not numbers (NaN); mend the logger and record again"
+        return f"{unit.not_finite} samples are not numbers (NaN); repair the logger and record again"
     return ""
 
 
@@ -104,7 +104,7 @@ def _time(unit: _core.Acquired) -> str:
     if unit.first_backwards is None:
         return ""
     when = f"{unit.first_backwards:.6f} s"
-    return f"time does not advance at {when}; sort the samples and drop doubled time stamps"
+    return f"time does not advance at {when}; sort the samples and remove repeated time stamps"
 
 
 def _dead_channel(faults: Sequence[ChannelFault]) -> str:
@@ -145,7 +145,7 @@ def _rests(unit: _core.Acquired) -> str:
     if found >= FEWEST_RESTS:
         return ""
     refused = "".join(
-        f"; {start:.1f} to {end:.1f} s is none: {NOT_A_REST[why]}" for start, end, why in unit.refused[:3]
+        f"; {start:.1f} to {end:.1f} s is not a rest: {NOT_A_REST[why]}" for start, end, why in unit.refused[:3]
     )
     return (
         f"shows {found} rests, needs at least {FEWEST_RESTS} in different directions{refused}; "
@@ -166,7 +166,7 @@ class _Misread:
         if not self.option:
             return self.line_alone(name)
         alone = self.option.removeprefix("--").replace(" ", "=")
-        return f"{self.line_alone(name)}, or for this log alone --for {name}:{alone}"
+        return f"{self.line_alone(name)}, or for this log only --for {name}:{alone}"
 
     def line_alone(self, name: str) -> str:
         """One line for a recording of that name where there is no other."""

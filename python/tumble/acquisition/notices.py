@@ -15,15 +15,15 @@ def remarks(unit: Imu) -> Iterator[str]:
     yield from metadata.remarks
     yield from unit.remarks
     if metadata.already_corrected:
-        yield "the log was corrected before it was written: this calibrates what the correction left"
+        yield "the log was already corrected: this calibration holds on top of that correction"
     for start, end, why in acquired.refused:
-        yield f"{start:.1f} to {end:.1f} s is no rest: {NOT_A_REST[why]}"
+        yield f"{start:.1f} to {end:.1f} s is not a rest: {NOT_A_REST[why]}"
     for channel, _, _, first, last in acquired.faults:
         yield f"{channel} is saturated between {first:.1f} and {last:.1f} s: turns in that time are not used"
     if not unit.recording.parts:
         yield from _gaps(acquired)
     if acquired.not_finite:
-        yield f"{acquired.not_finite} samples are not numbers and were passed over"
+        yield f"{acquired.not_finite} samples are not numbers and were left out"
 
 
 def _gaps(acquired: _core.Acquired) -> Iterator[str]:
@@ -33,5 +33,5 @@ def _gaps(acquired: _core.Acquired) -> Iterator[str]:
         if not complete and not saturated:
             yield (
                 f"samples are missing between {start:.1f} and {end:.1f} s: "
-                "what the gyroscope showed then is not used"
+                "what the gyroscope read then is not used"
             )

@@ -23,7 +23,7 @@ def align_command(
     read_options: ReadOptions,
     primary: Annotated[
         str,
-        typer.Option(metavar="NAME", help="Unit that the others are laid beside: NAME in LOG, or LOG:NAME."),
+        typer.Option(metavar="NAME", help="Unit to which the others are aligned: NAME in LOG, or LOG:NAME."),
     ],
     secondary: Annotated[
         list[str], typer.Option(metavar="NAME", help="Unit to be aligned, likewise; repeatable.")
@@ -32,7 +32,7 @@ def align_command(
         Path, typer.Option("--output", "-o", help="Folder for all results; made where missing.")
     ],
     log: Annotated[
-        str | None, typer.Argument(metavar="LOG", help="Log that holds all units, where it is one.")
+        str | None, typer.Argument(metavar="LOG", help="Log that holds all units, if one does.")
     ] = None,
     search: Annotated[
         float,
@@ -40,7 +40,7 @@ def align_command(
     ] = 5.0,
     exceptions: Annotated[
         list[str] | None,
-        typer.Option("--for", metavar="NAME:OPTION=VALUE", help="An option for one unit alone; repeatable."),
+        typer.Option("--for", metavar="NAME:OPTION=VALUE", help="An option for one unit only; repeatable."),
     ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the result as JSON instead of a table.")

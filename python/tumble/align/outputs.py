@@ -116,12 +116,12 @@ def _lever_arm(forces: _core.AlignForceFigures) -> Iterator[Parameter]:
         if sigma[k] < LARGEST_ARM_SIGMA:
             yield _parameter(name, "m", forces["lever_arm"][k], sigma[k])
         elif len(unseen) == 3:
-            yield _unknown(name, "m", f"it goes with a rotation that was not shown; {TURN_MORE}")
+            yield _unknown(name, "m", f"it depends on a rotation that was not shown; {TURN_MORE}")
         elif len(unseen) == 1:
             why = ONE_AXIS.format(_direction(unseen[0], "of the primary"))
-            yield _unknown(name, "m", f"{why}, along which no lever arm acts; {TURN_MORE}")
+            yield _unknown(name, "m", f"{why}, along which a lever arm has no effect; {TURN_MORE}")
         else:
-            yield _unknown(name, "m", "the units turned too gently to feel it; turn them faster")
+            yield _unknown(name, "m", "the units turned too slowly to show it; turn them faster")
 
 
 def _no_forces() -> _core.AlignForceFigures:
@@ -148,7 +148,7 @@ def _bias(triad: str, unit: str, value: FloatArray, sigma: FloatArray) -> Iterat
         if sigma[k] < LARGEST_BIAS_SIGMA[triad]:
             yield _parameter(name, unit, value[k], sigma[k])
         else:
-            yield _unknown(name, unit, f"it goes with a rotation that was not shown; {TURN_MORE}")
+            yield _unknown(name, unit, f"it depends on a rotation that was not shown; {TURN_MORE}")
 
 
 def _parameter(name: str, unit: str, value: float, sigma: float) -> Parameter:
@@ -170,10 +170,7 @@ def _direction(axis: FloatArray, of: str) -> str:
 
 def _warnings(figures: _core.AlignFigures, around: float) -> Iterator[str]:
     if around:
-        yield (
-            "the logs have no time in common; their beginnings were laid beside each other, "
-            f"{around:.3f} s apart"
-        )
+        yield (f"the logs have no time in common; their beginnings were aligned, {around:.3f} s apart")
     if figures["completed"]:
         yield "the units turned about one axis only; the rotation about it is what the accelerometers show"
     for whose in ("primary", "secondary"):
@@ -195,9 +192,10 @@ def _beside_gyroscopes(forces: _core.AlignForceFigures, one_axis: bool) -> Itera
     length = float(np.linalg.norm(angle))
     if not one_axis and length > NOTABLE_ANGLE and length > SHOWN * float(np.max(sigma)):
         yield (
-            f"the accelerometers are turned against each other by {math.degrees(length):.2f} deg beyond "
-            "what the gyroscopes show"
+            f"the rotation between the accelerometers differs by {math.degrees(length):.2f} deg from that "
+            "between the gyroscopes"
         )
     delay, delay_sigma = forces["accelerometer_delay"], forces["accelerometer_delay_sigma"]
     if abs(delay) > NOTABLE_DELAY and abs(delay) > SHOWN * delay_sigma:
-        yield f"the accelerometers are apart by {1e3 * delay:.2f} ms beyond the gyroscopes' time offset"
+        yield f"the time offset of the accelerometers differs by {1e3 * delay:.2f} ms from that of the "
+        "gyroscopes"

@@ -34,7 +34,7 @@ def align(
     """Find rotation, time offset and lever arm of secondaries against a primary that moved with them.
 
     Each unit is the name of an IMU in `log`, or `LOG:NAME`, or a recording. Clocks may differ by up to
-    `search`, s; where logs have no time in common at all, their beginnings are laid beside each other first.
+    `search`, s; where logs have no time in common at all, their beginnings are aligned first.
     `read` says how to read all of them, or each by what was typed. `progress` is told samples done, and
     samples expected where they are known.
 
@@ -108,7 +108,7 @@ def _settings(unit: UnitAlignment) -> dict[str, object]:
 def write_settings(result: AlignResult, path: Path | str) -> None:
     """Write the settings of the units as YAML that `tumble redundancy --settings` reads."""
     header = (
-        f"Units of a redundant set beside {result.primary}: rotation from its case frame, place in it (m), "
-        "and what is to be added to their time (s). What the motion did not show is left out."
+        f"Units of a redundant set relative to {result.primary}: rotation from its case frame, place in it "
+        "(m), and what is to be added to their time (s). What the motion did not show is left out."
     )
     write_document(path, header, {"schema": "tumble-redundancy/1", "units": unit_settings(result)})

@@ -22,7 +22,7 @@ def screen_summary(result: AlignResult) -> RenderableType:
     notes = [Text(f"Not observable: {line}", "yellow") for line in unobserved_sentences(result)]
     notes += [Text(f"Warning: {unit.name}: {line}", "yellow") for unit in result for line in unit.warnings]
     notes += [Text(f"Warning: {line}", "yellow") for line in result.warnings]
-    return Group(Text(f"Beside {result.primary}:"), "", _table(result), "", *notes)
+    return Group(Text(f"Relative to {result.primary}:"), "", _table(result), "", *notes)
 
 
 def json_content(result: AlignResult, files: dict[str, str]) -> dict[str, Any]:

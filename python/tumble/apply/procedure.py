@@ -68,7 +68,7 @@ def _refuse_source(recording: Recording, output: Path) -> None:
     source = parse_spec(recording.metadata.source).path
     if source.samefile(output) or output.resolve() in (part.resolve() for part in source.glob("*")):
         raise OutputError(
-            f"{output}: is the log to be corrected; give another name, the original is worth keeping"
+            f"{output}: is the log to be corrected; give another name, so that the original is kept"
         )
 
 
@@ -88,5 +88,5 @@ def _warnings(calibration: Calibration, recording: Recording) -> tuple[str, ...]
         if triad is None:
             warnings.append(f"the calibration has no {name} section; the {name} is left as measured")
         elif "matrix" not in triad.estimated and triad.estimated and not _is_spin(calibration):
-            warnings.append(f"the calibration of the {name} is of its bias only")
+            warnings.append(f"the calibration of the {name} has only its bias")
     return tuple(warnings)

@@ -129,7 +129,7 @@ class Triad(Document):
         parts = (self.K, self.L, self.Q)
         if any(part is not None for part in parts):
             if self.K is None or self.L is None or self.Q is None:
-                raise ValueError("K, L and Q stand together: give all three or only M")
+                raise ValueError("K, L and Q belong together: give all three or only M")
             error = float(np.abs(self.K @ self.L @ self.Q - self.M).max())
             if error > _MATRIX_TOLERANCE * singular_values[0]:
                 raise ValueError(
@@ -227,7 +227,7 @@ class Calibration(Document):
         Raises `ProcedureError` where the target could not be calibrated.
         """
         if target.failure:
-            raise ProcedureError(f"{target.name}: has no calibration to keep: {target.failure}")
+            raise ProcedureError(f"{target.name}: has no calibration to save: {target.failure}")
         return cls.model_validate(_from_target(target, batch))
 
     @classmethod
@@ -241,7 +241,7 @@ class Calibration(Document):
         """
         if (before.hash() if before else "") != result.calibration_hash:
             raise ProcedureError(
-                f"{result.name}: its biases are those that another calibration left; give that one"
+                f"{result.name}: its biases hold on top of another calibration; give that one"
             )
         return cls.model_validate(spin_content(result, before.content() if before else {}))
 
@@ -259,7 +259,7 @@ class Calibration(Document):
         if (primary.hash() if primary else "") != result.calibration_hash:
             raise ProcedureError(f"{result.primary}: was calibrated by another file; give that one")
         if all(error.unit != unit for error in result.errors):
-            raise ProcedureError(f"{unit}: has no stored error, so there is no calibration to keep")
+            raise ProcedureError(f"{unit}: has no stored error, so there is no calibration to save")
         return cls.model_validate(redundancy_content(result, unit, primary.content() if primary else {}))
 
     def correct(self, accelerometer: FloatArray, gyroscope: FloatArray) -> tuple[FloatArray, FloatArray]:

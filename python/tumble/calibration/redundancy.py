@@ -146,7 +146,7 @@ def _unobservable(
     for row in np.flatnonzero(~seen[9:]):
         yield f"bias of axis {'xyz'[row]}"
     if not primary:
-        yield f"errors of the {sensor} of the primary {primary_name} itself: it is taken for the truth"
+        yield f"errors of the {sensor} of the primary {primary_name} itself: it is assumed to be right"
     elif "covariance" not in primary:
         yield f"how far the calibration of the primary {primary_name} is right: its file does not say"
     for line in primary.get("unobservable", ()):

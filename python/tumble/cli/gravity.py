@@ -15,13 +15,13 @@ HeightOption: TypeAlias = Annotated[
     float | None, typer.Option(help="Height above the ellipsoid in m, with --latitude.")
 ]
 GravityOption: TypeAlias = Annotated[
-    float | None, typer.Option(help="Local gravity in m/s^2; 9.80665 where not given.")
+    float | None, typer.Option(help="Local gravity in m/s^2; 9.80665 if not given.")
 ]
 
 
 def check_gravity(latitude: float | None, height: float | None, gravity: float | None) -> None:
     """Raise `ProcedureError` where gravity is said twice, or a height without a latitude."""
     if gravity is not None and (latitude is not None or height is not None):
-        raise ProcedureError("--gravity and --latitude or --height say it twice; give one of them")
+        raise ProcedureError("--gravity and --latitude or --height exclude each other; give one of them")
     if height is not None and latitude is None:
         raise ProcedureError("--height needs --latitude to work out gravity; give both")

@@ -14,7 +14,7 @@ from tumble.errors import LogError
 from tumble.logs.options import PerAxis, ReadOptions
 from tumble.logs.spec import parse_spec
 
-_PANEL = "What the log does not say itself"
+_PANEL = "What the log does not state"
 
 
 def _option(metavar: str, text: str) -> Any:  # noqa: ANN401 - the type of what typer gives is its own affair
@@ -66,7 +66,7 @@ _OPTIONS: dict[str, tuple[Any, Any]] = {
         Annotated[
             str,
             _option(
-                "X,Y,Z", "Case axes in terms of the log's, such as y,-x,z; x,y,-z mends a left-handed log."
+                "X,Y,Z", "Case axes in terms of the log's, such as y,-x,z; x,y,-z corrects a left-handed log."
             ),
         ],
         "x,y,z",

@@ -31,7 +31,7 @@ def inspect_command(
     read_options: ReadOptions,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
-    """Say what logs hold and what they can serve.
+    """Show what logs hold and which procedures they are fit for.
 
     Example: tumble inspect drive.bag:/imu/data
 

@@ -116,7 +116,9 @@ def _warnings(metadata: Metadata, timing: Timing, channels: tuple[ChannelFacts, 
     if timing.rate < _FEW_HZ:
         warnings.append(f"{timing.rate:.3g} Hz is too slow to follow any motion")
     if timing.jitter * timing.rate > 0.2:
-        warnings.append("the interval between samples scatters by more than a fifth: stamps of arrival?")
+        warnings.append(
+            "the interval between samples scatters by more than a fifth: are they times of arrival?"
+        )
     warnings += [f"{channel.name} is stuck at {channel.mean:.6g}" for channel in channels if channel.stuck]
     warnings += [
         f"{channel.name} is saturated in {channel.saturated} samples"

@@ -126,7 +126,7 @@ def head_lines(inspection: Inspection) -> list[str]:
         f"{timing.samples} samples over {timing.duration:.6g} s, {timing.rate:.6g} Hz, "
         f"jitter {1e6 * timing.jitter:.3f} us",
         f"{_count(timing.gaps, 'gap')}{_gap_details(timing)}, "
-        f"{_count(timing.duplicates, 'doubled time stamp')}, "
+        f"{_count(timing.duplicates, 'repeated time stamp')}, "
         f"{_count(timing.without_number, 'sample')} without a number",
     ]
     for what in ("accelerometer", "gyroscope", "time"):
@@ -153,7 +153,7 @@ def rest_lines(inspection: Inspection) -> list[str]:
     lines = [f"{rests} in {directions}, {total:.4g} s in all"]
     reasons = Counter(why for _, _, why in inspection.not_rests)
     lines += [
-        f"{_count(count, 'stretch', 'stretches')} only like a rest: {why}" for why, count in reasons.items()
+        f"{_count(count, 'stretch', 'stretches')} not quite a rest: {why}" for why, count in reasons.items()
     ]
     return lines
 

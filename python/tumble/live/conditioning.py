@@ -59,7 +59,7 @@ class Conditioner:
             return ()
         remarks = [*self._facts.remarks, *remarks_on_axes(self._options)]
         if self.gyroscope_unit_is_assumed:
-            remarks.append("gyroscope is taken to be in rad/s, which nobody stated")
+            remarks.append("gyroscope is assumed to be in rad/s; no unit is stated")
         if self._conversion.time_unit.reason == _ARRIVAL:
             remarks.append(
                 "samples carry no time, so that of their arrival is used: delays on the way count as motion"
@@ -136,22 +136,22 @@ class Conditioner:
             self._without_number_in_succession = 0 if good else self._without_number_in_succession + 1
             if self._without_number_in_succession >= MOST_WITHOUT_NUMBER:
                 raise LogError(
-                    f"{self._name}: {MOST_WITHOUT_NUMBER} samples on end are no numbers; check the sensor, "
-                    "and what the device sends against --columns"
+                    f"{self._name}: {MOST_WITHOUT_NUMBER} samples in a row are not numbers; check the "
+                    "sensor, and what the device sends against --columns"
                 )
 
     def _refuse_restart(self, steps: FloatArray) -> None:
         if len(steps) and float(steps.min()) < -RESTARTED:
             raise LogError(
                 f"{self._name}: time ran back by {-float(steps.min()):.6g} s to an earlier time: the device "
-                "started anew, or two devices send at once; see to that and begin again"
+                "restarted, or two devices send at once; correct that and start again"
             )
 
     def _refuse_impossible_rate(self, chunk: LiveChunk) -> None:
         fastest = float(np.abs(chunk.gyroscope).max())
         if self.gyroscope_unit_is_assumed and fastest > IMPOSSIBLE_RAD_PER_S:
             raise LogError(
-                f"{self._name}: gyroscope was taken to be in rad/s for want of a unit, but reads "
+                f"{self._name}: gyroscope was assumed to be in rad/s, as no unit is stated, but reads "
                 f"{fastest:.4g}; give --gyroscope-unit (deg/s?)"
             )
 

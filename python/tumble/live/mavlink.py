@@ -211,7 +211,8 @@ class MavlinkSource:
         beside = f"; there are also {', '.join(others)}" if others else ""
         remarks = [
             f"reads {chosen.words}{beside}",
-            "an autopilot may correct what it sends by a calibration of its own: this one comes on top of it",
+            "an autopilot may correct what it sends with a calibration of its own; this one holds on top "
+            "of it",
         ]
         if kind.time_unit == "ms":
             remarks.append(f"{chosen.message} comes in whole mg, mrad/s and ms; HIGHRES_IMU is finer")

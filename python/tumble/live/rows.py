@@ -220,7 +220,7 @@ class RowReader:
         self._unreadable_in_succession += 1
         if self._unreadable_in_succession >= MOST_UNREADABLE:
             raise LogError(
-                f"{self._source}: {MOST_UNREADABLE} lines on end hold no sample, such as "
+                f"{self._source}: {MOST_UNREADABLE} lines in a row hold no sample, such as "
                 f"{text[:60]!a}; check the baud rate, and what the device sends against --columns"
             )
 

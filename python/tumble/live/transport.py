@@ -96,8 +96,8 @@ class SerialLine:
 
     def _lost(self) -> LogError:
         return LogError(
-            f"{self._address.text}: the line went dead: was the device unplugged or reset? "
-            "Plug it in and begin again"
+            f"{self._address.text}: the connection was lost: was the device unplugged or reset? "
+            "Plug it in and start again"
         )
 
 
@@ -176,9 +176,9 @@ def _cannot_open(device: str, error: Exception) -> str:
         return f"{device} cannot be opened: {error}; check the baud rate"
     remedies = {
         errno.ENOENT: "there is no such device; is it plugged in?",
-        errno.EACCES: "you may not read it; on Linux join the group that owns it, often dialout",
-        errno.EAGAIN: "another program has it open; close that first",
-        errno.EBUSY: "another program has it open; close that first",
+        errno.EACCES: "no permission to read it; on Linux join the group that owns it, often dialout",
+        errno.EAGAIN: "another program uses it; close that first",
+        errno.EBUSY: "another program uses it; close that first",
     }
     remedy = remedies.get(getattr(error, "errno", None) or 0, f"{error}; is it a serial port?")
     return f"{device} cannot be opened: {remedy}"

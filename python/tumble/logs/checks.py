@@ -196,8 +196,8 @@ class ChunkStream(Iterator[Chunk]):
         if fastest > IMPOSSIBLE_RAD_PER_S:
             at = float(chunk.time[int(rates.max(axis=1).argmax())])
             raise LogError(
-                f"{self._track.source}: gyroscope was taken to be in rad/s for want of a unit, but reads "
-                f"{fastest:.6g} at {at:.6f} s; give --gyroscope-unit (deg/s?)"
+                f"{self._track.source}: gyroscope was assumed to be in rad/s, as no unit is stated, but "
+                f"reads {fastest:.6g} at {at:.6f} s; give --gyroscope-unit (deg/s?)"
             )
 
     def _check_totals(self) -> None:

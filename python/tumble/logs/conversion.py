@@ -150,9 +150,9 @@ def remarks_on_axes(options: ReadOptions) -> tuple[str, ...]:
     """Say which axes the user had turned."""
     remarks = []
     if options.accelerometer_sign == -1:
-        remarks.append("accelerometer turned to read +g up")
+        remarks.append("sign of the accelerometer changed to read +g up")
     if options.axes.replace(" ", "") != "x,y,z":
-        handed = ", which is taken to be left-handed" if is_mirrored(options.axes) else ""
+        handed = ", which is assumed to be left-handed" if is_mirrored(options.axes) else ""
         remarks.append(f"case axes x, y, z are {options.axes} of the log{handed}")
     return tuple(remarks)
 

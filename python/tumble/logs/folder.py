@@ -27,7 +27,7 @@ def log_files(folder: Path) -> list[Path]:
     ]
     if not files:
         known = " ".join(sorted(LOG_SUFFIXES))
-        raise LogError(f"{folder}: a folder without logs; expected one file a pose, named {known}")
+        raise LogError(f"{folder}: a folder without logs; expected one file per pose, named {known}")
     return files
 
 
@@ -41,7 +41,7 @@ def open_folder(folder: Path, open_part: Callable[[Path], Recording]) -> Recordi
     ignored = sorted(path.name for path in folder.iterdir() if path.is_file() and path not in files)
     remarks = [f"{len(parts)} files, read one after another"]
     if ignored:
-        remarks.append(f"passed over {', '.join(ignored)}")
+        remarks.append(f"left out {', '.join(ignored)}")
     metadata = replace(
         parts[0].metadata,
         name=folder.name,

@@ -56,7 +56,7 @@ def find_format(path: Path) -> str:
         if head.startswith(magic):
             raise LogError(f"{path}: not a log but {what}")
     if path.suffix in (".parquet", ".pq", ".bag", ".db3", ".mcap"):
-        raise LogError(f"{path}: does not begin as a {path.suffix} file does; copy it again, or rename it")
+        raise LogError(f"{path}: does not start like a {path.suffix} file; copy it again, or rename it")
     return _pair_or(path, "csv")
 
 

@@ -82,7 +82,7 @@ def _head_lines(path: Path) -> list[bytes]:
     if not _is_text(head):
         raise LogError(f"{path}: not a log: neither text nor Parquet, ROS bag or MCAP")
     if head.lstrip()[:1] in (b"{", b"[", b"<"):
-        raise LogError(f"{path}: not a log but JSON or XML; expected a table with a sample a line")
+        raise LogError(f"{path}: not a log but JSON or XML; expected a table with one sample per line")
     lines = head.splitlines(keepends=True)
     return lines if whole or len(lines) < 2 else lines[:-1]
 
@@ -224,7 +224,7 @@ def names_for(
             "say which is which, as --columns ax=1,ay=2,az=3,gx=4,gy=5,gz=6"
         )
     names = _PLAIN_NAMES[count]
-    return names, (f"no column names: taken to be {', '.join(names)}",)
+    return names, (f"no column names: assumed to be {', '.join(names)}",)
 
 
 def _increases(texts: Sequence[str]) -> bool:

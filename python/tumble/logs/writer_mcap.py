@@ -43,7 +43,7 @@ class McapWriter:
         """Append a message a sample, and its temperature just before it.
 
         `imu` names one of several, which becomes its topic; `arrival` (n,) s is when each was received, the
-        time of the sample where not given.
+        time of the sample if not given.
         """
         imu_topic, temperature_topic = (
             (f"/{imu}", f"/{imu}/temperature") if imu else (IMU_TOPIC, TEMPERATURE_TOPIC)

@@ -34,7 +34,7 @@ def redundancy_command(
     read_options: ReadOptions,
     log: Annotated[
         str | None,
-        typer.Argument(metavar="LOG", help="Log that holds the units, where one log holds several."),
+        typer.Argument(metavar="LOG", help="Log that holds the units, if one log holds several."),
     ] = None,
     primary: Annotated[
         str | None,
@@ -55,7 +55,7 @@ def redundancy_command(
         typer.Option(
             metavar="FILE",
             help="Settings, and what is known of each unit, such as what tumble align wrote (YAML); "
-            "repeatable, a later one goes before an earlier one.",
+            "repeatable, a later one overrides an earlier one.",
         ),
     ] = None,
     changes: Annotated[
@@ -63,7 +63,7 @@ def redundancy_command(
         typer.Option(
             "--set",
             metavar="NAME=VALUE",
-            help="A setting, or units.UNIT.NAME=VALUE; goes before those of --settings; repeatable.",
+            help="A setting, or units.UNIT.NAME=VALUE; overrides those of --settings; repeatable.",
         ),
     ] = None,
     calibration: Annotated[
@@ -73,8 +73,8 @@ def redundancy_command(
         Path | None,
         typer.Option(
             metavar="DIR",
-            help="Folder of errors stored before; what is adopted is stored there. Without it nothing is "
-            "known before, and what is adopted goes to the folder store of the results.",
+            help="Folder of stored errors; adopted errors are written there. Without it there are none "
+            "at the start, and adopted errors go to the folder store of the results.",
         ),
     ] = None,
     command: Annotated[
@@ -90,7 +90,9 @@ def redundancy_command(
     ] = Precision.F64,
     allow_missing: Annotated[
         bool,
-        typer.Option("--allow-missing", help="Replay a unit that cannot be read as one that says nothing."),
+        typer.Option(
+            "--allow-missing", help="Replay a unit whose log cannot be read as one that sends nothing."
+        ),
     ] = False,
     exceptions: Annotated[
         list[str] | None,

@@ -111,7 +111,7 @@ def _open_unit(
 def _whole(recording: Recording) -> Recording:
     if recording.parts:
         raise ProcedureError(
-            f"{recording.name}: is a folder of {len(recording.parts)} logs, one a pose; give one log of "
+            f"{recording.name}: is a folder of {len(recording.parts)} logs, one per pose; give one log of "
             "the whole time"
         )
     return recording

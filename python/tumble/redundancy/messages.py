@@ -36,7 +36,7 @@ _WORDS: dict[str, Callable[[str, str], str]] = {
     "more than fit": lambda it, other: (
         f"{it} and {other}, into which so many windows do not fit; lower the first"
     ),
-    "longer than can be kept": lambda it, _: f"{it}; so long a time is not kept count of, give a shorter one",
+    "longer than can be kept": lambda it, _: f"{it}; longer than the monitor can count; give a shorter time",
     "not a part of a second": lambda it, _: (
         f"{it}; a second needs to be a whole number of windows, as every other second is kept from the fit"
     ),

@@ -149,7 +149,7 @@ def _known_units(settings: RedundancySettings, units: Sequence[UnitLog]) -> list
     names = [unit.name for unit in units]
     for name in settings.units:
         if name not in names:
-            raise ProcedureError(f"units: {name}: is none of {', '.join(names)}; name units as they are here")
+            raise ProcedureError(f"units: {name}: is none of {', '.join(names)}; use one of these names")
     known = [settings.units.get(name, UnitSettings()) for name in names]
     for stated in ("sensor_from_primary", "lever_arm"):
         if getattr(known[0], stated) is not None:
@@ -265,16 +265,16 @@ def _warnings(
     """Say what a user should know of the logs, the calibration and the store."""
     for unit in units:
         if unit.recording is None:
-            yield f"{unit.name}: is missing and replayed as a unit that says nothing: {unit.missing}"
+            yield f"{unit.name}: is missing and replayed as a unit that sends nothing: {unit.missing}"
         else:
             yield from (f"{unit.name}: {remark}" for remark in unit.recording.metadata.remarks)
     if _may_differ_in_clock([unit.recording for unit in units if unit.recording is not None]):
         yield (
-            "the logs do not say that one clock stamped them all, and are taken to share it; tumble align "
+            "the logs do not say whether one clock stamped them all; that is assumed; tumble align "
             "finds the offset between two"
         )
     gyroscope = calibration.gyroscope if calibration is not None else None
     if gyroscope is not None and gyroscope.g_sensitivity is not None:
         yield "the g-sensitivity in the calibration of the primary is not used in the replay"
     for each in rejected:
-        yield f"{each.unit}: stored error of the {each.sensor} was not taken, {each.reason}: {each.detail}"
+        yield f"{each.unit}: stored error of the {each.sensor} was not loaded, {each.reason}: {each.detail}"

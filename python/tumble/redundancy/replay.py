@@ -116,7 +116,7 @@ def replay(
         waiting = waiting[len(due) :]
         replayed.add(_push(monitor, block, due))
     if not replayed.blocks:
-        raise ProcedureError(f"{', '.join(names)}: none of these units says anything; check the logs")
+        raise ProcedureError(f"{', '.join(names)}: none of these units has a sample; check the logs")
     if waiting:
         raise ProcedureError(_outside(waiting[0], blocks))
     return replayed

@@ -50,7 +50,7 @@ class SecondaryError:
     """(3,) 1-sigma, 0 where it was given; infinite where the motion did not show it."""
     rung: Rung
     directions: int
-    """Directions of motion, 0 to 3, along which M was found; along the others it is what it was before."""
+    """Directions of motion, 0 to 3, along which M was found; along the others it is unchanged."""
     residual: float
     """Root mean square a channel on pairs kept from the fit, m/s^2 or rad/s; NaN if never measured."""
     residual_before: float
@@ -84,7 +84,7 @@ class Selected:
     start: float
     end: float
     unit: str
-    """Empty where no unit was fit to be selected."""
+    """Empty where no unit was healthy enough to be selected."""
     reason: str
 
 

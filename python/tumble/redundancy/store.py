@@ -38,7 +38,7 @@ SENSORS: tuple[Sensor, ...] = ("accelerometer", "gyroscope")
 _HEADER = f"""\
 Stored error of one sensor of a secondary IMU, by Tumble: y_secondary = M y_primary + b, both as read.
 SI units; M leads from the primary's case frame to the axes of the secondary; null marks what was not shown.
-Written by tumble redundancy and not meant to be edited: the checksum would no longer fit.
+Written by tumble redundancy and not meant to be edited: the checksum would no longer match.
 Schema: docs/schema/{SCHEMA_FILE}"""
 
 MatrixWithGaps: TypeAlias = Annotated[FloatArray, ArrayField((3, 3), gaps=True)]
@@ -160,7 +160,7 @@ class ErrorStore:
             detail = str(error)
         else:
             if stored.checksum != stored.digest():
-                detail = f"{path}: its checksum does not fit its content"
+                detail = f"{path}: its checksum does not match its content"
             elif (stored.identity, stored.sensor) != (unit.identity, sensor):
                 reason, detail = "of another unit", f"{path}: is the {stored.sensor} of {stored.unit}"
             elif stored.primary_identity != self._primary.identity:

@@ -37,7 +37,7 @@ def screen_summary(result: RedundancyResult) -> RenderableType:
     """Say what a person wants to know at once: what became of each secondary, who was the source, and why."""
     head = (
         f"Primary {result.primary}; {result.end - result.start:.1f} s replayed, "
-        f"{result.replay_rate:,.0f} times as fast as they took"
+        f"{result.replay_rate:,.0f} times faster than real time"
     )
     notes = [Text(line, "yellow") for line in [*_refusals(result), *_faults(result)]]
     notes += [Text(f"Warning: {line}", "yellow") for line in result.warnings]

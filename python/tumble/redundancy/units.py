@@ -69,7 +69,7 @@ class UnitSettings(Document):
 
     sensor_from_primary: Orientation = None
     """Nominal rotation from the primary's case frame to this unit's axes: a rotation vector (rad), a 3x3
-    matrix, or a file that `tumble align` wrote; none where not given. Not for the primary."""
+    matrix, or a file that `tumble align` wrote; none if not given. Not for the primary."""
     lever_arm: Vector | None = None
     """Place of this unit from the primary, m, in the primary's case frame. Not for the primary."""
     time_offset: float = 0.0
@@ -81,7 +81,7 @@ class UnitSettings(Document):
     angular_rate_range: float | None = Field(default=None, gt=0.0)
     """Largest reading of the gyroscope, rad/s, from which on it is saturated."""
     identity: int | None = Field(default=None, ge=0, lt=2**64)
-    """Number by which stored errors know the unit; made from its name where not given."""
+    """Number by which stored errors know the unit; made from its name if not given."""
 
 
 def identity_of(name: str, unit: UnitSettings) -> int:

@@ -65,13 +65,13 @@ def flight_command(
     stops: Annotated[int, typer.Option(help="Stops of a vehicle on each drive.")] = 1,
     stop: Annotated[float, typer.Option(help="Each stop, s.")] = 5.0,
     intensity: Annotated[
-        float, typer.Option(help="How lively it moves: 0 for just so much that it gets going, to 1.")
+        float, typer.Option(help="How strong the motion is, from 0, the least, to 1.")
     ] = 0.6,
     sway: Annotated[
-        str, typer.Option(metavar="X,Y,Z", help="Share of the usual motion forward, left and up, 0 to 1.")
+        str, typer.Option(metavar="X,Y,Z", help="Factor on the usual motion forward, left and up, 0 to 1.")
     ] = "1,1,1",
     turning: Annotated[
-        float, typer.Option(help="Share of the usual motion about the vertical, 0 to 1.")
+        float, typer.Option(help="Factor on the usual motion about the vertical, 0 to 1.")
     ] = 1.0,
     ground_tilt: Annotated[float, typer.Option(help="Tilt of the ground, deg.")] = 1.0,
     uphill: Annotated[
@@ -88,7 +88,7 @@ def flight_command(
         float | None, typer.Option(help="The same, rad/s rms; 0.05 for a quadrotor, 0.005 for a vehicle.")
     ] = None,
     vibration_at_rest: Annotated[
-        float, typer.Option(help="Share of it at rest: 1 for what is never still.")
+        float, typer.Option(help="Share of it at rest: 1 for vibration that never stops.")
     ] = 0.0,
     fault: Annotated[
         list[str] | None,
@@ -100,7 +100,7 @@ def flight_command(
     ] = None,
     gravity: Annotated[float, typer.Option(help="Local gravity in m/s^2.")] = 9.80665,
     latitude: Annotated[
-        float | None, typer.Option(help="Latitude in degrees, for the Earth's rate; none where not given.")
+        float | None, typer.Option(help="Latitude in degrees, for the Earth's rate; none if not given.")
     ] = None,
     warm_up: Annotated[float, typer.Option(help="Rise of the temperature in the long run, K.")] = 10.0,
     bias_instability: Annotated[
@@ -110,7 +110,7 @@ def flight_command(
     g_sensitivity: Annotated[
         bool, typer.Option(help="Gyroscopes that respond to specific force, or none.")
     ] = True,
-    seed: Annotated[int, typer.Option(help="All that is random follows from it.")] = 1,
+    seed: Annotated[int, typer.Option(help="All random numbers follow from it.")] = 1,
     format_name: Annotated[
         Format, typer.Option("--format", help="Format of the logs; MCAP is one log with all units.")
     ] = Format.CSV,
@@ -233,8 +233,8 @@ def _show(flight: SimulatedFlight, paths: dict[str, str], as_json: bool) -> None
     for unit in flight.units:
         print(unit_line(_source(unit.name, paths), unit))
     print(f"{_source('ideal', paths)}: a unit without errors, at the primary's place")
-    print(f"{paths['units']}: how the units are mounted, as their builder knows it")
-    print(f"{paths['truth']}: what is true of all of it")
+    print(f"{paths['units']}: mounting of the units, as their builder knows it")
+    print(f"{paths['truth']}: the truth")
     print(f"Next: {_next(flight, paths)}")
 
 

@@ -39,7 +39,7 @@ def spin_command(
         float, typer.Option(help="Largest acceleration as a turn begins and ends, rad/s^2.")
     ] = 2.0,
     unevenness: Annotated[float, typer.Option(help="Share by which the speed goes up and down.")] = 0.0,
-    slips: Annotated[float, typer.Option(help="Slips of the wheels a turn.")] = 0.0,
+    slips: Annotated[float, typer.Option(help="Slips of the wheels per turn.")] = 0.0,
     slow_turn: Annotated[
         float, typer.Option(help="Rate it turns with while it seems to stand at the start, rad/s.")
     ] = 0.0,
@@ -56,19 +56,19 @@ def spin_command(
     ] = "0.10,-0.06",
     grade: Annotated[str, typer.Option(help="consumer, industrial, tactical or reference.")] = "consumer",
     accelerometer_bias: Annotated[
-        str | None, typer.Option(metavar="X,Y,Z", help="m/s^2; drawn from the grade where not given.")
+        str | None, typer.Option(metavar="X,Y,Z", help="m/s^2; drawn from the grade if not given.")
     ] = None,
     gyroscope_bias: Annotated[
-        str | None, typer.Option(metavar="X,Y,Z", help="rad/s; drawn from the grade where not given.")
+        str | None, typer.Option(metavar="X,Y,Z", help="rad/s; drawn from the grade if not given.")
     ] = None,
     accelerometer_noise: Annotated[
-        float | None, typer.Option(help="Of one sample, m/s^2; that of the grade where not given.")
+        float | None, typer.Option(help="Of one sample, m/s^2; that of the grade if not given.")
     ] = None,
     gyroscope_noise: Annotated[
-        float | None, typer.Option(help="Of one sample, rad/s; that of the grade where not given.")
+        float | None, typer.Option(help="Of one sample, rad/s; that of the grade if not given.")
     ] = None,
     accelerometer_range: Annotated[
-        float | None, typer.Option(help="Largest reading, m/s^2; that of the grade where not given.")
+        float | None, typer.Option(help="Largest reading, m/s^2; that of the grade if not given.")
     ] = None,
     gyroscope_scale: Annotated[float, typer.Option(help="Scale error of the gyroscope, 0.01 for 1 %.")] = 0.0,
     matrix_errors: Annotated[
@@ -96,13 +96,13 @@ def spin_command(
     ] = None,
     gravity: Annotated[float, typer.Option(help="Local gravity in m/s^2.")] = 9.80665,
     latitude: Annotated[
-        float | None, typer.Option(help="Latitude in degrees, for the Earth's rate; none where not given.")
+        float | None, typer.Option(help="Latitude in degrees, for the Earth's rate; none if not given.")
     ] = None,
     bias_instability: Annotated[
         bool, typer.Option(help="Noise with bias instability, or white noise alone.")
     ] = True,
     quantisation: Annotated[bool, typer.Option(help="Readings in steps, or unrounded.")] = True,
-    seed: Annotated[int, typer.Option(help="All that is random follows from it.")] = 1,
+    seed: Annotated[int, typer.Option(help="All random numbers follow from it.")] = 1,
     format_name: Annotated[Format, typer.Option("--format", help="Format of the log.")] = Format.CSV,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print what was written as JSON instead of text.")
@@ -202,5 +202,5 @@ def _show(spin: SimulatedSpin, paths: dict[str, str], as_json: bool) -> None:
         return
     angles = ", ".join(f"{angle / math.tau:+.3f}" for angle in turned) or "none"
     print(f"{paths['log']}: {spin.scenario.unit_grade.name}, {len(spin.samples)} samples, turns {angles}")
-    print(f"{paths['truth']}: what is true of all of it")
+    print(f"{paths['truth']}: the truth")
     print(f"Next: tumble spin {paths['log']} -o results")

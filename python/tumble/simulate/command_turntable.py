@@ -70,7 +70,7 @@ def turntable_command(
         ),
     ] = False,
     poses: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Pose list; the six faces where not given.")
+        Path | None, typer.Option(metavar="FILE", help="Pose list; the six faces if not given.")
     ] = None,
     visits: Annotated[
         str | None,
@@ -112,7 +112,7 @@ def turntable_command(
             f"repeated. {FAULTS_HELP}",
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(help="All that is random follows from it.")] = 1,
+    seed: Annotated[int, typer.Option(help="All random numbers follow from it.")] = 1,
     format_name: Annotated[Format, typer.Option("--format", help="Format of the logs.")] = Format.CSV,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print what was written as JSON instead of text.")
@@ -238,6 +238,6 @@ def _show(session: SimulatedTurntable, paths: dict[str, str], as_json: bool) -> 
     for unit in session.units:
         print(unit_line(paths[unit.name], unit))
     print(f"{paths['poses']}: {len(session.scenario.poses)} poses, {len(session.rests)} rests")
-    print(f"{paths['truth']}: what is true of all of it")
+    print(f"{paths['truth']}: the truth")
     logs = " ".join(paths[name] for name in units)
     print(f"Next: tumble turntable {logs} --poses {paths['poses']} -o results")

@@ -23,7 +23,7 @@ ROWS = 65_536
 """Samples written at a time."""
 
 _HEADER = """\
-What is true of this simulated session. SI units, angles in rad unless a key ends in _deg; frames as in
+The truth of this simulated session. SI units, angles in rad unless a key ends in _deg; frames as in
 docs/conventions.md. y = M u + b + G f, M = K L Q; u is the truth in the case frame of the reference."""
 
 

@@ -109,7 +109,7 @@ class SimulatedFlight:
         """Give the truth at the primary's place at times (n,) s of the flight's clock.
 
         Vibration comes as its mean over `averaging` s, 0 for its value at an instant; as the primary takes it
-        where not given.
+        if not given.
         """
         time = np.ascontiguousarray(time, dtype=np.float64)
         if averaging is None:
@@ -142,7 +142,7 @@ def simulate_flight(scenario: FlightScenario | None = None, **changes: Any) -> S
     try:
         played = _core.simulate_flight(_plain(scenario))
     except ValueError as error:
-        raise ScenarioError(f"the flight cannot be played: {error}; change that option") from error
+        raise ScenarioError(f"the flight cannot be simulated: {error}; change that option") from error
     units = zip(scenario.names, scenario.units, played["units"], strict=True)
     return SimulatedFlight(
         scenario=scenario,

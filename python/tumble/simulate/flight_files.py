@@ -32,7 +32,7 @@ SECOND = 1.0
 """s of all units that stand together in a log that holds several."""
 
 _HEADER = """\
-What is true of this simulated flight. SI units, angles in rad unless a key ends in _deg; frames as in
+The truth of this simulated flight. SI units, angles in rad unless a key ends in _deg; frames as in
 docs/conventions.md. y = M u + b + c (T - 25 degC) + G f, M = K L Q; u is the truth at the unit's own place,
 in the case frame of the primary; b is today's, ageing included; drift is the mean of what bias instability
 and temperature add. T = start + rise (1 - exp(-t / time_constant)). The log `ideal` is of a unit without

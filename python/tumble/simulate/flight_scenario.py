@@ -41,7 +41,7 @@ class Vibration:
     band_hz: tuple[float, float]
     """Where the broad band, which has the other half, has half its power."""
     at_rest: float = 0.0
-    """Share of it while the motors do not run: an idling engine; 1 for what is never still."""
+    """Share of it while the motors do not run: an idling engine; 1 for vibration that never stops."""
     flexing: float = 0.05
     """Vibration that each place but the primary's has to itself, as a share of the common one."""
 
@@ -79,7 +79,7 @@ class FlightUnit:
     """Whether vibration comes as its mean over a sample period, or as it is at an instant, so that what is
     faster than half the sample rate looks slower than it is."""
     phase: float | None = None
-    """First sample, in sample periods after the start; drawn where not given, 0 for the primary."""
+    """First sample, in sample periods after the start; drawn if not given, 0 for the primary."""
     clock_offset_seconds: float = 0.0
     """Its clock shows this much more than the flight's."""
     clock_skew_ppm: float = 0.0
@@ -139,7 +139,7 @@ class FlightScenario:
     uphill_deg: float = 40.0
     """Counter-clockwise from forward, at the start."""
     vibration: Vibration | None = None
-    """What is usual for the motion where not given."""
+    """What is usual for the motion if not given."""
 
     roll_deg: float = 0.0
     pitch_deg: float = 0.0

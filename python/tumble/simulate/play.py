@@ -52,7 +52,7 @@ def simulate_turntable(scenario: TurntableScenario | None = None, **changes: Any
     try:
         played = _core.simulate_turntable(_plain_scenario(scenario))
     except ValueError as error:
-        raise ScenarioError(f"the session cannot be played: {error}; change that option") from error
+        raise ScenarioError(f"the session cannot be simulated: {error}; change that option") from error
     reference, *targets = (
         _unit(scenario, name, figures)
         for name, figures in zip(scenario.unit_names, [played["reference"], *played["targets"]], strict=True)

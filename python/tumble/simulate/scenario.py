@@ -48,7 +48,7 @@ class TurntableScenario:
     target_mounting_deg: PerUnit[RotationDeg] = USUAL_MOUNTING
     """Package of a target against the case of the reference."""
     lever_arm_m: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
-    """Place of a unit against the turning centre, m, case frame; at the centre where not given."""
+    """Place of a unit against the turning centre, m, case frame; at the centre if not given."""
     bias_instability: bool = True
     """Whether noise has bias instability beside its white part."""
     quantisation: bool = True
@@ -61,7 +61,7 @@ class TurntableScenario:
     poses: PoseList = SIX_FACES
     """What the table is told, and what `poses.yaml` says."""
     visits: Sequence[str] | None = None
-    """Names of the poses in the order they are taken; each once, as listed, where not given."""
+    """Names of the poses in the order they are taken; each once, as listed, if not given."""
     tipped_deg: Mapping[str, float] = field(default_factory=dict)
     """By how many degrees the table misses a pose without saying so, by the name of the pose."""
     table_error_deg: float = 0.02

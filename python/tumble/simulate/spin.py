@@ -74,7 +74,7 @@ def simulate_spin(scenario: SpinScenario | None = None, **changes: Any) -> Simul
     try:
         played = _core.simulate_spin(_plain(scenario))
     except ValueError as error:
-        raise ScenarioError(f"the spin cannot be played: {error}; change that option") from error
+        raise ScenarioError(f"the spin cannot be simulated: {error}; change that option") from error
     unit = played["unit"]
     samples = Chunk(unit["time"], unit["accelerometer"], unit["gyroscope"], unit["temperature"])
     _refuse_unrecorded(scenario, samples)

@@ -16,7 +16,7 @@ from tumble.simulate.files import LogFormat, in_plain_words, pieces, triad_conte
 from tumble.simulate.spin import SimulatedSpin
 
 _HEADER = """\
-What is true of this simulated spin. SI units, angles in rad unless a key ends in _deg; frames as in
+The truth of this simulated spin. SI units, angles in rad unless a key ends in _deg; frames as in
 docs/conventions.md. y = M u + b, u in the case frame of the IMU; bias is the mean over the recording."""
 
 

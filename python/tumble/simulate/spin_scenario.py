@@ -41,9 +41,9 @@ class Step:
     turns: float = 0.0
     """Turn: counter-clockwise positive. Drive: bend on the way."""
     floor_tilt_deg: float | None = None
-    """Drive: tilt of the floor at its end; as before where not given."""
+    """Drive: tilt of the floor at its end; as before if not given."""
     uphill_deg: float | None = None
-    """Drive: uphill at its end, counter-clockwise from the first forward; as before where not given."""
+    """Drive: uphill at its end, counter-clockwise from the first forward; as before if not given."""
 
     @classmethod
     def parse(cls, text: str) -> Step:
@@ -55,7 +55,7 @@ class Step:
                     figures["turns"] = figures.pop("bend_deg") / 360.0
                 return cls(kind, **figures)
         raise ScenarioError(
-            f"step {text.strip()!r} is none; write `rest 5`, `3 turns`, `-3 turns`, `drive 8` or "
+            f"step {text.strip()!r} is not a step; write `rest 5`, `3 turns`, `-3 turns`, `drive 8` or "
             "`drive 8 tilt 2 uphill 90 bend 45` (deg), with commas between"
         )
 
@@ -129,11 +129,11 @@ class SpinScenario:
 
     grade: str | Grade = "consumer"
     accelerometer_noise: float | None = None
-    """Of one sample, m/s^2; that of the grade where not given."""
+    """Of one sample, m/s^2; that of the grade if not given."""
     gyroscope_noise: float | None = None
     """Of one sample, rad/s."""
     accelerometer_bias: Vector | None = None
-    """m/s^2; drawn from the grade where not given."""
+    """m/s^2; drawn from the grade if not given."""
     gyroscope_bias: Vector | None = None
     """rad/s."""
     matrix_errors: float = 0.0
@@ -141,7 +141,7 @@ class SpinScenario:
     gyroscope_scale: float = 0.0
     """Scale error of the gyroscope."""
     accelerometer_range: float | None = None
-    """m/s^2; that of the grade where not given."""
+    """m/s^2; that of the grade if not given."""
     bias_instability: bool = True
     quantisation: bool = True
     rate_hz: float = 100.0

@@ -45,8 +45,8 @@ def spin_command(
         str | None,
         typer.Option(
             metavar="SECONDS",
-            help="Least length of the longest rest of a spin, such as 5s; 2 s where not given. "
-            "With --live: how long to stand still, 5 s where not given.",
+            help="Least length of the longest rest of a spin, such as 5s; 2 s if not given. "
+            "With --live: how long to stand still, 5 s if not given.",
             show_default=False,
         ),
     ] = None,
@@ -55,7 +55,7 @@ def spin_command(
         typer.Option(
             min=0.1,
             help="Turns asked of the robot, both directions counted: a spin with fewer is refused. "
-            "With --live: how much to turn, 2 where not given.",
+            "With --live: how much to turn, 2 if not given.",
             show_default=False,
         ),
     ] = None,
@@ -95,7 +95,7 @@ def spin_command(
         typer.Option(
             min=0.05,
             metavar="RAD/S",
-            help="How fast to turn; 1 rad/s where not given.",
+            help="How fast to turn; 1 rad/s if not given.",
             rich_help_panel=_LIVE,
             show_default=False,
         ),

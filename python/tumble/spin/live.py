@@ -55,7 +55,7 @@ class Wishes:
     level_floor: bool = False
     """Take the floor to be level, as the published method does."""
     gravity: float | None = None
-    """m/s^2; standard, or that of `latitude` and `height`, where not given."""
+    """m/s^2; standard, or that of `latitude` and `height`, if not given."""
     latitude: float | None = None
     """deg."""
     height: float | None = None
@@ -289,7 +289,7 @@ class LiveSpin:
         seen = float(np.linalg.norm(gyroscope.mean(axis=0)))
         if self._source.gyroscope_unit_is_assumed and seen > MISREAD_RATE * self._wishes.rate:
             raise ProcedureError(
-                f"{self._source.name}: gyroscope was taken to be in rad/s for want of a unit, but reads "
+                f"{self._source.name}: gyroscope was assumed to be in rad/s, as no unit is stated, but reads "
                 f"{seen:.3g} where {self._wishes.rate:.3g} were asked for; give --gyroscope-unit (deg/s?)"
             )
 

@@ -62,11 +62,11 @@ def turntable_command(
     poses: Annotated[
         str | None,
         typer.Option(
-            metavar="FILE|none", help="Pose list; the six faces where not given, `none` for unknown poses."
+            metavar="FILE|none", help="Pose list; the six faces if not given, `none` for unknown poses."
         ),
     ] = None,
     truth: Annotated[
-        TruthOption, typer.Option(help="What the targets are held against.")
+        TruthOption, typer.Option(help="What is used as truth for the targets.")
     ] = TruthOption.REFERENCE,
     latitude: LatitudeOption = None,
     height: HeightOption = None,
@@ -84,7 +84,7 @@ def turntable_command(
         bool, typer.Option("--g-sensitivity", help="Fit how the gyroscopes respond to specific force.")
     ] = False,
     jobs: Annotated[
-        int | None, typer.Option(min=1, help="Targets worked on at a time; all cores where not given.")
+        int | None, typer.Option(min=1, help="Targets calibrated at a time; all cores if not given.")
     ] = None,
     exceptions: Annotated[
         list[str] | None,

@@ -118,7 +118,7 @@ def _refuse_mislabelled(
         if angle > 180.0 - LARGEST_TIP:
             raise ProcedureError(
                 f"{recording.name}: file {file!r} reads -g where pose {pose.name!r} has +g; "
-                "rename the file, or turn the sign with --accelerometer-sign -1"
+                "rename the file, or change the sign with --accelerometer-sign -1"
             )
         raise ProcedureError(
             f"{recording.name}: file {file!r} is tipped {angle:.1f} deg from pose {pose.name!r}; "
@@ -131,13 +131,18 @@ def _extras(nearest: Sequence[tuple[Pose, float]]) -> tuple[str, ...]:
     if not extra:
         return ()
     listed = ", ".join(map(str, extra))
-    return (f"rest {listed} of the reference matches no pose; it serves the targets, not the mounting angle",)
+    return (
+        f"rest {listed} of the reference matches no pose; it is used for the targets, not for the mounting "
+        "angle",
+    )
 
 
 def _strange_files(names: Sequence[str]) -> tuple[str, ...]:
     if not names:
         return ()
-    return (f"file {', '.join(names)} matches no pose; it serves the targets, not the mounting angle",)
+    return (
+        f"file {', '.join(names)} matches no pose; it is used for the targets, not for the mounting angle",
+    )
 
 
 def _matched(

@@ -6,8 +6,8 @@ from tumble import _core
 
 _MIRRORS = (
     "mirrors that of the reference: in one of the two logs two axes, or the files of two poses, are "
-    "exchanged, or one or all three signs are wrong; mend that log with --columns, --axes x,y,-z or "
-    "--accelerometer-sign -1, alone by --for NAME:OPTION=VALUE"
+    "exchanged, or one or all three signs are wrong; correct that log with --columns, --axes x,y,-z or "
+    "--accelerometer-sign -1, for it only with --for NAME:OPTION=VALUE"
 )
 
 
@@ -38,15 +38,15 @@ def explain(error: _core.CoreError, pose_names: dict[int, str]) -> str:
         )
     if kind == "clocks apart":
         return (
-            f"its turns lie {figures['offset']:.3f} s from those of the reference although the clock is said "
-            "to be shared; use --clock apart"
+            f"its turns lie {figures['offset']:.3f} s from those of the reference although the clock is "
+            "stated to be shared; use --clock apart"
         )
     return {
-        "one in files": "was recorded in one file a pose where the reference was not, or the other way "
+        "one in files": "was recorded in one file per pose where the reference was not, or the other way "
         "round; record both alike, or join the files",
-        "no common file": "has no file of the name of one of the reference's; "
+        "no common file": "has no file of the same name as one of the reference's; "
         "name the files of a pose alike in the folders of all units",
-        "directions too alike": "the rests point in too few directions to tell scale from bias; "
+        "directions too alike": "the rests point in too few directions to separate scale from bias; "
         "add poses that show each axis up and down",
         "no common time": "shares no turn or rest with the reference; "
         "check that both were recorded together, and try --clock apart",

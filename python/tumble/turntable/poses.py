@@ -148,7 +148,7 @@ def _problem(poses: tuple[Pose, ...]) -> str:
         if angle < SAME_DIRECTION:
             return (
                 f"poses {one.name!r} and {other.name!r} point up within {angle:.2g} deg of each other; "
-                "keep one, repeats are found by themselves"
+                "keep one; repeats need not be listed"
             )
     without = [pose.name for pose in poses if pose.file is None]
     if without and len(without) < len(poses):

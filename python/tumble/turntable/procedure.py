@@ -64,7 +64,7 @@ def turntable(
     Method: docs/theory/turntable.md.
     """
     if not targets:
-        raise ProcedureError("no target was given; name at least one recording beside the reference")
+        raise ProcedureError("no target was given; name at least one recording besides the reference")
     pose_list = PoseList.load(poses) if isinstance(poses, str | Path) else poses
     limit_list = Limits.load(limits) if isinstance(limits, str | Path) else limits
     brought = _loaded(reference_calibration)
@@ -179,8 +179,8 @@ def _refuse_if_swapped(reference: Imu, others: Sequence[Imu | TumbleError], grav
             continue
         if SWAPPED * _noise(other) < noise and SWAPPED * better < residual:
             raise ProcedureError(
-                f"{other.name} is quieter than the reference {reference.name}, and keeps |f| = g to "
-                f"{better:.2g} m/s^2 where that one keeps it to {residual:.2g}: "
+                f"{other.name} is quieter than the reference {reference.name}, and its |f| deviates "
+                f"from g by {better:.2g} m/s^2, that of the reference by {residual:.2g}: "
                 "reference and target are swapped; name the better unit first"
             )
 

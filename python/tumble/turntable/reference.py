@@ -55,9 +55,9 @@ def reference_warnings(unit: Imu, understood: _core.Reference, gravity: float) -
     figures = understood.figures
     if figures["excess"] > 1.0 and figures["norm_residual"] > NOTABLE_NORM_RESIDUAL:
         yield (
-            f"{unit.name}: keeps |f| = {gravity:.6g} m/s^2 only to {figures['norm_residual']:.2g} m/s^2, "
-            f"{math.sqrt(figures['excess']):.0f} times what its noise explains, and the sigmas of the "
-            "targets carry that: give the local gravity with --latitude and --height or --gravity, "
+            f"{unit.name}: |f| deviates from {gravity:.6g} m/s^2 by {figures['norm_residual']:.2g} "
+            f"m/s^2, {math.sqrt(figures['excess']):.0f} times what its noise explains, and the sigmas of "
+            "the targets include that: give the local gravity with --latitude and --height or --gravity, "
             "or the calibration of the reference with --reference-calibration"
         )
 

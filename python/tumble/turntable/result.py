@@ -23,7 +23,7 @@ class PoseResult:
     table_error: FloatArray
     """(3,) residual of the mounting fit, m/s^2, reference case frame."""
     table_error_angle: float
-    """deg: angle between where the table should have pointed and where the reference says it did."""
+    """deg: angle between where the table should have pointed and where the reference measured it to point."""
     table_error_sigma: float
     """deg."""
 

@@ -117,7 +117,7 @@ def _table(result: TurntableResult) -> Table:
 def _count(result: TurntableResult) -> str:
     verdicts = Counter(target.verdict for target in result.targets)
     shown = ", ".join(f"{count} {verdict}" for verdict, count in verdicts.items())
-    skipped = "; those that are well are in summary.csv only" if len(result.targets) > MOST_SHOWN else ""
+    skipped = "; those that pass are in summary.csv only" if len(result.targets) > MOST_SHOWN else ""
     return f"{count_of('target', len(result.targets))}: {shown}{skipped}"
 
 

@@ -67,9 +67,9 @@ class TargetProcedure:
         _, rest, _ = figures["accelerometer"]["labels"][worst]
         pose = f" ({self.match.names[rest]})" if rest in self.match.names else ""
         return (
-            f"reads {residuals[worst]:.2g} m/s^2 off what the reference saw, most at rest {rest + 1}{pose}: "
-            "it did not turn as the reference did; fasten it, and check that both logs, and the names of "
-            "their files, belong together"
+            f"differs by {residuals[worst]:.2g} m/s^2 from what the reference measured, most at rest "
+            f"{rest + 1}{pose}: it did not turn as the reference did; fasten it, and check that both logs, "
+            "and the names of their files, belong together"
         )
 
     def _result(self, name: str, unit: Imu, figures: _core.TargetFigures) -> TargetResult:
@@ -123,13 +123,13 @@ class TargetProcedure:
         contradiction = figures["clock"]["contradiction"]
         if contradiction:
             yield (
-                f"the turns lie {contradiction[0]:.3f} s apart although the clock is said to be shared; "
+                f"the turns lie {contradiction[0]:.3f} s apart although the clock is stated to be shared; "
                 "try --clock apart"
             )
         seen = {rest for rest, _, _ in figures["pairs"]} | set(figures["continued"])
         lost = [str(k + 1) for k in range(len(self.match.ups)) if k not in seen]
         if lost:
-            yield f"rest {', '.join(lost)} of the reference is no rest of this unit; not used"
+            yield f"rest {', '.join(lost)} of the reference is not a rest of this unit; not used"
         for triad, shown in (
             (result.accelerometer, figures["accelerometer"]),
             (result.gyroscope, figures["gyroscope"]),
@@ -137,14 +137,14 @@ class TargetProcedure:
             if triad and shown["widened"] > 1.0:
                 worst = int(np.argmax(np.abs(triad.residuals / triad.residual_sigma).max(axis=1)))
                 hint = (
-                    "; if it feels specific force, --g-sensitivity will tell"
+                    "; if it responds to specific force, --g-sensitivity fits that"
                     if triad.triad == "gyroscope" and triad.g_sensitivity is None
                     else ""
                 )
                 yield (
                     f"{triad.triad} residuals exceed the noise (chi-square {triad.chi_square:.3g} for "
                     f"{triad.degrees_of_freedom}), most at {triad.residual_labels[worst]}: "
-                    f"all sigmas were widened by {math.sqrt(shown['widened']):.2g}{hint}"
+                    f"all sigmas were widened by a factor of {math.sqrt(shown['widened']):.2g}{hint}"
                 )
             if triad:
                 yield from _skewed_axes(triad)
@@ -157,8 +157,8 @@ def _skewed_axes(triad: TriadResult) -> Iterator[str]:
             at_least = max(parameter.low, -parameter.high)
             if at_least > LARGEST_NON_ORTHOGONALITY:
                 yield (
-                    f"{triad.triad} {parameter.name} is {parameter.value:.1f} deg, more than sensors have: "
-                    "did the unit slip in its fixture between poses? Fasten it and record again"
+                    f"{triad.triad} {parameter.name} is {parameter.value:.1f} deg, more than usual for a "
+                    "sensor: did the unit slip in its fixture between poses? Fasten it and record again"
                 )
 
 

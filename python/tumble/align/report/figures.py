@@ -49,7 +49,7 @@ def places_figure(primary: str, units: Sequence[UnitAlignment], prefix: str) -> 
         _mark(axes, np.zeros(2), primary, INK, "s", above=True)
         for number, unit in enumerate(units):
             _place(axes, unit, (right, up), scale, above=number % 2 == 1)
-    return inline_svg(figure, prefix, f"Places of {len(units)} units beside {primary}")
+    return inline_svg(figure, prefix, f"Places of {len(units)} units relative to {primary}")
 
 
 def _place(axes: Axes, unit: UnitAlignment, view: tuple[int, int], scale: Scale, *, above: bool) -> None:

@@ -194,8 +194,8 @@ def _is_alarm(event: RedundancyEvent) -> bool:
 def _time_line_caption(line: TimeLine) -> str:
     jumps = " Dotted lines: the common clock jumped." if line.jumps else ""
     return (
-        "A lane for each unit, the primary on top; the table of events says more of each mark. "
-        f"Spans with too short a gap between them to be seen are drawn as one.{jumps}"
+        "A lane for each unit, the primary on top; the table of events explains each mark. Spans "
+        f"are drawn as one where the gap between them is too short to see.{jumps}"
     )
 
 
@@ -271,17 +271,17 @@ def _setting(value: object) -> str:
 
 
 def _method(result: RedundancyResult) -> tuple[tuple[str, str], ...]:
-    own = f"hash {result.calibration_hash}" if result.calibration_hash else "none: it is taken for the truth"
+    own = f"hash {result.calibration_hash}" if result.calibration_hash else "none: it is assumed to be right"
     lines = [
         ("Errors", "of each secondary against the primary: y_secondary = M y_primary + b"),
-        ("Residuals", "root mean square a channel on pairs that were kept from the fit"),
+        ("Residuals", "root mean square per channel on held-out pairs"),
         ("Sigmas", "of scale, non-orthogonality and mounting: the elements of M count as independent"),
         ("Calibration of the primary", own),
         (
             "Serial numbers",
             ", ".join(f"{unit} {serial}" for unit, serial in result.serials.items() if serial),
         ),
-        ("Replay", f"{significant(result.replay_rate, 2)} times as fast as the log took"),
+        ("Replay", f"{significant(result.replay_rate, 2)} times faster than real time"),
         ("Software", result.software),
     ]
     return tuple((name, text) for name, text in lines if text)

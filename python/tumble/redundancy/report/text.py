@@ -16,41 +16,42 @@ from tumble.report.text import count_of, join
 REMEDIES = {
     "primary invalid": "Calibrate the primary and give its calibration, or raise fifth_ and sixth_threshold.",
     "primary unhealthy": "Look at the faults of the primary; nothing is calibrated against it until then.",
-    "secondary unhealthy": "Look at the faults of this unit: more is wrong with it than calibration mends.",
+    "secondary unhealthy": "Look at the faults of this unit: calibration cannot correct them.",
     COVERED: "Nothing: the calibration under way covers it.",
-    "not better": "Nothing: what is stored is as good, the threshold is tighter than the unit.",
-    "implausible bias": "Look at the unit; if it is sound, raise its largest bias.",
+    "not better": "Nothing: the stored error is as good; the threshold is smaller than the unit's errors.",
+    "implausible bias": "Check the unit; if it has no fault, raise its largest bias.",
     "implausible scale": "Check units and ranges of both logs; if they are right, raise largest_scale_error.",
-    "implausible misalignment": "If it is mounted turned, state sensor_from_primary; tumble align finds it.",
+    "implausible misalignment": "If it is mounted in another orientation, state sensor_from_primary; "
+    "tumble align finds it.",
     "implausible lever arm": "State the lever arm, or move more about every axis; tumble align finds it.",
     "drifting": "Let the unit warm up, and check that it is mounted rigidly.",
     "disagrees with rest": "Check the clocks with tumble align, and that the unit is mounted rigidly.",
     "residual too large": "Check the clocks with tumble align, and that the unit is mounted rigidly.",
-    "too few pairs": "Collect for longer, or lower fewest_pairs; gaps in either log take pairs away.",
+    "too few pairs": "Collect for longer, or lower fewest_pairs; gaps in either log cost pairs.",
     "not excited": "Move about more axes, and more strongly, after the rest.",
-    "unsolvable": "Look for readings of the unit that do not change; then move about more axes.",
+    "unsolvable": "Check whether readings of the unit do not change; then move about more axes.",
     "no motion": "Move the platform after it rested, or lower the motion thresholds.",
     "timed out": "Move for longer, or lower collect.",
-    "time jumped": "Repair the time stamps: a calibration does not outlive a jump of the clock.",
-    "record replaced": "Nothing: the record that was loaded meanwhile counts.",
+    "time jumped": "Repair the time stamps: a jump of the clock ends a calibration.",
+    "record replaced": "Nothing: the record that was loaded meanwhile is used.",
     "of another unit": "Give the store of this set, or state the identity of the unit.",
-    "against another primary": "Give the store of this set, or calibrate anew against this primary.",
-    "not finite": "Remove the record and calibrate anew.",
-    "implausible": "Remove the record and calibrate anew.",
-    "corrupt": "Remove the record and calibrate anew.",
+    "against another primary": "Give the store of this set, or calibrate again against this primary.",
+    "not finite": "Remove the record and calibrate again.",
+    "implausible": "Remove the record and calibrate again.",
+    "corrupt": "Remove the record and calibrate again.",
     "late": "Look for gaps in its log, its cable and its bus.",
     "frozen": "Restart the unit; it repeats its readings.",
     "stuck": "Restart the unit; one of its axes repeats its reading.",
-    "saturated": "Choose a larger range, or damp what shakes it.",
+    "saturated": "Choose a larger range, or reduce the vibration.",
     "spikes": "Look at its bus and its power supply.",
-    "out of family": "Compare it with the others: it alone says otherwise.",
+    "out of family": "Compare it with the others: its readings are outliers.",
     "noisy": "Look at how it is mounted, and at its power supply.",
-    "implausible at rest": "Look at the unit and the units of its log: no working one is as far off.",
+    "implausible at rest": "Look at the unit and the units of its log: no working one deviates as much.",
     "clock jumped": "Repair its time stamps.",
 }
 """What to do, by reason."""
 
-_HEALTH_REMEDIES = {"not finite": "Look at its driver and its log: it gave what is no number."}
+_HEALTH_REMEDIES = {"not finite": "Look at its driver and its log: its readings are not numbers."}
 """Reasons that mean something else of a unit than of a record."""
 
 _EVENTS = {
@@ -77,7 +78,7 @@ _SELECTED = {
     "start": "at the start",
     "primary failed": "because the primary failed",
     "source failed": "because the source before it failed",
-    "primary proven": "because the primary has proven its health",
+    "primary proven": "because the primary has been healthy long enough",
     "command": "on command",
 }
 
@@ -107,14 +108,14 @@ def summary(result: RedundancyResult) -> list[str]:
         f"{significant(span, 4) if span > 0 else '0'} s were replayed."
     ]
     if not result.events:
-        return [*sentences, "Nothing happened: the monitor never saw a rest, a fault or a source to select."]
+        return [*sentences, "Nothing happened: the monitor found no rest, no fault and no source to select."]
     return [*sentences, _calibrated(result), *_not_calibrated(result), *_sources(result)]
 
 
 def event_title(event: RedundancyEvent) -> str:
     """Say what happened in a word or two."""
     if event.event == "selected" and event.figures.get("reason") == "none fit":
-        return "No unit is fit to be the source"
+        return "No unit is healthy enough to be the source"
     return _EVENTS.get(event.event, event.event.capitalize())
 
 
@@ -194,7 +195,7 @@ def unobserved_sentences(result: RedundancyResult) -> list[str]:
     """Say which directions the motion did not show."""
     return [
         f"{error.unit}, {error.sensor}: shown along {error.directions} of 3 directions only; along the "
-        "others it is what it was before."
+        "others it is unchanged."
         for unit in result.secondaries
         for error in errors_of(result, unit)
         if error.directions < 3 and error.rung in ("affine", "affine and lever arm")
@@ -255,19 +256,19 @@ def _not_calibrated(result: RedundancyResult) -> Iterator[str]:
     if len(told) > _MOST_REASONS:
         yield f"{count_of('further reason', len(told) - _MOST_REASONS)} below, under Events."
     for unit in silent_units(result):
-        yield f"{unit} said nothing."
+        yield f"{unit} sent nothing."
 
 
 def _sources(result: RedundancyResult) -> Iterator[str]:
     spans = result.selected
     if not any(span.unit for span in spans):
-        yield "No unit was ever fit to be the source."
+        yield "No unit was ever healthy enough to be the source."
         return
     if len(spans) == 1:
         yield f"{spans[0].unit} was the source all the time."
         return
     second = spans[1]
-    who = f"{second.unit} took over" if second.unit else "no unit was fit"
+    who = f"{second.unit} took over" if second.unit else "no unit was healthy enough"
     fault = next(
         (
             f": {event_details(event)}"

@@ -99,7 +99,7 @@ def _draw_axis(axes: Axes, target: TargetResult, mounting: Mounting) -> None:
             axes, row, colour, marker, hollow, f"{name}: {significant(scale.factor * _rms(deviation), 2)} rms"
         )
     if calibrated is not None:
-        _note(axes, "What is left is the error of the table, which the reference saw too.")
+        _note(axes, "What is left is the error of the table, which the reference measured too.")
     _title(
         axes,
         f"{reading.axis} axis of {target.name} at {len(place)} rests: deviation from ideal, {scale.unit}",

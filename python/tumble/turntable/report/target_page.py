@@ -173,7 +173,7 @@ def method(result: TurntableResult, target: TargetResult | None) -> tuple[tuple[
 
 def recording_caption(rests: Sequence[Rest]) -> str:
     """Say what the recording's figure shows, and why rests were left out."""
-    caption = "Means over short stretches. Shaded: rests used, with number and pose."
+    caption = "Means over short segments. Shaded: rests used, with number and pose."
     unused = [
         f"rest {n}: {rest.remark or 'no reason stated'}" for n, rest in enumerate(rests, 1) if not rest.used
     ]

@@ -12,7 +12,7 @@ from tumble.results import NOT_SHOWN, LimitCheck, Parameter, TriadResult
 from tumble.turntable.result import ClockFit, ReferenceResult, TargetResult, Truth, TurntableResult
 
 TRUTHS: dict[Truth, str] = {
-    "reference": "what the reference saw at the very same rest, its own bias removed",
+    "reference": "what the reference measured at the same rest, less its bias",
     "rotate-truth": "the ideal poses, turned by the mounting angle of the reference",
     "rotate-measurement": "the ideal poses, after the readings were turned back by the mounting angle "
     "(the published formula)",
@@ -28,7 +28,7 @@ def verdict_sentence(target: TargetResult) -> str:
         case "not calibrated":
             return target.failure
         case "calibrated":
-            return "No limits were given, so nothing was judged."
+            return "No limits were given, so there is no verdict."
         case "pass":
             return f"{_kept(len(target.checks))} The closest is {closest_sentence(target.checks)}."
         case _:
@@ -83,8 +83,8 @@ def chi_square_sentence(triad: TriadResult) -> str:
     freedom = triad.degrees_of_freedom
     if freedom <= 0 or not math.isfinite(triad.chi_square):
         return (
-            "As many parameters as measurements: the residuals vanish whatever the data are, "
-            "so they say nothing about the fit. Add rests in further directions."
+            "As many parameters as measurements: the residuals are always zero, "
+            "so they do not test the fit. Add rests in further directions."
         )
     p = triad.p_value
     figures = (
@@ -147,7 +147,7 @@ def gravity_sentence(result: TurntableResult) -> str:
 
 
 def _kept(count: int) -> str:
-    return "The one limit is kept." if count == 1 else f"All {count} limits are kept."
+    return "The one limit is met." if count == 1 else f"All {count} limits are met."
 
 
 def _exceeded(checks: Sequence[LimitCheck]) -> str:
@@ -155,7 +155,7 @@ def _exceeded(checks: Sequence[LimitCheck]) -> str:
     named = "; ".join(check_sentence(check) for check in broken[:_MOST_NAMED])
     rest = len(broken) - _MOST_NAMED
     more = f"; and {rest} more" if rest > 0 else ""
-    return f"{len(broken)} of {len(checks)} limits not kept: {named}{more}."
+    return f"{len(broken)} of {len(checks)} limits failed: {named}{more}."
 
 
 def _probability(p: float) -> str:
@@ -167,8 +167,8 @@ def _probability(p: float) -> str:
 def _meaning_of_p(p: float) -> str:
     if p < 0.001:
         return (
-            "the residuals are larger than the noise explains. Something is in them that the model does not "
-            "hold, such as a unit that moved or a table that did not settle; the intervals are too narrow."
+            "the residuals are larger than the noise explains. The model lacks something, "
+            "such as a unit that moved or a table that did not settle; the intervals are too narrow."
         )
     if p < 0.05:
         return (
@@ -177,7 +177,7 @@ def _meaning_of_p(p: float) -> str:
         )
     if p > 0.999:
         return (
-            "the residuals are smaller than the noise ought to leave. The noise was taken for larger than it "
+            "the residuals are smaller than the noise explains. The noise was assumed larger than it "
             "is, so the intervals are too wide."
         )
     return "the model and the noise explain what was measured."
