@@ -145,7 +145,8 @@ def _rests(unit: _core.Acquired) -> str:
     if found >= FEWEST_RESTS:
         return ""
     refused = "".join(
-        f"; {start:.1f} to {end:.1f} s is not a rest: {NOT_A_REST[why]}" for start, end, why in unit.refused[:3]
+        f"; {start:.1f} to {end:.1f} s is not a rest: {NOT_A_REST[why]}"
+        for start, end, why in unit.refused[:3]
     )
     return (
         f"shows {found} rests, needs at least {FEWEST_RESTS} in different directions{refused}; "
