@@ -54,7 +54,9 @@ COMMANDS = {
     ),
     "apply": CommandEntry("tumble.apply.command", "apply_command", "Correct a log with a calibration."),
     "inspect": CommandEntry(
-        "tumble.inspect.command", "inspect_command", "Show what logs hold and which procedures they are fit for."
+        "tumble.inspect.command",
+        "inspect_command",
+        "Show what logs hold and which procedures they are fit for.",
     ),
     "simulate": CommandEntry(
         "tumble.simulate.command", "simulate_app", "Make recordings whose truth is known."
