@@ -37,9 +37,9 @@ WITH_REMEDY = [
 """Failures with figures and a remedy, and what the line has to hold."""
 
 WITHOUT_REMEDY = [
-    ("vibrating", {}, "is no rest: vibration"),
-    ("drifting", {}, "is no rest: gravity drifts"),
-    ("turning", {}, "is no rest: angular rate differs"),
+    ("vibrating", {}, "is not a rest: vibration"),
+    ("drifting", {}, "is not a rest: gravity drifts"),
+    ("turning", {}, "is not a rest: angular rate differs"),
     ("pushed", {"turned": math.radians(3.2), "duration": 3.14}, "turned only 3 deg in 3.1 s"),
     ("tipped", {"across": 0.234}, "0.23 rad/s across"),
 ]

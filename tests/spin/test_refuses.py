@@ -239,13 +239,13 @@ def test_deg_taken_for_rad_are_noticed(tmp_path):
     session = record(GOOD, 67)
     session.gyroscope = np.degrees(session.gyroscope)
     line = refused(session, tmp_path, "--gyroscope-unit", "rad/s")
-    assert "deg/s were taken for rad/s; say --gyroscope-unit deg/s" in line
+    assert "deg/s were taken for rad/s; give --gyroscope-unit deg/s" in line
 
 
 def test_rad_taken_for_deg_are_suspected(tmp_path):
     line = refused(record(GOOD, 68), tmp_path, "--gyroscope-unit", "deg/s")
     assert "turned only 19 deg" in line
-    assert "say --gyroscope-unit rad/s" in line
+    assert "give --gyroscope-unit rad/s" in line
 
 
 def test_g_taken_for_si_are_noticed_with_the_option_that_mends_it(tmp_path):

@@ -54,7 +54,7 @@ def spin_command(
         float | None,
         typer.Option(
             min=0.1,
-            help="Turns asked of the robot, both directions counted: a spin with fewer is refused. "
+            help="Turns asked of the robot, both directions added: a spin with fewer is refused. "
             "With --live: how much to turn, 2 if not given.",
             show_default=False,
         ),
@@ -63,7 +63,8 @@ def spin_command(
         str | None,
         typer.Option(
             metavar="N|+N,-N",
-            help="Turns that each spin truly made, dock to dock: +3 counter-clockwise, -3 clockwise, +3,-3 "
+            help="Turns that each spin truly made, from dock to dock: +3 counter-clockwise, -3 clockwise, "
+            "+3,-3 "
             "both, 3 in whichever direction it turned. Shows the scale of the gyroscope.",
         ),
     ] = None,
@@ -72,7 +73,7 @@ def spin_command(
     ] = 2.0,
     level_floor: Annotated[
         bool,
-        typer.Option("--level-floor", help="Take the floor to be level, as the published method does."),
+        typer.Option("--level-floor", help="Assume that the floor is level, as the published method does."),
     ] = False,
     at: Annotated[
         list[str] | None,

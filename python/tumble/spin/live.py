@@ -53,7 +53,7 @@ class Wishes:
     rate: float = DEFAULT.rate
     """rad/s to turn at."""
     level_floor: bool = False
-    """Take the floor to be level, as the published method does."""
+    """Assume that the floor is level, as the published method does."""
     gravity: float | None = None
     """m/s^2; standard, or that of `latitude` and `height`, if not given."""
     latitude: float | None = None
@@ -267,8 +267,8 @@ class LiveSpin:
         if self._time is None:
             if silence > FIRST_SAMPLE_WITHIN:
                 raise LogError(
-                    f"{self._source.name}: no sample came in {FIRST_SAMPLE_WITHIN:.0f} s; is the device on "
-                    "and sending, to here, and are baud rate or port right?"
+                    f"{self._source.name}: no sample came in {FIRST_SAMPLE_WITHIN:.0f} s; is the device on, "
+                    "does it send to this address, and is the baud rate or port right?"
                 )
         elif silence > PATIENCE:
             self._machine.tick(self._time + silence)
@@ -282,7 +282,7 @@ class LiveSpin:
     def _why(self, failure: SpinFailure) -> str:
         """Say why the machine gave up; noise of a gyroscope in deg/s, read as rad/s, looks like motion."""
         doubtful = failure.kind is SpinFailureKind.NEVER_STILL and self._source.gyroscope_unit_is_assumed
-        hint = "; if the gyroscope is in deg/s, which nobody stated, give --gyroscope-unit deg/s"
+        hint = "; if the gyroscope is in deg/s, no unit being stated, give --gyroscope-unit deg/s"
         return explain(failure) + (hint if doubtful else "")
 
     def _refuse_misread_rate(self, gyroscope: FloatArray) -> None:

@@ -62,23 +62,23 @@ def _miscounted(figures: Figures) -> tuple[str, str]:
     return (
         f"turned {figures['turned'] / FULL_TURN:.2f} times {direction} by its gyroscope, truly "
         f"{figures['true'] / FULL_TURN:g} times by --true-turns",
-        "count again, or mend the unit with --gyroscope-unit",
+        "count again, or correct the unit with --gyroscope-unit",
     )
 
 
 _MESSAGES: dict[SpinFailureKind, Callable[[Figures], tuple[str, str]]] = {
     SpinFailureKind.NEVER_STILL: lambda figures: (
         f"did not stand still long enough in {figures['waited']:.0f} s",
-        "stop the robot and whatever shakes it, and begin again",
+        "stop the robot and whatever shakes it, and start again",
     ),
     SpinFailureKind.NO_REST: lambda _: (
-        "shows no rest beside the turn",
+        "shows no rest before or after the turn",
         "let the robot stand still for 5 s, then turn on the spot",
     ),
     SpinFailureKind.NO_TURN: _no_turn,
     SpinFailureKind.TURNED_TOO_LITTLE: lambda figures: (
         f"turned only {_angle(figures['turned'])}, {_angle(figures['wanted'])} were asked for",
-        "turn on, in either direction or in both",
+        "turn further, in either direction or in both",
     ),
     SpinFailureKind.NOT_ONE_AXIS: lambda figures: (
         f"turned about more than one axis at {figures['time']:.1f} s: {figures['across']:.2g} rad/s across "
@@ -88,7 +88,7 @@ _MESSAGES: dict[SpinFailureKind, Callable[[Figures], tuple[str, str]]] = {
     SpinFailureKind.LIFTED: lambda figures: (
         f"was lifted, dropped or pushed at {figures['time']:.1f} s: specific force changed by "
         f"{figures['change']:.2g} m/s^2, turning explains {figures['limit']:.2g}",
-        "leave the robot on its wheels and begin again",
+        "leave the robot on its wheels and start again",
     ),
     SpinFailureKind.SATURATED: _saturated,
     SpinFailureKind.FLOOR_TOO_STEEP: lambda figures: (
@@ -102,24 +102,24 @@ _MESSAGES: dict[SpinFailureKind, Callable[[Figures], tuple[str, str]]] = {
         "log faster or turn more slowly",
     ),
     SpinFailureKind.STREAM_STOPPED: lambda figures: (
-        f"samples stopped at {figures['time']:.1f} s, {figures['gap']:.2g} s went by without one",
-        "mend the connection and begin again",
+        f"samples stopped at {figures['time']:.1f} s, {figures['gap']:.2g} s passed without one",
+        "repair the connection and start again",
     ),
     SpinFailureKind.SAMPLES_MISSING: lambda figures: (
         f"samples are missing for {figures['gap']:.2g} s at {figures['time']:.1f} s, so the angle turned is "
         "not known",
-        "mend the logger or the connection and begin again",
+        "repair the logger or the connection and start again",
     ),
     SpinFailureKind.UNSOLVABLE: lambda _: (
         "no solution: the samples hold values that are not numbers, or no noise at all",
         "check the sensor",
     ),
-    SpinFailureKind.VIBRATING: lambda _: (f"is no rest: {NOT_A_REST['vibrating']}", ""),
-    SpinFailureKind.DRIFTING: lambda _: (f"is no rest: {NOT_A_REST['drifting']}", ""),
-    SpinFailureKind.TURNING: lambda _: (f"is no rest: {NOT_A_REST['turning']}", ""),
+    SpinFailureKind.VIBRATING: lambda _: (f"is not a rest: {NOT_A_REST['vibrating']}", ""),
+    SpinFailureKind.DRIFTING: lambda _: (f"is not a rest: {NOT_A_REST['drifting']}", ""),
+    SpinFailureKind.TURNING: lambda _: (f"is not a rest: {NOT_A_REST['turning']}", ""),
     SpinFailureKind.NO_REST_FOR_LONG: lambda figures: (
         f"drove or was moved for {figures['duration']:.0f} s without a rest",
-        "if it turned on the spot, say when with --at",
+        "if it turned on the spot, give its times with --at",
     ),
     SpinFailureKind.MOVED_FIRST: lambda _: ("moved before it had stood still", "stand still first"),
     SpinFailureKind.PUSHED: lambda figures: (
@@ -133,11 +133,13 @@ _MESSAGES: dict[SpinFailureKind, Callable[[Figures], tuple[str, str]]] = {
     ),
     SpinFailureKind.DROVE: lambda figures: (
         f"drove: reached about {figures['speed']:.1f} m/s",
-        "stay on the spot" if figures["named"] else "stay on the spot, or name the spin with --at",
+        "stay on the spot"
+        if figures["named"]
+        else "stay on the spot, or give the times of the spin with --at",
     ),
     SpinFailureKind.DROVE_A_CIRCLE: lambda figures: (
         f"drove a circle of {figures['radius']:.1f} m radius",
-        "turn on the spot, or name the spin with --at",
+        "turn on the spot, or give the times of the spin with --at",
     ),
     SpinFailureKind.RESTED_TOO_SHORTLY: lambda figures: (
         f"stood still for {figures['longest']:.1f} s at most, {figures['wanted']:g} s are asked for",
@@ -145,7 +147,7 @@ _MESSAGES: dict[SpinFailureKind, Callable[[Figures], tuple[str, str]]] = {
     ),
     SpinFailureKind.DEGREES_FOR_RADIANS: lambda figures: (
         f"turned at {figures['rate']:.0f} rad/s, which no robot does: deg/s were taken for rad/s",
-        "say --gyroscope-unit deg/s",
+        "give --gyroscope-unit deg/s",
     ),
     SpinFailureKind.MISCOUNTED: _miscounted,
 }

@@ -79,7 +79,8 @@ def _level_free(figures: _core.SpinFigures) -> BiasEstimate:
     degrees = math.degrees(figures["heading_span"])
     if not figures["level_free"]["observed"]:
         return _bias(
-            figures["level_free"], f"{degrees:.0f} deg of heading do not tell bias from the tilt of the floor"
+            figures["level_free"],
+            f"{degrees:.0f} deg of heading do not separate bias from the tilt of the floor",
         )
     if figures["heading_span"] >= FULL_TURN:
         return _bias(figures["level_free"])
@@ -106,7 +107,7 @@ def _published(
     across = np.eye(3) - np.outer(figures["up"], figures["up"])
     covariance[:3, :3] += (gravity * math.sin(tilt)) ** 2 * across
     widened = np.sqrt(np.diag(covariance)[:3])
-    reason = f"taken from a level floor; its sigma carries a tilt of {math.degrees(tilt):.1f} deg"
+    reason = f"found as on a level floor; its sigma includes a tilt of {math.degrees(tilt):.1f} deg"
     return covariance, BiasEstimate(published.value, widened, True, reason)
 
 
@@ -116,14 +117,14 @@ def _parameters(figures: _core.SpinFigures, force_bias: BiasEstimate) -> Iterato
     yield from _by_axis("accelerometer bias", "m/s^2", force_bias.value, force_bias.sigma, force_bias.reason)
     yield _angle("mounting roll", figures["roll"])
     yield _angle("mounting pitch", figures["pitch"])
-    few = "the heading changed too little to tell the tilt of the floor from bias"
+    few = "the heading changed too little to separate the tilt of the floor from bias"
     yield _angle("floor tilt", figures["floor_tilt"], few)
-    flat = "the floor is too level to have an uphill"
+    flat = "the floor is too level to show an uphill direction"
     yield _angle("uphill bearing", figures["uphill_bearing"], flat)
-    slow = "the robot turned too slowly or evenly to tell the lever arm from bias"
+    slow = "the robot turned too slowly or evenly to separate the lever arm from bias"
     yield from _by_axis("lever arm", "m", figures["lever_arm"], figures["lever_arm_sigma"], slow)
-    unsaid = "the angle truly turned is not known; say it with --true-turns"
-    level = "gravity does not turn enough with the heading to measure it by"
+    unsaid = "the angle truly turned is not known; give it with --true-turns"
+    level = "gravity changes too little with the heading to measure it"
     yield _scale("gyroscope scale about the axis", figures["heading_scale"], level)
     yield _scale("gyroscope scale clockwise", figures["scale_clockwise"], unsaid)
     yield _scale("gyroscope scale counter-clockwise", figures["scale_counter_clockwise"], unsaid)
@@ -167,12 +168,12 @@ def _warnings(figures: _core.SpinFigures, gravity: float, level_floor: bool) -> 
     yield from _about_the_floor(figures, gravity, level_floor)
     arm = float(np.linalg.norm(figures["lever_arm"]))
     if arm > NOTABLE_LEVER_ARM:
-        yield f"the IMU sits {arm:.1f} m from the turning axis: did the robot drive a circle?"
+        yield f"the IMU is {arm:.1f} m from the turning axis: did the robot drive a circle?"
     turn, turn_sigma = figures["slow_turn"]
     if figures["turned_while_still"]:
         yield (
             f"turned at {turn:.3g} +- {turn_sigma:.2g} rad/s while it seemed to stand still, as gravity "
-            "shows; the gyroscope bias is freed of that"
+            "shows; the gyroscope bias is corrected for that"
         )
     freedom = figures["degrees_of_freedom"]
     if freedom > 0 and figures["chi_square"] > LARGEST_REDUCED_CHI_SQUARE * freedom:
@@ -192,8 +193,8 @@ def _about_the_rests(figures: _core.SpinFigures, rests: tuple[Rest, ...]) -> Ite
     chance = CONTRADICTION * np.hypot(sigmas[:, None], sigmas[None])
     if (apart > chance + NOTABLE_WANDERING).any():
         yield (
-            f"the gyroscope's bias wandered by {apart.max():.2g} rad/s between the rests, which its sigma "
-            "does not know: let the unit warm up, or turn for less long"
+            f"the gyroscope's bias drifted by {apart.max():.2g} rad/s between the rests, which its sigma "
+            "does not include: let the unit warm up, or turn for a shorter time"
         )
 
 
@@ -218,8 +219,8 @@ def _about_the_turn(figures: _core.SpinFigures, gravity: float) -> Iterator[str]
             )
     if figures["rate"] < SLOW:
         yield (
-            f"turned at {figures['rate']:.2g} rad/s: so slowly the gyroscope's bias wanders meanwhile, and "
-            "the lever arm hardly shows; about 1 rad/s is good"
+            f"turned at {figures['rate']:.2g} rad/s: at so low a rate the gyroscope's bias drifts meanwhile, "
+            "and the lever arm hardly shows; about 1 rad/s is good"
         )
 
 
@@ -228,12 +229,12 @@ def _about_the_floor(figures: _core.SpinFigures, gravity: float, level_floor: bo
     if not (math.isfinite(tilt) and math.isfinite(sigma)):
         return
     if tilt > NOTABLE_TILT:
-        yield f"the floor tilts by {math.degrees(tilt):.1f} deg; a more level place is better"
+        yield f"the floor tilts by {math.degrees(tilt):.1f} deg; find a more level place"
     gap = np.abs(figures["level_free"]["value"] - figures["published"]["value"])
     both = np.hypot(figures["level_free"]["sigma"], figures["published"]["sigma"])
     contradicted = tilt > CONTRADICTION * sigma and bool((gap > CONTRADICTION * both).any())
     if level_floor and contradicted:
         yield (
-            f"the floor tilts by {math.degrees(tilt):.2f} +- {math.degrees(sigma):.1g} deg, which puts "
-            f"{gravity * math.sin(tilt):.2g} m/s^2 into the accelerometer bias of --level-floor; leave it out"
+            f"the floor tilts by {math.degrees(tilt):.2f} +- {math.degrees(sigma):.1g} deg, which adds "
+            f"{gravity * math.sin(tilt):.2g} m/s^2 to the accelerometer bias of --level-floor; leave it out"
         )

@@ -145,8 +145,8 @@ def _acquired(
     """Read the recording for the first time: where it stood still, and whether it can serve."""
     if recording.parts:
         raise ProcedureError(
-            f"{recording.name}: is a folder of {len(recording.parts)} logs, one a pose; give the one log in "
-            "which the robot stands and turns"
+            f"{recording.name}: is a folder of {len(recording.parts)} logs, one per pose; give the one log "
+            "in which the robot stands and turns"
         )
     unit = acquire(recording, brought, _first_half(progress))
     refuse_if_damaged(unit.name, unit.acquired, credible_faults(unit.acquired.faults))
@@ -226,7 +226,9 @@ def _windows(at: Sequence[tuple[float, float]], logged: Interval, name: str) -> 
                 "give times of its own clock"
             )
         if following and following.start < window.end:
-            raise ProcedureError(f"{said}: overlaps the one from {following.start:g} s; give them apart")
+            raise ProcedureError(
+                f"{said}: overlaps that from {following.start:g} s; give intervals that do not overlap"
+            )
     return windows or [Interval(-math.inf, math.inf)]
 
 
@@ -255,7 +257,7 @@ def _nothing_found(refused: Sequence[UnusedInterval], unit: Imu) -> str:
     hint = ""
     little = any(_shows_too_small_a_turn(interval.failure) for interval in refused)
     if little and unit.recording.metadata.gyroscope_unit.name == "deg/s":
-        hint = "; if its gyroscope was logged in rad/s, say --gyroscope-unit rad/s"
+        hint = "; if its gyroscope was logged in rad/s, give --gyroscope-unit rad/s"
     if len(refused) == 1 and remedy(refused[0].failure):
         return f"shows no spin that can be used: {_named(refused)}{hint}"
     return f"shows no spin that can be used: {_named(refused)}; {advice}{hint}"
@@ -286,7 +288,7 @@ def _remarks(unit: Imu) -> Iterator[str]:
     yield from unit.recording.metadata.remarks
     yield from unit.remarks
     if unit.recording.metadata.already_corrected:
-        yield "the log was corrected before it was written: this finds what the correction left"
+        yield "the log was already corrected: these biases hold on top of that correction"
 
 
 def scale_warning(
@@ -299,10 +301,10 @@ def scale_warning(
         return
     axis = "xyz"[int(np.argmax(np.abs(spins[-1].up)))]
     yield (
-        "along the vertical a scale error of the accelerometer cannot be told from bias: 1 % of it would be "
-        f"{0.01 * gravity:.2g} m/s^2, mostly of {axis}; nor across the vertical an angle between "
+        "along the vertical a scale error of the accelerometer cannot be separated from bias: 1 % of it "
+        f"would be {0.01 * gravity:.2g} m/s^2, mostly of {axis}; nor across the vertical an angle between "
         f"accelerometer and gyroscope: 0.1 deg would be {gravity * math.radians(0.1):.2g} m/s^2; a turntable "
-        "calibration, given with --calibration, is free of both"
+        "calibration, given with --calibration, corrects both"
     )
 
 

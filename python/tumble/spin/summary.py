@@ -133,7 +133,7 @@ def _refused(result: SpinResult) -> Iterator[str]:
     for start, end, why in sorted(longest):
         yield f"{start:.1f} to {end:.1f} s {why}"
     if len(result.refused) > MOST_REFUSED:
-        yield f"{len(result.refused) - MOST_REFUSED} shorter stretches; --json has all of them"
+        yield f"{len(result.refused) - MOST_REFUSED} shorter segments; --json has all of them"
 
 
 def _unobserved(result: SpinResult) -> Iterator[str]:

@@ -44,7 +44,7 @@ class TrueTurns:
         if not numbers or not (alone or both or len(numbers) == 1) or not all(map(_is_angle, numbers)):
             raise ProcedureError(
                 f"true turns {text!r}: give a number of turns, +3 counter-clockwise, -3 clockwise, +3,-3 for "
-                "both, or 3 if it turned so far in every direction in which it turned"
+                "both, or 3 for that angle in every direction in which it turned"
             )
         ccw = next((number for number in numbers if number > 0.0), None)
         cw = next((-number for number in numbers if number < 0.0), None)

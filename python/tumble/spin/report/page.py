@@ -163,25 +163,24 @@ def _time_picture(spin: Spin, prefix: str) -> Picture:
 
 def _heading_picture(spin: Spin, gravity: float, prefix: str) -> Picture:
     if level_floor_fit(spin, gravity) is None:
-        level = (
-            "What a level floor would give is not observable: neither is the tilt or the uphill direction."
-        )
+        level = "The line for a level floor is not drawn: the tilt or the uphill direction is not observable."
     else:
         level = (
             "Line through the points: the fit. Green line: the same on a level floor; it differs from zero "
-            "by what the lever arm does while turning. Where the robot speeds up or slows down the lines are "
-            "drawn from the rates of neighbouring stretches, which blunts them."
+            "by the acceleration of the lever arm while turning. Where the robot speeds up or slows down "
+            "the lines are drawn from the rates of neighbouring segments, which smooths them."
         )
     return Picture(
         heading_figure(spin, gravity, f"{prefix}-heading"),
-        f"Means over short stretches, all turns folded into one. {level} Filled: turning; hollow: at rest.",
+        f"Means over short segments, all turns over one turn of heading. {level} Filled: turning; hollow: "
+        "at rest.",
     )
 
 
 def _scatter_picture(spin: Spin, prefix: str) -> Picture:
     known = all(radius is not None for radius in noise_radii(spin))
     circles = (
-        "Circles: white noise of the size seen in single samples leaves 95 of 100 means inside. Points far "
+        "Circles: with white noise as in single samples, 95 of 100 means are inside. Points far "
         "outside: the turning axis moved, as on an uneven floor, or the noise is not white."
         if known
         else "The noise of these means is not known, so no circle is drawn."
@@ -193,7 +192,7 @@ def _improvement_picture(spin: Spin, gravity: float, prefix: str) -> Picture:
     sentences = [
         _before_and_after("|specific force| less gravity", "m/s^2", *force_errors(spin, gravity)[:2]),
         _before_and_after("|angular rate|", "rad/s", *rates_at_rest(spin)[:2]),
-        "The biases were found from these same rests, so this shows that they fit, not that they are true.",
+        "The biases were found from these same rests, so this shows that they fit, not that they are right.",
     ]
     return Picture(improvement_figure(spin, gravity, f"{prefix}-rest"), " ".join(sentences))
 
@@ -209,7 +208,7 @@ def _before_and_after(quantity: str, unit: str, before: FloatArray, after: Float
 
 def _sketch_caption(spin: Spin) -> str:
     return (
-        f"{top_view_caption(spin)} Seen from above. The robot's outline is a sign only; the lever arm is "
+        f"{top_view_caption(spin)} Seen from above. The robot's outline is a symbol; the lever arm is "
         "drawn to a scale of its own, with its 1-sigma ellipse."
     )
 
@@ -227,5 +226,5 @@ def _recording(result: SpinResult) -> Picture | None:
     rests = [replace(rest, pose=spin.label) for spin in result.spins for rest in spin.rests]
     return Picture(
         recording_figure(result.trace, rests, "rec"),
-        "Means over short stretches, as measured. Shaded: rests used, with the spin they belong to.",
+        "Means over short segments, as measured. Shaded: rests used, with the spin they belong to.",
     )

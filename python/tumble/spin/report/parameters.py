@@ -201,7 +201,7 @@ def _tilt_remark(spin: Spin, gravity: float) -> str:
     fit = parameter_named(spin, "floor tilt")
     found = f"; the fit has a floor tilt of {measurement(fit.value, fit.sigma, fit.unit)}" if fit else ""
     return (
-        "The difference across the turning axis is what a floor tilted by "
-        f"{measurement(tilt, sigma, 'deg')} puts into the published bias{found}. One degree of tilt is "
+        "The difference across the turning axis is the error that a floor tilted by "
+        f"{measurement(tilt, sigma, 'deg')} causes in the published bias{found}. One degree of tilt is "
         f"{significant(gravity * math.radians(1.0))} m/s²."
     )

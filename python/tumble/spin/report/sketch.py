@@ -109,7 +109,7 @@ def top_view_caption(spin: Spin) -> str:
     scale = readable_scale("m", max(abs(arm.forward), abs(arm.left)))
     forward = measurement(scale.factor * arm.forward, scale.factor * arm.forward_sigma, scale.unit)
     left = measurement(scale.factor * arm.left, scale.factor * arm.left_sigma, scale.unit)
-    return f"{floor} The IMU sits {forward} forward and {left} left of the turning axis."
+    return f"{floor} The IMU is {forward} forward and {left} left of the turning axis."
 
 
 def spins_figure(result: SpinResult, prefix: str) -> Markup:

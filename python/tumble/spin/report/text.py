@@ -119,8 +119,8 @@ def _about_the_method(result: SpinResult) -> Iterator[str]:
     whole = [spin for spin in result.spins if spin.method == "level-free" and spin.heading_span >= FULL_TURN]
     if len(whole) == len(result.spins):
         yield (
-            "Level-free: over a full turn of heading gravity tells the accelerometer bias from the tilt of "
-            "the floor, which need not be level."
+            "Level-free: over a full turn of heading gravity separates the accelerometer bias from the "
+            "tilt of the floor, which need not be level."
         )
     for spin in result.spins:
         if spin.method == "published":
@@ -146,8 +146,8 @@ def _about_the_fit(result: SpinResult) -> Iterator[str]:
     poor = [spin.label for spin in tested if not spin.fits]
     if poor:
         yield (
-            f"The model does not explain all that {join(poor)} measured: take sigma there for the least it "
-            "can be."
+            f"The model does not explain all that {join(poor)} measured: the true uncertainty there is at "
+            "least sigma."
         )
     else:
         yield "The model and the noise explain what was measured."
@@ -157,7 +157,7 @@ def _about_agreement(result: SpinResult) -> Iterator[str]:
     agreement = result.agreement
     if not agreement.observable:
         if len(result.spins) == 1:
-            yield "With a single spin nothing shows whether another would give the same."
+            yield "A single spin does not show whether another would give the same."
         return
     figures = (
         f"chi-square of the spins against their mean {significant(agreement.value)}, where "
