@@ -196,7 +196,7 @@ def test_samples_logged_twice_are_left_out_once_and_counted(tmp_path):
     assert same(next(stream), chunk)
     assert next(stream, None) is None
     assert stream.counts.duplicates == 300
-    assert stream.counts.remarks() == ("left out 300 samples with the time stamp of the one before",)
+    assert stream.counts.notices() == ("left out 300 samples with the time stamp of the one before",)
 
 
 def test_a_clock_too_coarse_for_its_samples_is_said(tmp_path):

@@ -25,7 +25,7 @@ class ScriptIsOverError(Exception):
 class Scripted:
     """A transport that carries these pieces, then nothing more."""
 
-    remarks = ()
+    notices = ()
 
     def __init__(self, pieces, whole=False):
         self.whole = whole

@@ -56,7 +56,7 @@ def acquire(
                 progress(samples, stream.expected if isinstance(stream, ChunkStream) else None)
         if isinstance(stream, ChunkStream):
             counts.add(stream.counts)
-    return Imu(recording, segmenter.finish(), counts.remarks())
+    return Imu(recording, segmenter.finish(), counts.notices())
 
 
 def corrected(chunk: Chunk, calibration: Calibration | None) -> tuple[FloatArray, FloatArray]:

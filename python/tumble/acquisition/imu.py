@@ -16,7 +16,7 @@ class Imu:
 
     recording: Recording
     acquired: _core.Acquired
-    remarks: tuple[str, ...] = ()
+    notices: tuple[str, ...] = ()
     """What was left out while reading."""
 
     @property

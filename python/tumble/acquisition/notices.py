@@ -9,11 +9,11 @@ from tumble.acquisition.imu import Imu
 from tumble.acquisition.messages import NOT_A_REST
 
 
-def remarks(unit: Imu) -> Iterator[str]:
+def notices(unit: Imu) -> Iterator[str]:
     """Say, a line each, what was left out, and what the reader did that a user should know."""
     metadata, acquired = unit.recording.metadata, unit.acquired
     yield from metadata.remarks
-    yield from unit.remarks
+    yield from unit.notices
     if metadata.already_corrected:
         yield "the log was already corrected: this calibration holds on top of that correction"
     for start, end, why in acquired.refused:

@@ -58,7 +58,7 @@ def align(
         source=ours[0].source,
         units=aligned,
         options={"search": search},
-        warnings=tuple(f"{unit.name}: {remark}" for unit, read in (ours, *theirs) for remark in read.remarks),
+        warnings=tuple(f"{unit.name}: {notice}" for unit, read in (ours, *theirs) for notice in read.notices),
         software=f"tumble {_core.__version__}",
     )
 

@@ -31,7 +31,7 @@ class UnitSamples:
     gyroscope_bias: tuple[float, float, float]
     """rad/s, mean over the rests; zero where there is none."""
     gyroscope_bias_sigma: float
-    remarks: tuple[str, ...]
+    notices: tuple[str, ...]
     """What was left out while reading."""
 
     @property
@@ -86,7 +86,7 @@ def _read(unit: UnitLog, progress: Progress) -> UnitSamples:
         (time, np.concatenate(forces)[timed], np.concatenate(rates)[timed]),
         bias,
         sigma,
-        stream.counts.remarks() if isinstance(stream, ChunkStream) else (),
+        stream.counts.notices() if isinstance(stream, ChunkStream) else (),
     )
 
 

@@ -58,7 +58,7 @@ def apply(
             samples += len(chunk)
             if progress is not None:
                 progress(samples, expected)
-    left_out = stream.counts.remarks() if isinstance(stream, ChunkStream) else ()
+    left_out = stream.counts.notices() if isinstance(stream, ChunkStream) else ()
     return Applied(output, samples, (*_warnings(calibration, recording), *left_out))
 
 

@@ -61,7 +61,7 @@ def _conclude(metadata: Metadata, watch: SampleWatch, acquired: _core.Acquired, 
         not_rests=tuple((start, end, NOT_A_REST[why]) for start, end, why in acquired.refused),
         directions=len(directions_of(rests)),
         services=services_of(rests, acquired.turn_angles, acquired.trace(), _imus(metadata), stuck),
-        remarks=(*metadata.remarks, *counts.remarks(), *_warnings(metadata, timing, channels)),
+        remarks=(*metadata.remarks, *counts.notices(), *_warnings(metadata, timing, channels)),
     )
 
 

@@ -11,7 +11,7 @@ from tumble.errors import LogError
 from tumble.live.clock import ArrivalClock, CountingClock, DeviceClock
 from tumble.live.readings import Readings, StreamFacts
 from tumble.live.source import LiveChunk
-from tumble.logs.conversion import Conversion, conversion_for, remarks_on_axes
+from tumble.logs.conversion import Conversion, conversion_for, notices_on_axes
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import RawSamples, StatedUnit
 from tumble.logs.units import IMPOSSIBLE_RAD_PER_S
@@ -53,22 +53,22 @@ class Conditioner:
         return self._conversion is not None and self._conversion.gyroscope_unit.reason == "assumed"
 
     @property
-    def remarks(self) -> tuple[str, ...]:
+    def notices(self) -> tuple[str, ...]:
         """Say what was taken for granted and what was left out."""
         if self._conversion is None or self._facts is None:
             return ()
-        remarks = [*self._facts.remarks, *remarks_on_axes(self._options)]
+        notices = [*self._facts.notices, *notices_on_axes(self._options)]
         if self.gyroscope_unit_is_assumed:
-            remarks.append("gyroscope is assumed to be in rad/s; no unit is stated")
+            notices.append("gyroscope is assumed to be in rad/s; no unit is stated")
         if self._conversion.time_unit.reason == _ARRIVAL:
-            remarks.append(
+            notices.append(
                 "samples carry no time, so that of their arrival is used: delays on the way count as motion"
             )
         if self.without_number:
-            remarks.append(f"left out {self.without_number} samples without a number")
+            notices.append(f"left out {self.without_number} samples without a number")
         if self.late:
-            remarks.append(f"left out {self.late} samples that came twice or out of order")
-        return tuple(remarks)
+            notices.append(f"left out {self.late} samples that came twice or out of order")
+        return tuple(notices)
 
     def take(self, readings: Readings, facts: StreamFacts, arrival: float) -> LiveChunk:
         """Give what can be used by now: nothing until there are samples enough to decide units from.

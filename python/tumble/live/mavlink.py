@@ -110,7 +110,7 @@ class MavlinkSource:
     @property
     def remarks(self) -> tuple[str, ...]:
         """See `Source`."""
-        return (*self._conditioner.remarks, *self._transport.remarks)
+        return (*self._conditioner.notices, *self._transport.notices)
 
     @property
     def gyroscope_unit_is_assumed(self) -> bool:
@@ -209,13 +209,13 @@ class MavlinkSource:
         kind = KINDS[chosen.message]
         others = sorted(sender.words for sender in self._heard if sender != chosen)
         beside = f"; there are also {', '.join(others)}" if others else ""
-        remarks = [
+        notices = [
             f"reads {chosen.words}{beside}",
             "an autopilot may correct what it sends with a calibration of its own; this one holds on top "
             "of it",
         ]
         if kind.time_unit == "ms":
-            remarks.append(f"{chosen.message} comes in whole mg, mrad/s and ms; HIGHRES_IMU is finer")
+            notices.append(f"{chosen.message} comes in whole mg, mrad/s and ms; HIGHRES_IMU is finer")
         return StreamFacts(
             self._address.text,
             True,
@@ -223,7 +223,7 @@ class MavlinkSource:
             _stated(kind.gyroscope_unit),
             _stated(kind.time_unit),
             _stated("degC"),
-            remarks=tuple(remarks),
+            notices=tuple(notices),
         )
 
 

@@ -33,4 +33,4 @@ class StreamFacts:
     time_unit: StatedUnit | None = None
     temperature_unit: StatedUnit | None = None
     rate: None = None
-    remarks: tuple[str, ...] = ()
+    notices: tuple[str, ...] = ()

@@ -36,7 +36,7 @@ class _Layout:
     delimiter: str
     columns: ImuColumns
     moving: str | None
-    remarks: tuple[str, ...] = ()
+    notices: tuple[str, ...] = ()
 
     @property
     def wanted(self) -> list[str]:
@@ -73,12 +73,12 @@ class RowReader:
         return self._layout.columns
 
     @property
-    def remarks(self) -> tuple[str, ...]:
+    def notices(self) -> tuple[str, ...]:
         """What a user should know of how rows were read."""
-        remarks = () if self._layout is None else self._layout.remarks
+        notices = () if self._layout is None else self._layout.notices
         if self.unreadable:
-            remarks += (f"left out {self.unreadable} lines that hold no sample",)
-        return remarks
+            notices += (f"left out {self.unreadable} lines that hold no sample",)
+        return notices
 
     def read(self, lines: Sequence[bytes]) -> Readings | None:
         """Read lines; None where they hold no sample, or the columns are not known yet.
@@ -151,11 +151,11 @@ class RowReader:
         lengths = [len(split_line(row, delimiter)) for row in self._unnamed]
         count = max(set(lengths), key=lengths.count)
         rows = [row for row, length in zip(self._unnamed, lengths, strict=True) if length == count]
-        names, remarks = names_for(self._source, rows, delimiter, count, self._options)
-        self._layout = self._layout_for(names, delimiter, remarks)
+        names, notices = names_for(self._source, rows, delimiter, count, self._options)
+        self._layout = self._layout_for(names, delimiter, notices)
         return True
 
-    def _layout_for(self, names: tuple[str, ...], delimiter: str, remarks: tuple[str, ...] = ()) -> _Layout:
+    def _layout_for(self, names: tuple[str, ...], delimiter: str, notices: tuple[str, ...] = ()) -> _Layout:
         imus = find_imus(names, self._source, self._options.columns)
         wanted = self._options.topic
         if wanted is None and len(imus) > 1 and "" not in imus:
@@ -165,7 +165,7 @@ class RowReader:
         if imu not in imus:
             listed = ", ".join(name for name in imus if name) or "only one IMU, without a name"
             raise LogError(f"{self._source}: no column prefix {imu!r}; found: {listed}")
-        return _Layout(names, delimiter, imus[imu], self._moving_among(names), remarks)
+        return _Layout(names, delimiter, imus[imu], self._moving_among(names), notices)
 
     def _moving_among(self, names: tuple[str, ...]) -> str | None:
         stated = self._moving_column

@@ -46,7 +46,7 @@ class TextSource:
     @property
     def remarks(self) -> tuple[str, ...]:
         """See `Source`."""
-        return (*self._rows.remarks, *self._conditioner.remarks, *self._transport.remarks)
+        return (*self._rows.notices, *self._conditioner.notices, *self._transport.notices)
 
     @property
     def gyroscope_unit_is_assumed(self) -> bool:

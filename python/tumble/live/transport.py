@@ -27,7 +27,7 @@ class Transport(Protocol):
         """Whether every piece holds whole messages, as datagrams do, or bytes as they happen to come."""
 
     @property
-    def remarks(self) -> tuple[str, ...]:
+    def notices(self) -> tuple[str, ...]:
         """What a user should know of what came."""
 
     def receive(self, wait: float) -> bytes:
@@ -50,7 +50,7 @@ class SerialLine:
     """A serial port: eight bits, no parity, one stop bit, no flow control."""
 
     whole = False
-    remarks: tuple[str, ...] = ()
+    notices: tuple[str, ...] = ()
 
     def __init__(self, address: Address, device: str, baud: int) -> None:
         self._address = address
@@ -116,7 +116,7 @@ class DatagramSocket:
         self._from_others = 0
 
     @property
-    def remarks(self) -> tuple[str, ...]:
+    def notices(self) -> tuple[str, ...]:
         """Say that others sent as well: samples of two devices in turn would be those of none."""
         if self._sender is None or not self._from_others:
             return ()

@@ -45,15 +45,15 @@ class Counts:
         for name, count in other.channels.items():
             self.channels[name] = self.channels.get(name, 0) + count
 
-    def remarks(self) -> tuple[str, ...]:
+    def notices(self) -> tuple[str, ...]:
         """Say what was left out; empty if nothing was."""
-        remarks = []
+        notices = []
         if self.duplicates:
-            remarks.append(f"left out {self.duplicates} samples with the time stamp of the one before")
+            notices.append(f"left out {self.duplicates} samples with the time stamp of the one before")
         if self.without_number:
             channels = ", ".join(f"{name} {count}" for name, count in self.channels.items())
-            remarks.append(f"left out {self.without_number} samples without a number ({channels})")
-        return tuple(remarks)
+            notices.append(f"left out {self.without_number} samples without a number ({channels})")
+        return tuple(notices)
 
 
 class ChunkStream(Iterator[Chunk]):

@@ -146,15 +146,15 @@ def _triad(rotation: FloatArray, zero: FloatArray, scale: FloatArray) -> TriadCo
     return TriadConversion((x, y, z), zero, rotation @ scale)
 
 
-def remarks_on_axes(options: ReadOptions) -> tuple[str, ...]:
+def notices_on_axes(options: ReadOptions) -> tuple[str, ...]:
     """Say which axes the user had turned."""
-    remarks = []
+    notices = []
     if options.accelerometer_sign == -1:
-        remarks.append("sign of the accelerometer changed to read +g up")
+        notices.append("sign of the accelerometer changed to read +g up")
     if options.axes.replace(" ", "") != "x,y,z":
         handed = ", which is assumed to be left-handed" if is_mirrored(options.axes) else ""
-        remarks.append(f"case axes x, y, z are {options.axes} of the log{handed}")
-    return tuple(remarks)
+        notices.append(f"case axes x, y, z are {options.axes} of the log{handed}")
+    return tuple(notices)
 
 
 def is_mirrored(axes: str) -> bool:

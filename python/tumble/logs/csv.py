@@ -41,7 +41,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     name = choose(path, tuple(imus), imu, "column prefix")
     table = TextTable(path, layout, imus[name].names)
     columns = imus[name]
-    rate, remarks = _stated_rate(layout, columns, options)
+    rate, notices = _stated_rate(layout, columns, options)
     return LoggedImu(
         path=path,
         imu=name,
@@ -59,7 +59,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         alone=len(imus) == 1,
         expected=int((path.stat().st_size - layout.data_offset) / layout.row_bytes),
         already_corrected=True if "corrected" in layout.preamble else None,
-        remarks=layout.remarks + remarks,
+        notices=layout.notices + notices,
     )
 
 

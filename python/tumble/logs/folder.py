@@ -39,16 +39,16 @@ def open_folder(folder: Path, open_part: Callable[[Path], Recording]) -> Recordi
     files = log_files(folder)
     parts = tuple(open_part(path) for path in files)
     ignored = sorted(path.name for path in folder.iterdir() if path.is_file() and path not in files)
-    remarks = [f"{len(parts)} files, read one after another"]
+    notices = [f"{len(parts)} files, read one after another"]
     if ignored:
-        remarks.append(f"left out {', '.join(ignored)}")
+        notices.append(f"left out {', '.join(ignored)}")
     metadata = replace(
         parts[0].metadata,
         name=folder.name,
         source=str(folder),
         format="folder",
         clock="",
-        remarks=(*remarks, *dict.fromkeys(remark for part in parts for remark in part.metadata.remarks)),
+        remarks=(*notices, *dict.fromkeys(notice for part in parts for notice in part.metadata.remarks)),
     )
     return Recording(metadata, lambda: FolderStream(parts), parts)
 

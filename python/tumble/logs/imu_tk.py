@@ -57,7 +57,7 @@ def open_logged_imu(pair: tuple[Path, Path], source: Path, options: ReadOptions)
         head=lambda: next(_read(pair, accelerometer, gyroscope, lambda samples: samples)),
         locate=lambda sample: f"line {accelerometer.line_of(sample)} of {pair[0].name}",
         expected=int(pair[0].stat().st_size / find_layout(pair[0], options).row_bytes),
-        remarks=(f"accelerometer from {pair[0].name}, gyroscope from {pair[1].name}",),
+        notices=(f"accelerometer from {pair[0].name}, gyroscope from {pair[1].name}",),
     )
 
 

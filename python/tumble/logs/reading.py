@@ -8,7 +8,7 @@ from pathlib import Path
 from tumble.errors import LogError
 from tumble.logs import formats
 from tumble.logs.checks import ChunkStream
-from tumble.logs.conversion import Conversion, conversion_for, remarks_on_axes, without_time
+from tumble.logs.conversion import Conversion, conversion_for, notices_on_axes, without_time
 from tumble.logs.folder import log_files, open_folder
 from tumble.logs.options import ReadOptions
 from tumble.logs.spec import LogSpec, parse_spec
@@ -102,7 +102,7 @@ def _metadata(track: LoggedImu, conversion: Conversion, options: ReadOptions, ra
         rate=rate,
         already_corrected=track.already_corrected,
         serial=options.serial or track.serial,
-        remarks=(*track.remarks, *remarks_on_axes(options)),
+        remarks=(*track.notices, *notices_on_axes(options)),
     )
 
 

@@ -43,7 +43,7 @@ class TextLayout:
     decimal_point: str = "."
     preamble: dict[str, str] = field(default_factory=dict)
     """What lines of the form `key, value` before the columns say, keys in lower case."""
-    remarks: tuple[str, ...] = ()
+    notices: tuple[str, ...] = ()
 
 
 def split_line(line: str, delimiter: str) -> list[str]:
@@ -194,11 +194,11 @@ def _unnamed(
     rows = [_decode(line).strip() for line in lines[number - 1 :][:_ROWS_SEARCHED] if line.strip()]
     delimiter = numbers_delimiter(rows[0]) or ","
     fields = split_line(rows[0], delimiter)
-    names, remarks = names_for(path, rows, delimiter, len(fields), options)
+    names, notices = names_for(path, rows, delimiter, len(fields), options)
     before = _decode(lines[number - 2]).strip().lstrip("#%") if number > 1 else ""
     header = split_line(before, delimiter)
     if len(header) == len(fields) and not options.columns and number - 1 > options.skip_lines:
-        names, remarks = tuple(header), ()
+        names, notices = tuple(header), ()
     return TextLayout(
         delimiter,
         names,
@@ -208,7 +208,7 @@ def _unnamed(
         _row_bytes(lines[number - 1 :]),
         _decimal_point(rows[0], delimiter),
         preamble,
-        remarks,
+        notices,
     )
 
 

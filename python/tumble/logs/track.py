@@ -66,7 +66,7 @@ class LoggedImu:
     rate: float | None = None
     serial: str = ""
     already_corrected: bool | None = None
-    remarks: tuple[str, ...] = ()
+    notices: tuple[str, ...] = ()
     alone: bool = True
     """True where the file holds no other IMU."""
     expected: int | None = None

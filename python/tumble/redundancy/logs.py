@@ -250,11 +250,11 @@ class SideBySide(Iterator[list[SampleArrays]]):
             self._progress(sum(reader.read for reader in self._readers), self._expected)
         return block
 
-    def remarks(self) -> Iterator[str]:
+    def notices(self) -> Iterator[str]:
         """Say what was left out of each unit's log."""
         for reader in self._readers:
             if isinstance(reader.stream, ChunkStream):
-                yield from (f"{reader.unit.name}: {remark}" for remark in reader.stream.counts.remarks())
+                yield from (f"{reader.unit.name}: {notice}" for notice in reader.stream.counts.notices())
 
     def _refuse_if_apart(self) -> None:
         primary, *secondaries = self._readers

@@ -82,7 +82,7 @@ def redundancy(
         traces=replayed.traces(),
         selected=tuple(replayed.selected(blocks.end)),
         replay_rate=(blocks.end - blocks.start) / max(replayed.seconds, 1e-9),
-        warnings=(*_warnings(units, brought, rejected), *blocks.remarks()),
+        warnings=(*_warnings(units, brought, rejected), *blocks.notices()),
         calibration_hash=brought.hash() if brought else "",
         software=f"tumble {_core.__version__}",
         serials={unit.name: unit.recording.metadata.serial for unit in units if unit.recording is not None},
@@ -267,7 +267,7 @@ def _warnings(
         if unit.recording is None:
             yield f"{unit.name}: is missing and replayed as a unit that sends nothing: {unit.missing}"
         else:
-            yield from (f"{unit.name}: {remark}" for remark in unit.recording.metadata.remarks)
+            yield from (f"{unit.name}: {notice}" for notice in unit.recording.metadata.remarks)
     if _may_differ_in_clock([unit.recording for unit in units if unit.recording is not None]):
         yield (
             "the logs do not say whether one clock stamped them all; that is assumed; tumble align "

@@ -134,7 +134,7 @@ def spin(
             "level-floor": level_floor,
             "at": [list(times) for times in at],
         },
-        warnings=(*_remarks(unit), *combined.warnings, *scale_warning(combined, spins, brought, strength)),
+        warnings=(*_notices(unit), *combined.warnings, *scale_warning(combined, spins, brought, strength)),
         software=f"tumble {_core.__version__}",
     )
 
@@ -283,10 +283,10 @@ def _named(refused: Sequence[UnusedInterval]) -> str:
     return ", ".join([*named, *([f"and {more} more"] if more else [])])
 
 
-def _remarks(unit: Imu) -> Iterator[str]:
+def _notices(unit: Imu) -> Iterator[str]:
     """Say what was left out, and what the reader did that a user should know."""
     yield from unit.recording.metadata.remarks
-    yield from unit.remarks
+    yield from unit.notices
     if unit.recording.metadata.already_corrected:
         yield "the log was already corrected: these biases hold on top of that correction"
 

@@ -10,7 +10,7 @@ import numpy as np
 from tumble import _core
 from tumble.acquisition.acquire import refused_of, rests_of, trace_of
 from tumble.acquisition.imu import Imu
-from tumble.acquisition.notices import remarks
+from tumble.acquisition.notices import notices
 from tumble.calibration.document import Calibration
 from tumble.recording import FloatArray
 from tumble.turntable.matching import PoseMatch
@@ -50,8 +50,8 @@ def reference_result(
 
 def reference_warnings(unit: Imu, understood: _core.Reference, gravity: float) -> Iterator[str]:
     """Say what was odd about the reference."""
-    for remark in remarks(unit):
-        yield f"{unit.name}: {remark}"
+    for notice in notices(unit):
+        yield f"{unit.name}: {notice}"
     figures = understood.figures
     if figures["excess"] > 1.0 and figures["norm_residual"] > NOTABLE_NORM_RESIDUAL:
         yield (

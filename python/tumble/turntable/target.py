@@ -11,7 +11,7 @@ import numpy as np
 from tumble import _core
 from tumble.acquisition.acquire import refuse_if_unfit, refused_of, rests_of, trace_of
 from tumble.acquisition.imu import Imu
-from tumble.acquisition.notices import remarks
+from tumble.acquisition.notices import notices
 from tumble.errors import TumbleError
 from tumble.results import Trace, TriadResult
 from tumble.turntable.limits import Limits
@@ -98,7 +98,7 @@ class TargetProcedure:
         return replace(
             result,
             axis_readings=self._axis_readings(result, figures),
-            warnings=(*remarks(unit), *self._warnings(result, figures)),
+            warnings=(*notices(unit), *self._warnings(result, figures)),
         )
 
     def _axis_readings(self, result: TargetResult, figures: _core.TargetFigures) -> tuple[AxisReading, ...]:
