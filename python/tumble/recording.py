@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray: TypeAlias = NDArray[np.float64]
+
+SampleProgress: TypeAlias = Callable[[int, int | None], None]
+"""Told samples done, and samples expected where they are known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,3 +121,7 @@ class Recording:
             clock=clock,
         )
         return cls(metadata, lambda: iter((chunk,)))
+
+
+RecordingSource: TypeAlias = Recording | str | Path
+"""A recording, or what names one: LOG, or LOG:NAME for one IMU of several."""

@@ -9,6 +9,9 @@ from tumble.recording import FloatArray
 
 TriadName = Literal["accelerometer", "gyroscope"]
 
+Precision = Literal["f64", "f32"]
+"""Floats to compute with: f32 as on a device."""
+
 NOT_SHOWN = "the data do not show it"
 """Why something is not observable, where nothing more can be said."""
 

@@ -11,7 +11,7 @@ from live_fixtures import pieces_of, scripted, serial_device, text_lines
 from spin_sessions import drive, record, still, turn
 from tumble.errors import LogError, ProcedureError
 from tumble.live import LiveChunk, open_source
-from tumble.spin.live import FIRST_SAMPLE_WITHIN, PATIENCE, LiveSpin, Wishes
+from tumble.spin.live import FIRST_SAMPLE_WITHIN, PATIENCE, LiveSpin, LiveSpinOptions
 
 NOTHING = LiveChunk(np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
 
@@ -79,18 +79,18 @@ class Wall:
         return self._now
 
 
-def run(source, wishes=None, **options):
+def run(source, asked=None, **options):
     """Run the procedure to its end; give its steps and its result."""
-    live = LiveSpin(source, wishes, **options)
+    live = LiveSpin(source, asked, **options)
     with source:
         steps = list(live.steps())
     return steps, live.result()
 
 
-def refusal(source, wishes=None, error=ProcedureError, **options):
+def refusal(source, asked=None, error=ProcedureError, **options):
     """The line with which the procedure gives up."""
     with pytest.raises(error) as caught:
-        run(source, wishes, **options)
+        run(source, asked, **options)
     message = str(caught.value)
     assert "\n" not in message
     return message
@@ -191,10 +191,10 @@ def test_the_pace_of_the_turn_is_judged_against_what_was_asked(rate, pace):
     assert {step.pace for step in steps if step.state == "still"} == {"none"}
 
 
-def test_wishes_are_what_the_robot_has_to_fulfil():
+def test_the_robot_does_what_the_options_ask_for():
     session = record([still(12.0), turn(5.0)], seed=9)
-    _, little = run(Fed(session), Wishes(still=3.0, turns=1.0))
-    _, much = run(Fed(session), Wishes(still=10.0, turns=4.0))
+    _, little = run(Fed(session), LiveSpinOptions(still=3.0, turns=1.0))
+    _, much = run(Fed(session), LiveSpinOptions(still=10.0, turns=4.0))
     assert little.spins[0].turns < 1.3
     assert much.spins[0].turns > 3.9
     assert (much.accelerometer_bias.sigma < little.accelerometer_bias.sigma).all()

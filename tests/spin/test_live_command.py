@@ -115,10 +115,10 @@ def test_a_simulated_robot_can_be_tried_as_the_page_says(run_live, tmp_path):
         assert np.linalg.norm(left) < share * np.linalg.norm(truth[triad]["b"])
 
 
-def test_other_wishes_are_passed_on(run_live, session, tmp_path):
+def test_other_options_are_passed_on(run_live, session, tmp_path):
     log = session.write(tmp_path / "drive.csv", HEADER)
-    wishes = ("--still", "2s", "--turns", "1", "--turn-rate", "0.8", "--latitude", "48", "--serial", "0815")
-    process = run_live(f"replay:{log}?speed=max", "-o", tmp_path, *wishes)
+    options = ("--still", "2s", "--turns", "1", "--turn-rate", "0.8", "--latitude", "48", "--serial", "0815")
+    process = run_live(f"replay:{log}?speed=max", "-o", tmp_path, *options)
     _, errors = process.communicate()
     assert process.returncode == 0
     assert "stand still for 2 s" in errors

@@ -10,7 +10,7 @@ import pytest
 from tumble import _core
 from tumble.errors import ProcedureError
 from tumble.setting_models import SpinSettings
-from tumble.spin.live import Wishes
+from tumble.spin.live import LiveSpinOptions
 from tumble.spin.settings import core_settings
 from turntable_sessions import typed
 
@@ -31,9 +31,9 @@ def test_defaults_of_the_model_and_of_a_live_spin_are_those_of_the_core():
     assert SpinSettings().model_dump() == {
         name: row["default"] for name, row in TABLE.items() if row["default"] is not None
     }
-    wishes = Wishes()
-    assert (wishes.still, wishes.rate) == (TABLE["still"]["default"], TABLE["rate"]["default"])
-    assert wishes.turns * math.tau == TABLE["turn"]["default"]
+    options = LiveSpinOptions()
+    assert (options.still, options.rate) == (TABLE["still"]["default"], TABLE["rate"]["default"])
+    assert options.turns * math.tau == TABLE["turn"]["default"]
 
 
 def test_the_help_of_the_command_tells_the_defaults_of_the_core():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -15,7 +15,7 @@ from tumble.acquisition.messages import NOT_A_REST
 from tumble.errors import ProcedureError
 from tumble.gravity import STANDARD_GRAVITY
 from tumble.logs import ChunkStream, Counts
-from tumble.recording import Chunk, FloatArray, Recording
+from tumble.recording import Chunk, FloatArray, Recording, SampleProgress
 from tumble.results import Rest, Trace
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ LARGEST_GRAVITY_RATIO = 1.25
 def acquire(
     recording: Recording,
     calibration: Calibration | None = None,
-    progress: Callable[[int, int | None], None] | None = None,
+    progress: SampleProgress | None = None,
 ) -> Imu:
     """Read a recording once, in chunks, and keep sums over its rests and turns.
 

@@ -12,24 +12,25 @@ from tumble import _core
 from tumble.align.messages import explain
 from tumble.align.outputs import describe_alignment
 from tumble.align.result import AlignResult, UnitAlignment
-from tumble.align.samples import Progress, UnitSamples, read_samples
+from tumble.align.samples import UnitSamples, read_samples
 from tumble.documents import write_document
 from tumble.errors import LogError, ProcedureError
 from tumble.logs import ReadOptions
-from tumble.redundancy.logs import Source, UnitLog, open_units
+from tumble.recording import RecordingSource, SampleProgress
+from tumble.redundancy.logs import UnitLog, open_units
 
 LARGEST_OFFSET = 5.0
 """s by which clocks may differ, if not said otherwise."""
 
 
 def align(
-    primary: Source,
-    secondaries: Sequence[Source],
+    primary: RecordingSource,
+    secondaries: Sequence[RecordingSource],
     log: str | Path | None = None,
     *,
     search: float = LARGEST_OFFSET,
     read: ReadOptions | Mapping[str, ReadOptions] | None = None,
-    progress: Progress | None = None,
+    progress: SampleProgress | None = None,
 ) -> AlignResult:
     """Find rotation, time offset and lever arm of secondaries against a primary that moved with them.
 

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 
 from tumble import _core
 from tumble.errors import ProcedureError
 from tumble.logs import ChunkStream
-from tumble.recording import FloatArray
+from tumble.recording import FloatArray, SampleProgress
 from tumble.redundancy.logs import UnitLog
-
-Progress: TypeAlias = Callable[[int, int | None], None]
 
 UNKNOWN_BIAS = 0.1
 """rad/s, 1-sigma of a gyroscope's bias that no rest shows."""
@@ -45,7 +42,7 @@ class UnitSamples:
         return float(self.arrays[0][-1])
 
 
-def read_samples(units: Sequence[UnitLog], progress: Progress | None) -> list[UnitSamples]:
+def read_samples(units: Sequence[UnitLog], progress: SampleProgress | None) -> list[UnitSamples]:
     """Read all units, primary first; raises `TumbleError` where a log cannot be read or is out of order."""
     read: list[UnitSamples] = []
     done = 0
@@ -62,7 +59,7 @@ def read_samples(units: Sequence[UnitLog], progress: Progress | None) -> list[Un
     return read
 
 
-def _read(unit: UnitLog, progress: Progress) -> UnitSamples:
+def _read(unit: UnitLog, progress: SampleProgress) -> UnitSamples:
     assert unit.recording is not None
     segmenter = _core.Segmenter()
     times, forces, rates = [], [], []

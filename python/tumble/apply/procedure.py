@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tumble.calibration.document import Calibration
 from tumble.errors import OutputError
 from tumble.logs import ChunkStream, Facts, open_writer, parse_spec
-from tumble.recording import Recording
+from tumble.recording import Recording, SampleProgress
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +33,7 @@ def apply(
     output: Path | str,
     *,
     format_name: str | None = None,
-    progress: Callable[[int, int | None], None] | None = None,
+    progress: SampleProgress | None = None,
 ) -> Applied:
     """Write `recording` corrected to `output`, in SI units; memory does not grow with its length.
 

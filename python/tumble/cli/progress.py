@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from tumble.recording import SampleProgress
 
 
 @contextmanager
-def sample_progress(what: str) -> Iterator[Callable[[int, int | None], None]]:
+def sample_progress(what: str) -> Iterator[SampleProgress]:
     """Show samples done on standard error while the block runs; nothing where that is no terminal."""
     if not sys.stderr.isatty():
         yield lambda _done, _expected: None

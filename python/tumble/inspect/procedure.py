@@ -14,15 +14,15 @@ from tumble.inspect.result import ChannelFacts, Inspection, Timing
 from tumble.inspect.samples import SampleWatch
 from tumble.inspect.services import directions_of, services_of
 from tumble.logs import ChunkStream, Counts, list_imus, parse_spec
-from tumble.recording import Metadata, Recording
+from tumble.recording import Metadata, Recording, SampleProgress
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    pass
 
 _FEW_HZ = 5.0
 
 
-def inspect(recording: Recording, progress: Callable[[int, int | None], None] | None = None) -> Inspection:
+def inspect(recording: Recording, progress: SampleProgress | None = None) -> Inspection:
     """Inspect one recording in one pass; memory does not grow with its length.
 
     `progress` is told samples done, and samples expected where they are known beforehand.

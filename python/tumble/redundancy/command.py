@@ -22,7 +22,7 @@ NOT_ALL_WELL = 3
 """Exit code where a secondary was to be calibrated and was not, or no unit was ever fit."""
 
 
-class Precision(str, Enum):
+class PrecisionOption(str, Enum):
     """Floats to compute with."""
 
     F64 = "f64"
@@ -86,8 +86,8 @@ def redundancy_command(
         ),
     ] = None,
     precision: Annotated[
-        Precision, typer.Option(help="Floats to compute with: f32 as on a device.")
-    ] = Precision.F64,
+        PrecisionOption, typer.Option(help="Floats to compute with: f32 as on a device.")
+    ] = PrecisionOption.F64,
     allow_missing: Annotated[
         bool,
         typer.Option(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
@@ -11,11 +11,7 @@ import numpy as np
 
 from tumble.errors import LogError, ProcedureError
 from tumble.logs import ChunkStream, ReadOptions, list_imus, open_recording, parse_spec
-from tumble.recording import Chunk, FloatArray, Recording
-
-Source: TypeAlias = Recording | str | Path
-Progress: TypeAlias = Callable[[int, int | None], None]
-"""Told samples done, and samples expected where they are known."""
+from tumble.recording import Chunk, FloatArray, Recording, RecordingSource, SampleProgress
 
 MOST_SECONDARIES = 7
 SHORT_BLOCK = 0.02
@@ -37,7 +33,7 @@ class UnitLog:
 
 
 def open_units(
-    sources: Sequence[Source],
+    sources: Sequence[RecordingSource],
     log: str | Path | None = None,
     read: ReadOptions | Mapping[str, ReadOptions] | None = None,
     allow_missing: bool = False,
@@ -88,7 +84,7 @@ class _Known:
 
 
 def _open_unit(
-    source: Source,
+    source: RecordingSource,
     known: _Known | None,
     read: ReadOptions | Mapping[str, ReadOptions] | None,
     allow_missing: bool,
@@ -222,7 +218,7 @@ class SideBySide(Iterator[list[SampleArrays]]):
     """
 
     def __init__(
-        self, units: Sequence[UnitLog], offsets: Sequence[float], progress: Progress | None = None
+        self, units: Sequence[UnitLog], offsets: Sequence[float], progress: SampleProgress | None = None
     ) -> None:
         self._readers = [
             _Reader(unit, offset, iter(()) if unit.recording is None else unit.recording.chunks())

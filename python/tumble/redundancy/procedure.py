@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from pydantic import ValidationError
@@ -15,22 +15,22 @@ from tumble.documents import mistake_in
 from tumble.errors import ProcedureError
 from tumble.files import prepare_folder
 from tumble.logs import ReadOptions, parse_spec
-from tumble.recording import FloatArray, Recording
-from tumble.redundancy.logs import Progress, SideBySide, Source, UnitLog, open_units
+from tumble.recording import FloatArray, Recording, RecordingSource, SampleProgress
+from tumble.redundancy.logs import SideBySide, UnitLog, open_units
 from tumble.redundancy.messages import explain
 from tumble.redundancy.replay import COMMANDS, Command, replay
 from tumble.redundancy.result import RedundancyEvent, RedundancyResult, SecondaryError
 from tumble.redundancy.settings import RedundancySettings
 from tumble.redundancy.store import ErrorStore, Identified, Rejected, file_stem
 from tumble.redundancy.units import CHANNELS, UnitSettings, identity_of
+from tumble.results import Precision
 
-Precision: TypeAlias = Literal["f64", "f32"]
 Settings: TypeAlias = RedundancySettings | Mapping[str, object] | str | Path
 
 
 def redundancy(
-    primary: Source,
-    secondaries: Sequence[Source],
+    primary: RecordingSource,
+    secondaries: Sequence[RecordingSource],
     *,
     log: str | Path | None = None,
     settings: Settings | None = None,
@@ -40,7 +40,7 @@ def redundancy(
     precision: Precision = "f64",
     allow_missing: bool = False,
     read: ReadOptions | Mapping[str, ReadOptions] | None = None,
-    progress: Progress | None = None,
+    progress: SampleProgress | None = None,
 ) -> RedundancyResult:
     """Replay the logs of a redundant set, sample by sample, through the monitor.
 

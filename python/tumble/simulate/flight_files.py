@@ -13,7 +13,7 @@ from tumble.documents import write_document
 from tumble.files import prepare_folder
 from tumble.logs import Facts, open_mcap_writer, open_writer
 from tumble.plain import plain
-from tumble.recording import Chunk, FloatArray
+from tumble.recording import Chunk, FloatArray, SampleProgress
 from tumble.simulate.files import (
     LogFormat,
     cut,
@@ -23,8 +23,6 @@ from tumble.simulate.files import (
     without_none,
 )
 from tumble.simulate.flight import SimulatedFlight, SimulatedFlightUnit
-
-Progress = Callable[[int, int | None], None]
 
 IDEAL = "ideal"
 """Name of the unit without errors, at the primary's place."""
@@ -57,7 +55,7 @@ def write_flight(
     flight: SimulatedFlight,
     directory: str | Path,
     format: LogFormat = "csv",  # noqa: A002
-    progress: Progress | None = None,
+    progress: SampleProgress | None = None,
 ) -> dict[str, Path]:
     """Write one log a unit, `units.yaml` and `truth.yaml`; give the path of each by what it is.
 
@@ -153,7 +151,7 @@ def _logs(flight: SimulatedFlight) -> Iterator[_Log]:
     yield _Log(IDEAL, samples, truth.time, "")
 
 
-def _counted(progress: Progress | None, expected: int) -> Callable[[int], None]:
+def _counted(progress: SampleProgress | None, expected: int) -> Callable[[int], None]:
     done = 0
 
     def report(samples: int) -> None:

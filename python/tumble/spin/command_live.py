@@ -19,10 +19,11 @@ if TYPE_CHECKING:
 
     from tumble.calibration.document import Calibration
     from tumble.logs.options import ReadOptions
-    from tumble.spin.live import Precision, Step, Wishes
+    from tumble.results import Precision
+    from tumble.spin.live import LiveSpinOptions, LiveStep
     from tumble.spin.turns import TrueTurns
 
-Show: TypeAlias = "Callable[[Step], None]"
+Show: TypeAlias = "Callable[[LiveStep], None]"
 """Told every step of the procedure."""
 
 BAR_WIDTH = 18
@@ -66,7 +67,7 @@ def run_live(
     from tumble.files import prepare_folder
     from tumble.live import open_source
     from tumble.spin.command import SOME_FAILED, show_results, write_results
-    from tumble.spin.live import LiveSpin, Wishes
+    from tumble.spin.live import LiveSpin, LiveSpinOptions
     from tumble.spin.summary import json_content
 
     if true_turns is not None:
@@ -75,7 +76,7 @@ def run_live(
             "record a log and give it instead of --live"
         )
     asked = {"still": still, "turns": turns, "rate": rate}
-    wishes = Wishes(
+    options = LiveSpinOptions(
         **{name: value for name, value in asked.items() if value is not None},
         level_floor=level_floor,
         gravity=gravity,
@@ -86,14 +87,14 @@ def run_live(
     folder = prepare_folder(output)
     live = LiveSpin(
         stream,
-        wishes,
+        options,
         typed=source,
         serial=read_options.serial,
         calibration=calibration,
         precision=precision,
     )
     try:
-        with stream, _shown(source, wishes, as_json) as show:
+        with stream, _shown(source, options, as_json) as show:
             for step in live.steps():
                 show(step)
     except TumbleError as error:
@@ -115,7 +116,7 @@ def run_live(
 
 
 @contextmanager
-def _shown(source: str, wishes: Wishes, as_json: bool) -> Iterator[Show]:
+def _shown(source: str, options: LiveSpinOptions, as_json: bool) -> Iterator[Show]:
     """Give what shows each step: lines of JSON, bars on a terminal, or a line for what matters."""
     from rich.console import Console
 
@@ -123,13 +124,13 @@ def _shown(source: str, wishes: Wishes, as_json: bool) -> Iterator[Show]:
     if as_json:
         yield _print_json
     elif console.is_terminal:
-        with _bars(console, source, wishes) as show:
+        with _bars(console, source, options) as show:
             yield show
     else:
-        yield lambda step: _print_prompt(_prompt(step, source, wishes))
+        yield lambda step: _print_prompt(_prompt(step, source, options))
 
 
-def _print_json(step: Step) -> None:
+def _print_json(step: LiveStep) -> None:
     figures = {"event": step.kind, "time": step.time, "state": step.state, **step.progress, "pace": step.pace}
     _print_line(figures)
 
@@ -145,24 +146,24 @@ def _print_prompt(text: str) -> None:
         print(text, file=sys.stderr, flush=True)
 
 
-def _prompt(step: Step, source: str, wishes: Wishes) -> str:
+def _prompt(step: LiveStep, source: str, options: LiveSpinOptions) -> str:
     """Say what the robot is to do now; empty where it is to go on."""
-    still = f"stand still for {wishes.still:g} s"
+    still = f"stand still for {options.still:g} s"
     if step.kind == "listening":
         return f"Listening to {source}. Let the robot {still}."
     if step.kind == "still broken":
         return f"It moved. Let it {still}, from the beginning."
     if step.kind == "still done":
-        turns = "1 turn" if wishes.turns == 1.0 else f"{wishes.turns:g} turns"
+        turns = "1 turn" if options.turns == 1.0 else f"{options.turns:g} turns"
         return (
-            f"Now turn on the spot, either way, at about {wishes.rate:g} rad/s "
-            f"({math.degrees(wishes.rate):.0f} deg/s), {turns}."
+            f"Now turn on the spot, either way, at about {options.rate:g} rad/s "
+            f"({math.degrees(options.rate):.0f} deg/s), {turns}."
         )
     return "Done." if step.kind == "done" else ""
 
 
 @contextmanager
-def _bars(console: Console, source: str, wishes: Wishes) -> Iterator[Show]:
+def _bars(console: Console, source: str, options: LiveSpinOptions) -> Iterator[Show]:
     """Show a bar for standing and one for turning, with the rate of turn and how it pleases."""
     from rich.progress import BarColumn, Progress, TextColumn
 
@@ -172,12 +173,12 @@ def _bars(console: Console, source: str, wishes: Wishes) -> Iterator[Show]:
         TextColumn("{task.fields[reading]}"),
     )
     with Progress(*columns, console=console, auto_refresh=False) as bars:
-        standing = bars.add_task("stand still", total=wishes.still, reading="")
+        standing = bars.add_task("stand still", total=options.still, reading="")
         turning = bars.add_task("turn", total=None, reading="", visible=False)
 
-        def show(step: Step) -> None:
+        def show(step: LiveStep) -> None:
             progress = step.progress
-            if text := _prompt(step, source, wishes):
+            if text := _prompt(step, source, options):
                 console.print(text, highlight=False)
             bars.update(
                 standing,
@@ -197,7 +198,7 @@ def _bars(console: Console, source: str, wishes: Wishes) -> Iterator[Show]:
         yield show
 
 
-def _turn_reading(step: Step) -> str:
+def _turn_reading(step: LiveStep) -> str:
     """Angle turned, rate, and whether to turn faster or more slowly."""
     progress = step.progress
     turned = f"{math.degrees(progress['turned']):.0f}"

@@ -17,7 +17,7 @@ from tumble.errors import LogError, ProcedureError
 from tumble.gravity import local_gravity
 from tumble.live import LiveChunk, Source
 from tumble.recording import Chunk, FloatArray
-from tumble.results import Rest
+from tumble.results import Precision, Rest
 from tumble.spin.combination import combine
 from tumble.spin.failure import SpinFailure, SpinFailureKind
 from tumble.spin.messages import explain
@@ -26,8 +26,9 @@ from tumble.spin.procedure import scale_warning
 from tumble.spin.result import SpinResult
 from tumble.spin.settings import DEFAULT, DEFAULT_TURNS, core_settings
 
-Precision = Literal["f32", "f64"]
-Kind = Literal["listening", "still began", "still broken", "still done", "spin began", "progress", "done"]
+LiveStepKind = Literal[
+    "listening", "still began", "still broken", "still done", "spin began", "progress", "done"
+]
 Pace = Literal["none", "too slow", "good", "too fast"]
 
 FIRST_SAMPLE_WITHIN = 15.0
@@ -43,7 +44,7 @@ MISREAD_RATE = 10.0
 
 
 @dataclass(frozen=True, slots=True)
-class Wishes:
+class LiveSpinOptions:
     """What the robot is asked to do, and what is known of the place."""
 
     still: float = DEFAULT.still
@@ -63,10 +64,10 @@ class Wishes:
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class LiveStep:
     """What has just happened, and how far the procedure is."""
 
-    kind: Kind
+    kind: LiveStepKind
     time: float | None
     """s of the stream's clock; None while no sample has come."""
     state: str
@@ -105,7 +106,7 @@ class LiveSpin:
     def __init__(
         self,
         source: Source,
-        wishes: Wishes | None = None,
+        options: LiveSpinOptions | None = None,
         *,
         typed: str = "",
         serial: str = "",
@@ -117,20 +118,20 @@ class LiveSpin:
         self._typed = typed or source.name
         self._serial = serial
         self._calibration = calibration
-        self._wishes = wishes or Wishes()
+        self._options = options or LiveSpinOptions()
         self._precision = precision
         self._clock = clock
-        wanted = self._wishes
-        self._gravity, self._gravity_source = local_gravity(wanted.gravity, wanted.latitude, wanted.height)
+        options = self._options
+        self._gravity, self._gravity_source = local_gravity(options.gravity, options.latitude, options.height)
         self._settings = core_settings(
             {
                 "gravity": self._gravity,
-                "still": wanted.still,
-                "rate": wanted.rate,
-                "level_floor": wanted.level_floor,
+                "still": options.still,
+                "rate": options.rate,
+                "level_floor": options.level_floor,
             },
-            turns=wanted.turns,
-            latitude=wanted.latitude,
+            turns=options.turns,
+            latitude=options.latitude,
             bias_instability=calibration.bias_instability if calibration else None,
         )
         self._machine = _core.SpinMachine(self._settings, precision)
@@ -141,7 +142,7 @@ class LiveSpin:
         self._span = (math.nan, math.nan)
         self._reported = -math.inf
 
-    def steps(self) -> Iterator[Step]:
+    def steps(self) -> Iterator[LiveStep]:
         """Read the source until the procedure is done; give what happens as it happens.
 
         Raises `LogError` where the stream is lost or cannot be understood, `ProcedureError` where the robot
@@ -180,7 +181,7 @@ class LiveSpin:
             self._span,
             label="spin 1",
             gravity=self._gravity,
-            level_floor=self._wishes.level_floor,
+            level_floor=self._options.level_floor,
         )
         combined = combine([spin])
         return SpinResult(
@@ -200,10 +201,10 @@ class LiveSpin:
             calibration_hash=self._calibration.hash() if self._calibration else "",
             options={
                 "live": True,
-                "still": self._wishes.still,
-                "turns": self._wishes.turns,
-                "rate": self._wishes.rate,
-                "level-floor": self._wishes.level_floor,
+                "still": self._options.still,
+                "turns": self._options.turns,
+                "rate": self._options.rate,
+                "level-floor": self._options.level_floor,
                 "precision": self._precision,
             },
             warnings=(
@@ -235,17 +236,17 @@ class LiveSpin:
     def _is_over(self) -> bool:
         return self._machine.state in ("done", "failed")
 
-    def _step(self, kind: Kind) -> Step:
+    def _step(self, kind: LiveStepKind) -> LiveStep:
         progress = self._machine.progress
-        return Step(kind, self._time, self._machine.state, progress, self._pace(progress))
+        return LiveStep(kind, self._time, self._machine.state, progress, self._pace(progress))
 
     def _pace(self, progress: _core.SpinProgress) -> Pace:
         if self._machine.state != "spin" or progress["at_rest"]:
             return "none"
-        ratio = abs(progress["rate"]) / self._wishes.rate
+        ratio = abs(progress["rate"]) / self._options.rate
         return "too slow" if ratio < TOO_SLOW else "too fast" if ratio > TOO_FAST else "good"
 
-    def _push(self, chunk: LiveChunk) -> Iterator[Step]:
+    def _push(self, chunk: LiveChunk) -> Iterator[LiveStep]:
         """Feed the machine; say what happened, and now and then how far it is."""
         accelerometer, gyroscope = corrected(chunk, self._calibration)
         self._kept.append(Chunk(chunk.time, accelerometer, gyroscope))
@@ -255,7 +256,7 @@ class LiveSpin:
             self._time = when
             self._span = (when if kind == "still began" else self._span[0], when)
             if kind not in ("done", "failed"):
-                yield self._step(cast("Kind", kind))
+                yield self._step(cast("LiveStepKind", kind))
         self._time = float(chunk.time[-1])
         self._refuse_misread_rate(gyroscope)
         if self._time - self._reported >= BETWEEN_PROGRESS:
@@ -287,10 +288,10 @@ class LiveSpin:
 
     def _refuse_misread_rate(self, gyroscope: FloatArray) -> None:
         seen = float(np.linalg.norm(gyroscope.mean(axis=0)))
-        if self._source.gyroscope_unit_is_assumed and seen > MISREAD_RATE * self._wishes.rate:
+        if self._source.gyroscope_unit_is_assumed and seen > MISREAD_RATE * self._options.rate:
             raise ProcedureError(
                 f"{self._source.name}: gyroscope was assumed to be in rad/s, as no unit is stated, but reads "
-                f"{seen:.3g} where {self._wishes.rate:.3g} were asked for; give --gyroscope-unit (deg/s?)"
+                f"{seen:.3g} where {self._options.rate:.3g} were asked for; give --gyroscope-unit (deg/s?)"
             )
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TypeAlias
 
 import numpy as np
 
@@ -22,7 +21,7 @@ from tumble.calibration.document import Calibration
 from tumble.errors import ProcedureError
 from tumble.gravity import local_gravity
 from tumble.logs import ReadOptions, open_recording
-from tumble.recording import Recording
+from tumble.recording import Recording, RecordingSource, SampleProgress
 from tumble.results import Rest
 from tumble.spin.combination import Combined, combine
 from tumble.spin.failure import SpinFailure, SpinFailureKind, UnusedInterval, not_a_rest
@@ -34,7 +33,6 @@ from tumble.spin.search import Chain, Criteria, FittedSpin, chains_of, fit_or_sp
 from tumble.spin.segments import (
     LONGEST_SPIN,
     Interval,
-    Progress,
     Segment,
     UnreadSegment,
     read_intervals,
@@ -45,8 +43,6 @@ from tumble.spin.segments import (
 from tumble.spin.settings import core_settings
 from tumble.spin.turns import TrueTurns
 
-Source: TypeAlias = Recording | str | Path
-
 SHORTEST_STILL = 2.0
 """s that at least one rest of a spin lasts, if not said otherwise."""
 MOST_NAMED = 3
@@ -54,7 +50,7 @@ MOST_NAMED = 3
 
 
 def spin(
-    source: Source,
+    source: RecordingSource,
     *,
     still: float = SHORTEST_STILL,
     turns: float | None = None,
@@ -66,7 +62,7 @@ def spin(
     height: float | None = None,
     calibration: Calibration | str | Path | None = None,
     read: ReadOptions | None = None,
-    progress: Progress | None = None,
+    progress: SampleProgress | None = None,
 ) -> SpinResult:
     """Find the biases of the IMU of a robot that stood still and turned on the spot, once or several times.
 
@@ -140,7 +136,7 @@ def spin(
 
 
 def _acquired(
-    recording: Recording, brought: Calibration | None, gravity: float, progress: Progress | None
+    recording: Recording, brought: Calibration | None, gravity: float, progress: SampleProgress | None
 ) -> Imu:
     """Read the recording for the first time: where it stood still, and whether it can serve."""
     if recording.parts:
@@ -160,7 +156,7 @@ def _search(
     brought: Calibration | None,
     criteria: Criteria,
     at: Sequence[tuple[float, float]],
-    progress: Progress | None,
+    progress: SampleProgress | None,
 ) -> list[FittedSpin | UnusedInterval]:
     """Read the recording again, and fit what may be spins as soon as their samples are there."""
     rests = true_rests(
@@ -308,14 +304,14 @@ def scale_warning(
     )
 
 
-def _first_half(progress: Progress | None) -> Progress | None:
+def _first_half(progress: SampleProgress | None) -> SampleProgress | None:
     """Count the samples of a first pass, and expect as many again."""
     if progress is None:
         return None
     return lambda done, expected: progress(done, None if expected is None else 2 * expected)
 
 
-def _second_half(progress: Progress | None, samples: int) -> Progress | None:
+def _second_half(progress: SampleProgress | None, samples: int) -> SampleProgress | None:
     if progress is None:
         return None
     return lambda done, _: progress(samples + done, 2 * samples)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from tumble.acquisition.acquire import corrected
 from tumble.calibration.document import Calibration
 from tumble.logs import ChunkStream
-from tumble.recording import FloatArray, Recording
+from tumble.recording import FloatArray, Recording, SampleProgress
 from tumble.results import Rest
 
 LONGEST_SPIN = 600.0
@@ -22,8 +22,6 @@ SHORTEST_REST = 1.0
 """s, as the segmenter has it."""
 LARGEST_BIAS_CHANGE = 0.02
 """rad/s by which the bias of a gyroscope may differ between two rests of one recording."""
-
-Progress = Callable[[int, int | None], None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -172,7 +170,7 @@ def read_intervals(
     recording: Recording,
     calibration: Calibration | None,
     intervals: Sequence[Interval],
-    progress: Progress | None = None,
+    progress: SampleProgress | None = None,
 ) -> Iterator[SpinSamples]:
     """Read a recording once and give the samples of each interval, which are in order, as soon as it is past.
 

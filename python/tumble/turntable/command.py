@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -18,13 +18,11 @@ from tumble.logs.options import ReadOptions
 
 if TYPE_CHECKING:
     from tumble.turntable.poses import PoseList
+    from tumble.turntable.procedure import RecordingsRead
     from tumble.turntable.result import TurntableResult
 
 SOME_FAILED = 3
 """Exit code where a target failed its limits or could not be calibrated."""
-
-Advance: TypeAlias = Callable[[int, int], None]
-"""Told how many recordings are read, and of how many."""
 
 
 class TruthOption(str, Enum):
@@ -157,7 +155,7 @@ def _poses(poses: str | None) -> PoseList | None:
 
 
 @contextmanager
-def _progress() -> Iterator[Advance]:
+def _progress() -> Iterator[RecordingsRead]:
     """Show a bar on standard error while targets are worked on; nothing where it is no terminal."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn

@@ -18,7 +18,7 @@ from tumble.calibration.document import Calibration
 from tumble.errors import LogError, ProcedureError, TumbleError
 from tumble.gravity import local_gravity
 from tumble.logs import ReadOptions, open_recording, parse_spec
-from tumble.recording import Recording
+from tumble.recording import Recording, RecordingSource
 from tumble.turntable.limits import Limits
 from tumble.turntable.matching import PoseMatch, match_poses
 from tumble.turntable.messages import explain
@@ -27,8 +27,8 @@ from tumble.turntable.reference import pose_results, reference_result, reference
 from tumble.turntable.result import Truth, TurntableResult
 from tumble.turntable.target import TargetProcedure
 
-Source: TypeAlias = Recording | str | Path
-Progress: TypeAlias = Callable[[int, int], None]
+RecordingsRead: TypeAlias = Callable[[int, int], None]
+"""Told how many recordings are read, and of how many."""
 Clocks: TypeAlias = Literal["auto", "shared", "apart"]
 
 SWAPPED = 2.0
@@ -36,8 +36,8 @@ SWAPPED = 2.0
 
 
 def turntable(
-    reference: Source,
-    targets: Sequence[Source],
+    reference: RecordingSource,
+    targets: Sequence[RecordingSource],
     *,
     poses: PoseList | str | Path | None = SIX_FACES,
     truth: Truth = "reference",
@@ -50,7 +50,7 @@ def turntable(
     limits: Limits | str | Path | None = None,
     read: ReadOptions | Mapping[str, ReadOptions] | None = None,
     jobs: int | None = None,
-    progress: Progress | None = None,
+    progress: RecordingsRead | None = None,
 ) -> TurntableResult:
     """Calibrate targets that were bolted beside a high-precision reference on a turntable.
 
@@ -109,16 +109,16 @@ def _loaded(calibration: Calibration | str | Path | None) -> Calibration | None:
 
 
 def _acquire_all(
-    reference: Source,
-    targets: Sequence[Source],
+    reference: RecordingSource,
+    targets: Sequence[RecordingSource],
     brought: Calibration | None,
     read: ReadOptions | Mapping[str, ReadOptions] | None,
     jobs: int | None,
-    progress: Progress | None,
+    progress: RecordingsRead | None,
 ) -> tuple[Imu | TumbleError, list[Imu | TumbleError]]:
     """Read all recordings side by side; one that cannot be read yields its error."""
 
-    def one(source: Source, calibration: Calibration | None) -> Imu | TumbleError:
+    def one(source: RecordingSource, calibration: Calibration | None) -> Imu | TumbleError:
         try:
             if isinstance(source, Recording):
                 return acquire(source, calibration)
@@ -127,7 +127,7 @@ def _acquire_all(
         except TumbleError as error:
             return error
 
-    def target(source: Source) -> Imu | TumbleError:
+    def target(source: RecordingSource) -> Imu | TumbleError:
         if _same(source, reference):
             return ProcedureError(f"{_name_of(source)}: is the reference itself; leave it out of the targets")
         return one(source, None)
@@ -141,7 +141,7 @@ def _acquire_all(
         return first.result(), [other.result() for other in others]
 
 
-def _same(one: Source, other: Source) -> bool:
+def _same(one: RecordingSource, other: RecordingSource) -> bool:
     """Whether both name one recording, however they spell it."""
     if isinstance(one, Recording) or isinstance(other, Recording):
         return one is other
@@ -153,7 +153,7 @@ def _same(one: Source, other: Source) -> bool:
     return path == other_path and imu == other_imu
 
 
-def _unique_names(targets: Sequence[Source], units: Sequence[Imu | TumbleError]) -> list[str]:
+def _unique_names(targets: Sequence[RecordingSource], units: Sequence[Imu | TumbleError]) -> list[str]:
     names = [
         unit.name if isinstance(unit, Imu) else _name_of(target)
         for target, unit in zip(targets, units, strict=True)
@@ -164,7 +164,7 @@ def _unique_names(targets: Sequence[Source], units: Sequence[Imu | TumbleError])
     ]
 
 
-def _name_of(source: Source) -> str:
+def _name_of(source: RecordingSource) -> str:
     return source.name if isinstance(source, Recording) else Path(source).stem
 
 
