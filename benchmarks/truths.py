@@ -29,10 +29,10 @@ from benchmarks.results import Content, machine, save
 from benchmarks.settings import design_scenario
 from tumble.recording import FloatArray
 from tumble.simulate import TurntableScenario, simulate_turntable
-from tumble.turntable.result import Truth
+from tumble.turntable.result import TruthSource
 
-TRUTHS: tuple[Truth, ...] = ("ideal", "rotate-measurement", "rotate-truth", "reference")
-assert set(TRUTHS) == set(get_args(Truth))
+TRUTHS: tuple[TruthSource, ...] = ("ideal", "rotate-measurement", "rotate-truth", "reference")
+assert set(TRUTHS) == set(get_args(TruthSource))
 
 DESIGN_MRAD = {
     "ideal": (0.080, 1.47),

@@ -54,7 +54,7 @@ class Acquired:
     @property
     def turn_complete(self) -> list[bool]: ...
     @property
-    def refused(self) -> list[tuple[float, float, str]]: ...
+    def rejected_rests(self) -> list[tuple[float, float, str]]: ...
     @property
     def noise_density(self) -> FloatArray: ...
     @property
@@ -94,7 +94,7 @@ class ReferenceFigures(TypedDict, total=False):
     table_error_sigmas: list[float]
 
 class Reference:
-    """The reference, understood."""
+    """What was fitted to the reference."""
 
     @property
     def figures(self) -> ReferenceFigures: ...
@@ -146,7 +146,7 @@ class TargetFigures(TypedDict):
     accelerometer: TriadFigures
     gyroscope: TriadFigures
 
-def understand_reference(unit: Acquired, ups: FloatArray, settings: TurntableSettings) -> Reference: ...
+def fit_reference(unit: Acquired, ups: FloatArray, settings: TurntableSettings) -> Reference: ...
 def calibrate_target(
     reference_unit: Acquired,
     reference: Reference,

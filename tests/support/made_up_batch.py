@@ -10,7 +10,7 @@ from tumble.results import Parameter, Rest, Trace, TriadResult
 from tumble.turntable.result import (
     AxisReading,
     ClockFit,
-    Mounting,
+    MountingResult,
     PoseResult,
     ReferenceResult,
     TargetResult,
@@ -130,7 +130,7 @@ def target(name="target_1", *, seed=1, gyroscope=True, **changes):
 
 def batch(*targets, **changes):
     """A batch of the targets given."""
-    mounting = Mounting(np.array([0.5, -0.3, 1.0]), np.full(3, 0.01), np.eye(3))
+    mounting = MountingResult(np.array([0.5, -0.3, 1.0]), np.full(3, 0.01), np.eye(3))
     reference = ReferenceResult(
         name="reference",
         source="reference.csv",

@@ -11,7 +11,7 @@ from tumble.results import LimitCheck, Parameter, Rest, Trace, TriadResult
 from tumble.turntable.result import (
     AxisReading,
     ClockFit,
-    Mounting,
+    MountingResult,
     PoseResult,
     ReferenceResult,
     TargetResult,
@@ -315,7 +315,7 @@ def make_reference(session):
         gyroscope_bias_sigma=np.array([8e-7, 8e-7, 8e-7]),
         rests=rests,
         trace=make_trace(session.random, rests, session.turn_rate, 0.002),
-        mounting=Mounting(
+        mounting=MountingResult(
             rotation_vector=Rotation.from_matrix(R_E).as_rotvec(degrees=True),
             sigma=np.full(3, 0.016),
             R_e=R_E,

@@ -212,7 +212,7 @@ impl PyAcquired {
 
     /// Segments that looked like rests: (start s, end s, code why not).
     #[getter]
-    fn refused(&self) -> Vec<(f64, f64, &'static str)> {
+    fn rejected_rests(&self) -> Vec<(f64, f64, &'static str)> {
         let at = |microseconds: u64| self.inner.origin + seconds::<f64>(microseconds);
         self.inner
             .rejected

@@ -83,9 +83,9 @@ fn ups_of(ups: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Option<Vector3<f64>>>
     Ok(rows(ups, "ups")?.iter().map(known).collect())
 }
 
-/// Understands the reference. `ups` (k, 3): up of each rest in the table frame, NaN where the pose is not known.
-#[pyfunction]
-fn understand_reference(
+/// Fits the reference. `ups` (k, 3): up of each rest in the table frame, NaN where the pose is not known.
+#[pyfunction(name = "fit_reference")]
+fn fit_reference_of(
     py: Python<'_>,
     unit: &PyAcquired,
     ups: PyReadonlyArray2<'_, f64>,
@@ -317,7 +317,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("CoreError", module.py().get_type::<CoreError>())?;
     module.add_class::<PySettings>()?;
     module.add_class::<PyReference>()?;
-    module.add_function(wrap_pyfunction!(understand_reference, module)?)?;
+    module.add_function(wrap_pyfunction!(fit_reference_of, module)?)?;
     module.add_function(wrap_pyfunction!(calibrate_target, module)?)?;
     module.add_function(wrap_pyfunction!(sphere_residual, module)?)?;
     module.add_function(wrap_pyfunction!(normal_gravity, module)?)?;

@@ -146,7 +146,7 @@ def _rests(unit: _core.Acquired) -> str:
         return ""
     refused = "".join(
         f"; {start:.1f} to {end:.1f} s is not a rest: {NOT_A_REST[why]}"
-        for start, end, why in unit.refused[:3]
+        for start, end, why in unit.rejected_rests[:3]
     )
     return (
         f"shows {found} rests, needs at least {FEWEST_RESTS} in different directions{refused}; "
@@ -251,12 +251,12 @@ def rests_of(unit: _core.Acquired, poses: dict[int, str] | None = None) -> tuple
     )
 
 
-def refused_of(unit: _core.Acquired) -> tuple[Rest, ...]:
+def rejected_rests_of(unit: _core.Acquired) -> tuple[Rest, ...]:
     """List the stretches that only looked like rests, with the reason."""
     unknown = np.full(3, np.nan)
     return tuple(
         Rest(start, end, 0, unknown, unknown, unknown, unknown, used=False, remark=NOT_A_REST[why])
-        for start, end, why in unit.refused
+        for start, end, why in unit.rejected_rests
     )
 
 

@@ -7,4 +7,4 @@ NOT_A_REST = {
     "drifting": "gravity drifts: a slow turn",
     "turning": "angular rate differs from the rests beside it: a slow turn",
 }
-"""Why something quiet was no rest, by the code that `Acquired.refused` gives."""
+"""Why something quiet was no rest, by the code that `Acquired.rejected_rests` gives."""

@@ -16,7 +16,7 @@ def notices(unit: Imu) -> Iterator[str]:
     yield from unit.notices
     if metadata.already_corrected:
         yield "the log was already corrected: this calibration holds on top of that correction"
-    for start, end, why in acquired.refused:
+    for start, end, why in acquired.rejected_rests:
         yield f"{start:.1f} to {end:.1f} s is not a rest: {NOT_A_REST[why]}"
     for channel, _, _, first, last in acquired.faults:
         yield f"{channel} is saturated between {first:.1f} and {last:.1f} s: turns in that time are not used"

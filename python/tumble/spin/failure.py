@@ -31,7 +31,7 @@ class SpinFailureKind(Enum):
     VIBRATING = "vibrating"
     DRIFTING = "drifting"
     TURNING = "turning"
-    """The last three are those of `Acquired.refused`: why something quiet was no rest."""
+    """The last three are those of `Acquired.rejected_rests`: why something quiet was no rest."""
 
     NO_REST_FOR_LONG = "no rest for long"
     MOVED_FIRST = "moved first"
@@ -68,4 +68,6 @@ class UnusedInterval:
 
 def not_a_rest(unit: _core.Acquired) -> list[UnusedInterval]:
     """List what looked like a rest of a recording and is none."""
-    return [UnusedInterval(start, end, SpinFailure.of_core(word, {})) for start, end, word in unit.refused]
+    return [
+        UnusedInterval(start, end, SpinFailure.of_core(word, {})) for start, end, word in unit.rejected_rests
+    ]

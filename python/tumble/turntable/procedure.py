@@ -24,7 +24,7 @@ from tumble.turntable.matching import PoseMatch, match_poses
 from tumble.turntable.messages import explain
 from tumble.turntable.poses import SIX_FACES, PoseList
 from tumble.turntable.reference import pose_results, reference_result, reference_warnings
-from tumble.turntable.result import Truth, TurntableResult
+from tumble.turntable.result import TruthSource, TurntableResult
 from tumble.turntable.target import TargetProcedure
 
 RecordingsRead: TypeAlias = Callable[[int, int], None]
@@ -40,7 +40,7 @@ def turntable(
     targets: Sequence[RecordingSource],
     *,
     poses: PoseList | str | Path | None = SIX_FACES,
-    truth: Truth = "reference",
+    truth: TruthSource = "reference",
     gravity: float | None = None,
     latitude: float | None = None,
     height: float | None = None,
@@ -80,16 +80,16 @@ def turntable(
     match = match_poses(
         unit.recording, unit.acquired.rest_specific_force, unit.acquired.rest_parts, pose_list
     )
-    understood = _understand(unit, match, settings, truth)
-    procedure = TargetProcedure(unit, understood, match, settings, strength, limit_list)
+    fitted = _fitted_reference(unit, match, settings, truth)
+    procedure = TargetProcedure(unit, fitted, match, settings, strength, limit_list)
     names = _unique_names(targets, others)
     with ThreadPoolExecutor(jobs or os.cpu_count()) as pool:
         results = list(pool.map(procedure.calibrate, names, others))
     if all(result.failure for result in results):
         raise ProcedureError("\n".join(result.failure for result in results))
     return TurntableResult(
-        reference=reference_result(unit, understood, match, brought),
-        poses=pose_results(match, understood),
+        reference=reference_result(unit, fitted, match, brought),
+        poses=pose_results(match, fitted),
         targets=tuple(results),
         truth=truth,
         gravity=strength,
@@ -99,7 +99,7 @@ def turntable(
             "g-sensitivity": g_sensitivity,
             "poses": pose_list.source if pose_list else "none",
         },
-        warnings=(*match.warnings, *reference_warnings(unit, understood, strength)),
+        warnings=(*match.warnings, *reference_warnings(unit, fitted, strength)),
         software=f"tumble {_core.__version__}",
     )
 
@@ -189,8 +189,8 @@ def _noise(unit: Imu) -> float:
     return float(np.median(unit.acquired.noise_density[:3]))
 
 
-def _understand(
-    unit: Imu, match: PoseMatch, settings: _core.TurntableSettings, truth: Truth
+def _fitted_reference(
+    unit: Imu, match: PoseMatch, settings: _core.TurntableSettings, truth: TruthSource
 ) -> _core.Reference:
     if truth != "reference" and not match.known:
         raise ProcedureError(
@@ -198,6 +198,6 @@ def _understand(
             "give --poses or use --truth reference"
         )
     try:
-        return _core.understand_reference(unit.acquired, match.ups, settings)
+        return _core.fit_reference(unit.acquired, match.ups, settings)
     except _core.CoreError as error:
         raise ProcedureError(f"{unit.name}: {explain(error, match.names)}") from None

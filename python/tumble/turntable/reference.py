@@ -8,26 +8,26 @@ from collections.abc import Iterator
 import numpy as np
 
 from tumble import _core
-from tumble.acquisition.acquire import refused_of, rests_of, trace_of
+from tumble.acquisition.acquire import rejected_rests_of, rests_of, trace_of
 from tumble.acquisition.imu import Imu
 from tumble.acquisition.notices import notices
 from tumble.calibration.document import Calibration
 from tumble.recording import FloatArray
 from tumble.turntable.matching import PoseMatch
-from tumble.turntable.result import Mounting, PoseResult, ReferenceResult
+from tumble.turntable.result import MountingResult, PoseResult, ReferenceResult
 
 NOTABLE_NORM_RESIDUAL = 0.005
 """m/s^2: what WGS 84 leaves of local gravity in mountains is less; standard gravity errs up to 0.027."""
 
 
 def reference_result(
-    unit: Imu, understood: _core.Reference, match: PoseMatch, brought: Calibration | None
+    unit: Imu, fitted: _core.Reference, match: PoseMatch, brought: Calibration | None
 ) -> ReferenceResult:
     """Describe the reference; `brought` is the calibration that was applied to it."""
-    figures = understood.figures
+    figures = fitted.figures
     mounting = None
     if "R_e" in figures:
-        mounting = Mounting(
+        mounting = MountingResult(
             np.degrees(figures["rotation_vector"]), np.degrees(figures["rotation_sigma"]), figures["R_e"]
         )
     return ReferenceResult(
@@ -40,7 +40,7 @@ def reference_result(
         norm_residual=figures["norm_residual"],
         gyroscope_bias=figures["gyroscope_bias"],
         gyroscope_bias_sigma=figures["gyroscope_bias_sigma"],
-        rests=rests_of(unit.acquired, match.names) + refused_of(unit.acquired),
+        rests=rests_of(unit.acquired, match.names) + rejected_rests_of(unit.acquired),
         trace=trace_of(unit.acquired),
         mounting=mounting,
         mounting_reason="" if mounting else match.reason or "the poses do not determine a rotation",
@@ -48,11 +48,11 @@ def reference_result(
     )
 
 
-def reference_warnings(unit: Imu, understood: _core.Reference, gravity: float) -> Iterator[str]:
+def reference_warnings(unit: Imu, fitted: _core.Reference, gravity: float) -> Iterator[str]:
     """Say what was odd about the reference."""
     for notice in notices(unit):
         yield f"{unit.name}: {notice}"
-    figures = understood.figures
+    figures = fitted.figures
     if figures["excess"] > 1.0 and figures["norm_residual"] > NOTABLE_NORM_RESIDUAL:
         yield (
             f"{unit.name}: |f| deviates from {gravity:.6g} m/s^2 by {figures['norm_residual']:.2g} "
@@ -62,9 +62,9 @@ def reference_warnings(unit: Imu, understood: _core.Reference, gravity: float) -
         )
 
 
-def pose_results(match: PoseMatch, understood: _core.Reference) -> tuple[PoseResult, ...]:
+def pose_results(match: PoseMatch, fitted: _core.Reference) -> tuple[PoseResult, ...]:
     """Give the error of the table at each pose; repeats of a pose share one result, their mean."""
-    figures = understood.figures
+    figures = fitted.figures
     if "R_e" not in figures:
         return ()
     rests = sorted(match.names)

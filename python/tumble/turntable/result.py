@@ -8,7 +8,7 @@ from typing import Literal
 from tumble.recording import FloatArray
 from tumble.results import LimitCheck, Rest, Trace, TriadResult
 
-Truth = Literal["reference", "rotate-truth", "rotate-measurement", "ideal"]
+TruthSource = Literal["reference", "rotate-truth", "rotate-measurement", "ideal"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +29,7 @@ class PoseResult:
 
 
 @dataclass(frozen=True, slots=True)
-class Mounting:
+class MountingResult:
     """Mounting-angle error of the reference: `m = R_e m_ref + b_a`."""
 
     rotation_vector: FloatArray
@@ -138,7 +138,7 @@ class ReferenceResult:
     gyroscope_bias_sigma: FloatArray
     rests: tuple[Rest, ...]
     trace: Trace
-    mounting: Mounting | None
+    mounting: MountingResult | None
     mounting_reason: str
     """Why the mounting angle was not estimated; empty if it was."""
     temperature: tuple[float, float, float] | None = None
@@ -151,7 +151,7 @@ class TurntableResult:
     reference: ReferenceResult
     poses: tuple[PoseResult, ...]
     targets: tuple[TargetResult, ...]
-    truth: Truth
+    truth: TruthSource
     gravity: float
     """m/s^2."""
     gravity_source: str

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tumble import _core
-from tumble.acquisition.acquire import refuse_if_unfit, refused_of, rests_of, trace_of
+from tumble.acquisition.acquire import refuse_if_unfit, rejected_rests_of, rests_of, trace_of
 from tumble.acquisition.imu import Imu
 from tumble.acquisition.notices import notices
 from tumble.errors import TumbleError
@@ -33,7 +33,7 @@ class TargetProcedure:
     """What all targets of a session share."""
 
     reference: Imu
-    understood: _core.Reference
+    fitted: _core.Reference
     match: PoseMatch
     settings: _core.TurntableSettings
     gravity: float
@@ -46,7 +46,7 @@ class TargetProcedure:
         try:
             refuse_if_unfit(name, unit.acquired, self.gravity)
             figures = _core.calibrate_target(
-                self.reference.acquired, self.understood, unit.acquired, self.match.ups, self.settings
+                self.reference.acquired, self.fitted, unit.acquired, self.match.ups, self.settings
             )
         except _core.CoreError as error:
             return _failed(name, f"{name}: {explain(error, self.match.names)}", unit)
@@ -89,7 +89,7 @@ class TargetProcedure:
                 "accelerometer", figures["accelerometer"], noise[:3], instability[:3], names
             ),
             gyroscope=triad_result("gyroscope", figures["gyroscope"], noise[3:], instability[3:], names),
-            rests=rests_of(unit.acquired, poses) + refused_of(unit.acquired),
+            rests=rests_of(unit.acquired, poses) + rejected_rests_of(unit.acquired),
             trace=trace_of(unit.acquired),
             clock=None if unit.recording.parts else _clock(figures["clock"]),
             axis_readings=(),
@@ -103,7 +103,7 @@ class TargetProcedure:
 
     def _axis_readings(self, result: TargetResult, figures: _core.TargetFigures) -> tuple[AxisReading, ...]:
         """Prepare the source's figures: X and Y at the poses, before and after R_e^-1."""
-        shown = self.understood.figures
+        shown = self.fitted.figures
         known = [(seen, first) for seen, first, _ in figures["pairs"] if seen in self.match.names]
         if "R_e" not in shown or not known:
             return ()
@@ -181,7 +181,7 @@ def _failed(name: str, failure: str, unit: Imu | None = None) -> TargetResult:
         serial=unit.recording.metadata.serial if unit else "",
         accelerometer=None,
         gyroscope=None,
-        rests=rests_of(unit.acquired) + refused_of(unit.acquired) if unit else (),
+        rests=rests_of(unit.acquired) + rejected_rests_of(unit.acquired) if unit else (),
         trace=trace_of(unit.acquired) if unit else Trace(np.empty(0), nothing, nothing),
         clock=None,
         axis_readings=(),

@@ -15,7 +15,7 @@ from tumble.report.panel import bare_axes, category_axis, markers, span, value_a
 from tumble.report.svg import GRID, INK, SOFT, house_style, new_figure, standalone_svg
 from tumble.turntable.report.batch_figures import draw_improvement, improvements
 from tumble.turntable.report.readings import deviations
-from tumble.turntable.result import AxisReading, Mounting, TargetResult, TurntableResult
+from tumble.turntable.result import AxisReading, MountingResult, TargetResult, TurntableResult
 
 WIDTH, HEIGHT = 10.4, 4.2
 PAPER = "#ffffff"
@@ -44,7 +44,9 @@ def figure_overview(result: TurntableResult) -> str:
         return standalone_svg(figure, f"Tumble: {shown.name} and {len(result.targets)} targets calibrated")
 
 
-def calibrated_deviation(target: TargetResult, reading: AxisReading, mounting: Mounting) -> FloatArray | None:
+def calibrated_deviation(
+    target: TargetResult, reading: AxisReading, mounting: MountingResult
+) -> FloatArray | None:
     """Return the reading of the axis after calibration and in the table frame, minus its ideal: (k,) m/s^2.
 
     None where a reading cannot be traced to its rest.
@@ -76,7 +78,7 @@ def _card(figure: Figure) -> None:
     )
 
 
-def _draw_axis(axes: Axes, target: TargetResult, mounting: Mounting) -> None:
+def _draw_axis(axes: Axes, target: TargetResult, mounting: MountingResult) -> None:
     reading = target.axis_readings[0]
     states = dict(zip(("as read", "mounting compensated"), deviations(reading), strict=True))
     calibrated = calibrated_deviation(target, reading, mounting)

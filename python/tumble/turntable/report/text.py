@@ -9,9 +9,9 @@ from tumble.report.groups import groups_of
 from tumble.report.numbers import exact, measurement, readable_scale, significant
 from tumble.report.text import count_of, join
 from tumble.results import NOT_SHOWN, LimitCheck, Parameter, TriadResult
-from tumble.turntable.result import ClockFit, ReferenceResult, TargetResult, Truth, TurntableResult
+from tumble.turntable.result import ClockFit, ReferenceResult, TargetResult, TruthSource, TurntableResult
 
-TRUTHS: dict[Truth, str] = {
+TRUTHS: dict[TruthSource, str] = {
     "reference": "what the reference measured at the same rest, less its bias",
     "rotate-truth": "the ideal poses, turned by the mounting angle of the reference",
     "rotate-measurement": "the ideal poses, after the readings were turned back by the mounting angle "
