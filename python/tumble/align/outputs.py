@@ -197,5 +197,7 @@ def _beside_gyroscopes(forces: _core.AlignForceFigures, one_axis: bool) -> Itera
         )
     delay, delay_sigma = forces["accelerometer_delay"], forces["accelerometer_delay_sigma"]
     if abs(delay) > NOTABLE_DELAY and abs(delay) > SHOWN * delay_sigma:
-        yield f"the time offset of the accelerometers differs by {1e3 * delay:.2f} ms from that of the "
-        "gyroscopes"
+        yield (
+            f"the time offset of the accelerometers differs by {1e3 * delay:.2f} ms from that of the "
+            "gyroscopes"
+        )
