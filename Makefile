@@ -4,8 +4,6 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
-# They build for the device, in folders that they share: one after the other.
-DEVICE_TESTS := tests/device
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
 .DEFAULT_GOAL := help
@@ -27,10 +25,8 @@ firmware:  ## Fly a mission on an emulated Cortex-M4F, and compare it bit for bi
 test: $(VENV)/.native $(VENV)/.requirements-test  ## Run the Rust, Python and documentation tests
 	scripts/install_device_tools.sh
 	cargo test --workspace --exclude tumble-fuzz --locked
-	cargo test --manifest-path firmware/Cargo.toml --target-dir target/firmware --locked
-	scripts/build_for_cortex_m.sh
-	$(BIN)/python -m pytest $(DEVICE_TESTS)
-	$(BIN)/python -m pytest --numprocesses auto --dist loadfile $(DEVICE_TESTS:%=--ignore=%)
+	cargo test --manifest-path firmware/Cargo.toml --target-dir target --locked
+	$(BIN)/python -m pytest --numprocesses auto --durations 20
 	$(BIN)/python scripts/check_commands.py --run
 
 bench: $(VENV)/.native  ## Measure accuracy, speed and memory, print docs/benchmarks.md (forty minutes)
@@ -59,11 +55,10 @@ lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types,
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	scripts/lint_firmware.sh
-	cargo test --quiet --package tumble-capi --test header --locked
+	cargo test --quiet --workspace --exclude tumble-fuzz --test header --locked
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
-	$(BIN)/mypy scripts examples
 	$(BIN)/python scripts/check_layers.py
 	$(BIN)/python scripts/check_commands.py
 	$(BIN)/python -m benchmarks.report --check

@@ -18,8 +18,8 @@ from rich.table import Table
 from benchmarks.results import Content, save
 
 ROOT = Path(__file__).parent.parent
-FOLDER = ROOT / "target" / "firmware"
-IMAGES = FOLDER / "thumbv7em-none-eabihf" / "release"
+PLATFORM = ROOT / "target" / "firmware" / "platform"
+IMAGES = ROOT / "target" / "thumbv7em-none-eabihf" / "device"
 BASELINE = "empty"
 PARTS = ("apply", "spin", "redundancy", "store", "everything")
 FLASH_GOAL = 32 * 1024
@@ -44,8 +44,8 @@ FEW = 2
 def build() -> None:
     """Build all images."""
     subprocess.run(("scripts/build_firmware.sh",), check=True, cwd=ROOT)
-    options = ("--quiet", "--locked", "--release", "--manifest-path", "firmware/Cargo.toml")
-    folder = ("--target-dir", str(FOLDER))
+    options = ("--quiet", "--locked", "--profile", "device", "--manifest-path", "firmware/Cargo.toml")
+    folder = ("--target-dir", str(ROOT / "target"))
     command = ("scripts/cargo_for_cortex_m.sh", "build", *options, *folder, "--package", "footprint")
     subprocess.run(command, check=True, cwd=ROOT)
 
@@ -71,7 +71,7 @@ def count() -> Content:
 
 def memory() -> tuple[Content, Content]:
     """Fly the platform; bytes of its states, and most bytes of stack, by what was done."""
-    return remembered(_emulated(FOLDER / "platform"))
+    return remembered(_emulated(PLATFORM))
 
 
 def remembered(said: str) -> tuple[Content, Content]:

@@ -7,13 +7,14 @@ cd "$(dirname "$0")/.."
 folder=target/firmware
 feature=${1:-}
 
-options="--quiet --locked --release --manifest-path firmware/Cargo.toml --target-dir $folder"
+mkdir -p $folder
+options="--quiet --locked --profile device --manifest-path firmware/Cargo.toml --target-dir target"
 # Options are words apart.
 # shellcheck disable=SC2086
 scripts/cargo_for_cortex_m.sh build $options --package platform ${feature:+--features $feature}
-cp "$folder/thumbv7em-none-eabihf/release/platform" "$folder/platform${feature:+-$feature}"
+cp target/thumbv7em-none-eabihf/device/platform "$folder/platform${feature:+-$feature}"
 if [ -z "$feature" ]; then
     # shellcheck disable=SC2086
     cargo build $options --package host
-    cp "$folder/release/mission" "$folder/mission"
+    cp target/device/mission "$folder/mission"
 fi

@@ -3,7 +3,7 @@
 set -eu
 
 cd "$(dirname "$0")/.."
-options="--quiet --locked --manifest-path firmware/Cargo.toml --target-dir target/firmware"
+options="--quiet --locked --manifest-path firmware/Cargo.toml --target-dir target"
 cargo fmt --all --check --manifest-path firmware/Cargo.toml
 # Options are words apart.
 # shellcheck disable=SC2086

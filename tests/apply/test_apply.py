@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -15,6 +13,7 @@ from tumble.calibration.document import Calibration
 from tumble.errors import OutputError
 from tumble.logs import open_recording
 from tumble.recording import Chunk, Recording
+from turntable_sessions import typed
 
 M_ACCELEROMETER = np.array([[1.01, 0.002, -0.003], [0.001, 0.99, 0.004], [-0.002, 0.003, 1.005]])
 M_GYROSCOPE = np.array([[0.98, -0.001, 0.002], [0.003, 1.02, 0.001], [0.002, -0.002, 1.01]])
@@ -117,11 +116,9 @@ def test_arrays_in_memory_are_corrected_like_any_recording(tmp_path):
 
 
 def tumble(*arguments, code=0):
-    """Run the command line as a user does; give what it printed."""
-    command = [sys.executable, "-c", "from tumble.cli.main import main; main()", *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == code, done.stderr
-    assert "Traceback" not in done.stderr
+    """Run the command as typed; give what it printed."""
+    done = typed(*arguments)
+    assert done.code == code, done.err
     return done
 
 
@@ -131,11 +128,11 @@ def test_apply_and_inspect_work_from_the_command_line(tmp_path):
     calibration().save(tmp_path / "unit.yaml")
     out = tmp_path / "out.mcap"
     said = tumble("apply", tmp_path / "unit.yaml", log, "-o", out)
-    assert f"3000 samples corrected: {out}" in said.stdout
+    assert f"3000 samples corrected: {out}" in said.out
     np.testing.assert_allclose(read(out).accelerometer, truth.accelerometer, rtol=0.0, atol=1e-12)
     shown = tumble("inspect", f"{out}:/imu/data")
-    assert "mcap, frame case, serial SN 1, already corrected" in shown.stdout
-    facts = json.loads(tumble("inspect", "--json", out).stdout)
+    assert "mcap, frame case, serial SN 1, already corrected" in shown.out
+    facts = json.loads(tumble("inspect", "--json", out).out)
     assert [fact["timing"]["samples"] for fact in facts] == [3000]
 
 
@@ -167,16 +164,16 @@ def test_an_option_that_makes_no_sense_ends_with_one_line_and_code_2(tmp_path, o
     log = write(tmp_path / "log.csv", made_up(300))
     calibration().save(tmp_path / "unit.yaml")
     said = tumble("apply", tmp_path / "unit.yaml", log, "-o", tmp_path / "out.csv", *options, code=2)
-    assert said.stderr.startswith(f"tumble: error: {options[0]}")
-    assert said.stderr.count("\n") == 1
+    assert said.err.startswith(f"tumble: error: {options[0]}")
+    assert said.err.count("\n") == 1
     assert not (tmp_path / "out.csv").exists()
 
 
 def test_a_log_that_cannot_be_read_does_not_stop_the_inspection_of_others(tmp_path):
     log = write(tmp_path / "log.csv", made_up(3000))
     said = tumble("inspect", tmp_path / "nothing.csv", log, code=2)
-    assert "nothing.csv: no such file" in said.stderr
-    assert "3000 samples" in said.stdout
+    assert "nothing.csv: no such file" in said.err
+    assert "3000 samples" in said.out
 
 
 def test_inspect_shows_every_imu_of_a_file_that_holds_several(tmp_path):
@@ -185,7 +182,7 @@ def test_inspect_shows_every_imu_of_a_file_that_holds_several(tmp_path):
     table = np.column_stack([chunk.time, *[chunk.accelerometer, chunk.gyroscope] * 2])
     path = tmp_path / "pair.csv"
     np.savetxt(path, table, delimiter=",", header=",".join(["time", *names]), comments="")
-    facts = json.loads(tumble("inspect", "--json", path).stdout)
+    facts = json.loads(tumble("inspect", "--json", path).out)
     assert [fact["metadata"]["name"] for fact in facts] == ["pair-imu1", "pair-imu2"]
 
 

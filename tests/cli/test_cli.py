@@ -82,14 +82,14 @@ def test_help_lists_every_command():
 
 
 @pytest.mark.parametrize("name", sorted(command_line.COMMANDS))
-def test_the_help_of_every_command_has_an_example(name):
-    done = tumble(name, "--help")
-    assert done.returncode == 0, done.stderr
+def test_the_help_of_every_command_has_an_example(name, run):
+    done = run(name, "--help")
+    assert done.code == 0, done.err
     commands = [name] if name != "simulate" else ["simulate turntable"]
     if name == "simulate":
-        done = tumble("simulate", "turntable", "--help")
-    assert f"tumble {commands[0]} " in " ".join(done.stdout.replace("Usage: ", "").split())
-    assert "Example" in done.stdout
+        done = run("simulate", "turntable", "--help")
+    assert f"tumble {commands[0]} " in " ".join(done.out.replace("Usage: ", "").split())
+    assert "Example" in done.out
 
 
 @pytest.mark.parametrize("name", sorted(command_line.COMMANDS))

@@ -13,17 +13,13 @@ import yaml
 from tumble.logs import open_recording
 from tumble.simulate import simulate_turntable
 from tumble.turntable.poses import SIX_FACES, PoseList
+from turntable_sessions import typed
 
 QUICK = ("--rest", "0.5", "--rate", "50")
 
 
-def tumble(*arguments):
-    command = [sys.executable, "-c", "from tumble.cli.main import main; main()", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
-
-
 def simulate(folder, *arguments):
-    return tumble("simulate", "turntable", "-o", folder, *QUICK, *arguments)
+    return typed("simulate", "turntable", "-o", folder, *QUICK, *arguments)
 
 
 def samples(path):
@@ -37,7 +33,7 @@ def samples(path):
 @pytest.mark.parametrize("log_format", ["csv", "parquet", "mcap"])
 def test_the_logs_written_are_read_back_as_they_were_simulated(tmp_path, log_format):
     done = simulate(tmp_path, "--seed", 5, "--format", log_format)
-    assert done.returncode == 0, done.stderr
+    assert done.code == 0, done.err
     session = simulate_turntable(seed=5, rest_seconds=0.5, rate_hz=50.0)
     for unit in session.units:
         read = samples(tmp_path / f"{unit.name}.{log_format}")
@@ -49,7 +45,7 @@ def test_the_logs_written_are_read_back_as_they_were_simulated(tmp_path, log_for
 
 
 def test_the_truth_beside_the_logs_is_exact_and_complete(tmp_path):
-    assert simulate(tmp_path, "--seed", 6, "--fault", "target_2:moved:size=3:start=0.2").returncode == 0
+    assert simulate(tmp_path, "--seed", 6, "--fault", "target_2:moved:size=3:start=0.2").code == 0
     truth = yaml.safe_load((tmp_path / "truth.yaml").read_text())
     session = simulate_turntable(seed=6, rest_seconds=0.5, rate_hz=50.0)
     assert np.array_equal(truth["R_e"], session.R_e)
@@ -73,7 +69,7 @@ def test_the_pose_list_written_is_the_one_that_was_told(tmp_path):
         yaml.safe_dump({"schema": "tumble-poses/1", "poses": [{"name": n, "up": u} for n, u in ups.items()]})
     )
     done = simulate(tmp_path / "out", "--poses", poses, "--visits", "e,a,b,c")
-    assert done.returncode == 0, done.stderr
+    assert done.code == 0, done.err
     written = PoseList.load(tmp_path / "out" / "poses.yaml")
     assert np.allclose(written.directions(), PoseList.load(poses).directions(), atol=1e-15)
     truth = yaml.safe_load((tmp_path / "out" / "truth.yaml").read_text())
@@ -82,7 +78,7 @@ def test_the_pose_list_written_is_the_one_that_was_told(tmp_path):
 
 def test_json_names_every_file_that_was_written(tmp_path):
     done = simulate(tmp_path, "--json", "--grades", "consumer,tactical")
-    content = json.loads(done.stdout)
+    content = json.loads(done.out)
     assert set(content["files"]) == {"reference", "target_1", "target_2", "poses", "truth"}
     assert sorted(content["files"].values()) == sorted(str(path) for path in tmp_path.iterdir())
     assert content["seed"] == 1
@@ -91,13 +87,15 @@ def test_json_names_every_file_that_was_written(tmp_path):
 
 def test_the_text_says_what_comes_next(tmp_path):
     done = simulate(tmp_path, "--fault", "target_1:gap", "--grades", "tactical")
-    assert "fault: gap" in done.stdout
-    assert f"Next: tumble turntable {tmp_path}/reference.csv {tmp_path}/target_1.csv" in done.stdout
+    assert "fault: gap" in done.out
+    assert f"Next: tumble turntable {tmp_path}/reference.csv {tmp_path}/target_1.csv" in done.out
 
 
-def test_the_same_command_writes_the_same_bytes(tmp_path):
-    for folder in ("one", "two"):
-        assert simulate(tmp_path / folder, "--seed", 4, "--clocks", "apart").returncode == 0
+def test_the_same_command_writes_the_same_bytes_in_another_process(tmp_path):
+    options = [*QUICK, "--seed", 4, "--clocks", "apart"]
+    assert simulate(tmp_path / "one", *options).code == 0
+    command = [sys.executable, "-c", "from tumble.cli.main import main; main()", "simulate", "turntable"]
+    subprocess.run([*map(str, [*command, "-o", tmp_path / "two", *options])], check=True)
     for path in (tmp_path / "one").iterdir():
         assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes()
 
@@ -118,15 +116,15 @@ def test_the_same_command_writes_the_same_bytes(tmp_path):
 )
 def test_a_mistake_is_one_line_and_exit_code_2_and_writes_nothing(tmp_path, arguments, words):
     done = simulate(tmp_path / "out", *arguments)
-    assert done.returncode == 2
-    assert words in done.stderr
-    assert len(done.stderr.splitlines()) == 1
+    assert done.code == 2
+    assert words in done.err
+    assert len(done.err.splitlines()) == 1
     assert not (tmp_path / "out").exists()
 
 
 def test_an_output_folder_that_cannot_be_written_is_said_in_one_line(tmp_path):
     (tmp_path / "file").write_text("mine")
     done = simulate(tmp_path / "file")
-    assert done.returncode == 2
-    assert len(done.stderr.splitlines()) == 1
+    assert done.code == 2
+    assert len(done.err.splitlines()) == 1
     assert (tmp_path / "file").read_text() == "mine"

@@ -19,6 +19,7 @@ from pymavlink.dialects.v20 import common as mavlink
 from live_fixtures import serial_device, text_lines
 from spin_sessions import record, still, turn
 from tumble.calibration.document import Calibration
+from turntable_sessions import typed
 
 AHEAD = 2.0
 """s of samples that may be under way to a program that has not said it has read them."""
@@ -101,28 +102,30 @@ def test_a_robot_on_a_serial_line_is_told_what_to_do_and_calibrated(run_live, se
     assert near(path, session)
 
 
-def test_a_simulated_robot_can_be_tried_as_the_page_says(run_live, tmp_path):
+def replayed(log, *arguments):
+    """Run the command in this process on a log, which comes to its end by itself."""
+    return typed("spin", "--live", f"replay:{log}?speed=max", *arguments)
+
+
+def test_a_simulated_robot_can_be_tried_as_the_page_says(tmp_path):
     simulated = tmp_path / "simulated"
-    code = "from tumble.cli.main import main; main()"
-    subprocess.run([sys.executable, "-c", code, "simulate", "spin", "-o", simulated], check=True)
-    process = run_live(f"replay:{simulated}/spin.csv?speed=max", "-o", tmp_path)
-    _, errors = process.communicate()
-    assert process.returncode == 0
-    assert errors.endswith("Done.\n")
+    assert typed("simulate", "spin", "-o", simulated).code == 0
+    done = replayed(simulated / "spin.csv", "-o", tmp_path)
+    assert done.code == 0
+    assert done.err.endswith("Done.\n")
     live, truth = (yaml.safe_load(p.read_text()) for p in (tmp_path / "spin.yaml", simulated / "truth.yaml"))
     for triad, share in (("accelerometer", 0.1), ("gyroscope", 0.02)):
         left = np.array(live[triad]["b"]) - truth[triad]["b"]
         assert np.linalg.norm(left) < share * np.linalg.norm(truth[triad]["b"])
 
 
-def test_other_options_are_passed_on(run_live, session, tmp_path):
+def test_other_options_are_passed_on(session, tmp_path):
     log = session.write(tmp_path / "drive.csv", HEADER)
     options = ("--still", "2s", "--turns", "1", "--turn-rate", "0.8", "--latitude", "48", "--serial", "0815")
-    process = run_live(f"replay:{log}?speed=max", "-o", tmp_path, *options)
-    _, errors = process.communicate()
-    assert process.returncode == 0
-    assert "stand still for 2 s" in errors
-    assert "about 0.8 rad/s (46 deg/s), 1 turn." in errors
+    done = replayed(log, "-o", tmp_path, *options)
+    assert done.code == 0
+    assert "stand still for 2 s" in done.err
+    assert "about 0.8 rad/s (46 deg/s), 1 turn." in done.err
     calibration = Calibration.load(tmp_path / "drive.yaml")
     options = calibration.method.options
     assert (options["still"], options["turns"], options["rate"]) == (2.0, 1.0, 0.8)
@@ -130,22 +133,18 @@ def test_other_options_are_passed_on(run_live, session, tmp_path):
     assert calibration.serial == "0815"
 
 
-def test_units_are_stated_as_for_logs(run_live, session, tmp_path):
+def test_units_are_stated_as_for_logs(session, tmp_path):
     shown = session.table * np.array([1, *[1 / 9.80665] * 3, *[180 / np.pi] * 3])
     log = tmp_path / "drive.csv"
     log.write_bytes(text_lines(shown))
-    process = run_live(f"replay:{log}?speed=max", "-o", tmp_path, "--gyroscope-unit", "deg/s")
-    process.communicate()
-    assert process.returncode == 0
+    assert replayed(log, "-o", tmp_path, "--gyroscope-unit", "deg/s").code == 0
     assert near(tmp_path / "drive.yaml", session)
 
 
-def test_json_is_a_line_for_every_event_and_nothing_else(run_live, session, tmp_path):
-    log = session.write(tmp_path / "drive.csv", HEADER)
-    process = run_live(f"replay:{log}?speed=max", "-o", tmp_path, "--json")
-    out, errors = process.communicate()
-    assert errors == ""
-    lines = [json.loads(line) for line in out.splitlines()]
+def test_json_is_a_line_for_every_event_and_nothing_else(session, tmp_path):
+    done = replayed(session.write(tmp_path / "drive.csv", HEADER), "-o", tmp_path, "--json")
+    assert done.err == ""
+    lines = [json.loads(line) for line in done.out.splitlines()]
     told = [line["event"] for line in lines if line["event"] != "progress"]
     assert told == ["listening", "still began", "still done", "spin began", "done", "result"]
     progress = [line for line in lines if line["event"] == "progress"]

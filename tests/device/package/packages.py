@@ -49,13 +49,13 @@ def try_to_run(
     return subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False, env=changed)
 
 
-def build(source: Path, folder: Path, **options: str | Path) -> None:
+def build(source: Path, folder: Path, **options: str | Path | int) -> None:
     """Configures and builds a CMake project."""
     run(*configuring(source, folder, **options))
     run("cmake", "--build", folder)
 
 
-def configuring(source: Path, folder: Path, **options: str | Path) -> list[str | Path]:
+def configuring(source: Path, folder: Path, **options: str | Path | int) -> list[str | Path]:
     """The command that configures a CMake project."""
     given = [f"-D{name}={value}" for name, value in {"TUMBLE_CARGO_FOLDER": CARGO_FOLDER, **options}.items()]
     return ["cmake", "-S", source, "-B", folder, "--no-warn-unused-cli", *given]

@@ -26,9 +26,9 @@ def test_an_installed_package_may_be_moved(tmp_path):
     assert run(tmp_path / "consumer" / "consumer") == "3 units: it was done\n"
 
 
-def test_a_folder_of_sources_is_built_for_as_many_units_as_asked(tmp_path):
-    build(HERE / "consumer", tmp_path, TUMBLE_SOURCE=CRATE, TUMBLE_UNITS="2")
-    assert run(tmp_path / "consumer") == "2 units: it was done\n"
+def test_a_folder_of_sources_is_built_for_as_many_units_as_asked(tmp_path, many_units):
+    build(HERE / "consumer", tmp_path, TUMBLE_SOURCE=CRATE, TUMBLE_UNITS=many_units)
+    assert run(tmp_path / "consumer") == f"{many_units} units: it was done\n"
 
 
 @pytest.mark.parametrize("units", ["1", "9", "many"])

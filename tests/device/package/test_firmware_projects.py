@@ -74,14 +74,14 @@ NATIVE = {"CONFIG_ARCH_POSIX": "y", "CONFIG_64BIT": "y"}
 def application_of_zephyr(**configuration):
     """What Zephyr's Kconfig would have said where it knows no target of the processor."""
     return {
-        "MODULE": CRATE, "BOARD": "nowhere", "CONFIG_TUMBLE": "y", "CONFIG_TUMBLE_UNITS": "2",
+        "MODULE": CRATE, "BOARD": "nowhere", "CONFIG_TUMBLE": "y", "CONFIG_TUMBLE_UNITS": "3",
         "CONFIG_TUMBLE_RUST_TARGET": "", **configuration,
     }  # fmt: skip
 
 
-def test_an_application_of_zephyr_links_the_module(tmp_path):
-    build(HERE / "zephyr", tmp_path, **application_of_zephyr(**NATIVE))
-    assert run(tmp_path / "consumer") == "2 units: it was done\n"
+def test_an_application_of_zephyr_links_the_module(tmp_path, many_units):
+    build(HERE / "zephyr", tmp_path, **application_of_zephyr(**NATIVE, CONFIG_TUMBLE_UNITS=many_units))
+    assert run(tmp_path / "consumer") == f"{many_units} units: it was done\n"
 
 
 @pytest.mark.parametrize("configuration", [{}, {"CONFIG_ARCH_POSIX": "y"}, {"CONFIG_64BIT": "y"}])
@@ -110,20 +110,21 @@ def scons(python, folder, options, platform="native", flags="", path=os.environ[
     )  # fmt: skip
 
 
-def test_a_project_of_platformio_links_what_the_script_builds(tmp_path, python):
+def test_a_project_of_platformio_links_what_the_script_builds(tmp_path, python, many_units):
     (tmp_path / "cargo").symlink_to(CARGO_FOLDER)
-    built = scons(python, tmp_path, {"custom_tumble_units": "2"})
+    built = scons(python, tmp_path, {"custom_tumble_units": str(many_units)})
     assert built.returncode == 0, built.stdout + built.stderr
-    assert run(tmp_path / "consumer") == "2 units: it was done\n"
+    assert run(tmp_path / "consumer") == f"{many_units} units: it was done\n"
 
 
-def test_a_project_of_platformio_may_bring_a_prebuilt_library(tmp_path, python):
-    build(CRATE, tmp_path / "tumble", TUMBLE_UNITS="2")
-    options = {"custom_tumble_units": "2", "custom_tumble_library": str(tmp_path / "tumble" / "libtumble.a")}
+def test_a_project_of_platformio_may_bring_a_prebuilt_library(tmp_path, python, many_units):
+    build(CRATE, tmp_path / "tumble", TUMBLE_UNITS=many_units)
+    library = tmp_path / "tumble" / "libtumble.a"
+    options = {"custom_tumble_units": str(many_units), "custom_tumble_library": str(library)}
     built = scons(python, tmp_path, options)
     assert built.returncode == 0, built.stdout + built.stderr
     assert not (tmp_path / "cargo").exists()
-    assert run(tmp_path / "consumer") == "2 units: it was done\n"
+    assert run(tmp_path / "consumer") == f"{many_units} units: it was done\n"
 
 
 def test_a_project_of_platformio_with_too_many_units_is_told_so(tmp_path, python):

@@ -1,0 +1,25 @@
+"""Which tests go to one process where several run them (`pytest --numprocesses 2`)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+DEVICE = Path(__file__).parent.name + "/device/"
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Keep tests of a file together, as they share what they simulate, and all that builds for the device.
+
+    Those share folders under `target`: they go one after the other, beside all other tests, so that none takes a
+    library that another has just built for something else.
+    """
+    from xdist.scheduler import LoadFileScheduling
+
+    class Scheduling(LoadFileScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            return DEVICE if nodeid.startswith(DEVICE) else super()._split_scope(nodeid)
+
+    return Scheduling(config, log)

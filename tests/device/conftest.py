@@ -1,0 +1,16 @@
+"""The order in which libraries are built."""
+
+from __future__ import annotations
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def many_units() -> int:
+    """As many units as a library can be built for, where not the three of the default."""
+    return 8
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put tests of a library for many units last: in one folder cargo keeps only that built last."""
+    items.sort(key=lambda item: "many_units" in getattr(item, "fixturenames", ()))
