@@ -13,8 +13,8 @@ DEVICE = Path(__file__).parent.name + "/device/"
 def pytest_xdist_make_scheduler(config, log):
     """Keep tests of a file together, as they share what they simulate, and all that builds for the device.
 
-    Those share folders under `target`: they go one after the other, beside all other tests, so that none takes a
-    library that another has just built for something else.
+    That shares folders under `target`: one test goes after the other, beside all others, so that none
+    takes a library that another has just built for something else.
     """
     from xdist.scheduler import LoadFileScheduling
 

@@ -1,0 +1,13 @@
+"""How often a law about chance is tried."""
+
+from __future__ import annotations
+
+import os
+
+SOAK = "TUMBLE_SOAK" in os.environ
+"""Whether `make soak` runs the tests: with all repetitions, instead of a quarter."""
+
+
+def repetitions(everything: int) -> int:
+    """Give a quarter of `everything`, all of it in `make soak`; what is allowed follows from the number."""
+    return everything if SOAK else everything // 4
