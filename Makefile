@@ -42,7 +42,9 @@ bench: $(VENV)/.native  ## Measure accuracy, speed and memory, print docs/benchm
 	$(BIN)/python -m benchmarks.footprint
 	$(BIN)/python -m benchmarks.report
 
-soak: $(VENV)/.native  ## Run what takes hours: 2000 drawn missions of redundant units, power cuts of long sequences, hostile input
+soak: $(VENV)/.native $(VENV)/.requirements-test  ## Run what takes hours: 2000 drawn missions, power cuts of long sequences, hostile input
+	TUMBLE_SOAK=1 cargo test --workspace --exclude tumble-fuzz --locked
+	TUMBLE_SOAK=1 $(BIN)/python -m pytest --numprocesses auto --durations 20
 	$(BIN)/python -m benchmarks.redundancy_campaign
 	cargo test --locked --package tumble-store --test laws -- --ignored
 	cargo test --locked --package tumble-fuzz
