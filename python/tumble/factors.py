@@ -36,14 +36,15 @@ def non_orthogonality(matrix: FloatArray) -> FloatArray:
     return angles
 
 
-def read_off_sigma(matrix: FloatArray, covariance: FloatArray) -> FloatArray:
+def factor_sigma(matrix: FloatArray, covariance: FloatArray) -> FloatArray:
     """(9,) 1-sigma of three scales, three non-orthogonalities and three turns of the mounting, rad.
 
     `covariance` (9, 9) is that of M row by row; what depends on something not finite there is NaN.
     """
     steps = _STEP * np.eye(9).reshape(9, 3, 3)
     derivatives = [
-        (_read_off(matrix + step, matrix) - _read_off(matrix - step, matrix)) / (2.0 * _STEP)
+        (_factor_parameters(matrix + step, matrix) - _factor_parameters(matrix - step, matrix))
+        / (2.0 * _STEP)
         for step in steps
     ]
     sigma: FloatArray = np.sqrt(np.diag(propagated(np.array(derivatives).T, covariance)))
@@ -61,7 +62,7 @@ def propagated(jacobian: FloatArray, covariance: FloatArray) -> FloatArray:
     return found
 
 
-def _read_off(matrix: FloatArray, around: FloatArray) -> FloatArray:
+def _factor_parameters(matrix: FloatArray, around: FloatArray) -> FloatArray:
     """(9,) scales, non-orthogonalities and the turn of the mounting from that of `around`, rad."""
     _, _, Q = factors(matrix)
     _, _, Q_around = factors(around)

@@ -70,12 +70,15 @@ def align_command(
     write_settings(result, settings)
     _show(result, {"settings": str(settings), "report": str(page)}, as_json)
     if any(
-        not parameter.observable for unit in result for parameter in unit.parameters if _asked(parameter.name)
+        not parameter.observable
+        for unit in result
+        for parameter in unit.parameters
+        if _is_needed(parameter.name)
     ):
         raise typer.Exit(SOME_UNSEEN)
 
 
-def _asked(name: str) -> bool:
+def _is_needed(name: str) -> bool:
     return name.startswith(("rotation", "lever arm"))
 
 

@@ -183,10 +183,10 @@ def _warnings(figures: _core.AlignFigures, around: float) -> Iterator[str]:
             f"{figures['reference_time']:.1f} s of the primary's clock"
         )
     if figures["forces"] is not None:
-        yield from _beside_gyroscopes(figures["forces"], figures["completed"])
+        yield from _force_warnings(figures["forces"], figures["completed"])
 
 
-def _beside_gyroscopes(forces: _core.AlignForceFigures, one_axis: bool) -> Iterator[str]:
+def _force_warnings(forces: _core.AlignForceFigures, one_axis: bool) -> Iterator[str]:
     """Remark on accelerometers that do not sit as the gyroscopes do, or are later."""
     angle, sigma = forces["accelerometer_angle"], forces["accelerometer_angle_sigma"]
     length = float(np.linalg.norm(angle))

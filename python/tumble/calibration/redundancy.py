@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tumble.factors import PAIRS, factors, non_orthogonality, propagated, read_off_sigma
+from tumble.factors import PAIRS, factor_sigma, factors, non_orthogonality, propagated
 from tumble.plain import plain
 from tumble.recording import FloatArray
 from tumble.redundancy.result import RedundancyResult, SecondaryError, Sensor
@@ -36,7 +36,7 @@ def redundancy_content(result: RedundancyResult, unit: str, primary: Mapping[str
             "truth": f"readings of {result.primary}{', calibrated' if primary else ''}",
             "options": {
                 "frame": f"case of {result.primary}",
-                **{error.sensor: _how(error) for error in errors},
+                **{error.sensor: _fit_figures(error) for error in errors},
             },
         },
         "reference": {
@@ -51,7 +51,7 @@ def redundancy_content(result: RedundancyResult, unit: str, primary: Mapping[str
     return content
 
 
-def _how(error: SecondaryError) -> dict[str, object]:
+def _fit_figures(error: SecondaryError) -> dict[str, object]:
     figures: dict[str, object] = {
         "rung": error.rung,
         "directions": error.directions,
@@ -113,7 +113,7 @@ def _covariance(
 
 def _sigma(matrix: FloatArray, covariance: FloatArray) -> dict[str, Any]:
     """1-sigma of what people read off M and b."""
-    sigma = read_off_sigma(matrix, covariance[:9, :9])
+    sigma = factor_sigma(matrix, covariance[:9, :9])
     angles = np.degrees(sigma[3:])
     return {
         "bias": np.sqrt(np.diag(covariance)[9:]),

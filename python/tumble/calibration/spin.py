@@ -43,7 +43,9 @@ def spin_content(result: SpinResult, before: Mapping[str, Any]) -> dict[str, Any
         section = dict(before.get(triad, {}))
         if bias.observable:
             found = result.covariance[rows, rows]
-            content[triad] = _triad(triad, section, bias, found, truth, _felt(section, force_bias))
+            content[triad] = _triad(
+                triad, section, bias, found, truth, _g_sensitivity_effect(section, force_bias)
+            )
         elif section:
             content[triad] = section
     return content
@@ -54,12 +56,12 @@ def _options(result: SpinResult) -> dict[str, Any]:
     return {key: plain(value) for key, value in (result.options | applied).items()}
 
 
-def _felt(section: Mapping[str, Any], force_bias: BiasEstimate) -> FloatArray:
+def _g_sensitivity_effect(section: Mapping[str, Any], force_bias: BiasEstimate) -> FloatArray:
     """Rate, rad/s, by which g-sensitivity turned an error in specific force into one of the gyroscope."""
     if "g_sensitivity" not in section or not force_bias.observable:
         return np.zeros(3)
-    felt: FloatArray = np.array(section["g_sensitivity"]) @ force_bias.value
-    return felt
+    g_sensitivity_effect: FloatArray = np.array(section["g_sensitivity"]) @ force_bias.value
+    return g_sensitivity_effect
 
 
 def _triad(
@@ -68,7 +70,7 @@ def _triad(
     bias: BiasEstimate,
     covariance: FloatArray,
     truth: FloatArray,
-    felt: FloatArray,
+    g_sensitivity_effect: FloatArray,
 ) -> dict[str, Any]:
     """One section; `truth` is what the triad measured at rest, which ties the new b to M.
 
@@ -80,7 +82,7 @@ def _triad(
     content = {
         "unit": _UNITS[triad],
         "M": matrix,
-        "b": np.array(before.get("b", np.zeros(3))) + matrix @ bias.value + felt,
+        "b": np.array(before.get("b", np.zeros(3))) + matrix @ bias.value + g_sensitivity_effect,
         "covariance": joint,
         "sigma": _sigma(before.get("sigma"), np.sqrt(np.diag(joint)[9:])),
         "estimated": tuple(dict.fromkeys(["bias", *before.get("estimated", ())])),

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from tumble.recording import Chunk, FloatArray
 
 _VALUES_KEPT = 8
-_FEWEST_PINNED = 5
+_FEWEST_SATURATED = 5
 _PILE = 3.0
 """Samples at the very end of the range over those at values next to it: noise thins out, a stop piles up."""
 _NEVER_PINNED_BELOW = {"m/s^2": 12.0, "rad/s": 0.5}
@@ -107,12 +107,12 @@ class _Extreme:
         np.add.at(totals, places, np.concatenate([self._counts, counts]))
         self._values, self._counts = merged[-_VALUES_KEPT:], totals[-_VALUES_KEPT:]
 
-    def pinned(self) -> int:
+    def saturated_samples(self) -> int:
         """Count samples at the very extreme if they pile up there, else 0."""
         if len(self._values) < 2:
             return 0
         at_end, beside = int(self._counts[-1]), float(self._counts[:-1].mean())
-        return at_end if at_end >= _FEWEST_PINNED and at_end > _PILE * beside else 0
+        return at_end if at_end >= _FEWEST_SATURATED and at_end > _PILE * beside else 0
 
 
 class ChannelWatch:
@@ -149,8 +149,8 @@ class ChannelWatch:
     def saturated(self) -> int:
         """Samples pinned at either end of the range."""
         least = _NEVER_PINNED_BELOW[self.unit]
-        top = self._top.pinned() if abs(self.high) > least else 0
-        bottom = self._bottom.pinned() if abs(self.low) > least else 0
+        top = self._top.saturated_samples() if abs(self.high) > least else 0
+        bottom = self._bottom.saturated_samples() if abs(self.low) > least else 0
         return top + bottom
 
 

@@ -133,7 +133,7 @@ class MavlinkSource:
         if self._request is not None:
             # A line that was lost cannot carry a request either.
             with suppress(LogError):
-                self._request.withdraw(self._transport)
+                self._request.restore_rate(self._transport)
         self._transport.__exit__(kind, error, trace)
 
     def __iter__(self) -> Iterator[LiveChunk]:
@@ -152,7 +152,7 @@ class MavlinkSource:
         mine = []
         for message in messages:
             if self._request is not None:
-                self._request.follow(message, self._transport)
+                self._request.handle(message, self._transport)
             sender = self._sender(message)
             if sender is None:
                 self._count_other()

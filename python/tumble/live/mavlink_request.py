@@ -37,7 +37,7 @@ class MessageRequest:
         self._sender = dialect.MAVLink(None, srcSystem=GROUND_STATION, srcComponent=MISSION_PLANNER)
         self._asked: tuple[int, int] | None = None
 
-    def follow(self, message: Any, transport: Transport) -> None:  # noqa: ANN401
+    def handle(self, message: Any, transport: Transport) -> None:  # noqa: ANN401
         """Look at a message: ask whose heartbeat it is; raise `LogError` where it says no."""
         if self._asked is None and self._is_wanted(message):
             self._asked = message.get_srcSystem(), message.get_srcComponent()
@@ -64,7 +64,7 @@ class MessageRequest:
             and message.result not in good
         )
 
-    def withdraw(self, transport: Transport) -> None:
+    def restore_rate(self, transport: Transport) -> None:
         """Have the autopilot go back to its own rate, if it was asked for another one."""
         if self._asked is not None:
             transport.send(self._command(ITS_OWN_RATE))

@@ -40,19 +40,19 @@ def open_source(text: str, options: ReadOptions | None = None) -> Source:
 
 def schemes() -> tuple[str, ...]:
     """Give the schemes there are sources for, Tumble's own first."""
-    return (*OWN, *sorted(set(_brought()) - set(OWN)))
+    return (*OWN, *sorted(set(_installed()) - set(OWN)))
 
 
 def _opener(address: Address) -> Opener:
     if address.scheme in OWN:
         module, attribute = OWN[address.scheme]
         return cast("Opener", getattr(import_module(module), attribute))
-    if address.scheme in (brought := _brought()):
-        return cast("Opener", brought[address.scheme].load())
+    if address.scheme in (installed := _installed()):
+        return cast("Opener", installed[address.scheme].load())
     raise LogError(
         f"{address.text}: nothing reads live from {address.scheme!r}; known: {', '.join(schemes())}"
     )
 
 
-def _brought() -> dict[str, EntryPoint]:
+def _installed() -> dict[str, EntryPoint]:
     return {entry.name: entry for entry in entry_points(group=GROUP)}

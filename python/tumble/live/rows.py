@@ -105,7 +105,7 @@ class RowReader:
             self._first = False
             return []
         if self._layout_is_doubtful:
-            self._settle_doubt(text)
+            self._keep_names_that_fit(text)
         if self._layout is None and not self._find_layout_without_names(text):
             return []
         kept_back, self._unnamed = self._unnamed or [text], []
@@ -115,7 +115,7 @@ class RowReader:
 
     def _take_names(self, names: list[str], delimiter: str) -> None:
         """Take column names; a device that starts anew sends them again."""
-        if self._layout is None and not (self._first and self._may_be_torn(names)):
+        if self._layout is None and not (self._first and self._may_be_incomplete(names)):
             self._unnamed = []
             self._layout = self._layout_for(tuple(names), delimiter)
             self._layout_is_doubtful = self._first
@@ -123,13 +123,13 @@ class RowReader:
             self._count_unreadable(delimiter.join(names))
         self._first = False
 
-    def _settle_doubt(self, row: str) -> None:
+    def _keep_names_that_fit(self, row: str) -> None:
         """Drop names that do not fit the first row after them."""
         self._layout_is_doubtful = False
         if self._row_of_fields(row) is None:
             self._layout = None
 
-    def _may_be_torn(self, names: list[str]) -> bool:
+    def _may_be_incomplete(self, names: list[str]) -> bool:
         """Whether names may have lost those before them, or the first of them its front."""
         columns = [recognise(name) for name in names]
         if any(column and column.quantity == "time" for column in columns):

@@ -146,10 +146,10 @@ class _Gatherer:
                 "cut it out of the bag"
             ) from error
         stamps = imu.stamp if self._use_stamps else np.array(batch.log_times, dtype=np.int64)
-        temperature, held = self._hold(batch, held)
+        temperature, held = self._temperature_at(batch, held)
         return RawSamples(seconds(stamps), imu.specific_force, imu.angular_rate, temperature), held
 
-    def _hold(self, batch: _Batch, held: float) -> tuple[FloatArray | None, float]:
+    def _temperature_at(self, batch: _Batch, held: float) -> tuple[FloatArray | None, float]:
         """Give the latest temperature at every Imu message; NaN before the first."""
         if self._temperature is None:
             return None, held

@@ -134,7 +134,7 @@ def redundancy_command(
     from tumble.redundancy.procedure import redundancy
 
     chosen = _settings(settings or [], changes or [])
-    brought = Calibration.load(calibration) if calibration else None
+    applied = Calibration.load(calibration) if calibration else None
     commands = [_command(text) for text in command or ()]
     read = read_options_for(read_options, exceptions or [], [primary, *secondary])
     folder = prepare_folder(output)
@@ -144,7 +144,7 @@ def redundancy_command(
             secondary,
             log=log,
             settings=chosen,
-            calibration=brought,
+            calibration=applied,
             store=store,
             commands=commands,
             precision=precision.value,
@@ -152,7 +152,7 @@ def redundancy_command(
             read=read,
             progress=advance,
         )
-    files = _write(result, chosen, brought, folder, store)
+    files = _write(result, chosen, applied, folder, store)
     from tumble.redundancy.summary import show_results
 
     show_results(result, files, as_json)

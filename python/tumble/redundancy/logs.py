@@ -72,7 +72,7 @@ class _Known:
         options = next(iter(read.values()), None) if isinstance(read, Mapping) else read
         return cls(spec.path, list_imus(spec.path, options))
 
-    def placed(self, source: str) -> tuple[str, str]:
+    def locate(self, source: str) -> tuple[str, str]:
         """Give `LOG:NAME` of what was typed, and the name alone if it is that of an IMU of this log."""
         for name in self.names:
             if name and name.strip("/") == source.strip("/"):
@@ -95,7 +95,7 @@ def _open_unit(
     place, name = str(source), ""
     try:
         if known is not None:
-            place, name = known.placed(place)
+            place, name = known.locate(place)
         recording = _whole(open_recording(place, options, keep_faults=True))
     except LogError as error:
         if not allow_missing:

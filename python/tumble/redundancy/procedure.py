@@ -56,12 +56,12 @@ def redundancy(
     Method: docs/theory/redundancy.md.
     """
     chosen = settings_from(settings)
-    brought = Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
+    applied = Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
     _refuse_unknown_commands(commands)
     units = open_units((primary, *secondaries), log, read, allow_missing)
     known = _known_units(chosen, units)
     identities = identities_of(tuple(unit.name for unit in units), chosen)
-    monitor = _monitor(identities, known, brought, chosen, precision)
+    monitor = _monitor(identities, known, applied, chosen, precision)
     errors = None if store is None else ErrorStore(prepare_folder(store), identities[0])
     rejected = [] if errors is None else list(_restore(monitor, errors, identities[1:]))
     blocks = SideBySide(units, [own.time_offset for own in known], progress)
@@ -82,8 +82,8 @@ def redundancy(
         traces=replayed.traces(),
         selected=tuple(replayed.selected(blocks.end)),
         replay_rate=(blocks.end - blocks.start) / max(replayed.seconds, 1e-9),
-        warnings=(*_warnings(units, brought, rejected), *blocks.notices()),
-        calibration_hash=brought.hash() if brought else "",
+        warnings=(*_warnings(units, applied, rejected), *blocks.notices()),
+        calibration_hash=applied.hash() if applied else "",
         software=f"tumble {_core.__version__}",
         serials={unit.name: unit.recording.metadata.serial for unit in units if unit.recording is not None},
         defaults=_core.RedundancyMonitor.default_settings(),
@@ -210,7 +210,7 @@ def _restore(
         for error in found:
             why = monitor.restore(_record(error, unit.identity))
             if why is not None:
-                store.doubt(unit, error.sensor)
+                store.distrust(unit, error.sensor)
 
 
 _RECORDED = (

@@ -111,7 +111,7 @@ class ErrorStore:
         self.folder = Path(folder)
         self._primary = primary
         self._fresh = fresh
-        self._doubted: set[Path] = set()
+        self._distrusted: set[Path] = set()
 
     def load(self, unit: Identified) -> tuple[list[SecondaryError], list[Rejected]]:
         """Read the last stored error of each sensor of a unit, or the factory's where the last is damaged.
@@ -131,9 +131,9 @@ class ErrorStore:
                 rejected.append(error)
         return found, rejected
 
-    def doubt(self, unit: Identified, sensor: Sensor) -> None:
+    def distrust(self, unit: Identified, sensor: Sensor) -> None:
         """Have what is stored set aside, not overwritten, by the next `save`."""
-        self._doubted |= {self._path(unit, sensor), self._factory_path(unit, sensor)}
+        self._distrusted |= {self._path(unit, sensor), self._factory_path(unit, sensor)}
 
     def save(self, unit: Identified, error: SecondaryError) -> Path:
         """Replace the last stored error; the first one ever stored is kept beside it.
@@ -143,9 +143,9 @@ class ErrorStore:
         prepare_folder(self.folder)
         last, factory = self._path(unit, error.sensor), self._factory_path(unit, error.sensor)
         for path in (last, factory):
-            if path in self._doubted and path.exists():
+            if path in self._distrusted and path.exists():
                 _set_aside(path)
-                self._doubted.discard(path)
+                self._distrusted.discard(path)
         content = _content(error, unit, self._primary)
         if self._fresh or not factory.exists():
             write_document(factory, _HEADER, content)
@@ -168,7 +168,7 @@ class ErrorStore:
                 detail = f"{path}: was calibrated against {stored.primary}, not {self._primary.name}"
             else:
                 return _error(stored, unit.name)
-        self._doubted.add(path)
+        self._distrusted.add(path)
         return Rejected(unit.name, sensor, reason, detail)
 
     def _path(self, unit: Identified, sensor: Sensor) -> Path:

@@ -78,17 +78,17 @@ def spin(
     Method: docs/theory/spin.md.
     """
     strength, gravity_source = local_gravity(gravity, latitude, height)
-    brought = Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
+    applied = Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
     recording = source if isinstance(source, Recording) else open_recording(source, read)
     settings = core_settings(
         {"gravity": strength, "still": still, "level_floor": level_floor},
         latitude=latitude,
-        bias_instability=brought.bias_instability if brought else None,
+        bias_instability=applied.bias_instability if applied else None,
     )
-    unit = _acquired(recording, brought, strength, progress)
+    unit = _acquired(recording, applied, strength, progress)
     known = TrueTurns.parse(true_turns) if isinstance(true_turns, str) else true_turns
     criteria = Criteria(settings, still, turns, known, credible_faults(unit.acquired.faults))
-    found = _search(unit, brought, criteria, at, progress)
+    found = _search(unit, applied, criteria, at, progress)
     refused = sorted((each for each in found if isinstance(each, UnusedInterval)), key=_start_of)
     fitted = sorted(
         (each for each in found if isinstance(each, FittedSpin)), key=lambda each: each.chain.start
@@ -122,7 +122,7 @@ def spin(
         gravity=strength,
         gravity_source=gravity_source,
         temperature=unit.acquired.temperature,
-        calibration_hash=brought.hash() if brought else "",
+        calibration_hash=applied.hash() if applied else "",
         options={
             "still": still,
             "turns": turns,
@@ -130,13 +130,13 @@ def spin(
             "level-floor": level_floor,
             "at": [list(times) for times in at],
         },
-        warnings=(*_notices(unit), *combined.warnings, *scale_warning(combined, spins, brought, strength)),
+        warnings=(*_notices(unit), *combined.warnings, *scale_warning(combined, spins, applied, strength)),
         software=f"tumble {_core.__version__}",
     )
 
 
 def _acquired(
-    recording: Recording, brought: Calibration | None, gravity: float, progress: SampleProgress | None
+    recording: Recording, applied: Calibration | None, gravity: float, progress: SampleProgress | None
 ) -> Imu:
     """Read the recording for the first time: where it stood still, and whether it can serve."""
     if recording.parts:
@@ -144,7 +144,7 @@ def _acquired(
             f"{recording.name}: is a folder of {len(recording.parts)} logs, one per pose; give the one log "
             "in which the robot stands and turns"
         )
-    unit = acquire(recording, brought, _first_half(progress))
+    unit = acquire(recording, applied, _first_half(progress))
     refuse_if_damaged(unit.name, unit.acquired, credible_faults(unit.acquired.faults))
     if len(unit.acquired.rest_times):
         refuse_if_misread(unit.name, unit.acquired, gravity)
@@ -153,14 +153,14 @@ def _acquired(
 
 def _search(
     unit: Imu,
-    brought: Calibration | None,
+    applied: Calibration | None,
     criteria: Criteria,
     at: Sequence[tuple[float, float]],
     progress: SampleProgress | None,
 ) -> list[FittedSpin | UnusedInterval]:
     """Read the recording again, and fit what may be spins as soon as their samples are there."""
     rests = true_rests(
-        sorted([*rests_of(unit.acquired), *_rests_refused_as_turning(unit, brought)], key=_start_of)
+        sorted([*rests_of(unit.acquired), *_rests_refused_as_turning(unit, applied)], key=_start_of)
     )
     if not rests:
         return [*not_a_rest(unit.acquired)]
@@ -176,7 +176,7 @@ def _search(
     ]
     kept = [(number, unread) for number, unread in unread_segments if unread not in endless]
     intervals = [unread.interval for _, unread in kept]
-    pieces = read_intervals(unit.recording, brought, intervals, _second_half(progress, unit.acquired.samples))
+    pieces = read_intervals(unit.recording, applied, intervals, _second_half(progress, unit.acquired.samples))
     segments = (
         (Segment(samples, unread.rest), _ends(number, unread, following))
         for samples, (number, unread), following in zip(pieces, kept, [*kept[1:], None], strict=True)
@@ -189,13 +189,13 @@ def _search(
     return found
 
 
-def _rests_refused_as_turning(unit: Imu, brought: Calibration | None) -> list[Rest]:
+def _rests_refused_as_turning(unit: Imu, applied: Calibration | None) -> list[Rest]:
     """Find rests refused for another rate than those beside them: a robot that turns evenly outvotes them."""
     turning = (each for each in not_a_rest(unit.acquired) if each.failure.kind is SpinFailureKind.TURNING)
     intervals = sorted((Interval(each.start, each.end) for each in turning), key=_start_of)
     if not intervals:
         return []
-    pieces = read_intervals(unit.recording, brought, intervals)
+    pieces = read_intervals(unit.recording, applied, intervals)
     return [rest_from(samples) for samples in pieces if len(samples) > 1]
 
 
@@ -288,12 +288,12 @@ def _notices(unit: Imu) -> Iterator[str]:
 
 
 def scale_warning(
-    combined: Combined, spins: Sequence[Spin], brought: Calibration | None, gravity: float
+    combined: Combined, spins: Sequence[Spin], applied: Calibration | None, gravity: float
 ) -> Iterator[str]:
     """Say what a scale error does to the accelerometer bias, unless an earlier calibration has seen to it."""
     if not combined.accelerometer_bias.observable:
         return
-    if brought and brought.accelerometer and "matrix" in brought.accelerometer.estimated:
+    if applied and applied.accelerometer and "matrix" in applied.accelerometer.estimated:
         return
     axis = "xyz"[int(np.argmax(np.abs(spins[-1].up)))]
     yield (

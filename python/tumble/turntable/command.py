@@ -112,7 +112,7 @@ def turntable_command(
     check_gravity(latitude, height, gravity)
     wanted_poses = _poses(poses)
     wanted_limits = Limits.load(limits) if limits else None
-    brought = Calibration.load(reference_calibration) if reference_calibration else None
+    applied = Calibration.load(reference_calibration) if reference_calibration else None
     sources = (reference, *targets)
     for source in sources:
         parse_spec(source)
@@ -127,7 +127,7 @@ def turntable_command(
             gravity=gravity,
             latitude=latitude,
             height=height,
-            reference_calibration=brought,
+            reference_calibration=applied,
             clock=clock.value,
             g_sensitivity=g_sensitivity,
             limits=wanted_limits,
@@ -136,7 +136,7 @@ def turntable_command(
             progress=advance,
         )
     files = _write(result, folder)
-    for path in _left_over(result, folder):
+    for path in _stale_files(result, folder):
         print(
             f"tumble: warning: {path} is of an earlier run, this one has no calibration for it",
             file=sys.stderr,
@@ -190,7 +190,7 @@ def _write(result: TurntableResult, folder: Path) -> dict[str, str]:
     return files | {"summary": str(summary), "report": str(report)}
 
 
-def _left_over(result: TurntableResult, folder: Path) -> list[Path]:
+def _stale_files(result: TurntableResult, folder: Path) -> list[Path]:
     """Calibration files that stand in the folder for targets that could not be calibrated this time."""
     from tumble.turntable.report.pages import page_names
 

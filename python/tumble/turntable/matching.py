@@ -54,7 +54,7 @@ def match_poses(
         return _matched(forces, labelled, poses, _strange_files(strange))
     nearest = [_nearest(force, poses) for force in forces]
     labelled = {k: pose for k, (pose, angle) in enumerate(nearest) if angle <= LARGEST_TIP}
-    if poses is SIX_FACES and not _meant(labelled, len(forces)):
+    if poses is SIX_FACES and not _shows_six_faces(labelled, len(forces)):
         return PoseMatch(
             nothing, {}, "the rests do not show the six faces; name the poses with --poses to estimate it"
         )
@@ -83,7 +83,7 @@ def _angle(one: FloatArray, other: FloatArray) -> float:
     return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(one, other)), one @ other)))
 
 
-def _meant(labelled: dict[int, Pose], rests: int) -> bool:
+def _shows_six_faces(labelled: dict[int, Pose], rests: int) -> bool:
     """Whether a recording without a list was made at the six faces."""
     distinct = {pose.name for pose in labelled.values()}
     return len(distinct) >= 4 and 2 * len(labelled) >= rests

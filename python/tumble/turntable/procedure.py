@@ -67,12 +67,12 @@ def turntable(
         raise ProcedureError("no target was given; name at least one recording besides the reference")
     pose_list = PoseList.load(poses) if isinstance(poses, str | Path) else poses
     limit_list = Limits.load(limits) if isinstance(limits, str | Path) else limits
-    brought = _loaded(reference_calibration)
+    applied = _loaded(reference_calibration)
     strength, source = local_gravity(gravity, latitude, height)
     settings = _core.TurntableSettings(
         strength, truth, clock, None if latitude is None else math.radians(latitude), g_sensitivity
     )
-    unit, others = _acquire_all(reference, targets, brought, read, jobs, progress)
+    unit, others = _acquire_all(reference, targets, applied, read, jobs, progress)
     if isinstance(unit, TumbleError):
         raise unit
     refuse_if_unfit(unit.name, unit.acquired, strength)
@@ -88,7 +88,7 @@ def turntable(
     if all(result.failure for result in results):
         raise ProcedureError("\n".join(result.failure for result in results))
     return TurntableResult(
-        reference=reference_result(unit, fitted, match, brought),
+        reference=reference_result(unit, fitted, match, applied),
         poses=pose_results(match, fitted),
         targets=tuple(results),
         truth=truth,
@@ -111,7 +111,7 @@ def _loaded(calibration: Calibration | str | Path | None) -> Calibration | None:
 def _acquire_all(
     reference: RecordingSource,
     targets: Sequence[RecordingSource],
-    brought: Calibration | None,
+    applied: Calibration | None,
     read: ReadOptions | Mapping[str, ReadOptions] | None,
     jobs: int | None,
     progress: RecordingsRead | None,
@@ -133,7 +133,7 @@ def _acquire_all(
         return one(source, None)
 
     with ThreadPoolExecutor(jobs or os.cpu_count()) as pool:
-        first = pool.submit(one, reference, brought)
+        first = pool.submit(one, reference, applied)
         others: list[Future[Imu | TumbleError]] = [pool.submit(target, source) for source in targets]
         for done, _ in enumerate(as_completed([first, *others]), start=1):
             if progress:

@@ -21,9 +21,9 @@ NOTABLE_NORM_RESIDUAL = 0.005
 
 
 def reference_result(
-    unit: Imu, fitted: _core.Reference, match: PoseMatch, brought: Calibration | None
+    unit: Imu, fitted: _core.Reference, match: PoseMatch, applied: Calibration | None
 ) -> ReferenceResult:
-    """Describe the reference; `brought` is the calibration that was applied to it."""
+    """Describe the reference; `applied` is the calibration that was applied to it."""
     figures = fitted.figures
     mounting = None
     if "R_e" in figures:
@@ -34,7 +34,7 @@ def reference_result(
         name=unit.name,
         source=unit.recording.metadata.source,
         serial=unit.recording.metadata.serial,
-        calibration_hash=brought.hash() if brought else "",
+        calibration_hash=applied.hash() if applied else "",
         bias=figures["bias"],
         bias_sigma=figures["bias_sigma"],
         norm_residual=figures["norm_residual"],

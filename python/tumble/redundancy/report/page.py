@@ -45,7 +45,7 @@ class EventTable:
     left_out: int
 
     @property
-    def helps(self) -> bool:
+    def has_remedies(self) -> bool:
         """Whether anything is to be done about any of them."""
         return any(row.remedy for row in self.rows)
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tumble.factors import PAIRS, factors, non_orthogonality, read_off_sigma
+from tumble.factors import PAIRS, factor_sigma, factors, non_orthogonality
 from tumble.recording import FloatArray
 from tumble.redundancy.report.difference import UNITS
 from tumble.redundancy.result import SecondaryError
@@ -48,7 +48,7 @@ def _of_matrix(error: SecondaryError) -> dict[str, list[Parameter]]:
         return _matrix_parameters(nothing, nothing)
     angles = np.degrees(non_orthogonality(error.matrix))
     mounting = np.degrees(Rotation.from_matrix(factors(error.matrix)[2]).as_rotvec())
-    sigma = read_off_sigma(error.matrix, np.diag(variance))
+    sigma = factor_sigma(error.matrix, np.diag(variance))
     sigma[3:] = np.degrees(sigma[3:])
     return _matrix_parameters(np.concatenate([scale, angles, mounting]), sigma)
 

@@ -66,7 +66,7 @@ def distribution_figure(group: StripGroup, prefix: str) -> Markup:
     axes = bare_axes(figure, (0.55, 0.46, HALF_WIDTH - 0.75, 0.46 * rows))
     limits = [end for strip in group.strips if strip.limit is not None for end in (-strip.limit, strip.limit)]
     values = [strip.values for strip in group.strips]
-    low, high = span(*values, at_least=_worth_showing(limits, values), margin=0.06)
+    low, high = span(*values, at_least=_visible_limits(limits, values), margin=0.06)
     horizontal_axis(axes, low, high, f"{group.title}, {group.unit}" if group.unit else group.title, most=7)
     axes.set_ylim(rows - 0.5, -0.5)
     row_labels(axes, [strip.name.rpartition(" ")[2] for strip in group.strips])
@@ -153,7 +153,7 @@ def _strip(name: str, rows: Sequence[tuple[str, float, LimitCheck | None]], fact
     )
 
 
-def _worth_showing(limits: Sequence[float], values: Sequence[FloatArray]) -> list[float]:
+def _visible_limits(limits: Sequence[float], values: Sequence[FloatArray]) -> list[float]:
     """Zero, and the limits unless they lie so far out that they would squeeze the marks together."""
     largest = max((float(np.abs(array).max()) for array in values if array.size), default=0.0)
     return [0.0, *(limit for limit in limits if abs(limit) <= 6 * largest)]
