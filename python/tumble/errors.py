@@ -6,8 +6,13 @@ from __future__ import annotations
 class TumbleError(Exception):
     """What is wrong, where, why, and what to do, in one line.
 
-    The command line prints the line and exits with code 2; a bug keeps its traceback and exits 1.
+    `why` is the line without what it is about. The command line prints the line and exits with code 2; a bug
+    keeps its traceback and exits 1.
     """
+
+    def __init__(self, why: str, about: str = "") -> None:
+        super().__init__(f"{about}: {why}" if about else why)
+        self.why = why
 
 
 class LogError(TumbleError):

@@ -72,24 +72,24 @@ def refuse_if_unfit(name: str, unit: _core.Acquired, gravity: float) -> None:
     for check in (_saturated_turns, _rests):
         problem = check(unit)
         if problem:
-            raise ProcedureError(f"{name}: {problem}")
+            raise ProcedureError(problem, about=name)
     misread = _accelerometer_unit(unit, gravity) or _gyroscope_unit(unit)
     if misread:
-        raise ProcedureError(misread.line(name))
+        raise ProcedureError(misread.line_among_others(name), about=name)
 
 
 def refuse_if_damaged(name: str, unit: _core.Acquired, faults: Sequence[ChannelFault]) -> None:
     """Raise `ProcedureError`, in one line, where samples, time or a channel cannot serve any procedure."""
     problem = _samples(unit) or _time(unit) or _dead_channel(faults)
     if problem:
-        raise ProcedureError(f"{name}: {problem}")
+        raise ProcedureError(problem, about=name)
 
 
 def refuse_if_misread(name: str, unit: _core.Acquired, gravity: float) -> None:
     """Raise `ProcedureError`, in one line, where the length at rest shows a wrong accelerometer unit."""
     misread = _accelerometer_unit(unit, gravity)
     if misread:
-        raise ProcedureError(misread.line_alone(name))
+        raise ProcedureError(misread.line(), about=name)
 
 
 def _samples(unit: _core.Acquired) -> str:
@@ -160,18 +160,17 @@ class _Misread:
 
     what: str
     option: str = ""
-    """What mends it on the command line, where one option does."""
+    value: str = ""
+    """Option of the command line that corrects it, and its value, where one option does."""
 
-    def line(self, name: str) -> str:
+    def line(self) -> str:
+        """One line for a recording that is read alone."""
+        return self.what + (f"; say --{self.option} {self.value}" if self.option else "")
+
+    def line_among_others(self, name: str) -> str:
         """One line for a recording of that name among others."""
-        if not self.option:
-            return self.line_alone(name)
-        alone = self.option.removeprefix("--").replace(" ", "=")
-        return f"{self.line_alone(name)}, or for this log only --for {name}:{alone}"
-
-    def line_alone(self, name: str) -> str:
-        """One line for a recording of that name where there is no other."""
-        return f"{name}: {self.what}" + (f"; say {self.option}" if self.option else "")
+        alone = f", or for this log only --for {name}:{self.option}={self.value}" if self.option else ""
+        return self.line() + alone
 
 
 def _accelerometer_unit(unit: _core.Acquired, gravity: float) -> _Misread | None:
@@ -181,9 +180,9 @@ def _accelerometer_unit(unit: _core.Acquired, gravity: float) -> _Misread | None
         return None
     seen = f"accelerometer reads {length:.4g} m/s^2 at rest, gravity is {gravity:.4g}"
     if abs(math.log(ratio * STANDARD_GRAVITY)) < math.log(LARGEST_GRAVITY_RATIO):
-        return _Misread(f"{seen}: g were taken for m/s^2", "--accelerometer-unit g")
+        return _Misread(f"{seen}: g were taken for m/s^2", "accelerometer-unit", "g")
     if abs(math.log(ratio / STANDARD_GRAVITY)) < math.log(LARGEST_GRAVITY_RATIO):
-        return _Misread(f"{seen}: m/s^2 were taken for g", "--accelerometer-unit m/s^2")
+        return _Misread(f"{seen}: m/s^2 were taken for g", "accelerometer-unit", "m/s^2")
     return _Misread(f"{seen}: the unit is not known; give its size with --accelerometer-scale")
 
 
@@ -191,12 +190,15 @@ def _gyroscope_unit(unit: _core.Acquired) -> _Misread | None:
     verdict, figure, axes = _core.judge_gyroscope(unit)
     if verdict == "scaled" and figure > 1.0:
         return _Misread(
-            "gyroscope turns gravity 57.3 times too far: deg/s were taken for rad/s", "--gyroscope-unit deg/s"
+            "gyroscope turns gravity 57.3 times too far: deg/s were taken for rad/s",
+            "gyroscope-unit",
+            "deg/s",
         )
     if verdict == "scaled":
         return _Misread(
             "gyroscope turns gravity 57.3 times too little: rad/s were taken for deg/s",
-            "--gyroscope-unit rad/s",
+            "gyroscope-unit",
+            "rad/s",
         )
     if verdict == "permuted":
         return _axes(axes)
@@ -215,14 +217,16 @@ def _axes(fit: list[tuple[int, float]]) -> _Misread:
         return _Misread(
             "gyroscope turns the wrong way about every axis: the axes are left-handed (two are exchanged, or "
             "one has its sign turned)",
-            "--axes x,y,-z",
+            "axes",
+            "x,y,-z",
         )
     order = ",".join(f"{'-' if sign < 0 else ''}{'xyz'[index]}" for index, sign in fit)
     if in_order:
         signs = ",".join(f"{sign:.0f}" for _, sign in fit)
         return _Misread(
             f"gyroscope and accelerometer have opposite signs: the gyroscope fits as {order}",
-            f"--gyroscope-scale {signs}",
+            "gyroscope-scale",
+            signs,
         )
     return _Misread(
         f"axes of gyroscope and accelerometer are swapped: the gyroscope fits as {order}; "

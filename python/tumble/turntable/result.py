@@ -92,7 +92,9 @@ class TargetResult:
     checks: tuple[LimitCheck, ...] = ()
     warnings: tuple[str, ...] = ()
     failure: str = ""
-    """Why the target could not be calibrated; empty if it could."""
+    """Why the target could not be calibrated, with its name; empty if it could."""
+    failure_reason: str = ""
+    """The same without its name."""
 
     def __repr__(self) -> str:
         triads = [triad for triad in (self.accelerometer, self.gyroscope) if triad]

@@ -87,7 +87,7 @@ def json_content(result: TurntableResult, files: dict[str, str]) -> dict[str, An
 def reason(target: TargetResult) -> str:
     """Why a target failed or has no calibration; empty where neither is so."""
     broken = "; ".join(check_sentence(check) for check in target.checks if not check.passed)
-    return target.failure.removeprefix(f"{target.name}: ") or broken
+    return target.failure_reason or target.failure or broken
 
 
 def _notes(target: TargetResult) -> Iterator[Text]:

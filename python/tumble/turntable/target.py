@@ -12,7 +12,7 @@ from tumble import _core
 from tumble.acquisition.acquire import refuse_if_unfit, rejected_rests_of, rests_of, trace_of
 from tumble.acquisition.imu import Imu
 from tumble.acquisition.notices import notices
-from tumble.errors import TumbleError
+from tumble.errors import ProcedureError, TumbleError
 from tumble.results import Trace, TriadResult
 from tumble.turntable.limits import Limits
 from tumble.turntable.matching import PoseMatch
@@ -42,19 +42,19 @@ class TargetProcedure:
     def calibrate(self, name: str, unit: Imu | TumbleError) -> TargetResult:
         """Calibrate one target; what hinders it becomes its failure."""
         if isinstance(unit, TumbleError):
-            return _failed(name, str(unit))
+            return _failed(name, unit)
         try:
             refuse_if_unfit(name, unit.acquired, self.gravity)
             figures = _core.calibrate_target(
                 self.reference.acquired, self.fitted, unit.acquired, self.match.ups, self.settings
             )
         except _core.CoreError as error:
-            return _failed(name, f"{name}: {explain(error, self.match.names)}", unit)
+            return _failed(name, ProcedureError(explain(error, self.match.names), about=name), unit)
         except TumbleError as error:
-            return _failed(name, str(error), unit)
+            return _failed(name, error, unit)
         stray = self._stray_rest(figures)
         if stray:
-            return _failed(name, f"{name}: {stray}", unit)
+            return _failed(name, ProcedureError(stray, about=name), unit)
         result = self._result(name, unit, figures)
         return replace(result, checks=self.limits.check(result)) if self.limits else result
 
@@ -173,7 +173,7 @@ def _clock(figures: _core.ClockFigures) -> ClockFit:
     )
 
 
-def _failed(name: str, failure: str, unit: Imu | None = None) -> TargetResult:
+def _failed(name: str, error: TumbleError, unit: Imu | None = None) -> TargetResult:
     nothing = np.empty((0, 3))
     return TargetResult(
         name=name,
@@ -186,5 +186,6 @@ def _failed(name: str, failure: str, unit: Imu | None = None) -> TargetResult:
         clock=None,
         axis_readings=(),
         temperature=unit.acquired.temperature if unit else None,
-        failure=failure,
+        failure=str(error),
+        failure_reason=error.why,
     )
