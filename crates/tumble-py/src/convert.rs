@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use tumble_lab::simulate::span::Span;
+use tumble_lab::simulate::time_span::TimeSpan;
 
 /// Rows of three, borrowed from a contiguous (n, 3) array.
 pub fn rows<'a>(array: &'a PyReadonlyArray2<'_, f64>, name: &str) -> PyResult<&'a [[f64; 3]]> {
@@ -53,7 +53,7 @@ pub fn stacked(py: Python<'_>, vectors: impl Iterator<Item = Vector3<f64>>) -> P
 }
 
 /// Spans as an (k, 2) numpy array of start and end, s.
-pub fn spans<'py>(py: Python<'py>, spans: &[Span]) -> PyResult<Bound<'py, PyArray2<f64>>> {
+pub fn spans<'py>(py: Python<'py>, spans: &[TimeSpan]) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let flat: Vec<f64> = spans.iter().flat_map(|span| [span.start, span.end]).collect();
     PyArray1::from_vec(py, flat).reshape([spans.len(), 2])
 }

@@ -1,105 +1,14 @@
-//! Missions of quadrotors and vehicles, with known truth: plain mappings in, arrays out.
+//! Flights and drives with known truth: a scenario as text in, arrays out.
 
 use numpy::{PyArray1, PyArray3, PyArrayMethods, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tumble_lab::simulate::flight::{Carrier, Flight, Flown, Mission, OnBoard, simulate};
-use tumble_lab::simulate::floor::Floor;
-use tumble_lab::simulate::motion::Course;
-use tumble_lab::simulate::ride::Manner;
-use tumble_lab::simulate::spot::mounted;
-use tumble_lab::simulate::vibration::Shaking;
+use tumble_lab::simulate::flight::{Flight, SimulatedFlight, simulate};
+use tumble_lab::simulate::trajectory::Trajectory;
 
 use crate::convert::{spans, stacked};
-use crate::simulate::{ConditionsInput, UnitInput, unit, unknown};
-
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-struct ShakingInput {
-    specific_force: f64,
-    angular_rate: f64,
-    tones: Vec<f64>,
-    band: (f64, f64),
-    at_rest: f64,
-    flexing: f64,
-}
-
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-struct MissionInput {
-    conditions: ConditionsInput,
-    carrier: String,
-    flights: usize,
-    rest: f64,
-    moving: f64,
-    stops: usize,
-    stop: f64,
-    intensity: f64,
-    sway: [f64; 3],
-    turning: f64,
-    ground_tilt: f64,
-    uphill: f64,
-    gravity: f64,
-    latitude: Option<f64>,
-    mounting: [f64; 3],
-    shaking: ShakingInput,
-    units: Vec<UnitInput>,
-    averaging: Vec<f64>,
-}
-
-impl TryFrom<MissionInput> for Mission {
-    type Error = PyErr;
-
-    fn try_from(input: MissionInput) -> PyResult<Self> {
-        let carrier = match input.carrier.as_str() {
-            "quadrotor" => Carrier::Quadrotor,
-            "vehicle" => Carrier::Vehicle,
-            name => return Err(unknown("motion", name)),
-        };
-        let [roll, pitch, yaw] = input.mounting;
-        Ok(Mission {
-            conditions: input.conditions.into(),
-            carrier,
-            manner: Manner {
-                flights: input.flights,
-                rest: input.rest,
-                moving: input.moving,
-                stops: input.stops,
-                stop: input.stop,
-                intensity: input.intensity,
-                sway: input.sway,
-                turning: input.turning,
-                ground: Floor {
-                    tilt: input.ground_tilt,
-                    uphill: input.uphill,
-                },
-                gravity: input.gravity,
-            },
-            shaking: Shaking {
-                specific_force: input.shaking.specific_force,
-                angular_rate: input.shaking.angular_rate,
-                tones: input.shaking.tones,
-                band: input.shaking.band,
-            },
-            shaking_at_rest: input.shaking.at_rest,
-            flexing: input.shaking.flexing,
-            case_from_body: mounted(roll, pitch, yaw),
-            latitude: input.latitude,
-            units: input
-                .units
-                .into_iter()
-                .zip(input.averaging)
-                .map(|(unit, averaging)| {
-                    Ok(OnBoard {
-                        unit: unit.try_into()?,
-                        averaging,
-                    })
-                })
-                .collect::<PyResult<_>>()?,
-        })
-    }
-}
+use crate::simulate::{scenario, unit};
 
 /// The true motion of the primary's place, at any time.
 #[pyclass(frozen, module = "tumble._core")]
@@ -144,12 +53,12 @@ impl FlightMotion {
     }
 }
 
-/// Plays a mission: a mapping as `tumble.simulate` builds it, in SI units and rad.
+/// Plays a `FlightScenario` in JSON, SI units and rad.
 #[pyfunction]
-fn simulate_flight(py: Python<'_>, mission: MissionInput) -> PyResult<Py<PyDict>> {
-    let mission = Mission::try_from(mission)?;
-    let Flown { flight, units } = py
-        .detach(|| simulate(&mission))
+fn simulate_flight(py: Python<'_>, text: &str) -> PyResult<Py<PyDict>> {
+    let scenario = scenario(text)?;
+    let SimulatedFlight { flight, units } = py
+        .detach(|| simulate(&scenario))
         .map_err(|error| PyValueError::new_err(error.to_string()))?;
     let result = PyDict::new(py);
     result.set_item("duration", flight.duration())?;

@@ -4,19 +4,20 @@
 //! `level_from_body = R_z(heading) R_y(pitch) R_x(roll)`.
 
 use nalgebra::{Rotation3, Unit, Vector3};
+use serde::{Deserialize, Deserializer};
 
 use crate::simulate::series::Series;
 
 /// How a frame turns against the level one, in its own axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spin {
+pub struct AngularMotion {
     /// rad/s.
     pub rate: Vector3<f64>,
     /// Its derivative, rad/s^2.
     pub acceleration: Vector3<f64>,
 }
 
-impl Spin {
+impl AngularMotion {
     /// Of the level frame itself.
     pub const NONE: Self = Self {
         rate: Vector3::new(0.0, 0.0, 0.0),
@@ -44,7 +45,7 @@ impl Spin {
 
 /// Attitude as functions of time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Angles {
+pub struct EulerAngles {
     /// Counter-clockwise from east, rad.
     pub heading: Series<3>,
     /// Front down, rad.
@@ -53,7 +54,7 @@ pub struct Angles {
     pub roll: Series<3>,
 }
 
-impl Angles {
+impl EulerAngles {
     /// The attitude at which the body's up points along `up`, level frame, at that heading.
     pub fn upright(up: &[Series<3>; 3], heading: Series<3>) -> Self {
         let (sine, cosine) = heading.sincos();
@@ -67,12 +68,29 @@ impl Angles {
     }
 
     /// `level_from_body`, and how the body turns.
-    pub fn attitude(&self) -> (Rotation3<f64>, Spin) {
-        let (heading, spin) = Spin::NONE.turned(&Vector3::z_axis(), &self.heading);
+    pub fn attitude(&self) -> (Rotation3<f64>, AngularMotion) {
+        let (heading, spin) = AngularMotion::NONE.turned(&Vector3::z_axis(), &self.heading);
         let (pitch, spin) = spin.turned(&Vector3::y_axis(), &self.pitch);
         let (roll, spin) = spin.turned(&Vector3::x_axis(), &self.roll);
         (heading * pitch * roll, spin)
     }
+}
+
+/// `case_from_body` of an IMU mounted with roll, pitch and yaw, rad: `body_from_case = R_z(yaw) R_y(pitch) R_x(roll)`.
+pub fn mounted(roll: f64, pitch: f64, yaw: f64) -> Rotation3<f64> {
+    let about = |axis: Unit<Vector3<f64>>, angle| Rotation3::from_axis_angle(&axis, angle);
+    let body_from_case =
+        about(Vector3::z_axis(), yaw) * about(Vector3::y_axis(), pitch) * about(Vector3::x_axis(), roll);
+    body_from_case.inverse()
+}
+
+/// Reads [`mounted`] from roll, pitch and yaw, rad.
+///
+/// # Errors
+/// Where these are not three numbers.
+pub fn roll_pitch_yaw<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Rotation3<f64>, D::Error> {
+    let [roll, pitch, yaw] = Deserialize::deserialize(deserializer)?;
+    Ok(mounted(roll, pitch, yaw))
 }
 
 #[cfg(test)]
@@ -84,8 +102,8 @@ mod tests {
         (Series::time(t) * pace).sincos().0
     }
 
-    fn angles(t: f64) -> Angles {
-        Angles {
+    fn angles(t: f64) -> EulerAngles {
+        EulerAngles {
             heading: wave(t, 0.8) * 2.0,
             pitch: wave(t, 1.1) * 0.6,
             roll: wave(t, 1.7) * 0.9,
@@ -111,7 +129,7 @@ mod tests {
             x in -8.0..8.0f64, y in -8.0..8.0f64, z in 0.5..20.0f64, heading in -3.0..3.0f64,
         ) {
             let up = [x, y, z].map(Series::constant);
-            let (level_from_body, _) = Angles::upright(&up, Series::constant(heading)).attitude();
+            let (level_from_body, _) = EulerAngles::upright(&up, Series::constant(heading)).attitude();
             let expected = Vector3::new(x, y, z).normalize();
             prop_assert!((level_from_body * Vector3::z() - expected).amax() < 1e-12);
             prop_assert!((level_from_body * Vector3::x()).dot(&Vector3::new(-heading.sin(), heading.cos(), 0.0)).abs() < 1e-12);

@@ -2,16 +2,20 @@
 //!
 //! Times are those of the session, in seconds; each unit meets them on its own clock.
 
+use core::ops::Range;
+
 use nalgebra::{Rotation3, Vector3};
 use rand::RngExt;
+use serde::Deserialize;
 
-use crate::simulate::stream::{Stream, normal_vector};
+use crate::simulate::stream::{RandomStream, normal_vector};
 
 /// Share of the readings that spike.
 const SPIKES: f64 = 0.05;
 
 /// Accelerometers or gyroscopes of a unit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Channels {
     /// Specific force.
     Accelerometer,
@@ -20,8 +24,11 @@ pub enum Channels {
 }
 
 /// One thing wrong with one unit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Fault {
+///
+/// What a kind has no use for is ignored, so that who describes faults need not know what each is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum InjectedFault {
     /// One axis has its scale multiplied; its truth says so too.
     Scale {
         /// Triad it is in.
@@ -29,7 +36,7 @@ pub enum Fault {
         /// 0, 1 or 2.
         axis: usize,
         /// Multiplies the row of `M`.
-        factor: f64,
+        size: f64,
     },
     /// One axis repeats its last reading from a time on.
     Stuck {
@@ -38,34 +45,34 @@ pub enum Fault {
         /// 0, 1 or 2.
         axis: usize,
         /// s.
-        from: f64,
+        start: f64,
     },
     /// The unit slips in its mounting at a time, about one axis of the case.
     Moved {
         /// s.
-        at: f64,
+        start: f64,
         /// 0, 1 or 2.
         axis: usize,
         /// rad.
-        angle: f64,
+        size: f64,
     },
     /// All axes of both triads repeat their last reading for a while.
     Frozen {
         /// s.
-        from: f64,
+        start: f64,
         /// s.
-        to: f64,
+        end: f64,
     },
     /// Readings end, for a while, at a magnitude below the range.
     Saturated {
         /// Triad it is in.
         channels: Channels,
-        /// Unit of the triad.
-        limit: f64,
+        /// That magnitude, unit of the triad.
+        size: f64,
         /// s.
-        from: f64,
+        start: f64,
         /// s.
-        to: f64,
+        end: f64,
     },
     /// Single readings of one axis are far off, either way: the first of a while, and one in twenty after it.
     Spikes {
@@ -74,53 +81,53 @@ pub enum Fault {
         /// 0, 1 or 2.
         axis: usize,
         /// s.
-        from: f64,
+        start: f64,
         /// s.
-        to: f64,
+        end: f64,
         /// Unit of the triad.
         size: f64,
     },
     /// The bias of one axis moves evenly to another value, or at once, and stays there.
-    BiasMoves {
+    Bias {
         /// Triad it is in.
         channels: Channels,
         /// 0, 1 or 2.
         axis: usize,
         /// s.
-        from: f64,
+        start: f64,
         /// s.
-        to: f64,
+        end: f64,
         /// Unit of the triad.
-        by: f64,
+        size: f64,
     },
     /// White noise comes on top, more and more of it, and stays.
     Noise {
         /// Triad it is in.
         channels: Channels,
         /// s.
-        from: f64,
+        start: f64,
         /// s.
-        to: f64,
-        /// Scatter of a sample from `to` on, unit of the triad.
-        sigma: f64,
+        end: f64,
+        /// Scatter of a sample from `end` on, unit of the triad, 1 sigma.
+        size: f64,
     },
     /// One axis says nothing for a while.
-    NotANumber {
+    Nan {
         /// Triad it is in.
         channels: Channels,
         /// 0, 1 or 2.
         axis: usize,
         /// s.
-        from: f64,
+        start: f64,
         /// s.
-        to: f64,
+        end: f64,
     },
     /// Two axes of both triads are exchanged.
     SwappedAxes {
         /// 0, 1 or 2.
-        first: usize,
+        axis: usize,
         /// 0, 1 or 2.
-        second: usize,
+        other_axis: usize,
     },
     /// One axis of both triads has its sign turned.
     LeftHanded {
@@ -132,43 +139,43 @@ pub enum Fault {
         /// Triad it is in.
         channels: Channels,
         /// Written number over the SI value.
-        factor: f64,
+        size: f64,
     },
     /// Samples are missing.
     Gap {
         /// s.
-        from: f64,
+        start: f64,
         /// s.
-        to: f64,
+        end: f64,
     },
     /// Samples are written twice.
     Doubled {
         /// s.
-        from: f64,
+        start: f64,
         /// s.
-        to: f64,
+        end: f64,
     },
     /// Samples arrive late; their time stamps are as before.
     Late {
         /// s.
-        from: f64,
+        start: f64,
         /// s.
-        to: f64,
-        /// s.
-        by: f64,
+        end: f64,
+        /// By this much, s.
+        size: f64,
     },
     /// The clock jumps.
     ClockJump {
         /// s.
-        at: f64,
-        /// Backwards where negative, s.
-        by: f64,
+        start: f64,
+        /// By this much, backwards where negative, s.
+        size: f64,
     },
 }
 
 /// Readings of one unit; row `i` of each belongs to `time[i]`.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Samples {
+pub struct RecordedSamples {
     /// s, the unit's own clock.
     pub time: Vec<f64>,
     /// When each was at hand, s, the clock of the session; never descends.
@@ -181,7 +188,7 @@ pub struct Samples {
     pub temperature: Vec<f64>,
 }
 
-impl Samples {
+impl RecordedSamples {
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.time.len()
@@ -217,56 +224,89 @@ impl Samples {
         self.time.partition_point(|&t| t < time)
     }
 
-    fn window(&self, from: f64, to: f64) -> core::ops::Range<usize> {
-        let start = self.index(from);
-        start..self.index(to).max(start)
+    fn window(&self, start: f64, end: f64) -> Range<usize> {
+        let first = self.index(start);
+        first..self.index(end).max(first)
+    }
+
+    fn stick(&mut self, channels: Channels, axis: usize, start: f64) {
+        let start = self.index(start);
+        let rows = self.channels(channels);
+        let held = rows.get(start.saturating_sub(1)).map_or(0.0, |row| row[axis]);
+        rows.iter_mut().skip(start).for_each(|row| row[axis] = held);
+    }
+
+    fn freeze(&mut self, window: &Range<usize>) {
+        for rows in [&mut self.accelerometer, &mut self.gyroscope] {
+            let held = rows
+                .get(window.start.saturating_sub(1))
+                .copied()
+                .unwrap_or_default();
+            rows[window.clone()].fill(held);
+        }
+    }
+
+    fn delay(&mut self, window: Range<usize>, by: f64) {
+        self.arrival[window].iter_mut().for_each(|arrival| *arrival += by);
+        // What comes after waits for what is late.
+        let mut latest = f64::NEG_INFINITY;
+        for arrival in &mut self.arrival {
+            latest = arrival.max(latest);
+            *arrival = latest;
+        }
+    }
+
+    /// Writes as many copies of each sample as `copies` says.
+    fn repeat(&mut self, copies: impl Fn(usize) -> usize) {
+        let rows: Vec<usize> = (0..self.len())
+            .flat_map(|row| core::iter::repeat_n(row, copies(row)))
+            .collect();
+        self.select(&rows);
     }
 }
 
-impl Fault {
+impl InjectedFault {
     /// Rotation of the unit in the case frame at session time `t`.
     pub fn slip(&self, t: f64) -> Option<Rotation3<f64>> {
         match *self {
-            Fault::Moved { at, axis, angle } if t >= at => {
+            InjectedFault::Moved { start, axis, size } if t >= start => {
                 let mut vector = Vector3::zeros();
-                vector[axis] = angle;
+                vector[axis] = size;
                 Some(Rotation3::new(vector))
             }
             _ => None,
         }
     }
 
-    /// Stirs what is added to the readings of a triad before they are rounded and end at the range.
+    /// Adds to the readings of a triad what comes before they are rounded and end at the range.
     ///
     /// `rows` are samples at the session times `time`, s.
-    pub fn stir(
+    pub fn disturb(
         &self,
         of: Channels,
         rows: &mut [[f64; 3]],
         time: impl Fn(usize) -> f64,
-        random: &mut Stream,
+        random: &mut RandomStream,
     ) {
+        let rows = rows.iter_mut().enumerate();
         match *self {
-            Fault::BiasMoves {
+            InjectedFault::Bias {
                 channels,
                 axis,
-                from,
-                to,
-                by,
+                start,
+                end,
+                size,
             } if channels == of => {
-                let moved = |index| by * grown(time(index), from, to);
-                rows.iter_mut()
-                    .enumerate()
-                    .for_each(|(index, row)| row[axis] += moved(index));
+                rows.for_each(|(index, row)| row[axis] += size * grown(time(index), start, end));
             }
-            Fault::Noise {
+            InjectedFault::Noise {
                 channels,
-                from,
-                to,
-                sigma,
+                start,
+                end,
+                size,
             } if channels == of => {
-                for (index, row) in rows.iter_mut().enumerate() {
-                    let noise = normal_vector(random) * (sigma * grown(time(index), from, to));
+                for (index, row) in rows {
+                    let noise = normal_vector(random) * (size * grown(time(index), start, end));
                     *row = (Vector3::from(*row) + noise).into();
                 }
             }
@@ -275,110 +315,139 @@ impl Fault {
     }
 
     /// Spoils finished readings; `clock` turns session time into that of the unit.
-    pub fn spoil(&self, samples: &mut Samples, clock: impl Fn(f64) -> f64, random: &mut Stream) {
-        match *self {
+    pub fn spoil(
+        &self,
+        samples: &mut RecordedSamples,
+        clock: impl Fn(f64) -> f64,
+        random: &mut RandomStream,
+    ) {
+        match self {
             // These are in the readings from the start.
-            Fault::Scale { .. } | Fault::Moved { .. } | Fault::BiasMoves { .. } | Fault::Noise { .. } => {}
-            Fault::Stuck { channels, axis, from } => {
-                let start = samples.index(clock(from));
-                let rows = samples.channels(channels);
-                let held = rows.get(start.saturating_sub(1)).map_or(0.0, |row| row[axis]);
-                rows.iter_mut().skip(start).for_each(|row| row[axis] = held);
+            InjectedFault::Scale { .. }
+            | InjectedFault::Moved { .. }
+            | InjectedFault::Bias { .. }
+            | InjectedFault::Noise { .. } => {}
+            InjectedFault::Stuck { .. }
+            | InjectedFault::Frozen { .. }
+            | InjectedFault::Saturated { .. }
+            | InjectedFault::Nan { .. }
+            | InjectedFault::Spikes { .. } => self.spoil_readings(samples, clock, random),
+            InjectedFault::SwappedAxes { .. }
+            | InjectedFault::LeftHanded { .. }
+            | InjectedFault::WrongUnit { .. } => {
+                self.spoil_axes(samples);
             }
-            Fault::Frozen { from, to } => {
-                let window = samples.window(clock(from), clock(to));
-                for rows in [&mut samples.accelerometer, &mut samples.gyroscope] {
-                    let held = rows
-                        .get(window.start.saturating_sub(1))
-                        .copied()
-                        .unwrap_or_default();
-                    rows[window.clone()].fill(held);
-                }
+            InjectedFault::Gap { .. }
+            | InjectedFault::Doubled { .. }
+            | InjectedFault::Late { .. }
+            | InjectedFault::ClockJump { .. } => {
+                self.spoil_time(samples, clock);
             }
-            Fault::Saturated {
-                channels,
-                limit,
-                from,
-                to,
-            } => {
-                let window = samples.window(clock(from), clock(to));
-                let rows = samples.channels(channels)[window].iter_mut().flatten();
-                rows.for_each(|value| *value = value.clamp(-limit, limit));
-            }
-            Fault::NotANumber {
-                channels,
-                axis,
-                from,
-                to,
-            } => {
-                let window = samples.window(clock(from), clock(to));
-                samples.channels(channels)[window]
-                    .iter_mut()
-                    .for_each(|row| row[axis] = f64::NAN);
-            }
-            Fault::Spikes {
+        }
+    }
+
+    /// Readings of a while.
+    fn spoil_readings(
+        &self,
+        samples: &mut RecordedSamples,
+        clock: impl Fn(f64) -> f64,
+        random: &mut RandomStream,
+    ) {
+        match *self {
+            InjectedFault::Stuck {
                 channels,
                 axis,
-                from,
-                to,
+                start,
+            } => samples.stick(channels, axis, clock(start)),
+            InjectedFault::Frozen { start, end } => samples.freeze(&samples.window(clock(start), clock(end))),
+            InjectedFault::Saturated {
+                channels,
+                size,
+                start,
+                end,
+            } => {
+                let window = samples.window(clock(start), clock(end));
+                let values = samples.channels(channels)[window].iter_mut().flatten();
+                values.for_each(|value| *value = value.clamp(-size, size));
+            }
+            InjectedFault::Nan {
+                channels,
+                axis,
+                start,
+                end,
+            } => {
+                let window = samples.window(clock(start), clock(end));
+                let rows = samples.channels(channels)[window].iter_mut();
+                rows.for_each(|row| row[axis] = f64::NAN);
+            }
+            InjectedFault::Spikes {
+                channels,
+                axis,
+                start,
+                end,
                 size,
             } => {
-                let window = samples.window(clock(from), clock(to));
-                for (index, row) in samples.channels(channels)[window].iter_mut().enumerate() {
-                    let (strikes, up) = (random.random_bool(SPIKES), random.random_bool(0.5));
-                    if strikes || index == 0 {
-                        row[axis] += if up { size } else { -size };
-                    }
-                }
+                let window = samples.window(clock(start), clock(end));
+                strike(&mut samples.channels(channels)[window], axis, size, random);
             }
-            Fault::SwappedAxes { first, second } => samples.both().for_each(|row| row.swap(first, second)),
-            Fault::LeftHanded { axis } => samples.both().for_each(|row| row[axis] = -row[axis]),
-            Fault::WrongUnit { channels, factor } => {
-                samples
-                    .channels(channels)
-                    .iter_mut()
-                    .flatten()
-                    .for_each(|value| *value *= factor);
+            _ => {}
+        }
+    }
+
+    /// Axes and units of the whole recording.
+    fn spoil_axes(&self, samples: &mut RecordedSamples) {
+        match *self {
+            InjectedFault::SwappedAxes { axis, other_axis } => {
+                samples.both().for_each(|row| row.swap(axis, other_axis));
             }
-            Fault::Gap { from, to } => {
-                let window = samples.window(clock(from), clock(to));
-                let rows: Vec<usize> = (0..samples.len()).filter(|row| !window.contains(row)).collect();
-                samples.select(&rows);
+            InjectedFault::LeftHanded { axis } => samples.both().for_each(|row| row[axis] = -row[axis]),
+            InjectedFault::WrongUnit { channels, size } => {
+                let values = samples.channels(channels).iter_mut().flatten();
+                values.for_each(|value| *value *= size);
             }
-            Fault::Doubled { from, to } => {
-                let window = samples.window(clock(from), clock(to));
-                let times = |row: usize| if window.contains(&row) { 2 } else { 1 };
-                let rows: Vec<usize> = (0..samples.len())
-                    .flat_map(|row| core::iter::repeat_n(row, times(row)))
-                    .collect();
-                samples.select(&rows);
+            _ => {}
+        }
+    }
+
+    /// Which samples there are, when they are at hand, and what the clock says.
+    fn spoil_time(&self, samples: &mut RecordedSamples, clock: impl Fn(f64) -> f64) {
+        match *self {
+            InjectedFault::Gap { start, end } => {
+                let window = samples.window(clock(start), clock(end));
+                samples.repeat(|row| if window.contains(&row) { 0 } else { 1 });
             }
-            Fault::Late { from, to, by } => {
-                let window = samples.window(clock(from), clock(to));
-                samples.arrival[window]
-                    .iter_mut()
-                    .for_each(|arrival| *arrival += by);
-                // What comes after waits for what is late.
-                let mut latest = f64::NEG_INFINITY;
-                for arrival in &mut samples.arrival {
-                    latest = arrival.max(latest);
-                    *arrival = latest;
-                }
+            InjectedFault::Doubled { start, end } => {
+                let window = samples.window(clock(start), clock(end));
+                samples.repeat(|row| if window.contains(&row) { 2 } else { 1 });
             }
-            Fault::ClockJump { at, by } => {
-                let start = samples.index(clock(at));
-                samples.time[start..].iter_mut().for_each(|time| *time += by);
+            InjectedFault::Late { start, end, size } => {
+                samples.delay(samples.window(clock(start), clock(end)), size);
             }
+            InjectedFault::ClockJump { start, size } => {
+                let start = samples.index(clock(start));
+                samples.time[start..].iter_mut().for_each(|time| *time += size);
+            }
+            _ => {}
         }
     }
 }
 
-/// How far something has grown that begins at `from` and is whole at `to`.
-fn grown(t: f64, from: f64, to: f64) -> f64 {
-    if t >= to {
+/// Moves one reading in twenty of an axis by `size`, either way, and the first for certain.
+fn strike(rows: &mut [[f64; 3]], axis: usize, size: f64, random: &mut RandomStream) {
+    for (index, row) in rows.iter_mut().enumerate() {
+        let (strikes, up) = (random.random_bool(SPIKES), random.random_bool(0.5));
+        if strikes || index == 0 {
+            row[axis] += if up { size } else { -size };
+        }
+    }
+}
+
+/// How far something has grown that begins at `start` and is whole at `end`.
+fn grown(t: f64, start: f64, end: f64) -> f64 {
+    if t >= end {
         1.0
     } else {
-        ((t - from) / (to - from)).max(0.0)
+        ((t - start) / (end - start)).max(0.0)
     }
 }
 

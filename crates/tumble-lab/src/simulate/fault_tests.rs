@@ -1,9 +1,9 @@
 use super::*;
 use crate::simulate::stream::{Purpose, stream};
 
-fn samples() -> Samples {
+fn samples() -> RecordedSamples {
     let row = |i: usize| [i as f64, 10.0 + i as f64, -(i as f64)];
-    Samples {
+    RecordedSamples {
         time: (0..100).map(|i| i as f64 * 0.1).collect(),
         arrival: (0..100).map(|i| i as f64 * 0.1 + 0.02).collect(),
         accelerometer: (0..100).map(row).collect(),
@@ -12,7 +12,7 @@ fn samples() -> Samples {
     }
 }
 
-fn spoiled(fault: Fault) -> Samples {
+fn spoiled(fault: InjectedFault) -> RecordedSamples {
     let mut samples = samples();
     fault.spoil(&mut samples, |t| t, &mut stream(1, 0, Purpose::Faults));
     samples
@@ -20,10 +20,10 @@ fn spoiled(fault: Fault) -> Samples {
 
 #[test]
 fn a_stuck_axis_repeats_the_reading_before_the_fault_and_leaves_the_others_alone() {
-    let stuck = spoiled(Fault::Stuck {
+    let stuck = spoiled(InjectedFault::Stuck {
         channels: Channels::Gyroscope,
         axis: 1,
-        from: 4.95,
+        start: 4.95,
     });
     assert!(stuck.gyroscope[50..].iter().all(|row| row[1] == 59.0));
     assert_eq!(stuck.gyroscope[80][0], 80.0);
@@ -32,7 +32,10 @@ fn a_stuck_axis_repeats_the_reading_before_the_fault_and_leaves_the_others_alone
 
 #[test]
 fn a_gap_removes_its_samples_from_every_column() {
-    let gap = spoiled(Fault::Gap { from: 1.95, to: 2.95 });
+    let gap = spoiled(InjectedFault::Gap {
+        start: 1.95,
+        end: 2.95,
+    });
     assert_eq!(gap.len(), 90);
     assert_eq!(gap.accelerometer[20], [30.0, 40.0, -30.0]);
     assert_eq!(gap.temperature.len(), 90);
@@ -41,24 +44,30 @@ fn a_gap_removes_its_samples_from_every_column() {
 
 #[test]
 fn doubled_samples_have_the_same_time_twice() {
-    let doubled = spoiled(Fault::Doubled { from: 0.95, to: 1.95 });
+    let doubled = spoiled(InjectedFault::Doubled {
+        start: 0.95,
+        end: 1.95,
+    });
     assert_eq!(doubled.len(), 110);
     assert_eq!(doubled.time[10], doubled.time[11]);
 }
 
 #[test]
 fn time_goes_backwards_once() {
-    let back = spoiled(Fault::ClockJump { at: 4.95, by: -1.0 });
+    let back = spoiled(InjectedFault::ClockJump {
+        start: 4.95,
+        size: -1.0,
+    });
     assert_eq!(back.time.windows(2).filter(|pair| pair[1] < pair[0]).count(), 1);
 }
 
 #[test]
 fn numbers_are_missing_only_in_their_window_and_axis() {
-    let fault = Fault::NotANumber {
+    let fault = InjectedFault::Nan {
         channels: Channels::Accelerometer,
         axis: 2,
-        from: 0.95,
-        to: 1.45,
+        start: 0.95,
+        end: 1.45,
     };
     let missing = spoiled(fault);
     assert_eq!(
@@ -75,12 +84,18 @@ fn numbers_are_missing_only_in_their_window_and_axis() {
 
 #[test]
 fn a_window_outside_the_recording_spoils_nothing() {
-    assert_eq!(spoiled(Fault::Gap { from: 50.0, to: 60.0 }), samples());
-    assert_eq!(spoiled(Fault::Gap { from: 5.0, to: 4.0 }), samples());
-    let stuck = Fault::Stuck {
+    assert_eq!(
+        spoiled(InjectedFault::Gap {
+            start: 50.0,
+            end: 60.0
+        }),
+        samples()
+    );
+    assert_eq!(spoiled(InjectedFault::Gap { start: 5.0, end: 4.0 }), samples());
+    let stuck = InjectedFault::Stuck {
         channels: Channels::Gyroscope,
         axis: 0,
-        from: 50.0,
+        start: 50.0,
     };
     assert_eq!(spoiled(stuck), samples());
 }
@@ -88,33 +103,37 @@ fn a_window_outside_the_recording_spoils_nothing() {
 #[test]
 fn sign_order_unit_and_range_change_as_named() {
     assert_eq!(
-        spoiled(Fault::LeftHanded { axis: 1 }).gyroscope[3],
+        spoiled(InjectedFault::LeftHanded { axis: 1 }).gyroscope[3],
         [3.0, -13.0, -3.0]
     );
     assert_eq!(
-        spoiled(Fault::SwappedAxes { first: 0, second: 1 }).accelerometer[3],
+        spoiled(InjectedFault::SwappedAxes {
+            axis: 0,
+            other_axis: 1
+        })
+        .accelerometer[3],
         [13.0, 3.0, -3.0]
     );
-    let unit = Fault::WrongUnit {
+    let unit = InjectedFault::WrongUnit {
         channels: Channels::Gyroscope,
-        factor: 2.0,
+        size: 2.0,
     };
     assert_eq!(spoiled(unit).gyroscope[3], [6.0, 26.0, -6.0]);
-    let limit = Fault::Saturated {
+    let limit = InjectedFault::Saturated {
         channels: Channels::Accelerometer,
-        limit: 20.0,
-        from: f64::NEG_INFINITY,
-        to: f64::INFINITY,
+        size: 20.0,
+        start: f64::NEG_INFINITY,
+        end: f64::INFINITY,
     };
     assert_eq!(spoiled(limit).accelerometer[50], [20.0, 20.0, -20.0]);
 }
 
 #[test]
 fn a_unit_slips_at_its_time_and_stays_there() {
-    let moved = Fault::Moved {
-        at: 3.0,
+    let moved = InjectedFault::Moved {
+        start: 3.0,
         axis: 2,
-        angle: 0.1,
+        size: 0.1,
     };
     assert_eq!(moved.slip(2.9), None);
     assert!((moved.slip(3.0).unwrap().angle() - 0.1).abs() < 1e-12);
@@ -122,7 +141,10 @@ fn a_unit_slips_at_its_time_and_stays_there() {
 
 #[test]
 fn a_frozen_unit_repeats_every_reading_before_the_fault_and_goes_on_after_it() {
-    let frozen = spoiled(Fault::Frozen { from: 1.95, to: 2.95 });
+    let frozen = spoiled(InjectedFault::Frozen {
+        start: 1.95,
+        end: 2.95,
+    });
     let before = samples();
     for (rows, whole) in [
         (&frozen.accelerometer, &before.accelerometer),
@@ -137,11 +159,11 @@ fn a_frozen_unit_repeats_every_reading_before_the_fault_and_goes_on_after_it() {
 
 #[test]
 fn spikes_strike_the_first_reading_and_some_others_of_one_axis_by_their_size() {
-    let spiky = spoiled(Fault::Spikes {
+    let spiky = spoiled(InjectedFault::Spikes {
         channels: Channels::Gyroscope,
         axis: 2,
-        from: 1.95,
-        to: 9.95,
+        start: 1.95,
+        end: 9.95,
         size: 300.0,
     });
     let before = samples();
@@ -159,10 +181,10 @@ fn spikes_strike_the_first_reading_and_some_others_of_one_axis_by_their_size() {
 
 #[test]
 fn late_samples_keep_their_times_and_those_after_them_wait() {
-    let late = spoiled(Fault::Late {
-        from: 1.95,
-        to: 2.95,
-        by: 0.35,
+    let late = spoiled(InjectedFault::Late {
+        start: 1.95,
+        end: 2.95,
+        size: 0.35,
     });
     let before = samples();
     assert_eq!(late.time, before.time);
@@ -173,21 +195,21 @@ fn late_samples_keep_their_times_and_those_after_them_wait() {
 }
 
 /// Rows of zeros at times 0, 0.1 s ..., stirred by a fault.
-fn stirred(fault: Fault, of: Channels) -> Vec<[f64; 3]> {
+fn stirred(fault: InjectedFault, of: Channels) -> Vec<[f64; 3]> {
     let mut rows = vec![[0.0; 3]; 2000];
     let mut random = stream(1, 0, Purpose::Faults);
-    fault.stir(of, &mut rows, |index| index as f64 * 0.1, &mut random);
+    fault.disturb(of, &mut rows, |index| index as f64 * 0.1, &mut random);
     rows
 }
 
 #[test]
 fn a_bias_moves_evenly_or_at_once_and_stays_and_leaves_the_other_triad_alone() {
-    let moves = |to| Fault::BiasMoves {
+    let moves = |to| InjectedFault::Bias {
         channels: Channels::Accelerometer,
         axis: 1,
-        from: 10.0,
-        to,
-        by: 0.5,
+        start: 10.0,
+        end: to,
+        size: 0.5,
     };
     let drifted = stirred(moves(20.0), Channels::Accelerometer);
     assert_eq!(drifted[99], [0.0; 3]);
@@ -200,11 +222,11 @@ fn a_bias_moves_evenly_or_at_once_and_stays_and_leaves_the_other_triad_alone() {
 
 #[test]
 fn noise_grows_to_its_scatter_and_stays() {
-    let fault = Fault::Noise {
+    let fault = InjectedFault::Noise {
         channels: Channels::Gyroscope,
-        from: 20.0,
-        to: 100.0,
-        sigma: 0.3,
+        start: 20.0,
+        end: 100.0,
+        size: 0.3,
     };
     let rows = stirred(fault, Channels::Gyroscope);
     assert!(rows[..200].iter().all(|row| *row == [0.0; 3]));

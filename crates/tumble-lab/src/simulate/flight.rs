@@ -1,22 +1,25 @@
-//! A mission of a quadrotor or a vehicle with several units on board: a primary, and secondaries at other places.
+//! A flight of a quadrotor, or drives of a vehicle, with several units on board: a primary, and secondaries at other places.
 //!
 //! The structure is rigid but for a small share of the vibration that each place has to itself. Truth is that of the
 //! primary's place, in the primary's case frame; the course the ride takes is the primary's.
 
 use nalgebra::{Rotation3, Vector3};
 use rayon::prelude::*;
+use serde::Deserialize;
 
-use crate::simulate::motion::{Course, Truth, earth_rate};
+use crate::simulate::attitude::roll_pitch_yaw;
+use crate::simulate::carrier::{CarrierMotion, CarrierPlan};
 use crate::simulate::quadrotor::Quadrotor;
-use crate::simulate::ride::{Manner, Ride};
+use crate::simulate::scenario::{ScenarioError, check_samples, check_units, positive};
 use crate::simulate::stream::{Purpose, stream};
-use crate::simulate::turntable::{ScenarioError, check_samples, check_units, positive};
-use crate::simulate::unit::{Conditions, Unit, UnitRecord, record};
+use crate::simulate::trajectory::{Trajectory, TrueMotion, earth_rate};
+use crate::simulate::unit::{Conditions, UnitRecord, UnitSetup, record};
 use crate::simulate::vehicle::Vehicle;
-use crate::simulate::vibration::{Shake, Shaking, Vibration};
+use crate::simulate::vibration::{VibrationLoop, VibrationSample, VibrationSettings};
 
 /// What carries the units.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Carrier {
     /// It flies.
     Quadrotor,
@@ -24,34 +27,37 @@ pub enum Carrier {
     Vehicle,
 }
 
-/// Everything a mission is made of.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Mission {
+/// Everything a flight is made of; of a vehicle, its drives.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FlightScenario {
     /// What is the same for all units.
     pub conditions: Conditions,
     /// What carries them.
     pub carrier: Carrier,
     /// How it moves.
-    pub manner: Manner,
+    pub plan: CarrierPlan,
     /// Vibration while the motors run.
-    pub shaking: Shaking,
+    pub vibration: VibrationSettings,
     /// Share of it while they do not: 1 for what is never still.
-    pub shaking_at_rest: f64,
+    pub vibration_at_rest: f64,
     /// Vibration that each place but the primary's has to itself, as a share of the common one.
     pub flexing: f64,
     /// Mounting of the primary.
+    #[serde(rename = "mounting", deserialize_with = "roll_pitch_yaw")]
     pub case_from_body: Rotation3<f64>,
     /// Latitude, rad; `None` for an Earth that does not turn.
     pub latitude: Option<f64>,
     /// The primary first.
-    pub units: Vec<OnBoard>,
+    pub units: Vec<UnitOnBoard>,
 }
 
 /// One unit on board.
-#[derive(Clone, Debug, PartialEq)]
-pub struct OnBoard {
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct UnitOnBoard {
     /// How it is built and mounted; its lever arm is from the primary.
-    pub unit: Unit,
+    pub unit: UnitSetup,
     /// Vibration comes as the mean over this time, s: the sample period for a unit with a filter against what is faster
     /// than its samples, 0 for one without.
     pub averaging: f64,
@@ -59,16 +65,16 @@ pub struct OnBoard {
 
 /// The motion of the primary's place.
 pub struct Flight {
-    ride: Box<dyn Ride>,
-    vibration: Vibration,
-    shaking_at_rest: f64,
+    ride: Box<dyn CarrierMotion>,
+    vibration: VibrationLoop,
+    vibration_at_rest: f64,
     case_from_body: Rotation3<f64>,
     gravity: f64,
     earth_rate: Vector3<f64>,
 }
 
 /// Motion as a unit at another place feels it, but for its lever arm.
-struct Elsewhere<'a> {
+struct PlaceOnBoard<'a> {
     flight: &'a Flight,
     averaging: f64,
     flexing: f64,
@@ -76,64 +82,64 @@ struct Elsewhere<'a> {
     apart: f64,
 }
 
-/// A mission that was simulated.
-pub struct Flown {
+/// A flight that was simulated.
+pub struct SimulatedFlight {
     /// Truth of the motion.
     pub flight: Flight,
-    /// What the units recorded, in the order of the mission.
+    /// What the units recorded, in the order of the scenario.
     pub units: Vec<UnitRecord>,
 }
 
 /// Vibrations of two places are read so far apart, s.
 const APART: f64 = 1.2345;
 
-/// Plays a mission.
+/// Plays a scenario.
 ///
 /// # Errors
 /// [`ScenarioError`] where a figure makes no sense.
-pub fn simulate(mission: &Mission) -> Result<Flown, ScenarioError> {
-    let units = || mission.units.iter().map(|each| &each.unit);
+pub fn simulate(scenario: &FlightScenario) -> Result<SimulatedFlight, ScenarioError> {
+    let units = || scenario.units.iter().map(|each| &each.unit);
     check_units(units())?;
-    positive("gravity, m/s^2,", mission.manner.gravity)?;
-    let flight = Flight::new(mission);
+    positive("gravity, m/s^2,", scenario.plan.gravity)?;
+    let flight = Flight::new(scenario);
     check_samples(flight.duration(), units())?;
-    let units = mission
+    let units = scenario
         .units
         .par_iter()
         .enumerate()
-        .map(|(number, OnBoard { unit, averaging })| {
-            let place = Elsewhere {
+        .map(|(number, UnitOnBoard { unit, averaging })| {
+            let place = PlaceOnBoard {
                 flight: &flight,
                 averaging: *averaging,
-                flexing: if number == 0 { 0.0 } else { mission.flexing },
+                flexing: if number == 0 { 0.0 } else { scenario.flexing },
                 apart: APART * number as f64,
             };
-            record(&mission.conditions, &place, unit, number as u64)
+            record(&scenario.conditions, &place, unit, number as u64)
         })
         .collect();
-    Ok(Flown { flight, units })
+    Ok(SimulatedFlight { flight, units })
 }
 
 impl Flight {
-    fn new(mission: &Mission) -> Self {
-        let streams = |purpose| stream(mission.conditions.seed, 0, purpose);
+    fn new(scenario: &FlightScenario) -> Self {
+        let streams = |purpose| stream(scenario.conditions.seed, 0, purpose);
         let random = &mut streams(Purpose::Ride);
-        let ride: Box<dyn Ride> = match mission.carrier {
-            Carrier::Quadrotor => Box::new(Quadrotor::new(&mission.manner, random)),
-            Carrier::Vehicle => Box::new(Vehicle::new(&mission.manner, random)),
+        let ride: Box<dyn CarrierMotion> = match scenario.carrier {
+            Carrier::Quadrotor => Box::new(Quadrotor::new(&scenario.plan, random)),
+            Carrier::Vehicle => Box::new(Vehicle::new(&scenario.plan, random)),
         };
         Self {
             ride,
-            vibration: Vibration::draw(&mission.shaking, &mut streams(Purpose::Vibration)),
-            shaking_at_rest: mission.shaking_at_rest,
-            case_from_body: mission.case_from_body,
-            gravity: mission.manner.gravity,
-            earth_rate: mission.latitude.map_or_else(Vector3::zeros, earth_rate),
+            vibration: VibrationLoop::draw(&scenario.vibration, &mut streams(Purpose::Vibration)),
+            vibration_at_rest: scenario.vibration_at_rest,
+            case_from_body: scenario.case_from_body,
+            gravity: scenario.plan.gravity,
+            earth_rate: scenario.latitude.map_or_else(Vector3::zeros, earth_rate),
         }
     }
 
     /// What it does and when.
-    pub fn ride(&self) -> &dyn Ride {
+    pub fn ride(&self) -> &dyn CarrierMotion {
         self.ride.as_ref()
     }
 
@@ -148,19 +154,19 @@ impl Flight {
     }
 
     /// Truth at each of these times, s, vibration as its mean over `averaging` s.
-    pub fn truths(&self, times: &[f64], averaging: f64) -> Vec<Truth> {
+    pub fn truths(&self, times: &[f64], averaging: f64) -> Vec<TrueMotion> {
         let at = |t: &f64| self.shaken_truth(*t, &self.shake(*t, averaging, 0.0, 0.0));
         times.par_iter().map(at).collect()
     }
 
-    fn shaken_truth(&self, t: f64, shake: &Shake) -> Truth {
+    fn shaken_truth(&self, t: f64, shake: &VibrationSample) -> TrueMotion {
         let moved = self.ride.moved(t);
         let (level_from_body, spin) = moved.angles.attitude();
         let to_body = |level: Vector3<f64>| level_from_body.inverse_transform_vector(&level);
         let force = to_body(moved.acceleration + Vector3::z() * self.gravity) + shake.specific_force;
         let turn_rate = spin.rate + shake.angular_rate;
         let to_case = |body: Vector3<f64>| self.case_from_body * body;
-        Truth {
+        TrueMotion {
             specific_force: to_case(force),
             angular_rate: to_case(turn_rate + to_body(self.earth_rate)),
             turn_rate: to_case(turn_rate),
@@ -169,15 +175,15 @@ impl Flight {
     }
 
     /// Vibration of a place that has `flexing` times that at time `apart` of the loop to itself.
-    fn shake(&self, t: f64, averaging: f64, flexing: f64, apart: f64) -> Shake {
+    fn shake(&self, t: f64, averaging: f64, flexing: f64, apart: f64) -> VibrationSample {
         let running = self.ride.running(t);
-        let swing = 1.0 - self.shaking_at_rest;
+        let swing = 1.0 - self.vibration_at_rest;
         let (envelope, slope) = (
-            self.shaking_at_rest + swing * running.value(),
+            self.vibration_at_rest + swing * running.value(),
             swing * running.derivative(1),
         );
         if envelope == 0.0 {
-            return Shake::default();
+            return VibrationSample::default();
         }
         let mut shake = self.vibration.mean(t, averaging);
         if flexing > 0.0 {
@@ -187,8 +193,8 @@ impl Flight {
     }
 }
 
-impl Course for Flight {
-    fn truth(&self, t: f64) -> Truth {
+impl Trajectory for Flight {
+    fn truth(&self, t: f64) -> TrueMotion {
         self.shaken_truth(t, &self.shake(t, 0.0, 0.0, 0.0))
     }
 
@@ -197,8 +203,8 @@ impl Course for Flight {
     }
 }
 
-impl Course for Elsewhere<'_> {
-    fn truth(&self, t: f64) -> Truth {
+impl Trajectory for PlaceOnBoard<'_> {
+    fn truth(&self, t: f64) -> TrueMotion {
         let shake = self.flight.shake(t, self.averaging, self.flexing, self.apart);
         self.flight.shaken_truth(t, &shake)
     }

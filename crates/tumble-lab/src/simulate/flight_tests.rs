@@ -1,40 +1,40 @@
 use super::*;
+use crate::simulate::attitude::mounted;
 use crate::simulate::floor::Floor;
 use crate::simulate::grade::Grade;
 use crate::simulate::sensor::Geometry;
-use crate::simulate::spot::mounted;
-use crate::simulate::unit::{Ageing, Clock, ClockSetup, Mounting, Warming};
+use crate::simulate::unit::{Ageing, ClockSetup, RotationSetup, UnitClock, Warming};
 use nalgebra::UnitQuaternion;
 use proptest::prelude::*;
 
 const GRAVITY: f64 = 9.81;
 const REST: f64 = 4.0;
 
-fn unit(lever_arm: Vector3<f64>, package: Vector3<f64>) -> OnBoard {
+fn unit(lever_arm: Vector3<f64>, package: Vector3<f64>) -> UnitOnBoard {
     let mut grade = Grade::reference();
     for triad in [&mut grade.accelerometer, &mut grade.gyroscope] {
         triad.noise_density = 0.0;
         triad.turn_on_bias = 0.0;
         triad.range = 1e9;
     }
-    let unit = Unit {
+    let unit = UnitSetup {
         grade,
         geometry: Geometry::Perfect,
         rate: 100.0,
-        package_from_case: Mounting::Given(package),
+        package_from_case: RotationSetup::Given(package),
         biases: [None; 2],
         ageing: [Ageing::NONE; 2],
         lever_arm,
-        clock: ClockSetup::Given(Clock::SESSION),
+        clock: ClockSetup::Given(UnitClock::SESSION),
         latency: 0.0,
         faults: vec![],
     };
-    OnBoard { unit, averaging: 0.0 }
+    UnitOnBoard { unit, averaging: 0.0 }
 }
 
-/// A lively mission of two units without errors.
-fn mission(carrier: Carrier, seed: u64) -> Mission {
-    Mission {
+/// A lively flight of two units without errors.
+fn scenario(carrier: Carrier, seed: u64) -> FlightScenario {
+    FlightScenario {
         conditions: Conditions {
             seed,
             warming: Warming {
@@ -47,7 +47,7 @@ fn mission(carrier: Carrier, seed: u64) -> Mission {
             g_sensitivity: false,
         },
         carrier,
-        manner: Manner {
+        plan: CarrierPlan {
             flights: 2,
             rest: REST,
             moving: 30.0,
@@ -62,13 +62,13 @@ fn mission(carrier: Carrier, seed: u64) -> Mission {
             },
             gravity: GRAVITY,
         },
-        shaking: Shaking {
+        vibration: VibrationSettings {
             specific_force: 0.0,
             angular_rate: 0.0,
             tones: vec![87.0],
             band: (60.0, 140.0),
         },
-        shaking_at_rest: 0.0,
+        vibration_at_rest: 0.0,
         flexing: 0.0,
         case_from_body: mounted(0.3, -0.2, 1.1),
         latitude: None,
@@ -83,8 +83,8 @@ fn carrier() -> impl Strategy<Value = Carrier> {
     prop_oneof![Just(Carrier::Quadrotor), Just(Carrier::Vehicle)]
 }
 
-fn flight(mission: &Mission) -> Flight {
-    Flight::new(mission)
+fn flight(scenario: &FlightScenario) -> Flight {
+    Flight::new(scenario)
 }
 
 /// Rotation vector, exact for small angles too.
@@ -92,11 +92,11 @@ fn vector(rotation: &Rotation3<f64>) -> Vector3<f64> {
     UnitQuaternion::from_rotation_matrix(rotation).scaled_axis()
 }
 
-fn shaken(carrier: Carrier) -> Mission {
-    let mut mission = mission(carrier, 9);
-    mission.shaking.specific_force = 3.0;
-    mission.shaking.angular_rate = 0.05;
-    mission
+fn shaken(carrier: Carrier) -> FlightScenario {
+    let mut scenario = scenario(carrier, 9);
+    scenario.vibration.specific_force = 3.0;
+    scenario.vibration.angular_rate = 0.05;
+    scenario
 }
 
 proptest! {
@@ -106,7 +106,7 @@ proptest! {
     fn the_rate_is_that_of_the_attitude_and_the_acceleration_that_of_the_rate(
         carrier in carrier(), seed in any::<u64>(), part in 0.0..1.0f64,
     ) {
-        let flight = flight(&mission(carrier, seed));
+        let flight = flight(&scenario(carrier, seed));
         let (t, h) = (part * flight.duration(), 1e-4);
         let turned = flight.level_from_case(t - h).inverse() * flight.level_from_case(t + h);
         let truth = flight.truth(t);
@@ -119,7 +119,7 @@ proptest! {
     fn specific_force_is_the_change_of_velocity_less_gravity_in_the_case(
         carrier in carrier(), seed in any::<u64>(), part in 0.0..1.0f64,
     ) {
-        let flight = flight(&mission(carrier, seed));
+        let flight = flight(&scenario(carrier, seed));
         let (t, h) = (part * flight.duration(), 1e-4);
         let change = (flight.velocity(t + h) - flight.velocity(t - h)) / (2.0 * h);
         let level = flight.level_from_case(t) * flight.truth(t).specific_force;
@@ -128,7 +128,7 @@ proptest! {
 
     #[test]
     fn velocity_and_attitude_never_jump_but_move_on_by_acceleration_and_rate(carrier in carrier(), seed in any::<u64>()) {
-        let flight = flight(&mission(carrier, seed));
+        let flight = flight(&scenario(carrier, seed));
         let h = 0.01;
         for index in 0..(flight.duration() / h) as usize {
             let t = index as f64 * h;
@@ -145,7 +145,7 @@ proptest! {
     fn at_rest_nothing_moves_and_specific_force_is_gravity(
         carrier in carrier(), seed in any::<u64>(), part in 0.0..1.0f64,
     ) {
-        let flight = flight(&mission(carrier, seed));
+        let flight = flight(&scenario(carrier, seed));
         for rest in flight.ride().rests() {
             let truth = flight.truth(rest.start + part * rest.duration());
             prop_assert_eq!(truth, flight.truth(rest.start));
@@ -159,7 +159,7 @@ proptest! {
 
     #[test]
     fn a_quadrotor_lands_where_the_ground_lies_as_before_and_no_rotor_ever_pulls(seed in any::<u64>()) {
-        let flight = flight(&mission(Carrier::Quadrotor, seed));
+        let flight = flight(&scenario(Carrier::Quadrotor, seed));
         let up = |t| flight.level_from_case(t) * mounted(0.3, -0.2, 1.1) * Vector3::z();
         for rest in flight.ride().rests() {
             prop_assert!((up(rest.start) - up(0.0)).amax() < 1e-9);
@@ -173,9 +173,9 @@ proptest! {
     fn units_without_errors_differ_by_lever_arm_and_mounting_alone(
         carrier in carrier(), seed in any::<u64>(),
     ) {
-        let mission = mission(carrier, seed);
-        let flown = simulate(&mission).unwrap();
-        let (arm, package) = (mission.units[1].unit.lever_arm, Rotation3::new(Vector3::new(2.0, 0.5, -0.4)));
+        let scenario = scenario(carrier, seed);
+        let flown = simulate(&scenario).unwrap();
+        let (arm, package) = (scenario.units[1].unit.lever_arm, Rotation3::new(Vector3::new(2.0, 0.5, -0.4)));
         let [primary, other] = [&flown.units[0].samples, &flown.units[1].samples];
         prop_assert_eq!(&primary.time, &other.time);
         for (row, t) in primary.time.iter().enumerate() {
@@ -193,9 +193,9 @@ proptest! {
 fn motors_shake_in_motion_only_unless_it_is_never_still() {
     for carrier in [Carrier::Quadrotor, Carrier::Vehicle] {
         let (quiet, mut restless) = (shaken(carrier), shaken(carrier));
-        restless.shaking_at_rest = 1.0;
-        let scatter = |mission: &Mission, span: &crate::simulate::span::Span| {
-            let (flight, calm) = (flight(mission), self::mission(carrier, 9));
+        restless.vibration_at_rest = 1.0;
+        let scatter = |scenario: &FlightScenario, span: &crate::simulate::time_span::TimeSpan| {
+            let (flight, calm) = (flight(scenario), self::scenario(carrier, 9));
             let calm = self::flight(&calm);
             let count = 2000;
             let times = (0..count).map(|i| span.start + span.duration() * f64::from(i) / f64::from(count));
@@ -214,10 +214,10 @@ fn motors_shake_in_motion_only_unless_it_is_never_still() {
 
 #[test]
 fn each_place_has_its_share_of_vibration_to_itself_and_the_primary_has_none() {
-    let mut mission = shaken(Carrier::Quadrotor);
-    mission.units[1] = unit(Vector3::zeros(), Vector3::zeros());
-    mission.flexing = 0.1;
-    let flown = simulate(&mission).unwrap();
+    let mut scenario = shaken(Carrier::Quadrotor);
+    scenario.units[1] = unit(Vector3::zeros(), Vector3::zeros());
+    scenario.flexing = 0.1;
+    let flown = simulate(&scenario).unwrap();
     let manoeuvre = flown.flight.ride().manoeuvres()[0];
     let [primary, other] = [&flown.units[0].samples, &flown.units[1].samples];
     let (mut square, mut count) = (0.0, 0);
@@ -235,16 +235,17 @@ fn each_place_has_its_share_of_vibration_to_itself_and_the_primary_has_none() {
 
 #[test]
 fn a_unit_with_a_filter_reads_vibration_as_its_mean_over_the_sample_period() {
-    let mut mission = shaken(Carrier::Quadrotor);
-    mission.units[0].averaging = 0.01;
-    let flown = simulate(&mission).unwrap();
+    let mut scenario = shaken(Carrier::Quadrotor);
+    scenario.units[0].averaging = 0.01;
+    let flown = simulate(&scenario).unwrap();
     let samples = &flown.units[0].samples;
     let truths = flown.flight.truths(&samples.time, 0.01);
     for (row, truth) in truths.iter().enumerate() {
         assert!((truth.specific_force - Vector3::from(samples.accelerometer[row])).amax() < 1e-12);
     }
     let at_an_instant = flown.flight.truths(&samples.time, 0.0);
-    let apart = |(mean, instant): (&Truth, &Truth)| (mean.specific_force - instant.specific_force).amax();
+    let apart =
+        |(mean, instant): (&TrueMotion, &TrueMotion)| (mean.specific_force - instant.specific_force).amax();
     assert!(truths.iter().zip(&at_an_instant).map(apart).fold(0.0, f64::max) > 1.0);
 }
 
@@ -252,9 +253,9 @@ fn a_unit_with_a_filter_reads_vibration_as_its_mean_over_the_sample_period() {
 fn less_intensity_is_less_motion_and_none_still_takes_off() {
     for carrier in [Carrier::Quadrotor, Carrier::Vehicle] {
         let liveliness = |intensity: f64| {
-            let mut mission = mission(carrier, 5);
-            mission.manner.intensity = intensity;
-            let flight = flight(&mission);
+            let mut scenario = scenario(carrier, 5);
+            scenario.plan.intensity = intensity;
+            let flight = flight(&scenario);
             let times = (0..5000).map(|i| flight.duration() * f64::from(i) / 5000.0);
             times
                 .map(|t| (flight.truth(t).angular_rate.norm(), flight.velocity(t).norm()))
@@ -273,9 +274,9 @@ fn less_intensity_is_less_motion_and_none_still_takes_off() {
 
 #[test]
 fn without_turning_a_quadrotor_keeps_its_heading_and_with_nothing_else_it_turns_about_up_alone() {
-    let mut turning = mission(Carrier::Quadrotor, 6);
-    turning.manner.sway = [0.0; 3];
-    turning.manner.ground.tilt = 0.0;
+    let mut turning = scenario(Carrier::Quadrotor, 6);
+    turning.plan.sway = [0.0; 3];
+    turning.plan.ground.tilt = 0.0;
     turning.case_from_body = Rotation3::identity();
     let flight = flight(&turning);
     let manoeuvre = flight.ride().manoeuvres()[0];
@@ -283,8 +284,8 @@ fn without_turning_a_quadrotor_keeps_its_heading_and_with_nothing_else_it_turns_
     let truth = flight.truth(middle);
     assert!((truth.specific_force - Vector3::z() * GRAVITY).amax() < 1e-12);
     assert!(truth.angular_rate.xy().amax() < 1e-12 && truth.angular_rate.z.abs() > 1e-3);
-    let mut straight = mission(Carrier::Quadrotor, 6);
-    straight.manner.turning = 0.0;
+    let mut straight = scenario(Carrier::Quadrotor, 6);
+    straight.plan.turning = 0.0;
     straight.case_from_body = Rotation3::identity();
     let forward = self::flight(&straight).level_from_case(middle) * Vector3::x();
     assert!(forward.y.abs() < 1e-12);
@@ -292,7 +293,7 @@ fn without_turning_a_quadrotor_keeps_its_heading_and_with_nothing_else_it_turns_
 
 #[test]
 fn one_more_unit_changes_nothing_for_the_others() {
-    let two = mission(Carrier::Vehicle, 8);
+    let two = scenario(Carrier::Vehicle, 8);
     let mut three = two.clone();
     three.units.push(unit(Vector3::x(), Vector3::zeros()));
     assert_eq!(
@@ -303,12 +304,12 @@ fn one_more_unit_changes_nothing_for_the_others() {
 
 #[test]
 fn ageing_moves_the_bias_by_what_it_says_and_leaves_every_other_draw_alone() {
-    let mut mission = mission(Carrier::Vehicle, 8);
-    mission.units[1].unit.grade = Grade::consumer();
-    mission.units[1].unit.geometry = Geometry::Drawn;
-    let young = simulate(&mission).unwrap().units[1].clone();
-    mission.units[1].unit.ageing = [Ageing::Drawn(2.0), Ageing::Given(Vector3::new(0.1, 0.0, -0.2))];
-    let old = simulate(&mission).unwrap().units[1].clone();
+    let mut scenario = scenario(Carrier::Vehicle, 8);
+    scenario.units[1].unit.grade = Grade::consumer();
+    scenario.units[1].unit.geometry = Geometry::Drawn;
+    let young = simulate(&scenario).unwrap().units[1].clone();
+    scenario.units[1].unit.ageing = [Ageing::Drawn(2.0), Ageing::Given(Vector3::new(0.1, 0.0, -0.2))];
+    let old = simulate(&scenario).unwrap().units[1].clone();
     assert_eq!(young.truth.ageing, [Vector3::zeros(); 2]);
     assert_eq!(old.truth.ageing[1], Vector3::new(0.1, 0.0, -0.2));
     for (before, after, aged) in [
@@ -328,14 +329,14 @@ fn ageing_moves_the_bias_by_what_it_says_and_leaves_every_other_draw_alone() {
 }
 
 #[test]
-fn a_mission_that_makes_no_sense_is_refused_with_its_figure() {
-    let mut mission = mission(Carrier::Vehicle, 8);
-    mission.units[1].unit.rate = 0.0;
+fn a_scenario_that_makes_no_sense_is_refused_with_its_figure() {
+    let mut scenario = scenario(Carrier::Vehicle, 8);
+    scenario.units[1].unit.rate = 0.0;
     assert_eq!(
-        simulate(&mission).err().map(|error| error.to_string()),
+        simulate(&scenario).err().map(|error| error.to_string()),
         Some("sample rate, Hz, has to be positive, found 0".into())
     );
-    mission.units[1].unit.rate = 100.0;
-    mission.manner.rest = 1e9;
-    assert!(matches!(simulate(&mission), Err(ScenarioError::TooLong { .. })));
+    scenario.units[1].unit.rate = 100.0;
+    scenario.plan.rest = 1e9;
+    assert!(matches!(simulate(&scenario), Err(ScenarioError::TooLong { .. })));
 }

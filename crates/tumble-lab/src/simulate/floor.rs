@@ -3,14 +3,16 @@
 //! Frame: *floor* (forward, left, up across the floor), which turns with the robot.
 
 use nalgebra::Vector3;
+use serde::Deserialize;
 use tumble_core::gravity::EARTH_RATE;
 
-use crate::simulate::attitude::Spin;
-use crate::simulate::heading::Turning;
+use crate::simulate::attitude::AngularMotion;
+use crate::simulate::heading::RobotHeading;
 use crate::simulate::series::Series;
 
 /// The floor at one spot.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Floor {
     /// rad.
     pub tilt: f64,
@@ -28,23 +30,23 @@ impl Floor {
 
 /// How the floor lies: up, and the rate at which the floor bends under the robot, at heading zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lie {
+pub struct FloorAttitude {
     up: Vector3<f64>,
-    bend: Spin,
+    bend: AngularMotion,
 }
 
 /// What a robot on it feels, floor frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Turned {
+pub struct FloorMotion {
     /// Up, unit length.
     pub up: Vector3<f64>,
     /// Earth's rate, rad/s.
     pub earth: Vector3<f64>,
     /// How the robot turns against the Earth.
-    pub spin: Spin,
+    pub spin: AngularMotion,
 }
 
-impl Lie {
+impl FloorAttitude {
     /// `level` is the level part of up, with its first and second derivative.
     ///
     /// Up is fixed in the world: `d(up)/dt = -e x up`. Of the rates `e` that do this, the one with no part about the
@@ -56,7 +58,7 @@ impl Lie {
         let bend_rate = across(rate) / height;
         Self {
             up: level + Vector3::z() * height,
-            bend: Spin {
+            bend: AngularMotion {
                 rate: bend_rate,
                 acceleration: (across(acceleration) - bend_rate * height_rate) / height,
             },
@@ -64,11 +66,11 @@ impl Lie {
     }
 
     /// For a robot that turns on the floor; latitude in rad, `None` for an Earth that does not turn.
-    pub fn turned(&self, turning: &Turning, latitude: Option<f64>) -> Turned {
+    pub fn turned(&self, turning: &RobotHeading, latitude: Option<f64>) -> FloorMotion {
         let heading = Series::of([turning.heading, turning.rate, turning.acceleration]);
         let (turn, spin) = self.bend.turned(&Vector3::z_axis(), &heading);
         let earth = latitude.map_or(Vector3::zeros(), |latitude| self.earth_rate(latitude));
-        Turned {
+        FloorMotion {
             up: turn.inverse_transform_vector(&self.up),
             earth: turn.inverse_transform_vector(&earth),
             spin,

@@ -13,6 +13,8 @@
 //! * A tolerance without statistics is taken as three sigma ([`tolerance`]); a figure called typical, rms or 1 sigma is
 //!   taken as it stands.
 
+use serde::{Deserialize, Serialize};
+
 use crate::simulate::noise::ALLAN_FLOOR;
 
 /// Standard gravity, m/s^2, by which data sheets count.
@@ -24,7 +26,8 @@ const HOUR: f64 = 3600.0;
 const PPM: f64 = 1e-6;
 
 /// How good three accelerometers or three gyroscopes are. `unit` below is m/s^2 or rad/s.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
 pub struct TriadGrade {
     /// White noise `N` of IEEE Std 952, unit / sqrt(Hz): a sample at rate `r` scatters by `N sqrt(r)`.
     pub noise_density: f64,
@@ -49,7 +52,8 @@ pub struct TriadGrade {
 }
 
 /// How good an inertial measurement unit is.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
 pub struct Grade {
     /// Specific force, m/s^2.
     pub accelerometer: TriadGrade,

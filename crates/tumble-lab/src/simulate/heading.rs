@@ -5,11 +5,11 @@ use core::f64::consts::{PI, TAU};
 
 use rand::RngExt;
 
-use crate::simulate::stream::Stream;
+use crate::simulate::stream::RandomStream;
 
 /// Heading and its two derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Turning {
+pub struct RobotHeading {
     /// rad.
     pub heading: f64,
     /// rad/s.
@@ -18,7 +18,7 @@ pub struct Turning {
     pub acceleration: f64,
 }
 
-impl Turning {
+impl RobotHeading {
     /// The same way, faster and slower by the share `depth` once in every `TAU / wave` of heading, rad.
     ///
     /// The wheels are out of round, so that it is heading that counts, not time: whoever stands is not uneven, and no
@@ -36,7 +36,7 @@ impl Turning {
 
 /// A dip of the rate: `-depth sin^2` over its width.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Slip {
+pub struct WheelSlip {
     /// s.
     start: f64,
     /// s.
@@ -45,9 +45,9 @@ pub struct Slip {
     depth: f64,
 }
 
-impl Slip {
+impl WheelSlip {
     /// A slip of 0.3 to 0.7 s, shorter where `part`, s, is, that takes a tenth to four tenths of `rate`, rad/s.
-    pub fn draw(start: f64, part: f64, rate: f64, stream: &mut Stream) -> Self {
+    pub fn draw(start: f64, part: f64, rate: f64, stream: &mut RandomStream) -> Self {
         let width = (0.3 + 0.4 * stream.random::<f64>()).min(part);
         Self {
             start: start + (part - width) * stream.random::<f64>(),
@@ -57,7 +57,7 @@ impl Slip {
     }
 
     /// Takes from `turning`, at time `t`, s, what is lost by slipping.
-    pub fn take_off(&self, turning: &mut Turning, t: f64) {
+    pub fn take_off(&self, turning: &mut RobotHeading, t: f64) {
         if t <= self.start {
             return;
         }
@@ -70,12 +70,12 @@ impl Slip {
 }
 
 /// From rest to rest by `angle` in `duration`, as a raised cosine.
-pub fn eased(angle: f64, duration: f64, elapsed: f64) -> Turning {
+pub fn eased(angle: f64, duration: f64, elapsed: f64) -> RobotHeading {
     let elapsed = elapsed.clamp(0.0, duration);
     let speed = TAU / duration;
     let (sine, cosine) = libm::sincos(speed * elapsed);
     let mean = angle / duration;
-    Turning {
+    RobotHeading {
         heading: mean * (elapsed - sine / speed),
         rate: mean * (1.0 - cosine),
         acceleration: mean * speed * sine,
@@ -83,7 +83,7 @@ pub fn eased(angle: f64, duration: f64, elapsed: f64) -> Turning {
 }
 
 /// From rest to rest by `angle` in `duration`, up to speed and down again over `ramp` as half a cosine.
-pub fn ramped(angle: f64, duration: f64, ramp: f64, elapsed: f64) -> Turning {
+pub fn ramped(angle: f64, duration: f64, ramp: f64, elapsed: f64) -> RobotHeading {
     let top = angle / (duration - ramp);
     let (gained, rate, change) = if elapsed <= duration / 2.0 {
         rising(ramp, elapsed)
@@ -91,7 +91,7 @@ pub fn ramped(angle: f64, duration: f64, ramp: f64, elapsed: f64) -> Turning {
         let (left, rate, change) = rising(ramp, duration - elapsed);
         (duration - ramp - left, rate, -change)
     };
-    Turning {
+    RobotHeading {
         heading: top * gained,
         rate: top * rate,
         acceleration: top * change,

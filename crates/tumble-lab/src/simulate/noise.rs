@@ -15,7 +15,7 @@
 use rand::RngExt;
 use rand_distr::StandardNormal;
 
-use crate::simulate::stream::Stream;
+use crate::simulate::stream::RandomStream;
 
 /// Allan deviation of flicker noise over `B`: `sqrt(2 ln 2 / pi)`.
 pub const ALLAN_FLOOR: f64 = 0.6642824702679601;
@@ -41,14 +41,14 @@ struct GaussMarkov {
 }
 
 impl GaussMarkov {
-    fn stationary(sigma: f64, correlation_samples: f64, stream: &mut Stream) -> Self {
+    fn stationary(sigma: f64, correlation_samples: f64, stream: &mut RandomStream) -> Self {
         let decay = libm::exp(-1.0 / correlation_samples);
         let drive = sigma * (-libm::expm1(-2.0 / correlation_samples)).sqrt();
         let value = sigma * stream.sample::<f64, _>(StandardNormal);
         Self { decay, drive, value }
     }
 
-    fn step(&mut self, stream: &mut Stream) -> f64 {
+    fn step(&mut self, stream: &mut RandomStream) -> f64 {
         let value = self.value;
         self.value = self.decay * value + self.drive * stream.sample::<f64, _>(StandardNormal);
         value
@@ -56,7 +56,7 @@ impl GaussMarkov {
 }
 
 /// White noise of three channels, row by row.
-pub fn white(noise_density: f64, rate: f64, samples: usize, stream: &mut Stream) -> Vec<[f64; 3]> {
+pub fn white(noise_density: f64, rate: f64, samples: usize, stream: &mut RandomStream) -> Vec<[f64; 3]> {
     let sigma = white_sigma(noise_density, rate);
     let mut draw = || sigma * stream.sample::<f64, _>(StandardNormal);
     (0..samples).map(|_| [draw(), draw(), draw()]).collect()
@@ -67,7 +67,7 @@ pub fn white(noise_density: f64, rate: f64, samples: usize, stream: &mut Stream)
 /// The spectrum holds from a fraction of `1 / duration` up to about `rate / 25`, the Allan deviation from some hundred
 /// samples on. Slower processes than the recording is long are part of it: nothing is subtracted, and the mean over the
 /// recording is not zero.
-pub fn flicker(b: f64, samples: usize, stream: &mut Stream) -> Vec<f64> {
+pub fn flicker(b: f64, samples: usize, stream: &mut RandomStream) -> Vec<f64> {
     let mut series = vec![0.0; samples];
     for tau in correlation_samples(samples) {
         let mut process = GaussMarkov::stationary(process_sigma(b), tau, stream);

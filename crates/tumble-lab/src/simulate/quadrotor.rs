@@ -10,12 +10,12 @@ use core::f64::consts::TAU;
 use nalgebra::Vector3;
 use rand::RngExt;
 
-use crate::simulate::attitude::Angles;
-use crate::simulate::ride::{Manner, Moved, Ride, ground_normal};
+use crate::simulate::attitude::EulerAngles;
+use crate::simulate::carrier::{BodyMotion, CarrierMotion, CarrierPlan, ground_normal};
 use crate::simulate::series::Series;
-use crate::simulate::span::Span;
-use crate::simulate::stream::Stream;
-use crate::simulate::sway::{Sway, Swing};
+use crate::simulate::stream::RandomStream;
+use crate::simulate::sway::{Sway, SwayStatistics};
+use crate::simulate::time_span::TimeSpan;
 
 /// Motors get up to speed before, and stop after, s.
 const SPOOLING: f64 = 1.5;
@@ -30,28 +30,28 @@ const HEIGHT: f64 = 4.0;
 const DRAG: f64 = 0.35;
 
 /// Wide arcs: velocity, m/s.
-const ARCS: Swing = Swing {
+const ARCS: SwayStatistics = SwayStatistics {
     size: 6.0,
     order: 1,
     band: (0.05, 0.1),
     waves: 2,
 };
 /// Quick swerves: acceleration, m/s^2.
-const SWERVES: Swing = Swing {
+const SWERVES: SwayStatistics = SwayStatistics {
     size: 3.5,
     order: 2,
     band: (0.25, 0.6),
     waves: 3,
 };
 /// Up and down: acceleration, m/s^2. Together these stay below gravity, so that no rotor ever pulls.
-const BOUNCES: Swing = Swing {
+const BOUNCES: SwayStatistics = SwayStatistics {
     size: 2.0,
     order: 2,
     band: (0.15, 0.5),
     waves: 3,
 };
 /// Turns to and fro: angular rate, rad/s.
-const TURNS: Swing = Swing {
+const TURNS: SwayStatistics = SwayStatistics {
     size: 1.2,
     order: 1,
     band: (0.1, 0.4),
@@ -60,10 +60,10 @@ const TURNS: Swing = Swing {
 
 /// One flight.
 #[derive(Clone, Debug)]
-struct Hop {
-    take_off: Span,
-    manoeuvre: Span,
-    landing: Span,
+struct QuadrotorFlight {
+    take_off: TimeSpan,
+    manoeuvre: TimeSpan,
+    landing: TimeSpan,
     /// Forward, left and up at heading zero, m.
     sways: [Vec<Sway>; 3],
     /// rad.
@@ -76,9 +76,9 @@ struct Hop {
 /// All flights.
 #[derive(Clone, Debug)]
 pub struct Quadrotor {
-    hops: Vec<Hop>,
-    rests: Vec<Span>,
-    manoeuvres: Vec<Span>,
+    hops: Vec<QuadrotorFlight>,
+    rests: Vec<TimeSpan>,
+    manoeuvres: Vec<TimeSpan>,
     /// By which up on the ground differs from that in a hover, m/s^2.
     lean: Vector3<f64>,
     /// Gravity, m/s^2.
@@ -87,60 +87,60 @@ pub struct Quadrotor {
 
 impl Quadrotor {
     /// Draws the flights.
-    pub fn new(manner: &Manner, stream: &mut Stream) -> Self {
+    pub fn new(plan: &CarrierPlan, stream: &mut RandomStream) -> Self {
         let mut quadrotor = Self {
             hops: Vec::new(),
-            rests: vec![Span {
+            rests: vec![TimeSpan {
                 start: 0.0,
-                end: manner.rest,
+                end: plan.rest,
             }],
             manoeuvres: Vec::new(),
-            lean: (ground_normal(&manner.ground) - Vector3::z()) * manner.gravity,
-            upwards: Vector3::z() * manner.gravity,
+            lean: (ground_normal(&plan.ground) - Vector3::z()) * plan.gravity,
+            upwards: Vector3::z() * plan.gravity,
         };
-        let (mut time, mut heading) = (manner.rest, 0.0);
-        for _ in 0..manner.flights {
-            let hop = Hop::draw(manner, time + SPOOLING, heading, stream);
+        let (mut time, mut heading) = (plan.rest, 0.0);
+        for _ in 0..plan.flights {
+            let hop = QuadrotorFlight::draw(plan, time + SPOOLING, heading, stream);
             time = hop.landing.end + SPOOLING;
             heading += hop.turned;
             quadrotor.manoeuvres.push(hop.manoeuvre);
-            quadrotor.rests.push(Span {
+            quadrotor.rests.push(TimeSpan {
                 start: time,
-                end: time + manner.rest,
+                end: time + plan.rest,
             });
-            time += manner.rest;
+            time += plan.rest;
             quadrotor.hops.push(hop);
         }
         quadrotor
     }
 
     /// The flight at time `t`, or the next one; the last after the last.
-    fn hop(&self, t: f64) -> Option<&Hop> {
+    fn hop(&self, t: f64) -> Option<&QuadrotorFlight> {
         let index = self.hops.partition_point(|hop| hop.landing.end + SPOOLING < t);
         self.hops.get(index).or(self.hops.last())
     }
 }
 
-impl Hop {
-    fn draw(manner: &Manner, start: f64, heading: f64, stream: &mut Stream) -> Self {
-        let span = |start: f64, duration: f64| Span {
+impl QuadrotorFlight {
+    fn draw(plan: &CarrierPlan, start: f64, heading: f64, stream: &mut RandomStream) -> Self {
+        let span = |start: f64, duration: f64| TimeSpan {
             start,
             end: start + duration,
         };
         let take_off = span(start, TAKE_OFF);
-        let manoeuvre = span(take_off.end + HOVER, manner.moving);
+        let manoeuvre = span(take_off.end + HOVER, plan.moving);
         let landing = span(manoeuvre.end + HOVER, LANDING);
-        let mut sway = |swing: &Swing, share: f64| {
-            let size = swing.size * share * manner.intensity;
-            Sway::draw(&Swing { size, ..*swing }, stream)
+        let mut sway = |swing: &SwayStatistics, share: f64| {
+            let size = swing.size * share * plan.intensity;
+            Sway::draw(&SwayStatistics { size, ..*swing }, stream)
         };
-        let [forward, left, up] = manner.sway;
+        let [forward, left, up] = plan.sway;
         let sways = [
             vec![sway(&ARCS, forward), sway(&SWERVES, forward)],
             vec![sway(&ARCS, left), sway(&SWERVES, left)],
             vec![sway(&BOUNCES, up)],
         ];
-        let turns = sway(&TURNS, manner.turning);
+        let turns = sway(&TURNS, plan.turning);
         Self {
             take_off,
             manoeuvre,
@@ -148,7 +148,7 @@ impl Hop {
             sways,
             turns,
             heading,
-            turned: TAU * (stream.random::<f64>() - 0.5) * manner.turning * manner.intensity,
+            turned: TAU * (stream.random::<f64>() - 0.5) * plan.turning * plan.intensity,
         }
     }
 
@@ -175,14 +175,14 @@ impl Hop {
     }
 }
 
-impl Ride for Quadrotor {
-    fn moved(&self, t: f64) -> Moved {
+impl CarrierMotion for Quadrotor {
+    fn moved(&self, t: f64) -> BodyMotion {
         let Some(hop) = self.hop(t) else {
-            return Moved::still(&(self.lean + self.upwards), 0.0);
+            return BodyMotion::still(&(self.lean + self.upwards), 0.0);
         };
         if !hop.flies(t) {
             let heading = hop.heading + if t < hop.take_off.end { 0.0 } else { hop.turned };
-            return Moved::still(&(self.lean + self.upwards), heading);
+            return BodyMotion::still(&(self.lean + self.upwards), heading);
         }
         let place = hop.place(t);
         let velocity = place.map(|way| way.derived::<3>(1));
@@ -192,8 +192,8 @@ impl Ride for Quadrotor {
         let up = core::array::from_fn(|axis| {
             acceleration[axis] + velocity[axis] * DRAG + on_ground * self.lean[axis] + self.upwards[axis]
         });
-        Moved {
-            angles: Angles::upright(&up, hop.heading(t)),
+        BodyMotion {
+            angles: EulerAngles::upright(&up, hop.heading(t)),
             velocity: velocity.map(|v| v.value()).into(),
             acceleration: acceleration.map(|a| a.value()).into(),
         }
@@ -201,7 +201,7 @@ impl Ride for Quadrotor {
 
     fn running(&self, t: f64) -> Series<2> {
         self.hop(t).map_or(Series::constant(0.0), |hop| {
-            let motors = Span {
+            let motors = TimeSpan {
                 start: hop.take_off.start - SPOOLING,
                 end: hop.landing.end + SPOOLING,
             };
@@ -209,11 +209,11 @@ impl Ride for Quadrotor {
         })
     }
 
-    fn rests(&self) -> &[Span] {
+    fn rests(&self) -> &[TimeSpan] {
         &self.rests
     }
 
-    fn manoeuvres(&self) -> &[Span] {
+    fn manoeuvres(&self) -> &[TimeSpan] {
         &self.manoeuvres
     }
 }

@@ -8,16 +8,18 @@
 //! `M = K L Q` as in [`tumble_core::model`]: scale, non-orthogonality, and the mounting `sensor_from_case`.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
+use serde::Deserialize;
 use tumble_core::model::{Decomposition, ErrorModel};
 
 use crate::simulate::grade::TriadGrade;
-use crate::simulate::stream::{Stream, normal_vector};
+use crate::simulate::stream::{RandomStream, normal_vector};
 
 /// Temperature, degC, at which the bias of a triad is what its truth says.
 pub const REFERENCE_TEMPERATURE: f64 = 25.0;
 
 /// Whether a triad has the errors of its grade.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Geometry {
     /// Scale, non-orthogonality, alignment, temperature coefficient and g-sensitivity are drawn from the grade.
     Drawn,
@@ -27,7 +29,7 @@ pub enum Geometry {
 
 /// True errors of three accelerometers or three gyroscopes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Triad {
+pub struct TriadErrors {
     /// `M` (without unit) and `b` (unit of the triad).
     pub model: ErrorModel<f64>,
     /// `G`: response of a gyroscope to specific force, rad/s per m/s^2.
@@ -44,13 +46,13 @@ pub struct Triad {
     pub range: f64,
 }
 
-impl Triad {
+impl TriadErrors {
     /// Draws a triad of a grade in a package turned by `package_from_case`.
     pub fn draw(
         grade: &TriadGrade,
         geometry: Geometry,
         package_from_case: &Rotation3<f64>,
-        stream: &mut Stream,
+        stream: &mut RandomStream,
     ) -> Self {
         let drawn = if geometry == Geometry::Drawn { 1.0 } else { 0.0 };
         let bias = normal_vector(stream) * grade.turn_on_bias;
@@ -119,10 +121,10 @@ mod tests {
     use crate::simulate::stream::{Purpose, stream};
     use proptest::prelude::*;
 
-    fn perfect() -> Triad {
+    fn perfect() -> TriadErrors {
         let identity = Rotation3::identity();
         let mut random = stream(1, 0, Purpose::Geometry);
-        let mut triad = Triad::draw(
+        let mut triad = TriadErrors::draw(
             &Grade::consumer().accelerometer,
             Geometry::Perfect,
             &identity,
@@ -147,7 +149,7 @@ mod tests {
         fn a_drawn_triad_comes_apart_into_the_mounting_of_its_package(seed in any::<u64>(), x in -3.0..3.0f64) {
             let grade = TriadGrade { alignment: 0.0, ..Grade::consumer().accelerometer };
             let package = Rotation3::new(Vector3::new(x, 0.3, -0.2));
-            let triad = Triad::draw(&grade, Geometry::Drawn, &package, &mut stream(seed, 1, Purpose::Geometry));
+            let triad = TriadErrors::draw(&grade, Geometry::Drawn, &package, &mut stream(seed, 1, Purpose::Geometry));
             let parts = triad.model.decompose().unwrap();
             prop_assert!((parts.mounting.matrix() - package.matrix()).amax() < 1e-12);
             prop_assert!((parts.scale - Vector3::repeat(1.0)).amax() < 7.0 * grade.scale_error);
@@ -179,7 +181,7 @@ mod tests {
         let (mut bias, mut scale) = (0.0, 0.0);
         for seed in 0..count {
             let mut random = stream(seed, 1, Purpose::Geometry);
-            let triad = Triad::draw(&grade, Geometry::Drawn, &Rotation3::identity(), &mut random);
+            let triad = TriadErrors::draw(&grade, Geometry::Drawn, &Rotation3::identity(), &mut random);
             bias += triad.model.bias.norm_squared();
             let parts = triad.model.decompose().unwrap();
             scale += (parts.scale - Vector3::repeat(1.0)).norm_squared();

@@ -6,7 +6,7 @@ use rand_distr::{StandardNormal, UnitSphere};
 use rand_pcg::Pcg64Dxsm;
 
 /// Random number generator of one stream.
-pub type Stream = Pcg64Dxsm;
+pub type RandomStream = Pcg64Dxsm;
 
 /// What a stream is drawn for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,9 +39,9 @@ pub enum Purpose {
 }
 
 /// Stream of `unit` (0 is the reference) for `purpose`.
-pub fn stream(seed: u64, unit: u64, purpose: Purpose) -> Stream {
+pub fn stream(seed: u64, unit: u64, purpose: Purpose) -> RandomStream {
     let key = mix(seed.wrapping_add(mix(unit.wrapping_add(mix(purpose as u64)))));
-    Stream::seed_from_u64(key)
+    RandomStream::seed_from_u64(key)
 }
 
 /// Finaliser of SplitMix64: neighbouring seeds and units must not give neighbouring generator states.
@@ -55,12 +55,12 @@ fn mix(value: u64) -> u64 {
 }
 
 /// Three independent standard normal numbers.
-pub fn normal_vector(stream: &mut Stream) -> Vector3<f64> {
+pub fn normal_vector(stream: &mut RandomStream) -> Vector3<f64> {
     Vector3::from_fn(|_, _| stream.sample(StandardNormal))
 }
 
 /// A direction, uniform over the sphere.
-pub fn direction(stream: &mut Stream) -> Vector3<f64> {
+pub fn direction(stream: &mut RandomStream) -> Vector3<f64> {
     Vector3::from(stream.sample::<[f64; 3], _>(UnitSphere))
 }
 

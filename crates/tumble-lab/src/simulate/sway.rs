@@ -5,7 +5,7 @@ use core::f64::consts::TAU;
 use rand::RngExt;
 
 use crate::simulate::series::Series;
-use crate::simulate::stream::Stream;
+use crate::simulate::stream::RandomStream;
 
 /// A sum of waves with random frequencies and phases.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,7 +23,7 @@ struct Wave {
 
 /// How a sway is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Swing {
+pub struct SwayStatistics {
     /// Root mean square of its derivative of that order.
     pub size: f64,
     /// Which derivative `size` is of; 0 for the sway itself.
@@ -36,7 +36,7 @@ pub struct Swing {
 
 impl Sway {
     /// One wave in each of as many parts of the band, equal in octaves, with equal shares of the mean square.
-    pub fn draw(swing: &Swing, stream: &mut Stream) -> Self {
+    pub fn draw(swing: &SwayStatistics, stream: &mut RandomStream) -> Self {
         let (low, high) = (libm::log(swing.band.0), libm::log(swing.band.1));
         let share = swing.size * (2.0 / swing.waves as f64).sqrt();
         let wave = |index: usize| {
@@ -74,7 +74,7 @@ mod tests {
         fn the_derivative_named_has_the_root_mean_square_asked_for(
             seed in any::<u64>(), size in 0.1..10.0f64, order in 0..3i32, waves in 1..5usize,
         ) {
-            let swing = Swing { size, order, band: (0.1, 0.5), waves };
+            let swing = SwayStatistics { size, order, band: (0.1, 0.5), waves };
             let sway = Sway::draw(&swing, &mut stream(seed, 0, Purpose::Ride));
             let count = 200_000;
             let at = |index: i32| sway.at(&Series::<3>::time(f64::from(index) * 0.1)).derivative(order as usize);

@@ -2,46 +2,48 @@ use nalgebra::Matrix3;
 use proptest::prelude::*;
 
 use super::*;
-use crate::simulate::fault::{Channels, Samples};
+use crate::simulate::fault::InjectedFault;
+use crate::simulate::fault::{Channels, RecordedSamples};
 use crate::simulate::grade::Grade;
 use crate::simulate::grade::TriadGrade;
-use crate::simulate::motion::Pose;
 use crate::simulate::sensor::{Geometry, REFERENCE_TEMPERATURE};
-use crate::simulate::turn::{Limits, Profile};
-use crate::simulate::unit::{Ageing, Clock, Warming};
+use crate::simulate::table::TablePose;
+use crate::simulate::table_turn::{TurnLimits, TurnProfile};
+use crate::simulate::unit::ClockSetup;
+use crate::simulate::unit::{Ageing, UnitClock, Warming};
 
-fn six_faces() -> Vec<Pose> {
+fn six_faces() -> Vec<TablePose> {
     let faces = [0, 1, 2].into_iter().flat_map(|axis| [(axis, 1.0), (axis, -1.0)]);
     faces
         .map(|(axis, sign)| {
             let mut up = Vector3::zeros();
             up[axis] = sign;
-            Pose { up, tip: 0.0 }
+            TablePose { up, tip: 0.0 }
         })
         .collect()
 }
 
-fn unit(grade: Grade) -> Unit {
-    Unit {
+fn unit(grade: Grade) -> UnitSetup {
+    UnitSetup {
         grade,
         geometry: Geometry::Drawn,
         rate: 200.0,
-        package_from_case: Mounting::Angle(0.02),
+        package_from_case: RotationSetup::Angle(0.02),
         biases: [None; 2],
         ageing: [Ageing::NONE; 2],
         lever_arm: Vector3::zeros(),
-        clock: ClockSetup::Given(Clock::SESSION),
+        clock: ClockSetup::Given(UnitClock::SESSION),
         latency: 0.0,
         faults: vec![],
     }
 }
 
-fn scenario(seed: u64) -> Scenario {
+fn scenario(seed: u64) -> TurntableScenario {
     let table = Table {
         poses: six_faces(),
         rest_duration: 5.0,
-        profile: Profile::Smooth,
-        limits: Limits {
+        profile: TurnProfile::Smooth,
+        limits: TurnLimits {
             rate: 1.5,
             acceleration: 3.0,
         },
@@ -55,7 +57,7 @@ fn scenario(seed: u64) -> Scenario {
         rise: 0.0,
         time_constant: 300.0,
     };
-    Scenario {
+    TurntableScenario {
         conditions: Conditions {
             seed,
             warming,
@@ -64,17 +66,17 @@ fn scenario(seed: u64) -> Scenario {
             g_sensitivity: true,
         },
         table,
-        mounting: Mounting::Angle(0.02),
-        reference: Unit {
-            package_from_case: Mounting::Given(Vector3::zeros()),
+        mounting: RotationSetup::Angle(0.02),
+        reference: UnitSetup {
+            package_from_case: RotationSetup::Given(Vector3::zeros()),
             ..unit(Grade::reference())
         },
         targets: vec![unit(Grade::consumer()), unit(Grade::tactical())],
     }
 }
 
-fn with_bias_instability(scenario: Scenario) -> Scenario {
-    Scenario {
+fn with_bias_instability(scenario: TurntableScenario) -> TurntableScenario {
+    TurntableScenario {
         conditions: Conditions {
             bias_instability: true,
             ..scenario.conditions
@@ -91,7 +93,7 @@ fn noiseless(triad: TriadGrade) -> TriadGrade {
     }
 }
 
-fn noiseless_unit(grade: Grade) -> Unit {
+fn noiseless_unit(grade: Grade) -> UnitSetup {
     let accelerometer = noiseless(grade.accelerometer);
     let gyroscope = noiseless(grade.gyroscope);
     unit(Grade {
@@ -105,7 +107,7 @@ fn mean(rows: &[[f64; 3]]) -> Vector3<f64> {
     rows.iter().map(|row| Vector3::from(*row)).sum::<Vector3<f64>>() / rows.len() as f64
 }
 
-fn window(samples: &Samples, from: f64, to: f64) -> core::ops::Range<usize> {
+fn window(samples: &RecordedSamples, from: f64, to: f64) -> core::ops::Range<usize> {
     samples.time.partition_point(|&t| t < from)..samples.time.partition_point(|&t| t <= to)
 }
 
@@ -202,13 +204,13 @@ fn the_gyroscope_integrates_a_turn_to_m_times_the_table_angle_plus_bias_times_ti
 
 #[test]
 fn a_clock_that_is_apart_stamps_what_happened_at_the_session_time_it_reads() {
-    let clock = Clock {
+    let clock = UnitClock {
         offset: 7.5,
         skew: 200e-6,
         phase: 0.4,
     };
     let mut scenario = scenario(7);
-    scenario.targets = vec![Unit {
+    scenario.targets = vec![UnitSetup {
         clock: ClockSetup::Given(clock),
         ..noiseless_unit(Grade::tactical())
     }];
@@ -241,9 +243,9 @@ fn a_clock_that_is_apart_stamps_what_happened_at_the_session_time_it_reads() {
 fn a_lever_arm_adds_the_centripetal_pull_while_the_table_turns_and_nothing_at_rest() {
     let mut scenario = scenario(8);
     scenario.table.latitude = None;
-    let with = |lever_arm| Unit {
+    let with = |lever_arm| UnitSetup {
         geometry: Geometry::Perfect,
-        package_from_case: Mounting::Given(Vector3::zeros()),
+        package_from_case: RotationSetup::Given(Vector3::zeros()),
         lever_arm,
         ..noiseless_unit(Grade::tactical())
     };
@@ -274,10 +276,10 @@ fn a_lever_arm_adds_the_centripetal_pull_while_the_table_turns_and_nothing_at_re
 fn a_slipped_unit_reads_the_turned_truth_afterwards() {
     let mut scenario = scenario(9);
     let mut target = noiseless_unit(Grade::tactical());
-    target.faults = vec![Fault::Moved {
-        at: 2.0,
+    target.faults = vec![InjectedFault::Moved {
+        start: 2.0,
         axis: 1,
-        angle: 0.01,
+        size: 0.01,
     }];
     scenario.targets = vec![target];
     let session = simulate(&scenario).unwrap();
@@ -294,10 +296,10 @@ fn a_slipped_unit_reads_the_turned_truth_afterwards() {
 #[test]
 fn a_unit_out_of_scale_says_so_in_its_truth() {
     let mut scenario = scenario(10);
-    scenario.targets[0].faults = vec![Fault::Scale {
+    scenario.targets[0].faults = vec![InjectedFault::Scale {
         channels: Channels::Gyroscope,
         axis: 2,
-        factor: 1.1,
+        size: 1.1,
     }];
     let session = simulate(&scenario).unwrap();
     let scale = session.targets[0]
@@ -346,7 +348,7 @@ fn a_perfect_geometry_leaves_bias_and_noise_only() {
 
 #[test]
 fn a_scenario_that_makes_no_sense_is_refused_with_its_figure() {
-    let refused = |spoil: fn(&mut Scenario)| {
+    let refused = |spoil: fn(&mut TurntableScenario)| {
         let mut scenario = scenario(13);
         spoil(&mut scenario);
         simulate(&scenario).unwrap_err().to_string()
@@ -366,7 +368,7 @@ fn a_scenario_that_makes_no_sense_is_refused_with_its_figure() {
     );
     assert!(refused(|s| s.table.rest_duration = 1e12).contains("do not fit into memory"));
     assert_eq!(
-        refused(|s| s.targets[0].faults = vec![Fault::LeftHanded { axis: 3 }]),
+        refused(|s| s.targets[0].faults = vec![InjectedFault::LeftHanded { axis: 3 }]),
         "a fault names axis 3, there are 0, 1 and 2"
     );
 }

@@ -2,37 +2,40 @@
 
 use nalgebra::{Rotation3, Vector3};
 use rand::RngExt;
+use serde::Deserialize;
 
-use crate::simulate::fault::{Channels, Fault, Samples};
+use crate::simulate::fault::{Channels, InjectedFault, RecordedSamples};
 use crate::simulate::grade::Grade;
-use crate::simulate::motion::{Course, Truth};
 use crate::simulate::noise::{flicker, white};
-use crate::simulate::sensor::{Geometry, REFERENCE_TEMPERATURE, Triad, quantised};
-use crate::simulate::stream::{Purpose, Stream, direction, normal_vector, stream};
+use crate::simulate::sensor::{Geometry, REFERENCE_TEMPERATURE, TriadErrors, quantised};
+use crate::simulate::stream::{Purpose, RandomStream, direction, normal_vector, stream};
+use crate::simulate::trajectory::{Trajectory, TrueMotion};
 
 /// A rotation given, or drawn.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Mounting {
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(untagged, expecting = "needs an angle or three numbers")]
+pub enum RotationSetup {
     /// Rotation vector, rad.
     Given(Vector3<f64>),
     /// By this angle, rad, about an axis drawn uniformly over the sphere.
     Angle(f64),
 }
 
-impl Mounting {
+impl RotationSetup {
     /// The rotation; `stream` moves on by the same amount either way.
-    pub fn rotation(&self, stream: &mut Stream) -> Rotation3<f64> {
+    pub fn rotation(&self, stream: &mut RandomStream) -> Rotation3<f64> {
         let axis = direction(stream);
         match self {
-            Mounting::Given(vector) => Rotation3::new(*vector),
-            Mounting::Angle(angle) => Rotation3::new(axis * *angle),
+            RotationSetup::Given(vector) => Rotation3::new(*vector),
+            RotationSetup::Angle(angle) => Rotation3::new(axis * *angle),
         }
     }
 }
 
 /// A unit's clock against that of the session: `own = t + offset + skew t`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Clock {
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct UnitClock {
     /// s.
     pub offset: f64,
     /// Seconds gained in a second.
@@ -41,7 +44,7 @@ pub struct Clock {
     pub phase: f64,
 }
 
-impl Clock {
+impl UnitClock {
     /// The clock of the session itself.
     pub const SESSION: Self = Self {
         offset: 0.0,
@@ -72,10 +75,11 @@ impl Clock {
 }
 
 /// How a unit comes by its clock.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum ClockSetup {
     /// This one.
-    Given(Clock),
+    Given(UnitClock),
     /// This offset and skew, phase uniform.
     Unphased {
         /// s.
@@ -93,15 +97,15 @@ pub enum ClockSetup {
 }
 
 impl ClockSetup {
-    fn clock(&self, stream: &mut Stream) -> Clock {
+    fn clock(&self, stream: &mut RandomStream) -> UnitClock {
         match *self {
             ClockSetup::Given(clock) => clock,
-            ClockSetup::Unphased { offset, skew } => Clock {
+            ClockSetup::Unphased { offset, skew } => UnitClock {
                 offset,
                 skew,
                 phase: stream.random(),
             },
-            ClockSetup::Drawn { offset, skew } => Clock {
+            ClockSetup::Drawn { offset, skew } => UnitClock {
                 offset: offset * (2.0 * stream.random::<f64>() - 1.0),
                 skew: skew * normal_vector(stream).x,
                 phase: stream.random(),
@@ -111,7 +115,8 @@ impl ClockSetup {
 }
 
 /// What the bias of a triad has moved by since it left the factory.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(untagged, expecting = "needs a multiple or three numbers")]
 pub enum Ageing {
     /// This, unit of the triad.
     Given(Vector3<f64>),
@@ -123,7 +128,7 @@ impl Ageing {
     /// None.
     pub const NONE: Self = Self::Drawn(0.0);
 
-    fn bias(&self, turn_on_bias: f64, stream: &mut Stream) -> Vector3<f64> {
+    fn bias(&self, turn_on_bias: f64, stream: &mut RandomStream) -> Vector3<f64> {
         let drawn = normal_vector(stream);
         match *self {
             Ageing::Given(bias) => bias,
@@ -133,8 +138,9 @@ impl Ageing {
 }
 
 /// One unit as it is built and mounted.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Unit {
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct UnitSetup {
     /// How good it is.
     pub grade: Grade,
     /// Whether it has the geometric errors of its grade.
@@ -142,7 +148,7 @@ pub struct Unit {
     /// Samples a second, Hz, by its own clock.
     pub rate: f64,
     /// Its package against the case of the reference.
-    pub package_from_case: Mounting,
+    pub package_from_case: RotationSetup,
     /// Biases of accelerometers and gyroscopes, m/s^2 and rad/s, where they are not to be drawn.
     pub biases: [Option<Vector3<f64>>; 2],
     /// What they have moved by since, for accelerometers and gyroscopes.
@@ -154,11 +160,12 @@ pub struct Unit {
     /// How long after it was taken a sample is at hand, s.
     pub latency: f64,
     /// What is wrong with it.
-    pub faults: Vec<Fault>,
+    pub faults: Vec<InjectedFault>,
 }
 
 /// Temperature over the session: `start + rise (1 - exp(-t / time_constant))`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Warming {
     /// degC.
     pub start: f64,
@@ -179,7 +186,8 @@ impl Warming {
 }
 
 /// What is the same for all units of a session.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Conditions {
     /// All that is random follows from it.
     pub seed: u64,
@@ -197,15 +205,15 @@ pub struct Conditions {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UnitTruth {
     /// Errors of the accelerometers.
-    pub accelerometer: Triad,
+    pub accelerometer: TriadErrors,
     /// Errors of the gyroscopes.
-    pub gyroscope: Triad,
+    pub gyroscope: TriadErrors,
     /// How the package is mounted, but for the alignment of the triads in it.
     pub package_from_case: Rotation3<f64>,
     /// What the biases in them have moved by since the factory, m/s^2 and rad/s.
     pub ageing: [Vector3<f64>; 2],
     /// Clock against the session's.
-    pub clock: Clock,
+    pub clock: UnitClock,
     /// Mean over the recording of what the accelerometer bias moved by (bias instability and temperature), m/s^2.
     pub accelerometer_drift: Vector3<f64>,
     /// The same of the gyroscope, rad/s.
@@ -216,13 +224,18 @@ pub struct UnitTruth {
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnitRecord {
     /// What it recorded.
-    pub samples: Samples,
+    pub samples: RecordedSamples,
     /// What is true of it.
     pub truth: UnitTruth,
 }
 
 /// Draws a unit and lets it record the motion; `number` 0 is the reference.
-pub fn record(conditions: &Conditions, motion: &impl Course, unit: &Unit, number: u64) -> UnitRecord {
+pub fn record(
+    conditions: &Conditions,
+    motion: &impl Trajectory,
+    unit: &UnitSetup,
+    number: u64,
+) -> UnitRecord {
     let streams = |purpose| stream(conditions.seed, number, purpose);
     let (package_from_case, [mut accelerometer, mut gyroscope]) =
         unit.draw(conditions, &mut streams(Purpose::Geometry));
@@ -233,7 +246,6 @@ pub fn record(conditions: &Conditions, motion: &impl Course, unit: &Unit, number
     let clock = unit.clock.clock(&mut streams(Purpose::Clock));
     let count = clock.count(unit.rate, motion.duration());
     let noise = |triad, white, flicker| noise(triad, unit.rate, count, streams(white), streams(flicker));
-    // Rows begin as noise and become readings.
     let (mut forces, force_flicker) = noise(
         &accelerometer,
         Purpose::AccelerometerWhite,
@@ -243,35 +255,11 @@ pub fn record(conditions: &Conditions, motion: &impl Course, unit: &Unit, number
     let mut faults = streams(Purpose::Faults);
     let session_time = |index| clock.session_time(unit.rate, index);
     for fault in &unit.faults {
-        fault.stir(Channels::Accelerometer, &mut forces, session_time, &mut faults);
-        fault.stir(Channels::Gyroscope, &mut rates, session_time, &mut faults);
+        fault.disturb(Channels::Accelerometer, &mut forces, session_time, &mut faults);
+        fault.disturb(Channels::Gyroscope, &mut rates, session_time, &mut faults);
     }
-    let (mut time, mut arrival) = (Vec::with_capacity(count), Vec::with_capacity(count));
-    let mut temperatures = Vec::with_capacity(count);
-    let mut warmth_sum = 0.0;
-    for (index, (force, rate)) in forces.iter_mut().zip(&mut rates).enumerate() {
-        let t = session_time(index);
-        let truth = unit.felt(motion.truth(t), t);
-        let temperature = conditions.warming.temperature(t);
-        let warmth = temperature - REFERENCE_TEMPERATURE;
-        let f = &truth.specific_force;
-        *force = accelerometer.reading(f, f, warmth, &Vector3::from(*force)).into();
-        *rate = gyroscope
-            .reading(&truth.angular_rate, f, warmth, &Vector3::from(*rate))
-            .into();
-        time.push(clock.own_time(unit.rate, index));
-        arrival.push(t + unit.latency);
-        temperatures.push(quantised(temperature, unit.grade.temperature_step));
-        warmth_sum += warmth;
-    }
-    let mean_warmth = warmth_sum / count.max(1) as f64;
-    let mut samples = Samples {
-        time,
-        arrival,
-        accelerometer: forces,
-        gyroscope: rates,
-        temperature: temperatures,
-    };
+    let triads = [&accelerometer, &gyroscope];
+    let (mut samples, mean_warmth) = unit.readings(conditions, motion, &clock, triads, [forces, rates]);
     for fault in &unit.faults {
         fault.spoil(&mut samples, |t| clock.own(t), &mut faults);
     }
@@ -289,11 +277,11 @@ pub fn record(conditions: &Conditions, motion: &impl Course, unit: &Unit, number
 
 /// Noise of a triad, row by row, and the mean of its bias instability.
 fn noise(
-    triad: &Triad,
+    triad: &TriadErrors,
     rate: f64,
     count: usize,
-    mut white_stream: Stream,
-    mut flicker_stream: Stream,
+    mut white_stream: RandomStream,
+    mut flicker_stream: RandomStream,
 ) -> (Vec<[f64; 3]>, Vector3<f64>) {
     let mut rows = white(triad.noise_density, rate, count, &mut white_stream);
     let mut mean = Vector3::zeros();
@@ -309,27 +297,22 @@ fn noise(
     (rows, mean)
 }
 
-impl Unit {
+impl UnitSetup {
     /// How its package is mounted, and accelerometers and gyroscopes with their errors.
-    fn draw(&self, conditions: &Conditions, stream: &mut Stream) -> (Rotation3<f64>, [Triad; 2]) {
+    fn draw(&self, conditions: &Conditions, stream: &mut RandomStream) -> (Rotation3<f64>, [TriadErrors; 2]) {
         let package = self.package_from_case.rotation(stream);
         let mut triads = [&self.grade.accelerometer, &self.grade.gyroscope]
-            .map(|grade| Triad::draw(grade, self.geometry, &package, stream));
+            .map(|grade| TriadErrors::draw(grade, self.geometry, &package, stream));
         for (triad, bias) in triads.iter_mut().zip(self.biases) {
             triad.model.bias = bias.unwrap_or(triad.model.bias);
         }
         for fault in &self.faults {
-            if let Fault::Scale {
-                channels,
-                axis,
-                factor,
-            } = *fault
-            {
+            if let InjectedFault::Scale { channels, axis, size } = *fault {
                 triads[channels as usize]
                     .model
                     .matrix
                     .row_mut(axis)
-                    .scale_mut(factor);
+                    .scale_mut(size);
             }
         }
         for triad in &mut triads {
@@ -345,7 +328,7 @@ impl Unit {
     }
 
     /// Moves the biases on by what the unit has aged, and gives that.
-    fn age(&self, triads: [&mut Triad; 2], stream: &mut Stream) -> [Vector3<f64>; 2] {
+    fn age(&self, triads: [&mut TriadErrors; 2], stream: &mut RandomStream) -> [Vector3<f64>; 2] {
         let turn_on = [&self.grade.accelerometer, &self.grade.gyroscope].map(|grade| grade.turn_on_bias);
         let aged = core::array::from_fn(|i| self.ageing[i].bias(turn_on[i], stream));
         for (triad, bias) in triads.into_iter().zip(aged) {
@@ -354,18 +337,58 @@ impl Unit {
         aged
     }
 
+    /// What the triads say of the motion, and how far the temperature was above the reference one on the mean, K.
+    ///
+    /// Rows of specific force and angular rate begin as noise and become readings.
+    fn readings(
+        &self,
+        conditions: &Conditions,
+        motion: &impl Trajectory,
+        clock: &UnitClock,
+        [accelerometer, gyroscope]: [&TriadErrors; 2],
+        [mut forces, mut rates]: [Vec<[f64; 3]>; 2],
+    ) -> (RecordedSamples, f64) {
+        let count = forces.len();
+        let (mut time, mut arrival) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        let mut temperatures = Vec::with_capacity(count);
+        let mut warmth_sum = 0.0;
+        for (index, (force, rate)) in forces.iter_mut().zip(&mut rates).enumerate() {
+            let t = clock.session_time(self.rate, index);
+            let truth = self.felt(motion.truth(t), t);
+            let temperature = conditions.warming.temperature(t);
+            let warmth = temperature - REFERENCE_TEMPERATURE;
+            let f = &truth.specific_force;
+            *force = accelerometer.reading(f, f, warmth, &Vector3::from(*force)).into();
+            *rate = gyroscope
+                .reading(&truth.angular_rate, f, warmth, &Vector3::from(*rate))
+                .into();
+            time.push(clock.own_time(self.rate, index));
+            arrival.push(t + self.latency);
+            temperatures.push(quantised(temperature, self.grade.temperature_step));
+            warmth_sum += warmth;
+        }
+        let samples = RecordedSamples {
+            time,
+            arrival,
+            accelerometer: forces,
+            gyroscope: rates,
+            temperature: temperatures,
+        };
+        (samples, warmth_sum / count.max(1) as f64)
+    }
+
     /// Truth where the unit sits and as it has slipped by session time `t`.
     ///
     /// Away from the turning centre the table's acceleration is felt: `f + alpha x r + w x (w x r)`.
-    fn felt(&self, truth: Truth, t: f64) -> Truth {
+    fn felt(&self, truth: TrueMotion, t: f64) -> TrueMotion {
         let (arm, w) = (&self.lever_arm, &truth.turn_rate);
         let pull = truth.turn_acceleration.cross(arm) + w.cross(&w.cross(arm));
-        let placed = Truth {
+        let placed = TrueMotion {
             specific_force: truth.specific_force + pull,
             ..truth
         };
         let slips = self.faults.iter().filter_map(|fault| fault.slip(t));
-        slips.fold(placed, |truth, slip| Truth {
+        slips.fold(placed, |truth, slip| TrueMotion {
             specific_force: slip * truth.specific_force,
             angular_rate: slip * truth.angular_rate,
             ..truth

@@ -4,12 +4,12 @@
 
 use rand::RngExt;
 
-use crate::simulate::attitude::Angles;
-use crate::simulate::ride::{Manner, Moved, Ride, ground_normal};
+use crate::simulate::attitude::EulerAngles;
+use crate::simulate::carrier::{BodyMotion, CarrierMotion, CarrierPlan, ground_normal};
 use crate::simulate::series::Series;
-use crate::simulate::span::Span;
-use crate::simulate::stream::Stream;
-use crate::simulate::sway::{Sway, Swing};
+use crate::simulate::stream::RandomStream;
+use crate::simulate::sway::{Sway, SwayStatistics};
+use crate::simulate::time_span::TimeSpan;
 
 /// Speed of the gentlest drive, and how much faster the liveliest one is, m/s.
 const SPEED: (f64, f64) = (2.0, 18.0);
@@ -32,8 +32,8 @@ const WAVES: usize = 4;
 
 /// A change of speed with continuous acceleration.
 #[derive(Clone, Copy, Debug)]
-struct Leg {
-    span: Span,
+struct SpeedChange {
+    span: TimeSpan,
     /// At its begin, m/s, and what it gains.
     speed: f64,
     gained: f64,
@@ -41,7 +41,7 @@ struct Leg {
     way: f64,
 }
 
-impl Leg {
+impl SpeedChange {
     /// Way gone, and with it speed and acceleration: `speed' = gained (1 - cos) / duration`.
     fn way(&self, t: f64) -> Series<3> {
         let duration = self.span.duration();
@@ -76,20 +76,20 @@ struct Road {
 /// All drives.
 #[derive(Clone, Debug)]
 pub struct Vehicle {
-    legs: Vec<Leg>,
+    legs: Vec<SpeedChange>,
     road: Road,
-    rests: Vec<Span>,
-    drives: Vec<Span>,
+    rests: Vec<TimeSpan>,
+    drives: Vec<TimeSpan>,
 }
 
 impl Road {
-    fn draw(manner: &Manner, top_speed: f64, stream: &mut Stream) -> Self {
-        let [forward, left, up] = manner.sway.map(|share| share * manner.intensity);
-        let turning = manner.turning * manner.intensity;
+    fn draw(plan: &CarrierPlan, top_speed: f64, stream: &mut RandomStream) -> Self {
+        let [forward, left, up] = plan.sway.map(|share| share * plan.intensity);
+        let turning = plan.turning * plan.intensity;
         let per_metre = |(short, long): (f64, f64)| (1.0 / long, 1.0 / short);
         let bumps_band = (BUMPS_BAND.0 / top_speed, BUMPS_BAND.1 / top_speed);
         let mut sway = |size, order, band| {
-            let swing = Swing {
+            let swing = SwayStatistics {
                 size,
                 order,
                 band,
@@ -98,8 +98,8 @@ impl Road {
             Sway::draw(&swing, stream)
         };
         let square = top_speed * top_speed;
-        let ground = ground_normal(&manner.ground);
-        let lying = Moved::still(&ground, 0.0).angles;
+        let ground = ground_normal(&plan.ground);
+        let lying = BodyMotion::still(&ground, 0.0).angles;
         Self {
             heading: sway(CURVES.0 * turning / square, 1, per_metre(CURVES.1)),
             pitch: sway(SLOPES.0 * forward, 0, per_metre(SLOPES.1)),
@@ -121,33 +121,29 @@ impl Road {
 
 impl Vehicle {
     /// Draws the road and the drives.
-    pub fn new(manner: &Manner, stream: &mut Stream) -> Self {
-        let top_speed = SPEED.0 + SPEED.1 * manner.intensity;
+    pub fn new(plan: &CarrierPlan, stream: &mut RandomStream) -> Self {
+        let top_speed = SPEED.0 + SPEED.1 * plan.intensity;
         let mut vehicle = Self {
-            road: Road::draw(manner, top_speed, stream),
+            road: Road::draw(plan, top_speed, stream),
             legs: Vec::new(),
-            rests: vec![Span {
+            rests: vec![TimeSpan {
                 start: 0.0,
-                end: manner.rest,
+                end: plan.rest,
             }],
             drives: Vec::new(),
         };
-        let part = manner.moving / (manner.stops + 1) as f64;
-        for _ in 0..manner.flights {
-            for stop in 0..=manner.stops {
-                let rest = if stop == manner.stops {
-                    manner.rest
-                } else {
-                    manner.stop
-                };
-                vehicle.drive(part, top_speed, manner.sway[0], rest, stream);
+        let part = plan.moving / (plan.stops + 1) as f64;
+        for _ in 0..plan.flights {
+            for stop in 0..=plan.stops {
+                let rest = if stop == plan.stops { plan.rest } else { plan.stop };
+                vehicle.drive(part, top_speed, plan.sway[0], rest, stream);
             }
         }
         vehicle
     }
 
     /// Appends a drive from standing to standing, and the rest after it.
-    fn drive(&mut self, duration: f64, top_speed: f64, variety: f64, rest: f64, stream: &mut Stream) {
+    fn drive(&mut self, duration: f64, top_speed: f64, variety: f64, rest: f64, stream: &mut RandomStream) {
         let start = self.rests.last().map_or(0.0, |rest| rest.end);
         let count = ((duration / LEG).round() as usize).max(2);
         let leg_duration = duration / count as f64;
@@ -160,8 +156,8 @@ impl Vehicle {
             };
             let before = self.legs.last().map_or(0.0, |leg| leg.way(leg.span.end).value());
             let from = start + index as f64 * leg_duration;
-            self.legs.push(Leg {
-                span: Span {
+            self.legs.push(SpeedChange {
+                span: TimeSpan {
                     start: from,
                     end: from + leg_duration,
                 },
@@ -172,8 +168,8 @@ impl Vehicle {
             speed = next;
         }
         let end = start + duration;
-        self.drives.push(Span { start, end });
-        self.rests.push(Span {
+        self.drives.push(TimeSpan { start, end });
+        self.rests.push(TimeSpan {
             start: end,
             end: end + rest,
         });
@@ -190,8 +186,8 @@ impl Vehicle {
     }
 }
 
-impl Ride for Vehicle {
-    fn moved(&self, t: f64) -> Moved {
+impl CarrierMotion for Vehicle {
+    fn moved(&self, t: f64) -> BodyMotion {
         let (way, road) = (self.way(t), &self.road);
         let heading = Road::since_start(&road.heading, &way);
         let slope = Road::since_start(&road.pitch, &way) + road.start.0;
@@ -206,8 +202,8 @@ impl Ride for Vehicle {
             speed * cosine * north,
             height.derived(1) - speed * sine,
         ];
-        Moved {
-            angles: Angles {
+        BodyMotion {
+            angles: EulerAngles {
                 heading,
                 pitch: slope + pitch,
                 roll: bank + roll,
@@ -223,11 +219,11 @@ impl Ride for Vehicle {
         drive.map_or(Series::constant(0.0), |drive| drive.swell(t, SPOOLING))
     }
 
-    fn rests(&self) -> &[Span] {
+    fn rests(&self) -> &[TimeSpan] {
         &self.rests
     }
 
-    fn manoeuvres(&self) -> &[Span] {
+    fn manoeuvres(&self) -> &[TimeSpan] {
         &self.drives
     }
 }

@@ -9,8 +9,9 @@ use core::f64::consts::TAU;
 use nalgebra::Vector3;
 use rand::RngExt;
 use rand_distr::StandardNormal;
+use serde::Deserialize;
 
-use crate::simulate::stream::Stream;
+use crate::simulate::stream::RandomStream;
 
 /// Values in the loop.
 const NODES: usize = 1 << 15;
@@ -20,8 +21,9 @@ const RATE: f64 = 2000.0;
 const TONE_SHARE: f64 = 0.5;
 
 /// How a structure vibrates.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Shaking {
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct VibrationSettings {
     /// Root mean square of each axis of specific force, m/s^2.
     pub specific_force: f64,
     /// Root mean square of each axis of angular rate, rad/s.
@@ -34,7 +36,7 @@ pub struct Shaking {
 
 /// What vibration adds to the truth of a place, body frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Shake {
+pub struct VibrationSample {
     /// m/s^2.
     pub specific_force: Vector3<f64>,
     /// rad/s.
@@ -45,16 +47,16 @@ pub struct Shake {
 
 /// A drawn vibration; a structure without any has an empty loop.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Vibration {
+pub struct VibrationLoop {
     nodes: Vec<[f64; 6]>,
     /// Integral from the begin of the loop to each node, and to its end.
     integrals: Vec<[f64; 6]>,
 }
 
-impl Vibration {
+impl VibrationLoop {
     /// Draws the loop.
-    pub fn draw(shaking: &Shaking, stream: &mut Stream) -> Self {
-        if shaking.specific_force == 0.0 && shaking.angular_rate == 0.0 {
+    pub fn draw(settings: &VibrationSettings, stream: &mut RandomStream) -> Self {
+        if settings.specific_force == 0.0 && settings.angular_rate == 0.0 {
             return Self {
                 nodes: Vec::new(),
                 integrals: Vec::new(),
@@ -63,11 +65,11 @@ impl Vibration {
         let mut nodes = vec![[0.0; 6]; NODES];
         for channel in 0..6 {
             let size = if channel < 3 {
-                shaking.specific_force
+                settings.specific_force
             } else {
-                shaking.angular_rate
+                settings.angular_rate
             };
-            let values = channel_loop(shaking, stream);
+            let values = channel_loop(settings, stream);
             for (node, value) in nodes.iter_mut().zip(values) {
                 node[channel] = size * value;
             }
@@ -79,14 +81,14 @@ impl Vibration {
     }
 
     /// Vibration at time `t`, s, round and round the loop.
-    pub fn at(&self, t: f64) -> Shake {
+    pub fn at(&self, t: f64) -> VibrationSample {
         if self.nodes.is_empty() {
-            return Shake::default();
+            return VibrationSample::default();
         }
         let (from, to, part) = self.around(t);
         let slope = |channel: usize| (to[channel] - from[channel]) * RATE;
         let value = |channel: usize| from[channel] + part * (to[channel] - from[channel]);
-        Shake {
+        VibrationSample {
             specific_force: Vector3::from_fn(|axis, _| value(axis)),
             angular_rate: Vector3::from_fn(|axis, _| value(3 + axis)),
             angular_acceleration: Vector3::from_fn(|axis, _| slope(3 + axis)),
@@ -94,14 +96,14 @@ impl Vibration {
     }
 
     /// Mean of the vibration over a while, s, with `t` in its middle.
-    pub fn mean(&self, t: f64, over: f64) -> Shake {
+    pub fn mean(&self, t: f64, over: f64) -> VibrationSample {
         if self.nodes.is_empty() || over == 0.0 {
             return self.at(t);
         }
         let (begin, end) = (t - over / 2.0, t + over / 2.0);
         let (before, after) = (self.integral(begin), self.integral(end));
         let mean = |channel: usize| (after[channel] - before[channel]) / over;
-        Shake {
+        VibrationSample {
             specific_force: Vector3::from_fn(|axis, _| mean(axis)),
             angular_rate: Vector3::from_fn(|axis, _| mean(3 + axis)),
             angular_acceleration: (self.at(end).angular_rate - self.at(begin).angular_rate) / over,
@@ -142,7 +144,7 @@ fn integrals(nodes: &[[f64; 6]]) -> Vec<[f64; 6]> {
     integrals
 }
 
-impl Shake {
+impl VibrationSample {
     /// This vibration `envelope` times as strong, where that changes by `slope` a second.
     pub fn scaled(&self, envelope: f64, slope: f64) -> Self {
         Self {
@@ -163,14 +165,18 @@ impl Shake {
 }
 
 /// One channel with a mean square of 1: the tones, each with a phase of its own, and the band.
-fn channel_loop(shaking: &Shaking, stream: &mut Stream) -> Vec<f64> {
-    let tone_share = if shaking.tones.is_empty() { 0.0 } else { TONE_SHARE };
-    let mut values = band_loop(shaking.band, stream);
+fn channel_loop(settings: &VibrationSettings, stream: &mut RandomStream) -> Vec<f64> {
+    let tone_share = if settings.tones.is_empty() {
+        0.0
+    } else {
+        TONE_SHARE
+    };
+    let mut values = band_loop(settings.band, stream);
     let mean_square = values.iter().map(|value| value * value).sum::<f64>() / NODES as f64;
     let scale = ((1.0 - tone_share) / mean_square).sqrt();
     values.iter_mut().for_each(|value| *value *= scale);
-    let amplitude = (2.0 * tone_share / shaking.tones.len().max(1) as f64).sqrt();
-    for tone in &shaking.tones {
+    let amplitude = (2.0 * tone_share / settings.tones.len().max(1) as f64).sqrt();
+    for tone in &settings.tones {
         // Whole waves in the loop.
         let pace = TAU * (tone / RATE * NODES as f64).round() / NODES as f64;
         let phase = TAU * stream.random::<f64>();
@@ -184,7 +190,7 @@ fn channel_loop(shaking: &Shaking, stream: &mut Stream) -> Vec<f64> {
 /// White noise through a band-pass, twice.
 ///
 /// A noise that repeats comes out as one that repeats, once the filter has gone round the loop.
-fn band_loop(band: (f64, f64), stream: &mut Stream) -> Vec<f64> {
+fn band_loop(band: (f64, f64), stream: &mut RandomStream) -> Vec<f64> {
     let mut values: Vec<f64> = (0..NODES).map(|_| stream.sample(StandardNormal)).collect();
     for _ in 0..2 {
         let mut filter = BandPass::new(band);
@@ -231,8 +237,8 @@ mod tests {
     use super::*;
     use crate::simulate::stream::{Purpose, stream};
 
-    fn shaking() -> Shaking {
-        Shaking {
+    fn settings() -> VibrationSettings {
+        VibrationSettings {
             specific_force: 3.0,
             angular_rate: 0.05,
             tones: vec![87.0, 131.0],
@@ -240,12 +246,12 @@ mod tests {
         }
     }
 
-    fn vibration(shaking: &Shaking) -> Vibration {
-        Vibration::draw(shaking, &mut stream(3, 0, Purpose::Vibration))
+    fn vibration(settings: &VibrationSettings) -> VibrationLoop {
+        VibrationLoop::draw(settings, &mut stream(3, 0, Purpose::Vibration))
     }
 
     /// Power of specific force x in a tone of that many waves a loop, over the mean square.
-    fn share_at(vibration: &Vibration, hertz: f64) -> f64 {
+    fn share_at(vibration: &VibrationLoop, hertz: f64) -> f64 {
         let waves = (hertz / RATE * NODES as f64).round();
         let (mut re, mut im) = (0.0, 0.0);
         for (index, node) in vibration.nodes.iter().enumerate() {
@@ -258,7 +264,7 @@ mod tests {
 
     #[test]
     fn every_axis_has_the_root_mean_square_asked_for() {
-        let vibration = vibration(&shaking());
+        let vibration = vibration(&settings());
         for channel in 0..6 {
             let size = if channel < 3 { 3.0 } else { 0.05 };
             let sum: f64 = vibration.nodes.iter().map(|node| node[channel].powi(2)).sum();
@@ -270,7 +276,7 @@ mod tests {
 
     #[test]
     fn half_of_the_power_is_in_the_tones_and_hardly_any_far_from_the_band() {
-        let vibration = vibration(&shaking());
+        let vibration = vibration(&settings());
         for tone in [87.0, 131.0] {
             assert!((share_at(&vibration, tone) - 0.25).abs() < 0.03);
         }
@@ -282,7 +288,7 @@ mod tests {
 
     #[test]
     fn the_loop_closes_and_the_angular_acceleration_is_the_slope_of_the_rate() {
-        let vibration = vibration(&shaking());
+        let vibration = vibration(&settings());
         let loop_duration = NODES as f64 / RATE;
         assert_eq!(vibration.at(1.0), vibration.at(1.0 + loop_duration));
         let h = 1e-7;
@@ -294,7 +300,7 @@ mod tests {
 
     #[test]
     fn a_vibration_that_swells_has_the_acceleration_that_belongs_to_its_rate() {
-        let vibration = vibration(&shaking());
+        let vibration = vibration(&settings());
         let scaled = |t: f64| vibration.at(t).scaled(0.3 * t, 0.3);
         let (t, h) = (2.000_12, 1e-7);
         let slope = (scaled(t + h).angular_rate - scaled(t - h).angular_rate) / (2.0 * h);
@@ -303,12 +309,12 @@ mod tests {
 
     #[test]
     fn a_mean_is_that_of_the_values_within_and_a_mean_over_nothing_the_value() {
-        let vibration = vibration(&shaking());
+        let vibration = vibration(&settings());
         let loop_duration = NODES as f64 / RATE;
         for t in [0.001, 3.000_33, loop_duration - 0.001, 5.0 * loop_duration + 2.3] {
             let (over, count) = (0.005, 100_000);
             let times = (0..count).map(|i| t + over * ((f64::from(i) + 0.5) / f64::from(count) - 0.5));
-            let mut sum = Shake::default();
+            let mut sum = VibrationSample::default();
             for time in times {
                 sum = sum.plus(&vibration.at(time).scaled(1.0 / f64::from(count), 0.0));
             }
@@ -322,11 +328,11 @@ mod tests {
 
     #[test]
     fn without_vibration_nothing_moves() {
-        let none = Shaking {
+        let none = VibrationSettings {
             specific_force: 0.0,
             angular_rate: 0.0,
-            ..shaking()
+            ..settings()
         };
-        assert_eq!(vibration(&none).at(12.3), Shake::default());
+        assert_eq!(vibration(&none).at(12.3), VibrationSample::default());
     }
 }

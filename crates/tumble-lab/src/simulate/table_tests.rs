@@ -1,18 +1,19 @@
 use super::*;
 use crate::simulate::stream::{Purpose, stream};
 use proptest::prelude::*;
+use tumble_core::gravity::EARTH_RATE;
 
 const GRAVITY: f64 = 9.81;
 
-fn table(ups: &[[f64; 3]], profile: Profile, heading_turn: f64, error: f64) -> Table {
+fn table(ups: &[[f64; 3]], profile: TurnProfile, heading_turn: f64, error: f64) -> Table {
     let poses = ups
         .iter()
-        .map(|up| Pose {
+        .map(|up| TablePose {
             up: Vector3::from(*up).normalize(),
             tip: 0.0,
         })
         .collect();
-    let limits = Limits {
+    let limits = TurnLimits {
         rate: 1.5,
         acceleration: 3.0,
     };
@@ -38,16 +39,16 @@ const SIX: [[f64; 3]; 6] = [
     [0., 0., -1.],
 ];
 
-fn session(table: &Table, seed: u64) -> Motion {
+fn session(table: &Table, seed: u64) -> TableMotion {
     let mounting = Rotation3::new(Vector3::new(0.02, -0.01, 0.03));
-    Motion::new(table, mounting, &mut stream(seed, 0, Purpose::Table))
+    TableMotion::new(table, mounting, &mut stream(seed, 0, Purpose::Table))
 }
 
 /// Attitude after `from` when the true angular rate is followed for the time from `start` to `end`.
 ///
 /// Magnus integration of the angular rate in small steps: fourth order, second at the corners of a trapezoid, which
 /// leaves a few 1e-7 rad.
-fn followed(motion: &Motion, from: Rotation3<f64>, start: f64, end: f64) -> Rotation3<f64> {
+fn followed(motion: &TableMotion, from: Rotation3<f64>, start: f64, end: f64) -> Rotation3<f64> {
     let steps = 4000;
     let h = (end - start) / f64::from(steps);
     let gauss = 3.0_f64.sqrt() / 6.0;
@@ -65,7 +66,7 @@ fn followed(motion: &Motion, from: Rotation3<f64>, start: f64, end: f64) -> Rota
 fn assert_turns_follow_the_exponential_map(table: &Table, seed: u64) {
     let motion = session(table, seed);
     for pair in motion.rests().windows(2) {
-        let inertial_from_case = |rest: &Rest, t: f64| {
+        let inertial_from_case = |rest: &TableRest, t: f64| {
             // The level frame turns with the Earth.
             Rotation3::new(motion.earth_rate() * t) * rest.level_from_table * motion.case_from_table.inverse()
         };
@@ -79,7 +80,7 @@ fn assert_turns_follow_the_exponential_map(table: &Table, seed: u64) {
 
 #[test]
 fn the_angular_rate_of_a_turn_integrates_to_the_rotation_between_its_rests() {
-    for profile in [Profile::Smooth, Profile::Trapezoid] {
+    for profile in [TurnProfile::Smooth, TurnProfile::Trapezoid] {
         assert_turns_follow_the_exponential_map(&table(&SIX, profile, 0.0, 0.0), 1);
         assert_turns_follow_the_exponential_map(&table(&SIX, profile, 0.7, 1e-3), 2);
         assert_turns_follow_the_exponential_map(&table(&SIX, profile, core::f64::consts::TAU, 1e-3), 3);
@@ -88,7 +89,7 @@ fn the_angular_rate_of_a_turn_integrates_to_the_rotation_between_its_rests() {
 
 #[test]
 fn six_faces_in_turn_rotate_about_all_three_axes() {
-    let motion = session(&table(&SIX, Profile::Smooth, 0.0, 1e-3), 4);
+    let motion = session(&table(&SIX, TurnProfile::Smooth, 0.0, 1e-3), 4);
     let mut turned = Vector3::zeros();
     for i in 0..10_000 {
         let rate = motion
@@ -102,7 +103,7 @@ fn six_faces_in_turn_rotate_about_all_three_axes() {
 #[test]
 fn a_half_turn_with_table_errors_goes_round_the_way_it_was_told() {
     for seed in 0..50 {
-        let motion = session(&table(&SIX[..2], Profile::Smooth, 0.0, 1e-2), seed);
+        let motion = session(&table(&SIX[..2], TurnProfile::Smooth, 0.0, 1e-2), seed);
         let middle = motion.duration() / 2.0;
         let turn_rate = motion.case_from_table.inverse() * motion.truth(middle).turn_rate;
         assert!(turn_rate.y > 1.4, "seed {seed}: {turn_rate}");
@@ -111,7 +112,7 @@ fn a_half_turn_with_table_errors_goes_round_the_way_it_was_told() {
 
 #[test]
 fn a_tipped_pose_misses_up_by_the_angle_given() {
-    let mut table = table(&SIX, Profile::Smooth, 0.0, 0.0);
+    let mut table = table(&SIX, TurnProfile::Smooth, 0.0, 0.0);
     table.poses[2].tip = 0.05;
     let motion = session(&table, 1);
     for (rest, pose) in motion.rests().iter().zip(&table.poses) {
@@ -126,7 +127,7 @@ proptest! {
         x in -1.0..1.0f64, y in -1.0..1.0f64, z in 0.1..1.0f64, seed in any::<u64>(), heading in -7.0..7.0f64,
     ) {
         let ups = [[0.3, -0.2, 0.9], [x, y, z], [-x, -y, -z], [x, y, z]];
-        let table = table(&ups, Profile::Smooth, heading, 0.0);
+        let table = table(&ups, TurnProfile::Smooth, heading, 0.0);
         let motion = session(&table, seed);
         for (rest, pose) in motion.rests().iter().zip(&table.poses) {
             let truth = motion.truth((rest.start + rest.end) / 2.0);
@@ -141,7 +142,7 @@ proptest! {
 
     #[test]
     fn table_errors_have_the_sigma_asked_for_and_tilt_the_force_accordingly(seed in any::<u64>()) {
-        let table = table(&SIX, Profile::Smooth, 0.0, 1e-3);
+        let table = table(&SIX, TurnProfile::Smooth, 0.0, 1e-3);
         let motion = session(&table, seed);
         for (rest, pose) in motion.rests().iter().zip(&table.poses) {
             let force = motion.case_from_table.inverse() * motion.truth(rest.start + 1.0).specific_force;
@@ -153,7 +154,7 @@ proptest! {
 
     #[test]
     fn the_magnitude_of_the_force_never_changes(t in -5.0..60.0f64, seed in any::<u64>()) {
-        let motion = session(&table(&SIX, Profile::Trapezoid, 0.4, 1e-3), seed);
+        let motion = session(&table(&SIX, TurnProfile::Trapezoid, 0.4, 1e-3), seed);
         prop_assert!((motion.truth(t).specific_force.norm() - GRAVITY).abs() < 1e-9);
     }
 }

@@ -8,14 +8,16 @@
 //! `start * exp(axis angle(t))` and the rate of the table is `axis d(angle)/dt`, exactly. The Earth's rate comes on top.
 
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
-use tumble_core::gravity::EARTH_RATE;
+use serde::Deserialize;
 
-use crate::simulate::stream::{Stream, normal_vector};
-use crate::simulate::turn::{Limits, Profile, Turn};
+use crate::simulate::stream::{RandomStream, normal_vector};
+use crate::simulate::table_turn::{TableTurn, TurnLimits, TurnProfile};
+use crate::simulate::trajectory::{Trajectory, TrueMotion, earth_rate};
 
 /// Where the table is told to go.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pose {
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TablePose {
     /// Direction of `up` in the table frame, unit length.
     pub up: Vector3<f64>,
     /// Angle, rad, by which the table misses this pose about a level axis without saying so; 0 for none.
@@ -23,16 +25,17 @@ pub struct Pose {
 }
 
 /// The table, what it is told, and how well it obeys.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Table {
     /// Poses in the order they are taken.
-    pub poses: Vec<Pose>,
+    pub poses: Vec<TablePose>,
     /// Time at rest at each pose, s.
     pub rest_duration: f64,
     /// Shape of the angular rate over a turn.
-    pub profile: Profile,
+    pub profile: TurnProfile,
     /// How fast the table turns.
-    pub limits: Limits,
+    pub limits: TurnLimits,
     /// Turn about the vertical after each change of pose, rad; 0 for none.
     pub heading_turn: f64,
     /// Error of the table at each pose, rad, 1 sigma about each of its axes.
@@ -45,7 +48,7 @@ pub struct Table {
 
 /// The table at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rest {
+pub struct TableRest {
     /// Index of the pose.
     pub pose: usize,
     /// Begin, s.
@@ -58,80 +61,58 @@ pub struct Rest {
     pub level_from_table: Rotation3<f64>,
 }
 
-impl Rest {
+impl TableRest {
     /// Rotation vector of the table's error, rad, table frame.
     pub fn table_error_vector(&self) -> Vector3<f64> {
         UnitQuaternion::from_rotation_matrix(&self.table_error).scaled_axis()
     }
 }
 
-/// What an ideal unit in the reference's place would say, in the case frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Truth {
-    /// Specific force at the turning centre, m/s^2.
-    pub specific_force: Vector3<f64>,
-    /// Angular rate, that of the Earth included, rad/s.
-    pub angular_rate: Vector3<f64>,
-    /// Angular rate of the table alone, rad/s.
-    pub turn_rate: Vector3<f64>,
-    /// Angular acceleration of the table, rad/s^2.
-    pub turn_acceleration: Vector3<f64>,
-}
-
-/// A motion that a unit can record.
-pub trait Course {
-    /// Truth at time `t`, s.
-    fn truth(&self, t: f64) -> Truth;
-
-    /// End, s.
-    fn duration(&self) -> f64;
-}
-
-impl Course for Motion {
-    fn truth(&self, t: f64) -> Truth {
-        Motion::truth(self, t)
+impl Trajectory for TableMotion {
+    fn truth(&self, t: f64) -> TrueMotion {
+        TableMotion::truth(self, t)
     }
 
     fn duration(&self) -> f64 {
-        Motion::duration(self)
+        TableMotion::duration(self)
     }
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Phase {
+enum TableSegment {
     Rest {
         end: f64,
-        truth: Truth,
+        truth: TrueMotion,
     },
     Turning {
         start: f64,
         end: f64,
-        turn: Turn,
+        turn: TableTurn,
         level_from_table: Rotation3<f64>,
     },
 }
 
-impl Phase {
+impl TableSegment {
     fn end(&self) -> f64 {
         match self {
-            Phase::Rest { end, .. } | Phase::Turning { end, .. } => *end,
+            TableSegment::Rest { end, .. } | TableSegment::Turning { end, .. } => *end,
         }
     }
 }
 
 /// The motion of a whole session, from time 0 on.
 #[derive(Clone, Debug)]
-pub struct Motion {
-    phases: Vec<Phase>,
-    rests: Vec<Rest>,
+pub struct TableMotion {
+    phases: Vec<TableSegment>,
+    rests: Vec<TableRest>,
     gravity: Vector3<f64>,
     earth_rate: Vector3<f64>,
     case_from_table: Rotation3<f64>,
 }
 
-impl Motion {
+impl TableMotion {
     /// Lays the session out in time; the errors of the table come from `stream`.
-    pub fn new(table: &Table, case_from_table: Rotation3<f64>, stream: &mut Stream) -> Self {
+    pub fn new(table: &Table, case_from_table: Rotation3<f64>, stream: &mut RandomStream) -> Self {
         let mut motion = Self {
             phases: Vec::new(),
             rests: Vec::new(),
@@ -164,11 +145,11 @@ impl Motion {
 
     /// End of the session, s.
     pub fn duration(&self) -> f64 {
-        self.phases.last().map_or(0.0, Phase::end)
+        self.phases.last().map_or(0.0, TableSegment::end)
     }
 
     /// The rests in order of time.
-    pub fn rests(&self) -> &[Rest] {
+    pub fn rests(&self) -> &[TableRest] {
         &self.rests
     }
 
@@ -178,9 +159,9 @@ impl Motion {
     }
 
     /// Truth at an attitude in which the table stands still.
-    pub fn at_rest(&self, level_from_table: &Rotation3<f64>) -> Truth {
+    pub fn at_rest(&self, level_from_table: &Rotation3<f64>) -> TrueMotion {
         let case_from_level = self.case_from_table * level_from_table.inverse();
-        Truth {
+        TrueMotion {
             specific_force: case_from_level * self.gravity,
             angular_rate: case_from_level * self.earth_rate,
             turn_rate: Vector3::zeros(),
@@ -192,14 +173,14 @@ impl Motion {
     ///
     /// # Panics
     /// Where the session has no pose.
-    pub fn truth(&self, t: f64) -> Truth {
+    pub fn truth(&self, t: f64) -> TrueMotion {
         let phase = self
             .phases
             .partition_point(|phase| phase.end() < t)
             .min(self.phases.len() - 1);
         match &self.phases[phase] {
-            Phase::Rest { truth, .. } => *truth,
-            Phase::Turning {
+            TableSegment::Rest { truth, .. } => *truth,
+            TableSegment::Turning {
                 start,
                 turn,
                 level_from_table,
@@ -208,7 +189,7 @@ impl Motion {
         }
     }
 
-    fn turning(&self, turn: &Turn, level_from_table: &Rotation3<f64>, elapsed: f64) -> Truth {
+    fn turning(&self, turn: &TableTurn, level_from_table: &Rotation3<f64>, elapsed: f64) -> TrueMotion {
         let progress = turn.progress(elapsed);
         let (sin, cos) = libm::sincos(progress.angle);
         let to_case = |level: &Vector3<f64>| {
@@ -216,7 +197,7 @@ impl Motion {
             self.case_from_table * rotated(&at_start, &turn.axis, -sin, cos)
         };
         let axis = self.case_from_table * turn.axis;
-        Truth {
+        TrueMotion {
             specific_force: to_case(&self.gravity),
             angular_rate: to_case(&self.earth_rate) + axis * progress.rate,
             turn_rate: axis * progress.rate,
@@ -233,11 +214,11 @@ impl Motion {
     ) {
         let start = self.duration();
         let end = start + duration;
-        self.phases.push(Phase::Rest {
+        self.phases.push(TableSegment::Rest {
             end,
             truth: self.at_rest(&level_from_table),
         });
-        self.rests.push(Rest {
+        self.rests.push(TableRest {
             pose,
             start,
             end,
@@ -249,9 +230,9 @@ impl Motion {
     fn push_turn(&mut self, table: &Table, level_from_table: Rotation3<f64>, rotation: Vector3<f64>) {
         // Rounding alone does not turn a table.
         if rotation.norm() > 1e-12 {
-            let turn = Turn::new(rotation, table.profile, &table.limits);
+            let turn = TableTurn::new(rotation, table.profile, &table.limits);
             let start = self.duration();
-            self.phases.push(Phase::Turning {
+            self.phases.push(TableSegment::Turning {
                 start,
                 end: start + turn.duration,
                 turn,
@@ -259,11 +240,6 @@ impl Motion {
             });
         }
     }
-}
-
-/// Rate of the Earth at a latitude in rad, level frame, rad/s.
-pub fn earth_rate(latitude: f64) -> Vector3<f64> {
-    Vector3::new(0.0, libm::cos(latitude), libm::sin(latitude)) * EARTH_RATE
 }
 
 /// Rotation vector, table frame, of the shortest turn after which `wanted` points up where `up` did before.
@@ -290,7 +266,7 @@ fn level_axis(up: &Vector3<f64>) -> Vector3<f64> {
     (next - up * up.dot(&next)).normalize()
 }
 
-fn tip(pose: &Pose) -> Rotation3<f64> {
+fn tip(pose: &TablePose) -> Rotation3<f64> {
     Rotation3::new(level_axis(&pose.up) * pose.tip)
 }
 
@@ -319,5 +295,5 @@ fn rotated(v: &Vector3<f64>, axis: &Vector3<f64>, sin: f64, cos: f64) -> Vector3
 }
 
 #[cfg(test)]
-#[path = "motion_tests.rs"]
+#[path = "table_tests.rs"]
 mod tests;

@@ -6,19 +6,22 @@
 
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use nalgebra::{Rotation3, Unit, Vector3};
+use nalgebra::{Rotation3, Vector3};
+use serde::Deserialize;
 use tumble_core::spin::axis::floor_frame;
 
-use crate::simulate::floor::{Floor, Lie, Turned};
-use crate::simulate::heading::{Slip, Turning, eased, ramped};
-use crate::simulate::motion::{Course, Truth};
+use crate::simulate::attitude::roll_pitch_yaw;
+use crate::simulate::floor::{Floor, FloorAttitude, FloorMotion};
+use crate::simulate::heading::{RobotHeading, WheelSlip, eased, ramped};
 use crate::simulate::series::Series;
-use crate::simulate::span::Span;
-use crate::simulate::stream::Stream;
+use crate::simulate::stream::RandomStream;
+use crate::simulate::time_span::TimeSpan;
+use crate::simulate::trajectory::{Trajectory, TrueMotion};
 
 /// What the robot does next.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Step {
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum RobotStep {
     /// It stands.
     Rest {
         /// s.
@@ -47,7 +50,8 @@ pub enum Step {
 }
 
 /// Something that lifts and tilts the robot for a while, and sets it down as it was: `sin^2` over its duration.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Disturbance {
     /// Begin, s.
     pub start: f64,
@@ -60,10 +64,11 @@ pub struct Disturbance {
 }
 
 /// The robot, the floors and what happens.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RobotPlan {
     /// Steps in order of time.
-    pub steps: Vec<Step>,
+    pub steps: Vec<RobotStep>,
     /// Floor at the first spot.
     pub floor: Floor,
     /// Largest angular acceleration, rad/s^2, as a turn begins and ends; unevenness and slips come on top.
@@ -77,6 +82,7 @@ pub struct Plan {
     /// What disturbs the robot.
     pub disturbances: Vec<Disturbance>,
     /// Rotation of the IMU in the robot.
+    #[serde(rename = "mounting", deserialize_with = "roll_pitch_yaw")]
     pub case_from_floor: Rotation3<f64>,
     /// m/s^2.
     pub gravity: f64,
@@ -85,12 +91,12 @@ pub struct Plan {
 }
 
 #[derive(Clone, Debug)]
-struct Phase {
-    span: Span,
-    step: Step,
+struct TimedStep {
+    span: TimeSpan,
+    step: RobotStep,
     heading: f64,
     floor: Floor,
-    slips: Vec<Slip>,
+    slips: Vec<WheelSlip>,
 }
 
 /// Room that a slip needs, s.
@@ -100,26 +106,26 @@ const VIBRATION: [(f64, f64); 3] = [(23.0, 0.4), (37.0, 2.1), (58.0, 4.4)];
 
 /// The motion of the whole plan.
 #[derive(Clone, Debug)]
-pub struct SpotMotion {
-    plan: Plan,
-    phases: Vec<Phase>,
+pub struct RobotMotion {
+    plan: RobotPlan,
+    phases: Vec<TimedStep>,
 }
 
-impl SpotMotion {
+impl RobotMotion {
     /// Lays the plan out in time; slips come from `stream`.
-    pub fn new(plan: Plan, stream: &mut Stream) -> Self {
+    pub fn new(plan: RobotPlan, stream: &mut RandomStream) -> Self {
         let mut motion = Self {
             phases: Vec::new(),
             plan,
         };
         let (mut time, mut heading, mut floor) = (0.0, 0.0, motion.plan.floor);
         for step in motion.plan.steps.clone() {
-            let span = Span {
+            let span = TimeSpan {
                 start: time,
                 end: time + motion.duration_of(&step),
             };
             let slips = motion.draw_slips(&step, &span, stream);
-            let phase = Phase {
+            let phase = TimedStep {
                 span,
                 step,
                 heading,
@@ -127,7 +133,7 @@ impl SpotMotion {
                 slips,
             };
             heading = motion.turning_in(&phase, span.end).heading;
-            if let Step::Drive { floor: next, .. } = step {
+            if let RobotStep::Drive { floor: next, .. } = step {
                 floor = next;
             }
             time = span.end;
@@ -136,10 +142,10 @@ impl SpotMotion {
         motion
     }
 
-    fn duration_of(&self, step: &Step) -> f64 {
+    fn duration_of(&self, step: &RobotStep) -> f64 {
         match *step {
-            Step::Rest { duration, .. } | Step::Drive { duration, .. } => duration,
-            Step::Turn { angle, rate } => {
+            RobotStep::Rest { duration, .. } | RobotStep::Drive { duration, .. } => duration,
+            RobotStep::Turn { angle, rate } => {
                 let (rate, ramp) = self.reached(angle, rate);
                 angle.abs() / rate + ramp
             }
@@ -153,8 +159,8 @@ impl SpotMotion {
     }
 
     /// Slips while a turn is at its full rate, one in each of as many equal parts of that time; none where it has none.
-    fn draw_slips(&self, step: &Step, span: &Span, stream: &mut Stream) -> Vec<Slip> {
-        let Step::Turn { angle, rate } = *step else {
+    fn draw_slips(&self, step: &RobotStep, span: &TimeSpan, stream: &mut RandomStream) -> Vec<WheelSlip> {
+        let RobotStep::Turn { angle, rate } = *step else {
             return Vec::new();
         };
         let (rate, ramp) = self.reached(angle, rate);
@@ -166,19 +172,19 @@ impl SpotMotion {
         }
         let start = |index: usize| span.start + ramp + part * index as f64;
         (0..count)
-            .map(|index| Slip::draw(start(index), part, slowest, stream))
+            .map(|index| WheelSlip::draw(start(index), part, slowest, stream))
             .collect()
     }
 
-    fn phase(&self, t: f64) -> Option<&Phase> {
+    fn phase(&self, t: f64) -> Option<&TimedStep> {
         let index = self.phases.partition_point(|phase| phase.span.end < t);
         self.phases.get(index).or(self.phases.last())
     }
 
     /// Heading at time `t`, s.
-    pub fn turning(&self, t: f64) -> Turning {
+    pub fn turning(&self, t: f64) -> RobotHeading {
         self.phase(t).map_or(
-            Turning {
+            RobotHeading {
                 heading: 0.0,
                 rate: 0.0,
                 acceleration: 0.0,
@@ -187,22 +193,22 @@ impl SpotMotion {
         )
     }
 
-    fn turning_in(&self, phase: &Phase, t: f64) -> Turning {
+    fn turning_in(&self, phase: &TimedStep, t: f64) -> RobotHeading {
         let elapsed = (t - phase.span.start).clamp(0.0, phase.span.end - phase.span.start);
         let duration = phase.span.end - phase.span.start;
         let mut turning = match phase.step {
-            Step::Rest { slow_turn, .. } => Turning {
+            RobotStep::Rest { slow_turn, .. } => RobotHeading {
                 heading: slow_turn * elapsed,
                 rate: slow_turn,
                 acceleration: 0.0,
             },
-            Step::Turn { angle, rate } => {
+            RobotStep::Turn { angle, rate } => {
                 let (_, ramp) = self.reached(angle, rate);
                 let (depth, frequency) = self.plan.unevenness;
                 let waves = (frequency * (duration - ramp)).round().max(1.0);
                 ramped(angle, duration, ramp, elapsed).uneven(depth, TAU * waves / angle)
             }
-            Step::Drive { bend, .. } => eased(bend, duration, elapsed),
+            RobotStep::Drive { bend, .. } => eased(bend, duration, elapsed),
         };
         for slip in &phase.slips {
             slip.take_off(&mut turning, t);
@@ -212,8 +218,8 @@ impl SpotMotion {
     }
 
     /// When the robot stands still.
-    pub fn rests(&self) -> Vec<Span> {
-        let standing = |phase: &&Phase| matches!(phase.step, Step::Rest { .. });
+    pub fn rests(&self) -> Vec<TimeSpan> {
+        let standing = |phase: &&TimedStep| matches!(phase.step, RobotStep::Rest { .. });
         self.phases
             .iter()
             .filter(standing)
@@ -222,10 +228,10 @@ impl SpotMotion {
     }
 
     /// When the robot turns on the spot, and by how much it truly turned, rad.
-    pub fn turns(&self) -> Vec<(Span, f64)> {
+    pub fn turns(&self) -> Vec<(TimeSpan, f64)> {
         self.phases
             .iter()
-            .filter(|phase| matches!(phase.step, Step::Turn { .. }))
+            .filter(|phase| matches!(phase.step, RobotStep::Turn { .. }))
             .map(|phase| {
                 let end = self.turning_in(phase, phase.span.end).heading;
                 (phase.span, end - phase.heading)
@@ -236,20 +242,20 @@ impl SpotMotion {
     /// Whether the wheels turn at time `t`, s.
     pub fn wheels_turn(&self, t: f64) -> bool {
         self.phase(t).is_some_and(|phase| match phase.step {
-            Step::Rest { slow_turn, .. } => slow_turn != 0.0,
-            Step::Turn { .. } | Step::Drive { .. } => true,
+            RobotStep::Rest { slow_turn, .. } => slow_turn != 0.0,
+            RobotStep::Turn { .. } | RobotStep::Drive { .. } => true,
         })
     }
 
     /// How the floor lies at time `t`, s.
-    fn lie(phase: &Phase, t: f64) -> Lie {
+    fn lie(phase: &TimedStep, t: f64) -> FloorAttitude {
         let level = phase.floor.lean();
-        let Step::Drive { floor, duration, .. } = &phase.step else {
-            return Lie::new(level, Vector3::zeros(), Vector3::zeros());
+        let RobotStep::Drive { floor, duration, .. } = &phase.step else {
+            return FloorAttitude::new(level, Vector3::zeros(), Vector3::zeros());
         };
         let change = floor.lean() - level;
         let bend = eased(1.0, *duration, t - phase.span.start);
-        Lie::new(
+        FloorAttitude::new(
             level + change * bend.heading,
             change * bend.rate,
             change * bend.acceleration,
@@ -257,8 +263,8 @@ impl SpotMotion {
     }
 
     /// Acceleration of the turning centre on a drive, floor frame; the robot turns at `rate`, rad/s.
-    fn acceleration(phase: &Phase, rate: &Vector3<f64>, t: f64) -> Vector3<f64> {
-        let Step::Drive { duration, speed, .. } = phase.step else {
+    fn acceleration(phase: &TimedStep, rate: &Vector3<f64>, t: f64) -> Vector3<f64> {
+        let RobotStep::Drive { duration, speed, .. } = phase.step else {
             return Vector3::zeros();
         };
         // Up to speed and down again: the rate of an eased way.
@@ -266,8 +272,8 @@ impl SpotMotion {
         Vector3::x() * way.acceleration + rate.cross(&(Vector3::x() * way.rate))
     }
 
-    fn vibration(&self, phase: &Phase, t: f64, elapsed: f64) -> Vector3<f64> {
-        if self.plan.vibration == 0.0 || matches!(phase.step, Step::Rest { .. }) {
+    fn vibration(&self, phase: &TimedStep, t: f64, elapsed: f64) -> Vector3<f64> {
+        if self.plan.vibration == 0.0 || matches!(phase.step, RobotStep::Rest { .. }) {
             return Vector3::zeros();
         }
         let duration = phase.span.end - phase.span.start;
@@ -277,13 +283,13 @@ impl SpotMotion {
     }
 }
 
-impl Course for SpotMotion {
+impl Trajectory for RobotMotion {
     fn duration(&self) -> f64 {
         self.phases.last().map_or(0.0, |phase| phase.span.end)
     }
 
-    fn truth(&self, t: f64) -> Truth {
-        let still = Truth {
+    fn truth(&self, t: f64) -> TrueMotion {
+        let still = TrueMotion {
             specific_force: Vector3::zeros(),
             angular_rate: Vector3::zeros(),
             turn_rate: Vector3::zeros(),
@@ -291,7 +297,7 @@ impl Course for SpotMotion {
         };
         let Some(phase) = self.phase(t) else { return still };
         let turning = self.turning_in(phase, t);
-        let Turned { up, earth, mut spin } = Self::lie(phase, t).turned(&turning, self.plan.latitude);
+        let FloorMotion { up, earth, mut spin } = Self::lie(phase, t).turned(&turning, self.plan.latitude);
         let mut force = up * self.plan.gravity
             + Self::acceleration(phase, &spin.rate, t)
             + self.vibration(phase, t, t - phase.span.start);
@@ -305,7 +311,7 @@ impl Course for SpotMotion {
         }
         let to_case = |v: Vector3<f64>| self.plan.case_from_floor * v;
         let turn_rate = to_case(spin.rate);
-        Truth {
+        TrueMotion {
             specific_force: to_case(robot * force),
             angular_rate: turn_rate + to_case(robot * earth),
             turn_rate,
@@ -315,16 +321,16 @@ impl Course for SpotMotion {
 }
 
 /// Tilt of a disturbance, and how fast its height changes.
-struct Bump {
+struct LiftAndTilt {
     tilt: Series<3>,
     height_acceleration: f64,
 }
 
 impl Disturbance {
-    fn at(&self, t: f64) -> Bump {
+    fn at(&self, t: f64) -> LiftAndTilt {
         let phase = PI * (t - self.start) / self.duration;
         if !(0.0..=PI).contains(&phase) {
-            return Bump {
+            return LiftAndTilt {
                 tilt: Series::constant(0.0),
                 height_acceleration: 0.0,
             };
@@ -332,19 +338,11 @@ impl Disturbance {
         let speed = PI / self.duration;
         let (sine, cosine) = libm::sincos(2.0 * phase);
         let bend = 2.0 * speed * speed * cosine;
-        Bump {
+        LiftAndTilt {
             tilt: Series::of([(1.0 - cosine) / 2.0, speed * sine, bend]) * self.tilt,
             height_acceleration: self.lift * bend,
         }
     }
-}
-
-/// `case_from_floor` of an IMU mounted with roll, pitch and yaw, rad: `floor_from_case = R_z(yaw) R_y(pitch) R_x(roll)`.
-pub fn mounted(roll: f64, pitch: f64, yaw: f64) -> Rotation3<f64> {
-    let about = |axis: Unit<Vector3<f64>>, angle| Rotation3::from_axis_angle(&axis, angle);
-    let floor_from_case =
-        about(Vector3::z_axis(), yaw) * about(Vector3::y_axis(), pitch) * about(Vector3::x_axis(), roll);
-    floor_from_case.inverse()
 }
 
 /// A bearing counter-clockwise from the robot's forward, as results state it: from the case's x laid onto the floor.
@@ -356,5 +354,5 @@ pub fn reported_bearing(case_from_floor: &Rotation3<f64>, bearing: f64) -> f64 {
 }
 
 #[cfg(test)]
-#[path = "spot_tests.rs"]
+#[path = "wheeled_robot_tests.rs"]
 mod tests;

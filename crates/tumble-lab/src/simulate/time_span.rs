@@ -4,14 +4,14 @@ use crate::simulate::series::Series;
 
 /// A stretch of time between two others.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Span {
+pub struct TimeSpan {
     /// s.
     pub start: f64,
     /// s.
     pub end: f64,
 }
 
-impl Span {
+impl TimeSpan {
     /// s.
     pub fn duration(&self) -> f64 {
         self.end - self.start
@@ -39,11 +39,11 @@ impl Span {
     pub fn swell<const N: usize>(&self, t: f64, ramp: f64) -> Series<N> {
         let ramp = ramp.min(self.duration() / 2.0);
         let (start, end) = (self.start, self.end);
-        let up = Span {
+        let up = TimeSpan {
             start,
             end: start + ramp,
         };
-        let down = Span {
+        let down = TimeSpan {
             start: end - ramp,
             end,
         };
@@ -59,7 +59,7 @@ mod tests {
     proptest! {
         #[test]
         fn a_rise_goes_up_only_and_is_odd_about_its_middle(start in -5.0..5.0f64, length in 0.5..9.0f64, part in 0.0..1.0f64) {
-            let span = Span { start, end: start + length };
+            let span = TimeSpan { start, end: start + length };
             let rise = |part: f64| span.rise::<2>(start + part * length);
             prop_assert!(rise(part).derivative(1) >= -1e-12);
             prop_assert!((rise(part).value() + rise(1.0 - part).value() - 1.0).abs() < 1e-9);
@@ -67,7 +67,7 @@ mod tests {
 
         #[test]
         fn a_rise_meets_what_is_before_and_after_it_with_four_derivatives(start in -5.0..5.0f64, length in 0.5..9.0f64) {
-            let span = Span { start, end: start + length };
+            let span = TimeSpan { start, end: start + length };
             let near = 1e-9 * length;
             for (t, level) in [(start + near, 0.0), (start + length - near, 1.0)] {
                 let rise = span.rise::<5>(t);
@@ -80,7 +80,7 @@ mod tests {
 
         #[test]
         fn a_swell_is_whole_between_its_ramps_and_nothing_outside(length in 1.0..30.0f64, ramp in 0.1..40.0f64) {
-            let span = Span { start: 2.0, end: 2.0 + length };
+            let span = TimeSpan { start: 2.0, end: 2.0 + length };
             let at = |t| span.swell::<1>(t, ramp).value();
             prop_assert_eq!((at(1.9), at(2.1 + length)), (0.0, 0.0));
             prop_assert!((at(2.0 + length / 2.0) - 1.0).abs() < 1e-12);

@@ -1,10 +1,12 @@
 //! One turn of the table: a rotation about a fixed axis within limits of rate and acceleration.
 
 use nalgebra::Vector3;
+use serde::Deserialize;
 
 /// Shape of the angular rate over a turn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Profile {
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TurnProfile {
     /// Raised cosine: rate and acceleration are continuous.
     Smooth,
     /// Constant acceleration, constant rate, constant deceleration.
@@ -12,8 +14,9 @@ pub enum Profile {
 }
 
 /// How fast a table turns.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TurnLimits {
     /// Largest angular rate, rad/s.
     pub rate: f64,
     /// Largest angular acceleration, rad/s^2.
@@ -22,7 +25,7 @@ pub struct Limits {
 
 /// How far a turn has come.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress {
+pub struct TurnProgress {
     /// Angle turned, rad.
     pub angle: f64,
     /// Its rate, rad/s.
@@ -33,7 +36,7 @@ pub struct Progress {
 
 /// A turn that starts and ends at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Turn {
+pub struct TableTurn {
     /// Unit vector.
     pub axis: Vector3<f64>,
     /// Whole angle, rad, not negative.
@@ -49,13 +52,13 @@ enum Shape {
     Trapezoid { ramp: f64, acceleration: f64 },
 }
 
-impl Turn {
+impl TableTurn {
     /// The quickest turn of that profile within the limits; `rotation` is its rotation vector, rad, not zero.
-    pub fn new(rotation: Vector3<f64>, profile: Profile, limits: &Limits) -> Self {
+    pub fn new(rotation: Vector3<f64>, profile: TurnProfile, limits: &TurnLimits) -> Self {
         let angle = rotation.norm();
         let (duration, shape) = match profile {
-            Profile::Smooth => (smooth_duration(angle, limits), Shape::Smooth),
-            Profile::Trapezoid => trapezoid(angle, limits),
+            TurnProfile::Smooth => (smooth_duration(angle, limits), Shape::Smooth),
+            TurnProfile::Trapezoid => trapezoid(angle, limits),
         };
         Self {
             axis: rotation / angle,
@@ -66,7 +69,7 @@ impl Turn {
     }
 
     /// Progress `elapsed` seconds after the start.
-    pub fn progress(&self, elapsed: f64) -> Progress {
+    pub fn progress(&self, elapsed: f64) -> TurnProgress {
         let elapsed = elapsed.clamp(0.0, self.duration);
         match self.shape {
             Shape::Smooth => self.smooth(elapsed / self.duration),
@@ -74,35 +77,35 @@ impl Turn {
         }
     }
 
-    fn smooth(&self, part: f64) -> Progress {
+    fn smooth(&self, part: f64) -> TurnProgress {
         let mean_rate = self.angle / self.duration;
         let (sin, cos) = libm::sincos(core::f64::consts::TAU * part);
-        Progress {
+        TurnProgress {
             angle: self.angle * (part - sin / core::f64::consts::TAU),
             rate: mean_rate * (1.0 - cos),
             acceleration: mean_rate / self.duration * core::f64::consts::TAU * sin,
         }
     }
 
-    fn trapezoidal(&self, elapsed: f64, ramp: f64, acceleration: f64) -> Progress {
+    fn trapezoidal(&self, elapsed: f64, ramp: f64, acceleration: f64) -> TurnProgress {
         let left = self.duration - elapsed;
         if elapsed < ramp {
             let rate = acceleration * elapsed;
-            Progress {
+            TurnProgress {
                 angle: rate * elapsed / 2.0,
                 rate,
                 acceleration,
             }
         } else if left < ramp {
             let rate = acceleration * left;
-            Progress {
+            TurnProgress {
                 angle: self.angle - rate * left / 2.0,
                 rate,
                 acceleration: -acceleration,
             }
         } else {
             let rate = acceleration * ramp;
-            Progress {
+            TurnProgress {
                 angle: rate * (elapsed - ramp / 2.0),
                 rate,
                 acceleration: 0.0,
@@ -112,13 +115,13 @@ impl Turn {
 }
 
 /// Rate peaks at twice the mean rate, acceleration at 2 pi times the mean rate over the duration.
-fn smooth_duration(angle: f64, limits: &Limits) -> f64 {
+fn smooth_duration(angle: f64, limits: &TurnLimits) -> f64 {
     let by_rate = 2.0 * angle / limits.rate;
     let by_acceleration = (core::f64::consts::TAU * angle / limits.acceleration).sqrt();
     by_rate.max(by_acceleration)
 }
 
-fn trapezoid(angle: f64, limits: &Limits) -> (f64, Shape) {
+fn trapezoid(angle: f64, limits: &TurnLimits) -> (f64, Shape) {
     let ramp = (limits.rate / limits.acceleration).min((angle / limits.acceleration).sqrt());
     let cruise = angle / (limits.acceleration * ramp) - ramp;
     (
@@ -135,8 +138,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn profile() -> impl Strategy<Value = Profile> {
-        prop_oneof![Just(Profile::Smooth), Just(Profile::Trapezoid)]
+    fn profile() -> impl Strategy<Value = TurnProfile> {
+        prop_oneof![Just(TurnProfile::Smooth), Just(TurnProfile::Trapezoid)]
     }
 
     proptest! {
@@ -144,7 +147,7 @@ mod tests {
         fn a_turn_starts_and_ends_at_rest_having_turned_its_angle(
             angle in 1e-6..7.0f64, rate in 0.1..5.0f64, acceleration in 0.1..20.0f64, profile in profile(),
         ) {
-            let turn = Turn::new(Vector3::x() * angle, profile, &Limits { rate, acceleration });
+            let turn = TableTurn::new(Vector3::x() * angle, profile, &TurnLimits { rate, acceleration });
             let (start, end) = (turn.progress(0.0), turn.progress(turn.duration));
             prop_assert!(start.angle.abs() < 1e-12 && start.rate.abs() < 1e-9);
             prop_assert!((end.angle - angle).abs() < 1e-12 && end.rate.abs() < 1e-9);
@@ -154,7 +157,7 @@ mod tests {
         fn a_turn_keeps_within_its_limits_and_reaches_one_of_them(
             angle in 1e-3..7.0f64, rate in 0.1..5.0f64, acceleration in 0.1..20.0f64, profile in profile(),
         ) {
-            let turn = Turn::new(Vector3::y() * angle, profile, &Limits { rate, acceleration });
+            let turn = TableTurn::new(Vector3::y() * angle, profile, &TurnLimits { rate, acceleration });
             let along: Vec<_> = (0..=1000).map(|i| turn.progress(turn.duration * f64::from(i) / 1000.0)).collect();
             let peak_rate = along.iter().map(|p| p.rate).fold(0.0, f64::max);
             let peak_acceleration = along.iter().map(|p| p.acceleration.abs()).fold(0.0, f64::max);
@@ -167,7 +170,7 @@ mod tests {
         fn the_rate_is_the_derivative_of_the_angle_and_the_acceleration_that_of_the_rate(
             angle in 0.1..7.0f64, part in 0.02..0.98f64, profile in profile(),
         ) {
-            let turn = Turn::new(Vector3::z() * angle, profile, &Limits { rate: 1.0, acceleration: 2.0 });
+            let turn = TableTurn::new(Vector3::z() * angle, profile, &TurnLimits { rate: 1.0, acceleration: 2.0 });
             let (t, h) = (part * turn.duration, 1e-5);
             // The corners of the trapezoid have no derivative of the rate.
             prop_assume!([0.5, turn.duration - 0.5].iter().all(|corner| (t - corner).abs() > 2.0 * h));

@@ -3,15 +3,17 @@
 //! Frames: *level* (x east, y north, z up), *body* (forward, left, up; turns with the body).
 
 use nalgebra::Vector3;
+use serde::Deserialize;
 
-use crate::simulate::attitude::Angles;
+use crate::simulate::attitude::EulerAngles;
 use crate::simulate::floor::Floor;
 use crate::simulate::series::Series;
-use crate::simulate::span::Span;
+use crate::simulate::time_span::TimeSpan;
 
 /// How long, how often and how much it moves.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Manner {
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CarrierPlan {
     /// Flights, or drives, with a rest before each and after the last.
     pub flights: usize,
     /// Each of these rests, s.
@@ -36,21 +38,21 @@ pub struct Manner {
 
 /// Where a body is going, and how it lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Moved {
+pub struct BodyMotion {
     /// Attitude.
-    pub angles: Angles,
+    pub angles: EulerAngles,
     /// Level frame, m/s.
     pub velocity: Vector3<f64>,
     /// Level frame, m/s^2.
     pub acceleration: Vector3<f64>,
 }
 
-impl Moved {
+impl BodyMotion {
     /// A body that stands with its up along `up`, level frame, at a heading in rad.
     pub fn still(up: &Vector3<f64>, heading: f64) -> Self {
         let up = [up.x, up.y, up.z].map(Series::constant);
         Self {
-            angles: Angles::upright(&up, Series::constant(heading)),
+            angles: EulerAngles::upright(&up, Series::constant(heading)),
             velocity: Vector3::zeros(),
             acceleration: Vector3::zeros(),
         }
@@ -58,18 +60,18 @@ impl Moved {
 }
 
 /// A way that something moves, from rest to rest.
-pub trait Ride: Send + Sync {
+pub trait CarrierMotion: Send + Sync {
     /// Attitude, velocity and acceleration at time `t`, s.
-    fn moved(&self, t: f64) -> Moved;
+    fn moved(&self, t: f64) -> BodyMotion;
 
     /// How much the motors shake, 0 to 1.
     fn running(&self, t: f64) -> Series<2>;
 
     /// When it stands still with its motors off, in order of time.
-    fn rests(&self) -> &[Span];
+    fn rests(&self) -> &[TimeSpan];
 
     /// When it manoeuvres or drives.
-    fn manoeuvres(&self) -> &[Span];
+    fn manoeuvres(&self) -> &[TimeSpan];
 
     /// End of the last rest, s.
     fn duration(&self) -> f64 {

@@ -1,4 +1,5 @@
 use super::*;
+use crate::simulate::attitude::mounted;
 use crate::simulate::stream::{Purpose, stream};
 use proptest::prelude::*;
 use tumble_core::gravity::EARTH_RATE;
@@ -6,8 +7,8 @@ use tumble_core::gravity::EARTH_RATE;
 const GRAVITY: f64 = 9.81;
 const LATITUDE: f64 = 0.84;
 
-fn plan(steps: Vec<Step>) -> Plan {
-    Plan {
+fn plan(steps: Vec<RobotStep>) -> RobotPlan {
+    RobotPlan {
         steps,
         floor: Floor {
             tilt: 0.05,
@@ -24,31 +25,31 @@ fn plan(steps: Vec<Step>) -> Plan {
     }
 }
 
-fn played(plan: Plan) -> SpotMotion {
-    SpotMotion::new(plan, &mut stream(17, 1, Purpose::Floor))
+fn played(plan: RobotPlan) -> RobotMotion {
+    RobotMotion::new(plan, &mut stream(17, 1, Purpose::Floor))
 }
 
-fn rest(duration: f64) -> Step {
-    Step::Rest {
+fn rest(duration: f64) -> RobotStep {
+    RobotStep::Rest {
         duration,
         slow_turn: 0.0,
     }
 }
 
-fn turn(angle: f64, rate: f64) -> Step {
-    Step::Turn { angle, rate }
+fn turn(angle: f64, rate: f64) -> RobotStep {
+    RobotStep::Turn { angle, rate }
 }
 
 const SPEED: f64 = 0.8;
 const DRIVE: f64 = 6.0;
 
 /// Rests, turns both ways, and a drive round a bend from one tilted floor to another.
-fn everything() -> Plan {
+fn everything() -> RobotPlan {
     let floor = Floor {
         tilt: 0.11,
         uphill: -2.0,
     };
-    let drive = Step::Drive {
+    let drive = RobotStep::Drive {
         duration: DRIVE,
         speed: SPEED,
         bend: 0.9,
@@ -67,7 +68,7 @@ fn everything() -> Plan {
 /// Attitudes at times `k h`: the turning rate followed from the first, at which up is where the accelerometers say.
 ///
 /// Magnus integration, fourth order.
-fn followed(motion: &SpotMotion, h: f64) -> Vec<(f64, Rotation3<f64>)> {
+fn followed(motion: &RobotMotion, h: f64) -> Vec<(f64, Rotation3<f64>)> {
     let up = motion.truth(0.0).specific_force;
     let first = Rotation3::rotation_between(&up, &Vector3::z()).expect("neither up nor down");
     let gauss = 3.0_f64.sqrt() / 6.0;
@@ -85,8 +86,8 @@ fn followed(motion: &SpotMotion, h: f64) -> Vec<(f64, Rotation3<f64>)> {
 }
 
 /// When the drive of `motion` begins.
-fn drive_start(motion: &SpotMotion) -> f64 {
-    let drive = |phase: &&Phase| matches!(phase.step, Step::Drive { .. });
+fn drive_start(motion: &RobotMotion) -> f64 {
+    let drive = |phase: &&TimedStep| matches!(phase.step, RobotStep::Drive { .. });
     motion.phases.iter().find(drive).expect("a drive").span.start
 }
 
@@ -119,7 +120,7 @@ fn a_lifted_robot_feels_the_change_of_its_height_and_the_turn_of_its_tilt() {
         tilt: 0.3,
         lift: 0.2,
     };
-    let motion = played(Plan {
+    let motion = played(RobotPlan {
         disturbances: vec![lifted],
         ..plan(vec![rest(1.0), turn(5.0, 1.0)])
     });
@@ -142,7 +143,7 @@ fn a_lifted_robot_feels_the_change_of_its_height_and_the_turn_of_its_tilt() {
 
 #[test]
 fn angular_acceleration_is_the_derivative_of_the_angular_rate() {
-    let motion = played(Plan {
+    let motion = played(RobotPlan {
         disturbances: vec![Disturbance {
             start: 3.0,
             duration: 1.0,
@@ -183,7 +184,7 @@ fn the_rate_of_the_earth_stands_still_in_the_world_and_points_north_and_up() {
 
 #[test]
 fn a_robot_at_rest_feels_gravity_alone_on_either_floor() {
-    let motion = played(Plan {
+    let motion = played(RobotPlan {
         vibration: 3.0,
         ..everything()
     });
@@ -202,7 +203,7 @@ fn a_robot_at_rest_feels_gravity_alone_on_either_floor() {
 fn wheels_turn_in_turns_drives_and_slow_turns_and_in_no_rest() {
     let motion = played(plan(vec![
         rest(1.0),
-        Step::Rest {
+        RobotStep::Rest {
             duration: 1.0,
             slow_turn: 0.01,
         },
@@ -222,7 +223,7 @@ proptest! {
         slips in 0.0..3.0f64, part in 0.001..0.999f64,
     ) {
         let way = if left { 1.0 } else { -1.0 };
-        let motion = played(Plan { unevenness: (depth, 0.9), slips, ..plan(vec![turn(way * angle, rate)]) });
+        let motion = played(RobotPlan { unevenness: (depth, 0.9), slips, ..plan(vec![turn(way * angle, rate)]) });
         let (t, h) = (part * motion.duration(), 1e-6);
         let (before, now, after) = (motion.turning(t - h), motion.turning(t), motion.turning(t + h));
         prop_assert!(now.rate * way >= 0.0, "{now:?}");
@@ -237,7 +238,7 @@ proptest! {
     ) {
         let turned = |slips| {
             let steps = vec![turn(-angle, rate)];
-            played(Plan { unevenness: (depth, 0.9), slips, ..plan(steps) }).turns()[0].1
+            played(RobotPlan { unevenness: (depth, 0.9), slips, ..plan(steps) }).turns()[0].1
         };
         prop_assert!((turned(0.0) + angle).abs() < 1e-9);
         // Time at full rate for each of the slips.
@@ -253,7 +254,7 @@ proptest! {
         angle in 0.1..20.0f64, rate in 0.1..4.0f64, acceleration in 0.2..10.0f64,
     ) {
         let steps = vec![turn(angle, rate)];
-        let motion = played(Plan { unevenness: (0.0, 0.9), slips: 0.0, acceleration, ..plan(steps) });
+        let motion = played(RobotPlan { unevenness: (0.0, 0.9), slips: 0.0, acceleration, ..plan(steps) });
         let along = (0..=2000).map(|k| motion.turning(motion.duration() * f64::from(k) / 2000.0));
         let (mut fastest, mut steepest) = (0.0_f64, 0.0_f64);
         for turning in along {
