@@ -15,7 +15,7 @@ from tumble import _core
 from tumble.recording import FloatArray
 from tumble.results import TriadName
 from tumble.simulate.fault import FaultKind
-from tumble.simulate.flight import FlightTruth, SimulatedFlight
+from tumble.simulate.flight.procedure import FlightTruth, SimulatedFlight
 
 SENSORS: tuple[TriadName, TriadName] = ("accelerometer", "gyroscope")
 SLOW = 0.5

@@ -44,7 +44,7 @@ from benchmarks.redundancy_verdict import Verdict
 from tumble.recording import FloatArray
 from tumble.results import TriadName
 from tumble.simulate.fault import Fault, FaultKind
-from tumble.simulate.flight import FlightTruth
+from tumble.simulate.flight.procedure import FlightTruth
 
 MARGIN: dict[TriadName, float] = {"accelerometer": 0.03, "gyroscope": 0.003}
 """m/s^2 and rad/s."""

@@ -10,8 +10,8 @@ from tumble import _core
 from tumble.recording import FloatArray
 from tumble.results import TriadName
 from tumble.simulate.fault import AXES, Fault, FaultKind
-from tumble.simulate.flight import SimulatedFlight, simulate_flight
-from tumble.simulate.flight_scenario import VIBRATIONS, FlightScenario, FlightUnit, Motion
+from tumble.simulate.flight.procedure import SimulatedFlight, simulate_flight
+from tumble.simulate.flight.scenario import VIBRATIONS, FlightScenario, FlightUnit, Motion
 
 GRADES = ("consumer", "industrial", "tactical")
 """Worst first."""

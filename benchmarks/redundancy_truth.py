@@ -9,9 +9,9 @@ from benchmarks.redundancy_mission import ALWAYS, LASTING, Mission
 from tumble.recording import FloatArray
 from tumble.results import TriadName
 from tumble.simulate.fault import Fault
-from tumble.simulate.flight import FlightTruth, SimulatedFlight, SimulatedFlightUnit
-from tumble.simulate.flight_scenario import FlightScenario
-from tumble.simulate.session import TriadTruth
+from tumble.simulate.flight.procedure import FlightTruth, SimulatedFlight, SimulatedFlightUnit
+from tumble.simulate.flight.scenario import FlightScenario
+from tumble.simulate.unit import TriadTruth
 
 SETTLING = 1.0
 """s after a passing fault, and around any, that are not judged: windows and filters have to run out."""

@@ -161,27 +161,6 @@ def correct(
     y: FloatArray, matrix_m: FloatArray, bias: FloatArray, out: FloatArray | None = None
 ) -> FloatArray: ...
 
-class TriadGradeFigures(TypedDict):
-    """How good a triad is; see `tumble.simulate.TriadGrade`."""
-
-    noise_density: float
-    bias_instability: float
-    turn_on_bias: float
-    scale_error: float
-    non_orthogonality: float
-    alignment: float
-    temperature_coefficient: float
-    quantisation: float
-    range: float
-    g_sensitivity: float
-
-class GradeFigures(TypedDict):
-    """How good a unit is."""
-
-    accelerometer: TriadGradeFigures
-    gyroscope: TriadGradeFigures
-    temperature_step: float
-
 class TriadTruthFigures(TypedDict):
     """True errors of a triad; see `tumble.simulate.TriadTruth`."""
 
@@ -238,7 +217,7 @@ class SimulatedSession(TypedDict):
     targets: list[SimulatedUnitFigures]
 
 def sensor_grades() -> list[str]: ...
-def sensor_grade(name: str) -> GradeFigures: ...
+def sensor_grade(name: str) -> str: ...
 
 class SimulatedSpinFigures(TypedDict):
     """A robot that turned on the spot; see `tumble.simulate.SimulatedSpin`."""
@@ -284,9 +263,9 @@ class SimulatedFlightFigures(TypedDict):
     units: list[SimulatedUnitFigures]
     motion: FlightMotion
 
-def simulate_flight(scenario: Mapping[str, Any]) -> SimulatedFlightFigures: ...
-def simulate_spin(scenario: Mapping[str, Any]) -> SimulatedSpinFigures: ...
-def simulate_turntable(scenario: Mapping[str, Any]) -> SimulatedSession: ...
+def simulate_flight(text: str) -> SimulatedFlightFigures: ...
+def simulate_spin(text: str) -> SimulatedSpinFigures: ...
+def simulate_turntable(text: str) -> SimulatedSession: ...
 
 SettingTable: TypeAlias = Literal["spin"]
 

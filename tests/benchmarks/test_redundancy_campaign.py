@@ -13,7 +13,7 @@ from benchmarks.redundancy_flown import error_left, replayed, root_mean_square  
 from benchmarks.redundancy_mission import draw  # noqa: E402
 from benchmarks.redundancy_truth import reference  # noqa: E402
 
-from tumble.simulate.flight import simulate_flight  # noqa: E402
+from tumble.simulate.flight.procedure import simulate_flight  # noqa: E402
 
 SEEDS = range(5000, 5040)
 

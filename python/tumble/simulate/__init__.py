@@ -1,9 +1,10 @@
 """Recordings with known truth: a turntable session as it would be recorded.
 
-Read in this order: `grade` (how good a sensor is), `fault` (what can be wrong with it), `scenario`
-(everything a session is made of), `session` (what comes out), `play` (from the one to the other), `files` (a
-session on disk); `spin_scenario`, `spin` and `spin_files` are the same for a robot that turns on the spot,
-`flight_scenario`, `flight` and `flight_files` for several units on a quadrotor or a vehicle.
+Read in this order: `grade` (how good a sensor is), `fault` (what can be wrong with it), `unit` (what one
+records, and what is true of it), then `turntable`, `spin` (a robot that turns on the spot) or `flight` (several
+units on a quadrotor or a vehicle), each with its `scenario` (everything it is made of), `procedure` (from there
+to recordings and truth), `files` (those on disk) and `command`. `native` says how a scenario reaches the native
+simulator.
 
 >>> from tumble.simulate import simulate_turntable
 >>> session = simulate_turntable(seed=7, grades=("consumer", "tactical"))
@@ -14,16 +15,15 @@ session on disk); `spin_scenario`, `spin` and `spin_files` are the same for a ro
 from __future__ import annotations
 
 from tumble.simulate.fault import FAULTS, Fault, FaultKind
-from tumble.simulate.files import write_turntable
-from tumble.simulate.flight import (
+from tumble.simulate.flight.files import write_flight
+from tumble.simulate.flight.procedure import (
     FlightPath,
     FlightTruth,
     SimulatedFlight,
     SimulatedFlightUnit,
     simulate_flight,
 )
-from tumble.simulate.flight_files import write_flight
-from tumble.simulate.flight_scenario import (
+from tumble.simulate.flight.scenario import (
     USUAL_UNITS,
     VIBRATIONS,
     FlightScenario,
@@ -32,18 +32,14 @@ from tumble.simulate.flight_scenario import (
     unit_names,
 )
 from tumble.simulate.grade import Grade, TriadGrade, grade_names
-from tumble.simulate.play import simulate_turntable
-from tumble.simulate.scenario import ScenarioError, TurntableScenario
-from tumble.simulate.session import (
-    ClockTruth,
-    SimulatedTurntable,
-    SimulatedUnit,
-    TriadTruth,
-    TrueRest,
-)
-from tumble.simulate.spin import SimulatedSpin, simulate_spin
-from tumble.simulate.spin_files import write_spin
-from tumble.simulate.spin_scenario import Disturbance, SpinScenario, Step, parse_plan
+from tumble.simulate.scenario import ScenarioError
+from tumble.simulate.spin.files import write_spin
+from tumble.simulate.spin.procedure import SimulatedSpin, simulate_spin
+from tumble.simulate.spin.scenario import Disturbance, SpinScenario, Step, parse_plan
+from tumble.simulate.turntable.files import write_turntable
+from tumble.simulate.turntable.procedure import SimulatedTurntable, TrueRest, simulate_turntable
+from tumble.simulate.turntable.scenario import TurntableScenario
+from tumble.simulate.unit import ClockTruth, SimulatedUnit, TriadTruth
 
 __all__ = [
     "FAULTS",

@@ -1,8 +1,21 @@
-"""All of `tumble simulate`: each of these modules adds its command."""
+"""`tumble simulate`: recordings whose truth is known, to try a procedure on or to test one."""
 
 from __future__ import annotations
 
-from tumble.simulate import command_flight, command_spin
-from tumble.simulate.command_turntable import simulate_app
+import typer
 
-__all__ = ["command_flight", "command_spin", "simulate_app"]
+from tumble.simulate.flight.command import flight_command
+from tumble.simulate.spin.command import spin_command
+from tumble.simulate.turntable.command import turntable_command
+
+simulate_app = typer.Typer(no_args_is_help=True, help="Make recordings whose truth is known.")
+
+
+@simulate_app.callback()
+def _simulate() -> None:
+    """Make recordings whose truth is known."""
+
+
+simulate_app.command("turntable")(turntable_command)
+simulate_app.command("flight")(flight_command)
+simulate_app.command("spin")(spin_command)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,12 +17,12 @@ from tumble.recording import Chunk, FloatArray, SampleProgress
 from tumble.simulate.files import (
     LogFormat,
     cut,
-    in_plain_words,
+    options,
     pieces,
     triad_content,
     without_none,
 )
-from tumble.simulate.flight import SimulatedFlight, SimulatedFlightUnit
+from tumble.simulate.flight.procedure import SimulatedFlight, SimulatedFlightUnit
 
 IDEAL = "ideal"
 """Name of the unit without errors, at the primary's place."""
@@ -122,7 +122,7 @@ def flight_truth(flight: SimulatedFlight) -> dict[str, Any]:
             "time_constant": scenario.warm_up_seconds,
         },
         "units": {unit.name: _unit(unit) for unit in flight.units},
-        "options": {each.name: in_plain_words(getattr(scenario, each.name)) for each in fields(scenario)},
+        "options": options(scenario),
     }
     return {key: plain(value) for key, value in content.items()}
 

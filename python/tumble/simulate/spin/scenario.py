@@ -8,17 +8,22 @@ from collections.abc import Iterator, Sequence
 from dataclasses import astuple, dataclass, field, fields
 from typing import Literal, TypeAlias
 
+from tumble.gravity import STANDARD_GRAVITY
 from tumble.simulate.fault import AXES, Fault
 from tumble.simulate.grade import Grade, grade_names
-from tumble.simulate.scenario import STANDARD_GRAVITY, ScenarioError
+from tumble.simulate.scenario import (
+    FASTEST_RATE_HZ,
+    SLOWEST_RATE_HZ,
+    STEEPEST_DEG,
+    ScenarioError,
+    Vector,
+    is_finite,
+)
 
-Vector: TypeAlias = tuple[float, float, float]
 StepKind: TypeAlias = Literal["rest", "turn", "drive"]
 
 SHORTEST_STEP = 0.1
 """s."""
-SLOWEST_RATE_HZ, FASTEST_RATE_HZ = 1.0, 10_000.0
-STEEPEST_DEG = 60.0
 
 _NUMBER = r"[-+]?\d+(?:\.\d+)?"
 _FORMS: dict[StepKind, re.Pattern[str]] = {
@@ -227,10 +232,3 @@ def _step_objections(step: Step) -> Iterator[str]:
         yield f"a drive to a floor that tilts by {step.floor_tilt_deg:g} deg; give 0 to {STEEPEST_DEG:g} deg"
     if not is_finite((step.turns, step.uphill_deg or 0.0)):
         yield f"a {step.kind} with a number that is not finite; give finite numbers"
-
-
-def is_finite(value: object) -> bool:
-    """Say whether a field holds no number that is not finite; what holds no numbers does not."""
-    if isinstance(value, (tuple, list)):
-        return all(map(is_finite, value))
-    return not isinstance(value, float) or math.isfinite(value)

@@ -1,4 +1,4 @@
-"""`tumble simulate`: recordings whose truth is known, to try a procedure on or to test one."""
+"""`tumble simulate turntable`: a session on a turntable, recorded, with its truth."""
 
 from __future__ import annotations
 
@@ -9,28 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tumble.cli.screen import print_json
-from tumble.errors import TumbleError
+from tumble.simulate.options import FAULTS_HELP, Format, faults_by_unit, unit_line
 
 if TYPE_CHECKING:
-    from tumble.simulate import Fault, SimulatedTurntable, SimulatedUnit
+    from tumble.simulate import SimulatedTurntable
     from tumble.turntable.poses import PoseList
-
-simulate_app = typer.Typer(no_args_is_help=True, help="Make recordings whose truth is known.")
-
-
-FAULTS_HELP = (
-    "Kinds: scale, stuck, frozen, moved, bias-jump, bias-drift, noise, spikes, saturated, nan, swapped-axes, "
-    "left-handed, wrong-unit, gap, absent, dead, late, doubled, time-backwards, clock-jump. Keys: triad, "
-    "axis, start (s), end (s), size."
-)
-
-
-class Format(str, Enum):
-    """Format of the logs written."""
-
-    CSV = "csv"
-    PARQUET = "parquet"
-    MCAP = "mcap"
 
 
 class Clocks(str, Enum):
@@ -47,12 +30,6 @@ class Profile(str, Enum):
     TRAPEZOID = "trapezoid"
 
 
-@simulate_app.callback()
-def _simulate() -> None:
-    """Make recordings whose truth is known."""
-
-
-@simulate_app.command("turntable")
 def turntable_command(
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for all files; made where missing.")],
     grades: Annotated[
@@ -164,63 +141,6 @@ def _poses(path: Path) -> PoseList:
     from tumble.turntable.poses import PoseList
 
     return PoseList.load(path)
-
-
-def faults_by_unit(specs: list[str]) -> dict[str, list[Fault]]:
-    """Read `target_2:stuck:axis=y:start=20` and the like: what is wrong with each unit, by its name."""
-    faults: dict[str, list[Fault]] = {}
-    for spec in specs:
-        unit, fault = _fault(spec)
-        faults.setdefault(unit, []).append(fault)
-    return faults
-
-
-def _fault(spec: str) -> tuple[str, Fault]:
-    """Read `target_2:stuck:axis=y:start=20`."""
-    unit, _, rest = spec.partition(":")
-    return unit, fault_of(f"--fault {spec}", rest, "UNIT:KIND[:KEY=VALUE]...")
-
-
-def fault_of(option: str, text: str, form: str) -> Fault:
-    """Read `stuck:axis=y:start=20`; `option` and `form` are for the error."""
-    from tumble.simulate import Fault
-
-    kind, *settings = text.split(":")
-    try:
-        return Fault(kind, **dict(_setting(text) for text in settings))  # type: ignore[arg-type]
-    except ValueError as error:
-        raise TumbleError(f"{option}: {error}; write {form}") from error
-
-
-def numbers_of(option: str, text: str, count: int) -> list[float]:
-    """Read numbers with commas between; `option` is for the error."""
-    try:
-        numbers = [float(part) for part in text.split(",")]
-    except ValueError:
-        numbers = []
-    if len(numbers) != count:
-        wanted = "a number" if count == 1 else f"{count} numbers with commas between"
-        raise TumbleError(f"{option} {text}: needs {wanted}")
-    return numbers
-
-
-def _setting(text: str) -> tuple[str, str | float]:
-    key, _, value = text.partition("=")
-    if key in ("triad", "axis"):
-        return key, value
-    if key in ("start", "end", "size"):
-        try:
-            return key, float(value)
-        except ValueError:
-            raise ValueError(f"{key} needs a number, found {value!r}") from None
-    raise ValueError(f"unknown key {key!r}; known are triad, axis, start, end, size")
-
-
-def unit_line(place: str, unit: SimulatedUnit) -> str:
-    """Say what a unit recorded and what is wrong with it; `place` is where its recording is found."""
-    faults = ", ".join(fault.kind for fault in unit.faults)
-    fault = f", fault: {faults}" if faults else ""
-    return f"{place}: {unit.grade.name}, {len(unit.samples)} samples{fault}"
 
 
 def _show(session: SimulatedTurntable, paths: dict[str, str], as_json: bool) -> None:

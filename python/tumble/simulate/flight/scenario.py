@@ -6,13 +6,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from typing import Literal, TypeAlias, get_args
 
+from tumble.gravity import STANDARD_GRAVITY
 from tumble.simulate.fault import Fault
 from tumble.simulate.grade import Grade, grade_names
-from tumble.simulate.scenario import STANDARD_GRAVITY, ScenarioError
-from tumble.simulate.spin_scenario import (
+from tumble.simulate.scenario import (
     FASTEST_RATE_HZ,
     SLOWEST_RATE_HZ,
     STEEPEST_DEG,
+    ScenarioError,
     Vector,
     is_finite,
 )

@@ -10,12 +10,11 @@ import typer
 
 from tumble.cli.screen import print_json
 from tumble.errors import TumbleError
-from tumble.simulate.command_turntable import (
+from tumble.simulate.options import (
     FAULTS_HELP,
     Format,
     faults_by_unit,
     numbers_of,
-    simulate_app,
     unit_line,
 )
 
@@ -43,7 +42,6 @@ class Motion(str, Enum):
     VEHICLE = "vehicle"
 
 
-@simulate_app.command("flight")
 def flight_command(
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for all files; made where missing.")],
     motion: Annotated[Motion, typer.Option(help="What carries the units.")] = Motion.QUADROTOR,

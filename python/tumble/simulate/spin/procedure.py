@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from math import radians, sqrt
 from typing import Any
 
@@ -11,11 +11,12 @@ import numpy as np
 
 from tumble import _core
 from tumble.recording import Chunk, FloatArray, Recording
+from tumble.simulate import native
+from tumble.simulate.fault import AXES
 from tumble.simulate.grade import Grade, TriadGrade
-from tumble.simulate.play import plain_fault, triad_truth
 from tumble.simulate.scenario import ScenarioError
-from tumble.simulate.session import TriadTruth
-from tumble.simulate.spin_scenario import SpinScenario
+from tumble.simulate.spin.scenario import SpinScenario
+from tumble.simulate.unit import TriadTruth, triad_truth
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,10 +72,7 @@ def simulate_spin(scenario: SpinScenario | None = None, **changes: Any) -> Simul
     Raises `ScenarioError`, in one line, where a figure makes no sense.
     """
     scenario = replace(scenario or SpinScenario(), **changes)
-    try:
-        played = _core.simulate_spin(_plain(scenario))
-    except ValueError as error:
-        raise ScenarioError(f"the spin cannot be simulated: {error}; change that option") from error
+    played = native.play(_core.simulate_spin, _native(scenario), "spin")
     unit = played["unit"]
     samples = Chunk(unit["time"], unit["accelerometer"], unit["gyroscope"], unit["temperature"])
     _refuse_unrecorded(scenario, samples)
@@ -115,24 +113,34 @@ def _refuse_unrecorded(scenario: SpinScenario, samples: Chunk) -> None:
             )
 
 
-def _plain(scenario: SpinScenario) -> dict[str, Any]:
-    """Put together what `_core.simulate_spin` asks for."""
-    latitude = scenario.latitude_deg
+def _native(scenario: SpinScenario) -> dict[str, Any]:
+    """Put together the scenario of `spin.rs`."""
     return {
-        "seed": scenario.seed,
-        "grade": asdict(_grade(scenario)),
-        "perfect": scenario.matrix_errors == 0.0,
-        "gyroscope_scale": scenario.gyroscope_scale,
-        "accelerometer_bias": scenario.accelerometer_bias,
-        "gyroscope_bias": scenario.gyroscope_bias,
-        "bias_instability": scenario.bias_instability,
-        "quantisation": scenario.quantisation,
-        "rate": scenario.rate_hz,
-        "mounting": [radians(a) for a in (scenario.roll_deg, scenario.pitch_deg, scenario.yaw_deg)],
-        "lever_arm": scenario.lever_arm_m,
+        "conditions": native.conditions(
+            seed=scenario.seed,
+            temperature_celsius=scenario.temperature_celsius,
+            bias_instability=scenario.bias_instability,
+            quantisation=scenario.quantisation,
+            g_sensitivity=False,
+        ),
+        "plan": _native_plan(scenario),
+        "unit": native.unit(
+            _grade(scenario),
+            perfect=scenario.matrix_errors == 0.0,
+            rate=scenario.rate_hz,
+            mounting=[0.0, 0.0, 0.0],
+            biases=[scenario.accelerometer_bias, scenario.gyroscope_bias],
+            lever_arm=scenario.lever_arm_m,
+            clock=native.given_clock(),
+            faults=[*_scale_errors(scenario.gyroscope_scale), *_faults(scenario)],
+        ),
+    }
+
+
+def _native_plan(scenario: SpinScenario) -> dict[str, Any]:
+    return {
         "steps": list(_steps(scenario)),
-        "floor_tilt": radians(scenario.floor_tilt_deg),
-        "uphill": radians(scenario.uphill_deg),
+        "floor": native.floor(scenario.floor_tilt_deg, scenario.uphill_deg),
         "acceleration": scenario.turn_acceleration,
         "unevenness": (scenario.unevenness, scenario.unevenness_hz),
         "slips": scenario.slips,
@@ -141,29 +149,29 @@ def _plain(scenario: SpinScenario) -> dict[str, Any]:
             {"start": d.start, "duration": d.seconds, "tilt": radians(d.tilt_deg), "lift": d.lift_m}
             for d in scenario.disturbances
         ],
-        "faults": _faults(scenario),
+        "mounting": native.in_radians((scenario.roll_deg, scenario.pitch_deg, scenario.yaw_deg)),
         "gravity": scenario.gravity,
-        "latitude": None if latitude is None else radians(latitude),
-        "temperature": scenario.temperature_celsius,
+        "latitude": native.in_radians_or_none(scenario.latitude_deg),
     }
 
 
 def _steps(scenario: SpinScenario) -> Iterator[dict[str, Any]]:
     tilt_deg, uphill_deg = scenario.floor_tilt_deg, scenario.uphill_deg
-    speeds = {"rest": scenario.slow_turn, "turn": scenario.turn_rate, "drive": scenario.drive_speed}
+    slow_turn = scenario.slow_turn
     for step in scenario.plan:
         tilt_deg = tilt_deg if step.floor_tilt_deg is None else step.floor_tilt_deg
         uphill_deg = uphill_deg if step.uphill_deg is None else step.uphill_deg
-        yield {
-            "kind": step.kind,
-            "duration": step.seconds,
-            "angle": step.turns * 2.0 * np.pi,
-            "rate": speeds[step.kind],
-            "floor_tilt": radians(tilt_deg),
-            "uphill": radians(uphill_deg),
-        }
-        if step.kind == "turn":
-            speeds["rest"] = 0.0
+        angle = step.turns * 2.0 * np.pi
+        match step.kind:
+            case "rest":
+                yield {"rest": {"duration": step.seconds, "slow_turn": slow_turn}}
+            case "turn":
+                yield {"turn": {"angle": angle, "rate": scenario.turn_rate}}
+                slow_turn = 0.0
+            case "drive":
+                floor = native.floor(tilt_deg, uphill_deg)
+                drive = {"duration": step.seconds, "speed": scenario.drive_speed, "bend": angle}
+                yield {"drive": drive | {"floor": floor}}
 
 
 def _grade(scenario: SpinScenario) -> Grade:
@@ -186,7 +194,13 @@ def _grade(scenario: SpinScenario) -> Grade:
     )
 
 
+def _scale_errors(error: float) -> list[dict[str, Any]]:
+    """Give the scale error of the gyroscope, the same on all axes."""
+    scale = {"kind": "scale", "channels": "gyroscope", "size": 1.0 + error}
+    return [scale | {"axis": axis} for axis in range(len(AXES))]
+
+
 def _faults(scenario: SpinScenario) -> list[dict[str, Any]]:
     largest = {"accelerometer": scenario.gravity, "gyroscope": scenario.turn_rate}
     middle = scenario.plan[0].seconds / 2
-    return [plain_fault(fault, middle, largest[fault.triad]) for fault in scenario.faults]
+    return [native.injected_fault(fault, middle, largest[fault.triad]) for fault in scenario.faults]

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field, fields, replace
-from math import radians
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
 
 from tumble import _core
 from tumble.recording import FloatArray
+from tumble.simulate import native
 from tumble.simulate.fault import Fault
-from tumble.simulate.flight_scenario import PRIMARY, FlightScenario, FlightUnit
-from tumble.simulate.play import PPM, in_radians, plain_conditions, plain_fault, simulated_unit
-from tumble.simulate.scenario import ScenarioError
-from tumble.simulate.session import SimulatedUnit
+from tumble.simulate.flight.scenario import PRIMARY, FlightScenario, FlightUnit
+from tumble.simulate.unit import PPM, SimulatedUnit, simulated_unit
 
 LARGEST_RATE = 1.0
 """rad/s, of which a fault saturates a share."""
@@ -139,10 +137,7 @@ def simulate_flight(scenario: FlightScenario | None = None, **changes: Any) -> S
     Raises `ScenarioError`, in one line, where a figure makes no sense.
     """
     scenario = replace(scenario or FlightScenario(), **changes)
-    try:
-        played = _core.simulate_flight(_plain(scenario))
-    except ValueError as error:
-        raise ScenarioError(f"the flight cannot be simulated: {error}; change that option") from error
+    played = native.play(_core.simulate_flight, _native(scenario), "flight")
     units = zip(scenario.names, scenario.units, played["units"], strict=True)
     return SimulatedFlight(
         scenario=scenario,
@@ -154,64 +149,74 @@ def simulate_flight(scenario: FlightScenario | None = None, **changes: Any) -> S
     )
 
 
-def _plain(scenario: FlightScenario) -> dict[str, Any]:
-    """Put together what `_core.simulate_flight` asks for."""
-    latitude, vibration = scenario.latitude_deg, scenario.shaking
+def _native(scenario: FlightScenario) -> dict[str, Any]:
+    """Put together the scenario of `flight.rs`."""
+    vibration = scenario.shaking
     return {
-        "conditions": plain_conditions(scenario),
+        "conditions": native.conditions(
+            seed=scenario.seed,
+            temperature_celsius=scenario.temperature_celsius,
+            warm_up_kelvin=scenario.warm_up_kelvin,
+            warm_up_seconds=scenario.warm_up_seconds,
+            bias_instability=scenario.bias_instability,
+            quantisation=scenario.quantisation,
+            g_sensitivity=scenario.g_sensitivity,
+        ),
         "carrier": scenario.motion,
-        "flights": scenario.flights,
-        "rest": scenario.rest_seconds,
-        "moving": scenario.motion_seconds,
-        "stops": scenario.stops,
-        "stop": scenario.stop_seconds,
-        "intensity": scenario.intensity,
-        "sway": scenario.sway,
-        "turning": scenario.turning,
-        "ground_tilt": radians(scenario.ground_tilt_deg),
-        "uphill": radians(scenario.uphill_deg),
-        "gravity": scenario.gravity,
-        "latitude": None if latitude is None else radians(latitude),
-        "mounting": [radians(a) for a in (scenario.roll_deg, scenario.pitch_deg, scenario.yaw_deg)],
-        "shaking": {
+        "plan": {
+            "flights": scenario.flights,
+            "rest": scenario.rest_seconds,
+            "moving": scenario.motion_seconds,
+            "stops": scenario.stops,
+            "stop": scenario.stop_seconds,
+            "intensity": scenario.intensity,
+            "sway": scenario.sway,
+            "turning": scenario.turning,
+            "ground": native.floor(scenario.ground_tilt_deg, scenario.uphill_deg),
+            "gravity": scenario.gravity,
+        },
+        "vibration": {
             "specific_force": vibration.specific_force,
             "angular_rate": vibration.angular_rate,
             "tones": vibration.tones_hz,
             "band": vibration.band_hz,
-            "at_rest": vibration.at_rest,
-            "flexing": vibration.flexing,
         },
+        "vibration_at_rest": vibration.at_rest,
+        "flexing": vibration.flexing,
+        "mounting": native.in_radians((scenario.roll_deg, scenario.pitch_deg, scenario.yaw_deg)),
+        "latitude": native.in_radians_or_none(scenario.latitude_deg),
         "units": [
-            _plain_unit(scenario, name, unit)
+            {"unit": _native_unit(scenario, name, unit), "averaging": unit.averaging_seconds}
             for name, unit in zip(scenario.names, scenario.units, strict=True)
         ],
-        "averaging": [unit.averaging_seconds for unit in scenario.units],
     }
 
 
-def _plain_unit(scenario: FlightScenario, name: str, unit: FlightUnit) -> dict[str, Any]:
+def _native_unit(scenario: FlightScenario, name: str, unit: FlightUnit) -> dict[str, Any]:
     aged = (unit.accelerometer_ageing, unit.gyroscope_ageing)
-    return {
-        "grade": asdict(unit.grade_figures),
-        "perfect": unit.perfect,
-        "rate": unit.rate_hz,
-        "mounting": in_radians(unit.mounting_deg),
-        "ageing": [unit.ageing if given is None else given for given in aged],
-        "lever_arm": unit.lever_arm_m,
-        "clock": {
-            "drawn": False,
-            "offset": unit.clock_offset_seconds,
-            "skew": unit.clock_skew_ppm * PPM,
-            "phase": 0.0 if unit.phase is None and name == PRIMARY else unit.phase,
-        },
-        "latency": unit.latency_seconds,
-        "faults": [_fault(scenario, fault) for fault in unit.faults],
-    }
+    return native.unit(
+        unit.grade_figures,
+        perfect=unit.perfect,
+        rate=unit.rate_hz,
+        mounting=native.in_radians(unit.mounting_deg),
+        ageing=[unit.ageing if given is None else given for given in aged],
+        lever_arm=unit.lever_arm_m,
+        clock=_native_clock(unit, is_primary=name == PRIMARY),
+        latency=unit.latency_seconds,
+        faults=[_fault(scenario, fault) for fault in unit.faults],
+    )
+
+
+def _native_clock(unit: FlightUnit, *, is_primary: bool) -> dict[str, Any]:
+    offset, skew = unit.clock_offset_seconds, unit.clock_skew_ppm * PPM
+    if unit.phase is None and not is_primary:
+        return {"unphased": {"offset": offset, "skew": skew}}
+    return native.given_clock(offset, skew, unit.phase or 0.0)
 
 
 def _fault(scenario: FlightScenario, fault: Fault) -> dict[str, Any]:
     largest = scenario.gravity if fault.triad == "accelerometer" else LARGEST_RATE
-    return plain_fault(fault, scenario.rest_seconds / 2, largest)
+    return native.injected_fault(fault, scenario.rest_seconds / 2, largest)
 
 
 def _own_clock(unit: FlightUnit) -> bool:

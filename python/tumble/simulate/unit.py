@@ -1,13 +1,18 @@
-"""A simulated session: what was recorded, and what is true."""
+"""A simulated unit: what it recorded, and what is true of it."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
+from tumble import _core
 from tumble.recording import Chunk, FloatArray, Recording
 from tumble.simulate.fault import Fault
 from tumble.simulate.grade import Grade
-from tumble.simulate.scenario import TurntableScenario
+
+PPM = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,57 +78,52 @@ class SimulatedUnit:
     faults: tuple[Fault, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class TrueRest:
-    """The table at rest."""
+def simulated_unit(
+    figures: _core.SimulatedUnitFigures,
+    *,
+    name: str,
+    grade: Grade,
+    serial: str,
+    clock: str,
+    faults: Sequence[Fault],
+) -> SimulatedUnit:
+    """Put a unit together from what the native simulator gives; `clock` names the time base it shares."""
+    samples = Chunk(figures["time"], figures["accelerometer"], figures["gyroscope"], figures["temperature"])
+    offset, skew, phase = figures["clock"]
+    return SimulatedUnit(
+        name=name,
+        grade=grade,
+        samples=samples,
+        recording=Recording.from_arrays(
+            name,
+            samples.time,
+            samples.accelerometer,
+            samples.gyroscope,
+            samples.temperature,
+            serial=serial,
+            clock=clock,
+        ),
+        accelerometer=triad_truth(figures["accelerometer_truth"]),
+        gyroscope=triad_truth(figures["gyroscope_truth"]),
+        clock=ClockTruth(offset, skew / PPM, phase),
+        faults=tuple(faults),
+    )
 
-    pose: str
-    start: float
-    end: float
-    """s of the session's clock."""
-    table_error: FloatArray
-    """(3,) rotation vector, rad, table frame, by which the table misses the pose."""
-    specific_force: FloatArray
-    """(3,) m/s^2, case frame."""
-    angular_rate: FloatArray
-    """(3,) rad/s, case frame: the Earth's."""
 
-
-@dataclass(frozen=True, slots=True)
-class SimulatedTurntable:
-    """A session: reference and targets, with their truth."""
-
-    scenario: TurntableScenario
-    reference_unit: SimulatedUnit
-    target_units: tuple[SimulatedUnit, ...]
-    R_e: FloatArray
-    """(3, 3) mounting of the shared structure, case_from_table."""
-    mounting: FloatArray
-    """(3,) rotation vector of R_e, rad."""
-    earth_rate: FloatArray
-    """(3,) rad/s, level frame: x east, y north, z up."""
-    rests: tuple[TrueRest, ...]
-    duration: float
-    """s."""
-
-    @property
-    def reference(self) -> Recording:
-        """Recording of the reference."""
-        return self.reference_unit.recording
-
-    @property
-    def targets(self) -> tuple[Recording, ...]:
-        """Recordings of the targets."""
-        return tuple(unit.recording for unit in self.target_units)
-
-    @property
-    def units(self) -> tuple[SimulatedUnit, ...]:
-        """The reference, then the targets."""
-        return (self.reference_unit, *self.target_units)
-
-    def __getitem__(self, name: str) -> SimulatedUnit:
-        """Give the unit of that name; raises `KeyError`."""
-        for unit in self.units:
-            if unit.name == name:
-                return unit
-        raise KeyError(name)
+def triad_truth(figures: _core.TriadTruthFigures) -> TriadTruth:
+    """Put the truth of a triad together from what the native simulator gives."""
+    return TriadTruth(
+        M=figures["M"],
+        b=figures["b"],
+        K=np.diag(figures["scale"]),
+        L=figures["L"],
+        Q=figures["Q"],
+        mounting=figures["mounting"],
+        non_orthogonality=figures["non_orthogonality"],
+        g_sensitivity=figures["g_sensitivity"],
+        drift=figures["drift"],
+        temperature_coefficient=figures["temperature_coefficient"],
+        noise_density=figures["noise_density"],
+        bias_instability=figures["bias_instability"],
+        quantisation=figures["quantisation"],
+    )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +11,8 @@ from tumble.documents import write_document
 from tumble.files import prepare_folder
 from tumble.logs import Facts, open_writer
 from tumble.plain import plain
-from tumble.simulate.files import LogFormat, in_plain_words, pieces, triad_content
-from tumble.simulate.spin import SimulatedSpin
+from tumble.simulate.files import LogFormat, options, pieces, triad_content
+from tumble.simulate.spin.procedure import SimulatedSpin
 
 _HEADER = """\
 The truth of this simulated spin. SI units, angles in rad unless a key ends in _deg; frames as in
@@ -59,6 +58,6 @@ def spin_truth(spin: SimulatedSpin) -> dict[str, Any]:
         "turned": spin.turned,
         "accelerometer": triad_content(spin.accelerometer),
         "gyroscope": triad_content(spin.gyroscope),
-        "options": {each.name: in_plain_words(getattr(scenario, each.name)) for each in fields(scenario)},
+        "options": options(scenario),
     }
     return {key: plain(value) for key, value in content.items()}

@@ -10,7 +10,7 @@ import typer
 
 from tumble.cli.screen import print_json
 from tumble.errors import TumbleError
-from tumble.simulate.command_turntable import Format, fault_of, numbers_of, simulate_app
+from tumble.simulate.options import Format, fault_of, numbers_of
 
 if TYPE_CHECKING:
     from tumble.simulate import Disturbance, Fault, SimulatedSpin, Step
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 DISTURBANCES = ("picked-up", "sill", "lifted")
 
 
-@simulate_app.command("spin")
 def spin_command(
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for all files; made where missing.")],
     plan: Annotated[

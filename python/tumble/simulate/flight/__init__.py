@@ -1,0 +1,1 @@
+"""A flight or drive: several units on a quadrotor or a vehicle."""

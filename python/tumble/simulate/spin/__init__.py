@@ -1,0 +1,1 @@
+"""A spin: one unit on a wheeled robot that stands still, then turns on the spot."""

@@ -1,0 +1,1 @@
+"""A session on a turntable: one reference and its targets."""
