@@ -66,6 +66,7 @@ lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types,
 	$(BIN)/python -m benchmarks.report --check
 	$(BIN)/python scripts/write_schemas.py --check
 	$(BIN)/python scripts/write_settings.py --check
+	$(BIN)/python scripts/write_grades.py --check
 
 format: $(VENV)/.requirements-test  ## Put every source file into the agreed format
 	cargo fmt --all

@@ -36,9 +36,12 @@ BORDER_CRATES = {"tumble-capi"}
 PROCEDURES = {"align", "apply", "inspect", "redundancy", "simulate", "spin", "turntable"}
 """Folders of one procedure each; their files have the layers `result`, `procedure`, `page` and `command`."""
 
+FOLDERS_OF_PROCEDURES = {"simulate"}
+"""Procedures that hold a folder for each thing they do."""
+
 FILES_OF_A_RESULT = {"result", "poses", "limits"}
 """Plain data of a procedure; files that users write of it among them."""
-FILES_OF_A_COMMAND = {"command", "summary", "explain"}
+FILES_OF_A_COMMAND = {"command", "options", "summary", "explain"}
 """What a procedure's command is made of; `command_live` is a command too.
 
 A folder `report` holds its pages, all other files are the procedure.
@@ -168,7 +171,8 @@ def _layer(parts: Sequence[str]) -> str:
     """Tell the layer of a file or module, given as its path within the package."""
     if parts[0] not in PROCEDURES or len(parts) == 1:
         return "procedure" if parts[0] in PROCEDURES else parts[0]
-    file = parts[1]
+    inner = parts[0] in FOLDERS_OF_PROCEDURES and (PACKAGE / parts[0] / parts[1]).is_dir()
+    file = parts[2] if inner and len(parts) > len(("simulate", "spin")) else parts[1]
     if file in FILES_OF_A_RESULT:
         return "result"
     if file == "report":

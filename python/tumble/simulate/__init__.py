@@ -1,10 +1,10 @@
 """Recordings with known truth: a turntable session as it would be recorded.
 
 Read in this order: `grade` (how good a sensor is), `fault` (what can be wrong with it), `unit` (what one
-records, and what is true of it), then `turntable`, `spin` (a robot that turns on the spot) or `flight` (several
-units on a quadrotor or a vehicle), each with its `scenario` (everything it is made of), `procedure` (from there
-to recordings and truth), `files` (those on disk) and `command`. `native` says how a scenario reaches the native
-simulator.
+records, and what is true of it), then `turntable`, `spin` (a robot that turns on the spot) or `flight`
+(several units on a quadrotor or a vehicle), each with its `scenario` (everything it is made of),
+`procedure` (from there to recordings and truth), `files` (those on disk) and `command`. `native` says how a
+scenario reaches the native simulator.
 
 >>> from tumble.simulate import simulate_turntable
 >>> session = simulate_turntable(seed=7, grades=("consumer", "tactical"))

@@ -1,7 +1,7 @@
 """How a scenario crosses to the native simulator: in SI units and rad, as one text in JSON.
 
-The mappings made here and in each procedure are the structs of `crates/tumble-lab/src/simulate`, field by field;
-what does not fit them is refused with its place.
+The mappings made here and in each procedure are the structs of `crates/tumble-lab/src/simulate`, field by
+field; what does not fit them is refused with its place.
 """
 
 from __future__ import annotations

@@ -1,0 +1,103 @@
+"""Write python/tumble/simulate/grade.py from the lab's grade.rs, or with --check say if it is stale.
+
+A figure of a sensor grade stands in Rust: as a field with its meaning, and in the table of grades. What
+Python users see of it, with types for checkers and editors, is made from there.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+import textwrap
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+SOURCE = ROOT / "crates" / "tumble-lab" / "src" / "simulate" / "grade.rs"
+MODULE = ROOT / "python" / "tumble" / "simulate" / "grade.py"
+LINE = 110
+
+TEXT = '''\
+"""Sensor grades, made by scripts/write_grades.py from the lab's `simulate/grade.rs`; edit that instead."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+
+from tumble import _core
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TriadGrade:
+{triad_meaning}
+
+{triad_fields}
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Grade:
+{meaning}
+
+    name: str
+    """One of `grade_names()`, or one's own for a grade made with `dataclasses.replace`."""
+{fields}
+    @classmethod
+    def named(cls, name: str) -> Grade:
+        """One of `grade_names()`; raises `ValueError` for another name."""
+        figures = json.loads(_core.sensor_grade(name))
+        accelerometer = TriadGrade(**figures.pop("accelerometer"))
+        gyroscope = TriadGrade(**figures.pop("gyroscope"))
+        return cls(name=name, accelerometer=accelerometer, gyroscope=gyroscope, **figures)
+
+
+def grade_names() -> tuple[str, ...]:
+    """Names of the grades there are, best last."""
+    return tuple(_core.sensor_grades())
+'''
+
+
+def module_text() -> str:
+    """Give the Python module."""
+    source = SOURCE.read_text(encoding="utf-8")
+    triad_meaning, triad_fields = body_of(source, "TriadGrade")
+    meaning, fields = body_of(source, "Grade")
+    return TEXT.format(triad_meaning=triad_meaning, triad_fields=triad_fields, meaning=meaning, fields=fields)
+
+
+def body_of(source: str, struct: str) -> tuple[str, str]:
+    """Give meaning and fields of a struct as those of a data class."""
+    form = rf"((?:^///.*\n)+)(?:^#\[.*\n)+^pub struct {struct} \{{\n((?:^ .*\n)+)"
+    found = re.search(form, source, re.MULTILINE)
+    if found is None:
+        raise SystemExit(f"{SOURCE.name}: no struct {struct} with a meaning")
+    lines: list[str] = []
+    for meaning, field, kind in re.findall(r"((?:^ +///.*\n)+) +pub (\w+): (\w+),\n", found[2], re.MULTILINE):
+        lines += [f"    {field}: {'float' if kind == 'f64' else kind}", *docstring(meaning)]
+    return "\n".join(docstring(found[1])), "\n".join([*lines, ""])
+
+
+def docstring(comment: str) -> Iterator[str]:
+    """Give a doc comment as the lines of a docstring."""
+    words = " ".join(line.strip().removeprefix("///").strip() for line in comment.splitlines())
+    for line in textwrap.wrap(f'"""{words}"""', LINE - 4, break_on_hyphens=False):
+        yield f"    {line}"
+
+
+def main() -> int:
+    """Write or check; the exit code is 1 where the module is out of date."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--check", action="store_true", help="write nothing, fail where the module is stale")
+    check = parser.parse_args().check
+    text = module_text()
+    if MODULE.read_text(encoding="utf-8") == text:
+        return 0
+    if check:
+        print(f"out of date: {MODULE.name}; run python scripts/write_grades.py", file=sys.stderr)
+        return 1
+    MODULE.write_text(text, encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
