@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -115,3 +117,9 @@ def test_the_vibration_of_the_page_is_the_usual_one():
             f"| {tones} Hz | {low:g} to {high:g} Hz |"
         )
         assert expected in TEXT
+
+
+def test_the_grades_of_python_are_those_of_the_core():
+    check = [sys.executable, ROOT / "scripts" / "write_grades.py", "--check"]
+    done = subprocess.run(check, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
