@@ -1,7 +1,7 @@
 """The numeric core. Arrays are C-contiguous float64; units are SI; frames as in docs/conventions.md."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal, TypeAlias, TypedDict
+from typing import Literal, TypeAlias, TypedDict
 
 from tumble.recording import FloatArray
 
