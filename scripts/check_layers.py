@@ -73,7 +73,8 @@ LAYERS: dict[str, set[str]] = {
     "report": DATA,
     "page": DATA | {"result", "report"},
     "cli": DATA | {"logs"},
-    "command": DATA | {"result", "calibration", "logs", "live", "procedure", "report", "page", "cli"},
+    "command": DATA
+    | {"setting_table", "result", "calibration", "logs", "live", "procedure", "report", "page", "cli"},
 }
 """Which layers each layer may import, besides itself. `tumble` itself may import all of them."""
 

@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-import subprocess
-import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from rust_text import ROOT, rendered
 
 from tumble import _core
 
-ROOT = Path(__file__).parents[1]
 SOURCES = ROOT / "crates" / "tumble-capi" / "src"
 TEMPLATE = "settings_in_c.rs.jinja"
-LINE = 110
 
 TYPES = {
     "time": "u64",
-    "threshold": "Threshold",
     "number": "f32",
+    "threshold": "Threshold",
     "count": "u32",
     "choice": "MaybeUninit<{0}>",
     "flag": "MaybeUninit<bool>",
@@ -52,6 +48,8 @@ class Mirror:
     """Whether bounds are looked after here, and not by the core."""
     imports: tuple[str, ...] = ()
     choices: bool = False
+    moved: dict[str, str] = field(default_factory=dict)
+    """Fields that stand before others, not where the table has them: the layout stays as it was."""
 
 
 MIRRORS = (
@@ -65,6 +63,21 @@ MIRRORS = (
         call="tumble_spin_defaults",
         conversion="As the core has them, if they can be meant.",
         checked=True,
+    ),
+    Mirror(
+        table="redundancy",
+        path=SOURCES / "redundancy" / "settings.rs",
+        struct="RedundancySettings",
+        core="tumble_core::redundancy::settings::RedundancySettings",
+        about="How a redundant set watches, calibrates and replaces its units. Fill it with "
+        "tumble_redundancy_defaults(), then change what is to be different; names are those of the settings "
+        "file that `tumble redundancy` reads on a workstation.",
+        call="tumble_redundancy_defaults",
+        conversion="As the core has them; whether they contradict each other the core finds out.",
+        checked=False,
+        imports=("record::Rung", "redundancy::choice::{Data, Gate, Scope, Threshold}"),
+        choices=True,
+        moved={"window": "rest_settle", "gravity": "motion_specific_force"},
     ),
 )
 
@@ -83,20 +96,22 @@ class Field:
 
 def text_of(mirror: Mirror) -> str:
     """Give the source file of a struct."""
-    # Not a page: nothing is to be escaped.
-    environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined, keep_trailing_newline=True
-    )
-    environment.globals["comment"] = _comment
-    rows = sorted(_core.setting_table(mirror.table), key=lambda row: list(TYPES).index(row["kind"]))
-    source = environment.get_template(TEMPLATE).render(
-        mirror=mirror, fields=[_field(row) for row in rows], bounds=_bounds(rows)
-    )
-    return _formatted(source)
+    rows = _in_order(mirror)
+    return rendered(TEMPLATE, mirror=mirror, fields=[_field(row) for row in rows], bounds=_bounds(rows))
 
 
-def _comment(text: str) -> str:
-    return "\n".join(f"/// {line}" for line in textwrap.wrap(text, LINE - 8, break_on_hyphens=False))
+def _in_order(mirror: Mirror) -> list[_core.SettingRow]:
+    """Give the rows in the order of the fields."""
+    kinds = list(TYPES)
+    rows = sorted(
+        _core.setting_table(mirror.table),
+        key=lambda row: kinds.index("number" if row["kind"] == "threshold" else row["kind"]),
+    )
+    for name, before in mirror.moved.items():
+        row = next(row for row in rows if row["name"] == name)
+        rows.remove(row)
+        rows.insert(next(i for i, other in enumerate(rows) if other["name"] == before), row)
+    return rows
 
 
 def _field(row: _core.SettingRow) -> Field:
@@ -150,8 +165,3 @@ def _bounds(rows: Sequence[_core.SettingRow]) -> dict[str, object]:
 
 def _listed(rows: Sequence[_core.SettingRow]) -> str:
     return ", ".join(f"self.{row['name']}" for row in rows)
-
-
-def _formatted(source: str) -> str:
-    command = ["rustfmt", "--edition", "2024", "--config-path", str(ROOT / "rustfmt.toml")]
-    return subprocess.run(command, input=source, capture_output=True, text=True, check=True).stdout

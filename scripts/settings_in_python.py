@@ -14,6 +14,8 @@ LINE = 110
 HEAD = '''\
 """Made by scripts/write_settings.py from the tables of settings; edit those instead."""
 
+from typing import Literal
+
 from tumble.documents import Document
 '''
 

@@ -1,7 +1,8 @@
 """Write what is made from the tables of settings, or with --check say what is stale.
 
-The tables in docs/how-to/redundancy.md, the stub of the Python models and the structs of C: names, units,
-bounds and meanings from crates/tumble-lab/src/setting_table.rs, defaults from the core.
+The tables in docs/how-to/redundancy.md, the bounds that the core looks after, the stub of the Python models
+and the structs of C: names, units, bounds and meanings from crates/tumble-lab/src/setting_table.rs, defaults
+from the core.
 """
 
 from __future__ import annotations
@@ -12,12 +13,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from settings_in_c import MIRRORS, text_of
+from settings_in_core import PATH as BOUNDS
+from settings_in_core import bounds
 from settings_in_python import STUB, stub
 
 from tumble import setting_models
 from tumble.redundancy.explain import default_text, typed_choices
-from tumble.redundancy.settings import explain
 from tumble.report.numbers import readable_unit
+from tumble.setting_table import explain
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "how-to" / "redundancy.md"
@@ -28,7 +31,7 @@ def table() -> str:
     """Give a table for each group of settings."""
     lines: list[str] = []
     group = ""
-    for setting in explain():
+    for setting in explain("redundancy"):
         if setting.group != group:
             group = setting.group
             lines += [
@@ -54,7 +57,8 @@ def page() -> str:
 def made() -> Iterator[tuple[Path, str]]:
     """Give every file that is made, or holds what is made, and its text."""
     yield PAGE, page()
-    yield STUB, stub({"spin": setting_models.SpinSettings})
+    yield BOUNDS, bounds()
+    yield STUB, stub({"redundancy": setting_models.MonitorSettings, "spin": setting_models.SpinSettings})
     for mirror in MIRRORS:
         yield mirror.path, text_of(mirror)
 

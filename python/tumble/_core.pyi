@@ -267,7 +267,7 @@ def simulate_flight(text: str) -> SimulatedFlightFigures: ...
 def simulate_spin(text: str) -> SimulatedSpinFigures: ...
 def simulate_turntable(text: str) -> SimulatedSession: ...
 
-SettingTable: TypeAlias = Literal["spin"]
+SettingTable: TypeAlias = Literal["redundancy", "spin"]
 
 class SettingRow(TypedDict):
     """A setting as the table has it."""
@@ -451,9 +451,6 @@ class RedundancyMonitor:
         precision: str = "f64",
     ) -> None:
         """`CoreError` with args (`contradictory settings`, {...}) where settings contradict each other."""
-    @staticmethod
-    def default_settings() -> dict[str, object]:
-        """Every setting by name, SI units."""
     def replay(
         self,
         times: Sequence[FloatArray],

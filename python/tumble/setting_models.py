@@ -2,4 +2,5 @@
 
 from tumble.setting_table import model_of
 
+MonitorSettings = model_of("redundancy", "MonitorSettings", "All settings of the monitor.")
 SpinSettings = model_of("spin", "SpinSettings", "How to spin and how to judge it.")

@@ -1,6 +1,124 @@
 """Made by scripts/write_settings.py from the tables of settings; edit those instead."""
 
+from typing import Literal
+
 from tumble.documents import Document
+
+class MonitorSettings(Document):
+    """All settings of the monitor."""
+
+    first_threshold: float = 0.1
+    """Scatter of specific force, and change of its mean, below which a unit is at rest. In m/s^2."""
+    second_threshold: float = 0.02
+    """Scatter of angular rate, and change of its mean, below which a unit is at rest. In rad/s."""
+    rest_settle: float = 0.5
+    """Rest that is let pass before readings count. In s."""
+    rest_duration: float = 2.0
+    """Rest over which readings are averaged before units are evaluated. In s."""
+    window: float = 0.05
+    """Length of the windows over which all units are averaged, whatever their rates; a whole part of 1 s. In
+    s."""
+    gravity: float = 9.80665
+    """Local gravity. In m/s^2."""
+    evaluate_after_start: bool = True
+    """Evaluate the first rest after the start."""
+    evaluate_every: float | None = 600.0
+    """Evaluate a rest again once so much time has passed; `none`: on command only. In s."""
+    data: Literal["compensated", "raw"] = "compensated"
+    """Take deviations after stored errors were taken off, or from data as read, with thresholds to match."""
+    vector_check: bool = True
+    """Compare a secondary also with a valid primary, axis by axis: the norm is blind across gravity."""
+    third_threshold: str = "0.1"
+    """Deviation of a secondary's accelerometer above which it wants calibrating. In m/s^2."""
+    fourth_threshold: str = "0.01"
+    """Deviation of a secondary's gyroscope above which it wants calibrating. In rad/s."""
+    fifth_threshold: str = "0.1"
+    """Deviation of the primary's accelerometer above which it is invalid; `last` is its last valid one. In
+    m/s^2."""
+    sixth_threshold: str = "0.01"
+    """Deviation of the primary's gyroscope above which it is invalid; `last` is its last valid one. In
+    rad/s."""
+    gate: Literal["secondary alone", "whole primary", "sensor by sensor"] = "whole primary"
+    """Trigger on the secondary alone, with both sensors of the primary valid, or each with its own kind."""
+    scope: Literal["all sensors", "triggering sensor"] = "all sensors"
+    """Calibrate both sensors of a secondary, or only the one that deviates."""
+    motion_specific_force: float = 0.5
+    """Change of the primary's mean specific force since the rest that counts as motion. In m/s^2."""
+    motion_angular_rate: float = 0.2
+    """Change of the primary's mean angular rate since the rest that counts as motion. In rad/s."""
+    motion_timeout: float = 300.0
+    """Longest wait for motion; then the calibration is abandoned. In s."""
+    collect: float = 30.0
+    """Motion to be collected. In s."""
+    collect_timeout: float = 600.0
+    """Longest time for collecting; then what there is has to do, or the calibration is abandoned. In s."""
+    fewest_pairs: int = 200
+    """Fewest pairs with which a fit is tried when time is up."""
+    highest_rung: Literal["offset", "gain", "affine", "affine and lever arm"] = "affine and lever arm"
+    """Top of the ladder: the highest rung up to it that the motion shows is used."""
+    excitation_specific_force: float = 0.5
+    """Standard deviation of specific force along a direction from which on the matrix is fitted along it. In
+    m/s^2."""
+    excitation_angular_rate: float = 0.2
+    """Standard deviation of angular rate along a direction from which on the matrix is fitted along it. In
+    rad/s."""
+    excitation_lever_arm: float = 2.0
+    """Specific force for each metre of lever arm, root mean square, from which on the lever arm is fitted. In
+    1/s^2."""
+    improvement: float = 0.02
+    """Share by which its residual on held-out pairs has to be smaller than the stored one's."""
+    largest_specific_force_bias: float = 3.0
+    """Largest bias of an accelerometer. In m/s^2."""
+    largest_angular_rate_bias: float = 1.0
+    """Largest bias of a gyroscope. In rad/s."""
+    largest_scale_error: float = 0.1
+    """Largest deviation of a scale factor from one."""
+    largest_misalignment: float = 0.1
+    """Largest misalignment beside the nominal mounting. In rad."""
+    largest_lever_arm: float = 1.0
+    """Longest lever arm. In m."""
+    largest_specific_force_drift: float = 0.1
+    """Largest drift of an accelerometer while pairs were collected. In m/s^2."""
+    largest_angular_rate_drift: float = 0.01
+    """Largest drift of a gyroscope while pairs were collected. In rad/s."""
+    largest_specific_force_residual: float = 0.5
+    """Largest residual of an accelerometer on held-out pairs, root mean square. In m/s^2."""
+    largest_angular_rate_residual: float = 0.05
+    """Largest residual of a gyroscope on held-out pairs, root mean square. In rad/s."""
+    late: float = 0.1
+    """Time without a sample after which a unit is late. In s."""
+    frozen: float = 0.1
+    """Time in which all axes of a sensor repeat their readings, and 16 readings at least, until it is frozen;
+    three times that for a sensor of one axis. In s."""
+    saturated: float = 0.05
+    """Time at the end of its range, or without finite numbers, that a sensor may spend; forgiven slowly. In
+    s."""
+    spike_specific_force: float = 40.0
+    """Specific force that leaves by more, and is back with the next sample, is a spike. In m/s^2."""
+    spike_angular_rate: float = 10.0
+    """Angular rate that leaves by more, and is back with the next sample, is a spike. In rad/s."""
+    family_specific_force: float = 1.0
+    """Distance from the median of all units, from three up, beyond which specific force is out of family. In
+    m/s^2."""
+    family_angular_rate: float = 0.1
+    """Distance from the median of all units, from three up, beyond which angular rate is out of family. In
+    rad/s."""
+    family_time: float = 0.5
+    """Time out of family, or too noisy, after which a unit is unhealthy. In s."""
+    noise_ratio: float = 5.0
+    """Scatter of a unit, as a multiple of the median of all, beyond which it is noisy."""
+    rest_specific_force: float = 1.5
+    """Deviation of specific force from gravity at rest that no error of a working unit explains. In m/s^2."""
+    rest_angular_rate: float = 0.2
+    """Angular rate at rest that no error of a working unit explains. In rad/s."""
+    recovery: float = 0.5
+    """Time in which nothing may have been wrong until a unit is healthy again. In s."""
+    hold: float = 0.02
+    """Time a source has to be unhealthy before another takes over. In s."""
+    return_after: float | None = None
+    """Health to be proven by the primary before it takes over again; `none`: on command only. In s."""
+    calibrated_only: bool = False
+    """Select only secondaries that have a stored error."""
 
 class SpinSettings(Document):
     """How to spin and how to judge it."""

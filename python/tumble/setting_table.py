@@ -87,9 +87,14 @@ def _field(row: _core.SettingRow) -> Any:  # noqa: ANN401
         json_schema_extra={"unit": row["unit"]},
         validate_default=True,
         gt=row["above"] if bounded else None,
-        ge=row["least"] if bounded else None,
+        ge=_least(row) if bounded else None,
         lt=row["below"] if bounded else None,
     )
+
+
+def _least(row: _core.SettingRow) -> float | None:
+    least = row["least"]
+    return int(least) if least is not None and row["kind"] == "count" else least
 
 
 @dataclass(frozen=True, slots=True)

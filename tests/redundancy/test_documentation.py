@@ -14,8 +14,8 @@ import tumble
 from pages import without_commands
 from tumble.cli.main import command_line
 from tumble.redundancy.procedure import settings_from
-from tumble.redundancy.settings import explain
 from tumble.redundancy.units import UnitSettings
+from tumble.setting_table import explain
 
 ROOT = Path(__file__).parents[2]
 HOW_TO = (ROOT / "docs" / "how-to" / "redundancy.md").read_text(encoding="utf-8")
@@ -48,7 +48,7 @@ def test_the_settings_of_the_how_to_are_those_of_the_model():
         [sys.executable, ROOT / "scripts" / "write_settings.py", "--check"], capture_output=True, text=True
     )
     assert done.returncode == 0, done.stderr
-    assert {setting.name for setting in explain()} <= quoted(section("Settings"))
+    assert {setting.name for setting in explain("redundancy")} <= quoted(section("Settings"))
 
 
 def test_what_is_known_of_a_unit_is_told_of():

@@ -16,7 +16,8 @@ from redundancy_sets import FACING_DOWN, typed
 from tumble import _core
 from tumble.errors import CalibrationFileError, ProcedureError
 from tumble.redundancy.procedure import settings_from
-from tumble.redundancy.settings import RedundancySettings, explain
+from tumble.redundancy.settings import RedundancySettings
+from tumble.setting_table import explain
 from turntable_sessions import one_line
 
 ROOT = Path(__file__).parents[2]
@@ -47,11 +48,15 @@ def contradiction(**changes):
 
 
 def test_the_settings_and_defaults_of_python_are_those_of_the_core():
-    assert RedundancySettings().by_name() == _core.RedundancyMonitor.default_settings()
+    defaults = {row["name"]: row["default"] for row in _core.setting_table("redundancy")}
+    assert RedundancySettings().by_name() == defaults
+    units = [_core.RedundancyUnit(1), _core.RedundancyUnit(2)]
+    for precision in ("f32", "f64"):
+        _core.RedundancyMonitor(units, defaults, precision)
 
 
 def test_every_setting_says_its_meaning_in_one_sentence_and_its_unit():
-    for setting in explain():
+    for setting in explain("redundancy"):
         assert setting.meaning.endswith("."), setting.name
         assert setting.unit in ("", "s", "m", "rad", "m/s^2", "rad/s", "1/s^2"), setting.name
 

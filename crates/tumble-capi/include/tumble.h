@@ -1092,212 +1092,237 @@ typedef struct tumble_threshold {
 } tumble_threshold;
 
 /**
- * How a redundant set watches, calibrates and replaces its units. Fill it with tumble_redundancy_defaults(), then change
- * what is to be different; names are those of the settings file that `tumble redundancy` reads on a workstation.
+ * How a redundant set watches, calibrates and replaces its units. Fill it with
+ * tumble_redundancy_defaults(), then change what is to be different; names are those of the settings
+ * file that `tumble redundancy` reads on a workstation.
  */
 typedef struct tumble_redundancy_settings {
     /**
-     * Length of a window, over which samples are averaged, microseconds; 50 000. A whole part of a second.
+     * Length of the windows over which all units are averaged, whatever their rates; a whole part of 1 s.
+     * Default: 50 000 microseconds.
      */
     uint64_t window;
     /**
-     * Rest that is let pass before readings count, microseconds; 500 000.
+     * Rest that is let pass before readings count. Default: 500 000 microseconds.
      */
     uint64_t rest_settle;
     /**
-     * Rest over which readings are averaged before units are evaluated, microseconds; 2 000 000.
+     * Rest over which readings are averaged before units are evaluated. Longer than `window`. Default:
+     * 2 000 000 microseconds.
      */
     uint64_t rest_duration;
     /**
-     * Time after which a rest is evaluated again, microseconds; 600 000 000. 0: on command only.
+     * Evaluate a rest again once so much time has passed. Longer than `rest_duration`. Default: 600 000 000
+     * microseconds; 0: on command only.
      */
     uint64_t evaluate_every;
     /**
-     * Longest wait for motion, microseconds; 300 000 000.
+     * Longest wait for motion; then the calibration is abandoned. Longer than `window`. Default: 300 000 000
+     * microseconds.
      */
     uint64_t motion_timeout;
     /**
-     * Motion to be collected, microseconds; 30 000 000.
+     * Motion to be collected. Longer than `window`. Default: 30 000 000 microseconds.
      */
     uint64_t collect;
     /**
-     * Longest time for collecting, microseconds; 600 000 000.
+     * Longest time for collecting; then what there is has to do, or the calibration is abandoned. Longer
+     * than `collect`. Default: 600 000 000 microseconds.
      */
     uint64_t collect_timeout;
     /**
-     * Time without a sample after which a unit is late, microseconds; 100 000.
+     * Time without a sample after which a unit is late. Default: 100 000 microseconds.
      */
     uint64_t late;
     /**
-     * Time in which all axes of a sensor repeat their readings until it is frozen, microseconds; 100 000.
+     * Time in which all axes of a sensor repeat their readings, and 16 readings at least, until it is
+     * frozen; three times that for a sensor of one axis. Default: 100 000 microseconds.
      */
     uint64_t frozen;
     /**
-     * Time that a sensor may spend at the end of its range, or without numbers, microseconds; 50 000.
+     * Time at the end of its range, or without finite numbers, that a sensor may spend; forgiven slowly.
+     * Default: 50 000 microseconds.
      */
     uint64_t saturated;
     /**
-     * Time out of family, or too noisy, after which a unit is unhealthy, microseconds; 500 000.
+     * Time out of family, or too noisy, after which a unit is unhealthy. Default: 500 000 microseconds.
      */
     uint64_t family_time;
     /**
-     * Time in which nothing may have been wrong until a unit is healthy again, microseconds; 500 000.
+     * Time in which nothing may have been wrong until a unit is healthy again. Default: 500 000
+     * microseconds.
      */
     uint64_t recovery;
     /**
-     * Time that a source has to be unhealthy before another takes over, microseconds; 20 000.
+     * Time a source has to be unhealthy before another takes over. Default: 20 000 microseconds.
      */
     uint64_t hold;
     /**
-     * Health to be proven by the primary before it takes over again, microseconds; 0: on command only, the default.
+     * Health to be proven by the primary before it takes over again. Longer than `hold`. Default: 0
+     * microseconds, on command only.
      */
     uint64_t return_after;
     /**
-     * Scatter of specific force, and change of its mean, below which a unit is at rest, m/s^2; 0.1.
+     * Scatter of specific force, and change of its mean, below which a unit is at rest. Default: 0.1 m/s^2.
      */
     float first_threshold;
     /**
-     * Scatter of angular rate, and change of its mean, below which a unit is at rest, rad/s; 0.02.
+     * Scatter of angular rate, and change of its mean, below which a unit is at rest. Default: 0.02 rad/s.
      */
     float second_threshold;
     /**
-     * Deviation of a secondary's accelerometer above which it wants calibrating; fixed, 0.1 m/s^2.
+     * Deviation of a secondary's accelerometer above which it wants calibrating. Default: fixed, 0.1 m/s^2.
      */
     struct tumble_threshold third_threshold;
     /**
-     * Deviation of a secondary's gyroscope above which it wants calibrating; fixed, 0.01 rad/s.
+     * Deviation of a secondary's gyroscope above which it wants calibrating. Default: fixed, 0.01 rad/s.
      */
     struct tumble_threshold fourth_threshold;
     /**
-     * Deviation of the primary's accelerometer above which it is invalid; fixed, 0.1 m/s^2.
+     * Deviation of the primary's accelerometer above which it is invalid; `last` is its last valid one.
+     * Default: fixed, 0.1 m/s^2.
      */
     struct tumble_threshold fifth_threshold;
     /**
-     * Deviation of the primary's gyroscope above which it is invalid; fixed, 0.01 rad/s.
+     * Deviation of the primary's gyroscope above which it is invalid; `last` is its last valid one. Default:
+     * fixed, 0.01 rad/s.
      */
     struct tumble_threshold sixth_threshold;
     /**
-     * Local gravity, m/s^2; 9.80665.
+     * Local gravity. Default: 9.80665 m/s^2.
      */
     float gravity;
     /**
-     * Change of the primary's mean specific force since the rest that counts as motion, m/s^2; 0.5.
+     * Change of the primary's mean specific force since the rest that counts as motion. Larger than
+     * `first_threshold`. Default: 0.5 m/s^2.
      */
     float motion_specific_force;
     /**
-     * Change of the primary's mean angular rate since the rest that counts as motion, rad/s; 0.2.
+     * Change of the primary's mean angular rate since the rest that counts as motion. Larger than
+     * `second_threshold`. Default: 0.2 rad/s.
      */
     float motion_angular_rate;
     /**
-     * Standard deviation of specific force along a direction from which on the matrix is fitted along it, m/s^2; 0.5.
+     * Standard deviation of specific force along a direction from which on the matrix is fitted along it.
+     * Default: 0.5 m/s^2.
      */
     float excitation_specific_force;
     /**
-     * Standard deviation of angular rate along a direction from which on the matrix is fitted along it, rad/s; 0.2.
+     * Standard deviation of angular rate along a direction from which on the matrix is fitted along it.
+     * Default: 0.2 rad/s.
      */
     float excitation_angular_rate;
     /**
-     * Specific force for each metre of lever arm, root mean square, from which on that is fitted, m/s^2 per m; 2.
+     * Specific force for each metre of lever arm, root mean square, from which on the lever arm is fitted.
+     * Default: 2 1/s^2.
      */
     float excitation_lever_arm;
     /**
-     * Share by which the residual on held-out pairs has to be smaller than the stored one's; 0.02.
+     * Share by which its residual on held-out pairs has to be smaller than the stored one's. Default: 0.02.
      */
     float improvement;
     /**
-     * Largest bias of an accelerometer, m/s^2; 3.
+     * Largest bias of an accelerometer. Default: 3 m/s^2.
      */
     float largest_specific_force_bias;
     /**
-     * Largest bias of a gyroscope, rad/s; 1.
+     * Largest bias of a gyroscope. Default: 1 rad/s.
      */
     float largest_angular_rate_bias;
     /**
-     * Largest deviation of a scale factor from one; 0.1.
+     * Largest deviation of a scale factor from one. Default: 0.1.
      */
     float largest_scale_error;
     /**
-     * Largest misalignment beside the nominal mounting, rad; 0.1.
+     * Largest misalignment beside the nominal mounting. Default: 0.1 rad.
      */
     float largest_misalignment;
     /**
-     * Longest lever arm, m; 1.
+     * Longest lever arm. Default: 1 m.
      */
     float largest_lever_arm;
     /**
-     * Largest drift of an accelerometer while pairs were collected, m/s^2; 0.1.
+     * Largest drift of an accelerometer while pairs were collected. Default: 0.1 m/s^2.
      */
     float largest_specific_force_drift;
     /**
-     * Largest drift of a gyroscope while pairs were collected, rad/s; 0.01.
+     * Largest drift of a gyroscope while pairs were collected. Default: 0.01 rad/s.
      */
     float largest_angular_rate_drift;
     /**
-     * Largest residual of an accelerometer on held-out pairs, root mean square, m/s^2; 0.5.
+     * Largest residual of an accelerometer on held-out pairs, root mean square. Default: 0.5 m/s^2.
      */
     float largest_specific_force_residual;
     /**
-     * Largest residual of a gyroscope on held-out pairs, root mean square, rad/s; 0.05.
+     * Largest residual of a gyroscope on held-out pairs, root mean square. Default: 0.05 rad/s.
      */
     float largest_angular_rate_residual;
     /**
-     * Specific force that leaves by more, and is back with the next sample, is a spike, m/s^2; 40.
+     * Specific force that leaves by more, and is back with the next sample, is a spike. Default: 40 m/s^2.
      */
     float spike_specific_force;
     /**
-     * Angular rate that leaves by more, and is back with the next sample, is a spike, rad/s; 10.
+     * Angular rate that leaves by more, and is back with the next sample, is a spike. Default: 10 rad/s.
      */
     float spike_angular_rate;
     /**
-     * Distance from the median of the units beyond which specific force is out of family, m/s^2; 1.
+     * Distance from the median of all units, from three up, beyond which specific force is out of family.
+     * Default: 1 m/s^2.
      */
     float family_specific_force;
     /**
-     * Distance from the median of the units beyond which angular rate is out of family, rad/s; 0.1.
+     * Distance from the median of all units, from three up, beyond which angular rate is out of family.
+     * Default: 0.1 rad/s.
      */
     float family_angular_rate;
     /**
-     * Scatter of a unit, as a multiple of the median of all, beyond which it is noisy; 5.
+     * Scatter of a unit, as a multiple of the median of all, beyond which it is noisy. Default: 5.
      */
     float noise_ratio;
     /**
-     * Deviation of specific force from gravity at rest that no error of a working unit explains, m/s^2; 1.5.
+     * Deviation of specific force from gravity at rest that no error of a working unit explains. Default:
+     * 1.5 m/s^2.
      */
     float rest_specific_force;
     /**
-     * Angular rate at rest that no error of a working unit explains, rad/s; 0.2.
+     * Angular rate at rest that no error of a working unit explains. Default: 0.2 rad/s.
      */
     float rest_angular_rate;
     /**
-     * Fewest pairs with which a fit is tried when time is up; 200.
+     * Fewest pairs with which a fit is tried when time is up. Default: 200.
      */
     uint32_t fewest_pairs;
     /**
-     * Which data deviations are taken from; ::TUMBLE_DATA_COMPENSATED.
+     * Take deviations after stored errors were taken off, or from data as read, with thresholds to match.
+     * Default: ::TUMBLE_DATA_COMPENSATED.
      */
     tumble_data data;
     /**
-     * Whose deviations count; ::TUMBLE_GATE_WHOLE_PRIMARY.
+     * Trigger on the secondary alone, with both sensors of the primary valid, or each with its own kind.
+     * Default: ::TUMBLE_GATE_WHOLE_PRIMARY.
      */
     tumble_gate gate;
     /**
-     * What is calibrated; ::TUMBLE_SCOPE_ALL_SENSORS.
+     * Calibrate both sensors of a secondary, or only the one that deviates. Default:
+     * ::TUMBLE_SCOPE_ALL_SENSORS.
      */
     tumble_scope scope;
     /**
-     * Top of the ladder; ::TUMBLE_RUNG_AFFINE_AND_LEVER_ARM.
+     * Top of the ladder: the highest rung up to it that the motion shows is used. Default:
+     * ::TUMBLE_RUNG_AFFINE_AND_LEVER_ARM.
      */
     tumble_rung highest_rung;
     /**
-     * Whether the first rest is evaluated; true.
+     * Evaluate the first rest after the start. Default: true.
      */
     bool evaluate_after_start;
     /**
-     * Whether a secondary is also compared with a valid primary, axis by axis; true.
+     * Compare a secondary also with a valid primary, axis by axis: the norm is blind across gravity.
+     * Default: true.
      */
     bool vector_check;
     /**
-     * Whether secondaries without a stored error are passed over; false.
+     * Select only secondaries that have a stored error. Default: false.
      */
     bool calibrated_only;
 } tumble_redundancy_settings;

@@ -377,7 +377,7 @@ fn redundancy<T: Named>() {
     let cases = &vectors.cases;
     let time = |name: &str| (cases[name].as_f64().expect("a time") * 1e6) as u64;
     let mut settings = RedundancySettings::<T>::default();
-    settings.evaluation.duration = time("rest_duration_s");
+    settings.evaluation.rest_duration = time("rest_duration_s");
     settings.collection.collect = time("collect_s");
     let units = [MountedUnit::new(1), MountedUnit::new(2)];
     let platform = Platform::new(settings, PrimaryCalibration::none(), units).expect("a platform");

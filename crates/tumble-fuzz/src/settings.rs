@@ -23,9 +23,9 @@ fn short() -> RedundancySettings<f32> {
     RedundancySettings {
         window: 20_000,
         evaluation: EvaluationSettings {
-            settle: 100_000,
-            duration: 400_000,
-            every: Some(5 * SECOND),
+            rest_settle: 100_000,
+            rest_duration: 400_000,
+            evaluate_every: Some(5 * SECOND),
             ..defaults.evaluation
         },
         collection: CollectionSettings {
@@ -85,7 +85,7 @@ fn choose(draw: &mut Draw, settings: &mut RedundancySettings<f32>) {
     settings.evaluation.gate = draw.pick(&[Gate::SecondaryAlone, Gate::WholePrimary, Gate::SensorBySensor]);
     settings.evaluation.data = draw.pick(&[Data::Raw, Data::Compensated]);
     settings.evaluation.vector_check = draw.once_in(2);
-    settings.evaluation.after_start_up = !draw.once_in(4);
+    settings.evaluation.evaluate_after_start = !draw.once_in(4);
     settings.collection.scope = draw.pick(&[Scope::AllSensors, Scope::TriggeringSensor]);
     settings.fit.highest_rung = draw.pick(&[Rung::Offset, Rung::Gain, Rung::Affine, Rung::AffineAndLeverArm]);
     let thresholds = &mut settings.evaluation.thresholds;
@@ -104,9 +104,9 @@ fn choose(draw: &mut Draw, settings: &mut RedundancySettings<f32>) {
 /// So short that a calibration begins and ends within tens of samples.
 fn tiny(draw: &mut Draw, settings: &mut RedundancySettings<f32>) {
     settings.window = draw.pick(&[1, 1000, 4000, 8000, 10_000]);
-    settings.evaluation.settle = 0;
-    settings.evaluation.duration = 3 * settings.window;
-    settings.evaluation.every = Some(8 * settings.window);
+    settings.evaluation.rest_settle = 0;
+    settings.evaluation.rest_duration = 3 * settings.window;
+    settings.evaluation.evaluate_every = Some(8 * settings.window);
     settings.collection.collect = 12 * settings.window;
     settings.collection.collect_timeout = 30 * settings.window;
     settings.collection.motion_timeout = 20 * settings.window;
@@ -184,13 +184,13 @@ fn numbers(settings: &mut RedundancySettings<f32>) -> [&mut f32; 29] {
         &mut collection.motion.angular_rate,
         &mut fit.excitation.specific_force,
         &mut fit.excitation.angular_rate,
-        &mut fit.lever_arm_excitation,
+        &mut fit.excitation_lever_arm,
         &mut adoption.improvement,
         &mut adoption.bias.specific_force,
         &mut adoption.bias.angular_rate,
-        &mut adoption.scale,
-        &mut adoption.misalignment,
-        &mut adoption.lever_arm,
+        &mut adoption.largest_scale_error,
+        &mut adoption.largest_misalignment,
+        &mut adoption.largest_lever_arm,
         &mut adoption.drift.specific_force,
         &mut adoption.drift.angular_rate,
         &mut adoption.residual.specific_force,
@@ -217,9 +217,9 @@ fn times(settings: &mut RedundancySettings<f32>) -> [&mut u64; 12] {
     } = settings;
     [
         window,
-        &mut evaluation.settle,
-        &mut evaluation.duration,
-        evaluation.every.get_or_insert(0),
+        &mut evaluation.rest_settle,
+        &mut evaluation.rest_duration,
+        evaluation.evaluate_every.get_or_insert(0),
         &mut collection.motion_timeout,
         &mut collection.collect,
         &mut collection.collect_timeout,

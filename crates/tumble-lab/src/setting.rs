@@ -1,6 +1,10 @@
 //! A setting of the core by name: how it is read and changed, what it may be, what it means.
 
 use tumble_core::real::{Real, real};
+use tumble_core::redundancy::settings::thresholds::Threshold;
+use tumble_core::redundancy::settings::{Data, Gate, Rung, Scope};
+
+use crate::redundancy::names::{DATA, GATES, RUNGS, SCOPES, word};
 
 /// What a setting is set to.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,6 +30,10 @@ pub enum Kind {
     Count,
     /// Yes or no.
     Flag,
+    /// One of a few words, for the variants of a type of this name.
+    Choice(&'static str),
+    /// A number above zero, or one that refers to the last error: `0.1`, `last+0.1` or `last*1.5`.
+    Threshold,
 }
 
 impl Kind {
@@ -36,6 +44,8 @@ impl Kind {
             Kind::Time => "time",
             Kind::Count => "count",
             Kind::Flag => "flag",
+            Kind::Choice(_) => "choice",
+            Kind::Threshold => "threshold",
         }
     }
 }
@@ -49,6 +59,10 @@ pub enum Bound {
     NotNegative,
     /// Above zero.
     Positive,
+    /// Above one.
+    AboveOne,
+    /// From zero up to below one.
+    Share,
     /// Longer, or larger, than the other setting, and so above zero.
     MoreThan(&'static str),
 }
@@ -61,6 +75,8 @@ impl Bound {
                 Bound::Any => true,
                 Bound::NotNegative => number >= 0.0,
                 Bound::Positive | Bound::MoreThan(_) => number > 0.0,
+                Bound::AboveOne => number > 1.0,
+                Bound::Share => (0.0..1.0).contains(&number),
             }
     }
 }
@@ -83,6 +99,8 @@ pub struct Setting<S> {
     pub none: &'static str,
     /// What kind of value it takes.
     pub kind: Kind,
+    /// The words that may be chosen from; empty where there is no choice.
+    pub choices: Vec<&'static str>,
     /// Its value.
     pub get: fn(&S) -> Value,
     /// Sets it, unless it cannot be of such a value.
@@ -144,6 +162,7 @@ macro_rules! setting {
             meaning: $meaning,
             none: concat!($($none)?),
             kind: $crate::setting::kind_of(|settings: &$settings| &settings.$($path).+),
+            choices: $crate::setting::choices_of(|settings: &$settings| &settings.$($path).+),
             get: |settings: &$settings| $crate::setting::Field::get(&settings.$($path).+),
             set: |settings: &mut $settings, value| {
                 $crate::setting::Field::set(&mut settings.$($path).+, value)
@@ -157,6 +176,11 @@ pub(crate) use setting;
 pub trait Field: Sized {
     /// What kind of value it takes.
     const KIND: Kind;
+
+    /// The words that may be chosen from; none where there is no choice.
+    fn choices() -> Vec<&'static str> {
+        Vec::new()
+    }
 
     /// Its value.
     fn get(&self) -> Value;
@@ -173,6 +197,10 @@ pub trait Field: Sized {
 
 pub(crate) fn kind_of<S, F: Field>(_: fn(&S) -> &F) -> Kind {
     F::KIND
+}
+
+pub(crate) fn choices_of<S, F: Field>(_: fn(&S) -> &F) -> Vec<&'static str> {
+    F::choices()
 }
 
 macro_rules! number_field {
@@ -249,12 +277,80 @@ impl<F: Field> Field for Option<F> {
     }
 }
 
+macro_rules! choice_field {
+    ($choice:ident, $words:ident) => {
+        impl Field for $choice {
+            const KIND: Kind = Kind::Choice(stringify!($choice));
+
+            fn choices() -> Vec<&'static str> {
+                $words.iter().map(|(word, _)| *word).collect()
+            }
+
+            fn get(&self) -> Value {
+                Value::Text(word(&$words, self).to_string())
+            }
+
+            fn read(value: &Value) -> Option<Self> {
+                let Value::Text(text) = value else {
+                    return None;
+                };
+                $words
+                    .iter()
+                    .find(|(word, _)| word == text)
+                    .map(|(_, choice)| *choice)
+            }
+        }
+    };
+}
+
+choice_field!(Data, DATA);
+choice_field!(Gate, GATES);
+choice_field!(Scope, SCOPES);
+choice_field!(Rung, RUNGS);
+
+impl<T: Real> Field for Threshold<T> {
+    const KIND: Kind = Kind::Threshold;
+
+    fn get(&self) -> Value {
+        Value::Text(written(self))
+    }
+
+    fn read(value: &Value) -> Option<Self> {
+        threshold(value)
+    }
+}
+
+fn threshold<T: Real>(value: &Value) -> Option<Threshold<T>> {
+    let text = match value {
+        Value::Number(number) => return Some(Threshold::Fixed(real(*number))),
+        Value::Text(text) => text.trim(),
+        Value::Flag(_) | Value::None => return None,
+    };
+    let parsed = |text: &str| text.trim().parse::<f64>().ok().map(real);
+    let Some(variable) = text.strip_prefix("last") else {
+        return parsed(text).map(Threshold::Fixed);
+    };
+    match variable.trim_start().split_at_checked(1)? {
+        ("+", margin) => parsed(margin).map(Threshold::VariableByMargin),
+        ("*", ratio) => parsed(ratio).map(Threshold::VariableByRatio),
+        _ => None,
+    }
+}
+
+fn written<T: Real>(threshold: &Threshold<T>) -> String {
+    match *threshold {
+        Threshold::Fixed(value) => format!("{}", wide(value)),
+        Threshold::VariableByMargin(margin) => format!("last+{}", wide(margin)),
+        Threshold::VariableByRatio(ratio) => format!("last*{}", wide(ratio)),
+    }
+}
+
 /// A number of either precision.
 pub fn wide<T: Real>(value: T) -> f64 {
     nalgebra::try_convert(value).unwrap_or(f64::NAN)
 }
 
-pub(crate) fn number(value: &Value) -> Option<f64> {
+fn number(value: &Value) -> Option<f64> {
     match value {
         Value::Number(number) => Some(*number),
         Value::Text(_) | Value::Flag(_) | Value::None => None,
@@ -275,7 +371,26 @@ pub fn in_microseconds(seconds: f64) -> Option<u64> {
 }
 
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-pub(crate) fn whole(number: f64) -> Option<u32> {
+fn whole(number: f64) -> Option<u32> {
     let fits = number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number);
     fits.then_some(number as u32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thresholds_are_written_as_they_are_meant() {
+        for (text, meant) in [
+            ("0.1", Threshold::Fixed(0.1)),
+            ("last+0.1", Threshold::VariableByMargin(0.1)),
+            ("last * 1.5", Threshold::VariableByRatio(1.5)),
+        ] {
+            assert_eq!(threshold::<f64>(&Value::Text(text.to_string())), Some(meant));
+        }
+        for text in ["", "last", "last-0.1", "first+0.1", "0,1", "last+"] {
+            assert_eq!(threshold::<f64>(&Value::Text(text.to_string())), None, "{text}");
+        }
+    }
 }

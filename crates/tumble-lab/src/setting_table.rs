@@ -3,9 +3,10 @@
 //! structs are made from these tables and from the core's defaults, the last by `scripts/write_settings.py`.
 
 use tumble_core::real::Real;
+use tumble_core::redundancy::settings::RedundancySettings;
 use tumble_core::spin::settings::SpinSettings;
 
-use crate::setting::Bound::{Any, MoreThan, NotNegative, Positive};
+use crate::setting::Bound::{AboveOne, Any, MoreThan, NotNegative, Positive, Share};
 use crate::setting::{Field, Setting, setting};
 
 /// Settings of a spin. Angles are in rad, times in s.
@@ -179,6 +180,344 @@ pub fn spin<T: Real + Field>() -> Vec<Setting<SpinSettings<T>>> {
     ]
 }
 
+/// Settings of the redundancy monitor. Angles are in rad, times in s.
+pub fn redundancy<T: Real + Field>() -> Vec<Setting<RedundancySettings<T>>> {
+    macro_rules! row {
+        ($($row:tt)+) => { setting!(RedundancySettings<T>, $($row)+) };
+    }
+    let rest = vec![
+        row!(
+            evaluation.thresholds.first as first_threshold,
+            "m/s^2",
+            Positive,
+            "Scatter of specific force, and change of its mean, below which a unit is at rest."
+        ),
+        row!(
+            evaluation.thresholds.second as second_threshold,
+            "rad/s",
+            Positive,
+            "Scatter of angular rate, and change of its mean, below which a unit is at rest."
+        ),
+        row!(
+            evaluation.rest_settle,
+            "s",
+            NotNegative,
+            "Rest that is let pass before readings count."
+        ),
+        row!(
+            evaluation.rest_duration,
+            "s",
+            MoreThan("window"),
+            "Rest over which readings are averaged before units are evaluated."
+        ),
+        row!(
+            window,
+            "s",
+            Positive,
+            "Length of the windows over which all units are averaged, whatever their rates; a whole part of 1 s."
+        ),
+        row!(evaluation.gravity, "m/s^2", Positive, "Local gravity."),
+    ];
+    let evaluation = vec![
+        row!(
+            evaluation.evaluate_after_start,
+            "",
+            Any,
+            "Evaluate the first rest after the start."
+        ),
+        row!(
+            evaluation.evaluate_every,
+            "s",
+            MoreThan("rest_duration"),
+            "Evaluate a rest again once so much time has passed.",
+            none = "on command only"
+        ),
+        row!(
+            evaluation.data,
+            "",
+            Any,
+            "Take deviations after stored errors were taken off, or from data as read, with thresholds to match."
+        ),
+        row!(
+            evaluation.vector_check,
+            "",
+            Any,
+            "Compare a secondary also with a valid primary, axis by axis: the norm is blind across gravity."
+        ),
+        row!(
+            evaluation.thresholds.third as third_threshold,
+            "m/s^2",
+            Any,
+            "Deviation of a secondary's accelerometer above which it wants calibrating."
+        ),
+        row!(
+            evaluation.thresholds.fourth as fourth_threshold,
+            "rad/s",
+            Any,
+            "Deviation of a secondary's gyroscope above which it wants calibrating."
+        ),
+        row!(
+            evaluation.thresholds.fifth as fifth_threshold,
+            "m/s^2",
+            Any,
+            "Deviation of the primary's accelerometer above which it is invalid; `last` is its last valid one."
+        ),
+        row!(
+            evaluation.thresholds.sixth as sixth_threshold,
+            "rad/s",
+            Any,
+            "Deviation of the primary's gyroscope above which it is invalid; `last` is its last valid one."
+        ),
+    ];
+    let gate = vec![row!(
+        evaluation.gate,
+        "",
+        Any,
+        "Trigger on the secondary alone, with both sensors of the primary valid, or each with its own kind."
+    )];
+    let calibration = vec![
+        row!(
+            collection.scope,
+            "",
+            Any,
+            "Calibrate both sensors of a secondary, or only the one that deviates."
+        ),
+        row!(
+            collection.motion.specific_force as motion_specific_force,
+            "m/s^2",
+            MoreThan("first_threshold"),
+            "Change of the primary's mean specific force since the rest that counts as motion."
+        ),
+        row!(
+            collection.motion.angular_rate as motion_angular_rate,
+            "rad/s",
+            MoreThan("second_threshold"),
+            "Change of the primary's mean angular rate since the rest that counts as motion."
+        ),
+        row!(
+            collection.motion_timeout,
+            "s",
+            MoreThan("window"),
+            "Longest wait for motion; then the calibration is abandoned."
+        ),
+        row!(
+            collection.collect,
+            "s",
+            MoreThan("window"),
+            "Motion to be collected."
+        ),
+        row!(
+            collection.collect_timeout,
+            "s",
+            MoreThan("collect"),
+            "Longest time for collecting; then what there is has to do, or the calibration is abandoned."
+        ),
+        row!(
+            collection.fewest_pairs,
+            "",
+            Positive,
+            "Fewest pairs with which a fit is tried when time is up."
+        ),
+    ];
+    let fit = vec![
+        row!(
+            fit.highest_rung,
+            "",
+            Any,
+            "Top of the ladder: the highest rung up to it that the motion shows is used."
+        ),
+        row!(
+            fit.excitation.specific_force as excitation_specific_force,
+            "m/s^2",
+            Positive,
+            "Standard deviation of specific force along a direction from which on the matrix is fitted along it."
+        ),
+        row!(
+            fit.excitation.angular_rate as excitation_angular_rate,
+            "rad/s",
+            Positive,
+            "Standard deviation of angular rate along a direction from which on the matrix is fitted along it."
+        ),
+        row!(
+            fit.excitation_lever_arm,
+            "1/s^2",
+            Positive,
+            "Specific force for each metre of lever arm, root mean square, from which on the lever arm is fitted."
+        ),
+    ];
+    let adoption = vec![
+        row!(
+            adoption.improvement,
+            "",
+            Share,
+            "Share by which its residual on held-out pairs has to be smaller than the stored one's."
+        ),
+        row!(
+            adoption.bias.specific_force as largest_specific_force_bias,
+            "m/s^2",
+            Positive,
+            "Largest bias of an accelerometer."
+        ),
+        row!(
+            adoption.bias.angular_rate as largest_angular_rate_bias,
+            "rad/s",
+            Positive,
+            "Largest bias of a gyroscope."
+        ),
+        row!(
+            adoption.largest_scale_error,
+            "",
+            Positive,
+            "Largest deviation of a scale factor from one."
+        ),
+        row!(
+            adoption.largest_misalignment,
+            "rad",
+            Positive,
+            "Largest misalignment beside the nominal mounting."
+        ),
+        row!(adoption.largest_lever_arm, "m", Positive, "Longest lever arm."),
+        row!(
+            adoption.drift.specific_force as largest_specific_force_drift,
+            "m/s^2",
+            Positive,
+            "Largest drift of an accelerometer while pairs were collected."
+        ),
+        row!(
+            adoption.drift.angular_rate as largest_angular_rate_drift,
+            "rad/s",
+            Positive,
+            "Largest drift of a gyroscope while pairs were collected."
+        ),
+        row!(
+            adoption.residual.specific_force as largest_specific_force_residual,
+            "m/s^2",
+            Positive,
+            "Largest residual of an accelerometer on held-out pairs, root mean square."
+        ),
+        row!(
+            adoption.residual.angular_rate as largest_angular_rate_residual,
+            "rad/s",
+            Positive,
+            "Largest residual of a gyroscope on held-out pairs, root mean square."
+        ),
+    ];
+    let health = vec![
+        row!(
+            health.late,
+            "s",
+            Positive,
+            "Time without a sample after which a unit is late."
+        ),
+        row!(
+            health.frozen,
+            "s",
+            Positive,
+            "Time in which all axes of a sensor repeat their readings, and 16 readings at least, until it is \
+             frozen; three times that for a sensor of one axis."
+        ),
+        row!(
+            health.saturated,
+            "s",
+            Positive,
+            "Time at the end of its range, or without finite numbers, that a sensor may spend; forgiven slowly."
+        ),
+        row!(
+            health.spike.specific_force as spike_specific_force,
+            "m/s^2",
+            Positive,
+            "Specific force that leaves by more, and is back with the next sample, is a spike."
+        ),
+        row!(
+            health.spike.angular_rate as spike_angular_rate,
+            "rad/s",
+            Positive,
+            "Angular rate that leaves by more, and is back with the next sample, is a spike."
+        ),
+        row!(
+            health.family.specific_force as family_specific_force,
+            "m/s^2",
+            Positive,
+            "Distance from the median of all units, from three up, beyond which specific force is out of family."
+        ),
+        row!(
+            health.family.angular_rate as family_angular_rate,
+            "rad/s",
+            Positive,
+            "Distance from the median of all units, from three up, beyond which angular rate is out of family."
+        ),
+        row!(
+            health.family_time,
+            "s",
+            Positive,
+            "Time out of family, or too noisy, after which a unit is unhealthy."
+        ),
+        row!(
+            health.noise_ratio,
+            "",
+            AboveOne,
+            "Scatter of a unit, as a multiple of the median of all, beyond which it is noisy."
+        ),
+        row!(
+            health.rest.specific_force as rest_specific_force,
+            "m/s^2",
+            Positive,
+            "Deviation of specific force from gravity at rest that no error of a working unit explains."
+        ),
+        row!(
+            health.rest.angular_rate as rest_angular_rate,
+            "rad/s",
+            Positive,
+            "Angular rate at rest that no error of a working unit explains."
+        ),
+        row!(
+            health.recovery,
+            "s",
+            NotNegative,
+            "Time in which nothing may have been wrong until a unit is healthy again."
+        ),
+    ];
+    let selection = vec![
+        row!(
+            selection.hold,
+            "s",
+            NotNegative,
+            "Time a source has to be unhealthy before another takes over."
+        ),
+        row!(
+            selection.return_after,
+            "s",
+            MoreThan("hold"),
+            "Health to be proven by the primary before it takes over again.",
+            none = "on command only"
+        ),
+        row!(
+            selection.calibrated_only,
+            "",
+            Any,
+            "Select only secondaries that have a stored error."
+        ),
+    ];
+    grouped([
+        ("rest", rest),
+        ("evaluation", evaluation),
+        ("gate", gate),
+        ("calibration", calibration),
+        ("fit", fit),
+        ("adoption", adoption),
+        ("health", health),
+        ("selection", selection),
+    ])
+}
+
+/// Groups one after the other.
+fn grouped<S, const N: usize>(groups: [(&'static str, Vec<Setting<S>>); N]) -> Vec<Setting<S>> {
+    let each = |(group, rows): (&'static str, Vec<Setting<S>>)| {
+        rows.into_iter().map(move |row| Setting { group, ..row })
+    };
+    groups.into_iter().flat_map(each).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use std::fmt::Debug;
@@ -188,14 +527,25 @@ mod tests {
 
     /// What is learnt of every table, in both precisions.
     fn for_each_table(law: &dyn Fn(&dyn Table)) {
+        law(&redundancy::<f32>());
+        law(&redundancy::<f64>());
         law(&spin::<f32>());
         law(&spin::<f64>());
     }
 
+    /// A row, whatever its settings are.
+    struct Row {
+        name: &'static str,
+        path: &'static str,
+        kind: Kind,
+        choices: Vec<&'static str>,
+        bound: Bound,
+        default: Value,
+    }
+
     /// A table, whatever its settings are.
     trait Table {
-        fn rows(&self) -> Vec<(&'static str, &'static str, Kind, Bound)>;
-        fn default_of(&self, name: &str) -> Value;
+        fn rows(&self) -> Vec<Row>;
         /// All values, once some were stated.
         fn values_with(&self, stated: &[(&str, Value)]) -> Result<Vec<Value>, Unfit>;
         /// The core's settings, printed.
@@ -203,15 +553,16 @@ mod tests {
     }
 
     impl<S: Default + Debug> Table for Vec<Setting<S>> {
-        fn rows(&self) -> Vec<(&'static str, &'static str, Kind, Bound)> {
-            self.iter()
-                .map(|row| (row.name, row.path, row.kind, row.bound))
-                .collect()
-        }
-
-        fn default_of(&self, name: &str) -> Value {
-            let row = self.iter().find(|row| row.name == name).expect("a row");
-            (row.get)(&S::default())
+        fn rows(&self) -> Vec<Row> {
+            let row = |row: &Setting<S>| Row {
+                name: row.name,
+                path: row.path,
+                kind: row.kind,
+                choices: row.choices.clone(),
+                bound: row.bound,
+                default: (row.get)(&S::default()),
+            };
+            self.iter().map(row).collect()
         }
 
         fn values_with(&self, values: &[(&str, Value)]) -> Result<Vec<Value>, Unfit> {
@@ -251,12 +602,17 @@ mod tests {
     }
 
     /// Another value that a setting may have.
-    fn another(value: &Value) -> Value {
-        match value {
+    fn another(row: &Row) -> Value {
+        match &row.default {
+            Value::Number(_) if row.bound == Bound::Share => Value::Number(0.5),
             Value::Number(number) => Value::Number(number * 2.0 + 1.0),
             Value::Flag(flag) => Value::Flag(!flag),
             Value::None => Value::Number(5.0),
-            Value::Text(text) => panic!("no other than {text}"),
+            Value::Text(_) if row.kind == Kind::Threshold => Value::Text("last+0.25".to_string()),
+            Value::Text(text) => {
+                let mut others = row.choices.iter().filter(|other| *other != text);
+                Value::Text((*others.next().expect("another choice")).to_string())
+            }
         }
     }
 
@@ -264,11 +620,7 @@ mod tests {
     fn every_field_of_the_core_is_a_setting_and_every_setting_a_field() {
         for_each_table(&|table| {
             let mut of_core = fields(&table.printed());
-            let mut of_table: Vec<_> = table
-                .rows()
-                .iter()
-                .map(|(_, path, ..)| (*path).to_string())
-                .collect();
+            let mut of_table: Vec<_> = table.rows().iter().map(|row| row.path.to_string()).collect();
             of_core.sort();
             of_table.sort();
             assert_eq!(of_core, of_table);
@@ -278,26 +630,28 @@ mod tests {
     #[test]
     fn what_is_read_of_a_setting_sets_it_again() {
         for_each_table(&|table| {
-            let defaults = table.values_with(&[]).unwrap();
-            let all: Vec<_> = table
-                .rows()
-                .iter()
-                .map(|(name, ..)| (*name, table.default_of(name)))
-                .collect();
-            assert_eq!(table.values_with(&all), Ok(defaults));
+            let rows = table.rows();
+            let all: Vec<_> = rows.iter().map(|row| (row.name, row.default.clone())).collect();
+            assert_eq!(table.values_with(&all), table.values_with(&[]));
         });
     }
 
     #[test]
     fn no_two_settings_share_a_name_and_each_changes_something_of_its_own() {
         for_each_table(&|table| {
-            let (rows, defaults) = (table.rows(), table.values_with(&[]).unwrap());
-            for (i, (name, ..)) in rows.iter().enumerate() {
-                assert!(rows[..i].iter().all(|(other, ..)| other != name), "{name}");
-                let changed = table.values_with(&[(name, another(&defaults[i]))]).unwrap();
-                for (j, (before, after)) in defaults.iter().zip(&changed).enumerate() {
-                    assert_eq!(before != after, i == j, "{name}");
+            let rows = table.rows();
+            for (i, row) in rows.iter().enumerate() {
+                assert!(
+                    rows[..i].iter().all(|other| other.name != row.name),
+                    "{}",
+                    row.name
+                );
+                let stated = another(row);
+                let changed = table.values_with(&[(row.name, stated.clone())]).unwrap();
+                for (j, (other, after)) in rows.iter().zip(&changed).enumerate() {
+                    assert_eq!(other.default != *after, i == j, "{} by {}", other.name, row.name);
                 }
+                assert_eq!(table.values_with(&[(row.name, changed[i].clone())]), Ok(changed));
             }
         });
     }
@@ -305,27 +659,33 @@ mod tests {
     #[test]
     fn a_setting_out_of_its_bounds_is_refused_by_name() {
         for_each_table(&|table| {
-            for (name, _, kind, bound) in table.rows() {
-                let outside: &[f64] = match (kind, bound) {
-                    (Kind::Flag, _) => continue,
-                    (_, Bound::Any) => &[f64::NAN, f64::INFINITY],
-                    (_, Bound::NotNegative) => &[-1e-9, f64::NAN, f64::INFINITY],
-                    (_, Bound::Positive | Bound::MoreThan(_)) => &[0.0, -1e-9, f64::NAN, f64::INFINITY],
+            for row in table.rows() {
+                let beyond: &[f64] = match (row.kind, row.bound) {
+                    (Kind::Flag | Kind::Choice(_) | Kind::Threshold, _) => continue,
+                    (_, Bound::Any) => &[],
+                    (_, Bound::NotNegative) => &[-1e-9],
+                    (_, Bound::Positive | Bound::MoreThan(_)) => &[0.0, -1e-9],
+                    (_, Bound::AboveOne) => &[1.0, 0.0],
+                    (_, Bound::Share) => &[1.0, -1e-9],
                 };
-                for number in outside {
-                    let refused = table.values_with(&[(name, Value::Number(*number))]);
-                    assert_eq!(refused, Err(Unfit::Bound(name)), "{name} {number}");
+                for number in beyond.iter().chain(&[f64::NAN, f64::INFINITY]) {
+                    let refused = table.values_with(&[(row.name, Value::Number(*number))]);
+                    assert_eq!(refused, Err(Unfit::Bound(row.name)), "{} {number}", row.name);
                 }
             }
         });
     }
 
     #[test]
-    fn a_bound_names_a_setting() {
+    fn a_bound_names_a_setting_of_its_kind() {
         for_each_table(&|table| {
-            for (name, _, _, bound) in table.rows() {
-                let Bound::MoreThan(other) = bound else { continue };
-                assert!(table.rows().iter().any(|(known, ..)| *known == other), "{name}");
+            let rows = table.rows();
+            for row in &rows {
+                let Bound::MoreThan(other) = row.bound else {
+                    continue;
+                };
+                let found = rows.iter().find(|known| known.name == other);
+                assert_eq!(found.map(|found| found.kind), Some(row.kind), "{}", row.name);
             }
         });
     }
@@ -333,19 +693,31 @@ mod tests {
     #[test]
     fn a_setting_that_is_not_known_or_of_another_kind_is_refused() {
         for_each_table(&|table| {
-            let unknown = table.values_with(&[("stil", Value::Number(1.0))]);
-            assert_eq!(unknown, Err(Unfit::Unknown("stil".to_string())));
-            for (name, _, kind, _) in table.rows() {
-                let wrong = match kind {
+            let unknown = table.values_with(&[("unheard of", Value::Number(1.0))]);
+            assert_eq!(unknown, Err(Unfit::Unknown("unheard of".to_string())));
+            for row in table.rows() {
+                let wrong = match row.kind {
                     Kind::Flag => Value::Number(1.0),
                     Kind::Number | Kind::Time | Kind::Count => Value::Flag(true),
+                    Kind::Choice(_) | Kind::Threshold => Value::Text("unheard of".to_string()),
                 };
-                assert_eq!(
-                    table.values_with(&[(name, wrong)]),
-                    Err(Unfit::Kind(name)),
-                    "{name}"
-                );
+                let refused = table.values_with(&[(row.name, wrong)]);
+                assert_eq!(refused, Err(Unfit::Kind(row.name)), "{}", row.name);
             }
         });
+    }
+
+    #[test]
+    fn every_setting_belongs_to_a_group_and_says_what_it_means_in_sentences() {
+        for row in redundancy::<f64>() {
+            assert!(
+                !row.group.is_empty() && row.meaning.ends_with('.'),
+                "{}",
+                row.name
+            );
+        }
+        for row in spin::<f64>() {
+            assert!(row.meaning.ends_with('.'), "{}", row.name);
+        }
     }
 }

@@ -9,17 +9,16 @@ use tumble_core::redundancy::monitor::Monitor;
 use tumble_core::redundancy::platform::{MountedUnit, Range};
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::{Axes, Sensor};
-use tumble_core::redundancy::settings::RedundancySettings;
 use tumble_lab::redundancy::dyn_monitor::{DynMonitor, EventLog, MOST_UNITS, Model, build};
-use tumble_lab::redundancy::names::{self, in_seconds};
 use tumble_lab::redundancy::replay::{ReplayOptions, UnitLog, replay};
+use tumble_lab::setting::in_seconds;
+use tumble_lab::setting_table;
 
 use crate::convert::{matrix, rows};
 use crate::redundancy_values::{
-    command, figures, model, name_error, offset, platform_error, read_record, rejection, results, vector,
-    write_record,
+    command, figures, model, offset, platform_error, read_record, rejection, results, vector, write_record,
 };
-use crate::settings::{values, write_value};
+use crate::settings::{settings_of, values};
 use crate::spin::is_single;
 
 /// A unit as the monitor is told of it.
@@ -105,12 +104,10 @@ impl PyMonitor {
         let values = values(settings)?;
         let primary = units.first().map(|unit| unit.calibration);
         let calibration = primary.ok_or_else(|| PyValueError::new_err("a set has a primary"))?;
-        let named = || values.iter().map(|(name, value)| (name.as_str(), value.clone()));
-        let wide: RedundancySettings<f64> = names::settings(named()).map_err(|error| name_error(&error))?;
+        let wide = settings_of(&setting_table::redundancy::<f64>(), &values)?;
         let window = in_seconds(wide.window);
         let set = if is_single(precision)? {
-            let narrow: RedundancySettings<f32> =
-                names::settings(named()).map_err(|error| name_error(&error))?;
+            let narrow = settings_of(&setting_table::redundancy::<f32>(), &values)?;
             build(&built, &calibration, narrow)
         } else {
             build(&built, &calibration, wide)
@@ -125,17 +122,6 @@ impl PyMonitor {
             restored: EventLog::default(),
             records: Vec::new(),
         })
-    }
-
-    /// Every setting by name.
-    #[staticmethod]
-    fn default_settings(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-        let dict = PyDict::new(py);
-        let settings = RedundancySettings::<f64>::default();
-        for named in names::all::<f64>() {
-            dict.set_item(named.name, write_value(py, (named.get)(&settings))?)?;
-        }
-        Ok(dict)
     }
 
     /// Takes a stored error of a secondary; says why it was rejected.

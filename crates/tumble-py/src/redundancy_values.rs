@@ -14,19 +14,12 @@ use tumble_core::redundancy::settings::Rung;
 use tumble_core::redundancy::settings::validate::{InvalidSetting, SettingError};
 use tumble_lab::redundancy::dyn_monitor::{Model, OutputSample, WindowMeans};
 use tumble_lab::redundancy::event_text::{EventText, Figure, sensor_name};
-use tumble_lab::redundancy::names::{NameError, RUNGS, in_seconds, rung};
+use tumble_lab::redundancy::names::{RUNGS, rung};
 use tumble_lab::redundancy::replay::{Replay, ReplayWindow};
+use tumble_lab::setting::in_seconds;
 
 use crate::convert::{array1, array2, matrix};
 use crate::turntable::CoreError;
-
-/// A setting that cannot be.
-pub(crate) fn name_error(error: &NameError) -> PyErr {
-    PyValueError::new_err(match error {
-        NameError::Unknown(name) => format!("there is no setting '{name}'"),
-        NameError::Unfit(name) => format!("the setting '{name}' cannot have that value"),
-    })
-}
 
 /// A platform that cannot be, as `CoreError` with its figures.
 pub(crate) fn platform_error(py: Python<'_>, error: &PlatformError) -> PyErr {

@@ -26,7 +26,7 @@ fn read_value(value: &Bound<'_, PyAny>) -> PyResult<Value> {
 }
 
 /// A setting for Python.
-pub(crate) fn write_value<'py>(py: Python<'py>, value: Value) -> PyResult<Bound<'py, PyAny>> {
+fn write_value<'py>(py: Python<'py>, value: Value) -> PyResult<Bound<'py, PyAny>> {
     Ok(match value {
         Value::Number(number) => PyFloat::new(py, number).into_any(),
         Value::Text(text) => PyString::new(py, &text).into_any(),
@@ -36,7 +36,7 @@ pub(crate) fn write_value<'py>(py: Python<'py>, value: Value) -> PyResult<Bound<
 }
 
 /// Defaults with what is stated in their place.
-pub(crate) fn settings<S: Default>(table: &[Setting<S>], values: &[(String, Value)]) -> PyResult<S> {
+pub(crate) fn settings_of<S: Default>(table: &[Setting<S>], values: &[(String, Value)]) -> PyResult<S> {
     stated(table, values.iter().map(|(name, value)| (name.as_str(), value))).map_err(|error| unfit(&error))
 }
 
@@ -49,10 +49,11 @@ fn unfit(error: &Unfit) -> PyErr {
     })
 }
 
-/// All settings of a kind, `spin`, in the order they are explained.
+/// All settings of a procedure, `redundancy` or `spin`, in the order they are explained.
 #[pyfunction]
 fn setting_table<'py>(py: Python<'py>, of: &str) -> PyResult<Vec<Bound<'py, PyDict>>> {
     match of {
+        "redundancy" => rows(py, &tumble_lab::setting_table::redundancy::<f64>()),
         "spin" => rows(py, &tumble_lab::setting_table::spin::<f64>()),
         _ => Err(PyValueError::new_err(format!("there are no settings of '{of}'"))),
     }
@@ -64,8 +65,11 @@ fn rows<'py, S: Default>(py: Python<'py>, table: &[Setting<S>]) -> PyResult<Vec<
 
 fn row<'py, S: Default>(py: Python<'py>, setting: &Setting<S>) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
-    let (above, least, below): (_, _, Option<f64>) = match setting.bound {
+    let (above, least, below) = match setting.bound {
         Limit::Any => (None, None, None),
+        Limit::Positive if setting.kind == Kind::Count => (None, Some(1.0), None),
+        Limit::AboveOne => (Some(1.0), None, None),
+        Limit::Share => (None, Some(0.0), Some(1.0)),
         Limit::NotNegative => (None, Some(0.0), None),
         Limit::Positive | Limit::MoreThan(_) => (Some(0.0), None, None),
     };
@@ -77,8 +81,12 @@ fn row<'py, S: Default>(py: Python<'py>, setting: &Setting<S>) -> PyResult<Bound
     dict.set_item("path", setting.path)?;
     dict.set_item("group", setting.group)?;
     dict.set_item("kind", setting.kind.name())?;
-    dict.set_item("type", "")?;
-    dict.set_item("choices", PyTuple::empty(py))?;
+    let of_choice = match setting.kind {
+        Kind::Choice(name) => name,
+        _ => "",
+    };
+    dict.set_item("type", of_choice)?;
+    dict.set_item("choices", PyTuple::new(py, &setting.choices)?)?;
     dict.set_item("unit", setting.unit)?;
     dict.set_item("meaning", setting.meaning)?;
     dict.set_item("none", setting.none)?;

@@ -16,7 +16,7 @@ use tumble_lab::setting_table;
 use tumble_lab::spin::{SpinFit, fit};
 
 use crate::convert::rows;
-use crate::settings::{settings, values};
+use crate::settings::{settings_of, values};
 use crate::spin_figures::{block_figures, error, figures};
 
 /// How to spin and how to judge it.
@@ -46,8 +46,8 @@ impl PySpinSettings {
             number("angular_rate_instability", of_rate);
         }
         Ok(Self {
-            wide: settings(&setting_table::spin(), &values)?,
-            narrow: settings(&setting_table::spin(), &values)?,
+            wide: settings_of(&setting_table::spin(), &values)?,
+            narrow: settings_of(&setting_table::spin(), &values)?,
             bias_instability,
         })
     }

@@ -30,7 +30,7 @@ const UPSIDE_DOWN: VectorCounts = [1, -1, -1, 1, -1, -1];
 /// [`MissionError`] where the vectors lack a setting, or the set contradicts itself.
 pub fn platform(cases: &Cases<'_>) -> Result<Platform<f32, UNITS>, MissionError> {
     let mut settings = RedundancySettings::default();
-    settings.evaluation.duration = cases.seconds("rest_duration_s")?;
+    settings.evaluation.rest_duration = cases.seconds("rest_duration_s")?;
     settings.collection.collect = cases.seconds("collect_s")?;
     let mut units = IDENTITIES.map(MountedUnit::new);
     let [_, _, second] = &mut units;

@@ -8,14 +8,14 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from tumble.cli.screen import print_json, print_summary
-from tumble.redundancy.settings import Explained, explain
 from tumble.report.numbers import readable_unit
+from tumble.setting_table import Explained, explain
 
 
 def show_settings(as_json: bool) -> None:
     """Print all settings, as a table or for a machine."""
     if as_json:
-        print_json([_content(setting) for setting in explain()])
+        print_json([_content(setting) for setting in explain("redundancy")])
         return
     print_summary(_table())
     print("State them with --set NAME=VALUE, or in a YAML file with --settings FILE.")
@@ -63,7 +63,7 @@ def _table() -> Table:
 
 def _rows() -> Iterator[tuple[str, ...]]:
     group = ""
-    for setting in explain():
+    for setting in explain("redundancy"):
         if setting.group != group:
             group = setting.group
             yield (f"[bold]{group}[/bold]", "", "", "")

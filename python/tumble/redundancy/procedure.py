@@ -86,7 +86,7 @@ def redundancy(
         calibration_hash=applied.hash() if applied else "",
         software=f"tumble {_core.__version__}",
         serials={unit.name: unit.recording.metadata.serial for unit in units if unit.recording is not None},
-        defaults=_core.RedundancyMonitor.default_settings(),
+        defaults=RedundancySettings().by_name(),
     )
 
 

@@ -1,125 +1,147 @@
-//! How a redundant set is to behave.
+//! Settings as C has them. Made by scripts/write_settings.py from crates/tumble-lab/src/setting_table.rs and the
+//! defaults of the core; edit those instead.
 
 use core::mem::MaybeUninit;
 
-use tumble_core::redundancy::settings::thresholds::Thresholds;
-use tumble_core::redundancy::settings::{
-    AdoptionSettings, CollectionSettings, EvaluationSettings, FitSettings, ForceAndRate, HealthSettings,
-    RedundancySettings as Core, SelectionSettings,
-};
+use tumble_core::redundancy::settings::RedundancySettings as Core;
 
-use crate::code::{code, truth};
+use crate::code::{code, truth, unless_zero};
 use crate::pointer::{Place, answer};
 use crate::record::Rung;
 use crate::redundancy::choice::{Data, Gate, Scope, Threshold};
 use crate::status::{Status, StatusResult};
 
-/// How a redundant set watches, calibrates and replaces its units. Fill it with tumble_redundancy_defaults(), then change
-/// what is to be different; names are those of the settings file that `tumble redundancy` reads on a workstation.
+/// How a redundant set watches, calibrates and replaces its units. Fill it with
+/// tumble_redundancy_defaults(), then change what is to be different; names are those of the settings
+/// file that `tumble redundancy` reads on a workstation.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct RedundancySettings {
-    /// Length of a window, over which samples are averaged, microseconds; 50 000. A whole part of a second.
+    /// Length of the windows over which all units are averaged, whatever their rates; a whole part of 1 s.
+    /// Default: 50 000 microseconds.
     pub window: u64,
-    /// Rest that is let pass before readings count, microseconds; 500 000.
+    /// Rest that is let pass before readings count. Default: 500 000 microseconds.
     pub rest_settle: u64,
-    /// Rest over which readings are averaged before units are evaluated, microseconds; 2 000 000.
+    /// Rest over which readings are averaged before units are evaluated. Longer than `window`. Default:
+    /// 2 000 000 microseconds.
     pub rest_duration: u64,
-    /// Time after which a rest is evaluated again, microseconds; 600 000 000. 0: on command only.
+    /// Evaluate a rest again once so much time has passed. Longer than `rest_duration`. Default: 600 000 000
+    /// microseconds; 0: on command only.
     pub evaluate_every: u64,
-    /// Longest wait for motion, microseconds; 300 000 000.
+    /// Longest wait for motion; then the calibration is abandoned. Longer than `window`. Default: 300 000 000
+    /// microseconds.
     pub motion_timeout: u64,
-    /// Motion to be collected, microseconds; 30 000 000.
+    /// Motion to be collected. Longer than `window`. Default: 30 000 000 microseconds.
     pub collect: u64,
-    /// Longest time for collecting, microseconds; 600 000 000.
+    /// Longest time for collecting; then what there is has to do, or the calibration is abandoned. Longer
+    /// than `collect`. Default: 600 000 000 microseconds.
     pub collect_timeout: u64,
-    /// Time without a sample after which a unit is late, microseconds; 100 000.
+    /// Time without a sample after which a unit is late. Default: 100 000 microseconds.
     pub late: u64,
-    /// Time in which all axes of a sensor repeat their readings until it is frozen, microseconds; 100 000.
+    /// Time in which all axes of a sensor repeat their readings, and 16 readings at least, until it is
+    /// frozen; three times that for a sensor of one axis. Default: 100 000 microseconds.
     pub frozen: u64,
-    /// Time that a sensor may spend at the end of its range, or without numbers, microseconds; 50 000.
+    /// Time at the end of its range, or without finite numbers, that a sensor may spend; forgiven slowly.
+    /// Default: 50 000 microseconds.
     pub saturated: u64,
-    /// Time out of family, or too noisy, after which a unit is unhealthy, microseconds; 500 000.
+    /// Time out of family, or too noisy, after which a unit is unhealthy. Default: 500 000 microseconds.
     pub family_time: u64,
-    /// Time in which nothing may have been wrong until a unit is healthy again, microseconds; 500 000.
+    /// Time in which nothing may have been wrong until a unit is healthy again. Default: 500 000
+    /// microseconds.
     pub recovery: u64,
-    /// Time that a source has to be unhealthy before another takes over, microseconds; 20 000.
+    /// Time a source has to be unhealthy before another takes over. Default: 20 000 microseconds.
     pub hold: u64,
-    /// Health to be proven by the primary before it takes over again, microseconds; 0: on command only, the default.
+    /// Health to be proven by the primary before it takes over again. Longer than `hold`. Default: 0
+    /// microseconds, on command only.
     pub return_after: u64,
-    /// Scatter of specific force, and change of its mean, below which a unit is at rest, m/s^2; 0.1.
+    /// Scatter of specific force, and change of its mean, below which a unit is at rest. Default: 0.1 m/s^2.
     pub first_threshold: f32,
-    /// Scatter of angular rate, and change of its mean, below which a unit is at rest, rad/s; 0.02.
+    /// Scatter of angular rate, and change of its mean, below which a unit is at rest. Default: 0.02 rad/s.
     pub second_threshold: f32,
-    /// Deviation of a secondary's accelerometer above which it wants calibrating; fixed, 0.1 m/s^2.
+    /// Deviation of a secondary's accelerometer above which it wants calibrating. Default: fixed, 0.1 m/s^2.
     pub third_threshold: Threshold,
-    /// Deviation of a secondary's gyroscope above which it wants calibrating; fixed, 0.01 rad/s.
+    /// Deviation of a secondary's gyroscope above which it wants calibrating. Default: fixed, 0.01 rad/s.
     pub fourth_threshold: Threshold,
-    /// Deviation of the primary's accelerometer above which it is invalid; fixed, 0.1 m/s^2.
+    /// Deviation of the primary's accelerometer above which it is invalid; `last` is its last valid one.
+    /// Default: fixed, 0.1 m/s^2.
     pub fifth_threshold: Threshold,
-    /// Deviation of the primary's gyroscope above which it is invalid; fixed, 0.01 rad/s.
+    /// Deviation of the primary's gyroscope above which it is invalid; `last` is its last valid one. Default:
+    /// fixed, 0.01 rad/s.
     pub sixth_threshold: Threshold,
-    /// Local gravity, m/s^2; 9.80665.
+    /// Local gravity. Default: 9.80665 m/s^2.
     pub gravity: f32,
-    /// Change of the primary's mean specific force since the rest that counts as motion, m/s^2; 0.5.
+    /// Change of the primary's mean specific force since the rest that counts as motion. Larger than
+    /// `first_threshold`. Default: 0.5 m/s^2.
     pub motion_specific_force: f32,
-    /// Change of the primary's mean angular rate since the rest that counts as motion, rad/s; 0.2.
+    /// Change of the primary's mean angular rate since the rest that counts as motion. Larger than
+    /// `second_threshold`. Default: 0.2 rad/s.
     pub motion_angular_rate: f32,
-    /// Standard deviation of specific force along a direction from which on the matrix is fitted along it, m/s^2; 0.5.
+    /// Standard deviation of specific force along a direction from which on the matrix is fitted along it.
+    /// Default: 0.5 m/s^2.
     pub excitation_specific_force: f32,
-    /// Standard deviation of angular rate along a direction from which on the matrix is fitted along it, rad/s; 0.2.
+    /// Standard deviation of angular rate along a direction from which on the matrix is fitted along it.
+    /// Default: 0.2 rad/s.
     pub excitation_angular_rate: f32,
-    /// Specific force for each metre of lever arm, root mean square, from which on that is fitted, m/s^2 per m; 2.
+    /// Specific force for each metre of lever arm, root mean square, from which on the lever arm is fitted.
+    /// Default: 2 1/s^2.
     pub excitation_lever_arm: f32,
-    /// Share by which the residual on held-out pairs has to be smaller than the stored one's; 0.02.
+    /// Share by which its residual on held-out pairs has to be smaller than the stored one's. Default: 0.02.
     pub improvement: f32,
-    /// Largest bias of an accelerometer, m/s^2; 3.
+    /// Largest bias of an accelerometer. Default: 3 m/s^2.
     pub largest_specific_force_bias: f32,
-    /// Largest bias of a gyroscope, rad/s; 1.
+    /// Largest bias of a gyroscope. Default: 1 rad/s.
     pub largest_angular_rate_bias: f32,
-    /// Largest deviation of a scale factor from one; 0.1.
+    /// Largest deviation of a scale factor from one. Default: 0.1.
     pub largest_scale_error: f32,
-    /// Largest misalignment beside the nominal mounting, rad; 0.1.
+    /// Largest misalignment beside the nominal mounting. Default: 0.1 rad.
     pub largest_misalignment: f32,
-    /// Longest lever arm, m; 1.
+    /// Longest lever arm. Default: 1 m.
     pub largest_lever_arm: f32,
-    /// Largest drift of an accelerometer while pairs were collected, m/s^2; 0.1.
+    /// Largest drift of an accelerometer while pairs were collected. Default: 0.1 m/s^2.
     pub largest_specific_force_drift: f32,
-    /// Largest drift of a gyroscope while pairs were collected, rad/s; 0.01.
+    /// Largest drift of a gyroscope while pairs were collected. Default: 0.01 rad/s.
     pub largest_angular_rate_drift: f32,
-    /// Largest residual of an accelerometer on held-out pairs, root mean square, m/s^2; 0.5.
+    /// Largest residual of an accelerometer on held-out pairs, root mean square. Default: 0.5 m/s^2.
     pub largest_specific_force_residual: f32,
-    /// Largest residual of a gyroscope on held-out pairs, root mean square, rad/s; 0.05.
+    /// Largest residual of a gyroscope on held-out pairs, root mean square. Default: 0.05 rad/s.
     pub largest_angular_rate_residual: f32,
-    /// Specific force that leaves by more, and is back with the next sample, is a spike, m/s^2; 40.
+    /// Specific force that leaves by more, and is back with the next sample, is a spike. Default: 40 m/s^2.
     pub spike_specific_force: f32,
-    /// Angular rate that leaves by more, and is back with the next sample, is a spike, rad/s; 10.
+    /// Angular rate that leaves by more, and is back with the next sample, is a spike. Default: 10 rad/s.
     pub spike_angular_rate: f32,
-    /// Distance from the median of the units beyond which specific force is out of family, m/s^2; 1.
+    /// Distance from the median of all units, from three up, beyond which specific force is out of family.
+    /// Default: 1 m/s^2.
     pub family_specific_force: f32,
-    /// Distance from the median of the units beyond which angular rate is out of family, rad/s; 0.1.
+    /// Distance from the median of all units, from three up, beyond which angular rate is out of family.
+    /// Default: 0.1 rad/s.
     pub family_angular_rate: f32,
-    /// Scatter of a unit, as a multiple of the median of all, beyond which it is noisy; 5.
+    /// Scatter of a unit, as a multiple of the median of all, beyond which it is noisy. Default: 5.
     pub noise_ratio: f32,
-    /// Deviation of specific force from gravity at rest that no error of a working unit explains, m/s^2; 1.5.
+    /// Deviation of specific force from gravity at rest that no error of a working unit explains. Default:
+    /// 1.5 m/s^2.
     pub rest_specific_force: f32,
-    /// Angular rate at rest that no error of a working unit explains, rad/s; 0.2.
+    /// Angular rate at rest that no error of a working unit explains. Default: 0.2 rad/s.
     pub rest_angular_rate: f32,
-    /// Fewest pairs with which a fit is tried when time is up; 200.
+    /// Fewest pairs with which a fit is tried when time is up. Default: 200.
     pub fewest_pairs: u32,
-    /// Which data deviations are taken from; ::TUMBLE_DATA_COMPENSATED.
+    /// Take deviations after stored errors were taken off, or from data as read, with thresholds to match.
+    /// Default: ::TUMBLE_DATA_COMPENSATED.
     pub data: MaybeUninit<Data>,
-    /// Whose deviations count; ::TUMBLE_GATE_WHOLE_PRIMARY.
+    /// Trigger on the secondary alone, with both sensors of the primary valid, or each with its own kind.
+    /// Default: ::TUMBLE_GATE_WHOLE_PRIMARY.
     pub gate: MaybeUninit<Gate>,
-    /// What is calibrated; ::TUMBLE_SCOPE_ALL_SENSORS.
+    /// Calibrate both sensors of a secondary, or only the one that deviates. Default:
+    /// ::TUMBLE_SCOPE_ALL_SENSORS.
     pub scope: MaybeUninit<Scope>,
-    /// Top of the ladder; ::TUMBLE_RUNG_AFFINE_AND_LEVER_ARM.
+    /// Top of the ladder: the highest rung up to it that the motion shows is used. Default:
+    /// ::TUMBLE_RUNG_AFFINE_AND_LEVER_ARM.
     pub highest_rung: MaybeUninit<Rung>,
-    /// Whether the first rest is evaluated; true.
+    /// Evaluate the first rest after the start. Default: true.
     pub evaluate_after_start: MaybeUninit<bool>,
-    /// Whether a secondary is also compared with a valid primary, axis by axis; true.
+    /// Compare a secondary also with a valid primary, axis by axis: the norm is blind across gravity.
+    /// Default: true.
     pub vector_check: MaybeUninit<bool>,
-    /// Whether secondaries without a stored error are passed over; false.
+    /// Select only secondaries that have a stored error. Default: false.
     pub calibrated_only: MaybeUninit<bool>,
 }
 
@@ -135,154 +157,118 @@ pub unsafe extern "C" fn tumble_redundancy_defaults(settings: *mut RedundancySet
 
 impl RedundancySettings {
     fn of(core: &Core<f32>) -> Self {
-        let (evaluation, collection, fit) = (&core.evaluation, &core.collection, &core.fit);
-        let (adoption, health, selection) = (&core.adoption, &core.health, &core.selection);
-        let thresholds = &evaluation.thresholds;
         Self {
             window: core.window,
-            rest_settle: evaluation.settle,
-            rest_duration: evaluation.duration,
-            evaluate_every: evaluation.every.unwrap_or(0),
-            motion_timeout: collection.motion_timeout,
-            collect: collection.collect,
-            collect_timeout: collection.collect_timeout,
-            late: health.late,
-            frozen: health.frozen,
-            saturated: health.saturated,
-            family_time: health.family_time,
-            recovery: health.recovery,
-            hold: selection.hold,
-            return_after: selection.return_after.unwrap_or(0),
-            first_threshold: thresholds.first,
-            second_threshold: thresholds.second,
-            third_threshold: Threshold::of(thresholds.third),
-            fourth_threshold: Threshold::of(thresholds.fourth),
-            fifth_threshold: Threshold::of(thresholds.fifth),
-            sixth_threshold: Threshold::of(thresholds.sixth),
-            gravity: evaluation.gravity,
-            motion_specific_force: collection.motion.specific_force,
-            motion_angular_rate: collection.motion.angular_rate,
-            excitation_specific_force: fit.excitation.specific_force,
-            excitation_angular_rate: fit.excitation.angular_rate,
-            excitation_lever_arm: fit.lever_arm_excitation,
-            improvement: adoption.improvement,
-            largest_specific_force_bias: adoption.bias.specific_force,
-            largest_angular_rate_bias: adoption.bias.angular_rate,
-            largest_scale_error: adoption.scale,
-            largest_misalignment: adoption.misalignment,
-            largest_lever_arm: adoption.lever_arm,
-            largest_specific_force_drift: adoption.drift.specific_force,
-            largest_angular_rate_drift: adoption.drift.angular_rate,
-            largest_specific_force_residual: adoption.residual.specific_force,
-            largest_angular_rate_residual: adoption.residual.angular_rate,
-            spike_specific_force: health.spike.specific_force,
-            spike_angular_rate: health.spike.angular_rate,
-            family_specific_force: health.family.specific_force,
-            family_angular_rate: health.family.angular_rate,
-            noise_ratio: health.noise_ratio,
-            rest_specific_force: health.rest.specific_force,
-            rest_angular_rate: health.rest.angular_rate,
-            fewest_pairs: collection.fewest_pairs,
-            data: MaybeUninit::new(Data::of(evaluation.data)),
-            gate: MaybeUninit::new(Gate::of(evaluation.gate)),
-            scope: MaybeUninit::new(Scope::of(collection.scope)),
-            highest_rung: MaybeUninit::new(Rung::of(fit.highest_rung)),
-            evaluate_after_start: MaybeUninit::new(evaluation.after_start_up),
-            vector_check: MaybeUninit::new(evaluation.vector_check),
-            calibrated_only: MaybeUninit::new(selection.calibrated_only),
+            rest_settle: core.evaluation.rest_settle,
+            rest_duration: core.evaluation.rest_duration,
+            evaluate_every: core.evaluation.evaluate_every.unwrap_or_default(),
+            motion_timeout: core.collection.motion_timeout,
+            collect: core.collection.collect,
+            collect_timeout: core.collection.collect_timeout,
+            late: core.health.late,
+            frozen: core.health.frozen,
+            saturated: core.health.saturated,
+            family_time: core.health.family_time,
+            recovery: core.health.recovery,
+            hold: core.selection.hold,
+            return_after: core.selection.return_after.unwrap_or_default(),
+            first_threshold: core.evaluation.thresholds.first,
+            second_threshold: core.evaluation.thresholds.second,
+            third_threshold: Threshold::of(core.evaluation.thresholds.third),
+            fourth_threshold: Threshold::of(core.evaluation.thresholds.fourth),
+            fifth_threshold: Threshold::of(core.evaluation.thresholds.fifth),
+            sixth_threshold: Threshold::of(core.evaluation.thresholds.sixth),
+            gravity: core.evaluation.gravity,
+            motion_specific_force: core.collection.motion.specific_force,
+            motion_angular_rate: core.collection.motion.angular_rate,
+            excitation_specific_force: core.fit.excitation.specific_force,
+            excitation_angular_rate: core.fit.excitation.angular_rate,
+            excitation_lever_arm: core.fit.excitation_lever_arm,
+            improvement: core.adoption.improvement,
+            largest_specific_force_bias: core.adoption.bias.specific_force,
+            largest_angular_rate_bias: core.adoption.bias.angular_rate,
+            largest_scale_error: core.adoption.largest_scale_error,
+            largest_misalignment: core.adoption.largest_misalignment,
+            largest_lever_arm: core.adoption.largest_lever_arm,
+            largest_specific_force_drift: core.adoption.drift.specific_force,
+            largest_angular_rate_drift: core.adoption.drift.angular_rate,
+            largest_specific_force_residual: core.adoption.residual.specific_force,
+            largest_angular_rate_residual: core.adoption.residual.angular_rate,
+            spike_specific_force: core.health.spike.specific_force,
+            spike_angular_rate: core.health.spike.angular_rate,
+            family_specific_force: core.health.family.specific_force,
+            family_angular_rate: core.health.family.angular_rate,
+            noise_ratio: core.health.noise_ratio,
+            rest_specific_force: core.health.rest.specific_force,
+            rest_angular_rate: core.health.rest.angular_rate,
+            fewest_pairs: core.collection.fewest_pairs,
+            data: MaybeUninit::new(Data::of(core.evaluation.data)),
+            gate: MaybeUninit::new(Gate::of(core.evaluation.gate)),
+            scope: MaybeUninit::new(Scope::of(core.collection.scope)),
+            highest_rung: MaybeUninit::new(Rung::of(core.fit.highest_rung)),
+            evaluate_after_start: MaybeUninit::new(core.evaluation.evaluate_after_start),
+            vector_check: MaybeUninit::new(core.evaluation.vector_check),
+            calibrated_only: MaybeUninit::new(core.selection.calibrated_only),
         }
     }
 
     /// As the core has them; whether they contradict each other the core finds out.
     pub fn in_core(&self) -> StatusResult<Core<f32>> {
-        Ok(Core {
-            window: self.window,
-            evaluation: self.evaluation()?,
-            collection: self.collection()?,
-            fit: FitSettings {
-                highest_rung: code(self.highest_rung)?.in_core(),
-                excitation: both(self.excitation_specific_force, self.excitation_angular_rate),
-                lever_arm_excitation: self.excitation_lever_arm,
-            },
-            adoption: self.adoption(),
-            health: self.health(),
-            selection: SelectionSettings {
-                hold: self.hold,
-                return_after: unless_zero(self.return_after),
-                calibrated_only: truth(self.calibrated_only),
-            },
-        })
+        self.put_into(Core::default())
     }
 
-    fn evaluation(&self) -> StatusResult<EvaluationSettings<f32>> {
-        Ok(EvaluationSettings {
-            thresholds: Thresholds {
-                first: self.first_threshold,
-                second: self.second_threshold,
-                third: self.third_threshold.in_core()?,
-                fourth: self.fourth_threshold.in_core()?,
-                fifth: self.fifth_threshold.in_core()?,
-                sixth: self.sixth_threshold.in_core()?,
-            },
-            gravity: self.gravity,
-            settle: self.rest_settle,
-            duration: self.rest_duration,
-            after_start_up: truth(self.evaluate_after_start),
-            every: unless_zero(self.evaluate_every),
-            data: code(self.data)?.in_core(),
-            vector_check: truth(self.vector_check),
-            gate: code(self.gate)?.in_core(),
-        })
+    fn put_into(&self, mut core: Core<f32>) -> StatusResult<Core<f32>> {
+        core.window = self.window;
+        core.evaluation.rest_settle = self.rest_settle;
+        core.evaluation.rest_duration = self.rest_duration;
+        core.evaluation.evaluate_every = unless_zero(self.evaluate_every);
+        core.collection.motion_timeout = self.motion_timeout;
+        core.collection.collect = self.collect;
+        core.collection.collect_timeout = self.collect_timeout;
+        core.health.late = self.late;
+        core.health.frozen = self.frozen;
+        core.health.saturated = self.saturated;
+        core.health.family_time = self.family_time;
+        core.health.recovery = self.recovery;
+        core.selection.hold = self.hold;
+        core.selection.return_after = unless_zero(self.return_after);
+        core.evaluation.thresholds.first = self.first_threshold;
+        core.evaluation.thresholds.second = self.second_threshold;
+        core.evaluation.thresholds.third = self.third_threshold.in_core()?;
+        core.evaluation.thresholds.fourth = self.fourth_threshold.in_core()?;
+        core.evaluation.thresholds.fifth = self.fifth_threshold.in_core()?;
+        core.evaluation.thresholds.sixth = self.sixth_threshold.in_core()?;
+        core.evaluation.gravity = self.gravity;
+        core.collection.motion.specific_force = self.motion_specific_force;
+        core.collection.motion.angular_rate = self.motion_angular_rate;
+        core.fit.excitation.specific_force = self.excitation_specific_force;
+        core.fit.excitation.angular_rate = self.excitation_angular_rate;
+        core.fit.excitation_lever_arm = self.excitation_lever_arm;
+        core.adoption.improvement = self.improvement;
+        core.adoption.bias.specific_force = self.largest_specific_force_bias;
+        core.adoption.bias.angular_rate = self.largest_angular_rate_bias;
+        core.adoption.largest_scale_error = self.largest_scale_error;
+        core.adoption.largest_misalignment = self.largest_misalignment;
+        core.adoption.largest_lever_arm = self.largest_lever_arm;
+        core.adoption.drift.specific_force = self.largest_specific_force_drift;
+        core.adoption.drift.angular_rate = self.largest_angular_rate_drift;
+        core.adoption.residual.specific_force = self.largest_specific_force_residual;
+        core.adoption.residual.angular_rate = self.largest_angular_rate_residual;
+        core.health.spike.specific_force = self.spike_specific_force;
+        core.health.spike.angular_rate = self.spike_angular_rate;
+        core.health.family.specific_force = self.family_specific_force;
+        core.health.family.angular_rate = self.family_angular_rate;
+        core.health.noise_ratio = self.noise_ratio;
+        core.health.rest.specific_force = self.rest_specific_force;
+        core.health.rest.angular_rate = self.rest_angular_rate;
+        core.collection.fewest_pairs = self.fewest_pairs;
+        core.evaluation.data = code(self.data)?.in_core();
+        core.evaluation.gate = code(self.gate)?.in_core();
+        core.collection.scope = code(self.scope)?.in_core();
+        core.fit.highest_rung = code(self.highest_rung)?.in_core();
+        core.evaluation.evaluate_after_start = truth(self.evaluate_after_start);
+        core.evaluation.vector_check = truth(self.vector_check);
+        core.selection.calibrated_only = truth(self.calibrated_only);
+        Ok(core)
     }
-
-    fn collection(&self) -> StatusResult<CollectionSettings<f32>> {
-        Ok(CollectionSettings {
-            scope: code(self.scope)?.in_core(),
-            motion: both(self.motion_specific_force, self.motion_angular_rate),
-            motion_timeout: self.motion_timeout,
-            collect: self.collect,
-            collect_timeout: self.collect_timeout,
-            fewest_pairs: self.fewest_pairs,
-        })
-    }
-
-    fn adoption(&self) -> AdoptionSettings<f32> {
-        AdoptionSettings {
-            improvement: self.improvement,
-            bias: both(self.largest_specific_force_bias, self.largest_angular_rate_bias),
-            scale: self.largest_scale_error,
-            misalignment: self.largest_misalignment,
-            lever_arm: self.largest_lever_arm,
-            drift: both(self.largest_specific_force_drift, self.largest_angular_rate_drift),
-            residual: both(
-                self.largest_specific_force_residual,
-                self.largest_angular_rate_residual,
-            ),
-        }
-    }
-
-    fn health(&self) -> HealthSettings<f32> {
-        HealthSettings {
-            late: self.late,
-            frozen: self.frozen,
-            saturated: self.saturated,
-            spike: both(self.spike_specific_force, self.spike_angular_rate),
-            family: both(self.family_specific_force, self.family_angular_rate),
-            family_time: self.family_time,
-            noise_ratio: self.noise_ratio,
-            rest: both(self.rest_specific_force, self.rest_angular_rate),
-            recovery: self.recovery,
-        }
-    }
-}
-
-fn both(specific_force: f32, angular_rate: f32) -> ForceAndRate<f32> {
-    ForceAndRate {
-        specific_force,
-        angular_rate,
-    }
-}
-
-fn unless_zero(time: u64) -> Option<u64> {
-    (time != 0).then_some(time)
 }

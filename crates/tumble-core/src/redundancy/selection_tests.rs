@@ -1,4 +1,5 @@
 use super::*;
+use crate::redundancy::settings::RedundancySettings;
 
 const FIT: SourceCandidate<f32> = SourceCandidate {
     healthy: true,
@@ -211,7 +212,14 @@ fn time_that_goes_back_does_not_hold_a_failed_source() {
 
 #[test]
 fn a_return_sooner_than_the_failover_is_refused() {
-    assert!(settings(Some(HOLD)).validate().is_err());
-    assert!(settings(Some(HOLD + 1)).validate().is_ok());
-    assert!(settings(None).validate().is_ok());
+    let returning = |after| {
+        let all = RedundancySettings::<f32> {
+            selection: settings(after),
+            ..RedundancySettings::default()
+        };
+        all.validate()
+    };
+    assert!(returning(Some(HOLD)).is_err());
+    assert!(returning(Some(HOLD + 1)).is_ok());
+    assert!(returning(None).is_ok());
 }

@@ -202,7 +202,7 @@ pub fn settings<T: Real>() -> RedundancySettings<T> {
     let defaults = RedundancySettings::default();
     RedundancySettings {
         evaluation: EvaluationSettings {
-            duration: SECOND,
+            rest_duration: SECOND,
             ..defaults.evaluation
         },
         collection: CollectionSettings {

@@ -146,8 +146,8 @@ fn rests_are_evaluated_after_start_up_every_so_often_or_on_command_as_set() {
     ];
     for (start, every, command, times) in cases {
         let mut settings = settings::<f64>();
-        settings.evaluation.after_start_up = start;
-        settings.evaluation.every = every;
+        settings.evaluation.evaluate_after_start = start;
+        settings.evaluation.evaluate_every = every;
         let platform = platform(settings, units(&[Part::exact(); 2]));
         let mut flight = Flight::<f64, 2>::new(SEED);
         flight.take(&platform, before);

@@ -20,15 +20,17 @@ fn settings_that_cannot_be_meant_are_refused_by_name_and_reason() {
         AlwaysExceeded, MoreThanFit, NoLastError, NotAPartOfASecond, NotAShare, NotPositive, ShorterThan,
         SmallerThan,
     };
-    let table: [(&str, SettingError, Change); 19] = [
+    let table: [(&str, SettingError, Change); 20] = [
         ("gravity", NotPositive, |s| s.evaluation.gravity = f64::NAN),
         ("window", NotPositive, |s| s.window = 0),
-        ("rest_duration", NotPositive, |s| s.evaluation.duration = 0),
+        ("rest_duration", NotPositive, |s| s.evaluation.rest_duration = 0),
         ("fewest_pairs", NotPositive, |s| s.collection.fewest_pairs = 0),
         ("first_threshold", NotPositive, |s| {
             s.evaluation.thresholds.first = 0.0
         }),
-        ("largest_scale_error", NotPositive, |s| s.adoption.scale = -0.1),
+        ("largest_scale_error", NotPositive, |s| {
+            s.adoption.largest_scale_error = -0.1
+        }),
         ("improvement", NotAShare, |s| s.adoption.improvement = 1.0),
         ("improvement", NotAShare, |s| s.adoption.improvement = f64::NAN),
         ("third_threshold", AlwaysExceeded, |s| {
@@ -46,16 +48,17 @@ fn settings_that_cannot_be_meant_are_refused_by_name_and_reason() {
         }),
         ("window", NotAPartOfASecond, |s| s.window = 30_000),
         ("rest_duration", ShorterThan("window"), |s| {
-            s.evaluation.duration = s.window
+            s.evaluation.rest_duration = s.window
         }),
+        ("motion_timeout", NotPositive, |s| s.collection.motion_timeout = 0),
         ("motion_timeout", ShorterThan("window"), |s| {
-            s.collection.motion_timeout = 0
+            s.collection.motion_timeout = s.window
         }),
         ("collect_timeout", ShorterThan("collect"), |s| {
             s.collection.collect_timeout = s.collection.collect;
         }),
         ("evaluate_every", ShorterThan("rest_duration"), |s| {
-            s.evaluation.every = Some(1_000_000)
+            s.evaluation.evaluate_every = Some(1_000_000)
         }),
         ("fewest_pairs", MoreThanFit("collect"), |s| {
             s.collection.fewest_pairs = u32::MAX

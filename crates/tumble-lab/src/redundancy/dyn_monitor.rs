@@ -11,7 +11,7 @@ use tumble_core::redundancy::settings::RedundancySettings;
 use tumble_core::sample::Sample;
 
 use crate::redundancy::event_text::{EventText, event_text};
-use crate::redundancy::names::wide;
+use crate::setting::wide;
 
 /// Most units a set can have.
 pub const MOST_UNITS: usize = 8;

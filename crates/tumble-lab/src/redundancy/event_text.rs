@@ -9,7 +9,8 @@ use tumble_core::redundancy::monitor::event::{Abandoned, Check, Event, EventKind
 use tumble_core::redundancy::selection::SelectionReason;
 use tumble_core::redundancy::sensor::Sensor;
 
-use crate::redundancy::names::{rung, wide};
+use crate::redundancy::names::rung;
+use crate::setting::wide;
 
 /// A figure of an event.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! Logs through the redundancy monitor of the core: the very code that runs on a device, sample by sample.
 //!
-//! [`names`] gives every setting a name, [`told`] puts events in words and figures, [`set`] hides how many units there
-//! are and in which precision they are watched, and [`replay`] drives it with arrays.
+//! [`names`] puts what may be chosen in words, [`event_text`] puts events in words and figures, [`dyn_monitor`]
+//! hides how many units there are and in which precision they are watched, and [`replay`] drives it with arrays.
 
 pub mod dyn_monitor;
 pub mod event_text;

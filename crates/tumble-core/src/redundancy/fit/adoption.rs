@@ -188,10 +188,10 @@ impl<T: Real> AdoptionSettings<T> {
         let figures = [
             (
                 misalignment,
-                self.misalignment,
+                self.largest_misalignment,
                 AdoptionRefusal::ImplausibleMisalignment as fn(_) -> _,
             ),
-            (scale, self.scale, AdoptionRefusal::ImplausibleScale),
+            (scale, self.largest_scale_error, AdoptionRefusal::ImplausibleScale),
             (
                 error.bias.norm(),
                 self.bias.of(sensor),
@@ -199,7 +199,7 @@ impl<T: Real> AdoptionSettings<T> {
             ),
             (
                 error.lever_arm.norm(),
-                self.lever_arm,
+                self.largest_lever_arm,
                 AdoptionRefusal::ImplausibleLeverArm,
             ),
         ];

@@ -9,6 +9,7 @@ use rand_pcg::Pcg64Dxsm;
 
 use super::*;
 use crate::redundancy::leaky;
+use crate::redundancy::settings::RedundancySettings;
 use crate::redundancy::settings::validate::SettingError;
 
 const PERIOD: u64 = 5_000;
@@ -434,7 +435,7 @@ type Spoil = fn(&mut HealthSettings<f32>);
 
 #[test]
 fn settings_that_cannot_be_meant_are_refused_by_name() {
-    let good = HealthSettings::<f32>::default();
+    let good = RedundancySettings::<f32>::default();
     assert_eq!(good.validate(), Ok(()));
     let cases: [(&str, SettingError, Spoil); 6] = [
         ("late", SettingError::NotPositive, |s| s.late = 0),
@@ -456,7 +457,7 @@ fn settings_that_cannot_be_meant_are_refused_by_name() {
     ];
     for (setting, error, spoil) in cases {
         let mut settings = good;
-        spoil(&mut settings);
+        spoil(&mut settings.health);
         let refused = settings.validate().unwrap_err();
         assert_eq!((refused.setting, refused.error), (setting, error));
     }

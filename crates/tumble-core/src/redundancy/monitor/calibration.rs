@@ -316,7 +316,7 @@ impl<T: Real> Trial<'_, T> {
             stored: self.stored,
             highest: settings.highest_rung,
             excitation: settings.excitation.of(self.sensor),
-            lever_arm_excitation: unknown_arm.then_some(settings.lever_arm_excitation),
+            lever_arm_excitation: unknown_arm.then_some(settings.excitation_lever_arm),
         };
         problem.solve().ok_or(AdoptionRefusal::Unsolvable)
     }

@@ -28,7 +28,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             }
         }
         let settings = platform.settings();
-        let needed = settings.windows(settings.evaluation.duration);
+        let needed = settings.windows(settings.evaluation.rest_duration);
         let most = self.rest_means.iter().map(RestMean::windows).max().unwrap_or(0);
         if u64::from(most) < needed {
             return;

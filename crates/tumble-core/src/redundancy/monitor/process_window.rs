@@ -29,7 +29,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         let still = self.is_still(platform, window);
         match self
             .rest
-            .push(still, settings.windows(settings.evaluation.settle))
+            .push(still, settings.windows(settings.evaluation.rest_settle))
         {
             RestTransition::Moving if still => {}
             RestTransition::Moving => self.rest_means = [RestMean::new(); UNITS],

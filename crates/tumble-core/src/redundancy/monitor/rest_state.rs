@@ -79,13 +79,13 @@ impl<T: Real> RestState<T> {
     /// Whether an evaluation is wanted. Without one after start-up, the first comes as long after it as others after
     /// one another.
     pub fn is_due(&mut self, time: u64, settings: &EvaluationSettings<T>) -> bool {
-        if self.evaluated.is_none() && !settings.after_start_up {
+        if self.evaluated.is_none() && !settings.evaluate_after_start {
             self.evaluated = Some(time);
         }
         let by_itself = match self.evaluated {
             None => true,
             Some(last) => settings
-                .every
+                .evaluate_every
                 .is_some_and(|every| time.saturating_sub(last) >= every),
         };
         self.commanded || by_itself

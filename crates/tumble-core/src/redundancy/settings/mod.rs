@@ -1,5 +1,6 @@
 //! How a redundant set watches, calibrates and replaces its units.
 
+mod bounds;
 pub mod thresholds;
 pub mod validate;
 
@@ -77,13 +78,13 @@ pub struct EvaluationSettings<T: Real> {
     /// Magnitude of gravity, m/s^2.
     pub gravity: T,
     /// Rest that is let pass before readings count, microseconds.
-    pub settle: u64,
+    pub rest_settle: u64,
     /// Rest over which readings are averaged, microseconds.
-    pub duration: u64,
+    pub rest_duration: u64,
     /// Whether the first rest is evaluated.
-    pub after_start_up: bool,
+    pub evaluate_after_start: bool,
     /// Time after which a rest is evaluated again, microseconds; `None`: never by itself.
-    pub every: Option<u64>,
+    pub evaluate_every: Option<u64>,
     /// Which data deviations are taken from.
     pub data: Data,
     /// Whether secondaries are also compared with a valid primary, axis by axis.
@@ -118,7 +119,7 @@ pub struct FitSettings<T: Real> {
     pub excitation: ForceAndRate<T>,
     /// Root mean square of the specific force that a lever arm of one metre would cause along a direction from which on
     /// the lever arm is fitted along it, m/s^2 per m.
-    pub lever_arm_excitation: T,
+    pub excitation_lever_arm: T,
 }
 
 /// What a new calibration has to be to replace the stored one.
@@ -129,11 +130,11 @@ pub struct AdoptionSettings<T: Real> {
     /// Largest bias.
     pub bias: ForceAndRate<T>,
     /// Largest deviation of a scale factor from one.
-    pub scale: T,
+    pub largest_scale_error: T,
     /// Largest angle between an axis and where it is nominally, rad.
-    pub misalignment: T,
+    pub largest_misalignment: T,
     /// Longest lever arm, m.
-    pub lever_arm: T,
+    pub largest_lever_arm: T,
     /// Largest drift of the residual over the collection, and largest residual at the rest before.
     pub drift: ForceAndRate<T>,
     /// Largest root mean square residual.
@@ -244,10 +245,10 @@ impl<T: Real> Default for RedundancySettings<T> {
                     sixth: fixed(0.01),
                 },
                 gravity: real(gravity::STANDARD),
-                settle: SECOND / 2,
-                duration: 2 * SECOND,
-                after_start_up: true,
-                every: Some(600 * SECOND),
+                rest_settle: SECOND / 2,
+                rest_duration: 2 * SECOND,
+                evaluate_after_start: true,
+                evaluate_every: Some(600 * SECOND),
                 data: Data::Compensated,
                 vector_check: true,
                 gate: Gate::WholePrimary,
@@ -263,14 +264,14 @@ impl<T: Real> Default for RedundancySettings<T> {
             fit: FitSettings {
                 highest_rung: Rung::AffineAndLeverArm,
                 excitation: both(0.5, 0.2),
-                lever_arm_excitation: real(2.0),
+                excitation_lever_arm: real(2.0),
             },
             adoption: AdoptionSettings {
                 improvement: real(0.02),
                 bias: both(3.0, 1.0),
-                scale: real(0.1),
-                misalignment: real(0.1),
-                lever_arm: real(1.0),
+                largest_scale_error: real(0.1),
+                largest_misalignment: real(0.1),
+                largest_lever_arm: real(1.0),
                 drift: both(0.1, 0.01),
                 residual: both(0.5, 0.05),
             },
@@ -294,7 +295,7 @@ impl<T: Real> RedundancySettings<T> {
             return limit;
         }
         let scale = match sensor {
-            Sensor::Accelerometer => self.adoption.scale * self.evaluation.gravity,
+            Sensor::Accelerometer => self.adoption.largest_scale_error * self.evaluation.gravity,
             Sensor::Gyroscope => T::zero(),
         };
         limit.max(self.adoption.bias.of(sensor) + scale)

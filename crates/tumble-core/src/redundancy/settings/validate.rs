@@ -1,9 +1,10 @@
-//! Settings that cannot be meant, alone or together.
+//! Settings that cannot be meant, alone or together. Bounds, and what has to be more than another, are made from the
+//! table of settings; here stands what is particular.
 
 use crate::real::{Real, SECOND};
 use crate::redundancy::leaky::LONGEST;
 use crate::redundancy::settings::thresholds::Threshold;
-use crate::redundancy::settings::{Data, HealthSettings, RedundancySettings, SelectionSettings};
+use crate::redundancy::settings::{Data, RedundancySettings};
 
 /// Why a setting cannot be meant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,49 +44,9 @@ impl<T: Real> RedundancySettings<T> {
     /// # Errors
     /// The first [`InvalidSetting`] there is.
     pub fn validate(&self) -> Result<(), InvalidSetting> {
-        self.validate_numbers()?;
+        self.validate_bounds()?;
         self.validate_thresholds()?;
-        self.validate_times()?;
-        self.selection.validate()?;
-        self.health.validate()
-    }
-
-    fn validate_numbers(&self) -> Result<(), InvalidSetting> {
-        let (motion, fit, adoption) = (&self.collection.motion, &self.fit, &self.adoption);
-        let thresholds = &self.evaluation.thresholds;
-        require_positive(&[
-            ("gravity", self.evaluation.gravity),
-            ("first_threshold", thresholds.first),
-            ("second_threshold", thresholds.second),
-            ("motion_specific_force", motion.specific_force),
-            ("motion_angular_rate", motion.angular_rate),
-            ("excitation_specific_force", fit.excitation.specific_force),
-            ("excitation_angular_rate", fit.excitation.angular_rate),
-            ("excitation_lever_arm", fit.lever_arm_excitation),
-            ("largest_specific_force_bias", adoption.bias.specific_force),
-            ("largest_angular_rate_bias", adoption.bias.angular_rate),
-            ("largest_scale_error", adoption.scale),
-            ("largest_misalignment", adoption.misalignment),
-            ("largest_lever_arm", adoption.lever_arm),
-            ("largest_specific_force_drift", adoption.drift.specific_force),
-            ("largest_angular_rate_drift", adoption.drift.angular_rate),
-            (
-                "largest_specific_force_residual",
-                adoption.residual.specific_force,
-            ),
-            ("largest_angular_rate_residual", adoption.residual.angular_rate),
-        ])?;
-        require_some(&[
-            ("fewest_pairs", u64::from(self.collection.fewest_pairs)),
-            ("window", self.window),
-            ("rest_duration", self.evaluation.duration),
-        ])?;
-        let share = adoption.improvement;
-        require(
-            share >= T::zero() && share < T::one(),
-            "improvement",
-            SettingError::NotAShare,
-        )
+        self.validate_times()
     }
 
     fn validate_thresholds(&self) -> Result<(), InvalidSetting> {
@@ -102,97 +63,26 @@ impl<T: Real> RedundancySettings<T> {
             let primary = i >= 2 && self.evaluation.data == Data::Compensated;
             require(!(refers && primary), setting, SettingError::NoLastError)?;
         }
-        let motion = &self.collection.motion;
-        let moves = SettingError::SmallerThan("first_threshold");
-        require(
-            motion.specific_force > thresholds.first,
-            "motion_specific_force",
-            moves,
-        )?;
-        let turns = SettingError::SmallerThan("second_threshold");
-        require(
-            motion.angular_rate > thresholds.second,
-            "motion_angular_rate",
-            turns,
-        )
+        Ok(())
     }
 
     fn validate_times(&self) -> Result<(), InvalidSetting> {
-        let (evaluation, collection) = (&self.evaluation, &self.collection);
         require(
             SECOND.is_multiple_of(self.window),
             "window",
             SettingError::NotAPartOfASecond,
         )?;
-        let longer = |setting, time: u64, other, least: u64| {
-            require(time > least, setting, SettingError::ShorterThan(other))
-        };
-        longer("rest_duration", evaluation.duration, "window", self.window)?;
-        longer("collect", collection.collect, "window", self.window)?;
-        longer("motion_timeout", collection.motion_timeout, "window", self.window)?;
-        longer(
-            "collect_timeout",
-            collection.collect_timeout,
-            "collect",
-            collection.collect,
-        )?;
-        if let Some(every) = evaluation.every {
-            longer("evaluate_every", every, "rest_duration", evaluation.duration)?;
-        }
+        let collection = &self.collection;
         let fits = u64::from(collection.fewest_pairs) <= self.windows(collection.collect);
-        require(fits, "fewest_pairs", SettingError::MoreThanFit("collect"))
-    }
-}
-
-impl<T: Real> HealthSettings<T> {
-    /// Looks for numbers that cannot be meant.
-    ///
-    /// # Errors
-    /// The first [`InvalidSetting`] there is.
-    pub fn validate(&self) -> Result<(), InvalidSetting> {
-        require_some(&[
-            ("late", self.late),
-            ("frozen", self.frozen),
-            ("saturated", self.saturated),
-            ("family_time", self.family_time),
-        ])?;
-        require_positive(&[
-            ("spike_specific_force", self.spike.specific_force),
-            ("spike_angular_rate", self.spike.angular_rate),
-            ("family_specific_force", self.family.specific_force),
-            ("family_angular_rate", self.family.angular_rate),
-            ("noise_ratio", self.noise_ratio),
-            ("rest_specific_force", self.rest.specific_force),
-            ("rest_angular_rate", self.rest.angular_rate),
-        ])?;
+        require(fits, "fewest_pairs", SettingError::MoreThanFit("collect"))?;
         for (setting, time, most) in [
-            ("frozen", self.frozen, LONGEST / 3),
-            ("saturated", self.saturated, LONGEST),
-            ("family_time", self.family_time, LONGEST),
+            ("frozen", self.health.frozen, LONGEST / 3),
+            ("saturated", self.health.saturated, LONGEST),
+            ("family_time", self.health.family_time, LONGEST),
         ] {
             require(time <= most, setting, SettingError::TooLong(most))?;
         }
-        require(
-            self.noise_ratio > T::one(),
-            "noise_ratio",
-            SettingError::AlwaysExceeded,
-        )
-    }
-}
-
-impl SelectionSettings {
-    /// Looks for contradictions.
-    ///
-    /// # Errors
-    /// [`InvalidSetting`] where the primary would come back sooner than it is replaced.
-    pub fn validate(&self) -> Result<(), InvalidSetting> {
-        if self.return_after.is_none_or(|after| after > self.hold) {
-            return Ok(());
-        }
-        Err(InvalidSetting {
-            setting: "return_after",
-            error: SettingError::ShorterThan("hold"),
-        })
+        Ok(())
     }
 }
 
@@ -206,7 +96,7 @@ fn require(good: bool, setting: &'static str, error: SettingError) -> Result<(),
 }
 
 /// Objects to the first that is not a number above zero.
-fn require_positive<T: Real>(settings: &[(&'static str, T)]) -> Result<(), InvalidSetting> {
+pub(super) fn require_positive<T: Real>(settings: &[(&'static str, T)]) -> Result<(), InvalidSetting> {
     let mut settings = settings.iter();
     settings.try_for_each(|(setting, value)| {
         let positive = value.is_finite() && *value > T::zero();
@@ -215,7 +105,42 @@ fn require_positive<T: Real>(settings: &[(&'static str, T)]) -> Result<(), Inval
 }
 
 /// Objects to the first that is zero.
-fn require_some(settings: &[(&'static str, u64)]) -> Result<(), InvalidSetting> {
+pub(super) fn require_some(settings: &[(&'static str, u64)]) -> Result<(), InvalidSetting> {
     let mut settings = settings.iter();
     settings.try_for_each(|(setting, count)| require(*count > 0, setting, SettingError::NotPositive))
+}
+
+/// Objects to the first that is not above one.
+pub(super) fn require_above_one<T: Real>(settings: &[(&'static str, T)]) -> Result<(), InvalidSetting> {
+    let mut settings = settings.iter();
+    settings
+        .try_for_each(|(setting, value)| require(*value > T::one(), setting, SettingError::AlwaysExceeded))
+}
+
+/// Objects to the first that is no share.
+pub(super) fn require_share<T: Real>(settings: &[(&'static str, T)]) -> Result<(), InvalidSetting> {
+    let mut settings = settings.iter();
+    settings.try_for_each(|(setting, value)| {
+        let share = *value >= T::zero() && *value < T::one();
+        require(share, setting, SettingError::NotAShare)
+    })
+}
+
+/// A setting by name, and another by name, than which it has to be more.
+pub(super) type Pair<V> = (&'static str, V, &'static str, V);
+
+/// Objects to the first that is not larger than the other.
+pub(super) fn require_larger<T: Real>(settings: &[Pair<T>]) -> Result<(), InvalidSetting> {
+    let mut settings = settings.iter();
+    settings.try_for_each(|(setting, value, other, less)| {
+        require(value > less, setting, SettingError::SmallerThan(other))
+    })
+}
+
+/// Objects to the first that is not longer than the other.
+pub(super) fn require_longer(settings: &[Pair<u64>]) -> Result<(), InvalidSetting> {
+    let mut settings = settings.iter();
+    settings.try_for_each(|(setting, time, other, less)| {
+        require(time > less, setting, SettingError::ShorterThan(other))
+    })
 }
