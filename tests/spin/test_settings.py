@@ -38,9 +38,9 @@ def test_defaults_of_the_model_and_of_a_live_spin_are_those_of_the_core():
 
 def test_the_help_of_the_command_tells_the_defaults_of_the_core():
     text = re.sub(r"[│\s]+", " ", typed("spin", "--help").out)
-    assert f"how long to stand still, {SpinSettings().still:g} s where not given" in text
-    assert f"how much to turn, {SpinSettings().turn / math.tau:g} where not given" in text
-    assert f"{SpinSettings().rate:g} rad/s where not given" in text
+    assert f"how long to stand still, {SpinSettings().still:g} s if not given" in text
+    assert f"how much to turn, {SpinSettings().turn / math.tau:g} if not given" in text
+    assert f"{SpinSettings().rate:g} rad/s if not given" in text
 
 
 @pytest.mark.parametrize("name", [name for name, row in TABLE.items() if row["kind"] != "flag"])
