@@ -23,13 +23,14 @@ from tumble.gravity import local_gravity
 from tumble.logs import ReadOptions, open_recording
 from tumble.recording import Recording, RecordingSource, SampleProgress
 from tumble.results import Rest
+from tumble.spin.chain import Chain
 from tumble.spin.combination import Combined, combine
 from tumble.spin.failure import SpinFailure, SpinFailureKind, UnusedInterval, not_a_rest
 from tumble.spin.messages import SMALLEST_SHOWN, cause, explain, remedy
 from tumble.spin.motions import credible_faults
 from tumble.spin.outputs import describe_spin
 from tumble.spin.result import Spin, SpinResult
-from tumble.spin.search import Chain, Criteria, FittedSpin, chains_of, fit_or_split
+from tumble.spin.search import Criteria, FittedSpin, chains_of, fit_or_split
 from tumble.spin.segments import (
     LONGEST_SPIN,
     Interval,

@@ -10,9 +10,10 @@ import numpy as np
 
 from tumble import _core
 from tumble.acquisition.acquire import ChannelFault
-from tumble.gravity import STANDARD_GRAVITY
 from tumble.recording import FloatArray
 from tumble.results import Rest
+from tumble.spin.chain import Chain, FailedChain
+from tumble.spin.drive import drive_failure, drove_a_circle
 from tumble.spin.failure import SpinFailure, SpinFailureKind, UnusedInterval
 from tumble.spin.motions import (
     FEWEST_SAMPLES,
@@ -24,18 +25,11 @@ from tumble.spin.motions import (
     turned_about,
 )
 from tumble.spin.result import FULL_TURN
-from tumble.spin.segments import Segment, SpinSamples
+from tumble.spin.segments import Segment
 from tumble.spin.turns import Angle, TrueTurns
 
 LARGEST_SCALE_ERROR = 0.1
 """Of a gyroscope; a true angle further off than that was counted wrongly."""
-LARGEST_SPEED = 0.25
-"""m/s that the accelerometers show while the robot should have stayed on the spot."""
-LARGEST_MISFIT = 0.003
-"""m/s^2 that a fit may be off for long and adds up to a speed nobody drove."""
-SIGMAS_OF_WALK = 2.0
-LARGEST_LEVER_ARM = 1.0
-"""m; what seems to be further off its turning axis drove a circle."""
 LARGEST_AXIS_CHANGE = 0.3
 """m by which the turning axis of a robot may shift from one turn to the next."""
 
@@ -54,60 +48,12 @@ class Criteria:
 
 
 @dataclass(frozen=True, slots=True)
-class Chain:
-    """Rests and motions in turn, without a gap: one spin, if it is one."""
-
-    segments: tuple[Segment, ...]
-    given: bool = False
-    """The user said that this is a spin."""
-
-    @property
-    def start(self) -> float:
-        """Time of the first sample, s."""
-        return self.segments[0].start
-
-    @property
-    def end(self) -> float:
-        """Time of the last sample, s."""
-        return self.segments[-1].end
-
-    @property
-    def samples(self) -> SpinSamples:
-        """All of them."""
-        return SpinSamples.joined([segment.samples for segment in self.segments])
-
-    @property
-    def rests(self) -> tuple[Rest, ...]:
-        """The rests in it."""
-        return tuple(segment.rest for segment in self.segments if segment.rest is not None)
-
-    @property
-    def rest_times(self) -> FloatArray:
-        """(k, 2) s between which the robot stood."""
-        times = [(each.start, each.end) for each in self.segments if each.rest is not None]
-        return np.array(times, dtype=np.float64).reshape(-1, 2)
-
-    @property
-    def motions(self) -> tuple[Segment, ...]:
-        """What lies beside and between the rests."""
-        return tuple(segment for segment in self.segments if segment.rest is None)
-
-
-@dataclass(frozen=True, slots=True)
 class FittedSpin:
     """A spin and what the core made of it."""
 
     chain: Chain
     figures: _core.SpinFigures
     blocks: _core.SpinBlockFigures
-
-
-@dataclass(frozen=True, slots=True)
-class _Failed:
-    """Why a chain is no spin, and the motion that is to blame, where it is a single one."""
-
-    failure: SpinFailure
-    motion: Segment | None = None
 
 
 def chains_of(
@@ -191,7 +137,7 @@ def _first_stray(chain: Chain, criteria: Criteria) -> tuple[Segment, SpinFailure
     return _another_axis(arms)
 
 
-def _alone(chain: Chain, criteria: Criteria) -> tuple[FloatArray | None, _Failed | None]:
+def _alone(chain: Chain, criteria: Criteria) -> tuple[FloatArray | None, FailedChain | None]:
     """Fit a single motion with the rests beside it: its lever arm, (3,) m, and whether it was a drive."""
     if (
         chain.segments[0].rest is None
@@ -204,7 +150,7 @@ def _alone(chain: Chain, criteria: Criteria) -> tuple[FloatArray | None, _Failed
     except _core.CoreError:
         # What is too little by itself, or spoilt for another reason, is seen with the others.
         return None, None
-    return figures["lever_arm"], _left_the_spot(chain, figures, blocks)
+    return figures["lever_arm"], drive_failure(chain, figures, blocks)
 
 
 def _another_axis(arms: Sequence[tuple[Segment, FloatArray]]) -> tuple[Segment, SpinFailure] | None:
@@ -217,11 +163,7 @@ def _another_axis(arms: Sequence[tuple[Segment, FloatArray]]) -> tuple[Segment, 
     if not odd.any():
         return None
     last = max(range(len(arms)), key=lambda k: (odd[k], np.linalg.norm(vectors[k])))
-    return arms[last][0], _drove_a_circle(vectors[last])
-
-
-def _drove_a_circle(arm: FloatArray) -> SpinFailure:
-    return SpinFailure(SpinFailureKind.DROVE_A_CIRCLE, {"radius": float(np.linalg.norm(arm))})
+    return arms[last][0], drove_a_circle(vectors[last])
 
 
 def _without_motion(
@@ -235,7 +177,7 @@ def _without_motion(
     yield from fit_or_split(Chain(chain.segments[at + 1 :]), criteria)
 
 
-def _attempt(chain: Chain, criteria: Criteria) -> FittedSpin | _Failed:
+def _attempt(chain: Chain, criteria: Criteria) -> FittedSpin | FailedChain:
     try:
         figures, blocks = _fit(chain, criteria.settings)
         if criteria.true_turns is not None:
@@ -243,14 +185,14 @@ def _attempt(chain: Chain, criteria: Criteria) -> FittedSpin | _Failed:
             known = criteria.true_turns.angle(*turned, SMALLEST_SPIN)
             contradiction = _contradiction(turned, known)
             if contradiction:
-                return _Failed(contradiction)
+                return FailedChain(contradiction)
             figures, blocks = _fit(chain, criteria.settings, known)
     except _core.CoreError as error:
         failure = SpinFailure.of_core(*error.args)
-        return _Failed(failure, _motion_at(chain, failure.figures.get("time")))
+        return FailedChain(failure, _motion_at(chain, failure.figures.get("time")))
     return (
         _turned_too_little(figures, criteria)
-        or _left_the_spot(chain, figures, blocks)
+        or drive_failure(chain, figures, blocks)
         or _rested_too_shortly(chain, criteria)
         or FittedSpin(chain, figures, blocks)
     )
@@ -279,98 +221,29 @@ def _contradiction(turned: tuple[float, float], known: Angle) -> SpinFailure | N
     return None
 
 
-def _turned_too_little(figures: _core.SpinFigures, criteria: Criteria) -> _Failed | None:
+def _turned_too_little(figures: _core.SpinFigures, criteria: Criteria) -> FailedChain | None:
     """Object to a turn smaller than asked for."""
     turned = figures["turned_clockwise"] + figures["turned_counter_clockwise"]
     wanted = FULL_TURN * (criteria.turns or 0.0)
     # A robot told to turn by so much stops a little early or late, and its gyroscope has a scale error.
     if turned < 0.98 * wanted:
         figures_of_both = {"turned": turned, "wanted": wanted}
-        return _Failed(SpinFailure(SpinFailureKind.TURNED_TOO_LITTLE, figures_of_both))
+        return FailedChain(SpinFailure(SpinFailureKind.TURNED_TOO_LITTLE, figures_of_both))
     return None
 
 
-def _rested_too_shortly(chain: Chain, criteria: Criteria) -> _Failed | None:
+def _rested_too_shortly(chain: Chain, criteria: Criteria) -> FailedChain | None:
     """Object to rests shorter than asked for."""
     longest = max(float(end - start) for start, end in chain.rest_times)
     # The segmenter leaves out the ends of a rest, where the robot may still settle.
     if longest >= criteria.still - 0.5:
         return None
     figures = {"longest": longest, "wanted": criteria.still}
-    return _Failed(SpinFailure(SpinFailureKind.RESTED_TOO_SHORTLY, figures))
-
-
-def _left_the_spot(
-    chain: Chain, figures: _core.SpinFigures, blocks: _core.SpinBlockFigures
-) -> _Failed | None:
-    """Find the motion in which the robot left the spot."""
-    speeds = [_speed(motion, chain, figures, blocks) for motion in chain.motions]
-    fastest = int(np.argmax(speeds))
-    faulty_motion = chain.motions[fastest]
-    if speeds[fastest] > _largest_speed(faulty_motion, chain, figures):
-        reached = {"speed": speeds[fastest], "named": float(chain.given)}
-        return _Failed(SpinFailure(SpinFailureKind.DROVE, reached), faulty_motion)
-    if not chain.given and np.linalg.norm(figures["lever_arm"]) > LARGEST_LEVER_ARM:
-        return _Failed(
-            _drove_a_circle(figures["lever_arm"]), faulty_motion if len(chain.motions) == 1 else None
-        )
-    return None
-
-
-def _speed(
-    motion: Segment, chain: Chain, figures: _core.SpinFigures, blocks: _core.SpinBlockFigures
-) -> float:
-    """Largest horizontal speed of the turning axis over one motion, m/s, by what the accelerometers say.
-
-    That is the speed of the IMU, integrated from rest, less what turning about the axis gives it.
-    """
-    kept = (blocks["time"] >= motion.start) & (blocks["time"] <= motion.end)
-    if kept.sum() < 2:
-        return 0.0
-    heading = blocks["heading"][kept]
-    spacing = np.gradient(blocks["time"])[kept]
-    pull = (blocks["force"][kept, :2] - _gravity_along(heading, figures)) @ [1.0, 1.0j]
-    # Forward and left as one complex number, which the heading turns into a direction of the floor.
-    gained = pull * np.exp(1j * heading) * spacing
-    velocity = np.cumsum(gained) - 0.5 * gained
-    turning = 1j * _arm_along_floor(figures) * blocks["rate"][kept] * np.exp(1j * heading)
-    velocity -= turning
-    if motion is not chain.segments[-1]:
-        # It stands again afterwards: what the sum has gathered until then is drift.
-        velocity -= np.linspace(0.0, 1.0, len(velocity)) * velocity[-1]
-    return float(np.abs(velocity).max())
-
-
-def _largest_speed(motion: Segment, chain: Chain, figures: _core.SpinFigures) -> float:
-    """Speed that a motion on the spot may seem to reach, m/s: misfit adds up, and integrated noise walks."""
-    seconds = motion.end - motion.start
-    noise = float(np.linalg.norm(figures["noise"][1])) * math.sqrt(2.0 / 3.0)
-    walk = noise * seconds / math.sqrt(len(motion.samples))
-    if motion is not chain.segments[-1]:
-        # Zero at both ends, it walks half as far.
-        walk *= 0.5
-    return LARGEST_SPEED + LARGEST_MISFIT * seconds + SIGMAS_OF_WALK * walk
-
-
-def _gravity_along(heading: FloatArray, figures: _core.SpinFigures) -> FloatArray:
-    """(n, 2) specific force that a tilted floor puts forward and left, m/s^2."""
-    (tilt, _), (bearing, _) = figures["floor_tilt"], figures["uphill_bearing"]
-    if not (math.isfinite(tilt) and math.isfinite(bearing)):
-        return np.zeros((len(heading), 2))
-    uphill = np.column_stack([np.cos(bearing - heading), np.sin(bearing - heading)])
-    return STANDARD_GRAVITY * math.sin(tilt) * uphill
-
-
-def _arm_along_floor(figures: _core.SpinFigures) -> complex:
-    """Lever arm forward and left as one complex number, m; the frame is that of the blocks."""
-    up, arm = figures["up"], figures["lever_arm"]
-    forward = np.array([1.0, 0.0, 0.0]) - up[0] * up
-    forward /= np.linalg.norm(forward)
-    return complex(arm @ forward, arm @ np.cross(up, forward))
+    return FailedChain(SpinFailure(SpinFailureKind.RESTED_TOO_SHORTLY, figures))
 
 
 def _motion_at(chain: Chain, time: float | None) -> Segment | None:
-    """Find the motion at or nearest_rest to a time; None where there is no time to go by."""
+    """Find the motion at or nearest to a time; None where there is no time to go by."""
     if time is None:
         return None
     return min(chain.motions, key=lambda each: max(each.start - time, time - each.end, 0.0))
