@@ -19,7 +19,7 @@ ROWS: dict[TriadName, slice] = {"accelerometer": slice(0, 3), "gyroscope": slice
 
 
 @dataclass(frozen=True, slots=True)
-class Combined:
+class CombinedBiases:
     """What the spins agree on."""
 
     accelerometer_bias: BiasEstimate
@@ -31,7 +31,7 @@ class Combined:
 
 
 @dataclass(frozen=True, slots=True)
-class _Weighed:
+class _TriadWeights:
     """How much each spin counts for one triad."""
 
     weights: FloatArray
@@ -41,14 +41,14 @@ class _Weighed:
     warning: str
 
 
-def combine(spins: Sequence[Spin]) -> Combined:
+def combine(spins: Sequence[Spin]) -> CombinedBiases:
     """Weigh each spin by its information; where they contradict each other, the last one counts.
 
     Each triad is judged by itself: the bias of a gyroscope wanders, and the accelerometers need not suffer.
     """
     weighed = {triad: _weigh(spins, triad) for triad in ROWS}
     covariance = _covariance(spins, weighed)
-    return Combined(
+    return CombinedBiases(
         _estimate(spins, "accelerometer", weighed["accelerometer"], covariance),
         _estimate(spins, "gyroscope", weighed["gyroscope"], covariance),
         covariance,
@@ -64,12 +64,12 @@ def bias_of(spin: Spin, triad: TriadName) -> BiasEstimate:
     return spin.accelerometer_bias if triad == "accelerometer" else spin.gyroscope_bias
 
 
-def _weigh(spins: Sequence[Spin], triad: TriadName) -> _Weighed:
+def _weigh(spins: Sequence[Spin], triad: TriadName) -> _TriadWeights:
     rows = ROWS[triad]
     shown = [k for k, spin in enumerate(spins) if bias_of(spin, triad).observable]
     weights = np.zeros((len(spins), 3, 3))
     if not shown:
-        return _Weighed(weights, 0.0, 0, "")
+        return _TriadWeights(weights, 0.0, 0, "")
     values = np.array([bias_of(spins[k], triad).value for k in shown])
     information = np.array([np.linalg.inv(spins[k].covariance[rows, rows]) for k in shown])
     weights[shown] = np.linalg.solve(information.sum(axis=0), information)
@@ -78,13 +78,13 @@ def _weigh(spins: Sequence[Spin], triad: TriadName) -> _Weighed:
     chi_square = float(np.einsum("ki,kij,kj->", off, information, off))
     freedom = 3 * (len(shown) - 1)
     if freedom == 0 or chi_square <= chdtri(freedom, UNLIKELY):
-        return _Weighed(weights, chi_square, freedom, "")
+        return _TriadWeights(weights, chi_square, freedom, "")
     weights[:] = 0.0
     weights[shown[-1]] = np.eye(3)
     furthest = int(np.argmax(np.linalg.norm(off, axis=1)))
     apart = float(np.linalg.norm(values[furthest] - values[-1 if furthest + 1 < len(shown) else 0]))
     unit = "m/s^2" if triad == "accelerometer" else "rad/s"
-    return _Weighed(
+    return _TriadWeights(
         weights,
         chi_square,
         freedom,
@@ -94,7 +94,7 @@ def _weigh(spins: Sequence[Spin], triad: TriadName) -> _Weighed:
     )
 
 
-def _covariance(spins: Sequence[Spin], weighed: dict[TriadName, _Weighed]) -> FloatArray:
+def _covariance(spins: Sequence[Spin], weighed: dict[TriadName, _TriadWeights]) -> FloatArray:
     covariance = np.zeros((6, 6))
     for k, spin in enumerate(spins):
         weight = np.zeros((6, 6))
@@ -110,7 +110,7 @@ def _covariance(spins: Sequence[Spin], weighed: dict[TriadName, _Weighed]) -> Fl
 
 
 def _estimate(
-    spins: Sequence[Spin], triad: TriadName, weighed: _Weighed, covariance: FloatArray
+    spins: Sequence[Spin], triad: TriadName, weighed: _TriadWeights, covariance: FloatArray
 ) -> BiasEstimate:
     last = bias_of(spins[-1], triad)
     if not weighed.weights.any():

@@ -24,7 +24,7 @@ from tumble.logs import ReadOptions, open_recording
 from tumble.recording import Recording, RecordingSource, SampleProgress
 from tumble.results import Rest
 from tumble.spin.chain import Chain
-from tumble.spin.combination import Combined, combine
+from tumble.spin.combination import CombinedBiases, combine
 from tumble.spin.failure import SpinFailure, SpinFailureKind, UnusedInterval, not_a_rest
 from tumble.spin.messages import SMALLEST_SHOWN, cause, explain, remedy
 from tumble.spin.motions import credible_faults
@@ -289,7 +289,7 @@ def _notices(unit: Imu) -> Iterator[str]:
 
 
 def scale_warning(
-    combined: Combined, spins: Sequence[Spin], applied: Calibration | None, gravity: float
+    combined: CombinedBiases, spins: Sequence[Spin], applied: Calibration | None, gravity: float
 ) -> Iterator[str]:
     """Say what a scale error does to the accelerometer bias, unless an earlier calibration has seen to it."""
     if not combined.accelerometer_bias.observable:
