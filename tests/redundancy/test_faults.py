@@ -156,7 +156,7 @@ def test_a_primary_that_is_missing_is_replaced_from_the_start(said, tmp_path):
 def test_a_set_that_never_says_anything_is_refused(tmp_path):
     paths = [tmp_path / "a.csv", tmp_path / "b.csv"]
     line = refusal(*units(paths), "--allow-missing", "-o", tmp_path / "out")
-    assert "none of these units says anything" in line
+    assert "none of these units has a sample" in line
 
 
 def test_a_set_of_which_no_unit_is_ever_fit_ends_with_code_3(said, tmp_path):

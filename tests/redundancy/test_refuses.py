@@ -171,7 +171,7 @@ def test_a_folder_with_one_log_a_pose_is_no_log_of_a_flight(said, out, tmp_path)
     for name in ("a", "b"):
         said["imu2"].write(folder / f"{name}.csv")
     line = refusal(*units([said["imu1"].write(tmp_path / "imu1.csv"), folder]), "-o", out)
-    assert "is a folder of 2 logs, one a pose" in line
+    assert "is a folder of 2 logs, one per pose" in line
 
 
 def test_readings_in_a_wrong_unit_are_refused_with_the_option_for_that_unit(said, out, tmp_path):

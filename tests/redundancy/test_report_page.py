@@ -76,8 +76,8 @@ def test_the_top_says_who_is_primary_who_was_calibrated_who_took_over_when_and_w
         ("quiet", "Nothing happened"),
         ("untriggered", "No secondary was calibrated: none deviated enough"),
         ("untriggered", "imu1 was the source all the time"),
-        ("missing", "imu3 said nothing"),
-        ("unfit", "No unit was ever fit to be the source"),
+        ("missing", "imu3 sent nothing"),
+        ("unfit", "No unit was ever healthy enough to be the source"),
         ("unfit", "the platform never rested long enough"),
     ],
 )

@@ -61,7 +61,7 @@ def test_the_last_error_is_replaced_and_the_first_one_kept_beside_it(tmp_path):
 @pytest.mark.parametrize(
     ("damage", "says"),
     [
-        (lambda text: text.replace("0.1,", "0.2,"), "its checksum does not fit"),
+        (lambda text: text.replace("0.1,", "0.2,"), "its checksum does not match"),
         (lambda text: text[: len(text) // 2], ""),
         (lambda _: "", "an empty file"),
         (lambda _: "\x00\xff", ""),

@@ -246,7 +246,7 @@ def test_a_gyroscope_that_warms_up_is_worth_a_word(tmp_path):
     session = record(BOTH_WAYS, 49)
     session.gyroscope[:, 0] += 3e-5 * session.time
     warnings = spun(session, tmp_path)["spins"][0]["warnings"]
-    assert any("bias wandered by 0.00" in line for line in warnings)
+    assert any("bias drifted by 0.00" in line for line in warnings)
     steady = spun(record(BOTH_WAYS, 49), tmp_path)["spins"][0]["warnings"]
     assert not any("wandered" in line for line in steady)
 

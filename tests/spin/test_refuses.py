@@ -221,7 +221,7 @@ def test_true_turns_that_cannot_be_are_refused(tmp_path, turns, parts):
     [
         (["100:120"], "outside the log, which goes from 0.0 to 31"),
         (["5:2"], "ends before it begins"),
-        (["1:20", "10:30"], "overlaps the one from 10 s"),
+        (["1:20", "10:30"], "overlaps that from 10 s"),
         (["1-20"], "START:END"),
         (["0:5.5"], "did not turn"),
         (["10:20"], "no rest"),
@@ -272,7 +272,7 @@ def test_a_folder_of_poses_is_no_log_of_a_robot(tmp_path):
         record((still(3),), 71).write(folder / f"{name}.csv")
     done = typed("spin", folder, "-o", tmp_path / "out")
     assert done.code == 2
-    assert "one a pose" in one_line(done.err)
+    assert "one per pose" in one_line(done.err)
 
 
 @pytest.mark.parametrize(

@@ -139,7 +139,7 @@ def test_a_bias_from_less_than_a_turn_is_not_said_to_be_free_of_the_floor(pages)
         f"The level-free bias is not observable, so there is nothing to compare: {spins.NO_LEVEL_FREE}"
         in words
     )
-    assert "What a level floor would give is not observable" in words
+    assert "The line for a level floor is not drawn" in words
     assert "Floor tilt: not observable. Lever arm: not observable." in words
 
 

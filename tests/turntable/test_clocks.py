@@ -109,7 +109,7 @@ def test_a_target_that_started_late_and_stopped_early_uses_what_it_shares():
     late = shortened(unit.samples, 7.0, 33.0)
     part = calibrate_one(session.reference, late)
     assert [rest.pose for rest in part.rests] == ["X down", "Y up", "Y down", "Z up"]
-    assert any("rest 1, 6 of the reference is no rest of this unit" in text for text in part.warnings)
+    assert any("rest 1, 6 of the reference is not a rest of this unit" in text for text in part.warnings)
     assert chi_square(unit, part, "accelerometer") < chi2.isf(UNLIKELY, PARAMETERS)
     assert part.accelerometer.degrees_of_freedom == 3 * 4 - PARAMETERS
 

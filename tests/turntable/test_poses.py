@@ -153,7 +153,7 @@ def test_a_pose_that_a_target_lacks_is_left_out_and_said(session, folders):
     (folders / "target_1/y_up.csv").unlink()
     found = run(folders)["target_1"]
     assert [rest.pose for rest in found.rests] == ["X down", "X up", "Y down", "Z down", "Z up"]
-    assert any("rest 4 of the reference is no rest of this unit" in warning for warning in found.warnings)
+    assert any("rest 4 of the reference is not a rest of this unit" in warning for warning in found.warnings)
     assert_accelerometer_recovered(session, found)
 
 

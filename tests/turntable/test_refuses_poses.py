@@ -215,7 +215,7 @@ def test_files_of_a_target_with_names_exchanged_are_refused(folders, other):
 def test_folders_without_a_name_in_common_are_refused(folders):
     for number, path in enumerate(sorted((folders / "target_1").iterdir())):
         path.rename(path.with_name(f"take_{number}.csv"))
-    assert "has no file of the name of one of the reference's" in refused_folders(folders)
+    assert "has no file of the same name as one of the reference's" in refused_folders(folders)
 
 
 def test_a_folder_beside_one_recording_is_refused(pair, folders):

@@ -30,7 +30,7 @@ def with_fit(triad, chi_square, freedom):
         (80.0, 24, "larger than the noise explains"),
         (38.0, 24, "by chance in about"),
         (4.0, 24, "smaller than the noise"),
-        (0.0, 0, "say nothing about the fit"),
+        (0.0, 0, "do not test the fit"),
     ],
 )
 def test_chi_square_is_put_in_words_that_follow_its_p_value(result, chi_square, freedom, said):
@@ -79,7 +79,7 @@ def test_a_failure_names_the_worst_parameter_with_value_and_limit():
     target = replace(sessions.batch()["target_5"], checks=checks)
     sentence = words.verdict_sentence(target)
     assert sentence.startswith(
-        "2 of 3 limits not kept: gyroscope bias z is 0.400 rad/s, its limit 0.1 rad/s;"
+        "2 of 3 limits failed: gyroscope bias z is 0.400 rad/s, its limit 0.1 rad/s;"
     )
     assert f"accelerometer bias y is {MINUS}0.610 m/s², its limit 0.5 m/s²" in sentence
 

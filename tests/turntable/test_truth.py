@@ -190,7 +190,7 @@ def test_a_wrong_gravity_is_noticed_by_a_good_reference_and_widens_the_sigmas():
     right, wrong = calibrate(session, gravity=9.7803), calibrate(session)
     assert right.warnings == ()
     (warning,) = wrong.warnings
-    assert "reference: keeps |f| = 9.80665 m/s^2 only to 0.026 m/s^2" in warning
+    assert "reference: |f| deviates from 9.80665 m/s^2 by 0.026 m/s^2" in warning
     assert "--latitude" in warning
     assert_recovered(session, right)
     off = np.abs(errors(session.target_units[0], wrong["target_1"], "accelerometer"))
