@@ -78,9 +78,7 @@ def test_a_failure_names_the_worst_parameter_with_value_and_limit():
     )
     target = replace(sessions.batch()["target_5"], checks=checks)
     sentence = words.verdict_sentence(target)
-    assert sentence.startswith(
-        "2 of 3 limits failed: gyroscope bias z is 0.400 rad/s, its limit 0.1 rad/s;"
-    )
+    assert sentence.startswith("2 of 3 limits failed: gyroscope bias z is 0.400 rad/s, its limit 0.1 rad/s;")
     assert f"accelerometer bias y is {MINUS}0.610 m/s², its limit 0.5 m/s²" in sentence
 
 
