@@ -55,11 +55,12 @@ def services_of(
     poses = (*_lacking_directions(directions), *faults)
     no_turns = not _turned(rests, turn_angles)
     unseen = ("gyroscope scale and axes stay unknown without turns between rests",) if no_turns else ()
+    partner = () if imus > 1 else ("a second IMU logged with it by the same clock",)
     return (
         Service("turntable, as reference", poses),
         Service("turntable, as target", poses, unseen),
         Service("spin", (*_lacking_spin(rests, trace), *faults)),
-        Service("redundancy", (*_lacking_partner(imus), *_lacking_motion(no_turns, trace), *faults)),
+        Service("redundancy", (*partner, *_lacking_motion(no_turns, trace), *faults)),
     )
 
 
@@ -128,10 +129,6 @@ def _runs(mask: NDArray[np.bool_]) -> list[slice]:
     """Stretches over which a (n,) mask is true."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
     return [slice(int(start), int(end)) for start, end in edges.reshape(-1, 2)]
-
-
-def _lacking_partner(imus: int) -> tuple[str, ...]:
-    return () if imus > 1 else ("a second IMU logged with it by the same clock",)
 
 
 def _lacking_motion(no_turns: bool, trace: tuple[FloatArray, FloatArray, FloatArray]) -> tuple[str, ...]:

@@ -78,7 +78,7 @@ def round_pair(value: float, sigma: float) -> tuple[str, str]:
     with localcontext() as context:
         context.prec = _DIGITS_OF_ANY_FLOAT
         context.rounding = ROUND_HALF_EVEN
-        rounded_sigma = _two_digits(Decimal(repr(float(sigma))))
+        rounded_sigma = _to_digits(Decimal(repr(float(sigma))), 2)
         rounded_value = Decimal(repr(float(value))).quantize(rounded_sigma)
         return _plain(rounded_value), _plain(rounded_sigma)
 
@@ -129,10 +129,6 @@ def fixed(value: float, decimals: int) -> str:
     if not text.strip("-0."):
         text = text.lstrip("-")
     return text.replace("-", MINUS)
-
-
-def _two_digits(sigma: Decimal) -> Decimal:
-    return _to_digits(sigma, 2)
 
 
 def _to_digits(number: Decimal, digits: int) -> Decimal:

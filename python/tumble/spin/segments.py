@@ -146,14 +146,11 @@ def segments_within(window: Interval, rests: Sequence[Rest]) -> Iterator[UnreadS
             continue
         if inside.start > reached:
             yield UnreadSegment(Interval(reached, inside.start))
-        yield from _shortened(UnreadSegment(inside, _clipped(rest, inside)))
+        clipped = replace(rest, start=max(rest.start, inside.start), end=min(rest.end, inside.end))
+        yield from _shortened(UnreadSegment(inside, clipped))
         reached = inside.end
     if reached < window.end:
         yield UnreadSegment(Interval(reached, window.end))
-
-
-def _clipped(rest: Rest, interval: Interval) -> Rest:
-    return replace(rest, start=max(rest.start, interval.start), end=min(rest.end, interval.end))
 
 
 def _shortened(unread: UnreadSegment) -> Iterator[UnreadSegment]:

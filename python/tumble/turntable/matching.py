@@ -11,7 +11,7 @@ import numpy as np
 from tumble.acquisition.imu import pose_files
 from tumble.errors import ProcedureError
 from tumble.recording import FloatArray, Recording
-from tumble.turntable.poses import SIX_FACES, Pose, PoseList
+from tumble.turntable.poses import SIX_FACES, Pose, PoseList, angle_between
 
 LARGEST_TIP = 10.0
 """deg between a pose as listed and as recorded, mounting angle included; beyond it the pose is tipped."""
@@ -74,13 +74,9 @@ def match_poses(
 
 
 def _nearest(force: FloatArray, poses: PoseList) -> tuple[Pose, float]:
-    angles = [_angle(force, pose.up) for pose in poses]
+    angles = [angle_between(force, pose.up) for pose in poses]
     best = int(np.argmin(angles))
     return poses[best], angles[best]
-
-
-def _angle(one: FloatArray, other: FloatArray) -> float:
-    return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(one, other)), one @ other)))
 
 
 def _shows_six_faces(labelled: dict[int, Pose], rests: int) -> bool:
@@ -92,7 +88,7 @@ def _shows_six_faces(labelled: dict[int, Pose], rests: int) -> bool:
 def _by_file(recording: Recording, parts: Sequence[int], poses: PoseList) -> dict[int, Pose]:
     """Poses by the name of their file: `file` of the pose, or its name in the spelling of a file."""
     stems = pose_files(recording)
-    by_stem = {PurePath(pose.file or _as_file(pose.name)).stem.casefold(): pose for pose in poses}
+    by_stem = {PurePath(pose.file or pose.name.replace(" ", "_")).stem.casefold(): pose for pose in poses}
     for stem, pose in by_stem.items():
         if stem not in stems:
             raise ProcedureError(
@@ -103,15 +99,11 @@ def _by_file(recording: Recording, parts: Sequence[int], poses: PoseList) -> dic
     return {k: pose for k, pose in labelled if pose is not None}
 
 
-def _as_file(name: str) -> str:
-    return name.replace(" ", "_")
-
-
 def _refuse_mislabelled(
     recording: Recording, forces: FloatArray, labelled: dict[int, Pose], parts: Sequence[int]
 ) -> None:
     for k, pose in labelled.items():
-        angle = _angle(forces[k], pose.up)
+        angle = angle_between(forces[k], pose.up)
         if angle <= LARGEST_TIP:
             continue
         file = recording.parts[parts[k]].name

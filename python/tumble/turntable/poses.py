@@ -144,7 +144,7 @@ def _problem(poses: tuple[Pose, ...]) -> str:
     for one, other in combinations(poses, 2):
         if one.name == other.name:
             return f"two poses are named {one.name!r}; give each its own name"
-        angle = _angle_between(one.up, other.up)
+        angle = angle_between(one.up, other.up)
         if angle < SAME_DIRECTION:
             return (
                 f"poses {one.name!r} and {other.name!r} point up within {angle:.2g} deg of each other; "
@@ -156,8 +156,8 @@ def _problem(poses: tuple[Pose, ...]) -> str:
     return ""
 
 
-def _angle_between(one: FloatArray, other: FloatArray) -> float:
-    """Degrees; by the arc tangent, which is exact for small angles too."""
+def angle_between(one: FloatArray, other: FloatArray) -> float:
+    """Angle between two vectors, (3,) each, deg; by the arc tangent, which is exact for small angles too."""
     return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(one, other)), one @ other)))
 
 

@@ -67,7 +67,11 @@ def turntable(
         raise ProcedureError("no target was given; name at least one recording besides the reference")
     pose_list = PoseList.load(poses) if isinstance(poses, str | Path) else poses
     limit_list = Limits.load(limits) if isinstance(limits, str | Path) else limits
-    applied = _loaded(reference_calibration)
+    applied = (
+        Calibration.load(reference_calibration)
+        if isinstance(reference_calibration, str | Path)
+        else reference_calibration
+    )
     strength, source = local_gravity(gravity, latitude, height)
     settings = _core.TurntableSettings(
         strength, truth, clock, None if latitude is None else math.radians(latitude), g_sensitivity
@@ -102,10 +106,6 @@ def turntable(
         warnings=(*match.warnings, *reference_warnings(unit, fitted, strength)),
         software=f"tumble {_core.__version__}",
     )
-
-
-def _loaded(calibration: Calibration | str | Path | None) -> Calibration | None:
-    return Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
 
 
 def _acquire_all(

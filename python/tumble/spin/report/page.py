@@ -33,6 +33,7 @@ from tumble.spin.result import Spin, SpinResult
 MOST_DRAWN = 4
 """Spins with pictures; of a day with more, the further ones are tables only, or the page grows too heavy."""
 
+_NOT_DRAWN = f"Pictures are drawn of the first {MOST_DRAWN} spins only."
 _NO_BLOCKS = "No samples of this spin were kept to draw."
 
 
@@ -138,7 +139,7 @@ def _section(spin: Spin, number: int, gravity: float, *, drawn: bool) -> SpinSec
         anchor=prefix,
         sentence=text.spin_sentence(spin),
         fit=text.fit_sentence(spin),
-        no_pictures="" if blocks else _NO_BLOCKS if drawn else _too_many(),
+        no_pictures="" if blocks else _NO_BLOCKS if drawn else _NOT_DRAWN,
         time=_time_picture(spin, prefix) if blocks else None,
         heading=_heading_picture(spin, gravity, prefix) if blocks else None,
         scatter=_scatter_picture(spin, prefix) if blocks else None,
@@ -148,10 +149,6 @@ def _section(spin: Spin, number: int, gravity: float, *, drawn: bool) -> SpinSec
         methods=methods(spin, gravity),
         rests=rest_rows([replace(rest, pose=spin.label) for rest in spin.rests]),
     )
-
-
-def _too_many() -> str:
-    return f"Pictures are drawn of the first {MOST_DRAWN} spins only."
 
 
 def _time_picture(spin: Spin, prefix: str) -> Picture:
