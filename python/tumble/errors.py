@@ -1,4 +1,4 @@
-"""Errors a user can mend. Anything else that is raised is a bug of ours."""
+"""Errors a user can correct. Anything else that is raised is a bug of ours."""
 
 from __future__ import annotations
 

@@ -129,7 +129,7 @@ class ReferenceResult:
     source: str
     serial: str
     calibration_hash: str
-    """sha256 of the calibration applied to the reference; empty if it brought none."""
+    """sha256 of the calibration applied to the reference; empty if there was none."""
     bias: FloatArray
     """(3,) m/s^2, from |r - b| = g."""
     bias_sigma: FloatArray

@@ -153,7 +153,7 @@ def limit_row(check: LimitCheck) -> LimitRow:
 def method(result: TurntableResult, target: TargetResult | None) -> tuple[tuple[str, str], ...]:
     """Say how it was done: name and value of what a reader needs in order to do it again."""
     reference = result.reference
-    carried = f"sha256 {reference.calibration_hash}" if reference.calibration_hash else "brought none"
+    carried = f"sha256 {reference.calibration_hash}" if reference.calibration_hash else "none"
     lines = [
         ("Procedure", "turntable: targets calibrated against a co-mounted reference"),
         ("Truth", f"{result.truth}: {text.TRUTHS[result.truth]}"),
