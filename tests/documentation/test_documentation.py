@@ -62,6 +62,30 @@ def test_every_link_to_a_heading_leads_to_one(document):
     assert missing == []
 
 
+def defined_types(folder, pattern, suffix):
+    return [
+        name
+        for path in (ROOT / folder).rglob(f"*{suffix}")
+        for name in re.findall(pattern, text_of(path), re.M)
+    ]
+
+
+def test_every_type_of_the_glossary_is_defined_once():
+    table = text_of(ROOT / "docs" / "conventions.md").split("| type | is |")[1]
+    names = re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE)
+    assert len(names) > 20
+    rust = [
+        name
+        for crate in ("core", "store", "lab")
+        for name in defined_types(
+            f"crates/tumble-{crate}/src", r"^\s*pub(?:\(\w+\))? (?:struct|enum|trait) (\w+)", ".rs"
+        )
+    ]
+    python = defined_types("python/tumble", r"^class (\w+)", ".py")
+    wrong = [name for name in names if max(rust.count(name), python.count(name)) != 1]
+    assert wrong == []
+
+
 @pytest.mark.parametrize("document", DOCUMENTS, ids=named)
 def test_equations_are_numbered_in_order(document):
     numbers = [int(number) for number in re.findall(r"\\tag\{(\d+)\}", text_of(document))]
