@@ -30,3 +30,4 @@ pub mod segmenter;
 pub mod spin;
 pub mod stillness;
 pub mod turntable;
+pub mod vocabulary;

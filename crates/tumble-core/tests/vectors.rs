@@ -397,17 +397,10 @@ fn redundancy<T: Named>() {
                 angular_rate: triad(3, steps[1]),
             };
             monitor.push(&platform, unit, &sample, &mut |event| {
-                let name = match &event.kind {
-                    EventKind::Selected { .. } => "selected",
-                    EventKind::RestBegan => "rest began",
-                    EventKind::Triggered { .. } => "triggered",
-                    EventKind::RestEnded => "rest ended",
-                    EventKind::MotionBegan => "motion began",
-                    EventKind::Fitted { .. } => "fitted",
-                    EventKind::Adopted { .. } => "adopted",
-                    EventKind::Evaluated { .. } => return,
-                    other => panic!("{other:?}"),
-                };
+                if matches!(event.kind, EventKind::Evaluated { .. }) {
+                    return;
+                }
+                let name = event.kind.name();
                 if let EventKind::Adopted { record } = &event.kind {
                     records.push(*record);
                 }
@@ -427,10 +420,7 @@ fn redundancy<T: Named>() {
     );
     assert_eq!(records.len(), 2);
     for record in &records {
-        let sensor = match record.sensor {
-            Sensor::Accelerometer => "accelerometer",
-            Sensor::Gyroscope => "gyroscope",
-        };
+        let sensor = record.sensor.name();
         let close = |quantity: &str, apart: T| {
             let within = apart.wide() <= vectors.tolerance::<T>(quantity);
             assert!(within, "{quantity}: {apart:?} sigma");

@@ -4,8 +4,6 @@ use tumble_core::real::{Real, real};
 use tumble_core::redundancy::settings::thresholds::Threshold;
 use tumble_core::redundancy::settings::{Data, Gate, Rung, Scope};
 
-use crate::redundancy::names::{DATA, GATES, RUNGS, SCOPES, word};
-
 /// What a setting is set to.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
@@ -278,35 +276,32 @@ impl<F: Field> Field for Option<F> {
 }
 
 macro_rules! choice_field {
-    ($choice:ident, $words:ident) => {
+    ($choice:ident) => {
         impl Field for $choice {
             const KIND: Kind = Kind::Choice(stringify!($choice));
 
             fn choices() -> Vec<&'static str> {
-                $words.iter().map(|(word, _)| *word).collect()
+                $choice::NAMES.to_vec()
             }
 
             fn get(&self) -> Value {
-                Value::Text(word(&$words, self).to_string())
+                Value::Text(self.name().to_string())
             }
 
             fn read(value: &Value) -> Option<Self> {
                 let Value::Text(text) = value else {
                     return None;
                 };
-                $words
-                    .iter()
-                    .find(|(word, _)| word == text)
-                    .map(|(_, choice)| *choice)
+                $choice::named(text)
             }
         }
     };
 }
 
-choice_field!(Data, DATA);
-choice_field!(Gate, GATES);
-choice_field!(Scope, SCOPES);
-choice_field!(Rung, RUNGS);
+choice_field!(Data);
+choice_field!(Gate);
+choice_field!(Scope);
+choice_field!(Rung);
 
 impl<T: Real> Field for Threshold<T> {
     const KIND: Kind = Kind::Threshold;

@@ -16,6 +16,7 @@ mod spin;
 mod spin_figures;
 mod spin_machine;
 mod turntable;
+mod vocabulary;
 
 /// Module entry point.
 #[pymodule]
@@ -31,5 +32,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     spin::register(module)?;
     spin_machine::register(module)?;
     turntable::register(module)?;
+    vocabulary::register(module)?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))
 }

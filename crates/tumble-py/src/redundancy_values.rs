@@ -13,8 +13,7 @@ use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::redundancy::settings::Rung;
 use tumble_core::redundancy::settings::validate::{InvalidSetting, SettingError};
 use tumble_lab::redundancy::dyn_monitor::{Model, OutputSample, WindowMeans};
-use tumble_lab::redundancy::event_text::{EventText, Figure, sensor_name};
-use tumble_lab::redundancy::names::{RUNGS, rung};
+use tumble_lab::redundancy::event_text::{EventText, Figure};
 use tumble_lab::redundancy::replay::{Replay, ReplayWindow};
 use tumble_lab::setting::in_seconds;
 
@@ -24,55 +23,45 @@ use crate::turntable::CoreError;
 /// A platform that cannot be, as `CoreError` with its figures.
 pub(crate) fn platform_error(py: Python<'_>, error: &PlatformError) -> PyErr {
     let figures = PyDict::new(py);
-    let (kind, set) = match error {
-        PlatformError::Settings(InvalidSetting { setting, error }) => {
-            let (why, other) = setting_error(error);
-            let set = figures
-                .set_item("setting", setting)
-                .and_then(|()| figures.set_item("objection", why))
-                .and_then(|()| figures.set_item("other", other));
-            ("contradictory settings", set)
-        }
-        PlatformError::TooFewUnits => ("too few units", Ok(())),
-        PlatformError::Primary => ("unfit primary", Ok(())),
-        PlatformError::Mounting(unit) => ("unfit mounting", figures.set_item("unit", unit)),
-        PlatformError::SameIdentity(unit) => ("same identity", figures.set_item("unit", unit)),
+    let set = match error {
+        PlatformError::Settings(InvalidSetting { setting, error }) => figures
+            .set_item("setting", setting)
+            .and_then(|()| figures.set_item("objection", error.name()))
+            .and_then(|()| figures.set_item("other", other_of(error))),
+        PlatformError::TooFewUnits | PlatformError::Primary => Ok(()),
+        PlatformError::Mounting(unit) | PlatformError::SameIdentity(unit) => figures.set_item("unit", unit),
     };
     match set {
-        Ok(()) => CoreError::new_err((kind, figures.unbind())),
+        Ok(()) => CoreError::new_err((error.name(), figures.unbind())),
         Err(error) => error,
     }
 }
 
-/// What is wrong, and the name or the figure, s, it refers to.
-fn setting_error(error: &SettingError) -> (&'static str, String) {
-    let (why, other) = match error {
-        SettingError::NotPositive => ("not positive", ""),
-        SettingError::NotAShare => ("not a share", ""),
-        SettingError::AlwaysExceeded => ("always exceeded", ""),
-        SettingError::NoLastError => ("no last error", ""),
-        SettingError::ShorterThan(other) => ("shorter than", *other),
-        SettingError::SmallerThan(other) => ("smaller than", *other),
-        SettingError::MoreThanFit(other) => ("more than fit", *other),
-        SettingError::TooLong(most) => return ("too long", in_seconds(*most).to_string()),
-        SettingError::NotAPartOfASecond => ("not a part of a second", ""),
-    };
-    (why, other.to_string())
+/// The name or the figure, s, that an error of a setting refers to.
+fn other_of(error: &SettingError) -> String {
+    match error {
+        SettingError::ShorterThan(other)
+        | SettingError::SmallerThan(other)
+        | SettingError::MoreThanFit(other) => (*other).to_string(),
+        SettingError::TooLong(most) => in_seconds(*most).to_string(),
+        SettingError::NotPositive
+        | SettingError::NotAShare
+        | SettingError::AlwaysExceeded
+        | SettingError::NoLastError
+        | SettingError::NotAPartOfASecond => String::new(),
+    }
 }
 
 /// A command by name.
 pub(crate) fn command((time, name): &(f64, String)) -> PyResult<(f64, Command)> {
-    let command = match name.as_str() {
-        "evaluate" => Command::Evaluate,
-        "return to primary" => Command::ReturnToPrimary,
-        other => return Err(PyValueError::new_err(format!("there is no command '{other}'"))),
-    };
+    let command = Command::named(name);
+    let command = command.ok_or_else(|| PyValueError::new_err(format!("there is no command '{name}'")))?;
     Ok((*time, command))
 }
 
 /// `M` and `b` of a sensor, where a calibration has them.
 pub(crate) fn model(calibration: &Bound<'_, PyDict>, sensor: Sensor) -> PyResult<Option<Model>> {
-    let Some(found) = calibration.get_item(sensor_name(sensor))? else {
+    let Some(found) = calibration.get_item(sensor.name())? else {
         return Ok(None);
     };
     let (m, b): (PyReadonlyArray2<'_, f64>, PyReadonlyArray1<'_, f64>) = found.extract()?;
@@ -107,15 +96,10 @@ pub(crate) fn read_record(record: &Bound<'_, PyDict>) -> PyResult<Record<f64>> {
     };
     let sensor: String = item(record, "sensor")?;
     let rung: String = item(record, "rung")?;
-    let fits = |word: &&(&str, Rung)| word.0 == rung;
-    let unknown = || PyValueError::new_err(format!("there is no rung '{rung}'"));
+    let unknown = |kind, word: &str| PyValueError::new_err(format!("there is no {kind} '{word}'"));
     Ok(Record {
         identity: item(record, "identity")?,
-        sensor: match sensor.as_str() {
-            "accelerometer" => Sensor::Accelerometer,
-            "gyroscope" => Sensor::Gyroscope,
-            other => return Err(PyValueError::new_err(format!("there is no sensor '{other}'"))),
-        },
+        sensor: Sensor::named(&sensor).ok_or_else(|| unknown("sensor", &sensor))?,
         model: ErrorModel {
             matrix: matrix(&item(record, "matrix")?, "matrix")?,
             bias: vector_of("bias")?,
@@ -124,7 +108,7 @@ pub(crate) fn read_record(record: &Bound<'_, PyDict>) -> PyResult<Record<f64>> {
         bias_sigma: vector_of("bias_sigma")?,
         lever_arm: optional("lever_arm", 0.0)?,
         lever_arm_sigma: optional("lever_arm_sigma", f64::INFINITY)?,
-        rung: RUNGS.iter().find(fits).ok_or_else(unknown)?.1,
+        rung: Rung::named(&rung).ok_or_else(|| unknown("rung", &rung))?,
         directions: item(record, "directions")?,
         residual: item(record, "residual")?,
         residual_before: item(record, "residual_before")?,
@@ -144,14 +128,14 @@ pub(crate) fn write_record<'py>(
     let has_arm = record.sensor == Sensor::Accelerometer;
     let arm = |v: &Vector3<f64>| has_arm.then(|| array1(py, v));
     dict.set_item("identity", record.identity)?;
-    dict.set_item("sensor", sensor_name(record.sensor))?;
+    dict.set_item("sensor", record.sensor.name())?;
     dict.set_item("matrix", matrix(&record.model.matrix))?;
     dict.set_item("bias", array1(py, &record.model.bias))?;
     dict.set_item("matrix_sigma", matrix(&record.matrix_sigma))?;
     dict.set_item("bias_sigma", array1(py, &record.bias_sigma))?;
     dict.set_item("lever_arm", arm(&record.lever_arm))?;
     dict.set_item("lever_arm_sigma", arm(&record.lever_arm_sigma))?;
-    dict.set_item("rung", rung(record.rung))?;
+    dict.set_item("rung", record.rung.name())?;
     dict.set_item("directions", record.directions)?;
     dict.set_item("residual", record.residual)?;
     dict.set_item("residual_before", record.residual_before)?;

@@ -24,59 +24,45 @@ pub(crate) fn failure_figures<'py, T: Real>(
     origin: f64,
 ) -> PyResult<(&'static str, Bound<'py, PyDict>)> {
     let at = |time: u64| origin + time as f64 * 1e-6;
-    let (kind, figures): (_, Vec<(&str, f64)>) = match *failure {
-        SpinFailure::NeverStill { waited } => ("never still", vec![("waited", wide(waited))]),
-        SpinFailure::NoRest => ("no rest", vec![]),
-        SpinFailure::NoTurn { turned } => ("no turn", vec![("turned", wide(turned))]),
-        SpinFailure::TurnedTooLittle { turned, wanted } => (
-            "turned too little",
-            vec![("turned", wide(turned)), ("wanted", wide(wanted))],
-        ),
-        SpinFailure::NotOneAxis { time, across, limit } => (
-            "not one axis",
-            vec![
-                ("time", at(time)),
-                ("across", wide(across)),
-                ("limit", wide(limit)),
-            ],
-        ),
-        SpinFailure::Lifted { time, change, limit } => (
-            "lifted",
-            vec![
-                ("time", at(time)),
-                ("change", wide(change)),
-                ("limit", wide(limit)),
-            ],
-        ),
-        SpinFailure::Saturated { time, channel, value } => (
-            "saturated",
-            vec![
-                ("time", at(time)),
-                ("channel", channel as f64),
-                ("value", wide(value)),
-            ],
-        ),
-        SpinFailure::FloorTooSteep { tilt, limit } => (
-            "floor too steep",
-            vec![("tilt", wide(tilt)), ("limit", wide(limit))],
-        ),
-        SpinFailure::SampleRateTooLow { rate, needed } => (
-            "sample rate too low",
-            vec![("rate", wide(rate)), ("needed", wide(needed))],
-        ),
+    let figures: Vec<(&str, f64)> = match *failure {
+        SpinFailure::NeverStill { waited } => vec![("waited", wide(waited))],
+        SpinFailure::NoRest => vec![],
+        SpinFailure::NoTurn { turned } => vec![("turned", wide(turned))],
+        SpinFailure::TurnedTooLittle { turned, wanted } => {
+            vec![("turned", wide(turned)), ("wanted", wide(wanted))]
+        }
+        SpinFailure::NotOneAxis { time, across, limit } => vec![
+            ("time", at(time)),
+            ("across", wide(across)),
+            ("limit", wide(limit)),
+        ],
+        SpinFailure::Lifted { time, change, limit } => vec![
+            ("time", at(time)),
+            ("change", wide(change)),
+            ("limit", wide(limit)),
+        ],
+        SpinFailure::Saturated { time, channel, value } => vec![
+            ("time", at(time)),
+            ("channel", channel as f64),
+            ("value", wide(value)),
+        ],
+        SpinFailure::FloorTooSteep { tilt, limit } => vec![("tilt", wide(tilt)), ("limit", wide(limit))],
+        SpinFailure::SampleRateTooLow { rate, needed } => {
+            vec![("rate", wide(rate)), ("needed", wide(needed))]
+        }
         SpinFailure::SamplesMissing { time, gap } => {
-            ("samples missing", vec![("time", at(time)), ("gap", wide(gap))])
+            vec![("time", at(time)), ("gap", wide(gap))]
         }
         SpinFailure::StreamStopped { time, gap } => {
-            ("stream stopped", vec![("time", at(time)), ("gap", wide(gap))])
+            vec![("time", at(time)), ("gap", wide(gap))]
         }
-        SpinFailure::Unsolvable => ("unsolvable", vec![]),
+        SpinFailure::Unsolvable => vec![],
     };
     let dict = PyDict::new(py);
     for (name, value) in figures {
         dict.set_item(name, value)?;
     }
-    Ok((kind, dict))
+    Ok((failure.name(), dict))
 }
 
 pub(crate) fn error<T: Real>(py: Python<'_>, failure: &SpinFailure<T>, origin: f64) -> PyErr {

@@ -4,7 +4,7 @@ use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tumble_core::real::Real;
-use tumble_core::spin::machine::{SpinEvent, SpinMachine, SpinState, Wheels};
+use tumble_core::spin::machine::{SpinMachine, SpinState, Wheels};
 use tumble_core::spin::settings::SpinSettings;
 
 use crate::spin::{PySpinSettings, SampleArrays, is_single, microseconds, true_angle};
@@ -78,15 +78,15 @@ impl PySpinMachine {
             Machine::Single(machine) => machine.tick(now),
             Machine::Double(machine) => machine.tick(now),
         };
-        event.map(event_name)
+        event.map(|event| event.name())
     }
 
     /// Where the procedure is.
     #[getter]
     fn state(&self) -> &'static str {
         match &self.machine {
-            Machine::Single(machine) => state_name(machine.state()),
-            Machine::Double(machine) => state_name(machine.state()),
+            Machine::Single(machine) => machine.state().name(),
+            Machine::Double(machine) => machine.state().name(),
         }
     }
 
@@ -155,7 +155,7 @@ impl SampleArrays<'_> {
             .filter_map(|(i, sample)| {
                 machine
                     .push(&sample, wheels(i))
-                    .map(|event| (self.time[i], event_name(event)))
+                    .map(|event| (self.time[i], event.name()))
             })
             .collect()
     }
@@ -166,27 +166,6 @@ fn wheels(moving: Option<f64>) -> Wheels {
         Some(moving) if moving > 0.0 => Wheels::Turning,
         Some(0.0) => Wheels::Stopped,
         _ => Wheels::Unknown,
-    }
-}
-
-fn event_name(event: SpinEvent) -> &'static str {
-    match event {
-        SpinEvent::StillBegan => "still began",
-        SpinEvent::StillBroken => "still broken",
-        SpinEvent::StillDone => "still done",
-        SpinEvent::SpinBegan => "spin began",
-        SpinEvent::Done => "done",
-        SpinEvent::Failed => "failed",
-    }
-}
-
-fn state_name<T: Real>(state: &SpinState<T>) -> &'static str {
-    match state {
-        SpinState::Idle => "idle",
-        SpinState::Still => "still",
-        SpinState::Spin => "spin",
-        SpinState::Done => "done",
-        SpinState::Failed(_) => "failed",
     }
 }
 

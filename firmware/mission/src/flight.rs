@@ -202,9 +202,9 @@ impl<'m, 'w, W: WorkMeter> MissionFlight<'m, 'w, W> {
         saved?;
         writeln!(
             self.out,
-            "{} record of {:?} of {:#x} saved",
+            "{} record of {} of {:#x} saved",
             Time(now),
-            record.sensor,
+            record.sensor.name(),
             record.identity
         )?;
         Ok(())

@@ -43,8 +43,9 @@ pub fn spin<W: WorkMeter>(file: &[u8], watch: &mut W, out: &mut dyn Write) -> Re
             let (turned, rate) = (machine.progress().turned, machine.progress().rate);
             writeln!(
                 out,
-                "{} {event:?}, turned {} rad, rate {} rad/s",
+                "{} {}, turned {} rad, rate {} rad/s",
                 Time(time),
+                event.name(),
                 Bits(turned),
                 Bits(rate)
             )?;

@@ -9,7 +9,7 @@ use core::fmt::{Display, Formatter, Result, Write};
 
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
 use nalgebra::{Matrix3, Vector3};
-use tumble_core::redundancy::fit::adoption::{AdoptionRefusal, Excess};
+use tumble_core::redundancy::fit::adoption::AdoptionRefusal;
 use tumble_core::redundancy::health::HealthFault;
 use tumble_core::redundancy::monitor::event::{Event, EventKind};
 use tumble_core::redundancy::output::Output;
@@ -82,9 +82,11 @@ impl Display for UnitLabel {
 /// As of what it is written to; so all of these.
 pub fn event(out: &mut dyn Write, event: &Event<f32>) -> Result {
     write!(out, "{} {}: ", Time(event.time), UnitLabel(event.unit))?;
+    let name = event.kind.name();
     match &event.kind {
-        EventKind::RestBegan => writeln!(out, "rest began"),
-        EventKind::RestEnded => writeln!(out, "rest ended"),
+        EventKind::RestBegan | EventKind::RestEnded | EventKind::MotionBegan | EventKind::Healthy => {
+            writeln!(out, "{name}")
+        }
         EventKind::Evaluated {
             sensor,
             check,
@@ -94,20 +96,26 @@ pub fn event(out: &mut dyn Write, event: &Event<f32>) -> Result {
             let (deviation, threshold) = (Bits(*deviation), Bits(*threshold));
             writeln!(
                 out,
-                "{sensor:?} deviates by {deviation} {} ({check:?}), threshold {threshold}",
-                unit(*sensor)
+                "{} deviates by {deviation} {} ({}), threshold {threshold}",
+                sensor.name(),
+                unit(*sensor),
+                check.name()
             )
         }
         EventKind::Withheld { sensor, why } => {
-            writeln!(out, "{sensor:?} deviates but is not calibrated: {why:?}")
+            writeln!(
+                out,
+                "{} deviates but is not calibrated: {}",
+                sensor.name(),
+                why.name()
+            )
         }
         EventKind::Triggered {
             sensors: [accelerometer, gyroscope],
         } => writeln!(
             out,
-            "triggered, accelerometer {accelerometer}, gyroscope {gyroscope}"
+            "{name}, accelerometer {accelerometer}, gyroscope {gyroscope}"
         ),
-        EventKind::MotionBegan => writeln!(out, "motion began"),
         EventKind::Fitted {
             sensor,
             rung,
@@ -119,87 +127,85 @@ pub fn event(out: &mut dyn Write, event: &Event<f32>) -> Result {
             let (after, before) = (Bits(*residual), Bits(*residual_before));
             write!(
                 out,
-                "{sensor:?} fitted, {rung:?}, {directions} directions, {pairs} pairs, "
+                "{} {name}, {}, {directions} directions, {pairs} pairs, ",
+                sensor.name(),
+                rung.name()
             )?;
             writeln!(out, "residual {after} {}, before {before}", unit(*sensor))
         }
         EventKind::Adopted { record: adopted } => {
-            writeln!(out, "adopted")?;
+            writeln!(out, "{name}")?;
             record(out, adopted)
         }
         EventKind::Refused { sensor, why } => {
-            write!(out, "{sensor:?} refused, ")?;
+            write!(out, "{} {name}, ", sensor.name())?;
             refusal(out, why)
         }
-        EventKind::Abandoned { why } => writeln!(out, "calibration abandoned: {why:?}"),
+        EventKind::Abandoned { why } => writeln!(out, "calibration {name}: {}", why.name()),
         EventKind::Unhealthy { fault: found } => {
-            write!(out, "unhealthy, ")?;
+            write!(out, "{name}, {}", found.name())?;
             fault(out, found)
         }
-        EventKind::Healthy => writeln!(out, "healthy"),
-        EventKind::Selected { reason } => writeln!(out, "is the source: {reason:?}"),
+        EventKind::Selected { reason } => writeln!(out, "is the source: {}", reason.name()),
         EventKind::NoneSelected => writeln!(out, "there is no source"),
-        EventKind::Restored { sensor, sequence } => writeln!(out, "{sensor:?} restored, sequence {sequence}"),
-        EventKind::RecordRejected { sensor, why } => writeln!(out, "record of {sensor:?} rejected: {why:?}"),
+        EventKind::Restored { sensor, sequence } => {
+            writeln!(out, "{} {name}, sequence {sequence}", sensor.name())
+        }
+        EventKind::RecordRejected { sensor, why } => {
+            writeln!(out, "{} {name}: {}", sensor.name(), why.name())
+        }
         EventKind::TimeJumped { by } => {
             let to = if *by < 0 { "back" } else { "on" };
-            writeln!(out, "time jumped {to} by {}", Time(by.unsigned_abs()))
+            writeln!(out, "{name} {to} by {}", Time(by.unsigned_abs()))
         }
     }
 }
 
 fn refusal(out: &mut dyn Write, why: &AdoptionRefusal<f32>) -> Result {
-    let mut exceeds = |what: &str, excess: &Excess<f32>| {
-        writeln!(out, "{what}: {} over {}", Bits(excess.value), Bits(excess.limit))
-    };
+    let reason = why.reason().name();
     match why {
-        AdoptionRefusal::ResidualTooLarge(excess) => exceeds("residual too large", excess),
-        AdoptionRefusal::ImplausibleBias(excess) => exceeds("implausible bias", excess),
-        AdoptionRefusal::ImplausibleScale(excess) => exceeds("implausible scale", excess),
-        AdoptionRefusal::ImplausibleMisalignment(excess) => exceeds("implausible misalignment", excess),
-        AdoptionRefusal::ImplausibleLeverArm(excess) => exceeds("implausible lever arm", excess),
-        AdoptionRefusal::Drifting(excess) => exceeds("drifting", excess),
-        AdoptionRefusal::DisagreesWithRest(excess) => exceeds("disagrees with rest", excess),
-        AdoptionRefusal::NotBetter(excess) => exceeds("not better", excess),
-        AdoptionRefusal::Unsolvable => writeln!(out, "unsolvable"),
-        AdoptionRefusal::TooFewPairs { pairs, needed } => writeln!(out, "too few pairs: {pairs} of {needed}"),
+        AdoptionRefusal::Unsolvable => writeln!(out, "{reason}"),
+        AdoptionRefusal::TooFewPairs { pairs, needed } => writeln!(out, "{reason}: {pairs} of {needed}"),
+        AdoptionRefusal::Exceeds(_, excess) => {
+            writeln!(
+                out,
+                "{reason}: {} over {}",
+                Bits(excess.value),
+                Bits(excess.limit)
+            )
+        }
     }
 }
 
+/// The figures of a fault, behind its name.
 fn fault(out: &mut dyn Write, fault: &HealthFault<f32>) -> Result {
     match fault {
-        HealthFault::Late { pause } => writeln!(out, "no samples for {} s", Bits(*pause)),
+        HealthFault::Late { pause } => writeln!(out, ": no samples for {} s", Bits(*pause)),
         HealthFault::Frozen { sensor, duration } => {
-            writeln!(out, "{sensor:?} frozen for {} s", Bits(*duration))
+            writeln!(out, ": {} for {} s", sensor.name(), Bits(*duration))
         }
-        HealthFault::Stuck { channel, value } => writeln!(out, "channel {channel} stuck at {}", Bits(*value)),
-        HealthFault::Saturated { channel, value } => {
-            writeln!(out, "channel {channel} saturated at {}", Bits(*value))
+        HealthFault::Stuck { channel, value }
+        | HealthFault::Saturated { channel, value }
+        | HealthFault::Spikes { channel, value } => {
+            writeln!(out, ": channel {channel} at {}", Bits(*value))
         }
-        HealthFault::NotFinite { channel } => writeln!(out, "channel {channel} not finite"),
-        HealthFault::Spikes { channel, value } => {
-            writeln!(out, "channel {channel} spikes of {}", Bits(*value))
-        }
-        HealthFault::OutOfFamily { sensor, apart, limit } => {
-            writeln!(
-                out,
-                "{sensor:?} out of family: {} over {}",
-                Bits(*apart),
-                Bits(*limit)
-            )
-        }
-        HealthFault::Noisy { sensor, ratio, limit } => {
-            writeln!(out, "{sensor:?} noisy: {} over {}", Bits(*ratio), Bits(*limit))
-        }
-        HealthFault::ImplausibleAtRest {
+        HealthFault::NotFinite { channel } => writeln!(out, ": channel {channel}"),
+        HealthFault::OutOfFamily {
             sensor,
-            deviation,
+            apart: value,
             limit,
-        } => {
-            let (deviation, limit) = (Bits(*deviation), Bits(*limit));
-            writeln!(out, "{sensor:?} implausible at rest: {deviation} over {limit}")
         }
-        HealthFault::ClockJumped => writeln!(out, "clock jumped"),
+        | HealthFault::Noisy {
+            sensor,
+            ratio: value,
+            limit,
+        }
+        | HealthFault::ImplausibleAtRest {
+            sensor,
+            deviation: value,
+            limit,
+        } => writeln!(out, ": {} {} over {}", sensor.name(), Bits(*value), Bits(*limit)),
+        HealthFault::ClockJumped => writeln!(out),
     }
 }
 
@@ -207,11 +213,11 @@ fn fault(out: &mut dyn Write, fault: &HealthFault<f32>) -> Result {
 fn record(out: &mut dyn Write, record: &Record<f32>) -> Result {
     writeln!(
         out,
-        "  record of {:?} of {:#x}: sequence {}, {:?}, {} directions, {} pairs, residual {}, before {}",
-        record.sensor,
+        "  record of {} of {:#x}: sequence {}, {}, {} directions, {} pairs, residual {}, before {}",
+        record.sensor.name(),
         record.identity,
         record.sequence,
-        record.rung,
+        record.rung.name(),
         record.directions,
         record.pairs,
         Bits(record.residual),

@@ -95,15 +95,15 @@ def test_records_are_saved_before_the_reset_and_restored_after_it(said):
         "device: start 1",
         "secondary 1: triggered",
         "secondary 1: motion began",
-        "record of Accelerometer of 0x7002 saved",
-        "record of Gyroscope of 0x7002 saved",
+        "record of accelerometer of 0x7002 saved",
+        "record of gyroscope of 0x7002 saved",
         "secondary 2: triggered",
-        "record of Accelerometer of 0x7003 saved",
-        "record of Gyroscope of 0x7003 saved",
+        "record of accelerometer of 0x7003 saved",
+        "record of gyroscope of 0x7003 saved",
         "device: resets itself",
         "device: start 2",
-        "secondary 1: Accelerometer restored, sequence 1",
-        "secondary 2: Gyroscope restored, sequence 1",
+        "secondary 1: accelerometer restored, sequence 1",
+        "secondary 2: gyroscope restored, sequence 1",
     )
     flash = re.findall(r"flash: checksum (\w+), (\d+) pages erased and (\d+) bytes written", said)
     (first, _, written), (second, *nothing) = flash
@@ -113,7 +113,7 @@ def test_records_are_saved_before_the_reset_and_restored_after_it(said):
 
 
 def test_the_record_adopted_is_that_of_the_vectors(said):
-    record = after(said, "record of Accelerometer of 0x7002")
+    record = after(said, "record of accelerometer of 0x7002")
     found, sigma = (
         np.array(numbers(re.search(rf"{name} (#.*)", record)[1])) for name in ("    b", "sigma of b")
     )
@@ -130,10 +130,10 @@ def test_each_secondary_takes_over_in_turn_and_compensated_is_close_to_the_dead_
     flown = after(
         said,
         "device: start 2",
-        "primary: unhealthy, no samples",
-        "secondary 1: is the source: PrimaryFailed",
-        "secondary 1: unhealthy, no samples",
-        "secondary 2: is the source: SourceFailed",
+        "primary: unhealthy, late: no samples",
+        "secondary 1: is the source: primary failed",
+        "secondary 1: unhealthy, late: no samples",
+        "secondary 2: is the source: source failed",
     )
     for unit in (1, 2):
         _, force, rate = after(flown, f"secondary {unit} was the source").split("\n")[:3]

@@ -3,7 +3,7 @@
 use core::ffi::c_void;
 use core::ptr::{from_ref, null};
 
-use tumble_core::redundancy::fit::adoption::{AdoptionRefusal, Excess};
+use tumble_core::redundancy::fit::adoption::AdoptionRefusal;
 use tumble_core::redundancy::health::HealthFault;
 use tumble_core::redundancy::monitor::event::{Check as CoreCheck, Event as Core, EventKind as CoreKind};
 use tumble_core::redundancy::sensor::Sensor as CoreSensor;
@@ -253,23 +253,16 @@ impl Event {
     }
 
     fn refused(self, why: &AdoptionRefusal<f32>) -> Self {
-        let excess = |reason, excess: Excess<f32>| self.because(reason).figures(excess.value, excess.limit);
+        let refused = self.because(Reason::of_refusal(why.reason()));
         match *why {
-            AdoptionRefusal::Unsolvable => self.because(Reason::Unsolvable),
+            AdoptionRefusal::Unsolvable => refused,
             AdoptionRefusal::TooFewPairs { pairs, needed } => Self {
                 pairs,
                 #[allow(clippy::cast_precision_loss)] // Nobody asks for more pairs than a float counts.
                 limit: needed as f32,
-                ..self.because(Reason::TooFewPairs)
+                ..refused
             },
-            AdoptionRefusal::ResidualTooLarge(by) => excess(Reason::ResidualTooLarge, by),
-            AdoptionRefusal::ImplausibleBias(by) => excess(Reason::ImplausibleBias, by),
-            AdoptionRefusal::ImplausibleScale(by) => excess(Reason::ImplausibleScale, by),
-            AdoptionRefusal::ImplausibleMisalignment(by) => excess(Reason::ImplausibleMisalignment, by),
-            AdoptionRefusal::ImplausibleLeverArm(by) => excess(Reason::ImplausibleLeverArm, by),
-            AdoptionRefusal::Drifting(by) => excess(Reason::Drifting, by),
-            AdoptionRefusal::DisagreesWithRest(by) => excess(Reason::DisagreesWithRest, by),
-            AdoptionRefusal::NotBetter(by) => excess(Reason::NotBetter, by),
+            AdoptionRefusal::Exceeds(_, excess) => refused.figures(excess.value, excess.limit),
         }
     }
 

@@ -1,5 +1,6 @@
 //! Why things happen in a redundant set.
 
+use tumble_core::redundancy::fit::adoption::RefusalReason;
 use tumble_core::redundancy::gate::Withheld;
 use tumble_core::redundancy::monitor::event::{Abandoned, RecordRejection};
 use tumble_core::redundancy::selection::SelectionReason;
@@ -84,48 +85,25 @@ pub enum Reason {
     NoneFit,
 }
 
+/// The twin of a core's reason, which has a variant of the same name.
+macro_rules! twin {
+    ($name:ident, $core:ident: $($variant:ident)+) => {
+        /// As C knows it.
+        pub fn $name(why: $core) -> Self {
+            match why {
+                $($core::$variant => Self::$variant),+
+            }
+        }
+    };
+}
+
+#[rustfmt::skip]
 impl Reason {
-    /// Why a sensor that deviates is not calibrated.
-    pub fn of_withheld(why: Withheld) -> Self {
-        match why {
-            Withheld::PrimaryInvalid => Self::PrimaryInvalid,
-            Withheld::PrimaryUnhealthy => Self::PrimaryUnhealthy,
-            Withheld::SecondaryUnhealthy => Self::SecondaryUnhealthy,
-            Withheld::AlreadyCalibrating => Self::AlreadyCalibrating,
-        }
-    }
-
-    /// Why calibration mode ended without a fit.
-    pub fn of_abandoned(why: Abandoned) -> Self {
-        match why {
-            Abandoned::NoMotion => Self::NoMotion,
-            Abandoned::TimedOut => Self::TimedOut,
-            Abandoned::PrimaryInvalid => Self::PrimaryInvalid,
-            Abandoned::PrimaryUnhealthy => Self::PrimaryUnhealthy,
-            Abandoned::SecondaryUnhealthy => Self::SecondaryUnhealthy,
-            Abandoned::TimeJumped => Self::TimeJumped,
-            Abandoned::RecordReplaced => Self::RecordReplaced,
-        }
-    }
-
-    /// Why a stored record was not taken.
-    pub fn of_rejected(why: RecordRejection) -> Self {
-        match why {
-            RecordRejection::OfAnotherUnit => Self::OfAnotherUnit,
-            RecordRejection::NotFinite => Self::NotFinite,
-            RecordRejection::Implausible => Self::Implausible,
-        }
-    }
-
-    /// Why the source changed.
-    pub fn of_selection(reason: SelectionReason) -> Self {
-        match reason {
-            SelectionReason::Start => Self::Start,
-            SelectionReason::PrimaryFailed => Self::PrimaryFailed,
-            SelectionReason::SourceFailed => Self::SourceFailed,
-            SelectionReason::PrimaryProven => Self::PrimaryProven,
-            SelectionReason::Command => Self::Command,
-            SelectionReason::NoneFit => Self::NoneFit,
-        }
-    }
+    twin!(of_withheld, Withheld: PrimaryInvalid PrimaryUnhealthy SecondaryUnhealthy AlreadyCalibrating);
+    twin!(of_abandoned, Abandoned: NoMotion TimedOut PrimaryInvalid PrimaryUnhealthy SecondaryUnhealthy TimeJumped
+        RecordReplaced);
+    twin!(of_rejected, RecordRejection: OfAnotherUnit NotFinite Implausible);
+    twin!(of_selection, SelectionReason: Start PrimaryFailed SourceFailed PrimaryProven Command NoneFit);
+    twin!(of_refusal, RefusalReason: Unsolvable TooFewPairs ResidualTooLarge ImplausibleBias ImplausibleScale
+        ImplausibleMisalignment ImplausibleLeverArm Drifting DisagreesWithRest NotBetter);
 }

@@ -16,17 +16,19 @@ pub struct Findings {
     pub secondary_healthy: bool,
 }
 
-/// Why a sensor that wants calibrating is not.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Withheld {
-    /// The primary deviates itself.
-    PrimaryInvalid,
-    /// The primary is not in health.
-    PrimaryUnhealthy,
-    /// The secondary is not in health: there is more wrong with it than calibration mends.
-    SecondaryUnhealthy,
-    /// A calibration is under way already.
-    AlreadyCalibrating,
+crate::vocabulary! {
+    /// Why a sensor that wants calibrating is not.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Withheld {
+        /// The primary deviates itself.
+        PrimaryInvalid = "primary invalid",
+        /// The primary is not in health.
+        PrimaryUnhealthy = "primary unhealthy",
+        /// The secondary is not in health: there is more wrong with it than calibration mends.
+        SecondaryUnhealthy = "secondary unhealthy",
+        /// A calibration is under way already.
+        AlreadyCalibrating = "already calibrating",
+    }
 }
 
 /// What becomes of a sensor.

@@ -113,19 +113,21 @@ pub struct Platform<T: Real, const UNITS: usize> {
     units: [MountedUnit<T>; UNITS],
 }
 
-/// Why a platform cannot be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PlatformError {
-    /// Settings contradict each other.
-    Settings(InvalidSetting),
-    /// A primary and at least one secondary make a set.
-    TooFewUnits,
-    /// The primary has not all six channels, or is said to be turned against itself.
-    Primary,
-    /// The rotation of this unit is none, or its lever arm is not finite.
-    Mounting(usize),
-    /// This unit has the identity of one before it.
-    SameIdentity(usize),
+crate::vocabulary! {
+    /// Why a platform cannot be.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum PlatformError {
+        /// Settings contradict each other.
+        Settings(InvalidSetting) = "contradictory settings",
+        /// A primary and at least one secondary make a set.
+        TooFewUnits = "too few units",
+        /// The primary has not all six channels, or is said to be turned against itself.
+        Primary = "unfit primary",
+        /// The rotation of this unit is none, or its lever arm is not finite.
+        Mounting(usize) = "unfit mounting",
+        /// This unit has the identity of one before it.
+        SameIdentity(usize) = "same identity",
+    }
 }
 
 impl<T: Real, const UNITS: usize> Platform<T, UNITS> {

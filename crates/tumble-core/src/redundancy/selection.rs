@@ -19,21 +19,23 @@ pub struct SourceCandidate<T: Real> {
     pub residual: T,
 }
 
-/// Why the source changed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SelectionReason {
-    /// There was no source, and the primary is fit.
-    Start,
-    /// The primary was unhealthy for too long, or was so when a source was wanted.
-    PrimaryFailed,
-    /// A secondary that was the source was unhealthy for too long.
-    SourceFailed,
-    /// The primary has been healthy for long enough.
-    PrimaryProven,
-    /// The primary was asked for.
-    Command,
-    /// The source failed, and nobody else is fit.
-    NoneFit,
+crate::vocabulary! {
+    /// Why the source changed.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum SelectionReason {
+        /// There was no source, and the primary is fit.
+        Start = "start",
+        /// The primary was unhealthy for too long, or was so when a source was wanted.
+        PrimaryFailed = "primary failed",
+        /// A secondary that was the source was unhealthy for too long.
+        SourceFailed = "source failed",
+        /// The primary has been healthy for long enough.
+        PrimaryProven = "primary proven",
+        /// The primary was asked for.
+        Command = "command",
+        /// The source failed, and nobody else is fit.
+        NoneFit = "none fit",
+    }
 }
 
 /// A change of the source.

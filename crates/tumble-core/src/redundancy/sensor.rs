@@ -5,13 +5,15 @@ use nalgebra::Vector3;
 use crate::real::Real;
 use crate::sample::{CHANNELS, Sample};
 
-/// Three axes of one kind.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Sensor {
-    /// Specific force, m/s^2.
-    Accelerometer,
-    /// Angular rate, rad/s.
-    Gyroscope,
+crate::vocabulary! {
+    /// Three axes of one kind.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum Sensor {
+        /// Specific force, m/s^2.
+        Accelerometer = "accelerometer",
+        /// Angular rate, rad/s.
+        Gyroscope = "gyroscope",
+    }
 }
 
 /// Both, in the order of the channels.

@@ -25,36 +25,40 @@ pub enum Wheels {
     Turning,
 }
 
-/// Where the procedure is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SpinState<T: Real> {
-    /// Not started.
-    Idle,
-    /// Waits for the robot to stand still, and gathers while it does.
-    Still,
-    /// Waits for the robot to turn on the spot, and gathers.
-    Spin,
-    /// The result can be had from [`SpinMachine::solve`].
-    Done,
-    /// There is no result; a calibration from before stays.
-    Failed(SpinFailure<T>),
+crate::vocabulary! {
+    /// Where the procedure is.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub enum SpinState<T: Real> {
+        /// Not started.
+        Idle = "idle",
+        /// Waits for the robot to stand still, and gathers while it does.
+        Still = "still",
+        /// Waits for the robot to turn on the spot, and gathers.
+        Spin = "spin",
+        /// The result can be had from [`SpinMachine::solve`].
+        Done = "done",
+        /// There is no result; a calibration from before stays.
+        Failed(SpinFailure<T>) = "failed",
+    }
 }
 
-/// What happened with a sample.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SpinEvent {
-    /// The robot has come to stand.
-    StillBegan,
-    /// It moved before it had stood long enough; waiting begins anew.
-    StillBroken,
-    /// It stood long enough: turn it now.
-    StillDone,
-    /// It has begun to turn.
-    SpinBegan,
-    /// It turned far enough and the result is there.
-    Done,
-    /// [`SpinState::Failed`] says why.
-    Failed,
+crate::vocabulary! {
+    /// What happened with a sample.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum SpinEvent {
+        /// The robot has come to stand.
+        StillBegan = "still began",
+        /// It moved before it had stood long enough; waiting begins anew.
+        StillBroken = "still broken",
+        /// It stood long enough: turn it now.
+        StillDone = "still done",
+        /// It has begun to turn.
+        SpinBegan = "spin began",
+        /// It turned far enough and the result is there.
+        Done = "done",
+        /// [`SpinState::Failed`] says why.
+        Failed = "failed",
+    }
 }
 
 /// How far the procedure is.

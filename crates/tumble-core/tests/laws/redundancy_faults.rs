@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::real::Real;
-use tumble_core::redundancy::fit::adoption::AdoptionRefusal;
+use tumble_core::redundancy::fit::adoption::{AdoptionRefusal, RefusalReason};
 use tumble_core::redundancy::gate::Withheld;
 use tumble_core::redundancy::monitor::event::{Abandoned, EventKind};
 use tumble_core::redundancy::sensor::Sensor;
@@ -158,7 +158,7 @@ fn refuses_a_jump<T: Real>() {
             });
             let flight = flown::<T>(settings(), parts, &mission);
             assert_told!(flight, 1, EventKind::Refused {
-                sensor: found, why: AdoptionRefusal::Drifting(_) | AdoptionRefusal::DisagreesWithRest(_)
+                sensor: found, why: AdoptionRefusal::Exceeds(RefusalReason::Drifting | RefusalReason::DisagreesWithRest, _)
             } if *found == sensor);
             assert!(flight.adopted(1, sensor).is_empty(), "{}", flight.story());
         }
@@ -180,7 +180,7 @@ fn wrong_alike<T: Real>() {
     assert_told!(flight, 1, 0 x EventKind::Triggered { .. });
     let flight = flown::<T>(gated(Gate::SecondaryAlone), parts, &mission);
     for sensor in [Sensor::Accelerometer, Sensor::Gyroscope] {
-        assert_told!(flight, 1, EventKind::Refused { sensor: found, why: AdoptionRefusal::NotBetter(_) } if *found == sensor);
+        assert_told!(flight, 1, EventKind::Refused { sensor: found, why: AdoptionRefusal::Exceeds(RefusalReason::NotBetter, _) } if *found == sensor);
     }
     assert_told!(flight, 1, 0 x EventKind::Adopted { .. });
 }
@@ -217,7 +217,7 @@ fn rotated<T: Real>() {
     let flight = fly(&platform(settings(), set), &mission);
     for sensor in [Sensor::Accelerometer, Sensor::Gyroscope] {
         assert_told!(flight, 1, EventKind::Refused {
-            sensor: found, why: AdoptionRefusal::ImplausibleMisalignment(_)
+            sensor: found, why: AdoptionRefusal::Exceeds(RefusalReason::ImplausibleMisalignment, _)
         } if *found == sensor);
     }
     assert_told!(flight, 1, 0 x EventKind::Adopted { .. });

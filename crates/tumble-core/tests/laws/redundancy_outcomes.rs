@@ -1,7 +1,7 @@
 //! What becomes of a calibration: it is refused, replaced, restored, or it speaks for a primary that died.
 
 use tumble_core::real::Real;
-use tumble_core::redundancy::fit::adoption::AdoptionRefusal;
+use tumble_core::redundancy::fit::adoption::{AdoptionRefusal, RefusalReason};
 use tumble_core::redundancy::monitor::event::EventKind;
 use tumble_core::redundancy::selection::SelectionReason;
 use tumble_core::redundancy::sensor::Sensor;
@@ -129,7 +129,7 @@ fn a_fit_that_leaves_too_large_a_residual_is_refused() {
         1,
         EventKind::Refused {
             sensor: Sensor::Accelerometer,
-            why: AdoptionRefusal::ResidualTooLarge(_)
+            why: AdoptionRefusal::Exceeds(RefusalReason::ResidualTooLarge, _)
         }
     );
     assert!(flight.adopted(1, Sensor::Accelerometer).is_empty());

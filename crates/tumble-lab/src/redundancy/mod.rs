@@ -1,9 +1,8 @@
 //! Logs through the redundancy monitor of the core: the very code that runs on a device, sample by sample.
 //!
-//! [`names`] puts what may be chosen in words, [`event_text`] puts events in words and figures, [`dyn_monitor`]
-//! hides how many units there are and in which precision they are watched, and [`replay`] drives it with arrays.
+//! [`event_text`] puts events in words and figures, [`dyn_monitor`] hides how many units there are and in which
+//! precision they are watched, and [`replay`] drives it with arrays.
 
 pub mod dyn_monitor;
 pub mod event_text;
-pub mod names;
 pub mod replay;

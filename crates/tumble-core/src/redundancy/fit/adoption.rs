@@ -9,7 +9,34 @@ use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::AdoptionSettings;
 
-/// Why a new calibration was refused; the stored one stays.
+crate::vocabulary! {
+    /// Why a new calibration was refused; the stored one stays.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum RefusalReason {
+        /// Numbers failed.
+        Unsolvable = "unsolvable",
+        /// Fewer pairs than there have to be.
+        TooFewPairs = "too few pairs",
+        /// Pairs kept from the fit are farther from it than any sound pair of sensors, m/s^2 or rad/s.
+        ResidualTooLarge = "residual too large",
+        /// The bias is larger than is plausible, m/s^2 or rad/s.
+        ImplausibleBias = "implausible bias",
+        /// A scale factor is farther from one.
+        ImplausibleScale = "implausible scale",
+        /// Axes are farther from where they are nominally, rad.
+        ImplausibleMisalignment = "implausible misalignment",
+        /// The lever arm is longer, m.
+        ImplausibleLeverArm = "implausible lever arm",
+        /// One of the two changed while pairs were collected, m/s^2 or rad/s.
+        Drifting = "drifting",
+        /// At the rest before, the two related otherwise, m/s^2 or rad/s.
+        DisagreesWithRest = "disagrees with rest",
+        /// The stored one explains the pairs kept from the fit as well, or better, m/s^2 or rad/s.
+        NotBetter = "not better",
+    }
+}
+
+/// A refusal with its figures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AdoptionRefusal<T: Real> {
     /// Numbers failed.
@@ -21,22 +48,19 @@ pub enum AdoptionRefusal<T: Real> {
         /// There have to be.
         needed: u32,
     },
-    /// Pairs kept from the fit are farther from it than any sound pair of sensors.
-    ResidualTooLarge(Excess<T>),
-    /// The bias is.
-    ImplausibleBias(Excess<T>),
-    /// A scale factor is farther from one.
-    ImplausibleScale(Excess<T>),
-    /// Axes are farther from where they are nominally, rad.
-    ImplausibleMisalignment(Excess<T>),
-    /// The lever arm is longer, m.
-    ImplausibleLeverArm(Excess<T>),
-    /// One of the two changed while pairs were collected.
-    Drifting(Excess<T>),
-    /// At the rest before, the two related otherwise.
-    DisagreesWithRest(Excess<T>),
-    /// The stored one explains the pairs kept from the fit as well, or better.
-    NotBetter(Excess<T>),
+    /// A figure exceeds its limit.
+    Exceeds(RefusalReason, Excess<T>),
+}
+
+impl<T: Real> AdoptionRefusal<T> {
+    /// Why.
+    pub const fn reason(&self) -> RefusalReason {
+        match self {
+            Self::Unsolvable => RefusalReason::Unsolvable,
+            Self::TooFewPairs { .. } => RefusalReason::TooFewPairs,
+            Self::Exceeds(reason, _) => *reason,
+        }
+    }
 }
 
 /// A figure and what it may be at most.
@@ -49,10 +73,12 @@ pub struct Excess<T: Real> {
 }
 
 impl<T: Real> Excess<T> {
-    /// Also where the value is not a number.
-    fn of(value: T, limit: T) -> Option<Self> {
-        let within = value <= limit;
-        (!within).then_some(Self { value, limit })
+    /// Refuses what exceeds its limit, and what is not a number.
+    fn refuse(value: T, limit: T, reason: RefusalReason) -> Result<(), AdoptionRefusal<T>> {
+        if value <= limit {
+            return Ok(());
+        }
+        Err(AdoptionRefusal::Exceeds(reason, Self { value, limit }))
     }
 }
 
@@ -127,27 +153,21 @@ impl<T: Real> FitCandidate<'_, T> {
         residuals: &Residuals<T>,
         settings: &AdoptionSettings<T>,
     ) -> Result<(), AdoptionRefusal<T>> {
-        let refuse = |excess: Option<Excess<T>>, refusal: fn(Excess<T>) -> AdoptionRefusal<T>| match excess {
-            Some(excess) => Err(refusal(excess)),
-            None => Ok(()),
-        };
         let sensor = self.sensor;
-        refuse(
-            Excess::of(residuals.after, settings.residual.of(sensor)),
-            AdoptionRefusal::ResidualTooLarge,
+        Excess::refuse(
+            residuals.after,
+            settings.residual.of(sensor),
+            RefusalReason::ResidualTooLarge,
         )?;
         settings.allows(sensor, &self.whole.error)?;
-        refuse(
-            Excess::of(self.drift(), settings.drift.of(sensor)),
-            AdoptionRefusal::Drifting,
+        Excess::refuse(self.drift(), settings.drift.of(sensor), RefusalReason::Drifting)?;
+        Excess::refuse(
+            self.apart_at_rest(),
+            settings.drift.of(sensor),
+            RefusalReason::DisagreesWithRest,
         )?;
-        let apart = self.apart_at_rest();
-        refuse(
-            Excess::of(apart, settings.drift.of(sensor)),
-            AdoptionRefusal::DisagreesWithRest,
-        )?;
-        let limit = residuals.before * (T::one() - settings.improvement);
-        refuse(Excess::of(residuals.after, limit), AdoptionRefusal::NotBetter)
+        let better = residuals.before * (T::one() - settings.improvement);
+        Excess::refuse(residuals.after, better, RefusalReason::NotBetter)
     }
 
     /// Change of the residual over the collection, as a straight line has it, largest axis. A step halfway shows as
@@ -185,29 +205,21 @@ impl<T: Real> AdoptionSettings<T> {
             // The chord to the nominal axis: the angle where it is small, two for an axis turned over.
             misalignment = larger(misalignment, (row / norm - nominal).norm());
         }
-        let figures = [
-            (
-                misalignment,
-                self.largest_misalignment,
-                AdoptionRefusal::ImplausibleMisalignment as fn(_) -> _,
-            ),
-            (scale, self.largest_scale_error, AdoptionRefusal::ImplausibleScale),
-            (
-                error.bias.norm(),
-                self.bias.of(sensor),
-                AdoptionRefusal::ImplausibleBias,
-            ),
-            (
-                error.lever_arm.norm(),
-                self.largest_lever_arm,
-                AdoptionRefusal::ImplausibleLeverArm,
-            ),
-        ];
-        for (value, limit, refusal) in figures {
-            if let Some(excess) = Excess::of(value, limit) {
-                return Err(refusal(excess));
-            }
-        }
-        Ok(())
+        Excess::refuse(
+            misalignment,
+            self.largest_misalignment,
+            RefusalReason::ImplausibleMisalignment,
+        )?;
+        Excess::refuse(scale, self.largest_scale_error, RefusalReason::ImplausibleScale)?;
+        Excess::refuse(
+            error.bias.norm(),
+            self.bias.of(sensor),
+            RefusalReason::ImplausibleBias,
+        )?;
+        Excess::refuse(
+            error.lever_arm.norm(),
+            self.largest_lever_arm,
+            RefusalReason::ImplausibleLeverArm,
+        )
     }
 }

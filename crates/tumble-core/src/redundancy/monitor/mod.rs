@@ -28,13 +28,15 @@ use crate::sample::{CHANNELS, Sample};
 /// Who is told of what happened.
 pub type Report<'a, T> = &'a mut dyn FnMut(Event<T>);
 
-/// What somebody may ask for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Command {
-    /// Evaluate at the next rest, or at this one.
-    Evaluate,
-    /// Take the primary for the source again, if it is in health.
-    ReturnToPrimary,
+crate::vocabulary! {
+    /// What somebody may ask for.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Command {
+        /// Evaluate at the next rest, or at this one.
+        Evaluate = "evaluate",
+        /// Take the primary for the source again, if it is in health.
+        ReturnToPrimary = "return to primary",
+    }
 }
 
 /// Watches `UNITS` units, of which number 0 is the primary, and calibrates up to `AT_ONCE` secondaries at a time. All its

@@ -9,46 +9,54 @@ use crate::real::{Real, SECOND, real};
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::thresholds::{Threshold, Thresholds};
 
-/// Which data deviations at rest are taken from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Data {
-    /// As read: thresholds have to allow for the error that is known.
-    Raw,
-    /// After the stored error, and the primary's own calibration, were taken off.
-    Compensated,
+crate::vocabulary! {
+    /// Which data deviations at rest are taken from.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Data {
+        /// After the stored error, and the primary's own calibration, were taken off.
+        Compensated = "compensated",
+        /// As read: thresholds have to allow for the error that is known.
+        Raw = "raw",
+    }
 }
 
-/// Whose deviations let a calibration be triggered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Gate {
-    /// The secondary's alone.
-    SecondaryAlone,
-    /// The secondary's, with both sensors of the primary valid.
-    WholePrimary,
-    /// The secondary's, sensor by sensor, each with the primary's sensor of its kind valid.
-    SensorBySensor,
+crate::vocabulary! {
+    /// Whose deviations let a calibration be triggered.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Gate {
+        /// The secondary's alone.
+        SecondaryAlone = "secondary alone",
+        /// The secondary's, with both sensors of the primary valid.
+        WholePrimary = "whole primary",
+        /// The secondary's, sensor by sensor, each with the primary's sensor of its kind valid.
+        SensorBySensor = "sensor by sensor",
+    }
 }
 
-/// What a trigger has calibrated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scope {
-    /// Accelerometer and gyroscope of the secondary.
-    AllSensors,
-    /// Only the sensor that deviates.
-    TriggeringSensor,
+crate::vocabulary! {
+    /// What a trigger has calibrated.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Scope {
+        /// Accelerometer and gyroscope of the secondary.
+        AllSensors = "all sensors",
+        /// Only the sensor that deviates.
+        TriggeringSensor = "triggering sensor",
+    }
 }
 
-/// How much a fit may find; each includes those before.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Rung {
-    /// Three offsets.
-    Offset,
-    /// An offset and a gain for each axis.
-    Gain,
-    /// Offset and matrix.
-    Affine,
-    /// Offset, matrix and lever arm.
-    AffineAndLeverArm,
+crate::vocabulary! {
+    /// How much a fit may find; each includes those before.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum Rung {
+        /// Three offsets.
+        Offset = "offset",
+        /// An offset and a gain for each axis.
+        Gain = "gain",
+        /// Offset and matrix.
+        Affine = "affine",
+        /// Offset, matrix and lever arm.
+        AffineAndLeverArm = "affine and lever arm",
+    }
 }
 
 /// A figure for specific force, m/s^2, and one for angular rate, rad/s.

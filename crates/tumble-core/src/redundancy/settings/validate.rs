@@ -6,27 +6,29 @@ use crate::redundancy::leaky::LONGEST;
 use crate::redundancy::settings::thresholds::Threshold;
 use crate::redundancy::settings::{Data, RedundancySettings};
 
-/// Why a setting cannot be meant.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SettingError {
-    /// It has to be a number above zero.
-    NotPositive,
-    /// It has to be a share, from 0 up to below 1.
-    NotAShare,
-    /// A threshold by ratio has to be above one, others above zero: everything would exceed it.
-    AlwaysExceeded,
-    /// A ratio of the last error needs one, and the primary has none in compensated data.
-    NoLastError,
-    /// It has to be longer than the other.
-    ShorterThan(&'static str),
-    /// It has to be larger than the other.
-    SmallerThan(&'static str),
-    /// Not that many windows fit into the other.
-    MoreThanFit(&'static str),
-    /// It is longer than time is kept count of; at most this many microseconds.
-    TooLong(u64),
-    /// A second has to be a whole number of windows, since every other second is held out.
-    NotAPartOfASecond,
+crate::vocabulary! {
+    /// Why a setting cannot be meant.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum SettingError {
+        /// It has to be a number above zero.
+        NotPositive = "not positive",
+        /// It has to be a share, from 0 up to below 1.
+        NotAShare = "not a share",
+        /// A threshold by ratio has to be above one, others above zero: everything would exceed it.
+        AlwaysExceeded = "always exceeded",
+        /// A ratio of the last error needs one, and the primary has none in compensated data.
+        NoLastError = "no last error",
+        /// It has to be longer than the other.
+        ShorterThan(&'static str) = "shorter than",
+        /// It has to be larger than the other.
+        SmallerThan(&'static str) = "smaller than",
+        /// Not that many windows fit into the other.
+        MoreThanFit(&'static str) = "more than fit",
+        /// It is longer than time is kept count of; at most this many microseconds.
+        TooLong(u64) = "too long",
+        /// A second has to be a whole number of windows, since every other second is held out.
+        NotAPartOfASecond = "not a part of a second",
+    }
 }
 
 /// A setting that contradicts another, or itself.

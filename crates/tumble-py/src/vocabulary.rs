@@ -1,0 +1,52 @@
+//! The core's words, for whoever explains them.
+
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+use tumble_core::redundancy::fit::adoption::RefusalReason;
+use tumble_core::redundancy::gate::Withheld;
+use tumble_core::redundancy::health::HealthFault;
+use tumble_core::redundancy::monitor::Command;
+use tumble_core::redundancy::monitor::event::{Abandoned, Check, EventKind, RecordRejection};
+use tumble_core::redundancy::platform::PlatformError;
+use tumble_core::redundancy::selection::SelectionReason;
+use tumble_core::redundancy::sensor::Sensor;
+use tumble_core::redundancy::settings::validate::SettingError;
+use tumble_core::redundancy::settings::{Data, Gate, Rung, Scope};
+use tumble_core::spin::failure::SpinFailure;
+use tumble_core::spin::machine::{SpinEvent, SpinState};
+
+/// Every kind of word, and its words in the core's order.
+const KINDS: [(&str, &[&str]); 19] = [
+    ("event", EventKind::<f64>::NAMES),
+    ("check", Check::NAMES),
+    ("withheld", Withheld::NAMES),
+    ("refused", RefusalReason::NAMES),
+    ("abandoned", Abandoned::NAMES),
+    ("record rejected", RecordRejection::NAMES),
+    ("unhealthy", HealthFault::<f64>::NAMES),
+    ("selected", SelectionReason::NAMES),
+    ("command", Command::NAMES),
+    ("sensor", Sensor::NAMES),
+    ("rung", Rung::NAMES),
+    ("data", Data::NAMES),
+    ("gate", Gate::NAMES),
+    ("scope", Scope::NAMES),
+    ("setting error", SettingError::NAMES),
+    ("platform error", PlatformError::NAMES),
+    ("spin event", SpinEvent::NAMES),
+    ("spin state", SpinState::<f64>::NAMES),
+    ("spin failure", SpinFailure::<f64>::NAMES),
+];
+
+/// Adds this part to the module.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    let py = module.py();
+    let vocabulary = PyDict::new(py);
+    for (kind, words) in KINDS {
+        // Two events may bear one word: that there is a source, and that there is none any more.
+        let mut words = words.to_vec();
+        words.dedup();
+        vocabulary.set_item(kind, PyTuple::new(py, words)?)?;
+    }
+    module.add("VOCABULARY", vocabulary)
+}
