@@ -7,6 +7,9 @@ from tumble.recording import FloatArray
 
 __version__: str
 
+VOCABULARY: dict[str, tuple[str, ...]]
+"""The words of core and lab by kind: events, reasons, choices and errors, each enumeration in its order."""
+
 class CoreError(Exception):
     """What the core objects to; `args` is (kind, figures)."""
 

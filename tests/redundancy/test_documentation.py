@@ -7,11 +7,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 import typer
 import yaml
 
 import tumble
 from pages import without_commands
+from tumble._core import VOCABULARY
 from tumble.cli.main import command_line
 from tumble.redundancy.procedure import settings_from
 from tumble.redundancy.units import UnitSettings
@@ -19,7 +21,9 @@ from tumble.setting_table import explain
 
 ROOT = Path(__file__).parents[2]
 HOW_TO = (ROOT / "docs" / "how-to" / "redundancy.md").read_text(encoding="utf-8")
-TOLD = (ROOT / "crates" / "tumble-lab" / "src" / "redundancy" / "told.rs").read_text(encoding="utf-8")
+EVENT_TEXT = (ROOT / "crates" / "tumble-lab" / "src" / "redundancy" / "event_text.rs").read_text(
+    encoding="utf-8"
+)
 PACKAGE = Path(tumble.__file__).parent
 
 
@@ -64,10 +68,33 @@ def test_the_settings_file_of_the_how_to_is_one():
     assert (settings.third_threshold, settings.evaluate_every) == ("last+0.05", None)
 
 
-def test_every_event_reason_and_figure_of_the_monitor_is_told_of():
-    code = TOLD.split("pub fn told")[1]
-    words = set(re.findall(r'"([a-z][a-z_ ]+)"', code)) - {"none"}
-    assert len(words) > 50
+REASONED = ("withheld", "refused", "abandoned", "record rejected", "unhealthy", "selected")
+"""Events whose reasons are a kind of the vocabulary of their own."""
+
+STORE = ("corrupt", "against another primary")
+"""Why the store of a host, and not the monitor, rejects a record."""
+
+
+def event_rows():
+    """Events and what the how-to says of them."""
+    rows = re.findall(r"^\| (`.*?) \| .*? ?\| (.*) \|$", section("Events"), re.MULTILINE)
+    return {event: quoted(means) for events, means in rows for event in quoted(events)}
+
+
+def test_the_events_of_the_how_to_are_those_of_the_monitor():
+    assert event_rows().keys() == set(VOCABULARY["event"])
+
+
+@pytest.mark.parametrize("event", REASONED)
+def test_the_reasons_of_the_how_to_are_those_of_the_monitor_and_the_store(event):
+    words = {*VOCABULARY[event], *(STORE if event == "record rejected" else ())}
+    settings = {setting.name for setting in explain()} - words
+    assert event_rows()[event] - settings == words
+
+
+def test_every_figure_of_an_event_is_told_of():
+    words = set(re.findall(r'\("([a-z][a-z_]+)",', EVENT_TEXT))
+    assert len(words) > 12
     assert words - quoted(section("Events")) == set()
 
 

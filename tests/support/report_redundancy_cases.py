@@ -61,7 +61,6 @@ EVERY_EVENT = {
             "disagrees with rest",
             "residual too large",
             "too few pairs",
-            "not excited",
             "unsolvable",
         )
     ],

@@ -126,24 +126,24 @@ fn force_figures<'py>(py: Python<'py>, rates: &RatesFit, forces: &ForcesFit) -> 
 
 fn error(py: Python<'_>, refusal: &AlignError) -> PyErr {
     let figures = PyDict::new(py);
-    let (kind, values): (&str, Vec<(&str, f64)>) = match refusal {
-        AlignError::NothingInCommon => ("nothing in common", vec![]),
-        AlignError::NoMotion { found, needed } => ("no motion", vec![("found", *found), ("needed", *needed)]),
-        AlignError::NotAlike { correlation } => ("not alike", vec![("correlation", *correlation)]),
-        AlignError::Mirrored => ("mirrored", vec![]),
-        AlignError::Scaled { ratio } => ("scaled", vec![("ratio", *ratio)]),
+    let values: Vec<(&str, f64)> = match refusal {
+        AlignError::NothingInCommon => vec![],
+        AlignError::NoMotion { found, needed } => vec![("found", *found), ("needed", *needed)],
+        AlignError::NotAlike { correlation } => vec![("correlation", *correlation)],
+        AlignError::Mirrored => vec![],
+        AlignError::Scaled { ratio } => vec![("ratio", *ratio)],
         AlignError::Ambiguous { offset, other } => {
-            ("ambiguous", vec![("offset", *offset), ("other", *other)])
+            vec![("offset", *offset), ("other", *other)]
         }
-        AlignError::ForcesDisagree { apart } => ("forces disagree", vec![("apart", *apart)]),
-        AlignError::Unsolvable => ("unsolvable", vec![]),
+        AlignError::ForcesDisagree { apart } => vec![("apart", *apart)],
+        AlignError::Unsolvable => vec![],
     };
     for (name, value) in values {
         if let Err(failure) = figures.set_item(name, value) {
             return failure;
         }
     }
-    CoreError::new_err((kind, figures.unbind()))
+    CoreError::new_err((refusal.name(), figures.unbind()))
 }
 
 /// Adds what is here to the module.

@@ -5,8 +5,7 @@ use numpy::PyReadonlyArray2;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-use tumble_core::model::ModelError;
+use pyo3::types::{IntoPyDict, PyDict};
 use tumble_core::turntable::truth::TruthSource;
 use tumble_lab::acquisition::consistency::{RateVerdict, judge_rate};
 use tumble_lab::turntable::{
@@ -268,46 +267,34 @@ fn judge_gyroscope(unit: &PyAcquired) -> (&'static str, f64, Vec<(usize, f64)>) 
 }
 
 fn core_error(py: Python<'_>, error: &TurntableError) -> PyErr {
-    let figures = PyDict::new(py);
-    let set = |key: &str, value: f64| figures.set_item(key, value);
-    let (kind, filled) = match *error {
-        #[allow(clippy::cast_precision_loss)]
-        TurntableError::TooFewRests { found, needed } => (
-            "too few rests",
-            set("found", found as f64).and_then(|()| set("needed", needed as f64)),
-        ),
-        TurntableError::DirectionsTooAlike => ("directions too alike", Ok(())),
-        TurntableError::Pairing(PairingError::NoCommonTime) => ("no common time", Ok(())),
-        #[allow(clippy::cast_precision_loss)]
-        TurntableError::Pairing(PairingError::MovedDuringRest { rest, time, angle }) => (
-            "moved during rest",
-            set("rest", rest as f64)
-                .and_then(|()| set("time", time))
-                .and_then(|()| set("angle", angle)),
-        ),
-        TurntableError::Pairing(PairingError::ReferenceMoved { time, angle }) => (
-            "reference moved",
-            set("time", time).and_then(|()| set("angle", angle)),
-        ),
-        TurntableError::Pairing(PairingError::OneInFiles) => ("one in files", Ok(())),
-        TurntableError::Pairing(PairingError::NoCommonFile) => ("no common file", Ok(())),
-        #[allow(clippy::cast_precision_loss)]
-        TurntableError::Pairing(PairingError::FewMeet { met, rests }) => (
-            "few meet",
-            set("met", met as f64).and_then(|()| set("rests", rests as f64)),
-        ),
-        TurntableError::Pairing(PairingError::ClocksApart { offset }) => {
-            ("clocks apart", set("offset", offset))
+    #[allow(clippy::cast_precision_loss)]
+    let values: Vec<(&str, f64)> = match *error {
+        TurntableError::TooFewRests { found, needed } => {
+            vec![("found", found as f64), ("needed", needed as f64)]
         }
-        TurntableError::NeedsPoses => ("needs poses", Ok(())),
-        TurntableError::Axes(ModelError::LeftHanded) => ("left-handed", Ok(())),
-        TurntableError::Axes(ModelError::Singular) => ("axes coincide", Ok(())),
-        TurntableError::GyroscopeAxes(ModelError::LeftHanded) => ("left-handed gyroscope", Ok(())),
-        TurntableError::GyroscopeAxes(ModelError::Singular) => ("gyroscope axes coincide", Ok(())),
-        TurntableError::Unsolvable => ("unsolvable", Ok(())),
+        TurntableError::Pairing(PairingError::MovedDuringRest { rest, time, angle }) => {
+            vec![("rest", rest as f64), ("time", time), ("angle", angle)]
+        }
+        TurntableError::Pairing(PairingError::ReferenceMoved { time, angle }) => {
+            vec![("time", time), ("angle", angle)]
+        }
+        TurntableError::Pairing(PairingError::FewMeet { met, rests }) => {
+            vec![("met", met as f64), ("rests", rests as f64)]
+        }
+        TurntableError::Pairing(PairingError::ClocksApart { offset }) => vec![("offset", offset)],
+        TurntableError::Pairing(
+            PairingError::NoCommonTime | PairingError::OneInFiles | PairingError::NoCommonFile,
+        )
+        | TurntableError::DirectionsTooAlike
+        | TurntableError::NeedsPoses
+        | TurntableError::LeftHanded
+        | TurntableError::AxesCoincide
+        | TurntableError::LeftHandedGyroscope
+        | TurntableError::GyroscopeAxesCoincide
+        | TurntableError::Unsolvable => vec![],
     };
-    match filled {
-        Ok(()) => CoreError::new_err((kind, figures.unbind())),
+    match values.into_py_dict(py) {
+        Ok(figures) => CoreError::new_err((error.word(), figures.unbind())),
         Err(error) => error,
     }
 }

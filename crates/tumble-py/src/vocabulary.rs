@@ -1,4 +1,4 @@
-//! The core's words, for whoever explains them.
+//! Words of core and lab, for whoever explains them.
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -14,9 +14,13 @@ use tumble_core::redundancy::settings::validate::SettingError;
 use tumble_core::redundancy::settings::{Data, Gate, Rung, Scope};
 use tumble_core::spin::failure::SpinFailure;
 use tumble_core::spin::machine::{SpinEvent, SpinState};
+use tumble_lab::acquisition::RestRejection;
+use tumble_lab::acquisition::channels::ChannelFaultKind;
+use tumble_lab::align::AlignError;
+use tumble_lab::turntable::{PairingError, TurntableError};
 
 /// Every kind of word, and its words in the core's order.
-const KINDS: [(&str, &[&str]); 19] = [
+const KINDS: [(&str, &[&str]); 24] = [
     ("event", EventKind::<f64>::NAMES),
     ("check", Check::NAMES),
     ("withheld", Withheld::NAMES),
@@ -33,6 +37,11 @@ const KINDS: [(&str, &[&str]); 19] = [
     ("scope", Scope::NAMES),
     ("setting error", SettingError::NAMES),
     ("platform error", PlatformError::NAMES),
+    ("align error", AlignError::NAMES),
+    ("turntable error", TurntableError::NAMES),
+    ("pairing error", PairingError::NAMES),
+    ("rejected rest", RestRejection::NAMES),
+    ("channel fault", ChannelFaultKind::NAMES),
     ("spin event", SpinEvent::NAMES),
     ("spin state", SpinState::<f64>::NAMES),
     ("spin failure", SpinFailure::<f64>::NAMES),

@@ -14,14 +14,14 @@ def explain(figures: Mapping[str, object], settings: Settings) -> str:
     setting where there are two.
     """
     name, other = str(figures["setting"]), str(figures.get("other", ""))
-    return _WORDS[str(figures["objection"])](_said(name, settings), _said(other, settings))
+    return MESSAGES[str(figures["objection"])](_said(name, settings), _said(other, settings))
 
 
 def _said(name: str, settings: Settings) -> str:
     return f"{name} is {settings[name]}" if name in settings else name
 
 
-_WORDS: dict[str, Callable[[str, str], str]] = {
+MESSAGES: dict[str, Callable[[str, str], str]] = {
     "not positive": lambda it, _: f"{it}; it needs to be above 0",
     "not a share": lambda it, _: f"{it}; it needs to be from 0 up to below 1",
     "always exceeded": lambda it, _: (
@@ -36,8 +36,9 @@ _WORDS: dict[str, Callable[[str, str], str]] = {
     "more than fit": lambda it, other: (
         f"{it} and {other}, into which so many windows do not fit; lower the first"
     ),
-    "longer than can be kept": lambda it, _: f"{it}; longer than the monitor can count; give a shorter time",
+    "too long": lambda it, most: f"{it}; the monitor counts up to {most} s here; give a shorter time",
     "not a part of a second": lambda it, _: (
         f"{it}; a second needs to be a whole number of windows, as every other second is kept from the fit"
     ),
 }
+"""By the core's word for what is wrong with a setting."""

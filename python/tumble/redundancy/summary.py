@@ -180,7 +180,7 @@ _REMEDY_SHOWN = ("primary invalid", "implausible misalignment", "no motion", "ti
 
 def _reason(event: RedundancyEvent) -> str:
     reason = str(event.figures["reason"])
-    remedy = f"; {_clause(REMEDIES[reason])}" if reason in _REMEDY_SHOWN else ""
+    remedy = f"; {_clause(REMEDIES[event.event][reason])}" if reason in _REMEDY_SHOWN else ""
     return f"{reason}{_against(event)}{remedy}"
 
 

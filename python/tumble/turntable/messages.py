@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from typing import TypeAlias
+
 from tumble import _core
+
+Figures: TypeAlias = Mapping[str, float]
+PoseNames: TypeAlias = Mapping[int, str]
 
 _MIRRORS = (
     "mirrors that of the reference: in one of the two logs two axes, or the files of two poses, are "
@@ -11,49 +17,60 @@ _MIRRORS = (
 )
 
 
-def explain(error: _core.CoreError, pose_names: dict[int, str]) -> str:
+def explain(error: _core.CoreError, pose_names: PoseNames) -> str:
     """One line: what is wrong and what to do."""
     kind, figures = error.args
-    if kind == "too few rests":
-        return (
-            f"{figures['found']:.0f} rests can be used, {figures['needed']:.0f} in different directions are "
-            "needed; hold each pose still for 5 s or longer"
-        )
-    if kind == "moved during rest":
-        rest = int(figures["rest"])
-        pose = f" ({pose_names[rest]})" if rest in pose_names else ""
-        return (
-            f"turned by {figures['angle']:.2f} deg in itself at {figures['time']:.1f} s, during rest "
-            f"{rest + 1}{pose}, while the reference stood still; fasten it and record again"
-        )
-    if kind == "reference moved":
-        return (
-            f"stood still while the reference turned by {figures['angle']:.2f} deg in itself at "
-            f"{figures['time']:.1f} s; fasten the reference and record again"
-        )
-    if kind == "few meet":
-        return (
-            f"only {figures['met']:.0f} of its {figures['rests']:.0f} rests meet one of the reference; "
-            "check that both were recorded together, and try --clock apart"
-        )
-    if kind == "clocks apart":
-        return (
-            f"its turns lie {figures['offset']:.3f} s from those of the reference although the clock is "
-            "stated to be shared; use --clock apart"
-        )
-    return {
-        "one in files": "was recorded in one file per pose where the reference was not, or the other way "
-        "round; record both alike, or join the files",
-        "no common file": "has no file of the same name as one of the reference's; "
-        "name the files of a pose alike in the folders of all units",
-        "directions too alike": "the rests point in too few directions to separate scale from bias; "
-        "add poses that show each axis up and down",
-        "no common time": "shares no turn or rest with the reference; "
-        "check that both were recorded together, and try --clock apart",
-        "needs poses": "this truth needs the mounting angle, and that needs poses; give --poses",
-        "left-handed": f"its accelerometer {_MIRRORS}",
-        "left-handed gyroscope": f"its gyroscope {_MIRRORS}",
-        "axes coincide": "two axes of the accelerometer read the same; check the columns",
-        "gyroscope axes coincide": "two axes of the gyroscope read the same; check the columns",
-        "unsolvable": "no solution: the rests hold values that are not numbers, or no noise at all",
-    }[kind]
+    return MESSAGES[kind](figures, pose_names)
+
+
+def _moved_during_rest(figures: Figures, pose_names: PoseNames) -> str:
+    rest = int(figures["rest"])
+    pose = f" ({pose_names[rest]})" if rest in pose_names else ""
+    return (
+        f"turned by {figures['angle']:.2f} deg in itself at {figures['time']:.1f} s, during rest "
+        f"{rest + 1}{pose}, while the reference stood still; fasten it and record again"
+    )
+
+
+MESSAGES: dict[str, Callable[[Figures, PoseNames], str]] = {
+    "too few rests": lambda figures, _: (
+        f"{figures['found']:.0f} rests can be used, {figures['needed']:.0f} in different directions are "
+        "needed; hold each pose still for 5 s or longer"
+    ),
+    "directions too alike": lambda _, __: (
+        "the rests point in too few directions to separate scale from bias; add poses that show each "
+        "axis up and down"
+    ),
+    "no common time": lambda _, __: (
+        "shares no turn or rest with the reference; check that both were recorded together, and try --clock "
+        "apart"
+    ),
+    "moved during rest": _moved_during_rest,
+    "reference moved": lambda figures, _: (
+        f"stood still while the reference turned by {figures['angle']:.2f} deg in itself at "
+        f"{figures['time']:.1f} s; fasten the reference and record again"
+    ),
+    "one in files": lambda _, __: (
+        "was recorded in one file per pose where the reference was not, or the other way round; record both "
+        "alike, or join the files"
+    ),
+    "no common file": lambda _, __: (
+        "has no file of the same name as one of the reference's; name the files of a pose alike in the "
+        "folders of all units"
+    ),
+    "few meet": lambda figures, _: (
+        f"only {figures['met']:.0f} of its {figures['rests']:.0f} rests meet one of the reference; "
+        "check that both were recorded together, and try --clock apart"
+    ),
+    "clocks apart": lambda figures, _: (
+        f"its turns lie {figures['offset']:.3f} s from those of the reference although the clock is "
+        "stated to be shared; use --clock apart"
+    ),
+    "needs poses": lambda _, __: "this truth needs the mounting angle, and that needs poses; give --poses",
+    "left-handed": lambda _, __: f"its accelerometer {_MIRRORS}",
+    "axes coincide": lambda _, __: "two axes of the accelerometer read the same; check the columns",
+    "left-handed gyroscope": lambda _, __: f"its gyroscope {_MIRRORS}",
+    "gyroscope axes coincide": lambda _, __: "two axes of the gyroscope read the same; check the columns",
+    "unsolvable": lambda _, __: "no solution: the rests hold values that are not numbers, or no noise at all",
+}
+"""By the word for why there is no calibration."""

@@ -8,25 +8,16 @@ use tumble_core::segmenter::Segment;
 use super::channels::ChannelFault;
 use super::trace::Trace;
 
-/// Why a segment that looked like a rest is not one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RestRejection {
-    /// The scatter was above the sensor's own noise: vibration.
-    Vibrating,
-    /// The specific force drifted: a slow turn.
-    Drifting,
-    /// The angular rate differed from that of the rests beside it: a slow turn about the vertical.
-    Turning,
-}
-
-impl RestRejection {
-    /// The code of the reason, of which Python makes a message.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Vibrating => "vibrating",
-            Self::Drifting => "drifting",
-            Self::Turning => "turning",
-        }
+tumble_core::vocabulary! {
+    /// Why a segment that looked like a rest is not one.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum RestRejection {
+        /// The scatter was above the sensor's own noise: vibration.
+        Vibrating = "vibrating",
+        /// The specific force drifted: a slow turn.
+        Drifting = "drifting",
+        /// The angular rate differed from that of the rests beside it: a slow turn about the vertical.
+        Turning = "turning",
     }
 }
 

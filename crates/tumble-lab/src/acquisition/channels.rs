@@ -19,25 +19,16 @@ pub struct ChannelFault {
     pub span: (f64, f64),
 }
 
-/// Ways for a channel to fail.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ChannelFaultKind {
-    /// One value for the whole recording, from some time on, or for several turns on end.
-    Stuck,
-    /// At the end of its range in a rest.
-    SaturatedAtRest,
-    /// At the end of its range in motion.
-    SaturatedInMotion,
-}
-
-impl ChannelFaultKind {
-    /// The word users know it by.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Stuck => "stuck",
-            Self::SaturatedAtRest => "saturated at rest",
-            Self::SaturatedInMotion => "saturated in motion",
-        }
+tumble_core::vocabulary! {
+    /// Ways for a channel to fail.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum ChannelFaultKind {
+        /// One value for the whole recording, from some time on, or for several turns on end.
+        Stuck = "stuck",
+        /// At the end of its range in a rest.
+        SaturatedAtRest = "saturated at rest",
+        /// At the end of its range in motion.
+        SaturatedInMotion = "saturated in motion",
     }
 }
 

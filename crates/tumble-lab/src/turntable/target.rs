@@ -48,10 +48,7 @@ pub fn calibrate(
     let accelerometer = session.accelerometer()?;
     let gyroscope = session
         .gyroscope(&accelerometer.parts.mounting)
-        .map_err(|error| match error {
-            TurntableError::Axes(of) => TurntableError::GyroscopeAxes(of),
-            other => other,
-        })?;
+        .map_err(TurntableError::of_gyroscope)?;
     Ok(Target {
         pairing,
         accelerometer,

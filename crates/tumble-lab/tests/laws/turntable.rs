@@ -3,7 +3,7 @@
 use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
 use tumble_core::gravity::STANDARD;
-use tumble_core::model::{ErrorModel, ModelError};
+use tumble_core::model::ErrorModel;
 use tumble_core::turntable::truth::TruthSource;
 use tumble_lab::acquisition::Acquired;
 use tumble_lab::turntable::{
@@ -234,12 +234,12 @@ fn left_handed_axes_are_told_of_accelerometer_and_gyroscope_each() {
     let (seen, felt) = session(&calm.0, &calm.1, &mirrored, &good, 55);
     assert_eq!(
         calibrated(&seen, &felt, &SETTINGS).err(),
-        Some(TurntableError::Axes(ModelError::LeftHanded))
+        Some(TurntableError::LeftHanded)
     );
     let (seen, felt) = session(&calm.0, &calm.1, &good, &mirrored, 56);
     assert_eq!(
         calibrated(&seen, &felt, &SETTINGS).err(),
-        Some(TurntableError::GyroscopeAxes(ModelError::LeftHanded))
+        Some(TurntableError::LeftHandedGyroscope)
     );
 }
 

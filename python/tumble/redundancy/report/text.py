@@ -13,46 +13,66 @@ from tumble.redundancy.result import RedundancyEvent, RedundancyResult, Secondar
 from tumble.report.numbers import NOT_OBSERVABLE, readable_scale, significant
 from tumble.report.text import count_of, join
 
-REMEDIES = {
+_UNFIT = {
     "primary invalid": "Calibrate the primary and give its calibration, or raise fifth_ and sixth_threshold.",
     "primary unhealthy": "Look at the faults of the primary; nothing is calibrated against it until then.",
     "secondary unhealthy": "Look at the faults of this unit: calibration cannot correct them.",
-    COVERED: "Nothing: the calibration under way covers it.",
-    "not better": "Nothing: the stored error is as good; the threshold is smaller than the unit's errors.",
-    "implausible bias": "Check the unit; if it has no fault, raise its largest bias.",
-    "implausible scale": "Check units and ranges of both logs; if they are right, raise largest_scale_error.",
-    "implausible misalignment": "If it is mounted in another orientation, state sensor_from_primary; "
-    "tumble align finds it.",
-    "implausible lever arm": "State the lever arm, or move more about every axis; tumble align finds it.",
-    "drifting": "Let the unit warm up, and check that it is mounted rigidly.",
-    "disagrees with rest": "Check the clocks with tumble align, and that the unit is mounted rigidly.",
-    "residual too large": "Check the clocks with tumble align, and that the unit is mounted rigidly.",
-    "too few pairs": "Collect for longer, or lower fewest_pairs; gaps in either log cost pairs.",
-    "not excited": "Move about more axes, and more strongly, after the rest.",
-    "unsolvable": "Check whether readings of the unit do not change; then move about more axes.",
-    "no motion": "Move the platform after it rested, or lower the motion thresholds.",
-    "timed out": "Move for longer, or lower collect.",
-    "time jumped": "Repair the time stamps: a jump of the clock ends a calibration.",
-    "record replaced": "Nothing: the record that was loaded meanwhile is used.",
-    "of another unit": "Give the store of this set, or state the identity of the unit.",
-    "against another primary": "Give the store of this set, or calibrate again against this primary.",
-    "not finite": "Remove the record and calibrate again.",
-    "implausible": "Remove the record and calibrate again.",
-    "corrupt": "Remove the record and calibrate again.",
-    "late": "Look for gaps in its log, its cable and its bus.",
-    "frozen": "Restart the unit; it repeats its readings.",
-    "stuck": "Restart the unit; one of its axes repeats its reading.",
-    "saturated": "Choose a larger range, or reduce the vibration.",
-    "spikes": "Look at its bus and its power supply.",
-    "out of family": "Compare it with the others: its readings are outliers.",
-    "noisy": "Look at how it is mounted, and at its power supply.",
-    "implausible at rest": "Look at the unit and the units of its log: no working one deviates as much.",
-    "clock jumped": "Repair its time stamps.",
 }
-"""What to do, by reason."""
+"""With such units no calibration begins, and one under way ends."""
 
-_HEALTH_REMEDIES = {"not finite": "Look at its driver and its log: its readings are not numbers."}
-"""Reasons that mean something else of a unit than of a record."""
+_RECORD = "Remove the record and calibrate again."
+
+REMEDIES: dict[str, dict[str, str]] = {
+    "withheld": {
+        **_UNFIT,
+        COVERED: "Nothing: the calibration under way covers it.",
+    },
+    "refused": {
+        "unsolvable": "Check whether readings of the unit do not change; then move about more axes.",
+        "too few pairs": "Collect for longer, or lower fewest_pairs; gaps in either log cost pairs.",
+        "residual too large": "Check the clocks with tumble align, and that the unit is mounted rigidly.",
+        "implausible bias": "Check the unit; if it has no fault, raise its largest bias.",
+        "implausible scale": (
+            "Check units and ranges of both logs; if they are right, raise largest_scale_error."
+        ),
+        "implausible misalignment": (
+            "If it is mounted in another orientation, state sensor_from_primary; tumble align finds it."
+        ),
+        "implausible lever arm": "State the lever arm, or move more about every axis; tumble align finds it.",
+        "drifting": "Let the unit warm up, and check that it is mounted rigidly.",
+        "disagrees with rest": "Check the clocks with tumble align, and that the unit is mounted rigidly.",
+        "not better": (
+            "Nothing: the stored error is as good; the threshold is smaller than the unit's errors."
+        ),
+    },
+    "abandoned": {
+        **_UNFIT,
+        "no motion": "Move the platform after it rested, or lower the motion thresholds.",
+        "timed out": "Move for longer, or lower collect.",
+        "time jumped": "Repair the time stamps: a jump of the clock ends a calibration.",
+        "record replaced": "Nothing: the record that was loaded meanwhile is used.",
+    },
+    "record rejected": {
+        "of another unit": "Give the store of this set, or state the identity of the unit.",
+        "against another primary": "Give the store of this set, or calibrate again against this primary.",
+        "not finite": _RECORD,
+        "implausible": _RECORD,
+        "corrupt": _RECORD,
+    },
+    "unhealthy": {
+        "late": "Look for gaps in its log, its cable and its bus.",
+        "frozen": "Restart the unit; it repeats its readings.",
+        "stuck": "Restart the unit; one of its axes repeats its reading.",
+        "saturated": "Choose a larger range, or reduce the vibration.",
+        "not finite": "Look at its driver and its log: its readings are not numbers.",
+        "spikes": "Look at its bus and its power supply.",
+        "out of family": "Compare it with the others: its readings are outliers.",
+        "noisy": "Look at how it is mounted, and at its power supply.",
+        "implausible at rest": "Look at the unit and the units of its log: no working one deviates as much.",
+        "clock jumped": "Repair its time stamps.",
+    },
+}
+"""What to do, by event and reason."""
 
 _EVENTS = {
     "rest began": "Rest began",
@@ -81,6 +101,7 @@ _SELECTED = {
     "primary proven": "because the primary has been healthy long enough",
     "command": "on command",
 }
+"""Why the source changed, where there is one."""
 
 
 _UNITS_BY_REASON = {
@@ -146,11 +167,9 @@ def remedy(event: RedundancyEvent) -> str:
     if event.event == "selected":
         return "Look at the faults of all units." if event.figures.get("reason") == "none fit" else ""
     if event.event == "time jumped":
-        return REMEDIES["time jumped"]
+        return REMEDIES["abandoned"]["time jumped"]
     reason = str(event.figures.get("reason", ""))
-    if event.event == "unhealthy" and reason in _HEALTH_REMEDIES:
-        return _HEALTH_REMEDIES[reason]
-    return REMEDIES.get(reason, "")
+    return REMEDIES.get(event.event, {}).get(reason, "")
 
 
 def mark_text(event: RedundancyEvent) -> str:

@@ -1,0 +1,73 @@
+"""Every word of the core has its message, and every message says something of a word."""
+
+from __future__ import annotations
+
+from typing import get_args
+
+import pytest
+
+from tumble._core import VOCABULARY
+from tumble.acquisition.messages import NOT_A_REST
+from tumble.align import messages as align
+from tumble.redundancy import messages as redundancy
+from tumble.redundancy.report import text
+from tumble.redundancy.result import Rung, Sensor
+from tumble.spin import messages as spin
+from tumble.spin.failure import SpinFailureKind
+from tumble.turntable import messages as turntable
+
+STORE = {"corrupt", "against another primary"}
+"""Why the store of a host, and not the monitor, rejects a record."""
+
+ONLY_OF_A_LOG = {
+    "no rest for long",
+    "moved first",
+    "pushed",
+    "tipped",
+    "drove",
+    "drove a circle",
+    "rested too shortly",
+    "degrees for radians",
+    "miscounted",
+}
+"""Why a log, and not a robot's stream, shows no spin."""
+
+TABLES = {
+    "event": text._EVENTS,
+    "withheld": text.REMEDIES["withheld"],
+    "refused": text.REMEDIES["refused"],
+    "abandoned": text.REMEDIES["abandoned"],
+    "record rejected": text.REMEDIES["record rejected"].keys() - STORE,
+    "unhealthy": text.REMEDIES["unhealthy"],
+    # Where no unit is fit, the title says it all.
+    "selected": {*text._SELECTED, "none fit"},
+    "sensor": get_args(Sensor),
+    "rung": get_args(Rung),
+    "setting error": redundancy.MESSAGES,
+    "align error": align.MESSAGES,
+    "spin failure": {kind.value for kind in spin._MESSAGES} - ONLY_OF_A_LOG - NOT_A_REST.keys(),
+    "rejected rest": NOT_A_REST,
+}
+
+
+@pytest.mark.parametrize("kind", TABLES)
+def test_a_table_has_a_message_for_every_word_and_no_other(kind):
+    assert set(TABLES[kind]) == set(VOCABULARY[kind])
+
+
+def test_what_is_wrong_with_a_turntable_session_is_said_whether_or_not_units_were_paired():
+    words = {*VOCABULARY["turntable error"], *VOCABULARY["pairing error"]} - {"pairing"}
+    assert set(turntable.MESSAGES) == words
+
+
+def test_every_code_of_a_spin_has_its_message():
+    assert set(spin._MESSAGES) == set(SpinFailureKind)
+
+
+def test_events_that_carry_a_reason_have_words_for_it():
+    assert text.REMEDIES.keys() < set(VOCABULARY["event"])
+
+
+def test_a_word_stands_once_in_its_kind():
+    for kind, words in VOCABULARY.items():
+        assert len(set(words)) == len(words) > 1, kind
