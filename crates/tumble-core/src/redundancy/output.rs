@@ -48,7 +48,7 @@ pub fn compensate<T: Real>(
     let as_primary = unit
         .sensor_from_primary
         .tr_mul(&sensor.of(stored).error.correct(y));
-    calibration.correct(sensor, &as_primary)
+    calibration.correct(sensor, &as_primary) // eq. 14: C_p
 }
 
 /// From the primary to a unit, m: as given, or else as found.
@@ -94,6 +94,6 @@ impl<T: Real> LeverArmCorrection<T> {
             let change = (w - rate) * inverse - self.angular_acceleration;
             self.angular_acceleration += change * share;
         }
-        reading.specific_force - self.angular_acceleration.cross(arm) - w.cross(&w.cross(arm))
+        reading.specific_force - self.angular_acceleration.cross(arm) - w.cross(&w.cross(arm)) // eq. 14
     }
 }

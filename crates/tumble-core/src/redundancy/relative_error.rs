@@ -58,7 +58,7 @@ impl<T: Real> RelativeError<T> {
 
     /// What the secondary says where the primary, at its place, says `u`.
     pub fn predict(&self, u: &Vector3<T>) -> Vector3<T> {
-        times(&self.matrix, u) + self.bias
+        times(&self.matrix, u) + self.bias // redundancy.md, eq. 5
     }
 
     /// What the primary would say, at the place of the secondary and in its axes, where the secondary says `y`.

@@ -178,7 +178,7 @@ impl<T: Real> FitCandidate<'_, T> {
         let duration_over_spread = (spread * real(12.0)).sqrt() / spread;
         self.present().fold(T::zero(), |most, i| {
             let residual = RowResidual::new(&self.whole.error, self.stored, &self.layout, i);
-            most.max(residual.covariance_with(self.all, time).abs() * duration_over_spread)
+            most.max(residual.covariance_with(self.all, time).abs() * duration_over_spread) // eq. 13
         })
     }
 

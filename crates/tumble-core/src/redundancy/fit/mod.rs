@@ -118,7 +118,7 @@ const PASSES: u32 = 3;
 
 /// Neighbouring triangles share a window, which makes the variance of means 1 + 2/4 times that of independent ones
 /// (docs/theory/redundancy.md, eq. 12).
-const SHARED: f64 = 1.5;
+const SHARED: f64 = 1.5; // eq. 12: kappa
 
 /// A weighted sum of channels of a pair.
 type ChannelSum<T, const TERMS: usize> = [(usize, T); TERMS];
@@ -157,25 +157,25 @@ impl<T: Real> PassMoments<'_, '_, T> {
     /// Axis `j` of the motion at the secondary: `u + W change`.
     fn moved(&self, j: usize) -> ChannelSum<T, 4> {
         core::array::from_fn(|term| match term.checked_sub(1) {
-            None => (j, T::one()),
+            None => (j, T::one()), // eq. 7: u'' = u' + R W delta
             Some(k) => (self.lever_channel(j, k), self.change[k]),
         })
     }
 
     /// Column `k` of a row of M times W.
     fn lever(&self, row: &[T; 3], k: usize) -> ChannelSum<T, 3> {
-        core::array::from_fn(|l| (self.lever_channel(l, k), row[l]))
+        core::array::from_fn(|l| (self.lever_channel(l, k), row[l])) // eq. 7: (M_k R W)_i
     }
 
     /// Row `i` of what the secondary says beyond what is stored, with the lever arm believed: less `M_0 W change`.
     fn beyond(&self, i: usize) -> ChannelSum<T, 10> {
         let stored = row_of(&self.problem.stored.matrix, i);
         core::array::from_fn(|term| match term.checked_sub(1) {
-            None => (self.problem.layout.second + i, T::one()),
+            None => (self.problem.layout.second + i, T::one()), // eq. 7: d_i
             Some(at) => {
                 let (l, k) = (at / 3, at % 3);
                 let weight = stored[l] * self.change[k];
-                (self.lever_channel(l, k), -weight)
+                (self.lever_channel(l, k), -weight) // eq. 7: - (M_0 R W delta)_i
             }
         })
     }
@@ -190,7 +190,7 @@ impl<T: Real> PassMoments<'_, '_, T> {
     /// Covariance of the motion, less the primary's noise.
     fn motion(&self) -> Matrix3<T> {
         let all = Matrix3::from_fn(|i, j| self.covariance(&self.moved(i), &self.moved(j)));
-        all - self.problem.noise.reading
+        all - self.problem.noise.reading // eq. 10: Sigma
     }
 
     /// The primary's noise is in the motion and, through the stored M, in what is not explained.
@@ -199,9 +199,9 @@ impl<T: Real> PassMoments<'_, '_, T> {
         let noise = times(&self.problem.noise.reading, &stored.into());
         let (m, beyond) = (&row_of(m, i), self.beyond(i));
         RowMoments {
-            motion: noise + Vector3::from_fn(|j, _| self.covariance(&self.moved(j), &beyond)),
-            motion_lever: Matrix3::from_fn(|j, k| self.covariance(&self.moved(j), &self.lever(m, k))),
-            lever: Vector3::from_fn(|k, _| self.covariance(&self.lever(m, k), &beyond)),
+            motion: noise + Vector3::from_fn(|j, _| self.covariance(&self.moved(j), &beyond)), // eq. 10: c_i
+            motion_lever: Matrix3::from_fn(|j, k| self.covariance(&self.moved(j), &self.lever(m, k))), // eq. 8: A_i
+            lever: Vector3::from_fn(|k, _| self.covariance(&self.lever(m, k), &beyond)), // eq. 8: g_i
             lever_lever: Matrix3::from_fn(|k, n| self.covariance(&self.lever(m, k), &self.lever(m, n))),
         }
     }
@@ -238,12 +238,12 @@ impl<T: Real> FitProblem<'_, T> {
         let unexplained = self
             .present(&rows, &excited)
             .fold(Vector3::zeros(), |sum, (row, excited)| {
-                sum + row.lever - row.motion_lever.tr_mul(&(excited.inverse * row.motion))
+                sum + row.lever - row.motion_lever.tr_mul(&(excited.inverse * row.motion)) // eq. 8: g_i - A_i^T Sigma^+ c_i
             });
-        let step = lever.inverse * unexplained;
+        let step = lever.inverse * unexplained; // eq. 8: s
         let changes: [Vector3<T>; 3] = core::array::from_fn(|i| {
             let (row, excited) = (&rows[i], &excited[i]);
-            excited.inverse * (row.motion - row.motion_lever * step)
+            excited.inverse * (row.motion - row.motion_lever * step) // eq. 9: Delta_i
         });
         LadderPass {
             matrix: self.stored.matrix + Matrix3::from_columns(&changes).transpose(),
@@ -283,9 +283,9 @@ impl<T: Real> FitProblem<'_, T> {
             return ExcitedDirections::nothing();
         };
         let v = &self.noise.angular_acceleration;
-        let noise = Matrix3::from_diagonal(&Vector3::new(v.y + v.z, v.z + v.x, v.x + v.y));
+        let noise = Matrix3::from_diagonal(&Vector3::new(v.y + v.z, v.z + v.x, v.x + v.y)); // eq. 10
         let complement = self.present(rows, excited).fold(-noise, |sum, (row, excited)| {
-            sum + row.lever_lever - row.motion_lever.tr_mul(&(excited.inverse * row.motion_lever))
+            sum + row.lever_lever - row.motion_lever.tr_mul(&(excited.inverse * row.motion_lever)) // eq. 8: S
         });
         ExcitedDirections::of(complement, least * least)
     }
@@ -306,15 +306,15 @@ impl<T: Real> FitProblem<'_, T> {
         let directions = excited.iter().fold(0, |most, row| row.directions.max(most));
         let pairs = self.pairs.samples();
         let unknowns = 1 + u32::from(directions);
-        let share = real::<T>(SHARED) / count(pairs.saturating_sub(unknowns).max(1));
+        let share = real::<T>(SHARED) / count(pairs.saturating_sub(unknowns).max(1)); // eq. 11: kappa / n
         let variance: [T; 3] = core::array::from_fn(|i| self.residual_variance(&error, i) * share);
         let [x, y, z] = variance;
-        let lever_arm_covariance = pass.lever.inverse * ((x + y + z) * real(1.0 / 3.0));
+        let lever_arm_covariance = pass.lever.inverse * ((x + y + z) * real(1.0 / 3.0)); // eq. 11: C_r
         let carried_by_lever: [Matrix3<T>; 3] =
             core::array::from_fn(|i| excited[i].inverse * pass.motion_lever[i]);
         let row_covariance: [Matrix3<T>; 3] = core::array::from_fn(|i| {
             let by_lever = carried_by_lever[i] * lever_arm_covariance * carried_by_lever[i].transpose();
-            excited[i].inverse * variance[i] + by_lever
+            excited[i].inverse * variance[i] + by_lever // eq. 11: cov Delta_i
         });
         let bias_sigma = Vector3::from_fn(|i, _| {
             let arm = (pass.matrix * lever).row(i).transpose();

@@ -253,8 +253,8 @@ impl<T: Real> CalibrationRun<T> {
         let of = |sensor: Sensor| sensor.triad(&self.rest.variance);
         let length = seconds::<T>(window);
         PrimaryNoise {
-            reading: turn * Matrix3::from_diagonal(&(of(sensor) * real::<T>(2.0 / 3.0))) * turn.transpose(),
-            angular_acceleration: of(Sensor::Gyroscope) * (real::<T>(2.0) / (length * length)),
+            reading: turn * Matrix3::from_diagonal(&(of(sensor) * real::<T>(2.0 / 3.0))) * turn.transpose(), // redundancy.md, eq. 10: N
+            angular_acceleration: of(Sensor::Gyroscope) * (real::<T>(2.0) / (length * length)), // redundancy.md, eq. 10: 2 v / h^2
         }
     }
 }

@@ -47,7 +47,7 @@ impl<T: Real> PrimaryMeans<T> {
             let [_, _, _, x, y, z] = means.mean;
             calibration.correct(Sensor::Gyroscope, &Vector3::new(x, y, z))
         };
-        let acceleration = (rate(readings.1) - rate(readings.0)) / seconds::<T>(window);
+        let acceleration = (rate(readings.1) - rate(readings.0)) / seconds::<T>(window); // eq. 3
         let [fx, fy, fz, wx, wy, wz] = readings.0.triangle(readings.1);
         let [xx, yy, zz, xy, yz, zx] = products.0.triangle(products.1);
         let centripetal = Matrix3::new(-yy - zz, xy, zx, xy, -zz - xx, yz, zx, yz, -xx - yy);
@@ -55,7 +55,7 @@ impl<T: Real> PrimaryMeans<T> {
         Self {
             specific_force: Vector3::new(fx, fy, fz),
             angular_rate: Vector3::new(wx, wy, wz),
-            lever: matrix * (acceleration.cross_matrix() + centripetal),
+            lever: matrix * (acceleration.cross_matrix() + centripetal), // eq. 4: W
         }
     }
 }
@@ -92,7 +92,7 @@ impl<T: Real> MotionPair<T> {
     pub fn forces(&self, time: T, stored: &RelativeError<T>) -> [T; FORCE_CHANNELS] {
         let ([u, _], w, [y, _]) = (&self.first, &self.lever, &self.second);
         let u = u + w * stored.lever_arm;
-        let d = y - stored.predict(&u);
+        let d = y - stored.predict(&u); // eq. 6
         [
             u.x, u.y, u.z, w.m11, w.m12, w.m13, w.m21, w.m22, w.m23, w.m31, w.m32, w.m33, time, d.x, d.y, d.z,
         ]
@@ -101,7 +101,7 @@ impl<T: Real> MotionPair<T> {
     /// The channels of the gyroscopes; `time` in s. Of the secondary, what it says beyond the stored error.
     pub fn rates(&self, time: T, stored: &RelativeError<T>) -> [T; RATE_CHANNELS] {
         let ([_, u], [_, y]) = (&self.first, &self.second);
-        let d = y - stored.predict(u);
+        let d = y - stored.predict(u); // eq. 6
         [u.x, u.y, u.z, time, d.x, d.y, d.z]
     }
 }

@@ -27,7 +27,7 @@ impl<T: Real, const K: usize> Means<T, K> {
     pub fn triangle(&self, next: &Self) -> [T; K] {
         core::array::from_fn(
             |i| match (self.rising.get(i), next.mean.get(i), next.rising.get(i)) {
-                (Some(up), Some(mean), Some(rising)) => *up + (*mean - *rising),
+                (Some(up), Some(mean), Some(rising)) => *up + (*mean - *rising), // eq. 2
                 _ => T::zero(),
             },
         )
