@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeAlias
 
 from tumble.recording import FloatArray
 
@@ -11,6 +12,9 @@ TriadName = Literal["accelerometer", "gyroscope"]
 
 Precision = Literal["f64", "f32"]
 """Floats to compute with: f32 as on a device."""
+
+Figures: TypeAlias = Mapping[str, float]
+"""Figures of what the core objects to: SI units, times in s of the clock of the samples."""
 
 NOT_SHOWN = "the data do not show it"
 """Why something is not observable, where nothing more can be said."""

@@ -7,7 +7,7 @@ from typing import get_args
 import pytest
 
 from tumble._core import VOCABULARY
-from tumble.acquisition.messages import NOT_A_REST
+from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.align import messages as align
 from tumble.redundancy import messages as redundancy
 from tumble.redundancy.report import text
@@ -45,8 +45,8 @@ TABLES = {
     "rung": get_args(Rung),
     "setting error": redundancy.MESSAGES,
     "align error": align.MESSAGES,
-    "spin failure": {kind.value for kind in spin._MESSAGES} - ONLY_OF_A_LOG - NOT_A_REST.keys(),
-    "rejected rest": NOT_A_REST,
+    "spin failure": {kind.value for kind in spin.MESSAGES} - ONLY_OF_A_LOG - REST_REJECTIONS.keys(),
+    "rejected rest": REST_REJECTIONS,
 }
 
 
@@ -61,7 +61,7 @@ def test_what_is_wrong_with_a_turntable_session_is_said_whether_or_not_units_wer
 
 
 def test_every_code_of_a_spin_has_its_message():
-    assert set(spin._MESSAGES) == set(SpinFailureKind)
+    assert set(spin.MESSAGES) == set(SpinFailureKind)
 
 
 def test_events_that_carry_a_reason_have_words_for_it():

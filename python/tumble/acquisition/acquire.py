@@ -11,7 +11,7 @@ import numpy as np
 
 from tumble import _core
 from tumble.acquisition.imu import Imu, pose_files
-from tumble.acquisition.messages import NOT_A_REST
+from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.errors import ProcedureError
 from tumble.gravity import STANDARD_GRAVITY
 from tumble.logs import ChunkStream, Counts
@@ -145,7 +145,7 @@ def _rests(unit: _core.Acquired) -> str:
     if found >= FEWEST_RESTS:
         return ""
     refused = "".join(
-        f"; {start:.1f} to {end:.1f} s is not a rest: {NOT_A_REST[why]}"
+        f"; {start:.1f} to {end:.1f} s is not a rest: {REST_REJECTIONS[why]}"
         for start, end, why in unit.rejected_rests[:3]
     )
     return (
@@ -259,7 +259,7 @@ def rejected_rests_of(unit: _core.Acquired) -> tuple[Rest, ...]:
     """List the stretches that only looked like rests, with the reason."""
     unknown = np.full(3, np.nan)
     return tuple(
-        Rest(start, end, 0, unknown, unknown, unknown, unknown, used=False, remark=NOT_A_REST[why])
+        Rest(start, end, 0, unknown, unknown, unknown, unknown, used=False, remark=REST_REJECTIONS[why])
         for start, end, why in unit.rejected_rests
     )
 

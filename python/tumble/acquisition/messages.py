@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-NOT_A_REST = {
+REST_REJECTIONS = {
     "vibrating": "vibration",
     "drifting": "gravity drifts: a slow turn",
     "turning": "angular rate differs from the rests beside it: a slow turn",

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from tumble import _core
 from tumble.acquisition.imu import Imu
-from tumble.acquisition.messages import NOT_A_REST
+from tumble.acquisition.messages import REST_REJECTIONS
 
 
 def notices(unit: Imu) -> Iterator[str]:
@@ -17,7 +17,7 @@ def notices(unit: Imu) -> Iterator[str]:
     if metadata.already_corrected:
         yield "the log was already corrected: this calibration holds on top of that correction"
     for start, end, why in acquired.rejected_rests:
-        yield f"{start:.1f} to {end:.1f} s is not a rest: {NOT_A_REST[why]}"
+        yield f"{start:.1f} to {end:.1f} s is not a rest: {REST_REJECTIONS[why]}"
     for channel, _, _, first, last in acquired.faults:
         yield f"{channel} is saturated between {first:.1f} and {last:.1f} s: turns in that time are not used"
     if not unit.recording.parts:

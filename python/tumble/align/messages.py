@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from typing import TypeAlias
+from collections.abc import Callable
 
 from tumble import _core
-
-Figures: TypeAlias = Mapping[str, float]
+from tumble.results import Figures
 
 
 def explain(error: _core.CoreError, primary: str, search: float) -> str:

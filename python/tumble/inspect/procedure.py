@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from tumble import _core
 from tumble.acquisition.acquire import rests_of
-from tumble.acquisition.messages import NOT_A_REST
+from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.errors import LogError
 from tumble.inspect.result import ChannelFacts, Inspection, Timing
 from tumble.inspect.samples import SampleWatch
@@ -58,7 +58,7 @@ def _conclude(metadata: Metadata, watch: SampleWatch, acquired: _core.Acquired, 
         channels=channels,
         temperature=acquired.temperature,
         rests=rests,
-        not_rests=tuple((start, end, NOT_A_REST[why]) for start, end, why in acquired.rejected_rests),
+        not_rests=tuple((start, end, REST_REJECTIONS[why]) for start, end, why in acquired.rejected_rests),
         directions=len(directions_of(rests)),
         services=services_of(rests, acquired.turn_angles, acquired.trace(), _imus(metadata), stuck),
         remarks=(*metadata.remarks, *counts.notices(), *_warnings(metadata, timing, channels)),

@@ -14,10 +14,10 @@ def explain(figures: Mapping[str, object], settings: Settings) -> str:
     setting where there are two.
     """
     name, other = str(figures["setting"]), str(figures.get("other", ""))
-    return MESSAGES[str(figures["objection"])](_said(name, settings), _said(other, settings))
+    return MESSAGES[str(figures["objection"])](_with_value(name, settings), _with_value(other, settings))
 
 
-def _said(name: str, settings: Settings) -> str:
+def _with_value(name: str, settings: Settings) -> str:
     return f"{name} is {settings[name]}" if name in settings else name
 
 

@@ -169,7 +169,7 @@ def _faults(result: RedundancyResult) -> Iterator[str]:
     for (unit, fault), event in list(first.items())[:MOST_SHOWN]:
         count = counts[unit, fault]
         times = f", {count} times from then on" if count > 1 else ""
-        yield f"Unhealthy: {unit}: {fault} at {event.time:.2f} s{_against(event)}{times}"
+        yield f"Unhealthy: {unit}: {fault} at {event.time:.2f} s{_value_and_limit(event)}{times}"
     if len(first) > MOST_SHOWN:
         yield f"Unhealthy: {len(first) - MOST_SHOWN} more faults; events.jsonl has them all"
 
@@ -181,14 +181,14 @@ _REMEDY_SHOWN = ("primary invalid", "implausible misalignment", "no motion", "ti
 def _reason(event: RedundancyEvent) -> str:
     reason = str(event.figures["reason"])
     remedy = f"; {_clause(REMEDIES[event.event][reason])}" if reason in _REMEDY_SHOWN else ""
-    return f"{reason}{_against(event)}{remedy}"
+    return f"{reason}{_value_and_limit(event)}{remedy}"
 
 
 def _clause(sentence: str) -> str:
     return f"{sentence[0].lower()}{sentence[1:].rstrip('.')}"
 
 
-def _against(event: RedundancyEvent) -> str:
+def _value_and_limit(event: RedundancyEvent) -> str:
     """Give the value that broke its limit, where there is one."""
     value, limit = event.figures.get("value"), event.figures.get("limit")
     if isinstance(value, float) and isinstance(limit, float):

@@ -5,11 +5,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
 from tumble import _core
+from tumble.results import Figures
 
 
 class SpinFailureKind(Enum):
@@ -49,10 +49,10 @@ class SpinFailure:
     """A code and its figures: SI units, times in s of the clock of the samples."""
 
     kind: SpinFailureKind
-    figures: Mapping[str, float] = field(default_factory=dict)
+    figures: Figures = field(default_factory=dict)
 
     @classmethod
-    def of_core(cls, word: str, figures: Mapping[str, float]) -> SpinFailure:
+    def of_core(cls, word: str, figures: Figures) -> SpinFailure:
         """Take over what `SpinMachine.failure` and the arguments of a `CoreError` of `fit_spin` are."""
         return cls(SpinFailureKind(word), figures)
 
@@ -66,7 +66,7 @@ class UnusedInterval:
     failure: SpinFailure
 
 
-def not_a_rest(unit: _core.Acquired) -> list[UnusedInterval]:
+def rejected_rests(unit: _core.Acquired) -> list[UnusedInterval]:
     """List what looked like a rest of a recording and is none."""
     return [
         UnusedInterval(start, end, SpinFailure.of_core(word, {})) for start, end, word in unit.rejected_rests

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from typing import TypeAlias
+from collections.abc import Callable
 
-from tumble.acquisition.messages import NOT_A_REST
+from tumble.acquisition.messages import REST_REJECTIONS
+from tumble.results import Figures
 from tumble.spin.failure import SpinFailure, SpinFailureKind
 from tumble.spin.result import FULL_TURN
 
@@ -21,8 +21,6 @@ CHANNELS = (
 SMALLEST_SHOWN = math.radians(1.0)
 """What turned less is said not to have turned."""
 
-Figures: TypeAlias = Mapping[str, float]
-
 
 def explain(failure: SpinFailure) -> str:
     """One line: what is wrong and, where there is more to say than that, what to do."""
@@ -32,12 +30,12 @@ def explain(failure: SpinFailure) -> str:
 
 def cause(failure: SpinFailure) -> str:
     """Say what is wrong, without what to do."""
-    return _MESSAGES[failure.kind](failure.figures)[0]
+    return MESSAGES[failure.kind](failure.figures)[0]
 
 
 def remedy(failure: SpinFailure) -> str:
     """Say what to do; empty where that goes without saying."""
-    return _MESSAGES[failure.kind](failure.figures)[1]
+    return MESSAGES[failure.kind](failure.figures)[1]
 
 
 def _no_turn(figures: Figures) -> tuple[str, str]:
@@ -66,7 +64,7 @@ def _miscounted(figures: Figures) -> tuple[str, str]:
     )
 
 
-_MESSAGES: dict[SpinFailureKind, Callable[[Figures], tuple[str, str]]] = {
+MESSAGES: dict[SpinFailureKind, Callable[[Figures], tuple[str, str]]] = {
     SpinFailureKind.NEVER_STILL: lambda figures: (
         f"did not stand still long enough in {figures['waited']:.0f} s",
         "stop the robot and whatever shakes it, and start again",
@@ -114,9 +112,9 @@ _MESSAGES: dict[SpinFailureKind, Callable[[Figures], tuple[str, str]]] = {
         "no solution: the samples hold values that are not numbers, or no noise at all",
         "check the sensor",
     ),
-    SpinFailureKind.VIBRATING: lambda _: (f"is not a rest: {NOT_A_REST['vibrating']}", ""),
-    SpinFailureKind.DRIFTING: lambda _: (f"is not a rest: {NOT_A_REST['drifting']}", ""),
-    SpinFailureKind.TURNING: lambda _: (f"is not a rest: {NOT_A_REST['turning']}", ""),
+    SpinFailureKind.VIBRATING: lambda _: (f"is not a rest: {REST_REJECTIONS['vibrating']}", ""),
+    SpinFailureKind.DRIFTING: lambda _: (f"is not a rest: {REST_REJECTIONS['drifting']}", ""),
+    SpinFailureKind.TURNING: lambda _: (f"is not a rest: {REST_REJECTIONS['turning']}", ""),
     SpinFailureKind.NO_REST_FOR_LONG: lambda figures: (
         f"drove or was moved for {figures['duration']:.0f} s without a rest",
         "if it turned on the spot, give its times with --at",

@@ -25,7 +25,7 @@ from tumble.recording import Recording, RecordingSource, SampleProgress
 from tumble.results import Rest
 from tumble.spin.chain import Chain
 from tumble.spin.combination import CombinedBiases, combine
-from tumble.spin.failure import SpinFailure, SpinFailureKind, UnusedInterval, not_a_rest
+from tumble.spin.failure import SpinFailure, SpinFailureKind, UnusedInterval, rejected_rests
 from tumble.spin.messages import SMALLEST_SHOWN, cause, explain, remedy
 from tumble.spin.motions import credible_faults
 from tumble.spin.outputs import describe_spin
@@ -164,7 +164,7 @@ def _search(
         sorted([*rests_of(unit.acquired), *_rests_refused_as_turning(unit, applied)], key=_start_of)
     )
     if not rests:
-        return [*not_a_rest(unit.acquired)]
+        return [*rejected_rests(unit.acquired)]
     logged = _logged(unit)
     windows = _windows(at, logged, unit.name)
     unread_segments = [
@@ -192,7 +192,7 @@ def _search(
 
 def _rests_refused_as_turning(unit: Imu, applied: Calibration | None) -> list[Rest]:
     """Find rests refused for another rate than those beside them: a robot that turns evenly outvotes them."""
-    turning = (each for each in not_a_rest(unit.acquired) if each.failure.kind is SpinFailureKind.TURNING)
+    turning = (each for each in rejected_rests(unit.acquired) if each.failure.kind is SpinFailureKind.TURNING)
     intervals = sorted((Interval(each.start, each.end) for each in turning), key=_start_of)
     if not intervals:
         return []

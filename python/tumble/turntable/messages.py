@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from typing import TypeAlias
 
 from tumble import _core
+from tumble.results import Figures
 
-Figures: TypeAlias = Mapping[str, float]
 PoseNames: TypeAlias = Mapping[int, str]
 
 _MIRRORS = (

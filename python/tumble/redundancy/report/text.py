@@ -150,7 +150,7 @@ def event_details(event: RedundancyEvent) -> str:
         shown = [quantity(abs(number(figures.get(key))), sensor) for key in ("deviation", "threshold")]
         parts.append(f"{figures.get('check', '')} {shown[0]} {sign} {shown[1]}")
     if "reason" in figures and event.event != "selected":
-        parts.append(f"{figures['reason']}{_against(event)}")
+        parts.append(f"{figures['reason']}{_value_and_limit(event)}")
     elif event.event == "selected":
         reason = str(figures.get("reason", ""))
         parts.append("" if reason == "none fit" else _SELECTED.get(reason, reason))
@@ -244,12 +244,12 @@ def _calibrated(result: RedundancyResult) -> str:
             else "No secondary was calibrated: the platform never rested long enough to evaluate one."
         )
     named = [unit for unit in result.secondaries if unit in adopted]
-    left = [_left(result, sensor, named) for sensor in SENSORS]
+    left = [_residual_range(result, sensor, named) for sensor in SENSORS]
     ending = f", with {join([text for text in left if text])} left" if any(left) else ""
-    return f"Calibrated: {_some(named)}{ending}."
+    return f"Calibrated: {_list_of(named)}{ending}."
 
 
-def _left(result: RedundancyResult, sensor: Sensor, units: Sequence[str]) -> str:
+def _residual_range(result: RedundancyResult, sensor: Sensor, units: Sequence[str]) -> str:
     residuals = [
         error.residual
         for error in result.errors
@@ -270,7 +270,7 @@ def _not_calibrated(result: RedundancyResult) -> Iterator[str]:
             units = why.setdefault(f"{_OUTCOMES[event.event]} ({reason})", [])
             if event.unit not in units and reason != COVERED:
                 units.append(event.unit)
-    told = [f"{reason}: {_some(units)}." for reason, units in why.items() if units]
+    told = [f"{reason}: {_list_of(units)}." for reason, units in why.items() if units]
     yield from told[:_MOST_REASONS]
     if len(told) > _MOST_REASONS:
         yield f"{count_of('further reason', len(told) - _MOST_REASONS)} below, under Events."
@@ -306,7 +306,7 @@ def _sources(result: RedundancyResult) -> Iterator[str]:
         yield f"The source changed {len(spans) - 1} times in all; at the end it is {last}."
 
 
-def _against(event: RedundancyEvent) -> str:
+def _value_and_limit(event: RedundancyEvent) -> str:
     """Give the value that broke its limit, each in its unit."""
     value, limit = number(event.figures.get("value")), number(event.figures.get("limit"))
     if not math.isfinite(value):
@@ -336,7 +336,7 @@ def _fit_figures(event: RedundancyEvent) -> Iterator[str]:
         yield f"calibration {figures['sequence']}"
 
 
-def _some(units: Sequence[str]) -> str:
+def _list_of(units: Sequence[str]) -> str:
     most = 8
     return join(units if len(units) <= most else [*units[:most], f"{len(units) - most} more"])
 
