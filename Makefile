@@ -29,7 +29,7 @@ test: $(VENV)/.native $(VENV)/.requirements-test  ## Run the Rust, Python and do
 	$(BIN)/python -m pytest --numprocesses auto --durations 20
 	$(BIN)/python scripts/check_commands.py --run
 
-bench: $(VENV)/.native  ## Measure accuracy, speed and memory, print docs/benchmarks.md (forty minutes)
+bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed and memory, print docs/benchmarks.md (forty minutes)
 	$(BIN)/python -m benchmarks.accuracy
 	$(BIN)/python -m benchmarks.truths
 	$(BIN)/python -m benchmarks.spin

@@ -6,8 +6,8 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
+from tumble import _core
 from tumble.recording import FloatArray
 
 PAIRS = ("xy", "yz", "zx")
@@ -34,6 +34,11 @@ def non_orthogonality(matrix: FloatArray) -> FloatArray:
     x, y, z = matrix / np.linalg.norm(matrix, axis=1)[:, None]
     angles: FloatArray = np.arcsin([x @ y, y @ z, z @ x])
     return angles
+
+
+def mounting_angles(Q: FloatArray) -> FloatArray:
+    """(3,) rotation vector of the mounting, deg."""
+    return np.degrees(_core.rotation_vector(np.ascontiguousarray(Q))) + 0.0
 
 
 def factor_sigma(matrix: FloatArray, covariance: FloatArray) -> FloatArray:
@@ -66,5 +71,5 @@ def _factor_parameters(matrix: FloatArray, around: FloatArray) -> FloatArray:
     """(9,) scales, non-orthogonalities and the turn of the mounting from that of `around`, rad."""
     _, _, Q = factors(matrix)
     _, _, Q_around = factors(around)
-    turned = Rotation.from_matrix(Q @ Q_around.T).as_rotvec()
+    turned = _core.rotation_vector(Q @ Q_around.T)
     return np.concatenate([np.linalg.norm(matrix, axis=1), non_orthogonality(matrix), turned])

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
+from tumble import _core
 from tumble.recording import FloatArray
 
 TriadName = Literal["accelerometer", "gyroscope"]
@@ -84,13 +85,7 @@ class TriadResult:
     @property
     def p_value(self) -> float:
         """Chance of a larger chi-square, were the model and the noise right."""
-        from scipy.special import chdtrc
-
-        return (
-            float(chdtrc(self.degrees_of_freedom, self.chi_square))
-            if self.degrees_of_freedom
-            else float("nan")
-        )
+        return _core.chi_square_tail(self.chi_square, self.degrees_of_freedom)
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import subprocess
 import sys
-import time
 import types
 
 import numpy as np
@@ -101,21 +101,62 @@ def test_the_list_of_commands_says_what_the_command_itself_says(name):
         assert text.splitlines()[0] == entry.summary
 
 
-def test_help_is_quick_because_nothing_is_computed():
-    fastest = min(_seconds("--help") - _seconds_of_python() for _ in range(3))
-    assert fastest < 0.5, f"{fastest:.2f} s more than Python itself"
+LIBRARIES = {
+    "jinja2",
+    "matplotlib",
+    "mcap",
+    "numpy",
+    "pyarrow",
+    "pydantic",
+    "pymavlink",
+    "rosbags",
+    "scipy",
+    "serial",
+    "yaml",
+}
+"""What only some commands need."""
 
 
-def _seconds(*arguments):
-    start = time.perf_counter()
-    tumble(*arguments)
-    return time.perf_counter() - start
+def libraries_of(*arguments, **variables):
+    """Run the command; give what it prints, and which of `LIBRARIES` it imports."""
+    command = "import sys; sys.argv[0] = 'tumble'; from tumble.cli.main import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-X", "importtime", "-c", command, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, **variables},
+    )
+    imported = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
+    return done.stdout, LIBRARIES & imported
 
 
-def _seconds_of_python():
-    start = time.perf_counter()
-    subprocess.run([sys.executable, "-c", "pass"], check=True)
-    return time.perf_counter() - start
+@pytest.mark.parametrize("command", [command for command in command_line.COMMANDS if command != "simulate"])
+def test_help_imports_nothing_that_computes(command):
+    _, libraries = libraries_of(command, "--help")
+    assert not libraries
+
+
+def test_the_list_of_commands_imports_nothing_that_computes():
+    _, libraries = libraries_of("--help")
+    assert not libraries
+
+
+def test_completion_imports_nothing_that_computes():
+    words = "tumble inspect --accel"
+    typed = {"_TYPER_COMPLETE_ARGS": words, "COMP_WORDS": words, "COMP_CWORD": "2"}
+    shown, libraries = libraries_of(_TUMBLE_COMPLETE="complete_bash", **typed)
+    assert "--accelerometer-unit" in shown.splitlines()
+    assert not libraries
+
+
+def test_a_table_is_inspected_with_numpy_and_arrow_alone(tmp_path):
+    log = tmp_path / "small.csv"
+    rows = "".join(f"{0.01 * k:.2f},0,0,9.81,0,0,{0.001 * (k % 3)}\n" for k in range(500))
+    log.write_text(f"time,ax,ay,az,gx,gy,gz\n{rows}")
+    shown, libraries = libraries_of("inspect", log)
+    assert "500 samples" in shown
+    assert libraries == {"numpy", "pyarrow"}
 
 
 def test_the_version_is_that_of_the_package():

@@ -6,8 +6,10 @@ mod acquisition;
 mod align;
 mod convert;
 mod correct;
+mod distributions;
 mod redundancy;
 mod redundancy_values;
+mod rotation;
 mod settings;
 mod simulate;
 mod simulate_flight;
@@ -24,7 +26,9 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     acquisition::register(module)?;
     align::register(module)?;
     correct::register(module)?;
+    distributions::register(module)?;
     redundancy::register(module)?;
+    rotation::register(module)?;
     settings::register(module)?;
     simulate::register(module)?;
     simulate_flight::register(module)?;
@@ -33,5 +37,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     spin_machine::register(module)?;
     turntable::register(module)?;
     vocabulary::register(module)?;
+    module.add("STANDARD_GRAVITY", tumble_core::gravity::STANDARD)?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))
 }

@@ -13,9 +13,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from tumble.factors import PAIRS, factor_sigma, factors, non_orthogonality, propagated
+from tumble.factors import PAIRS, factor_sigma, factors, mounting_angles, non_orthogonality, propagated
 from tumble.plain import plain
 from tumble.recording import FloatArray
 from tumble.redundancy.result import RedundancyResult, SecondaryError, Sensor
@@ -127,7 +126,7 @@ def _angles(matrix: FloatArray, Q: FloatArray) -> dict[str, Any]:
     degrees = np.degrees(non_orthogonality(matrix))
     return {
         "non-orthogonality": dict(zip(PAIRS, map(float, degrees), strict=True)),
-        "mounting": np.degrees(Rotation.from_matrix(Q).as_rotvec()) + 0.0,
+        "mounting": mounting_angles(Q),
     }
 
 

@@ -9,8 +9,8 @@ import numpy as np
 from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
-from scipy.spatial.transform import Rotation
 
+from tumble import _core
 from tumble.documents import Document, Vector
 from tumble.recording import FloatArray
 
@@ -48,8 +48,7 @@ def _orientation(value: object) -> FloatArray | str:
     if numbers.shape == (3,) and np.isfinite(numbers).all():
         if np.linalg.norm(numbers) > _LARGEST_ANGLE:
             raise ValueError(f"{wanted}; a vector of length {np.linalg.norm(numbers):.3g} looks like degrees")
-        turned: FloatArray = Rotation.from_rotvec(numbers).as_matrix()
-        return turned
+        return _core.rotation_matrix(numbers)
     if numbers.shape != (3, 3) or not np.isfinite(numbers).all():
         raise ValueError(f"{wanted}, found {value!r}")
     if np.abs(numbers @ numbers.T - np.eye(3)).max() > _ORTHONORMAL or np.linalg.det(numbers) < 0.0:
@@ -57,7 +56,8 @@ def _orientation(value: object) -> FloatArray | str:
             f"{wanted}; this matrix is no rotation: its rows have to be orthonormal, right-handed"
         )
     # Rounded rows are made orthonormal again: the nearest rotation.
-    nearest: FloatArray = Rotation.from_matrix(numbers).as_matrix()
+    left, _, right = np.linalg.svd(numbers)
+    nearest: FloatArray = left @ right
     return nearest
 
 

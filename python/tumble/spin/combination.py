@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import chdtri
 
+from tumble import _core
 from tumble.recording import FloatArray
 from tumble.results import Parameter, TriadName
 from tumble.spin.result import BiasEstimate, Spin
@@ -77,7 +77,7 @@ def _weigh(spins: Sequence[Spin], triad: TriadName) -> _TriadWeights:
     off = values - mean
     chi_square = float(np.einsum("ki,kij,kj->", off, information, off))
     freedom = 3 * (len(shown) - 1)
-    if freedom == 0 or chi_square <= chdtri(freedom, UNLIKELY):
+    if freedom == 0 or chi_square <= _core.chi_square_quantile(UNLIKELY, freedom):
         return _TriadWeights(weights, chi_square, freedom, "")
     weights[:] = 0.0
     weights[shown[-1]] = np.eye(3)
@@ -131,5 +131,5 @@ def _agreement(chi_square: float, freedom: int) -> Parameter:
         alone = "with a single spin there is nothing to compare"
         return Parameter(name, "1", np.nan, np.inf, np.nan, np.nan, False, alone)
     # Its ends are those between which 95 of 100 such sums lie, were all spins of one bias.
-    low, high = float(chdtri(freedom, 0.975)), float(chdtri(freedom, 0.025))
+    low, high = _core.chi_square_quantile(0.975, freedom), _core.chi_square_quantile(0.025, freedom)
     return Parameter(name, "1", chi_square, float(np.sqrt(2.0 * freedom)), low, high)

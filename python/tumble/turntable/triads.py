@@ -8,7 +8,6 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtrit
 
 from tumble import _core
 from tumble.recording import FloatArray
@@ -108,7 +107,7 @@ def _shown(seen: Flags) -> list[bool]:
 
 def parameter(name: str, unit: str, value: float, sigma: float, freedom: float) -> Parameter:
     """Give a number with its 95 % interval; `freedom` is that of sigma itself, infinite where it is known."""
-    reach = sigma * float(stdtrit(min(freedom, VERY_MANY), UPPER))
+    reach = sigma * _core.student_quantile(UPPER, min(freedom, VERY_MANY))
     return Parameter(name, unit, value, sigma, value - reach, value + reach)
 
 

@@ -6,9 +6,8 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from tumble.factors import PAIRS, factor_sigma, factors, non_orthogonality
+from tumble.factors import PAIRS, factor_sigma, factors, mounting_angles, non_orthogonality
 from tumble.recording import FloatArray
 from tumble.redundancy.report.difference import UNITS
 from tumble.redundancy.result import SecondaryError
@@ -47,7 +46,7 @@ def _of_matrix(error: SecondaryError) -> dict[str, list[Parameter]]:
         nothing = np.full(9, np.nan)
         return _matrix_parameters(nothing, nothing)
     angles = np.degrees(non_orthogonality(error.matrix))
-    mounting = np.degrees(Rotation.from_matrix(factors(error.matrix)[2]).as_rotvec())
+    mounting = mounting_angles(factors(error.matrix)[2])
     sigma = factor_sigma(error.matrix, np.diag(variance))
     sigma[3:] = np.degrees(sigma[3:])
     return _matrix_parameters(np.concatenate([scale, angles, mounting]), sigma)
