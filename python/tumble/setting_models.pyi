@@ -29,9 +29,9 @@ class MonitorSettings(Document):
     vector_check: bool = True
     """Compare a secondary also with a valid primary, axis by axis: the norm is blind across gravity."""
     third_threshold: str = "0.1"
-    """Deviation of a secondary's accelerometer above which it wants calibrating. In m/s^2."""
+    """Deviation of a secondary's accelerometer above which its calibration is triggered. In m/s^2."""
     fourth_threshold: str = "0.01"
-    """Deviation of a secondary's gyroscope above which it wants calibrating. In rad/s."""
+    """Deviation of a secondary's gyroscope above which its calibration is triggered. In rad/s."""
     fifth_threshold: str = "0.1"
     """Deviation of the primary's accelerometer above which it is invalid; `last` is its last valid one. In
     m/s^2."""
@@ -140,7 +140,7 @@ class SpinSettings(Document):
     turn: float = 12.566370614359172
     """How far to turn, both directions together. In rad."""
     rate: float = 1.0
-    """Speed to turn at. It is not judged: it is what a robot may be told. In rad/s."""
+    """Speed to turn at. It is not judged: it is what a robot may be asked for. In rad/s."""
     largest_floor_tilt: float = 0.17453292519943295
     """Largest floor tilt. In rad."""
     scale_sigma: float = 0.01

@@ -1171,11 +1171,11 @@ typedef struct tumble_redundancy_settings {
      */
     float second_threshold;
     /**
-     * Deviation of a secondary's accelerometer above which it wants calibrating. Default: fixed, 0.1 m/s^2.
+     * Deviation of a secondary's accelerometer above which its calibration is triggered. Default: fixed, 0.1 m/s^2.
      */
     struct tumble_threshold third_threshold;
     /**
-     * Deviation of a secondary's gyroscope above which it wants calibrating. Default: fixed, 0.01 rad/s.
+     * Deviation of a secondary's gyroscope above which its calibration is triggered. Default: fixed, 0.01 rad/s.
      */
     struct tumble_threshold fourth_threshold;
     /**
@@ -1562,7 +1562,7 @@ typedef struct tumble_spin_settings {
      */
     float turn;
     /**
-     * Speed to turn at. It is not judged: it is what a robot may be told. Default: 1 rad/s.
+     * Speed to turn at. It is not judged: it is what a robot may be asked for. Default: 1 rad/s.
      */
     float rate;
     /**

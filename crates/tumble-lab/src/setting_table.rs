@@ -52,7 +52,7 @@ pub fn spin<T: Real + Field>() -> Vec<Setting<SpinSettings<T>>> {
             rate,
             "rad/s",
             Positive,
-            "Speed to turn at. It is not judged: it is what a robot may be told."
+            "Speed to turn at. It is not judged: it is what a robot may be asked for."
         ),
         row!(largest_floor_tilt, "rad", Positive, "Largest floor tilt."),
         row!(
@@ -248,13 +248,13 @@ pub fn redundancy<T: Real + Field>() -> Vec<Setting<RedundancySettings<T>>> {
             evaluation.thresholds.third as third_threshold,
             "m/s^2",
             Any,
-            "Deviation of a secondary's accelerometer above which it wants calibrating."
+            "Deviation of a secondary's accelerometer above which its calibration is triggered."
         ),
         row!(
             evaluation.thresholds.fourth as fourth_threshold,
             "rad/s",
             Any,
-            "Deviation of a secondary's gyroscope above which it wants calibrating."
+            "Deviation of a secondary's gyroscope above which its calibration is triggered."
         ),
         row!(
             evaluation.thresholds.fifth as fifth_threshold,

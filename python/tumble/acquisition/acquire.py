@@ -165,7 +165,7 @@ class _Misread:
 
     def line(self) -> str:
         """One line for a recording that is read alone."""
-        return self.what + (f"; say --{self.option} {self.value}" if self.option else "")
+        return self.what + (f"; give --{self.option} {self.value}" if self.option else "")
 
     def line_among_others(self, name: str) -> str:
         """One line for a recording of that name among others."""

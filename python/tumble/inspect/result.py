@@ -87,7 +87,7 @@ class Inspection:
     """Lowest, mean and highest, degC."""
     rests: tuple[Rest, ...]
     not_rests: tuple[tuple[float, float, str], ...]
-    """Start s, end s and why: stretches that only look like rests."""
+    """Start s, end s and why: segments that only look like rests."""
     directions: int
     """Directions of gravity more than 20 deg apart that the rests show."""
     services: tuple[Service, ...]
@@ -152,9 +152,7 @@ def rest_lines(inspection: Inspection) -> list[str]:
     rests, directions = _count(len(inspection.rests), "rest"), _count(inspection.directions, "direction")
     lines = [f"{rests} in {directions}, {total:.4g} s in all"]
     reasons = Counter(why for _, _, why in inspection.not_rests)
-    lines += [
-        f"{_count(count, 'stretch', 'stretches')} not quite a rest: {why}" for why, count in reasons.items()
-    ]
+    lines += [f"{_count(count, 'segment')} not quite a rest: {why}" for why, count in reasons.items()]
     return lines
 
 
@@ -169,8 +167,8 @@ def _corrected(metadata: Metadata) -> str:
     return "already corrected" if metadata.already_corrected else "not known to be corrected"
 
 
-def _count(number: int, one: str, many: str = "") -> str:
-    return f"{number} {one if number == 1 else many or one + 's'}"
+def _count(number: int, thing: str) -> str:
+    return f"{number} {thing}{'' if number == 1 else 's'}"
 
 
 def _gap_details(timing: Timing) -> str:

@@ -190,7 +190,7 @@ class MavlinkSource:
         stated = self._options.gyroscope_unit is not None or self._options.gyroscope_scale is not None
         if KINDS[chosen.message].gyroscope_unit is None and not stated:
             raise LogError(
-                f"{self._address.text}: {chosen.message} does not say its units; with ArduPilot give "
+                f"{self._address.text}: {chosen.message} does not state its units; with ArduPilot give "
                 "--gyroscope-unit mrad/s, else --gyroscope-scale (counts per unit) and --gyroscope-unit"
             )
 

@@ -89,7 +89,7 @@ def _weigh(spins: Sequence[Spin], triad: TriadName) -> _TriadWeights:
         chi_square,
         freedom,
         f"the spins contradict each other by up to {apart:.2g} {unit} in the {triad} bias (chi-square "
-        f"{chi_square:.3g} for {freedom}), as when it warms up: the result is that of the last, "
+        f"{chi_square:.3g} for {freedom}), as when it warms up; the result is the last, "
         f"{spins[shown[-1]].label}",
     )
 

@@ -31,7 +31,7 @@ pub struct SpinSettings {
     pub gravity: f32,
     /// How far to turn, both directions together. Default: 12.56637 rad.
     pub turn: f32,
-    /// Speed to turn at. It is not judged: it is what a robot may be told. Default: 1 rad/s.
+    /// Speed to turn at. It is not judged: it is what a robot may be asked for. Default: 1 rad/s.
     pub rate: f32,
     /// Largest floor tilt. Default: 0.1745329 rad.
     pub largest_floor_tilt: f32,

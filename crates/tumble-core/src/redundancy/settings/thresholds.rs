@@ -41,9 +41,9 @@ pub struct Thresholds<T: Real> {
     pub first: T,
     /// Scatter of angular rate, and change of its mean, below which a unit is at rest.
     pub second: T,
-    /// Deviation of the secondary's accelerometer above which it wants calibrating.
+    /// Deviation of the secondary's accelerometer above which its calibration is triggered.
     pub third: Threshold<T>,
-    /// Deviation of the secondary's gyroscope above which it wants calibrating.
+    /// Deviation of the secondary's gyroscope above which its calibration is triggered.
     pub fourth: Threshold<T>,
     /// Deviation of the primary's accelerometer above which it is invalid.
     pub fifth: Threshold<T>,
