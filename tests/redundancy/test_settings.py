@@ -55,6 +55,41 @@ def test_the_settings_and_defaults_of_python_are_those_of_the_core():
         _core.RedundancyMonitor(units, defaults, precision)
 
 
+def outside(row):
+    """Values beyond the bounds of a setting, as typed."""
+    if row["kind"] in ("flag", "choice"):
+        return ["sometimes", "3"]
+    if row["kind"] == "threshold":
+        return ["0", "last*1", ".nan"]
+    beyond = [row["above"]] if row["above"] is not None else []
+    beyond += [row["least"] - 1] if row["least"] is not None else []
+    beyond += [row["below"]] if row["below"] is not None else []
+    return [*(f"{value:g}" for value in beyond), ".inf", ".nan", "text"]
+
+
+@pytest.mark.parametrize("row", _core.setting_table("redundancy"), ids=lambda row: row["name"])
+def test_a_setting_out_of_its_bounds_is_refused_in_one_line_by_its_name(row):
+    for typed_as in outside(row):
+        with pytest.raises(ProcedureError) as caught:
+            changed(f"{row['name']}={typed_as}")
+        line = str(caught.value)
+        assert line.startswith(f"--set {row['name']}={typed_as}: {row['name']} needs "), line
+        assert "found" in line
+        assert "\n" not in line
+
+
+@pytest.mark.parametrize(
+    "row",
+    [row for row in _core.setting_table("redundancy") if row["more_than"]],
+    ids=lambda row: row["name"],
+)
+def test_a_setting_that_has_to_be_more_than_another_is_refused_with_both_names(row):
+    other = getattr(RedundancySettings(), row["more_than"])
+    line = contradiction(**{row["name"]: other})
+    assert f"{row['name']} is {other}" in line
+    assert f"{row['more_than']} is {other}" in line
+
+
 def test_every_setting_says_its_meaning_in_one_sentence_and_its_unit():
     for setting in explain("redundancy"):
         assert setting.meaning.endswith("."), setting.name
