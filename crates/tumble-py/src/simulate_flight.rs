@@ -62,8 +62,8 @@ fn simulate_flight(py: Python<'_>, text: &str) -> PyResult<Py<PyDict>> {
         .map_err(|error| PyValueError::new_err(error.to_string()))?;
     let result = PyDict::new(py);
     result.set_item("duration", flight.duration())?;
-    result.set_item("rests", spans(py, flight.ride().rests())?)?;
-    result.set_item("manoeuvres", spans(py, flight.ride().manoeuvres())?)?;
+    result.set_item("rests", spans(py, flight.carrier_motion().rests())?)?;
+    result.set_item("manoeuvres", spans(py, flight.carrier_motion().manoeuvres())?)?;
     let units: PyResult<Vec<_>> = units.into_iter().map(|record| unit(py, record)).collect();
     result.set_item("units", units?)?;
     result.set_item("motion", FlightMotion(flight))?;

@@ -30,7 +30,7 @@ FaultKind = Literal[
     "time-backwards",
     "clock-jump",
 ]
-Axis = Literal["x", "y", "z"]
+AxisName = Literal["x", "y", "z"]
 
 FAULTS: dict[FaultKind, str] = {
     "scale": "one axis has its scale multiplied by `size`, 1.2 if not given; the truth says so too",
@@ -62,7 +62,7 @@ FAULTS: dict[FaultKind, str] = {
 
 POSITIVE: tuple[FaultKind, ...] = ("saturated", "noise", "late", "time-backwards", "clock-jump")
 """Kinds whose size is positive."""
-AXES: tuple[Axis, ...] = get_args(Axis)
+AXES: tuple[AxisName, ...] = get_args(AxisName)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +71,7 @@ class Fault:
 
     kind: FaultKind
     triad: TriadName = "accelerometer"
-    axis: Axis = "y"
+    axis: AxisName = "y"
     """The first of the six faces has x up, about which a slip would leave the accelerometer as it was."""
     start: float | None = None
     """s after the session began; the middle of the first rest if not given."""

@@ -35,11 +35,11 @@ impl AngularMotion {
         let acceleration = turn.inverse_transform_vector(&self.acceleration)
             + **axis * angle.derivative(2)
             + rate.cross(&about);
-        let spin = Self {
+        let angular_motion = Self {
             rate: rate + about,
             acceleration,
         };
-        (turn, spin)
+        (turn, angular_motion)
     }
 }
 
@@ -69,10 +69,10 @@ impl EulerAngles {
 
     /// `level_from_body`, and how the body turns.
     pub fn attitude(&self) -> (Rotation3<f64>, AngularMotion) {
-        let (heading, spin) = AngularMotion::NONE.turned(&Vector3::z_axis(), &self.heading);
-        let (pitch, spin) = spin.turned(&Vector3::y_axis(), &self.pitch);
-        let (roll, spin) = spin.turned(&Vector3::x_axis(), &self.roll);
-        (heading * pitch * roll, spin)
+        let (heading, angular_motion) = AngularMotion::NONE.turned(&Vector3::z_axis(), &self.heading);
+        let (pitch, angular_motion) = angular_motion.turned(&Vector3::y_axis(), &self.pitch);
+        let (roll, angular_motion) = angular_motion.turned(&Vector3::x_axis(), &self.roll);
+        (heading * pitch * roll, angular_motion)
     }
 }
 
@@ -115,12 +115,12 @@ mod tests {
         fn the_rate_is_that_of_the_attitude_and_the_acceleration_that_of_the_rate(t in 0.0..20.0f64) {
             let h = 1e-4;
             let (before, last) = angles(t - h).attitude();
-            let (now, spin) = angles(t).attitude();
+            let (now, angular_motion) = angles(t).attitude();
             let (after, next) = angles(t + h).attitude();
             let turned = (before.inverse() * after).scaled_axis() / (2.0 * h);
-            prop_assert!((turned - spin.rate).amax() < 1e-5, "{turned} {}", spin.rate);
+            prop_assert!((turned - angular_motion.rate).amax() < 1e-5, "{turned} {}", angular_motion.rate);
             let slope = (next.rate - last.rate) / (2.0 * h);
-            prop_assert!((slope - spin.acceleration).amax() < 1e-5);
+            prop_assert!((slope - angular_motion.acceleration).amax() < 1e-5);
             prop_assert!((now.matrix().determinant() - 1.0).abs() < 1e-12);
         }
 

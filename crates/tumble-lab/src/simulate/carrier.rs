@@ -62,7 +62,7 @@ impl BodyMotion {
 /// A way that something moves, from rest to rest.
 pub trait CarrierMotion: Send + Sync {
     /// Attitude, velocity and acceleration at time `t`, s.
-    fn moved(&self, t: f64) -> BodyMotion;
+    fn body_motion(&self, t: f64) -> BodyMotion;
 
     /// How much the motors shake, 0 to 1.
     fn running(&self, t: f64) -> Series<2>;

@@ -1,7 +1,7 @@
 //! A flight of a quadrotor, or drives of a vehicle, with several units on board: a primary, and secondaries at other places.
 //!
 //! The structure is rigid but for a small share of the vibration that each place has to itself. Truth is that of the
-//! primary's place, in the primary's case frame; the course the ride takes is the primary's.
+//! primary's place, in the primary's case frame; what the carrier does is said of that place too.
 
 use nalgebra::{Rotation3, Vector3};
 use rayon::prelude::*;
@@ -65,7 +65,7 @@ pub struct UnitOnBoard {
 
 /// The motion of the primary's place.
 pub struct Flight {
-    ride: Box<dyn CarrierMotion>,
+    carrier_motion: Box<dyn CarrierMotion>,
     vibration: VibrationLoop,
     vibration_at_rest: f64,
     case_from_body: Rotation3<f64>,
@@ -124,12 +124,12 @@ impl Flight {
     fn new(scenario: &FlightScenario) -> Self {
         let streams = |purpose| stream(scenario.conditions.seed, 0, purpose);
         let random = &mut streams(Purpose::Ride);
-        let ride: Box<dyn CarrierMotion> = match scenario.carrier {
+        let carrier_motion: Box<dyn CarrierMotion> = match scenario.carrier {
             Carrier::Quadrotor => Box::new(Quadrotor::new(&scenario.plan, random)),
             Carrier::Vehicle => Box::new(Vehicle::new(&scenario.plan, random)),
         };
         Self {
-            ride,
+            carrier_motion,
             vibration: VibrationLoop::draw(&scenario.vibration, &mut streams(Purpose::Vibration)),
             vibration_at_rest: scenario.vibration_at_rest,
             case_from_body: scenario.case_from_body,
@@ -139,18 +139,18 @@ impl Flight {
     }
 
     /// What it does and when.
-    pub fn ride(&self) -> &dyn CarrierMotion {
-        self.ride.as_ref()
+    pub fn carrier_motion(&self) -> &dyn CarrierMotion {
+        self.carrier_motion.as_ref()
     }
 
     /// Rotation of the primary's case at time `t`, s: `level_from_case`, without vibration.
     pub fn level_from_case(&self, t: f64) -> Rotation3<f64> {
-        self.ride.moved(t).angles.attitude().0 * self.case_from_body.inverse()
+        self.carrier_motion.body_motion(t).angles.attitude().0 * self.case_from_body.inverse()
     }
 
     /// Velocity of the primary's place at time `t`, s, level frame, without vibration, m/s.
     pub fn velocity(&self, t: f64) -> Vector3<f64> {
-        self.ride.moved(t).velocity
+        self.carrier_motion.body_motion(t).velocity
     }
 
     /// Truth at each of these times, s, vibration as its mean over `averaging` s.
@@ -160,23 +160,23 @@ impl Flight {
     }
 
     fn shaken_truth(&self, t: f64, shake: &VibrationSample) -> TrueMotion {
-        let moved = self.ride.moved(t);
-        let (level_from_body, spin) = moved.angles.attitude();
+        let body = self.carrier_motion.body_motion(t);
+        let (level_from_body, angular_motion) = body.angles.attitude();
         let to_body = |level: Vector3<f64>| level_from_body.inverse_transform_vector(&level);
-        let force = to_body(moved.acceleration + Vector3::z() * self.gravity) + shake.specific_force;
-        let turn_rate = spin.rate + shake.angular_rate;
+        let force = to_body(body.acceleration + Vector3::z() * self.gravity) + shake.specific_force;
+        let turn_rate = angular_motion.rate + shake.angular_rate;
         let to_case = |body: Vector3<f64>| self.case_from_body * body;
         TrueMotion {
             specific_force: to_case(force),
             angular_rate: to_case(turn_rate + to_body(self.earth_rate)),
             turn_rate: to_case(turn_rate),
-            turn_acceleration: to_case(spin.acceleration + shake.angular_acceleration),
+            turn_acceleration: to_case(angular_motion.acceleration + shake.angular_acceleration),
         }
     }
 
     /// Vibration of a place that has `flexing` times that at time `apart` of the loop to itself.
     fn shake(&self, t: f64, averaging: f64, flexing: f64, apart: f64) -> VibrationSample {
-        let running = self.ride.running(t);
+        let running = self.carrier_motion.running(t);
         let swing = 1.0 - self.vibration_at_rest;
         let (envelope, slope) = (
             self.vibration_at_rest + swing * running.value(),
@@ -199,7 +199,7 @@ impl Trajectory for Flight {
     }
 
     fn duration(&self) -> f64 {
-        self.ride.duration()
+        self.carrier_motion.duration()
     }
 }
 

@@ -3,7 +3,7 @@ use crate::simulate::attitude::mounted;
 use crate::simulate::floor::Floor;
 use crate::simulate::grade::Grade;
 use crate::simulate::sensor::Geometry;
-use crate::simulate::unit::{Ageing, ClockSetup, RotationSetup, UnitClock, Warming};
+use crate::simulate::unit::{Ageing, ClockSetup, ClockTruth, RotationSetup, Warming};
 use nalgebra::UnitQuaternion;
 use proptest::prelude::*;
 
@@ -25,7 +25,7 @@ fn unit(lever_arm: Vector3<f64>, package: Vector3<f64>) -> UnitOnBoard {
         biases: [None; 2],
         ageing: [Ageing::NONE; 2],
         lever_arm,
-        clock: ClockSetup::Given(UnitClock::SESSION),
+        clock: ClockSetup::Given(ClockTruth::SESSION),
         latency: 0.0,
         faults: vec![],
     };
@@ -146,7 +146,7 @@ proptest! {
         carrier in carrier(), seed in any::<u64>(), part in 0.0..1.0f64,
     ) {
         let flight = flight(&scenario(carrier, seed));
-        for rest in flight.ride().rests() {
+        for rest in flight.carrier_motion().rests() {
             let truth = flight.truth(rest.start + part * rest.duration());
             prop_assert_eq!(truth, flight.truth(rest.start));
             prop_assert!((truth.specific_force.norm() - GRAVITY).abs() < 1e-12);
@@ -161,7 +161,7 @@ proptest! {
     fn a_quadrotor_lands_where_the_ground_lies_as_before_and_no_rotor_ever_pulls(seed in any::<u64>()) {
         let flight = flight(&scenario(Carrier::Quadrotor, seed));
         let up = |t| flight.level_from_case(t) * mounted(0.3, -0.2, 1.1) * Vector3::z();
-        for rest in flight.ride().rests() {
+        for rest in flight.carrier_motion().rests() {
             prop_assert!((up(rest.start) - up(0.0)).amax() < 1e-9);
         }
         for index in 0..(flight.duration() * 20.0) as usize {
@@ -205,7 +205,10 @@ fn motors_shake_in_motion_only_unless_it_is_never_still() {
             (square / f64::from(3 * count)).sqrt()
         };
         let flight = flight(&quiet);
-        let (rest, manoeuvre) = (flight.ride().rests()[1], flight.ride().manoeuvres()[0]);
+        let (rest, manoeuvre) = (
+            flight.carrier_motion().rests()[1],
+            flight.carrier_motion().manoeuvres()[0],
+        );
         assert_eq!(scatter(&quiet, &rest), 0.0);
         assert!((scatter(&restless, &rest) / 3.0 - 1.0).abs() < 0.1);
         assert!((scatter(&quiet, &manoeuvre) / 3.0 - 1.0).abs() < 0.1);
@@ -218,7 +221,7 @@ fn each_place_has_its_share_of_vibration_to_itself_and_the_primary_has_none() {
     scenario.units[1] = unit(Vector3::zeros(), Vector3::zeros());
     scenario.flexing = 0.1;
     let flown = simulate(&scenario).unwrap();
-    let manoeuvre = flown.flight.ride().manoeuvres()[0];
+    let manoeuvre = flown.flight.carrier_motion().manoeuvres()[0];
     let [primary, other] = [&flown.units[0].samples, &flown.units[1].samples];
     let (mut square, mut count) = (0.0, 0);
     for (row, t) in primary.time.iter().enumerate() {
@@ -279,7 +282,7 @@ fn without_turning_a_quadrotor_keeps_its_heading_and_with_nothing_else_it_turns_
     turning.plan.ground.tilt = 0.0;
     turning.case_from_body = Rotation3::identity();
     let flight = flight(&turning);
-    let manoeuvre = flight.ride().manoeuvres()[0];
+    let manoeuvre = flight.carrier_motion().manoeuvres()[0];
     let middle = (manoeuvre.start + manoeuvre.end) / 2.0;
     let truth = flight.truth(middle);
     assert!((truth.specific_force - Vector3::z() * GRAVITY).amax() < 1e-12);

@@ -30,7 +30,7 @@ impl Floor {
 
 /// How the floor lies: up, and the rate at which the floor bends under the robot, at heading zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FloorAttitude {
+pub struct BendingFloor {
     up: Vector3<f64>,
     bend: AngularMotion,
 }
@@ -43,10 +43,10 @@ pub struct FloorMotion {
     /// Earth's rate, rad/s.
     pub earth: Vector3<f64>,
     /// How the robot turns against the Earth.
-    pub spin: AngularMotion,
+    pub angular_motion: AngularMotion,
 }
 
-impl FloorAttitude {
+impl BendingFloor {
     /// `level` is the level part of up, with its first and second derivative.
     ///
     /// Up is fixed in the world: `d(up)/dt = -e x up`. Of the rates `e` that do this, the one with no part about the
@@ -68,12 +68,12 @@ impl FloorAttitude {
     /// For a robot that turns on the floor; latitude in rad, `None` for an Earth that does not turn.
     pub fn turned(&self, turning: &RobotHeading, latitude: Option<f64>) -> FloorMotion {
         let heading = Series::of([turning.heading, turning.rate, turning.acceleration]);
-        let (turn, spin) = self.bend.turned(&Vector3::z_axis(), &heading);
+        let (turn, angular_motion) = self.bend.turned(&Vector3::z_axis(), &heading);
         let earth = latitude.map_or(Vector3::zeros(), |latitude| self.earth_rate(latitude));
         FloorMotion {
             up: turn.inverse_transform_vector(&self.up),
             earth: turn.inverse_transform_vector(&earth),
-            spin,
+            angular_motion,
         }
     }
 

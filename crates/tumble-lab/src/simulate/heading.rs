@@ -57,7 +57,7 @@ impl WheelSlip {
     }
 
     /// Takes from `turning`, at time `t`, s, what is lost by slipping.
-    pub fn take_off(&self, turning: &mut RobotHeading, t: f64) {
+    pub fn subtract_from(&self, turning: &mut RobotHeading, t: f64) {
         if t <= self.start {
             return;
         }

@@ -176,7 +176,7 @@ impl QuadrotorFlight {
 }
 
 impl CarrierMotion for Quadrotor {
-    fn moved(&self, t: f64) -> BodyMotion {
+    fn body_motion(&self, t: f64) -> BodyMotion {
         let Some(hop) = self.hop(t) else {
             return BodyMotion::still(&(self.lean + self.upwards), 0.0);
         };

@@ -103,7 +103,7 @@ impl TableSegment {
 /// The motion of a whole session, from time 0 on.
 #[derive(Clone, Debug)]
 pub struct TableMotion {
-    phases: Vec<TableSegment>,
+    segments: Vec<TableSegment>,
     rests: Vec<TableRest>,
     gravity: Vector3<f64>,
     earth_rate: Vector3<f64>,
@@ -114,7 +114,7 @@ impl TableMotion {
     /// Lays the session out in time; the errors of the table come from `stream`.
     pub fn new(table: &Table, case_from_table: Rotation3<f64>, stream: &mut RandomStream) -> Self {
         let mut motion = Self {
-            phases: Vec::new(),
+            segments: Vec::new(),
             rests: Vec::new(),
             gravity: Vector3::z() * table.gravity,
             earth_rate: table.latitude.map_or_else(Vector3::zeros, earth_rate),
@@ -145,7 +145,7 @@ impl TableMotion {
 
     /// End of the session, s.
     pub fn duration(&self) -> f64 {
-        self.phases.last().map_or(0.0, TableSegment::end)
+        self.segments.last().map_or(0.0, TableSegment::end)
     }
 
     /// The rests in order of time.
@@ -174,11 +174,11 @@ impl TableMotion {
     /// # Panics
     /// Where the session has no pose.
     pub fn truth(&self, t: f64) -> TrueMotion {
-        let phase = self
-            .phases
-            .partition_point(|phase| phase.end() < t)
-            .min(self.phases.len() - 1);
-        match &self.phases[phase] {
+        let segment = self
+            .segments
+            .partition_point(|segment| segment.end() < t)
+            .min(self.segments.len() - 1);
+        match &self.segments[segment] {
             TableSegment::Rest { truth, .. } => *truth,
             TableSegment::Turning {
                 start,
@@ -214,7 +214,7 @@ impl TableMotion {
     ) {
         let start = self.duration();
         let end = start + duration;
-        self.phases.push(TableSegment::Rest {
+        self.segments.push(TableSegment::Rest {
             end,
             truth: self.at_rest(&level_from_table),
         });
@@ -232,7 +232,7 @@ impl TableMotion {
         if rotation.norm() > 1e-12 {
             let turn = TableTurn::new(rotation, table.profile, &table.limits);
             let start = self.duration();
-            self.phases.push(TableSegment::Turning {
+            self.segments.push(TableSegment::Turning {
                 start,
                 end: start + turn.duration,
                 turn,

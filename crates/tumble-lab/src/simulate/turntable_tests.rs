@@ -10,7 +10,7 @@ use crate::simulate::sensor::{Geometry, REFERENCE_TEMPERATURE};
 use crate::simulate::table::TablePose;
 use crate::simulate::table_turn::{TurnLimits, TurnProfile};
 use crate::simulate::unit::ClockSetup;
-use crate::simulate::unit::{Ageing, UnitClock, Warming};
+use crate::simulate::unit::{Ageing, ClockTruth, Warming};
 
 fn six_faces() -> Vec<TablePose> {
     let faces = [0, 1, 2].into_iter().flat_map(|axis| [(axis, 1.0), (axis, -1.0)]);
@@ -32,7 +32,7 @@ fn unit(grade: Grade) -> UnitSetup {
         biases: [None; 2],
         ageing: [Ageing::NONE; 2],
         lever_arm: Vector3::zeros(),
-        clock: ClockSetup::Given(UnitClock::SESSION),
+        clock: ClockSetup::Given(ClockTruth::SESSION),
         latency: 0.0,
         faults: vec![],
     }
@@ -204,7 +204,7 @@ fn the_gyroscope_integrates_a_turn_to_m_times_the_table_angle_plus_bias_times_ti
 
 #[test]
 fn a_clock_that_is_apart_stamps_what_happened_at_the_session_time_it_reads() {
-    let clock = UnitClock {
+    let clock = ClockTruth {
         offset: 7.5,
         skew: 200e-6,
         phase: 0.4,

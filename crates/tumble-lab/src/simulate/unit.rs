@@ -35,7 +35,7 @@ impl RotationSetup {
 /// A unit's clock against that of the session: `own = t + offset + skew t`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct UnitClock {
+pub struct ClockTruth {
     /// s.
     pub offset: f64,
     /// Seconds gained in a second.
@@ -44,7 +44,7 @@ pub struct UnitClock {
     pub phase: f64,
 }
 
-impl UnitClock {
+impl ClockTruth {
     /// The clock of the session itself.
     pub const SESSION: Self = Self {
         offset: 0.0,
@@ -79,7 +79,7 @@ impl UnitClock {
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum ClockSetup {
     /// This one.
-    Given(UnitClock),
+    Given(ClockTruth),
     /// This offset and skew, phase uniform.
     Unphased {
         /// s.
@@ -97,15 +97,15 @@ pub enum ClockSetup {
 }
 
 impl ClockSetup {
-    fn clock(&self, stream: &mut RandomStream) -> UnitClock {
+    fn clock(&self, stream: &mut RandomStream) -> ClockTruth {
         match *self {
             ClockSetup::Given(clock) => clock,
-            ClockSetup::Unphased { offset, skew } => UnitClock {
+            ClockSetup::Unphased { offset, skew } => ClockTruth {
                 offset,
                 skew,
                 phase: stream.random(),
             },
-            ClockSetup::Drawn { offset, skew } => UnitClock {
+            ClockSetup::Drawn { offset, skew } => ClockTruth {
                 offset: offset * (2.0 * stream.random::<f64>() - 1.0),
                 skew: skew * normal_vector(stream).x,
                 phase: stream.random(),
@@ -213,7 +213,7 @@ pub struct UnitTruth {
     /// What the biases in them have moved by since the factory, m/s^2 and rad/s.
     pub ageing: [Vector3<f64>; 2],
     /// Clock against the session's.
-    pub clock: UnitClock,
+    pub clock: ClockTruth,
     /// Mean over the recording of what the accelerometer bias moved by (bias instability and temperature), m/s^2.
     pub accelerometer_drift: Vector3<f64>,
     /// The same of the gyroscope, rad/s.
@@ -228,6 +228,10 @@ pub struct UnitRecord {
     /// What is true of it.
     pub truth: UnitTruth,
 }
+
+/// Streams of white noise and of bias instability.
+const ACCELEROMETER_NOISE: [Purpose; 2] = [Purpose::AccelerometerWhite, Purpose::AccelerometerFlicker];
+const GYROSCOPE_NOISE: [Purpose; 2] = [Purpose::GyroscopeWhite, Purpose::GyroscopeFlicker];
 
 /// Draws a unit and lets it record the motion; `number` 0 is the reference.
 pub fn record(
@@ -245,13 +249,9 @@ pub fn record(
     );
     let clock = unit.clock.clock(&mut streams(Purpose::Clock));
     let count = clock.count(unit.rate, motion.duration());
-    let noise = |triad, white, flicker| noise(triad, unit.rate, count, streams(white), streams(flicker));
-    let (mut forces, force_flicker) = noise(
-        &accelerometer,
-        Purpose::AccelerometerWhite,
-        Purpose::AccelerometerFlicker,
-    );
-    let (mut rates, rate_flicker) = noise(&gyroscope, Purpose::GyroscopeWhite, Purpose::GyroscopeFlicker);
+    let noise = |triad, purposes: [Purpose; 2]| noise(triad, unit.rate, count, purposes.map(streams));
+    let (mut forces, force_flicker) = noise(&accelerometer, ACCELEROMETER_NOISE);
+    let (mut rates, rate_flicker) = noise(&gyroscope, GYROSCOPE_NOISE);
     let mut faults = streams(Purpose::Faults);
     let session_time = |index| clock.session_time(unit.rate, index);
     for fault in &unit.faults {
@@ -280,8 +280,7 @@ fn noise(
     triad: &TriadErrors,
     rate: f64,
     count: usize,
-    mut white_stream: RandomStream,
-    mut flicker_stream: RandomStream,
+    [mut white_stream, mut flicker_stream]: [RandomStream; 2],
 ) -> (Vec<[f64; 3]>, Vector3<f64>) {
     let mut rows = white(triad.noise_density, rate, count, &mut white_stream);
     let mut mean = Vector3::zeros();
@@ -344,7 +343,7 @@ impl UnitSetup {
         &self,
         conditions: &Conditions,
         motion: &impl Trajectory,
-        clock: &UnitClock,
+        clock: &ClockTruth,
         [accelerometer, gyroscope]: [&TriadErrors; 2],
         [mut forces, mut rates]: [Vec<[f64; 3]>; 2],
     ) -> (RecordedSamples, f64) {

@@ -187,7 +187,7 @@ impl Vehicle {
 }
 
 impl CarrierMotion for Vehicle {
-    fn moved(&self, t: f64) -> BodyMotion {
+    fn body_motion(&self, t: f64) -> BodyMotion {
         let (way, road) = (self.way(t), &self.road);
         let heading = Road::since_start(&road.heading, &way);
         let slope = Road::since_start(&road.pitch, &way) + road.start.0;

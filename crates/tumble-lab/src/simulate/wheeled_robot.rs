@@ -11,7 +11,7 @@ use serde::Deserialize;
 use tumble_core::spin::axis::floor_frame;
 
 use crate::simulate::attitude::roll_pitch_yaw;
-use crate::simulate::floor::{Floor, FloorAttitude, FloorMotion};
+use crate::simulate::floor::{BendingFloor, Floor, FloorMotion};
 use crate::simulate::heading::{RobotHeading, WheelSlip, eased, ramped};
 use crate::simulate::series::Series;
 use crate::simulate::stream::RandomStream;
@@ -108,14 +108,14 @@ const VIBRATION: [(f64, f64); 3] = [(23.0, 0.4), (37.0, 2.1), (58.0, 4.4)];
 #[derive(Clone, Debug)]
 pub struct RobotMotion {
     plan: RobotPlan,
-    phases: Vec<TimedStep>,
+    steps: Vec<TimedStep>,
 }
 
 impl RobotMotion {
     /// Lays the plan out in time; slips come from `stream`.
     pub fn new(plan: RobotPlan, stream: &mut RandomStream) -> Self {
         let mut motion = Self {
-            phases: Vec::new(),
+            steps: Vec::new(),
             plan,
         };
         let (mut time, mut heading, mut floor) = (0.0, 0.0, motion.plan.floor);
@@ -125,19 +125,19 @@ impl RobotMotion {
                 end: time + motion.duration_of(&step),
             };
             let slips = motion.draw_slips(&step, &span, stream);
-            let phase = TimedStep {
+            let timed = TimedStep {
                 span,
                 step,
                 heading,
                 floor,
                 slips,
             };
-            heading = motion.turning_in(&phase, span.end).heading;
+            heading = motion.turning_in(&timed, span.end).heading;
             if let RobotStep::Drive { floor: next, .. } = step {
                 floor = next;
             }
             time = span.end;
-            motion.phases.push(phase);
+            motion.steps.push(timed);
         }
         motion
     }
@@ -176,27 +176,27 @@ impl RobotMotion {
             .collect()
     }
 
-    fn phase(&self, t: f64) -> Option<&TimedStep> {
-        let index = self.phases.partition_point(|phase| phase.span.end < t);
-        self.phases.get(index).or(self.phases.last())
+    fn step_at(&self, t: f64) -> Option<&TimedStep> {
+        let index = self.steps.partition_point(|timed| timed.span.end < t);
+        self.steps.get(index).or(self.steps.last())
     }
 
     /// Heading at time `t`, s.
     pub fn turning(&self, t: f64) -> RobotHeading {
-        self.phase(t).map_or(
+        self.step_at(t).map_or(
             RobotHeading {
                 heading: 0.0,
                 rate: 0.0,
                 acceleration: 0.0,
             },
-            |phase| self.turning_in(phase, t),
+            |timed| self.turning_in(timed, t),
         )
     }
 
-    fn turning_in(&self, phase: &TimedStep, t: f64) -> RobotHeading {
-        let elapsed = (t - phase.span.start).clamp(0.0, phase.span.end - phase.span.start);
-        let duration = phase.span.end - phase.span.start;
-        let mut turning = match phase.step {
+    fn turning_in(&self, timed: &TimedStep, t: f64) -> RobotHeading {
+        let elapsed = (t - timed.span.start).clamp(0.0, timed.span.end - timed.span.start);
+        let duration = timed.span.end - timed.span.start;
+        let mut turning = match timed.step {
             RobotStep::Rest { slow_turn, .. } => RobotHeading {
                 heading: slow_turn * elapsed,
                 rate: slow_turn,
@@ -210,52 +210,52 @@ impl RobotMotion {
             }
             RobotStep::Drive { bend, .. } => eased(bend, duration, elapsed),
         };
-        for slip in &phase.slips {
-            slip.take_off(&mut turning, t);
+        for slip in &timed.slips {
+            slip.subtract_from(&mut turning, t);
         }
-        turning.heading += phase.heading;
+        turning.heading += timed.heading;
         turning
     }
 
     /// When the robot stands still.
     pub fn rests(&self) -> Vec<TimeSpan> {
-        let standing = |phase: &&TimedStep| matches!(phase.step, RobotStep::Rest { .. });
-        self.phases
+        let standing = |timed: &&TimedStep| matches!(timed.step, RobotStep::Rest { .. });
+        self.steps
             .iter()
             .filter(standing)
-            .map(|phase| phase.span)
+            .map(|timed| timed.span)
             .collect()
     }
 
     /// When the robot turns on the spot, and by how much it truly turned, rad.
     pub fn turns(&self) -> Vec<(TimeSpan, f64)> {
-        self.phases
+        self.steps
             .iter()
-            .filter(|phase| matches!(phase.step, RobotStep::Turn { .. }))
-            .map(|phase| {
-                let end = self.turning_in(phase, phase.span.end).heading;
-                (phase.span, end - phase.heading)
+            .filter(|timed| matches!(timed.step, RobotStep::Turn { .. }))
+            .map(|timed| {
+                let end = self.turning_in(timed, timed.span.end).heading;
+                (timed.span, end - timed.heading)
             })
             .collect()
     }
 
     /// Whether the wheels turn at time `t`, s.
     pub fn wheels_turn(&self, t: f64) -> bool {
-        self.phase(t).is_some_and(|phase| match phase.step {
+        self.step_at(t).is_some_and(|timed| match timed.step {
             RobotStep::Rest { slow_turn, .. } => slow_turn != 0.0,
             RobotStep::Turn { .. } | RobotStep::Drive { .. } => true,
         })
     }
 
     /// How the floor lies at time `t`, s.
-    fn lie(phase: &TimedStep, t: f64) -> FloorAttitude {
-        let level = phase.floor.lean();
-        let RobotStep::Drive { floor, duration, .. } = &phase.step else {
-            return FloorAttitude::new(level, Vector3::zeros(), Vector3::zeros());
+    fn bending_floor(timed: &TimedStep, t: f64) -> BendingFloor {
+        let level = timed.floor.lean();
+        let RobotStep::Drive { floor, duration, .. } = &timed.step else {
+            return BendingFloor::new(level, Vector3::zeros(), Vector3::zeros());
         };
         let change = floor.lean() - level;
-        let bend = eased(1.0, *duration, t - phase.span.start);
-        FloorAttitude::new(
+        let bend = eased(1.0, *duration, t - timed.span.start);
+        BendingFloor::new(
             level + change * bend.heading,
             change * bend.rate,
             change * bend.acceleration,
@@ -263,20 +263,20 @@ impl RobotMotion {
     }
 
     /// Acceleration of the turning centre on a drive, floor frame; the robot turns at `rate`, rad/s.
-    fn acceleration(phase: &TimedStep, rate: &Vector3<f64>, t: f64) -> Vector3<f64> {
-        let RobotStep::Drive { duration, speed, .. } = phase.step else {
+    fn acceleration(timed: &TimedStep, rate: &Vector3<f64>, t: f64) -> Vector3<f64> {
+        let RobotStep::Drive { duration, speed, .. } = timed.step else {
             return Vector3::zeros();
         };
         // Up to speed and down again: the rate of an eased way.
-        let way = eased(speed * duration / 2.0, duration, t - phase.span.start);
+        let way = eased(speed * duration / 2.0, duration, t - timed.span.start);
         Vector3::x() * way.acceleration + rate.cross(&(Vector3::x() * way.rate))
     }
 
-    fn vibration(&self, phase: &TimedStep, t: f64, elapsed: f64) -> Vector3<f64> {
-        if self.plan.vibration == 0.0 || matches!(phase.step, RobotStep::Rest { .. }) {
+    fn vibration(&self, timed: &TimedStep, t: f64, elapsed: f64) -> Vector3<f64> {
+        if self.plan.vibration == 0.0 || matches!(timed.step, RobotStep::Rest { .. }) {
             return Vector3::zeros();
         }
-        let duration = phase.span.end - phase.span.start;
+        let duration = timed.span.end - timed.span.start;
         let running = libm::sin(PI * (elapsed / duration).clamp(0.0, 1.0)).min(0.2) / 0.2;
         let [x, y, z] = VIBRATION.map(|(frequency, shift)| libm::sin(TAU * frequency * t + shift));
         Vector3::new(x + y, y - z, z + x) * (self.plan.vibration * running)
@@ -285,7 +285,7 @@ impl RobotMotion {
 
 impl Trajectory for RobotMotion {
     fn duration(&self) -> f64 {
-        self.phases.last().map_or(0.0, |phase| phase.span.end)
+        self.steps.last().map_or(0.0, |timed| timed.span.end)
     }
 
     fn truth(&self, t: f64) -> TrueMotion {
@@ -295,27 +295,33 @@ impl Trajectory for RobotMotion {
             turn_rate: Vector3::zeros(),
             turn_acceleration: Vector3::zeros(),
         };
-        let Some(phase) = self.phase(t) else { return still };
-        let turning = self.turning_in(phase, t);
-        let FloorMotion { up, earth, mut spin } = Self::lie(phase, t).turned(&turning, self.plan.latitude);
+        let Some(timed) = self.step_at(t) else {
+            return still;
+        };
+        let turning = self.turning_in(timed, t);
+        let FloorMotion {
+            up,
+            earth,
+            mut angular_motion,
+        } = Self::bending_floor(timed, t).turned(&turning, self.plan.latitude);
         let mut force = up * self.plan.gravity
-            + Self::acceleration(phase, &spin.rate, t)
-            + self.vibration(phase, t, t - phase.span.start);
+            + Self::acceleration(timed, &angular_motion.rate, t)
+            + self.vibration(timed, t, t - timed.span.start);
         let mut robot = Rotation3::identity();
         for disturbance in &self.plan.disturbances {
             let bump = disturbance.at(t);
             force += up * bump.height_acceleration;
-            let (tilted, turned) = spin.turned(&Vector3::y_axis(), &bump.tilt);
-            spin = turned;
+            let (tilted, turned) = angular_motion.turned(&Vector3::y_axis(), &bump.tilt);
+            angular_motion = turned;
             robot = tilted.inverse() * robot;
         }
         let to_case = |v: Vector3<f64>| self.plan.case_from_floor * v;
-        let turn_rate = to_case(spin.rate);
+        let turn_rate = to_case(angular_motion.rate);
         TrueMotion {
             specific_force: to_case(robot * force),
             angular_rate: turn_rate + to_case(robot * earth),
             turn_rate,
-            turn_acceleration: to_case(spin.acceleration),
+            turn_acceleration: to_case(angular_motion.acceleration),
         }
     }
 }

@@ -87,8 +87,8 @@ fn followed(motion: &RobotMotion, h: f64) -> Vec<(f64, Rotation3<f64>)> {
 
 /// When the drive of `motion` begins.
 fn drive_start(motion: &RobotMotion) -> f64 {
-    let drive = |phase: &&TimedStep| matches!(phase.step, RobotStep::Drive { .. });
-    motion.phases.iter().find(drive).expect("a drive").span.start
+    let drive = |timed: &&TimedStep| matches!(timed.step, RobotStep::Drive { .. });
+    motion.steps.iter().find(drive).expect("a drive").span.start
 }
 
 #[test]

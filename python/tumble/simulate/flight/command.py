@@ -35,7 +35,7 @@ NUMBERS = {
 """What may be said of a unit, and the field it is kept in."""
 
 
-class Motion(str, Enum):
+class Carrier(str, Enum):
     """What carries the units."""
 
     QUADROTOR = "quadrotor"
@@ -44,7 +44,7 @@ class Motion(str, Enum):
 
 def flight_command(
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for all files; made where missing.")],
-    motion: Annotated[Motion, typer.Option(help="What carries the units.")] = Motion.QUADROTOR,
+    motion: Annotated[Carrier, typer.Option(help="What carries the units.")] = Carrier.QUADROTOR,
     unit: Annotated[
         list[str] | None,
         typer.Option(
@@ -200,7 +200,7 @@ def _with_faults(
 
 
 def _vibration(
-    motion: Motion, specific_force: float | None, angular_rate: float | None, at_rest: float
+    motion: Carrier, specific_force: float | None, angular_rate: float | None, at_rest: float
 ) -> Vibration:
     from dataclasses import replace
 

@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from tumble.turntable.poses import PoseList
 
 
-class Clocks(str, Enum):
+class ClockSharing(str, Enum):
     """Whether one clock stamps all units."""
 
     SHARED = "shared"
     APART = "apart"
 
 
-class Profile(str, Enum):
+class TurnProfile(str, Enum):
     """Shape of the angular rate over a turn."""
 
     SMOOTH = "smooth"
@@ -65,11 +65,13 @@ def turntable_command(
         float, typer.Option(help="Error of the table at each pose, deg, 1 sigma about each axis.")
     ] = 0.02,
     turn_rate: Annotated[float, typer.Option(help="Largest rate of a turn in deg/s.")] = 60.0,
-    profile: Annotated[Profile, typer.Option(help="Shape of the rate over a turn.")] = Profile.SMOOTH,
+    profile: Annotated[TurnProfile, typer.Option(help="Shape of the rate over a turn.")] = TurnProfile.SMOOTH,
     heading_turn: Annotated[
         float, typer.Option(help="Turn about the vertical after each change of pose, deg.")
     ] = 0.0,
-    clocks: Annotated[Clocks, typer.Option(help="One clock for all units, or each its own.")] = Clocks.SHARED,
+    clocks: Annotated[
+        ClockSharing, typer.Option(help="One clock for all units, or each its own.")
+    ] = ClockSharing.SHARED,
     clock_offset: Annotated[float, typer.Option(help="Clocks apart: largest offset either way in s.")] = 5.0,
     clock_skew: Annotated[float, typer.Option(help="Clocks apart: skew in ppm, 1 sigma.")] = 50.0,
     gravity: Annotated[float, typer.Option(help="Local gravity in m/s^2.")] = 9.80665,
