@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from tumble._core import VOCABULARY
 from tumble.redundancy.result import RedundancyEvent, RedundancyResult, SecondaryError, Selected, UnitTrace
 
 ACCELEROMETER_BIAS = np.array([0.3, -0.2, 0.1])
@@ -23,10 +24,7 @@ EVERY_EVENT = {
         for sensor in ("accelerometer", "gyroscope")
         for check in ("norm", "vector")
     ],
-    "withheld": [
-        {"sensor": "gyroscope", "reason": reason}
-        for reason in ("primary invalid", "primary unhealthy", "already calibrating", "secondary unhealthy")
-    ],
+    "withheld": [{"sensor": "gyroscope", "reason": reason} for reason in VOCABULARY["withheld"]],
     "triggered": [{"sensors": sensors} for sensors in ("accelerometer", "gyroscope", "both")],
     "motion began": [{}],
     "fitted": [
@@ -51,55 +49,19 @@ EVERY_EVENT = {
     ],
     "refused": [
         {"sensor": "accelerometer", "reason": reason, "value": 0.42, "limit": 0.1}
-        for reason in (
-            "not better",
-            "implausible bias",
-            "implausible scale",
-            "implausible misalignment",
-            "implausible lever arm",
-            "drifting",
-            "disagrees with rest",
-            "residual too large",
-            "too few pairs",
-            "unsolvable",
-        )
+        for reason in VOCABULARY["refused"]
     ],
-    "abandoned": [
-        {"reason": reason}
-        for reason in (
-            "no motion",
-            "timed out",
-            "primary invalid",
-            "primary unhealthy",
-            "secondary unhealthy",
-            "time jumped",
-            "record replaced",
-        )
-    ],
+    "abandoned": [{"reason": reason} for reason in VOCABULARY["abandoned"]],
     "unhealthy": [
         {"reason": reason, "channel": "angular rate z", "value": 12.0, "limit": 10.0}
-        for reason in (
-            "late",
-            "frozen",
-            "stuck",
-            "saturated",
-            "not finite",
-            "spikes",
-            "out of family",
-            "noisy",
-            "implausible at rest",
-            "clock jumped",
-        )
+        for reason in VOCABULARY["unhealthy"]
     ],
     "healthy": [{}],
-    "selected": [
-        {"reason": reason}
-        for reason in ("start", "primary failed", "source failed", "primary proven", "command", "none fit")
-    ],
+    "selected": [{"reason": reason} for reason in VOCABULARY["selected"]],
     "restored": [{"sensor": "gyroscope", "sequence": 3}],
     "record rejected": [
         {"sensor": "gyroscope", "reason": reason, "detail": "file x"}
-        for reason in ("of another unit", "not finite", "implausible", "corrupt", "against another primary")
+        for reason in (*VOCABULARY["record rejected"], "corrupt", "against another primary")
     ],
     "time jumped": [{"by": -3.5}],
 }

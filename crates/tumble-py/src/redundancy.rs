@@ -10,7 +10,7 @@ use tumble_core::redundancy::platform::{MountedUnit, Range};
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::{Axes, Sensor};
 use tumble_lab::redundancy::dyn_monitor::{DynMonitor, EventLog, MOST_UNITS, Model, build};
-use tumble_lab::redundancy::replay::{ReplayOptions, UnitLog, replay};
+use tumble_lab::redundancy::replay::{ReplayOptions, ReplayUnit, replay};
 use tumble_lab::setting::in_seconds;
 use tumble_lab::setting_table;
 
@@ -80,8 +80,8 @@ pub struct PyMonitor {
 }
 
 /// When the first of all units said something, s of the common clock; infinite where none did.
-fn first_of(unit_samples: &[UnitLog<'_>]) -> f64 {
-    let common = |samples: &UnitLog<'_>| Some(samples.time.first()? + samples.time_offset);
+fn first_of(unit_samples: &[ReplayUnit<'_>]) -> f64 {
+    let common = |samples: &ReplayUnit<'_>| Some(samples.time.first()? + samples.time_offset);
     unit_samples
         .iter()
         .filter_map(common)
@@ -164,7 +164,7 @@ impl PyMonitor {
         let commands: Vec<_> = commands.iter().map(command).collect::<PyResult<_>>()?;
         let mut unit_samples = Vec::new();
         for (i, time) in times.iter().enumerate() {
-            let samples = UnitLog {
+            let samples = ReplayUnit {
                 time: time.as_slice()?,
                 specific_force: rows(&specific_forces[i], "specific force")?,
                 angular_rate: rows(&angular_rates[i], "angular rate")?,

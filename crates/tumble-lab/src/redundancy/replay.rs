@@ -8,7 +8,7 @@ use crate::redundancy::dyn_monitor::{DynMonitor, EventLog, OutputSample, WindowM
 
 /// What one unit said; row `i` of each belongs to `time[i]`.
 #[derive(Clone, Copy, Debug)]
-pub struct UnitLog<'a> {
+pub struct ReplayUnit<'a> {
     /// s of the recordings' common clock.
     pub time: &'a [f64],
     /// m/s^2.
@@ -58,7 +58,7 @@ const PROGRESS_EVERY: usize = 1 << 16;
 /// is for the monitor to judge.
 pub fn replay(
     monitor: &mut dyn DynMonitor,
-    units: &[UnitLog<'_>],
+    units: &[ReplayUnit<'_>],
     options: &mut ReplayOptions<'_>,
 ) -> Replay {
     let mut replay = Replay::default();
@@ -104,7 +104,7 @@ impl Replay {
 }
 
 /// The unit whose next sample is earliest on the common clock.
-fn earliest(units: &[UnitLog<'_>], next: &[usize]) -> Option<usize> {
+fn earliest(units: &[ReplayUnit<'_>], next: &[usize]) -> Option<usize> {
     let mut earliest: Option<(usize, f64)> = None;
     for (unit, (samples, row)) in units.iter().zip(next).enumerate() {
         let Some(time) = samples.time.get(*row) else {

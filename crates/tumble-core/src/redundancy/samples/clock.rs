@@ -75,7 +75,7 @@ pub enum Verdict {
 
 /// What is kept of the time stamps of one unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct UnitClock {
+struct UnitTimestamps {
     /// Latest that was accepted.
     latest: Option<u64>,
     /// Latest of those that agree with each other but not with the set.
@@ -94,7 +94,7 @@ struct UnitClock {
     heard_others: bool,
 }
 
-impl UnitClock {
+impl UnitTimestamps {
     fn suspect(&mut self, time: u64, settings: &ClockSettings) {
         let step = time.saturating_sub(self.suspect);
         let agrees = self.agreeing > 0 && time > self.suspect && step <= settings.largest_jump;
@@ -154,7 +154,7 @@ impl UnitClock {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CommonClock<const UNITS: usize> {
     now: Option<u64>,
-    tracks: [UnitClock; UNITS],
+    tracks: [UnitTimestamps; UNITS],
 }
 
 impl<const UNITS: usize> Default for CommonClock<UNITS> {
@@ -168,7 +168,7 @@ impl<const UNITS: usize> CommonClock<UNITS> {
     pub fn new() -> Self {
         Self {
             now: None,
-            tracks: [UnitClock::default(); UNITS],
+            tracks: [UnitTimestamps::default(); UNITS],
         }
     }
 
@@ -264,7 +264,7 @@ impl<const UNITS: usize> CommonClock<UNITS> {
         }
     }
 
-    fn count(&self, is_one: impl Fn(&UnitClock) -> bool) -> usize {
+    fn count(&self, is_one: impl Fn(&UnitTimestamps) -> bool) -> usize {
         self.tracks.iter().filter(|track| is_one(track)).count()
     }
 
@@ -275,13 +275,13 @@ impl<const UNITS: usize> CommonClock<UNITS> {
         for track in &mut self.tracks {
             if track.agreeing > 0 && track.suspect.abs_diff(time) <= tolerance {
                 let steps = u32::from(track.agreeing).saturating_sub(1);
-                *track = UnitClock {
+                *track = UnitTimestamps {
                     latest: Some(track.suspect),
                     interval: track.undisputed / steps.max(1),
-                    ..UnitClock::default()
+                    ..UnitTimestamps::default()
                 };
             } else if !pause {
-                *track = UnitClock::default();
+                *track = UnitTimestamps::default();
             }
         }
         if pause {
