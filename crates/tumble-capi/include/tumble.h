@@ -1171,11 +1171,13 @@ typedef struct tumble_redundancy_settings {
      */
     float second_threshold;
     /**
-     * Deviation of a secondary's accelerometer above which its calibration is triggered. Default: fixed, 0.1 m/s^2.
+     * Deviation of a secondary's accelerometer above which its calibration is triggered. Default: fixed, 0.1
+     * m/s^2.
      */
     struct tumble_threshold third_threshold;
     /**
-     * Deviation of a secondary's gyroscope above which its calibration is triggered. Default: fixed, 0.01 rad/s.
+     * Deviation of a secondary's gyroscope above which its calibration is triggered. Default: fixed, 0.01
+     * rad/s.
      */
     struct tumble_threshold fourth_threshold;
     /**

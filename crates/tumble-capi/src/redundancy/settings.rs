@@ -58,9 +58,11 @@ pub struct RedundancySettings {
     pub first_threshold: f32,
     /// Scatter of angular rate, and change of its mean, below which a unit is at rest. Default: 0.02 rad/s.
     pub second_threshold: f32,
-    /// Deviation of a secondary's accelerometer above which its calibration is triggered. Default: fixed, 0.1 m/s^2.
+    /// Deviation of a secondary's accelerometer above which its calibration is triggered. Default: fixed, 0.1
+    /// m/s^2.
     pub third_threshold: Threshold,
-    /// Deviation of a secondary's gyroscope above which its calibration is triggered. Default: fixed, 0.01 rad/s.
+    /// Deviation of a secondary's gyroscope above which its calibration is triggered. Default: fixed, 0.01
+    /// rad/s.
     pub fourth_threshold: Threshold,
     /// Deviation of the primary's accelerometer above which it is invalid; `last` is its last valid one.
     /// Default: fixed, 0.1 m/s^2.
