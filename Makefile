@@ -56,7 +56,7 @@ lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types,
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	scripts/lint_firmware.sh
-	cargo test --quiet --workspace --exclude tumble-fuzz --test header --locked
+	cargo test --quiet --workspace --exclude tumble-fuzz --test header --test settings --locked
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
