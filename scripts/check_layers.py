@@ -47,11 +47,13 @@ FILES_OF_A_COMMAND = {"command", "options", "summary", "explain"}
 A folder `report` holds its pages, all other files are the procedure.
 """
 
-DATA = {"errors", "files", "recording", "plain", "documents", "factors", "results"}
+DATA = {"constants", "units", "errors", "files", "recording", "plain", "documents", "factors", "results"}
 """Shared data types and file access, which know nothing of ours above them."""
 
 LAYERS: dict[str, set[str]] = {
     "lazy": set(),
+    "constants": {"_core"},
+    "units": set(),
     "errors": set(),
     "files": {"errors"},
     "recording": {"errors"},
@@ -63,9 +65,9 @@ LAYERS: dict[str, set[str]] = {
     "results": {"errors", "recording", "_core"},
     "result": DATA,
     "calibration": DATA | {"result", "_core"},
-    "logs": {"lazy", "errors", "files", "recording"},
+    "logs": {"lazy", "constants", "errors", "files", "recording"},
     "live": {"errors", "recording", "logs"},
-    "gravity": {"errors", "_core"},
+    "gravity": {"errors", "constants", "_core"},
     "acquisition": DATA | {"calibration", "logs", "gravity", "_core"},
     "procedure": DATA
     | {"setting_table", "setting_models", "result", "calibration", "logs", "live", "gravity", "acquisition"}

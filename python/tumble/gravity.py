@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 from tumble import _core
+from tumble.constants import STANDARD_GRAVITY
 from tumble.errors import ProcedureError
-
-STANDARD_GRAVITY = 9.80665
 
 
 def local_gravity(gravity: float | None, latitude: float | None, height: float | None) -> tuple[float, str]:

@@ -17,11 +17,11 @@ from live_fixtures import (
     samples_of,
     serial_device,
 )
+from tumble.constants import STANDARD_GRAVITY
 from tumble.errors import LogError
 from tumble.live import open_source, parse_address
 from tumble.live.mavlink import MavlinkSource
 from tumble.logs import ReadOptions
-from tumble.logs.units import STANDARD_GRAVITY
 
 TABLE = resting(120)
 UDP = "mavlink:udpin:127.0.0.1:14555"

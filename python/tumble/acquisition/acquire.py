@@ -12,11 +12,12 @@ import numpy as np
 from tumble import _core
 from tumble.acquisition.imu import Imu, pose_files
 from tumble.acquisition.messages import REST_REJECTIONS
+from tumble.constants import STANDARD_GRAVITY
 from tumble.errors import ProcedureError
-from tumble.gravity import STANDARD_GRAVITY
 from tumble.logs import ChunkStream, Counts
 from tumble.recording import Chunk, FloatArray, Recording, SampleProgress
 from tumble.results import Rest, Trace
+from tumble.units import UNITS
 
 if TYPE_CHECKING:
     from tumble.calibration.document import Calibration
@@ -137,7 +138,7 @@ def _saturated(channel: str, value: float, first: float) -> str:
 
 def si_unit(channel: str) -> str:
     """Give the unit that a channel of that name is kept in."""
-    return "m/s^2" if channel.startswith("accelerometer") else "rad/s"
+    return UNITS["accelerometer" if channel.startswith("accelerometer") else "gyroscope"]
 
 
 def _rests(unit: _core.Acquired) -> str:

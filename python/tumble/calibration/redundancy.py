@@ -18,8 +18,8 @@ from tumble.factors import PAIRS, factor_sigma, factors, mounting_angles, non_or
 from tumble.plain import plain
 from tumble.recording import FloatArray
 from tumble.redundancy.result import RedundancyResult, SecondaryError, Sensor
+from tumble.units import UNITS
 
-_UNITS: dict[Sensor, str] = {"accelerometer": "m/s^2", "gyroscope": "rad/s"}
 _STIMULI: dict[Sensor, str] = {"accelerometer": "specific force along", "gyroscope": "angular rate about"}
 
 
@@ -74,7 +74,7 @@ def _section(error: SecondaryError, primary: Mapping[str, Any], primary_name: st
     seen = np.isfinite(np.diag(covariance))
     groups = [name for name, part in (("bias", seen[9:]), ("matrix", seen[:9])) if part.all()]
     content: dict[str, Any] = {
-        "unit": _UNITS[error.sensor],
+        "unit": UNITS[error.sensor],
         "M": matrix,
         "b": bias,
         "sigma": _sigma(matrix, covariance),

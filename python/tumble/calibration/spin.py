@@ -11,8 +11,8 @@ from tumble.plain import plain
 from tumble.recording import FloatArray
 from tumble.results import TriadName
 from tumble.spin.result import BiasEstimate, SpinResult
+from tumble.units import UNITS
 
-_UNITS: dict[TriadName, str] = {"accelerometer": "m/s^2", "gyroscope": "rad/s"}
 _UNSEEN = "scale, non-orthogonality and mounting: a spin shows bias only"
 
 
@@ -80,7 +80,7 @@ def _triad(
     matrix = np.array(before.get("M", np.eye(3)))
     joint = _joint_covariance(before.get("covariance"), matrix, covariance, truth)
     content = {
-        "unit": _UNITS[triad],
+        "unit": UNITS[triad],
         "M": matrix,
         "b": np.array(before.get("b", np.zeros(3))) + matrix @ bias.value + g_sensitivity_effect,
         "covariance": joint,

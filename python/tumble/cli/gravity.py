@@ -6,6 +6,7 @@ from typing import Annotated, TypeAlias
 
 import typer
 
+from tumble.constants import STANDARD_GRAVITY
 from tumble.errors import ProcedureError
 
 LatitudeOption: TypeAlias = Annotated[
@@ -15,7 +16,7 @@ HeightOption: TypeAlias = Annotated[
     float | None, typer.Option(help="Height above the ellipsoid in m, with --latitude.")
 ]
 GravityOption: TypeAlias = Annotated[
-    float | None, typer.Option(help="Local gravity in m/s^2; 9.80665 if not given.")
+    float | None, typer.Option(help=f"Local gravity in m/s^2; {STANDARD_GRAVITY:g} if not given.")
 ]
 
 

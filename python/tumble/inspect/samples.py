@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.recording import Chunk, FloatArray
+from tumble.units import UNITS
 
 _VALUES_KEPT = 8
 _FEWEST_SATURATED = 5
@@ -175,9 +176,7 @@ class SampleWatch:
     def __init__(self) -> None:
         self.time = TimeWatch()
         self.channels = tuple(
-            ChannelWatch(f"{triad} {axis}", unit)
-            for triad, unit in (("accelerometer", "m/s^2"), ("gyroscope", "rad/s"))
-            for axis in "xyz"
+            ChannelWatch(f"{triad} {axis}", unit) for triad, unit in UNITS.items() for axis in "xyz"
         )
 
     def push(self, chunk: Chunk) -> None:

@@ -8,11 +8,11 @@ from typing import Protocol
 
 import numpy as np
 
+from tumble.constants import STANDARD_GRAVITY
 from tumble.errors import LogError
 from tumble.logs.options import PerAxis, ReadOptions
 from tumble.logs.track import RawSamples, StatedUnit
 from tumble.logs.units import (
-    STANDARD_GRAVITY,
     TEMPERATURE_ZERO,
     UNITS,
     Quantity,

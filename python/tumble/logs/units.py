@@ -9,12 +9,10 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
+from tumble.constants import STANDARD_GRAVITY
 from tumble.recording import FloatArray
 
 Quantity: TypeAlias = Literal["accelerometer", "gyroscope", "time", "temperature"]
-
-STANDARD_GRAVITY = 9.80665
-"""m/s^2, what one `g` of a data sheet means (CGPM 1901)."""
 
 UNITS: Mapping[Quantity, Mapping[str, float]] = {
     "accelerometer": {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "mg": 1e-3 * STANDARD_GRAVITY},

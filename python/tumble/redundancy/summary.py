@@ -16,9 +16,9 @@ from tumble.plain import finite
 from tumble.redundancy.report.text import REMEDIES
 from tumble.redundancy.result import RedundancyEvent, RedundancyResult, SecondaryError, Sensor
 from tumble.report.numbers import NOT_OBSERVABLE, readable_scale, significant
+from tumble.units import UNITS
 
 SENSORS: tuple[Sensor, ...] = ("accelerometer", "gyroscope")
-UNITS = {"accelerometer": "m/s^2", "gyroscope": "rad/s"}
 MOST_SHOWN = 8
 """Spans and faults; a long day has hundreds, and events.jsonl has them all."""
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
+from tumble.constants import STANDARD_GRAVITY
 from tumble.recording import FloatArray
 from tumble.report.groups import group_title, groups_of, shown_value
 from tumble.report.numbers import (
@@ -27,9 +28,6 @@ from tumble.report.whisker import Ruler, whisker
 from tumble.results import NOT_SHOWN, LimitCheck, Parameter, TriadResult
 
 NO_PICTURE = Markup()
-
-STANDARD_GRAVITY = 9.80665
-"""m/s^2 in one g, by definition: data sheets state noise in it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from dataclasses import asdict
 from math import radians
 from typing import Any, TypeVar
 
-from tumble.gravity import STANDARD_GRAVITY
+from tumble.constants import STANDARD_GRAVITY
 from tumble.plain import plain
 from tumble.simulate.fault import AXES, Fault
 from tumble.simulate.grade import Grade

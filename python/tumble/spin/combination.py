@@ -11,6 +11,7 @@ from tumble import _core
 from tumble.recording import FloatArray
 from tumble.results import Parameter, TriadName
 from tumble.spin.result import BiasEstimate, Spin
+from tumble.units import UNITS
 
 UNLIKELY = 0.001
 """Chance of a chi-square beyond the gate, were all spins of one bias."""
@@ -83,7 +84,7 @@ def _weigh(spins: Sequence[Spin], triad: TriadName) -> _TriadWeights:
     weights[shown[-1]] = np.eye(3)
     furthest = int(np.argmax(np.linalg.norm(off, axis=1)))
     apart = float(np.linalg.norm(values[furthest] - values[-1 if furthest + 1 < len(shown) else 0]))
-    unit = "m/s^2" if triad == "accelerometer" else "rad/s"
+    unit = UNITS[triad]
     return _TriadWeights(
         weights,
         chi_square,

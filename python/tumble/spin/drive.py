@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from tumble import _core
-from tumble.gravity import STANDARD_GRAVITY
+from tumble.constants import STANDARD_GRAVITY
 from tumble.recording import FloatArray
 from tumble.spin.chain import Chain, FailedChain
 from tumble.spin.failure import SpinFailure, SpinFailureKind

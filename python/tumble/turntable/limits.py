@@ -14,6 +14,7 @@ from pydantic_core import CoreSchema
 from tumble.documents import Document, read_document
 from tumble.results import NOT_SHOWN, LimitCheck, TriadName, TriadResult
 from tumble.turntable.result import TargetResult
+from tumble.units import UNITS
 
 SCHEMA: Literal["tumble-limits/1"] = "tumble-limits/1"
 SCHEMA_FILE = "limits.schema.json"
@@ -122,7 +123,6 @@ class Limits(Document):
 
 
 def _check_triad(name: TriadName, section: TriadLimits, triad: TriadResult | None) -> list[LimitCheck]:
-    unit = "m/s^2" if name == "accelerometer" else "rad/s"
     figures = {} if triad is None else _figures(triad)
     missing = f"the {name} was not calibrated" if triad is None else NOT_SHOWN
     checks = []
@@ -134,7 +134,7 @@ def _check_triad(name: TriadName, section: TriadLimits, triad: TriadResult | Non
                     parameter=f"{name} {group} {axis}",
                     value=value,
                     limit=limit,
-                    unit=_unit(group, unit),
+                    unit=_unit(group, UNITS[name]),
                     passed=not remark and abs(value) <= limit,
                     remark=remark and f"not shown to be within its limit: {remark}",
                 )

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from tumble import _core
 from tumble.recording import FloatArray
 from tumble.results import Parameter, TriadName, TriadResult
+from tumble.units import UNITS
 
 Flags: TypeAlias = NDArray[np.bool_]
 
-UNITS: dict[TriadName, str] = {"accelerometer": "m/s^2", "gyroscope": "rad/s"}
 UPPER = 0.975
 """Where a 95 % interval ends."""
 VERY_MANY = 1e9

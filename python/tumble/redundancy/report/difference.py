@@ -12,7 +12,6 @@ from tumble.redundancy.report.timeline import inside, rests, unhealthy_spans
 from tumble.redundancy.result import RedundancyResult, Sensor, UnitTrace
 
 SENSORS: tuple[Sensor, ...] = ("accelerometer", "gyroscope")
-UNITS: dict[Sensor, str] = {"accelerometer": "m/s^2", "gyroscope": "rad/s"}
 QUANTITIES: dict[Sensor, str] = {"accelerometer": "specific force", "gyroscope": "angular rate"}
 
 

@@ -15,7 +15,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from tumble.recording import FloatArray
-from tumble.redundancy.report.difference import QUANTITIES, SENSORS, UNITS, difference, thinned
+from tumble.redundancy.report.difference import QUANTITIES, SENSORS, difference, thinned
 from tumble.redundancy.report.text import mark_text
 from tumble.redundancy.report.timeline import (
     WAITING,
@@ -31,6 +31,7 @@ from tumble.report.figures import COMPENSATED, FULL_WIDTH, RIGHT, UNCOMPENSATED,
 from tumble.report.numbers import readable_unit, significant
 from tumble.report.panel import LABEL_SIZE, bare_axes, horizontal_axis, shifted
 from tumble.report.svg import ALARM, GRID, INK, REST, SOFT, UNUSED, X_AXIS, Z_AXIS, inline_svg, new_figure
+from tumble.units import UNITS
 
 MOST_POINTS = 400
 """Points of one line or kind in a panel; more cannot be told apart, and make the page heavy."""

@@ -9,10 +9,10 @@ import numpy as np
 
 from tumble.factors import PAIRS, factor_sigma, factors, mounting_angles, non_orthogonality
 from tumble.recording import FloatArray
-from tumble.redundancy.report.difference import UNITS
 from tumble.redundancy.result import SecondaryError
 from tumble.report.parameters import ParameterGroup, printed_group
 from tumble.results import Parameter
+from tumble.units import UNITS
 
 HIDDEN = "the motion did not show it"
 HIDDEN_IN_PART = "the motion did not show all of M that it depends on"

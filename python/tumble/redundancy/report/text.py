@@ -7,11 +7,12 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from tumble.redundancy.report.difference import QUANTITIES, SENSORS, UNITS
+from tumble.redundancy.report.difference import QUANTITIES, SENSORS
 from tumble.redundancy.report.timeline import COVERED, number
 from tumble.redundancy.result import RedundancyEvent, RedundancyResult, SecondaryError, Sensor
 from tumble.report.numbers import NOT_OBSERVABLE, readable_scale, significant
 from tumble.report.text import count_of, join
+from tumble.units import UNITS
 
 _UNFIT = {
     "primary invalid": "Calibrate the primary and give its calibration, or raise fifth_ and sixth_threshold.",

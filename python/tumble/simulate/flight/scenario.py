@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from typing import Literal, TypeAlias, get_args
 
-from tumble.gravity import STANDARD_GRAVITY
+from tumble.constants import STANDARD_GRAVITY
 from tumble.simulate.fault import Fault
 from tumble.simulate.grade import Grade, grade_names
 from tumble.simulate.scenario import (

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tumble.cli.screen import print_json
+from tumble.constants import STANDARD_GRAVITY
 from tumble.errors import TumbleError
 from tumble.simulate.options import Format, fault_of, numbers_of
 
@@ -93,7 +94,7 @@ def spin_command(
             "of tumble simulate turntable.",
         ),
     ] = None,
-    gravity: Annotated[float, typer.Option(help="Local gravity in m/s^2.")] = 9.80665,
+    gravity: Annotated[float, typer.Option(help="Local gravity in m/s^2.")] = STANDARD_GRAVITY,
     latitude: Annotated[
         float | None, typer.Option(help="Latitude in degrees, for the Earth's rate; none if not given.")
     ] = None,

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import astuple, dataclass, field, fields
 from typing import Literal, TypeAlias
 
-from tumble.gravity import STANDARD_GRAVITY
+from tumble.constants import STANDARD_GRAVITY
 from tumble.simulate.fault import AXES, Fault
 from tumble.simulate.grade import Grade, grade_names
 from tumble.simulate.scenario import (

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tumble.cli.screen import print_json
+from tumble.constants import STANDARD_GRAVITY
 from tumble.simulate.options import FAULTS_HELP, Format, faults_by_unit, unit_line
 
 if TYPE_CHECKING:
@@ -74,7 +75,7 @@ def turntable_command(
     ] = ClockSharing.SHARED,
     clock_offset: Annotated[float, typer.Option(help="Clocks apart: largest offset either way in s.")] = 5.0,
     clock_skew: Annotated[float, typer.Option(help="Clocks apart: skew in ppm, 1 sigma.")] = 50.0,
-    gravity: Annotated[float, typer.Option(help="Local gravity in m/s^2.")] = 9.80665,
+    gravity: Annotated[float, typer.Option(help="Local gravity in m/s^2.")] = STANDARD_GRAVITY,
     latitude: Annotated[float, typer.Option(help="Latitude in degrees, for the Earth's rate.")] = 45.0,
     warm_up: Annotated[float, typer.Option(help="Rise of the temperature in the long run, K.")] = 0.0,
     bias_instability: Annotated[

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Literal, TypeAlias, TypeVar
 
-from tumble.gravity import STANDARD_GRAVITY
+from tumble.constants import STANDARD_GRAVITY
 from tumble.simulate.fault import Fault
 from tumble.simulate.grade import Grade, grade_names
 from tumble.simulate.scenario import ScenarioError, Vector, is_finite

@@ -1,0 +1,12 @@
+"""SI units of what the two triads of an IMU measure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final, Literal
+
+UNITS: Final[Mapping[Literal["accelerometer", "gyroscope"], Literal["m/s^2", "rad/s"]]] = {
+    "accelerometer": "m/s^2",
+    "gyroscope": "rad/s",
+}
+"""Unit of a triad's readings and biases."""
