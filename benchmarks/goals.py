@@ -24,6 +24,7 @@ SPEED_NAMES = {
     "acquisition": "rests and turns of a recording in memory",
     "correction": "correction of a recording in memory",
     "csv": "reading CSV, checked and in SI units",
+    "start_up": "`tumble inspect` of a CSV of 2000 rows, from start to end",
 }
 
 

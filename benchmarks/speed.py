@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import argparse
 import os
+import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
@@ -39,6 +41,7 @@ class Size:
     """Of the six poses, in the recording that is acquired and corrected: 55 are 990 000 samples."""
     csv_rows: int = 2_000_000
     csv_repetitions: int = 5
+    starts: int = 15
     targets: int = 500
     distinct_targets: int = 10
     minutes: float = 10.0
@@ -46,8 +49,8 @@ class Size:
 
 
 TINY = Size(
-    repetitions=2, tours=2, csv_rows=20_000, csv_repetitions=2, targets=4, distinct_targets=2, minutes=1.5,
-    batch_repetitions=1,
+    repetitions=2, tours=2, csv_rows=20_000, csv_repetitions=2, starts=1, targets=4, distinct_targets=2,
+    minutes=1.5, batch_repetitions=1,
 )  # fmt: skip
 
 Action = Callable[[], object]
@@ -150,6 +153,21 @@ def csv_reading(size: Size, folder: Path) -> Content:
     }
 
 
+def start_up(size: Size, folder: Path) -> Content:
+    """The whole process of `tumble inspect` over a small table, against one that imports numpy."""
+    path = folder / "small.csv"
+    noise = np.random.default_rng(SEED).normal(0.0, 0.01, (2000, 6))
+    with open_writer(path) as writer:
+        writer.write(Chunk(np.arange(2000) / 100.0, noise[:, :3] + [0.0, 0.0, 9.81], noise[:, 3:]))
+
+    def run(code: str, *arguments: str) -> None:
+        subprocess.run([sys.executable, "-c", code, *arguments], check=True, stdout=subprocess.DEVNULL)
+
+    theirs: dict[str, Action] = {"python -c 'import numpy'": lambda: run("import numpy")}
+    code = "from tumble.cli.main import main; main()"
+    return side_by_side(lambda: run(code, "inspect", str(path)), theirs, size.starts)
+
+
 def batch(size: Size) -> Content:
     """Hundreds of targets against one reference, all in memory."""
     tours = max(1, round(size.minutes * 60.0 / (len(ORDER) * 15.0)))
@@ -189,7 +207,7 @@ def batch(size: Size) -> Content:
     }
 
 
-GOALS = {"acquisition": 4.0, "correction": 2.0, "csv": 1.5}
+GOALS = {"acquisition": 4.0, "correction": 2.0, "csv": 1.5, "start_up": 3.0}
 
 
 def tables(content: Content) -> list[Table]:
@@ -219,7 +237,9 @@ def measure(size: Size, console: Console) -> Content:
     console.print("correction done")
     with tempfile.TemporaryDirectory() as folder:
         content["csv"] = csv_reading(size, Path(folder))
-    console.print("csv done")
+        console.print("csv done")
+        content["start_up"] = start_up(size, Path(folder))
+    console.print("start-up done")
     content["batch"] = batch(size)
     return content
 
