@@ -11,7 +11,7 @@ from typing import Annotated, Any, get_type_hints
 import typer
 
 from tumble.errors import LogError
-from tumble.logs.options import PerAxis, ReadOptions
+from tumble.logs.options import AxisValues, ReadOptions
 from tumble.logs.spec import parse_spec
 
 _PANEL = "What the log does not state"
@@ -162,7 +162,7 @@ def _mapping(text: str) -> dict[str, str]:
     return {key.strip(): value.strip() for key, _, value in pairs}
 
 
-def _numbers(name: str, text: str) -> PerAxis:
+def _numbers(name: str, text: str) -> AxisValues:
     try:
         numbers = [float(word) for word in text.split(",")]
     except ValueError:

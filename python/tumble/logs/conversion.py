@@ -10,7 +10,7 @@ import numpy as np
 
 from tumble.constants import STANDARD_GRAVITY
 from tumble.errors import LogError
-from tumble.logs.options import PerAxis, ReadOptions
+from tumble.logs.options import AxisValues, ReadOptions
 from tumble.logs.track import RawSamples, StatedUnit
 from tumble.logs.units import (
     TEMPERATURE_ZERO,
@@ -175,14 +175,14 @@ def _rotation(axes: str) -> FloatArray:
     return matrix
 
 
-def _per_axis(value: PerAxis, name: str) -> FloatArray:
+def _per_axis(value: AxisValues, name: str) -> FloatArray:
     numbers = list(value) if isinstance(value, Sequence) else [value] * 3
     if len(numbers) != 3 or not all(np.isfinite(numbers)):
         raise LogError(f"{name} {value}: give one number, or three for x, y and z")
     return np.array(numbers, dtype=np.float64)
 
 
-def _counts_per_unit(value: PerAxis, name: str) -> FloatArray:
+def _counts_per_unit(value: AxisValues, name: str) -> FloatArray:
     scale = _per_axis(value, name)
     if (scale == 0.0).any():
         raise LogError(f"{name} {value}: counts per unit cannot be zero")
@@ -208,7 +208,7 @@ def _unit(quantity: Quantity, stated: StatedUnit) -> tuple[ResolvedUnit, FloatAr
 
 
 def _with_counts(
-    quantity: Quantity, stated: StatedUnit | None, counts: PerAxis
+    quantity: Quantity, stated: StatedUnit | None, counts: AxisValues
 ) -> tuple[ResolvedUnit, FloatArray]:
     """Give the unit and the (3,) SI value of one count."""
     unit_name = stated.name if stated else next(iter(UNITS[quantity]))

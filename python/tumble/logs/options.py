@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-PerAxis: TypeAlias = float | Sequence[float]
+AxisValues: TypeAlias = float | Sequence[float]
 """One number for all three axes, or one for each."""
 
 
@@ -27,13 +27,13 @@ class ReadOptions:
     """Unit of time: `s`, `ms`, `us`, `ns`."""
     temperature_unit: str | None = None
     """Unit of temperature: `degC`, `K`, `degF`."""
-    accelerometer_scale: PerAxis | None = None
+    accelerometer_scale: AxisValues | None = None
     """Counts per unit of the accelerometer: 16384 with `g`; m/s^2 where no unit is stated."""
-    accelerometer_zero: PerAxis = 0.0
+    accelerometer_zero: AxisValues = 0.0
     """Reading of the accelerometer at zero, in the counts or unit of the log."""
-    gyroscope_scale: PerAxis | None = None
+    gyroscope_scale: AxisValues | None = None
     """Counts per unit of the gyroscope: 131 with `deg/s`; rad/s where no unit is stated."""
-    gyroscope_zero: PerAxis = 0.0
+    gyroscope_zero: AxisValues = 0.0
     """Reading of the gyroscope at zero, in the counts or unit of the log."""
     accelerometer_sign: int = 1
     """-1 for a sensor that reads -g where it should read +g."""

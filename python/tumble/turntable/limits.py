@@ -20,7 +20,7 @@ SCHEMA: Literal["tumble-limits/1"] = "tumble-limits/1"
 SCHEMA_FILE = "limits.schema.json"
 
 
-class _LimitPerPart(Document):
+class _PerAxis(Document):
     """One limit for every axis, written as a number, or one for each axis named."""
 
     @model_validator(mode="before")
@@ -46,7 +46,7 @@ class _LimitPerPart(Document):
         return {axis: value for axis, value in values if value is not None}
 
 
-class LimitPerAxis(_LimitPerPart):
+class PerAxis(_PerAxis):
     """One limit for every axis, or `{x: ..., y: ..., z: ...}`; an axis left out is not checked."""
 
     x: float | None = Field(default=None, ge=0.0)
@@ -54,7 +54,7 @@ class LimitPerAxis(_LimitPerPart):
     z: float | None = Field(default=None, ge=0.0)
 
 
-class LimitPerPair(_LimitPerPart):
+class PerPair(_PerAxis):
     """One limit for every pair of axes, or `{xy: ..., yz: ..., zx: ...}`; a pair left out is not checked."""
 
     xy: float | None = Field(default=None, ge=0.0)
@@ -65,19 +65,19 @@ class LimitPerPair(_LimitPerPart):
 class TriadLimits(Document):
     """Largest magnitudes for three axes; `unit` is m/s^2 for the accelerometer, rad/s for the gyroscope."""
 
-    bias: LimitPerAxis | None = None
+    bias: PerAxis | None = None
     """unit"""
-    scale: LimitPerAxis | None = None
+    scale: PerAxis | None = None
     """Of scale - 1, a ratio: 0.02 is two per cent."""
-    non_orthogonality: LimitPerPair | None = Field(default=None, alias="non-orthogonality")
+    non_orthogonality: PerPair | None = Field(default=None, alias="non-orthogonality")
     """deg"""
-    mounting: LimitPerAxis | None = None
+    mounting: PerAxis | None = None
     """deg, components of the rotation vector."""
-    residual: LimitPerAxis | None = None
+    residual: PerAxis | None = None
     """unit, root mean square over the rests, for the gyroscope over the turns too."""
-    noise_density: LimitPerAxis | None = Field(default=None, alias="noise-density")
+    noise_density: PerAxis | None = Field(default=None, alias="noise-density")
     """unit / sqrt(Hz)"""
-    bias_instability: LimitPerAxis | None = Field(default=None, alias="bias-instability")
+    bias_instability: PerAxis | None = Field(default=None, alias="bias-instability")
     """unit"""
 
     def groups(self) -> dict[str, dict[str, float]]:
