@@ -19,7 +19,7 @@ from tumble.recording import FloatArray, Recording, RecordingSource, SampleProgr
 from tumble.redundancy.logs import SideBySide, UnitLog, open_units
 from tumble.redundancy.messages import explain
 from tumble.redundancy.replay import COMMANDS, Command, replay
-from tumble.redundancy.result import RedundancyEvent, RedundancyResult, SecondaryError
+from tumble.redundancy.result import RECORDED, RedundancyEvent, RedundancyResult, SecondaryError
 from tumble.redundancy.settings import RedundancySettings
 from tumble.redundancy.store import ErrorStore, Identified, Rejected, file_stem
 from tumble.redundancy.units import CHANNELS, UnitSettings, identity_of
@@ -213,25 +213,8 @@ def _restore(
                 store.distrust(unit, error.sensor)
 
 
-_RECORDED = (
-    "sensor",
-    "matrix",
-    "bias",
-    "matrix_sigma",
-    "bias_sigma",
-    "lever_arm",
-    "lever_arm_sigma",
-    "rung",
-    "directions",
-    "residual",
-    "residual_before",
-    "pairs",
-    "sequence",
-)
-
-
 def _record(error: SecondaryError, identity: int) -> dict[str, object]:
-    return {"identity": identity} | {name: getattr(error, name) for name in _RECORDED}
+    return {"identity": identity} | {name: getattr(error, name) for name in RECORDED}
 
 
 def _rejections(rejected: Sequence[Rejected], time: float) -> Iterator[RedundancyEvent]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Literal
 
 from tumble.recording import FloatArray
@@ -60,6 +60,10 @@ class SecondaryError:
     """Counts the calibrations of this sensor; 0 for the one given from outside."""
     adopted: float | None
     """s of the recordings' clock; `None` for one loaded from storage."""
+
+
+RECORDED = tuple(each.name for each in fields(SecondaryError) if each.name not in ("unit", "adopted"))
+"""What the core's record and the file of a stored error hold of it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,8 +28,9 @@ from tumble.documents import (
 )
 from tumble.errors import CalibrationFileError, OutputError
 from tumble.files import prepare_folder
+from tumble.plain import finite
 from tumble.recording import FloatArray
-from tumble.redundancy.result import Rung, SecondaryError, Sensor
+from tumble.redundancy.result import RECORDED, Rung, SecondaryError, Sensor
 
 SCHEMA: Literal["tumble-stored-error/1"] = "tumble-stored-error/1"
 SCHEMA_FILE = "stored-error.schema.json"
@@ -40,6 +41,9 @@ Stored error of one sensor of a secondary IMU, by Tumble: y_secondary = M y_prim
 SI units; M leads from the primary's case frame to the axes of the secondary; null marks what was not shown.
 Written by tumble redundancy and not meant to be edited: the checksum would no longer match.
 Schema: docs/schema/{SCHEMA_FILE}"""
+
+_KEYS = {"matrix": "M", "bias": "b", "matrix_sigma": "M_sigma", "bias_sigma": "b_sigma"}
+"""What a field of an error is called in the file, where its name is another."""
 
 MatrixWithGaps: TypeAlias = Annotated[FloatArray, ArrayField((3, 3), gaps=True)]
 
@@ -196,59 +200,24 @@ def _set_aside(path: Path) -> None:
 
 
 def _content(error: SecondaryError, unit: Identified, primary: Identified) -> dict[str, Any]:
-    stored = StoredError.model_validate(
-        {
-            "unit": unit.name,
-            "identity": unit.identity,
-            "primary": primary.name,
-            "primary_identity": primary.identity,
-            "sensor": error.sensor,
-            "sequence": error.sequence,
-            "M": error.matrix,
-            "b": error.bias,
-            "M_sigma": _gaps(error.matrix_sigma),
-            "b_sigma": _gaps(error.bias_sigma),
-            "lever_arm": error.lever_arm,
-            "lever_arm_sigma": None if error.lever_arm_sigma is None else _gaps(error.lever_arm_sigma),
-            "rung": error.rung,
-            "directions": error.directions,
-            "residual": _number(error.residual),
-            "residual_before": _number(error.residual_before),
-            "pairs": error.pairs,
-            "checksum": "",
-        }
-    )
+    recorded = {_KEYS.get(name, name): finite(getattr(error, name)) for name in RECORDED}
+    whose = {
+        "unit": unit.name,
+        "identity": unit.identity,
+        "primary": primary.name,
+        "primary_identity": primary.identity,
+    }
+    stored = StoredError.model_validate(whose | recorded | {"checksum": ""})
     return stored.content() | {"checksum": stored.digest()}
 
 
-def _gaps(sigma: FloatArray) -> FloatArray:
-    return np.where(np.isfinite(sigma), sigma, np.nan)
-
-
-def _endless(sigma: FloatArray) -> FloatArray:
-    return np.where(np.isnan(sigma), np.inf, sigma)
-
-
-def _number(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
-
-
 def _error(stored: StoredError, name: str) -> SecondaryError:
-    lever_arm_sigma = stored.lever_arm_sigma
-    return SecondaryError(
-        unit=name,
-        sensor=stored.sensor,
-        matrix=stored.M,
-        bias=stored.b,
-        matrix_sigma=_endless(stored.M_sigma),
-        bias_sigma=_endless(stored.b_sigma),
-        lever_arm=stored.lever_arm,
-        lever_arm_sigma=None if lever_arm_sigma is None else _endless(lever_arm_sigma),
-        rung=stored.rung,
-        directions=stored.directions,
-        residual=np.nan if stored.residual is None else stored.residual,
-        residual_before=np.nan if stored.residual_before is None else stored.residual_before,
-        pairs=stored.pairs,
-        sequence=stored.sequence,
-        adopted=None,
-    )
+    recorded = {field: _in_memory(field, getattr(stored, _KEYS.get(field, field))) for field in RECORDED}
+    return SecondaryError(unit=name, adopted=None, **recorded)
+
+
+def _in_memory(field: str, value: Any) -> Any:  # noqa: ANN401
+    """Give what the file has no number for: infinite sigma of what was not shown, a residual never measured."""
+    if field.endswith("_sigma") and value is not None:
+        return np.where(np.isnan(value), np.inf, value)
+    return np.nan if field.startswith("residual") and value is None else value
