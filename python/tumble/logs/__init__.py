@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from tumble.logs.options import ReadOptions
     from tumble.logs.reading import list_imus, open_recording
     from tumble.logs.spec import LogSpec, parse_spec
-    from tumble.logs.writers import Facts, Writer, open_mcap_writer, open_writer
+    from tumble.logs.writer import Facts, Writer
+    from tumble.logs.writers import open_mcap_writer, open_writer
 
 __all__ = [
     "ChunkStream",
@@ -41,6 +42,7 @@ __getattr__ = lazy.attributes(
         "tumble.logs.options": ("ReadOptions",),
         "tumble.logs.reading": ("list_imus", "open_recording"),
         "tumble.logs.spec": ("LogSpec", "parse_spec"),
-        "tumble.logs.writers": ("Facts", "Writer", "open_mcap_writer", "open_writer"),
+        "tumble.logs.writer": ("Facts", "Writer"),
+        "tumble.logs.writers": ("open_mcap_writer", "open_writer"),
     },
 )

@@ -15,7 +15,7 @@ from tumble.logs.mcap import FACTS
 from tumble.recording import Chunk, FloatArray
 
 if TYPE_CHECKING:
-    from tumble.logs.writers import Facts
+    from tumble.logs.writer import Facts
 
 IMU_TOPIC = "/imu/data"
 TEMPERATURE_TOPIC = "/imu/temperature"

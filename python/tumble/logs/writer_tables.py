@@ -13,7 +13,7 @@ import pyarrow.parquet as pq  # type: ignore[import-untyped]
 from tumble.recording import Chunk
 
 if TYPE_CHECKING:
-    from tumble.logs.writers import Facts
+    from tumble.logs.writer import Facts
 
 _COLUMNS = ("time", "ax", "ay", "az", "gx", "gy", "gz")
 

@@ -4,40 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from tumble.errors import OutputError
 from tumble.files import replacing
-from tumble.recording import Chunk
+from tumble.logs.writer import Facts, Writer
 
 if TYPE_CHECKING:
     from tumble.logs.writer_mcap import McapWriter
-
-
-@dataclass(frozen=True, slots=True)
-class Facts:
-    """What a written log keeps beside its samples, so that the next reader knows it."""
-
-    frame: str = "case"
-    """Frame of the samples; MCAP only."""
-    serial: str = ""
-    """Serial number of the unit."""
-    corrected: str = ""
-    """What the samples were corrected with, as the hash of a calibration; empty if they are as measured."""
-
-
-class Writer(Protocol):
-    """Takes the chunks of one recording, in order."""
-
-    def write(self, chunk: Chunk) -> None:
-        """Append samples."""
-        ...
-
-    def close(self) -> None:
-        """Finish the file."""
-        ...
 
 
 AnyWriter = TypeVar("AnyWriter", bound=Writer)

@@ -217,7 +217,7 @@ def _error(stored: StoredError, name: str) -> SecondaryError:
 
 
 def _in_memory(field: str, value: Any) -> Any:  # noqa: ANN401
-    """Give what the file has no number for: infinite sigma of what was not shown, a residual never measured."""
+    """Give what the file has no number for: infinite sigma where nothing was shown, NaN for no residual."""
     if field.endswith("_sigma") and value is not None:
         return np.where(np.isnan(value), np.inf, value)
     return np.nan if field.startswith("residual") and value is None else value

@@ -10,17 +10,12 @@ import typer
 
 from tumble.cli.gravity import GravityOption, HeightOption, LatitudeOption, check_gravity
 from tumble.cli.read_options import with_read_options
-from tumble.cli.screen import print_json, print_summary
 from tumble.errors import ProcedureError
 from tumble.logs.options import ReadOptions
+from tumble.spin.command_results import SOME_FAILED, show_results, write_results
 
 if TYPE_CHECKING:
-    from tumble.calibration.document import Calibration
-    from tumble.spin.result import SpinResult
     from tumble.spin.turns import TrueTurns
-
-SOME_FAILED = 3
-"""Exit code where not all was found that was asked for."""
 
 _LIVE = "With --live"
 
@@ -202,26 +197,3 @@ def _true_turns(text: str | None, sigma: float) -> TrueTurns | None:
     from tumble.spin.turns import TrueTurns
 
     return None if text is None else TrueTurns.parse(text, sigma)
-
-
-def write_results(result: SpinResult, found: Calibration, folder: Path) -> dict[str, str]:
-    """Write everything into `folder`; give the path of each file by what it is."""
-    from tumble.spin.report.page import write_spin_page
-
-    stem = re.sub(r"[^\w.+-]+", "_", result.name).lstrip(".") or "spin"
-    page, path = folder / f"{stem}.html", folder / f"{stem}.yaml"
-    write_spin_page(result, page)
-    found.save(path)
-    return {"calibration": str(path), "report": str(page)}
-
-
-def show_results(result: SpinResult, found: Calibration, files: dict[str, str], as_json: bool) -> None:
-    """Print what was found, and where it is."""
-    from tumble.spin.summary import json_content, screen_summary
-
-    if as_json:
-        print_json(json_content(result, found, files))
-        return
-    print_summary(screen_summary(result))
-    print(f"Calibration: {files['calibration']}")
-    print(f"Report: {files['report']}")

@@ -66,7 +66,7 @@ def run_live(
     from tumble.calibration.document import Calibration
     from tumble.files import prepare_folder
     from tumble.live import open_source
-    from tumble.spin.command import SOME_FAILED, show_results, write_results
+    from tumble.spin.command_results import SOME_FAILED, show_results, write_results
     from tumble.spin.live import LiveSpin, LiveSpinOptions
     from tumble.spin.summary import json_content
 

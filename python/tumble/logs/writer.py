@@ -1,0 +1,32 @@
+"""What every writer of recordings is, and what it is told beside the samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from tumble.recording import Chunk
+
+
+@dataclass(frozen=True, slots=True)
+class Facts:
+    """What a written log keeps beside its samples, so that the next reader knows it."""
+
+    frame: str = "case"
+    """Frame of the samples; MCAP only."""
+    serial: str = ""
+    """Serial number of the unit."""
+    corrected: str = ""
+    """What the samples were corrected with, as the hash of a calibration; empty if they are as measured."""
+
+
+class Writer(Protocol):
+    """Takes the chunks of one recording, in order."""
+
+    def write(self, chunk: Chunk) -> None:
+        """Append samples."""
+        ...
+
+    def close(self) -> None:
+        """Finish the file."""
+        ...
