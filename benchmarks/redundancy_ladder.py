@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tumble import _core
+from tumble.constants import STANDARD_GRAVITY
 from tumble.recording import FloatArray
 
 RATE_HZ = 200.0
@@ -20,7 +21,7 @@ REST_SECONDS = 6.0
 MOTION_SECONDS = 66.0
 """Of which 60 s are collected."""
 RAMP_SECONDS = 1.0
-GRAVITY = 9.80665
+GRAVITY = STANDARD_GRAVITY
 FORCE_NOISE = (0.01, 0.02)
 """m/s^2 a sample, of the primary and of the secondary."""
 RATE_NOISE = (0.002, 0.004)

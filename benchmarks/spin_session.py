@@ -8,9 +8,10 @@ from functools import lru_cache
 import numpy as np
 
 from tumble import _core
+from tumble.constants import STANDARD_GRAVITY
 from tumble.recording import FloatArray
 
-GRAVITY = 9.80665
+GRAVITY = STANDARD_GRAVITY
 """m/s^2, as the procedure takes it where no place is given."""
 SCALE_SIGMA = 0.01
 """Scale error of the gyroscope, 1-sigma: what sessions draw, and what procedure and bound know beforehand."""

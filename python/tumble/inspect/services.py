@@ -51,7 +51,7 @@ def services_of(
     `imus` counts the IMUs that were logged together with this one, itself included.
     """
     directions = directions_of(rests)
-    faults = tuple(f"an {name} that is not stuck" for name in stuck)
+    faults = tuple(f"{'an' if name.startswith('a') else 'a'} {name} that is not stuck" for name in stuck)
     poses = (*_lacking_directions(directions), *faults)
     no_turns = not _turned(rests, turn_angles)
     unseen = ("gyroscope scale and axes stay unknown without turns between rests",) if no_turns else ()

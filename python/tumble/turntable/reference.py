@@ -24,12 +24,7 @@ def reference_result(
     unit: Imu, fitted: _core.Reference, match: PoseMatch, applied: Calibration | None
 ) -> ReferenceResult:
     """Describe the reference; `applied` is the calibration that was applied to it."""
-    figures = fitted.figures
-    mounting = None
-    if "R_e" in figures:
-        mounting = MountingResult(
-            np.degrees(figures["rotation_vector"]), np.degrees(figures["rotation_sigma"]), figures["R_e"]
-        )
+    figures, mounting = fitted.figures, mounting_result(fitted)
     return ReferenceResult(
         name=unit.name,
         source=unit.recording.metadata.source,
@@ -45,6 +40,16 @@ def reference_result(
         mounting=mounting,
         mounting_reason="" if mounting else match.reason or "the poses do not determine a rotation",
         temperature=unit.acquired.temperature,
+    )
+
+
+def mounting_result(fitted: _core.Reference) -> MountingResult | None:
+    """Give the mounting angle of the reference; `None` where the poses did not show it."""
+    figures = fitted.figures
+    if "R_e" not in figures:
+        return None
+    return MountingResult(
+        np.degrees(figures["rotation_vector"]), np.degrees(figures["rotation_sigma"]), figures["R_e"]
     )
 
 

@@ -39,6 +39,10 @@ class MountingResult:
     R_e: FloatArray
     """(3, 3) rotation, case_from_table."""
 
+    def in_table_frame(self, readings: FloatArray) -> FloatArray:
+        """Compensate readings (k, 3) of the case frame for the mounting angle: R_e^-1 m, row by row."""
+        return readings @ self.R_e
+
 
 @dataclass(frozen=True, slots=True)
 class ClockFit:

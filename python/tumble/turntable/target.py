@@ -17,6 +17,7 @@ from tumble.results import Trace, TriadResult
 from tumble.turntable.limits import Limits
 from tumble.turntable.matching import PoseMatch
 from tumble.turntable.messages import explain
+from tumble.turntable.reference import mounting_result
 from tumble.turntable.result import AxisReading, ClockFit, TargetResult
 from tumble.turntable.triads import triad_result
 
@@ -103,16 +104,15 @@ class TargetProcedure:
 
     def _axis_readings(self, result: TargetResult, figures: _core.TargetFigures) -> tuple[AxisReading, ...]:
         """Prepare the source's figures: X and Y at the poses, before and after R_e^-1."""
-        shown = self.fitted.figures
+        mounting = mounting_result(self.fitted)
         known = [(seen, first) for seen, first, _ in figures["pairs"] if seen in self.match.names]
-        if "R_e" not in shown or not known:
+        if mounting is None or not known:
             return ()
         ideal = self.gravity * self.match.ups[[seen for seen, _ in known]]
         rests = [result.rests[first] for _, first in known]
         measured = np.array([rest.specific_force for rest in rests])
         sigma = np.array([rest.specific_force_sigma for rest in rests])
-        # Rows are vectors: m R_e is R_e^-1 m, row by row.
-        compensated = measured @ shown["R_e"]
+        compensated = mounting.in_table_frame(measured)
         labels = tuple(self.match.names[seen] for seen, _ in known)
         return (
             AxisReading("X", labels, ideal[:, 0], measured[:, 0], compensated[:, 0], sigma[:, 0]),

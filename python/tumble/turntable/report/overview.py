@@ -57,8 +57,7 @@ def calibrated_deviation(
         return None
     measured = np.array([by_reading[float(value)] for value in reading.uncompensated])
     corrected = np.linalg.solve(triad.M, (measured - triad.b).T).T
-    # Rows are vectors: u R_e is R_e^-1 u, row by row.
-    return np.asarray((corrected @ mounting.R_e)[:, axis] - reading.ideal)
+    return np.asarray(mounting.in_table_frame(corrected)[:, axis] - reading.ideal)
 
 
 def _card(figure: Figure) -> None:
