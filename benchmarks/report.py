@@ -368,7 +368,7 @@ def five_figures(results: Mapping[str, Content]) -> Iterator[str]:
             f"Redundant set, {campaign['missions']} simulated missions with faults: new calibrations "
             "that are worse than the one before",
             f"**{counts['wrongly adopted'] + counts['misled']} of {counts['adopted']}**",
-            f"in {counts['misled']} of them the primary itself was at fault",
+            f"{counts['misled']} of them because the primary itself was at fault",
         ),
         (
             "All of it on a Cortex-M4F",
