@@ -167,7 +167,7 @@ def test_the_user_may_choose_message_and_system():
 
 def test_raw_imu_is_not_believed_to_be_in_any_unit():
     message = refusal(raw(TABLE))
-    assert "RAW_IMU does not say its units" in message
+    assert "RAW_IMU does not state its units" in message
     assert "--gyroscope-unit mrad/s" in message
     stated = scripted(raw(TABLE), gyroscope_unit="mrad/s")
     assert near(samples_of(stated), TABLE, 0.51e-3 * STANDARD_GRAVITY)

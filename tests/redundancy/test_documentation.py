@@ -88,7 +88,7 @@ def test_the_events_of_the_how_to_are_those_of_the_monitor():
 @pytest.mark.parametrize("event", REASONED)
 def test_the_reasons_of_the_how_to_are_those_of_the_monitor_and_the_store(event):
     words = {*VOCABULARY[event], *(STORE if event == "record rejected" else ())}
-    settings = {setting.name for setting in explain()} - words
+    settings = {setting.name for setting in explain("redundancy")} - words
     assert event_rows()[event] - settings == words
 
 

@@ -168,7 +168,7 @@ def test_a_corrupt_store_is_told_and_the_replay_goes_on_and_nothing_is_lost(flig
     result, events = second(flights, stored, tmp_path / "out")
     rejected = of(events, "imu2", "record rejected")
     assert {event["figures"]["reason"] for event in rejected} == {"corrupt"}
-    assert any("was not taken, corrupt" in line for line in result["warnings"])
+    assert any("was not loaded, corrupt" in line for line in result["warnings"])
     assert of(events, "imu2", "adopted")
     assert (stored / "imu2-accelerometer.yaml.rejected").read_text() == "garbage"
     assert (stored / "imu2-accelerometer-factory.yaml.rejected").read_text() == "garbage"

@@ -270,8 +270,8 @@ def test_the_command_says_as_json_what_it_wrote(tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--plan", "rest 5, 3 tuns"], "step '3 tuns' is none"),
-        (["--plan", "rest 5, drive 8 tilt"], "step 'drive 8 tilt' is none"),
+        (["--plan", "rest 5, 3 tuns"], "step '3 tuns' is not a step"),
+        (["--plan", "rest 5, drive 8 tilt"], "step 'drive 8 tilt' is not a step"),
         (["--gyroscope-bias", "0.1,0.2"], "--gyroscope-bias 0.1,0.2: needs 3 numbers"),
         (["--disturb", "sil@9"], "--disturb sil@9"),
         (["--disturb", "sill@soon"], "--disturb sill@soon"),

@@ -41,7 +41,8 @@ def pose_files(recording: Recording) -> tuple[str, ...]:
     for name in names:
         if names.count(name) > 1:
             raise ProcedureError(
-                f"{recording.name}: {names.count(name)} files are named {name!r}, which differ in case or "
-                "extension only; keep one for each pose"
+                f"{names.count(name)} files are named {name!r}, which differ in case or "
+                "extension only; keep one for each pose",
+                about=recording.name,
             )
     return names

@@ -61,14 +61,16 @@ def match_poses(
     for k, (pose, angle) in enumerate(nearest):
         if LARGEST_TIP < angle <= LARGEST_CONFUSION and pose not in labelled.values():
             raise ProcedureError(
-                f"{recording.name}: rest {k + 1} is tipped {angle:.1f} deg from pose {pose.name!r}, more "
-                f"than {LARGEST_TIP:g} deg; level the table, correct the pose list, or use --poses none"
+                f"rest {k + 1} is tipped {angle:.1f} deg from pose {pose.name!r}, more "
+                f"than {LARGEST_TIP:g} deg; level the table, correct the pose list, or use --poses none",
+                about=recording.name,
             )
     missing = [pose.name for pose in poses if pose not in labelled.values()]
     if missing:
         raise ProcedureError(
-            f"{recording.name}: pose {missing[0]!r} is missing, {len(poses) - len(missing)} of {len(poses)} "
-            f"were found in {len(forces)} rests; record it, take it off the list, or use --poses none"
+            f"pose {missing[0]!r} is missing, {len(poses) - len(missing)} of {len(poses)} "
+            f"were found in {len(forces)} rests; record it, take it off the list, or use --poses none",
+            about=recording.name,
         )
     return _matched(forces, labelled, poses, _extras(nearest))
 
@@ -92,8 +94,9 @@ def _by_file(recording: Recording, parts: Sequence[int], poses: PoseList) -> dic
     for stem, pose in by_stem.items():
         if stem not in stems:
             raise ProcedureError(
-                f"{recording.name}: no file for pose {pose.name!r} (looked for {stem}.*); "
-                "record it, take it off the list, or use --poses none"
+                f"no file for pose {pose.name!r} (looked for {stem}.*); "
+                "record it, take it off the list, or use --poses none",
+                about=recording.name,
             )
     labelled = ((k, by_stem.get(stems[part])) for k, part in enumerate(parts))
     return {k: pose for k, pose in labelled if pose is not None}
@@ -109,12 +112,14 @@ def _refuse_mislabelled(
         file = recording.parts[parts[k]].name
         if angle > 180.0 - LARGEST_TIP:
             raise ProcedureError(
-                f"{recording.name}: file {file!r} reads -g where pose {pose.name!r} has +g; "
-                "rename the file, or change the sign with --accelerometer-sign -1"
+                f"file {file!r} reads -g where pose {pose.name!r} has +g; "
+                "rename the file, or change the sign with --accelerometer-sign -1",
+                about=recording.name,
             )
         raise ProcedureError(
-            f"{recording.name}: file {file!r} is tipped {angle:.1f} deg from pose {pose.name!r}; "
-            "rename the file or record the pose again"
+            f"file {file!r} is tipped {angle:.1f} deg from pose {pose.name!r}; "
+            "rename the file or record the pose again",
+            about=recording.name,
         )
 
 

@@ -129,7 +129,9 @@ def _acquire_all(
 
     def target(source: RecordingSource) -> Imu | TumbleError:
         if _same(source, reference):
-            return ProcedureError(f"{_name_of(source)}: is the reference itself; leave it out of the targets")
+            return ProcedureError(
+                "is the reference itself; leave it out of the targets", about=_name_of(source)
+            )
         return one(source, None)
 
     with ThreadPoolExecutor(jobs or os.cpu_count()) as pool:
@@ -194,10 +196,10 @@ def _fitted_reference(
 ) -> _core.Reference:
     if truth != "reference" and not match.known:
         raise ProcedureError(
-            f"{unit.name}: truth {truth!r} needs poses, and {match.reason}; "
-            "give --poses or use --truth reference"
+            f"truth {truth!r} needs poses, and {match.reason}; give --poses or use --truth reference",
+            about=unit.name,
         )
     try:
         return _core.fit_reference(unit.acquired, match.ups, settings)
     except _core.CoreError as error:
-        raise ProcedureError(f"{unit.name}: {explain(error, match.names)}") from None
+        raise ProcedureError(explain(error, match.names), about=unit.name) from None
