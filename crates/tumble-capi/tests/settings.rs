@@ -12,9 +12,11 @@ use tumble_core::spin::settings::SpinSettings as CoreSpinSettings;
 fn defaults_for_a_spin_are_those_of_the_core_and_come_back_as_such() {
     let mut settings = MaybeUninit::<SpinSettings>::uninit();
     assert_eq!(
+        // SAFETY: it points to settings that may be written.
         unsafe { tumble_spin_defaults(settings.as_mut_ptr()) },
         Status::TumbleOk
     );
+    // SAFETY: the call before has filled it.
     let settings = unsafe { settings.assume_init() };
     assert_eq!(settings.in_core(), Ok(CoreSpinSettings::default()));
 }
@@ -22,8 +24,10 @@ fn defaults_for_a_spin_are_those_of_the_core_and_come_back_as_such() {
 #[test]
 fn defaults_for_a_redundant_set_are_those_of_the_core_and_come_back_as_such() {
     let mut settings = MaybeUninit::<RedundancySettings>::uninit();
+    // SAFETY: it points to settings that may be written.
     let status = unsafe { tumble_redundancy_defaults(settings.as_mut_ptr()) };
     assert_eq!(status, Status::TumbleOk);
+    // SAFETY: the call before has filled it.
     let settings = unsafe { settings.assume_init() };
     assert_eq!(settings.in_core(), Ok(CoreRedundancySettings::default()));
 }
