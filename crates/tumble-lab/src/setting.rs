@@ -19,7 +19,7 @@ pub enum Value {
 
 /// What kind of value a setting takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum SettingKind {
     /// A number.
     Number,
     /// A time, s.
@@ -34,16 +34,16 @@ pub enum Kind {
     Threshold,
 }
 
-impl Kind {
+impl SettingKind {
     /// In a word.
     pub fn name(self) -> &'static str {
         match self {
-            Kind::Number => "number",
-            Kind::Time => "time",
-            Kind::Count => "count",
-            Kind::Flag => "flag",
-            Kind::Choice(_) => "choice",
-            Kind::Threshold => "threshold",
+            SettingKind::Number => "number",
+            SettingKind::Time => "time",
+            SettingKind::Count => "count",
+            SettingKind::Flag => "flag",
+            SettingKind::Choice(_) => "choice",
+            SettingKind::Threshold => "threshold",
         }
     }
 }
@@ -96,7 +96,7 @@ pub struct Setting<S> {
     /// What it means that there is none; empty where there always is a value.
     pub none: &'static str,
     /// What kind of value it takes.
-    pub kind: Kind,
+    pub kind: SettingKind,
     /// The words that may be chosen from; empty where there is no choice.
     pub choices: Vec<&'static str>,
     /// Its value.
@@ -173,7 +173,7 @@ pub(crate) use setting;
 /// A field of the core's settings: its type says what kind of setting it is.
 pub trait Field: Sized {
     /// What kind of value it takes.
-    const KIND: Kind;
+    const KIND: SettingKind;
 
     /// The words that may be chosen from; none where there is no choice.
     fn choices() -> Vec<&'static str> {
@@ -193,7 +193,7 @@ pub trait Field: Sized {
     }
 }
 
-pub(crate) fn kind_of<S, F: Field>(_: fn(&S) -> &F) -> Kind {
+pub(crate) fn kind_of<S, F: Field>(_: fn(&S) -> &F) -> SettingKind {
     F::KIND
 }
 
@@ -204,7 +204,7 @@ pub(crate) fn choices_of<S, F: Field>(_: fn(&S) -> &F) -> Vec<&'static str> {
 macro_rules! number_field {
     ($number:ty) => {
         impl Field for $number {
-            const KIND: Kind = Kind::Number;
+            const KIND: SettingKind = SettingKind::Number;
 
             fn get(&self) -> Value {
                 Value::Number(wide(*self))
@@ -222,7 +222,7 @@ number_field!(f64);
 
 /// A span in microseconds.
 impl Field for u64 {
-    const KIND: Kind = Kind::Time;
+    const KIND: SettingKind = SettingKind::Time;
 
     fn get(&self) -> Value {
         Value::Number(in_seconds(*self))
@@ -234,7 +234,7 @@ impl Field for u64 {
 }
 
 impl Field for u32 {
-    const KIND: Kind = Kind::Count;
+    const KIND: SettingKind = SettingKind::Count;
 
     fn get(&self) -> Value {
         Value::Number((*self).into())
@@ -246,7 +246,7 @@ impl Field for u32 {
 }
 
 impl Field for bool {
-    const KIND: Kind = Kind::Flag;
+    const KIND: SettingKind = SettingKind::Flag;
 
     fn get(&self) -> Value {
         Value::Flag(*self)
@@ -261,7 +261,7 @@ impl Field for bool {
 }
 
 impl<F: Field> Field for Option<F> {
-    const KIND: Kind = F::KIND;
+    const KIND: SettingKind = F::KIND;
 
     fn get(&self) -> Value {
         self.as_ref().map_or(Value::None, F::get)
@@ -278,7 +278,7 @@ impl<F: Field> Field for Option<F> {
 macro_rules! choice_field {
     ($choice:ident) => {
         impl Field for $choice {
-            const KIND: Kind = Kind::Choice(stringify!($choice));
+            const KIND: SettingKind = SettingKind::Choice(stringify!($choice));
 
             fn choices() -> Vec<&'static str> {
                 $choice::NAMES.to_vec()
@@ -304,7 +304,7 @@ choice_field!(Scope);
 choice_field!(Rung);
 
 impl<T: Real> Field for Threshold<T> {
-    const KIND: Kind = Kind::Threshold;
+    const KIND: SettingKind = SettingKind::Threshold;
 
     fn get(&self) -> Value {
         Value::Text(written(self))

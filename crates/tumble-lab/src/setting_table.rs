@@ -523,7 +523,7 @@ mod tests {
     use std::fmt::Debug;
 
     use super::*;
-    use crate::setting::{Bound, Kind, Unfit, Value, stated};
+    use crate::setting::{Bound, SettingKind, Unfit, Value, stated};
 
     /// What is learnt of every table, in both precisions.
     fn for_each_table(law: &dyn Fn(&dyn Table)) {
@@ -537,7 +537,7 @@ mod tests {
     struct Row {
         name: &'static str,
         path: &'static str,
-        kind: Kind,
+        kind: SettingKind,
         choices: Vec<&'static str>,
         bound: Bound,
         default: Value,
@@ -608,7 +608,7 @@ mod tests {
             Value::Number(number) => Value::Number(number * 2.0 + 1.0),
             Value::Flag(flag) => Value::Flag(!flag),
             Value::None => Value::Number(5.0),
-            Value::Text(_) if row.kind == Kind::Threshold => Value::Text("last+0.25".to_string()),
+            Value::Text(_) if row.kind == SettingKind::Threshold => Value::Text("last+0.25".to_string()),
             Value::Text(text) => {
                 let mut others = row.choices.iter().filter(|other| *other != text);
                 Value::Text((*others.next().expect("another choice")).to_string())
@@ -661,7 +661,7 @@ mod tests {
         for_each_table(&|table| {
             for row in table.rows() {
                 let beyond: &[f64] = match (row.kind, row.bound) {
-                    (Kind::Flag | Kind::Choice(_) | Kind::Threshold, _) => continue,
+                    (SettingKind::Flag | SettingKind::Choice(_) | SettingKind::Threshold, _) => continue,
                     (_, Bound::Any) => &[],
                     (_, Bound::NotNegative) => &[-1e-9],
                     (_, Bound::Positive | Bound::MoreThan(_)) => &[0.0, -1e-9],
@@ -697,9 +697,9 @@ mod tests {
             assert_eq!(unknown, Err(Unfit::Unknown("unheard of".to_string())));
             for row in table.rows() {
                 let wrong = match row.kind {
-                    Kind::Flag => Value::Number(1.0),
-                    Kind::Number | Kind::Time | Kind::Count => Value::Flag(true),
-                    Kind::Choice(_) | Kind::Threshold => Value::Text("unheard of".to_string()),
+                    SettingKind::Flag => Value::Number(1.0),
+                    SettingKind::Number | SettingKind::Time | SettingKind::Count => Value::Flag(true),
+                    SettingKind::Choice(_) | SettingKind::Threshold => Value::Text("unheard of".to_string()),
                 };
                 let refused = table.values_with(&[(row.name, wrong)]);
                 assert_eq!(refused, Err(Unfit::Kind(row.name)), "{}", row.name);

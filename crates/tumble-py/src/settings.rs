@@ -3,7 +3,7 @@
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyString, PyTuple};
-use tumble_lab::setting::{Bound as Limit, Kind, Setting, Unfit, Value, stated};
+use tumble_lab::setting::{Bound as Limit, Setting, SettingKind, Unfit, Value, stated};
 
 /// Named values of a dictionary.
 pub(crate) fn values(settings: &Bound<'_, PyDict>) -> PyResult<Vec<(String, Value)>> {
@@ -67,7 +67,7 @@ fn row<'py, S: Default>(py: Python<'py>, setting: &Setting<S>) -> PyResult<Bound
     let dict = PyDict::new(py);
     let (above, least, below) = match setting.bound {
         Limit::Any => (None, None, None),
-        Limit::Positive if setting.kind == Kind::Count => (None, Some(1.0), None),
+        Limit::Positive if setting.kind == SettingKind::Count => (None, Some(1.0), None),
         Limit::AboveOne => (Some(1.0), None, None),
         Limit::Share => (None, Some(0.0), Some(1.0)),
         Limit::NotNegative => (None, Some(0.0), None),
@@ -82,7 +82,7 @@ fn row<'py, S: Default>(py: Python<'py>, setting: &Setting<S>) -> PyResult<Bound
     dict.set_item("group", setting.group)?;
     dict.set_item("kind", setting.kind.name())?;
     let of_choice = match setting.kind {
-        Kind::Choice(name) => name,
+        SettingKind::Choice(name) => name,
         _ => "",
     };
     dict.set_item("type", of_choice)?;
@@ -96,7 +96,7 @@ fn row<'py, S: Default>(py: Python<'py>, setting: &Setting<S>) -> PyResult<Bound
     dict.set_item("more_than", more_than)?;
     let default = write_value(py, (setting.get)(&S::default()))?;
     match setting.kind {
-        Kind::Count => dict.set_item("default", default.call_method0("__int__")?)?,
+        SettingKind::Count => dict.set_item("default", default.call_method0("__int__")?)?,
         _ => dict.set_item("default", default)?,
     }
     Ok(dict)
