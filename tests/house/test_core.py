@@ -19,7 +19,9 @@ ANGLE = st.floats(-1.8, 1.8)
 def test_chi_square(tail, log_freedom):
     freedom = int(np.exp(log_freedom))
     quantile = special.chdtri(freedom, tail)
-    assert _core.chi_square_quantile(tail, freedom) == pytest.approx(quantile, rel=1e-11)
+    # A tail close to one holds what is left of one to a few of its last digits only, and so the quantile.
+    rounding = 4.0 * np.finfo(float).eps / (1.0 - tail)
+    assert _core.chi_square_quantile(tail, freedom) == pytest.approx(quantile, rel=1e-11 + rounding)
     assert _core.chi_square_tail(quantile, freedom) == pytest.approx(
         special.chdtrc(freedom, quantile), rel=1e-11
     )
