@@ -47,12 +47,16 @@ FILES_OF_A_COMMAND = {"command", "options", "summary", "explain"}
 A folder `report` holds its pages, all other files are the procedure.
 """
 
-DATA = {"constants", "units", "errors", "files", "recording", "plain", "documents", "factors", "results"}
+DATA = {
+    *("constants", "numbers", "units", "errors", "files", "recording", "plain"),
+    *("documents", "factors", "results"),
+}
 """Shared data types and file access, which know nothing of ours above them."""
 
 LAYERS: dict[str, set[str]] = {
     "lazy": set(),
     "constants": {"_core"},
+    "numbers": set(),
     "units": set(),
     "errors": set(),
     "files": {"errors"},
@@ -65,8 +69,8 @@ LAYERS: dict[str, set[str]] = {
     "results": {"errors", "recording", "_core"},
     "result": DATA,
     "calibration": DATA | {"result", "_core"},
-    "logs": {"lazy", "constants", "errors", "files", "recording"},
-    "live": {"errors", "recording", "logs"},
+    "logs": {"lazy", "constants", "numbers", "errors", "files", "recording"},
+    "live": {"numbers", "errors", "recording", "logs"},
     "gravity": {"errors", "constants", "_core"},
     "acquisition": DATA | {"calibration", "logs", "gravity", "_core"},
     "procedure": DATA

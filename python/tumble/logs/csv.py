@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections import deque
@@ -20,6 +21,7 @@ from tumble.logs.columns import ImuColumns, find_imus
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import BLANKS, TextLayout, find_layout, is_time_stamp, split_line
 from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, StatedUnit, choose
+from tumble.numbers import number_of
 from tumble.recording import FloatArray
 
 _SMALLEST_BLOCK, _LARGEST_BLOCK = 1 << 16, 1 << 26
@@ -69,11 +71,8 @@ def _stated_rate(
     if columns.time is not None or options.rate is not None:
         return None, ()
     for key in _RATE_KEYS:
-        try:
-            rate = float(layout.preamble[key].lower().removesuffix("hz"))
-        except (KeyError, ValueError):
-            continue
-        if rate > 0.0:
+        rate = number_of(layout.preamble.get(key, "").lower().removesuffix("hz"))
+        if rate is not None and 0.0 < rate < math.inf:
             return rate, (f"rate of {rate:g} Hz from the line {key!r} before the columns",)
     return None, ()
 
@@ -251,8 +250,6 @@ def as_floats(column: pa.ChunkedArray | pa.Array) -> FloatArray:
 
 
 def _reads_as_number(text: str, decimal_point: str) -> bool:
-    try:
-        float(text.replace(decimal_point, ".") or "nan")
-    except ValueError:
-        return text in pa.csv.ConvertOptions().null_values
-    return True
+    return (
+        not text or number_of(text, decimal_point) is not None or text in pa.csv.ConvertOptions().null_values
+    )

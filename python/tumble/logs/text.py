@@ -11,6 +11,7 @@ from pathlib import Path
 from tumble.errors import LogError
 from tumble.logs.columns import recognise
 from tumble.logs.options import ReadOptions
+from tumble.numbers import number_of
 
 BLANKS = " "
 """Stands for a delimiter of any run of spaces and tabs."""
@@ -134,11 +135,7 @@ def _decimal_point(text: str, delimiter: str) -> str:
 
 
 def _is_number(text: str, decimal_point: str = ".") -> bool:
-    try:
-        float(text.replace(decimal_point, ".") or "nan")
-    except ValueError:
-        return False
-    return True
+    return not text or number_of(text, decimal_point) is not None
 
 
 def _key_value(text: str) -> dict[str, str]:
@@ -228,7 +225,8 @@ def names_for(
 
 
 def _increases(texts: Sequence[str]) -> bool:
-    numbers = [float(text.replace(",", ".")) for text in texts if _is_number(text, ",")]
+    read = (number_of(text, ",") for text in texts)
+    numbers = [number for number in read if number is not None]
     return all(earlier <= later for earlier, later in pairwise(numbers))
 
 
