@@ -103,7 +103,6 @@ def test_the_list_of_commands_says_what_the_command_itself_says(name):
 
 LIBRARIES = {
     "jinja2",
-    "matplotlib",
     "mcap",
     "numpy",
     "pyarrow",

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import report_spin_cases as spins
-from tumble.report.svg import PAGE_COLOURS, house_style
+from tumble.report.svg import PAGE_COLOURS
 from tumble.spin.report.figures import (
     MOST_POINTS,
     force_errors,
@@ -33,8 +33,7 @@ def uses(svg):
 
 
 def drawn(draw, *arguments):
-    with house_style():
-        return draw(*arguments, "p")
+    return draw(*arguments, "p")
 
 
 def all_figures():

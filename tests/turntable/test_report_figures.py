@@ -7,7 +7,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from xml.etree import ElementTree
 
-import matplotlib as mpl
 import numpy as np
 import pytest
 from hypothesis import given
@@ -15,9 +14,10 @@ from hypothesis import strategies as st
 
 import report_fixtures as sessions
 from tumble.errors import ProcedureError
+from tumble.report.canvas import Figure
 from tumble.report.figures import recording_figure, residual_figure
-from tumble.report.panel import bare_axes, markers, tick_texts, ticks_between
-from tumble.report.svg import PAGE_COLOURS, X_AXIS, house_style, inline_svg, new_figure
+from tumble.report.panel import tick_texts, ticks_between
+from tumble.report.svg import INK, PAGE_COLOURS, X_AXIS, inline_svg
 from tumble.report.whisker import WIDTH, Ruler, round_up, whisker
 from tumble.turntable.report.batch_figures import distribution_figure, strip_groups
 from tumble.turntable.report.improvement import improvement
@@ -32,14 +32,11 @@ def result():
 
 def all_figures(result):
     target = result["target_1"]
-    with house_style():
-        yield residual_figure(target.accelerometer, "a")
-        yield residual_figure(target.gyroscope, "b")
-        yield recording_figure(target.trace, target.rests, "c")
-        yield from (axis_reading_figure(reading, f"d{reading.axis}") for reading in target.axis_readings)
-        yield from (
-            distribution_figure(group, f"e{n}") for n, group in enumerate(strip_groups(result.targets))
-        )
+    yield residual_figure(target.accelerometer, "a")
+    yield residual_figure(target.gyroscope, "b")
+    yield recording_figure(target.trace, target.rests, "c")
+    yield from (axis_reading_figure(reading, f"d{reading.axis}") for reading in target.axis_readings)
+    yield from (distribution_figure(group, f"e{n}") for n, group in enumerate(strip_groups(result.targets)))
 
 
 def test_every_figure_is_well_formed_and_every_reference_in_it_resolves(result):
@@ -58,32 +55,20 @@ def test_figures_take_their_colours_from_the_page(result):
 
 
 def test_a_colour_the_page_does_not_know_is_refused():
-    with house_style():
-        figure = new_figure(1, 1)
-        figure.text(0.5, 0.5, "x", color="#123456")
-        with pytest.raises(KeyError, match="123456"):
-            inline_svg(figure, "p", "label")
+    figure = Figure(1, 1)
+    figure.add_axes((0, 0, 1, 1)).text(0.5, 0.5, "x", color="#123456")
+    with pytest.raises(KeyError, match="123456"):
+        inline_svg(figure, "p", "label")
 
 
 def test_text_is_never_taken_for_mathematics_or_markup():
     name = '<b> $x_1$ & " --> </svg>'
-    with house_style():
-        figure = new_figure(2, 1)
-        figure.text(0.1, 0.5, name)
-        svg = inline_svg(figure, "p", name)
+    figure = Figure(2, 1)
+    figure.add_axes((0, 0, 2, 1)).text(0.1, 0.5, name, color=INK)
+    svg = inline_svg(figure, "p", name)
     root = ElementTree.fromstring(svg)
     assert root.get("aria-label") == name
     assert "".join(root.itertext()) == name
-
-
-def test_the_users_matplotlib_settings_neither_change_a_figure_nor_are_changed(result):
-    plain = list(all_figures(result))
-    with mpl.rc_context(
-        {"font.size": 31.0, "lines.linewidth": 9.0, "svg.fonttype": "path", "axes.grid": True}
-    ):
-        before = dict(mpl.rcParams)
-        assert list(all_figures(result)) == plain
-        assert dict(mpl.rcParams) == before
 
 
 def test_figures_drawn_in_threads_are_those_drawn_one_by_one(result):
@@ -98,16 +83,14 @@ def test_the_upper_row_shows_readings_and_the_lower_their_deviation_in_a_finer_u
         uncompensated=result["target_1"].axis_readings[0].ideal + 0.002,
         compensated=result["target_1"].axis_readings[0].ideal + 0.001,
     )
-    with house_style():
-        texts = "".join(ElementTree.fromstring(axis_reading_figure(reading, "p")).itertext())
+    texts = "".join(ElementTree.fromstring(axis_reading_figure(reading, "p")).itertext())
     assert "reading, m/s²" in texts
     assert "deviation from the ideal, mm/s²" in texts
 
 
 def test_the_recording_names_each_rest_and_says_which_were_not_used(result):
     target = result["target_1"]
-    with house_style():
-        texts = list(ElementTree.fromstring(recording_figure(target.trace, target.rests, "p")).itertext())
+    texts = list(ElementTree.fromstring(recording_figure(target.trace, target.rests, "p")).itertext())
     for number, rest in enumerate(target.rests, start=1):
         assert (f"{number} {rest.pose}" if rest.used else f"{number} not used") in texts
 
@@ -214,11 +197,9 @@ def test_ticks_lie_inside_their_span_and_their_texts_tell_them_apart(low, length
 
 
 def test_the_style_that_many_markers_share_is_written_once():
-    with house_style():
-        figure = new_figure(2.0, 2.0)
-        axes = bare_axes(figure, (0.0, 0.0, 2.0, 2.0))
-        markers(axes, np.arange(50.0), np.arange(50.0), X_AXIS, "o")
-        root = ElementTree.fromstring(inline_svg(figure, "m", "markers"))
+    figure = Figure(2.0, 2.0)
+    figure.add_axes((0.0, 0.0, 2.0, 2.0)).points(np.arange(50.0), np.arange(50.0), X_AXIS, "o")
+    root = ElementTree.fromstring(inline_svg(figure, "m", "markers"))
     groups = [group for group in root.iter() if any(child.tag.endswith("use") for child in group)]
     group = max(groups, key=len)
     points = [child for child in group if child.tag.endswith("use")]

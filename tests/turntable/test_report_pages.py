@@ -304,11 +304,3 @@ def test_a_notebook_shows_each_parameter_and_each_target(result):
     batch = Page(batch_html(result))
     assert [row[0] for row in batch.rows[1:]] == [target.name for target in result.targets]
     assert result["target_3"].failure in batch.words
-
-
-def test_the_tables_of_a_notebook_do_not_wait_for_matplotlib():
-    code = (
-        "import sys, report_fixtures as s; from tumble.turntable.report.notebook import batch_html; "
-        "batch_html(s.batch()); import tumble.report; assert 'matplotlib' not in sys.modules"
-    )
-    run_python(code)

@@ -1,4 +1,4 @@
-"""The figures of one recording: axis readings, residuals, rests found. Drawn inside `svg.house_style`."""
+"""The figures of one recording: residuals, rests found."""
 
 from __future__ import annotations
 
@@ -6,18 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 from markupsafe import Markup
-from matplotlib.axes import Axes
 
 from tumble.recording import FloatArray
+from tumble.report.canvas import Axes, Box, Figure
 from tumble.report.numbers import Scale, readable_scale
 from tumble.report.panel import (
-    Box,
-    bare_axes,
     category_axis,
     error_bars,
     horizontal_axis,
-    markers,
-    shifted,
     span,
     value_axis,
 )
@@ -33,7 +29,6 @@ from tumble.report.svg import (
     X_AXIS,
     Z_AXIS,
     inline_svg,
-    new_figure,
 )
 from tumble.results import Rest, Trace, TriadResult
 
@@ -52,9 +47,9 @@ _MOST_REST_LABELS = 40
 
 def residual_figure(triad: TriadResult, prefix: str) -> Markup:
     """Draw the residual of each axis at each rest and turn with its error bar, and below it in sigmas."""
-    figure = new_figure(HALF_WIDTH, 3.95)
-    upper = bare_axes(figure, box(HALF_WIDTH, bottom=2.32, height=1.38))
-    lower = bare_axes(figure, box(HALF_WIDTH, bottom=LABEL_ROOM + 0.14, height=1.2))
+    figure = Figure(HALF_WIDTH, 3.95)
+    upper = figure.add_axes(box(HALF_WIDTH, bottom=2.32, height=1.38))
+    lower = figure.add_axes(box(HALF_WIDTH, bottom=LABEL_ROOM + 0.14, height=1.2))
     scale = readable_scale(triad.unit, largest(triad.residuals))
     known = np.where(triad.residual_sigma > 0, triad.residual_sigma, np.nan)
     normalised = triad.residuals / known
@@ -64,7 +59,7 @@ def residual_figure(triad: TriadResult, prefix: str) -> Markup:
     value_axis_in(upper, scale, "residual", triad.residuals - bars, triad.residuals + bars)
     upper.set_xlim(-0.6, len(place) - 0.4)
     low, high = span(normalised, at_least=(-3.2, 3.2))
-    lower.axhspan(-2.0, 2.0, color=PANEL, linewidth=0, zorder=-1)
+    lower.band(-2.0, 2.0, PANEL)
     value_axis(lower, low, high, "residual / sigma (shaded: where 95 of 100 belong)")
     category_axis(lower, triad.residual_labels, most=16)
     for axis, (colour, marker, aside) in enumerate(
@@ -72,8 +67,8 @@ def residual_figure(triad: TriadResult, prefix: str) -> Markup:
     ):
         shown = scale.factor * triad.residuals[:, axis]
         error_bars(upper, place + aside, shown, scale.factor * bars[:, axis], colour)
-        markers(upper, place + aside, shown, colour, marker)
-        markers(lower, place + aside, normalised[:, axis], colour, marker)
+        upper.points(place + aside, shown, colour, marker)
+        lower.points(place + aside, normalised[:, axis], colour, marker)
     where = f"at {len(place)} rests and turns"
     label = f"Residuals of the {triad.triad}, three axes, {where}, in {scale.unit} and in sigmas"
     return inline_svg(figure, prefix, label)
@@ -81,10 +76,10 @@ def residual_figure(triad: TriadResult, prefix: str) -> Markup:
 
 def recording_figure(trace: Trace, rests: Sequence[Rest], prefix: str) -> Markup:
     """Draw specific force and angular rate over the recording, rests shaded and named, unused hatched."""
-    figure = new_figure(FULL_WIDTH, 4.3)
+    figure = Figure(FULL_WIDTH, 4.3)
     width = FULL_WIDTH - ROOM_FOR_LAST_NAME
-    upper = bare_axes(figure, box(width, bottom=2.1, height=1.4))
-    lower = bare_axes(figure, box(width, bottom=0.42, height=1.25))
+    upper = figure.add_axes(box(width, bottom=2.1, height=1.4))
+    lower = figure.add_axes(box(width, bottom=0.42, height=1.25))
     start, end = span(trace.time, np.array([[rest.start, rest.end] for rest in rests]), margin=0.0)
     for axes, values, title, unit in (
         (upper, trace.accelerometer, "specific force", "m/s^2"),
@@ -96,7 +91,7 @@ def recording_figure(trace: Trace, rests: Sequence[Rest], prefix: str) -> Markup
         shade(axes, [(rest.start, rest.end) for rest in rests if rest.used], REST, "")
         shade(axes, [(rest.start, rest.end) for rest in rests if not rest.used], UNUSED, "////")
         for axis, colour in enumerate(AXIS_COLOURS):
-            axes.plot(trace.time, scale.factor * values[:, axis], color=colour, linewidth=0.8)
+            axes.line(trace.time, scale.factor * values[:, axis], colour, 0.8)
     horizontal_axis(lower, start, end, "time, s", most=12)
     _name_rests(upper, rests)
     unused = sum(not rest.used for rest in rests)
@@ -125,33 +120,20 @@ def value_axis_in(axes: Axes, scale: Scale, title: str, *values: FloatArray) -> 
 
 def shade(axes: Axes, spans: Sequence[tuple[float, float]], colour: str, hatch: str) -> None:
     """Colour what lies between those places of the horizontal axis, over the height the axes have by now."""
-    if not spans:
-        return
     low, high = axes.get_ylim()
-    axes.broken_barh(
-        [(start, end - start) for start, end in spans],
-        (low, high - low),
-        facecolor=colour,
-        edgecolor=SOFT if hatch else "none",
-        linewidth=0,
-        hatch=hatch,
-        zorder=-1,
-    )
+    axes.bars(spans, low, high - low, colour, hatch, ink=SOFT, order=-1.0)
 
 
 def _name_rests(axes: Axes, rests: Sequence[Rest]) -> None:
-    above = shifted(axes, axes.get_xaxis_transform(), 0, 16)
     stride = max(1, -(-len(rests) // _MOST_REST_LABELS))
     for number, rest in list(enumerate(rests, start=1))[::stride]:
         axes.text(
             (rest.start + rest.end) / 2,
             1,
             f"{number} {rest.pose}" if rest.used else f"{number} not used",
-            transform=above,
+            frames=("data", "panel"),
+            shift=(0, 16),
             rotation=35,
-            rotation_mode="anchor",
-            ha="left",
-            va="baseline",
             size=7.5,
             color=INK if rest.used else SOFT,
         )

@@ -1,7 +1,7 @@
 """A dot with its 95 % interval, between its limits, as small as a table cell.
 
-These stand in table rows beside the numbers they picture, thousands in a batch; a matplotlib figure each
-would be neither aligned nor quick.
+These stand in table rows beside the numbers they picture, thousands in a batch; a figure each would not
+be aligned.
 """
 
 from __future__ import annotations

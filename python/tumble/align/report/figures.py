@@ -1,7 +1,4 @@
-"""The picture of an alignment: where units sit beside the primary, from two sides.
-
-Drawn inside `svg.house_style`.
-"""
+"""The picture of an alignment: where units sit beside the primary, from two sides."""
 
 from __future__ import annotations
 
@@ -9,14 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 from markupsafe import Markup
-from matplotlib.axes import Axes
 
 from tumble.align.result import UnitAlignment
 from tumble.recording import FloatArray
+from tumble.report.canvas import Axes, Figure
 from tumble.report.figures import HALF_WIDTH, LABEL_ROOM, box
 from tumble.report.numbers import Scale, readable_scale
-from tumble.report.panel import bare_axes, horizontal_axis, markers, value_axis
-from tumble.report.svg import ALARM, INK, SOFT, X_AXIS, inline_svg, new_figure
+from tumble.report.panel import horizontal_axis, value_axis
+from tumble.report.svg import ALARM, INK, SOFT, X_AXIS, inline_svg
 
 _HEIGHT = 2.6
 """Inches of a panel."""
@@ -31,7 +28,7 @@ _VIEWS = ((0, 1), (0, 2))
 
 def places_figure(primary: str, units: Sequence[UnitAlignment], prefix: str) -> Markup:
     """Draw the lever arms of units, all of them known, from above and from the side."""
-    figure = new_figure(2 * HALF_WIDTH, _HEIGHT + LABEL_ROOM + _TITLE)
+    figure = Figure(2 * HALF_WIDTH, _HEIGHT + LABEL_ROOM + _TITLE)
     left, bottom, width, height = box(HALF_WIDTH, bottom=LABEL_ROOM, height=_HEIGHT)
     width -= 0.1
     arms = np.array([unit.lever_arm for unit in units])
@@ -42,7 +39,7 @@ def places_figure(primary: str, units: Sequence[UnitAlignment], prefix: str) -> 
     scale = readable_scale("m", reach)
     end = scale.factor * reach
     for side, (right, up) in enumerate(_VIEWS):
-        axes = bare_axes(figure, (left + side * HALF_WIDTH, bottom, width, height))
+        axes = figure.add_axes((left + side * HALF_WIDTH, bottom, width, height))
         value_axis(axes, -end, end, f"{'xyz'[up]}, {scale.unit}")
         across = end * width / height
         horizontal_axis(axes, -across, across, f"{'xyz'[right]}, {scale.unit}", most=5)
@@ -61,20 +58,18 @@ def _place(axes: Axes, unit: UnitAlignment, view: tuple[int, int], scale: Scale,
     circle = np.stack([np.cos(angle), np.sin(angle)])
     radii = _TWO_SIGMA * scale.factor * np.sqrt(np.maximum(values, 0.0))
     ellipse = centre[:, None] + vectors @ (radii[:, None] * circle)
-    axes.plot([0.0, centre[0]], [0.0, centre[1]], color=SOFT, linewidth=0.7)
-    axes.plot(ellipse[0], ellipse[1], color=ALARM, linewidth=1.0)
+    axes.line([0.0, centre[0]], [0.0, centre[1]], SOFT, 0.7)
+    axes.line(ellipse[0], ellipse[1], ALARM)
     _mark(axes, centre, unit.name, X_AXIS, "o", above=above)
 
 
 def _mark(axes: Axes, place: FloatArray, name: str, colour: str, marker: str, *, above: bool) -> None:
-    markers(axes, place[:1], place[1:], colour, marker)
-    aside = (4, 4) if above else (4, -4)
-    axes.annotate(
+    axes.points(place[:1], place[1:], colour, marker)
+    axes.text(
+        place[0],
+        place[1],
         name,
-        (place[0], place[1]),
-        aside,
-        textcoords="offset points",
-        size=8,
-        color=colour,
+        shift=(4, 4) if above else (4, -4),
         va="bottom" if above else "top",
+        color=colour,
     )

@@ -13,7 +13,6 @@ from tumble.files import write_text
 from tumble.report.numbers import readable_scale, significant
 from tumble.report.page import Picture, environment
 from tumble.report.parameters import ParameterGroup, PrintedMatrix, printed_group
-from tumble.report.svg import house_style
 from tumble.report.text import count_of
 from tumble.results import Parameter
 
@@ -55,13 +54,12 @@ def write_align_page(result: AlignResult, path: Path) -> None:
 
 def render_align(result: AlignResult) -> str:
     """Render the page as HTML."""
-    with house_style():
-        page = align_page(result)
+    page = align_page(result)
     return environment("tumble.align.report").get_template("align.html.j2").render(page=page)
 
 
 def align_page(result: AlignResult) -> AlignPage:
-    """Gather the page. To be called inside `svg.house_style`."""
+    """Gather the page."""
     return AlignPage(
         name=result.primary,
         headline=f"{count_of('unit', len(result.units))} aligned with {result.primary}",

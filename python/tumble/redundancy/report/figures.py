@@ -1,18 +1,13 @@
-"""The figures of a replay: its time line, deviations against thresholds, secondary minus primary.
-
-Drawn inside `svg.house_style`.
-"""
+"""The figures of a replay: its time line, deviations against thresholds, secondary minus primary."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 import numpy as np
 from markupsafe import Markup
-from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
 
 from tumble.recording import FloatArray
 from tumble.redundancy.report.difference import QUANTITIES, SENSORS, difference, thinned
@@ -27,10 +22,11 @@ from tumble.redundancy.report.timeline import (
     merged,
 )
 from tumble.redundancy.result import RedundancyEvent, RedundancyResult, Sensor
+from tumble.report.canvas import Axes, Figure, Side
 from tumble.report.figures import COMPENSATED, FULL_WIDTH, RIGHT, UNCOMPENSATED, shade
 from tumble.report.numbers import readable_unit, significant
-from tumble.report.panel import LABEL_SIZE, bare_axes, horizontal_axis, shifted
-from tumble.report.svg import ALARM, GRID, INK, REST, SOFT, UNUSED, X_AXIS, Z_AXIS, inline_svg, new_figure
+from tumble.report.panel import LABEL_SIZE, horizontal_axis, numbered_value_axis, row_label
+from tumble.report.svg import ALARM, GRID, INK, REST, SOFT, UNUSED, X_AXIS, Z_AXIS, inline_svg
 from tumble.units import UNITS
 
 MOST_POINTS = 400
@@ -72,8 +68,8 @@ def timeline_figure(line: TimeLine, prefix: str) -> Markup:
     """Draw a lane for each unit: source, mode, health and marks; rests shaded over all lanes."""
     bottom, top = 0.45, 0.62
     height = bottom + top + LANE * len(line.lanes)
-    figure = new_figure(FULL_WIDTH, height)
-    axes = bare_axes(figure, (NAME_ROOM, bottom, FULL_WIDTH - NAME_ROOM - RIGHT, LANE * len(line.lanes)))
+    figure = Figure(FULL_WIDTH, height)
+    axes = figure.add_axes((NAME_ROOM, bottom, FULL_WIDTH - NAME_ROOM - RIGHT, LANE * len(line.lanes)))
     axes.set_ylim(len(line.lanes), 0)
     horizontal_axis(axes, line.start, line.end, "time, s", most=12)
     gap = (line.end - line.start) * _SHORTEST_SEEN
@@ -83,14 +79,13 @@ def timeline_figure(line: TimeLine, prefix: str) -> Markup:
     _draw_key(figure, height)
     _bars(axes, merged(line.no_source, gap), 0.0, 0.07, ALARM, "")
     for jump in line.jumps[:MOST_MARKS]:
-        axes.axvline(jump, color=ALARM, linewidth=1.0, linestyle=":")
+        axes.line([jump, jump], axes.get_ylim(), ALARM, dash="1 1.65")
     return inline_svg(figure, prefix, f"Time line of {len(line.lanes)} units: source, mode, health and marks")
 
 
 def _draw_lane(axes: Axes, line: TimeLine, lane: Lane, top: float, gap: float) -> None:
-    beside = shifted(axes, axes.get_yaxis_transform(), -6, 0)
-    axes.text(0, top + 0.55, short(lane.unit), transform=beside, ha="right", va="center", size=8, color=INK)
-    axes.plot([line.start, line.end], [top, top], color=GRID, linewidth=0.8, zorder=0.5)
+    row_label(axes, top + 0.55, short(lane.unit), 8)
+    axes.line([line.start, line.end], [top, top], GRID, 0.8, order=0.5)
     _bars(axes, merged(lane.source, gap), top + 0.12, 0.1, INK, "")
     waiting = [span for span in lane.modes if span.kind == WAITING]
     collecting = [span for span in lane.modes if span.kind != WAITING]
@@ -114,20 +109,31 @@ def _draw_marks(axes: Axes, line: TimeLine, lane: Lane, place: float) -> None:
         shown.items(), key=lambda item: item[1].event not in ("refused", "abandoned")
     ):
         text, at = mark_text(event), time * inches
-        for side, start in (("left", at + 0.07), ("right", at - 0.07 - _LETTER * len(text))):
+        for side, start in _sides(at, text):
             end = start + _LETTER * len(text)
             inside = line.start * inches <= start and end <= line.end * inches
             if inside and not any(first < end and last > start for first, last in taken):
                 taken.append((start, end))
-                aside = shifted(axes, axes.transData, 6 if side == "left" else -6, 0)
                 axes.text(
-                    time, place, text, transform=aside, ha=side, va="center", size=LABEL_SIZE, color=INK
+                    time,
+                    place,
+                    text,
+                    shift=(6 if side == "left" else -6, 0),
+                    ha=side,
+                    va="center",
+                    size=LABEL_SIZE,
+                    color=INK,
                 )
                 break
 
 
+def _sides(at: float, text: str) -> tuple[tuple[Side, float], ...]:
+    """Give where a text begins, in inches, that stands right or left of a mark, and its end that is there."""
+    return ("left", at + 0.07), ("right", at - 0.07 - _LETTER * len(text))
+
+
 def _draw_key(figure: Figure, height: float) -> None:
-    key = bare_axes(figure, (0.0, height - 0.55, FULL_WIDTH, 0.5))
+    key = figure.add_axes((0.0, height - 0.55, FULL_WIDTH, 0.5))
     key.set_xlim(0.0, FULL_WIDTH)
     key.set_ylim(2.0, 0.0)
     left = NAME_ROOM
@@ -157,7 +163,7 @@ def deviations_figure(result: RedundancyResult, line: TimeLine, prefix: str) -> 
     """Draw each deviation at rest against the threshold it had then: a row for each unit, log scale."""
     units = (result.primary, *result.secondaries)
     height = 0.5 + len(units) * (PANEL_HEIGHT + PANEL_GAP) + 0.1
-    figure = new_figure(FULL_WIDTH, height)
+    figure = Figure(FULL_WIDTH, height)
     for column, sensor in enumerate(SENSORS):
         found = [evaluations(result, unit, sensor) for unit in units]
         low, high = decades(
@@ -187,15 +193,8 @@ def _draw_evaluations(
     threshold = np.log10(np.maximum(np.array(series.threshold)[kept], lowest))
     start, end = axes.get_xlim()
     steps = np.flatnonzero(np.diff(threshold, prepend=np.nan) != 0)
-    since = np.array([start, *time[steps[1:]], end])
-    axes.plot(
-        since,
-        threshold[np.append(steps, steps[-1])],
-        color=ALARM,
-        linewidth=0.9,
-        zorder=1.2,
-        drawstyle="steps-post",
-    )
+    since = np.repeat([start, *time[steps[1:]], end], 2)[1:-1]
+    axes.line(since, np.repeat(threshold[steps], 2), ALARM, 0.9, order=1.2)
     _points(axes, time[~exceeded], deviation[~exceeded], marker, colour, hollow, 3.6)
     _points(axes, time[exceeded], deviation[exceeded], EXCEEDED[marker], ALARM, False, 4.6)
 
@@ -212,7 +211,7 @@ def difference_figure(result: RedundancyResult, line: TimeLine, prefix: str) -> 
     """Draw |secondary - primary| over time, as read and compensated: a row for each secondary, log scale."""
     units = result.secondaries
     height = 0.5 + len(units) * (PANEL_HEIGHT + PANEL_GAP) + 0.1
-    figure = new_figure(FULL_WIDTH, height)
+    figure = Figure(FULL_WIDTH, height)
     for column, sensor in enumerate(SENSORS):
         lines = [_thin_lines(result, unit, sensor) for unit in units]
         low, high = decades([values for _, *both in lines for values in both])
@@ -222,9 +221,9 @@ def difference_figure(result: RedundancyResult, line: TimeLine, prefix: str) -> 
             log_value_axis(axes, low, high, title)
             _time_axis(axes, line, last=row == len(units) - 1)
             for values, colour, width in ((before, UNCOMPENSATED, 1.3), (after, COMPENSATED, 0.8)):
-                axes.plot(time, np.log10(np.maximum(values, 10.0**low)), color=colour, linewidth=width)
+                axes.line(time, np.log10(np.maximum(values, 10.0**low)), colour, width)
             for adopted in _adoptions(result, unit, sensor):
-                axes.axvline(adopted, color=Z_AXIS, linewidth=0.9, zorder=1)
+                axes.line([adopted, adopted], axes.get_ylim(), Z_AXIS, 0.9, order=1.0)
                 _points(axes, [adopted], [high], "D", Z_AXIS, False, 4.0)
     return inline_svg(
         figure, prefix, f"{len(units)} secondaries less {result.primary}, as read and compensated"
@@ -263,22 +262,11 @@ def decades(arrays: Sequence[FloatArray]) -> tuple[float, float]:
 def log_value_axis(axes: Axes, low: float, high: float, title: str) -> None:
     """Set a vertical axis of decadic logarithms, decades written as numbers."""
     axes.set_ylim(low, high)
-    marks = np.arange(np.ceil(low), np.floor(high) + 1)
+    marks = range(math.ceil(low), math.floor(high) + 1)
     stride = 1 if len(marks) <= 4 else 2
-    grid = LineCollection(
-        [((0.0, mark), (1.0, mark)) for mark in marks],
-        colors=GRID,
-        linewidths=0.6,
-        transform=axes.get_yaxis_transform(),
-        zorder=0,
-    )
-    axes.add_collection(grid, autolim=False)
-    beside = shifted(axes, axes.get_yaxis_transform(), -4, 0)
-    for mark in marks[::stride]:
-        text = significant(10.0 ** float(mark), 1)
-        axes.text(0, mark, text, transform=beside, ha="right", va="center", size=LABEL_SIZE, color=SOFT)
-    above = shifted(axes, axes.transAxes, 0, 4)
-    axes.text(0, 1, title, transform=above, ha="left", va="baseline", size=LABEL_SIZE + 0.5, color=INK)
+    axes.grid(marks, "y", GRID)
+    shown = marks[::stride]
+    numbered_value_axis(axes, shown, [significant(10.0**mark, 1) for mark in shown], title)
 
 
 def short(name: str) -> str:
@@ -290,7 +278,7 @@ def _panel(figure: Figure, height: float, row: int, column: int) -> Axes:
     left = 0.62
     width = FULL_WIDTH / 2 - left - RIGHT - 0.05
     top = height - 0.2 - row * (PANEL_HEIGHT + PANEL_GAP)
-    return bare_axes(figure, (left + column * FULL_WIDTH / 2, top - PANEL_HEIGHT, width, PANEL_HEIGHT))
+    return figure.add_axes((left + column * FULL_WIDTH / 2, top - PANEL_HEIGHT, width, PANEL_HEIGHT))
 
 
 def _time_axis(axes: Axes, line: TimeLine, *, last: bool) -> None:
@@ -307,16 +295,7 @@ def _wide_enough(spans: Iterable[LaneSpan], shortest: float) -> list[LaneSpan]:
 
 
 def _bars(axes: Axes, spans: Sequence[LaneSpan], top: float, height: float, colour: str, hatch: str) -> None:
-    if spans:
-        axes.broken_barh(
-            [(span.start, span.end - span.start) for span in spans],
-            (top, height),
-            facecolor=colour,
-            edgecolor=SOFT if hatch else "none",
-            linewidth=0,
-            hatch=hatch,
-            zorder=1.5,
-        )
+    axes.bars([(span.start, span.end) for span in spans], top, height, colour, hatch, ink=SOFT, order=1.5)
 
 
 def _points(
@@ -328,16 +307,4 @@ def _points(
     hollow: bool,
     size: float,
 ) -> None:
-    if len(x):
-        axes.plot(
-            x,
-            y,
-            linestyle="none",
-            marker=marker,
-            markersize=size,
-            markeredgewidth=0.9,
-            markeredgecolor=colour,
-            markerfacecolor="none" if hollow else colour,
-            zorder=2.5,
-            clip_on=False,
-        )
+    axes.points(x, y, colour, marker, size, hollow=hollow, edge=0.9, clipped=False)

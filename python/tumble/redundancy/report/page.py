@@ -16,7 +16,6 @@ from tumble.redundancy.result import RedundancyEvent, RedundancyResult
 from tumble.report.numbers import significant
 from tumble.report.page import Picture, environment
 from tumble.report.parameters import ParameterGroup
-from tumble.report.svg import house_style
 
 MOST_ROWS = 300
 """Events in a table; of more, the page says how many it leaves to the file of events."""
@@ -113,13 +112,12 @@ def write_redundancy_page(result: RedundancyResult, path: Path) -> None:
 
 def render_redundancy(result: RedundancyResult) -> str:
     """Render the page as HTML."""
-    with house_style():
-        page = redundancy_page(result)
+    page = redundancy_page(result)
     return environment("tumble.redundancy.report").get_template("redundancy.html.j2").render(page=page)
 
 
 def redundancy_page(result: RedundancyResult) -> RedundancyPage:
-    """Gather the page. To be called inside `svg.house_style`."""
+    """Gather the page."""
     line = time_line(result)
     told: dict[str, list[RedundancyEvent]] = {"events": [], "evaluations": [], "health": []}
     for event in result.events:

@@ -1,7 +1,4 @@
-"""The figures of one spin: over time, over heading, across its axis, before and after.
-
-Drawn inside `svg.house_style`.
-"""
+"""The figures of one spin: over time, over heading, across its axis, before and after."""
 
 from __future__ import annotations
 
@@ -9,9 +6,9 @@ import math
 
 import numpy as np
 from markupsafe import Markup
-from matplotlib.axes import Axes
 
 from tumble.recording import FloatArray
+from tumble.report.canvas import Axes, Figure
 from tumble.report.figures import (
     COMPENSATED,
     FULL_WIDTH,
@@ -26,11 +23,9 @@ from tumble.report.figures import (
 )
 from tumble.report.numbers import readable_scale
 from tumble.report.panel import (
-    bare_axes,
     category_axis,
     error_bars,
     horizontal_axis,
-    markers,
     span,
     value_axis,
 )
@@ -41,7 +36,6 @@ from tumble.report.svg import (
     Y_AXIS,
     Z_AXIS,
     inline_svg,
-    new_figure,
 )
 from tumble.spin.report.parameters import parameter_named
 from tumble.spin.result import BiasEstimate, Spin
@@ -63,8 +57,8 @@ _SQUARE = 3.3
 def time_figure(spin: Spin, prefix: str) -> Markup:
     """Draw rate about the turning axis, rate across it and heading over time, rests shaded."""
     blocks = spin.blocks
-    figure = new_figure(FULL_WIDTH, 5.3)
-    panels = [bare_axes(figure, box(FULL_WIDTH, bottom=bottom, height=1.2)) for bottom in (3.85, 2.15, 0.45)]
+    figure = Figure(FULL_WIDTH, 5.3)
+    panels = [figure.add_axes(box(FULL_WIDTH, bottom=bottom, height=1.2)) for bottom in (3.85, 2.15, 0.45)]
     about, across, heading = panels
     start, end = span(blocks.time, np.array([spin.start, spin.end]), margin=0.0)
     value_axis_in(about, readable_scale("rad/s", 1.0), "rate about the turning axis", blocks.rate)
@@ -74,10 +68,10 @@ def time_figure(spin: Spin, prefix: str) -> Markup:
     for axes in panels:
         axes.set_xlim(start, end)
         shade(axes, [(rest.start, rest.end) for rest in spin.rests], REST, "")
-    about.plot(blocks.time, blocks.rate, color=INK)
+    about.line(blocks.time, blocks.rate, INK)
     for component, colour in enumerate((X_AXIS, Y_AXIS)):
-        across.plot(blocks.time, scale.factor * blocks.across[:, component], color=colour, linewidth=0.8)
-    heading.plot(blocks.time, np.degrees(blocks.heading), color=INK)
+        across.line(blocks.time, scale.factor * blocks.across[:, component], colour, 0.8)
+    heading.line(blocks.time, np.degrees(blocks.heading), INK)
     horizontal_axis(heading, start, end, "time, s", most=12)
     return inline_svg(figure, prefix, f"{spin.label} over time: rate about and across its axis, and heading")
 
@@ -85,7 +79,7 @@ def time_figure(spin: Spin, prefix: str) -> Markup:
 def heading_figure(spin: Spin, gravity: float, prefix: str) -> Markup:
     """Draw forward and left force over heading, with the fit and what a level floor would give."""
     blocks = spin.blocks
-    figure = new_figure(FULL_WIDTH, 3.0)
+    figure = Figure(FULL_WIDTH, 3.0)
     width = (FULL_WIDTH - 2 * (LEFT + RIGHT) - 0.2) / 2
     scale = readable_scale("m/s^2", largest(blocks.force[:, :2], blocks.fit[:, :2]))
     level = level_floor_fit(spin, gravity)
@@ -93,7 +87,7 @@ def heading_figure(spin: Spin, gravity: float, prefix: str) -> Markup:
     kept = shown_blocks(spin)
     for side, (name, colour, marker) in enumerate((("forward", X_AXIS, "o"), ("left", Y_AXIS, "s"))):
         left = LEFT + side * (width + LEFT + RIGHT + 0.2)
-        axes = bare_axes(figure, (left, 0.45, width, 2.2))
+        axes = figure.add_axes((left, 0.45, width, 2.2))
         shown = [blocks.force[:, :2], blocks.fit[:, :2], *([] if level is None else [level])]
         value_axis_in(axes, scale, f"specific force {name}, less bias", *shown)
         horizontal_axis(axes, 0.0, 360.0, "heading, deg, counter-clockwise", ticks=_QUARTER_TURNS)
@@ -127,8 +121,8 @@ def scatter_figure(spin: Spin, prefix: str) -> Markup:
     """Draw the rate across the turning axis, one component over the other, with circles of the noise."""
     blocks = spin.blocks
     radii = noise_radii(spin)
-    figure = new_figure(HALF_WIDTH, _SQUARE + 0.85)
-    axes = bare_axes(figure, (LEFT + (HALF_WIDTH - LEFT - RIGHT - _SQUARE) / 2, 0.5, _SQUARE, _SQUARE))
+    figure = Figure(HALF_WIDTH, _SQUARE + 0.85)
+    axes = figure.add_axes((LEFT + (HALF_WIDTH - LEFT - RIGHT - _SQUARE) / 2, 0.5, _SQUARE, _SQUARE))
     scale = readable_scale("rad/s", largest(blocks.across, np.array([r for r in radii if r])))
     reach = scale.factor * largest(blocks.across, np.array([r for r in radii if r])) * 1.1 or 1.0
     value_axis(axes, -reach, reach, f"second component, {scale.unit}")
@@ -144,7 +138,7 @@ def scatter_figure(spin: Spin, prefix: str) -> Markup:
         small_markers(axes, points[:, 0], points[:, 1], colour, marker, marker == "o")
         if radius is not None:
             circle = scale.factor * radius
-            axes.plot(circle * np.cos(angle), circle * np.sin(angle), color=colour, linewidth=1.3)
+            axes.line(circle * np.cos(angle), circle * np.sin(angle), colour, 1.3)
     return inline_svg(
         figure, prefix, f"{spin.label}: rate across the turning axis in {scale.unit}, two components"
     )
@@ -179,9 +173,9 @@ def _noise_across(scatter: FloatArray, up: FloatArray) -> float:
 
 def improvement_figure(spin: Spin, gravity: float, prefix: str) -> Markup:
     """Draw, at each rest, |specific force| less gravity and |angular rate|, without and with compensation."""
-    figure = new_figure(HALF_WIDTH, 4.15)
-    upper = bare_axes(figure, box(HALF_WIDTH, bottom=2.45, height=1.4))
-    lower = bare_axes(figure, box(HALF_WIDTH, bottom=0.55, height=1.4))
+    figure = Figure(HALF_WIDTH, 4.15)
+    upper = figure.add_axes(box(HALF_WIDTH, bottom=2.45, height=1.4))
+    lower = figure.add_axes(box(HALF_WIDTH, bottom=0.55, height=1.4))
     place = np.arange(len(spin.rests), dtype=float)
     for axes, (before, after, sigma), unit, title in (
         (upper, force_errors(spin, gravity), "m/s^2", "|specific force| less gravity"),
@@ -195,7 +189,7 @@ def improvement_figure(spin: Spin, gravity: float, prefix: str) -> Markup:
             (0.1, after, COMPENSATED, "D"),
         ):
             error_bars(axes, place + aside, scale.factor * values, scale.factor * sigma, colour)
-            markers(axes, place + aside, scale.factor * values, colour, marker, hollow=marker == "o")
+            axes.points(place + aside, scale.factor * values, colour, marker, hollow=marker == "o")
     category_axis(lower, [f"rest {n}" for n in range(1, len(place) + 1)])
     return inline_svg(figure, prefix, f"{spin.label}: errors at rest, without and with compensation")
 
@@ -230,17 +224,7 @@ def shown_blocks(spin: Spin) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
 
 def small_markers(axes: Axes, x: FloatArray, y: FloatArray, colour: str, marker: str, hollow: bool) -> None:
     """Draw many unconnected points. Shapes (k,)."""
-    axes.plot(
-        x,
-        y,
-        linestyle="none",
-        marker=marker,
-        markersize=2.6,
-        markeredgewidth=0.7,
-        markeredgecolor=colour,
-        markerfacecolor="none" if hollow else colour,
-        zorder=2,
-    )
+    axes.points(x, y, colour, marker, 2.6, hollow=hollow, edge=0.7)
 
 
 def _draw_over_heading(axes: Axes, degrees: FloatArray, values: FloatArray, colour: str) -> None:
@@ -248,13 +232,8 @@ def _draw_over_heading(axes: Axes, degrees: FloatArray, values: FloatArray, colo
     if len(degrees) == 0:
         return
     breaks = np.flatnonzero(np.abs(np.diff(degrees)) > 180.0) + 1
-    axes.plot(
-        np.insert(degrees, breaks, np.nan),
-        np.insert(values, breaks, np.nan),
-        color=colour,
-        linewidth=0.9,
-        zorder=1.6,
-    )
+    across, up = np.insert(degrees, breaks, np.nan), np.insert(values, breaks, np.nan)
+    axes.line(across, up, colour, 0.9, order=1.6)
 
 
 def _value(bias: BiasEstimate) -> FloatArray:

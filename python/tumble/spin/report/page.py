@@ -14,7 +14,6 @@ from tumble.report.numbers import readable_scale, significant
 from tumble.report.page import Picture, environment
 from tumble.report.parameters import ParameterGroup
 from tumble.report.rests import RestRow, rest_rows
-from tumble.report.svg import house_style
 from tumble.spin.report import text
 from tumble.spin.report.figures import (
     force_errors,
@@ -95,13 +94,12 @@ def write_spin_page(result: SpinResult, path: Path) -> None:
 
 def render_spin(result: SpinResult) -> str:
     """Render the page as HTML."""
-    with house_style():
-        page = spin_page(result)
+    page = spin_page(result)
     return environment("tumble.spin.report").get_template("spin.html.j2").render(page=page)
 
 
 def spin_page(result: SpinResult) -> SpinPage:
-    """Gather the page. To be called inside `svg.house_style`."""
+    """Gather the page."""
     kind, title = text.verdict(result)
     several = len(result.spins) > 1
     return SpinPage(

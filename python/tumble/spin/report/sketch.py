@@ -1,7 +1,4 @@
-"""Two pictures of where things are: the robot from above, and the biases of several spins side by side.
-
-Drawn inside `svg.house_style`.
-"""
+"""Two pictures of where things are: the robot from above, and the biases of several spins side by side."""
 
 from __future__ import annotations
 
@@ -10,13 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup
-from matplotlib.axes import Axes
-from matplotlib.patches import FancyBboxPatch
 
 from tumble.recording import FloatArray
+from tumble.report.canvas import Axes, Figure, Side
 from tumble.report.figures import HALF_WIDTH, LABEL_ROOM, box, largest, value_axis_in
 from tumble.report.numbers import measurement, readable_scale
-from tumble.report.panel import bare_axes, category_axis, error_bars, markers
+from tumble.report.panel import category_axis, error_bars
 from tumble.report.svg import (
     ALARM,
     AXIS_COLOURS,
@@ -27,7 +23,6 @@ from tumble.report.svg import (
     X_AXIS,
     Z_AXIS,
     inline_svg,
-    new_figure,
 )
 from tumble.spin.report.parameters import parameter_named
 from tumble.spin.result import BiasEstimate, Spin, SpinResult
@@ -70,18 +65,15 @@ def lever_arm(spin: Spin) -> LeverArm | None:
 
 def top_view_figure(spin: Spin, prefix: str) -> Markup:
     """Draw the robot from above: forward, uphill, the turning axis and the IMU with its 1-sigma ellipse."""
-    figure = new_figure(HALF_WIDTH, 2 * _REACH)
-    axes = bare_axes(figure, (0.0, 0.0, HALF_WIDTH, 2 * _REACH))
+    figure = Figure(HALF_WIDTH, 2 * _REACH)
+    axes = figure.add_axes((0.0, 0.0, HALF_WIDTH, 2 * _REACH))
     axes.set_xlim(-HALF_WIDTH / 2, HALF_WIDTH / 2)
     axes.set_ylim(-_REACH, _REACH)
     # Forward is upwards on paper, so left is to the left: x = -left, y = forward.
-    body = FancyBboxPatch(
-        (-0.8, -0.95), 1.6, 1.9, boxstyle="round,pad=0,rounding_size=0.25", facecolor=PANEL, edgecolor=SOFT
-    )
-    axes.add_patch(body)
+    axes.rounded((-0.8, -0.95, 1.6, 1.9), 18.0, PANEL, SOFT)
     _arrow(axes, (0.0, 0.66), (0.0, 0.9), INK)
     axes.text(0.1, 0.78, "forward", ha="left", va="center", size=8, color=INK)
-    axes.plot([-0.07, 0.07, np.nan, 0.0, 0.0], [0.0, 0.0, np.nan, -0.07, 0.07], color=INK, linewidth=1.2)
+    axes.line([-0.07, 0.07, np.nan, 0.0, 0.0], [0.0, 0.0, np.nan, -0.07, 0.07], INK, 1.2)
     arm = lever_arm(spin)
     _draw_uphill(axes, spin)
     if arm is not None:
@@ -114,7 +106,7 @@ def top_view_caption(spin: Spin) -> str:
 
 def spins_figure(result: SpinResult, prefix: str) -> Markup:
     """Draw how far the biases of each spin are from those of all spins, and the 1-sigma band of these."""
-    figure = new_figure(2 * HALF_WIDTH, 2.75)
+    figure = Figure(2 * HALF_WIDTH, 2.75)
     panels = (
         ("accelerometer", "m/s^2", result.accelerometer_bias, [s.accelerometer_bias for s in result.spins]),
         ("gyroscope", "rad/s", result.gyroscope_bias, [s.gyroscope_bias for s in result.spins]),
@@ -122,7 +114,7 @@ def spins_figure(result: SpinResult, prefix: str) -> Markup:
     place = np.arange(len(result.spins), dtype=float)
     for side, (name, unit, combined, biases) in enumerate(panels):
         left, bottom, width, height = box(HALF_WIDTH, bottom=LABEL_ROOM, height=1.8)
-        axes = bare_axes(figure, (left + side * HALF_WIDTH, bottom, width - 0.1, height))
+        axes = figure.add_axes((left + side * HALF_WIDTH, bottom, width - 0.1, height))
         values = np.array([_known(bias, bias.value) for bias in biases]) - _known(combined, combined.value)
         sigma = np.array([_known(bias, bias.sigma) for bias in biases])
         band = _known(combined, combined.sigma)
@@ -135,10 +127,10 @@ def spins_figure(result: SpinResult, prefix: str) -> Markup:
             error_bars(
                 axes, place + aside, scale.factor * values[:, axis], scale.factor * sigma[:, axis], colour
             )
-            markers(axes, place + aside, scale.factor * values[:, axis], colour, marker)
+            axes.points(place + aside, scale.factor * values[:, axis], colour, marker)
         if np.all(np.isfinite(band)):
             reach = scale.factor * float(np.max(band))
-            axes.axhspan(-reach, reach, color=PANEL, linewidth=0, zorder=-1)
+            axes.band(-reach, reach, PANEL)
     return inline_svg(
         figure, prefix, f"Biases of {len(result.spins)} spins, less those of all spins together"
     )
@@ -156,8 +148,8 @@ def _draw_uphill(axes: Axes, spin: Spin) -> None:
     right, up = -math.sin(bearing), math.cos(bearing)
     _arrow(axes, (1.2 * right, 1.2 * up), (1.46 * right, 1.46 * up), Z_AXIS)
     text = f"uphill\n{measurement(tilt.value, tilt.sigma, tilt.unit)}"
-    beside = "right" if right < -0.3 else "left" if right > 0.3 else "center"
-    axes.text(1.54 * right, 1.6 * up, text, ha=beside, va="center", size=8, color=Z_AXIS)
+    aside: Side = "right" if right < -0.3 else "left" if right > 0.3 else "center"
+    axes.text(1.54 * right, 1.6 * up, text, ha=aside, va="center", size=8, color=Z_AXIS)
 
 
 def _draw_arm(axes: Axes, arm: LeverArm) -> None:
@@ -165,15 +157,14 @@ def _draw_arm(axes: Axes, arm: LeverArm) -> None:
     # Arm and ellipse together take a third of the robot, whatever they are: nobody told us the robot's size.
     factor = 0.55 / (math.hypot(arm.forward, arm.left) + spread)
     right, up = -factor * arm.left, factor * arm.forward
-    axes.plot([0.0, right], [0.0, up], color=X_AXIS, linewidth=1.2)
+    axes.line([0.0, right], [0.0, up], X_AXIS, 1.2)
     angle = np.linspace(0.0, 2.0 * np.pi, 61)
-    axes.plot(
+    axes.line(
         right + factor * arm.left_sigma * np.cos(angle),
         up + factor * arm.forward_sigma * np.sin(angle),
-        color=ALARM,
-        linewidth=1.0,
+        ALARM,
     )
-    markers(axes, np.array([right]), np.array([up]), X_AXIS, "o")
+    axes.points(np.array([right]), np.array([up]), X_AXIS, "o")
     beside = right + factor * arm.left_sigma + 0.08
     axes.text(beside, up, "IMU", ha="left", va="center", size=8, color=X_AXIS)
 
@@ -183,6 +174,6 @@ def _arrow(axes: Axes, tail: tuple[float, float], head: tuple[float, float], col
     along /= np.linalg.norm(along)
     aside = np.array([-along[1], along[0]])
     barbs = [np.array(head) - 0.12 * along + sign * 0.06 * aside for sign in (1.0, -1.0)]
-    axes.plot([tail[0], head[0]], [tail[1], head[1]], color=colour, linewidth=1.4)
+    axes.line([tail[0], head[0]], [tail[1], head[1]], colour, 1.4)
     corners = [barbs[0], np.array(head), barbs[1]]
-    axes.plot([c[0] for c in corners], [c[1] for c in corners], color=colour, linewidth=1.4)
+    axes.line([c[0] for c in corners], [c[1] for c in corners], colour, 1.4)

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup
-from matplotlib.axes import Axes
 
 from tumble.recording import FloatArray
+from tumble.report.canvas import Axes, Figure
 from tumble.report.figures import CALIBRATED, FULL_WIDTH, HALF_WIDTH, UNCOMPENSATED
 from tumble.report.groups import group_title, groups_of, shown_value
 from tumble.report.numbers import MINUS, readable_scale
-from tumble.report.panel import bare_axes, horizontal_axis, log_axis, row_labels, segments, shifted, span
-from tumble.report.svg import ALARM, GRID, INK, REST, SOFT, X_AXIS, inline_svg, new_figure
+from tumble.report.panel import horizontal_axis, log_axis, row_labels, segments, span
+from tumble.report.svg import ALARM, GRID, INK, REST, SOFT, X_AXIS, inline_svg
 from tumble.results import LimitCheck, TriadName
 from tumble.turntable.report.improvement import Improvement, improvement
 from tumble.turntable.result import TargetResult, TurntableResult
@@ -62,8 +62,8 @@ def strip_groups(targets: Sequence[TargetResult]) -> list[StripGroup]:
 def distribution_figure(group: StripGroup, prefix: str) -> Markup:
     """Draw one row a parameter, one mark a target, limits upright, the worst outside them named."""
     rows = len(group.strips)
-    figure = new_figure(HALF_WIDTH, 0.62 + 0.46 * rows)
-    axes = bare_axes(figure, (0.55, 0.46, HALF_WIDTH - 0.75, 0.46 * rows))
+    figure = Figure(HALF_WIDTH, 0.62 + 0.46 * rows)
+    axes = figure.add_axes((0.55, 0.46, HALF_WIDTH - 0.75, 0.46 * rows))
     limits = [end for strip in group.strips if strip.limit is not None for end in (-strip.limit, strip.limit)]
     values = [strip.values for strip in group.strips]
     low, high = span(*values, at_least=_visible_limits(limits, values), margin=0.06)
@@ -86,8 +86,8 @@ def improvement_figure(result: TurntableResult, prefix: str) -> Markup | None:
     named = len(pairs) <= _MOST_NAMES
     height = 0.22 * len(pairs) + 0.3 if named else 4.5
     left = 1.5 if named else 0.3
-    figure = new_figure(FULL_WIDTH, height + 0.6)
-    axes = bare_axes(figure, (left, 0.5, FULL_WIDTH - left - 0.2, height))
+    figure = Figure(FULL_WIDTH, height + 0.6)
+    axes = figure.add_axes((left, 0.5, FULL_WIDTH - left - 0.2, height))
     draw_improvement(axes, pairs, named=named)
     label = f"Error of |specific force| at rest of {len(pairs)} targets, before and after calibration"
     return inline_svg(figure, prefix, label)
@@ -111,8 +111,8 @@ def draw_improvement(axes: Axes, pairs: Sequence[tuple[str, Improvement]], *, na
     axes.set_ylim(len(pairs) - 0.4, -0.6)
     segments(axes, np.log10(after), rows, np.log10(before), rows, SOFT, 0.9 if named else 0.3)
     size = 5.0 if named else 2.0
-    axes.plot(np.log10(before), rows, "o", ms=size, mfc="none", mec=UNCOMPENSATED, mew=1.1)
-    axes.plot(np.log10(after), rows, "o", ms=size, color=CALIBRATED)
+    axes.points(np.log10(before), rows, UNCOMPENSATED, "o", size, hollow=True, edge=1.1)
+    axes.points(np.log10(after), rows, CALIBRATED, "o", size)
     if named:
         row_labels(axes, [name for name, _ in pairs])
 
@@ -160,10 +160,10 @@ def _visible_limits(limits: Sequence[float], values: Sequence[FloatArray]) -> li
 
 
 def _draw_strip(axes: Axes, row: int, strip: Strip) -> None:
-    axes.axhline(row, color=GRID, linewidth=0.8, zorder=0)
+    axes.line(axes.get_xlim(), [row, row], GRID, 0.8, order=0.0)
     if strip.values.size > _FEW:
         first, middle, last = np.percentile(strip.values, [25, 50, 75])
-        axes.broken_barh([(first, last - first)], (row - 0.32, 0.64), color=REST, linewidth=0, zorder=0.5)
+        axes.bars([(first, last)], row - 0.32, 0.64, REST, order=0.5)
         _upright(axes, np.array([middle]), row, 0.34, INK, 1.4)
     if strip.limit is not None:
         _upright(axes, np.array([-strip.limit, strip.limit]), row, 0.46, ALARM, 1.2)
@@ -175,7 +175,7 @@ def _draw_strip(axes: Axes, row: int, strip: Strip) -> None:
 
 def _draw_targets(axes: Axes, values: FloatArray, row: int, colour: str, *, few: bool) -> None:
     if few:
-        axes.plot(values, np.full_like(values, row), "o", ms=4.5, mfc=colour, mec=colour, mew=0, alpha=0.8)
+        axes.points(values, np.full_like(values, row), colour, "o", 4.5, edge=0.0, opacity=0.8)
     else:
         _upright(axes, values, row, 0.2, colour, 0.5)
 
@@ -188,8 +188,7 @@ def _upright(axes: Axes, places: FloatArray, row: int, half: float, colour: str,
 def _name_outside(axes: Axes, row: int, strip: Strip) -> None:
     outermost = np.argsort(-np.abs(strip.values))
     named = [index for index in outermost if strip.outside[index]][:_MOST_LABELLED]
-    above = shifted(axes, axes.transData, 0, 6)
     for index in named:
         axes.text(
-            strip.values[index], row, strip.names[index], transform=above, ha="center", size=6.5, color=ALARM
+            strip.values[index], row, strip.names[index], shift=(0, 6), ha="center", size=6.5, color=ALARM
         )

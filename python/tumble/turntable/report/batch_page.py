@@ -68,10 +68,7 @@ class BatchPage:
 
 
 def batch_page(result: TurntableResult, pages: Sequence[str]) -> BatchPage:
-    """Gather the batch page; `pages` are the file names of the targets' own.
-
-    To be called inside `svg.house_style`.
-    """
+    """Gather the batch page; `pages` are the file names of the targets' own."""
     rows = [_target_row(result, target, page) for target, page in zip(result.targets, pages, strict=True)]
     order = sorted(range(len(rows)), key=lambda index: _urgency(result.targets[index]))
     verdicts = [row.verdict for row in rows]

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.patches import FancyBboxPatch
 
 from tumble.errors import ProcedureError
 from tumble.recording import FloatArray
+from tumble.report.canvas import Axes, Figure, Frame
 from tumble.report.figures import CALIBRATED, COMPENSATED, UNCOMPENSATED
 from tumble.report.numbers import readable_scale, significant
-from tumble.report.panel import bare_axes, category_axis, markers, span, value_axis
-from tumble.report.svg import GRID, INK, SOFT, house_style, new_figure, standalone_svg
+from tumble.report.panel import category_axis, span, value_axis
+from tumble.report.svg import GRID, INK, SOFT, standalone_svg
 from tumble.turntable.report.batch_figures import draw_improvement, improvements
 from tumble.turntable.report.readings import deviations
 from tumble.turntable.result import AxisReading, MountingResult, TargetResult, TurntableResult
@@ -22,6 +20,7 @@ PAPER = "#ffffff"
 
 _MOST_TARGETS = 12
 _KEY_PLACES = (0.0, 0.27, 0.72)
+_PANEL: tuple[Frame, Frame] = ("panel", "panel")
 
 
 def figure_overview(result: TurntableResult) -> str:
@@ -36,12 +35,11 @@ def figure_overview(result: TurntableResult) -> str:
         raise ProcedureError(
             "no overview to draw: no target was calibrated with a known mounting angle; give a pose list"
         )
-    with house_style():
-        figure = new_figure(WIDTH, HEIGHT)
-        _card(figure)
-        _draw_axis(bare_axes(figure, (0.85, 1.1, 4.5, 2.1)), shown, mounting)
-        _draw_targets(bare_axes(figure, (6.75, 1.1, 3.3, 2.1)), result)
-        return standalone_svg(figure, f"Tumble: {shown.name} and {len(result.targets)} targets calibrated")
+    figure = Figure(WIDTH, HEIGHT)
+    _card(figure)
+    _draw_axis(*_panel_and_key(figure, 0.85, 4.5), shown, mounting)
+    _draw_targets(*_panel_and_key(figure, 6.75, 3.3), result)
+    return standalone_svg(figure, f"Tumble: {shown.name} and {len(result.targets)} targets calibrated")
 
 
 def calibrated_deviation(
@@ -61,23 +59,14 @@ def calibrated_deviation(
 
 
 def _card(figure: Figure) -> None:
-    figure.add_artist(
-        FancyBboxPatch(
-            (0.004, 0.01),
-            0.992,
-            0.98,
-            boxstyle="round,pad=0,rounding_size=0.015",
-            mutation_aspect=WIDTH / HEIGHT,
-            transform=figure.transFigure,
-            facecolor=PAPER,
-            edgecolor=GRID,
-            linewidth=1.0,
-            zorder=-1,
-        )
-    )
+    figure.add_axes((0.0, 0.0, WIDTH, HEIGHT)).rounded((0.004, 0.01, 0.992, 0.98), 11.0, PAPER, GRID)
 
 
-def _draw_axis(axes: Axes, target: TargetResult, mounting: MountingResult) -> None:
+def _panel_and_key(figure: Figure, left: float, width: float) -> tuple[Axes, Axes]:
+    return figure.add_axes((left, 1.1, width, 2.1)), figure.add_axes((left, 3.35, width, 0.2))
+
+
+def _draw_axis(axes: Axes, key: Axes, target: TargetResult, mounting: MountingResult) -> None:
     reading = target.axis_readings[0]
     states = dict(zip(("as read", "mounting compensated"), deviations(reading), strict=True))
     calibrated = calibrated_deviation(target, reading, mounting)
@@ -94,10 +83,10 @@ def _draw_axis(axes: Axes, target: TargetResult, mounting: MountingResult) -> No
     for (name, deviation), (colour, marker, hollow), aside in zip(
         states.items(), looks, (-0.2, 0.0, 0.2), strict=False
     ):
-        markers(axes, place + aside, scale.factor * deviation, colour, marker, hollow=hollow)
+        axes.points(place + aside, scale.factor * deviation, colour, marker, hollow=hollow)
         row = list(states).index(name)
         _key(
-            axes, row, colour, marker, hollow, f"{name}: {significant(scale.factor * _rms(deviation), 2)} rms"
+            key, row, colour, marker, hollow, f"{name}: {significant(scale.factor * _rms(deviation), 2)} rms"
         )
     if calibrated is not None:
         _note(axes, "What is left is the error of the table, which the reference measured too.")
@@ -107,35 +96,26 @@ def _draw_axis(axes: Axes, target: TargetResult, mounting: MountingResult) -> No
     )
 
 
-def _draw_targets(axes: Axes, result: TurntableResult) -> None:
+def _draw_targets(axes: Axes, key: Axes, result: TurntableResult) -> None:
     pairs = improvements(result)[:_MOST_TARGETS]
     draw_improvement(axes, pairs, named=True)
-    _key(axes, 0, UNCOMPENSATED, "o", True, "as read")
-    _key(axes, 1, CALIBRATED, "o", False, "calibrated")
+    _key(key, 0, UNCOMPENSATED, "o", True, "as read")
+    _key(key, 1, CALIBRATED, "o", False, "calibrated")
     _title(axes, "All targets: error of |specific force|")
 
 
-def _key(axes: Axes, row: int, colour: str, marker: str, hollow: bool, text: str) -> None:
+def _key(key: Axes, row: int, colour: str, marker: str, hollow: bool, text: str) -> None:
     left = 0.01 + _KEY_PLACES[row]
-    axes.plot(
-        [left],
-        [1.12],
-        transform=axes.transAxes,
-        clip_on=False,
-        marker=marker,
-        markersize=4.6,
-        markeredgecolor=colour,
-        markerfacecolor="none" if hollow else colour,
-    )
-    axes.text(left + 0.02, 1.12, text, transform=axes.transAxes, va="center", size=8, color=SOFT)
+    key.points([left], [0.5], colour, marker, 4.6, hollow=hollow, clipped=False)
+    key.text(left + 0.02, 0.5, text, va="center", color=SOFT)
 
 
 def _note(axes: Axes, text: str) -> None:
-    axes.text(0, -0.33, text, transform=axes.transAxes, va="top", size=8, color=SOFT)
+    axes.text(0, -0.33, text, frames=_PANEL, va="top", color=SOFT)
 
 
 def _title(axes: Axes, text: str) -> None:
-    axes.text(0, 1.26, text, transform=axes.transAxes, va="bottom", size=9.5, weight="bold", color=INK)
+    axes.text(0, 1.26, text, frames=_PANEL, size=9.5, bold=True, color=INK)
 
 
 def _rms(values: FloatArray) -> float:

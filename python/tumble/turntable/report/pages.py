@@ -12,7 +12,6 @@ from pathlib import Path
 
 from tumble.files import prepare_folder, write_text
 from tumble.report.page import environment
-from tumble.report.svg import house_style
 from tumble.turntable.report.batch_page import batch_page
 from tumble.turntable.report.target_page import target_page
 from tumble.turntable.result import TargetResult, TurntableResult
@@ -41,9 +40,8 @@ def write_reports(result: TurntableResult, directory: Path | str, *, jobs: int =
         with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
             list(pool.map(_write_target, tasks, chunksize=_TARGETS_PER_TASK))
     else:
-        with house_style():
-            for task in tasks:
-                _write_target(task)
+        for task in tasks:
+            _write_target(task)
     batch = directory / BATCH_PAGE
     write_text(batch, render_batch(result, names))
     return [batch, *paths]
@@ -51,8 +49,7 @@ def write_reports(result: TurntableResult, directory: Path | str, *, jobs: int =
 
 def render_target(result: TurntableResult, target: TargetResult) -> str:
     """Render the page of one target as HTML."""
-    with house_style():
-        page = target_page(result, target)
+    page = target_page(result, target)
     return (
         environment("tumble.turntable.report")
         .get_template("target.html.j2")
@@ -62,8 +59,7 @@ def render_target(result: TurntableResult, target: TargetResult) -> str:
 
 def render_batch(result: TurntableResult, names: Sequence[str]) -> str:
     """Render the page of the batch as HTML, with links to the targets' pages of those file names."""
-    with house_style():
-        page = batch_page(result, names)
+    page = batch_page(result, names)
     return environment("tumble.turntable.report").get_template("batch.html.j2").render(page=page)
 
 

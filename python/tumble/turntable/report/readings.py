@@ -1,12 +1,12 @@
-"""The readings of one axis at the poses, before and after compensation. Drawn inside `svg.house_style`."""
+"""The readings of one axis at the poses, before and after compensation."""
 
 from __future__ import annotations
 
 import numpy as np
 from markupsafe import Markup
-from matplotlib.axes import Axes
 
 from tumble.recording import FloatArray
+from tumble.report.canvas import Axes, Figure
 from tumble.report.figures import (
     COMPENSATED,
     HALF_WIDTH,
@@ -17,22 +17,22 @@ from tumble.report.figures import (
     value_axis_in,
 )
 from tumble.report.numbers import Scale, readable_scale
-from tumble.report.panel import bare_axes, category_axis, error_bars, markers, span, value_axis
-from tumble.report.svg import SOFT, inline_svg, new_figure
+from tumble.report.panel import category_axis, error_bars, segments, span, value_axis
+from tumble.report.svg import SOFT, inline_svg
 from tumble.turntable.result import AxisReading
 
 
 def axis_reading_figure(reading: AxisReading, prefix: str) -> Markup:
     """Draw the readings of one axis over the poses, and below them how far each is from its ideal."""
-    figure = new_figure(HALF_WIDTH, 3.65)
-    upper = bare_axes(figure, box(HALF_WIDTH, bottom=2.35, height=1.05))
-    lower = bare_axes(figure, box(HALF_WIDTH, bottom=LABEL_ROOM + 0.06, height=1.3))
+    figure = Figure(HALF_WIDTH, 3.65)
+    upper = figure.add_axes(box(HALF_WIDTH, bottom=2.35, height=1.05))
+    lower = figure.add_axes(box(HALF_WIDTH, bottom=LABEL_ROOM + 0.06, height=1.3))
     place = np.arange(len(reading.labels), dtype=float)
 
     low, high = span(reading.ideal, reading.uncompensated, reading.compensated, at_least=(0.0,), margin=0.12)
     value_axis(upper, low, high, "reading, m/s²", most=4)
     upper.set_xlim(-0.6, len(place) - 0.4)
-    upper.hlines(reading.ideal, place - 0.32, place + 0.32, color=SOFT, linewidth=1.2)
+    segments(upper, place - 0.32, reading.ideal, place + 0.32, reading.ideal, SOFT, 1.2)
     _draw_readings(upper, place, reading.uncompensated, reading.compensated, np.zeros_like(place))
 
     before, after = deviations(reading)
@@ -62,5 +62,5 @@ def _draw_readings(
 ) -> None:
     error_bars(axes, place - 0.12, before, sigma, UNCOMPENSATED)
     error_bars(axes, place + 0.12, after, sigma, COMPENSATED)
-    markers(axes, place - 0.12, before, UNCOMPENSATED, "o", hollow=True)
-    markers(axes, place + 0.12, after, COMPENSATED, "D")
+    axes.points(place - 0.12, before, UNCOMPENSATED, "o", hollow=True)
+    axes.points(place + 0.12, after, COMPENSATED, "D")

@@ -91,7 +91,7 @@ class TargetPage:
 
 
 def target_page(result: TurntableResult, target: TargetResult) -> TargetPage:
-    """Gather the page of `target`, one of `result.targets`. To be called inside `svg.house_style`."""
+    """Gather the page of `target`, one of `result.targets`."""
     triads = [triad for triad in (target.accelerometer, target.gyroscope) if triad is not None]
     return TargetPage(
         name=target.name,
