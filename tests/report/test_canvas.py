@@ -37,9 +37,7 @@ def elements(root, tag):
 def corners(figure):
     """(n, 2) points of the only line, in points on paper."""
     (path,) = [path for path in elements(drawn(figure), "path") if "fill:none" in path.get("style", "")]
-    return np.array(
-        [[float(number) for number in pair] for pair in re.findall(r"([-\d.]+) ([-\d.]+)", path.get("d"))]
-    )
+    return np.array(re.findall(r"([-\d.]+) ([-\d.]+)", path.get("d")), dtype=float)
 
 
 @given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e6), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
