@@ -15,7 +15,7 @@ help:  ## Say what can be made
 
 build: $(VENV)/.native  ## Build the native module and install the package into .venv
 
-demo: $(VENV)/.native  ## Simulate a turntable session, calibrate five targets, write out/demo/report.html
+demo: $(VENV)/.native  ## Simulate a turntable session, calibrate five targets, write out/demo/turntable.html
 	@$(BIN)/python examples/01_turntable.py out/demo
 
 firmware:  ## Fly a mission on an emulated Cortex-M4F, and compare it bit for bit with the host's replay

@@ -42,7 +42,7 @@ def main() -> None:
     tumble("turntable", *recordings, *options, expected=SOME_FAILED)
     print()
     compare(folder, session)
-    print(f"\nNow open {folder / 'report.html'}")
+    print(f"\nNow open {folder / 'turntable.html'}")
 
 
 def target_names() -> list[str]:

@@ -48,7 +48,7 @@ A folder `report` holds its pages, all other files are the procedure.
 """
 
 DATA = {
-    *("constants", "numbers", "units", "errors", "files", "recording", "plain"),
+    *("constants", "numbers", "units", "errors", "files", "file_names", "recording", "plain"),
     *("documents", "factors", "results"),
 }
 """Shared data types and file access, which know nothing of ours above them."""
@@ -60,6 +60,7 @@ LAYERS: dict[str, set[str]] = {
     "units": set(),
     "errors": set(),
     "files": {"errors"},
+    "file_names": set(),
     "recording": {"errors"},
     "plain": set(),
     "documents": {"errors", "files", "recording"},

@@ -25,7 +25,7 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
 from tumble.errors import CalibrationFileError
-from tumble.files import write_text
+from tumble.files import FileKind, note_input, write_text
 from tumble.recording import FloatArray
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -118,6 +118,7 @@ def read_document(path: Path | str, model: type[Model], what: str, schema: str) 
     """
     path = Path(path)
     try:
+        note_input(path)
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError as error:
         raise CalibrationFileError(f"{path}: no such {what}; check the path") from error
@@ -141,11 +142,23 @@ def read_document(path: Path | str, model: type[Model], what: str, schema: str) 
         ) from error
 
 
-def write_document(path: Path | str, header: str, content: Mapping[str, Any]) -> None:
-    """Write YAML with rows of numbers on one line each, under a comment; floats read back bit by bit."""
+def document_kind(schema: str) -> FileKind:
+    """Give the kind of the documents that say `schema: NAME/VERSION`, of whatever version."""
+    name, _, _ = schema.partition("/")
+    line = rf"^schema:\s*[\"']?{re.escape(name)}/"
+    return FileKind(f"a document of schema {name}", re.compile(line.encode(), re.MULTILINE))
+
+
+def write_document(
+    path: Path | str, header: str, content: Mapping[str, Any], *, renews: bool = False
+) -> None:
+    """Write YAML with rows of numbers on one line each, under a comment; floats read back bit by bit.
+
+    `content` begins with its `schema`; `renews` is as in `tumble.files.replacing`.
+    """
     comment = "".join(f"# {line}\n" for line in header.splitlines())
     body = yaml.dump(content, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=10**6)
-    write_text(path, comment + body)
+    write_text(path, comment + body, document_kind(content["schema"]), renews=renews)
 
 
 def read_value(text: str) -> Any:  # noqa: ANN401 - what YAML holds is for a model to say

@@ -1,39 +1,156 @@
-"""Writing results so that a failed run leaves what was there untouched."""
+"""The one place where files are written: whole or not at all, and never over something else.
+
+A file replaces a regular file of its own kind only, and never one that the running command reads. Devices,
+pipes and folders are refused; a symbolic link is followed, and what it leads to is replaced. There is no `-`
+for standard output: a result that was cut short must not look like a whole one.
+"""
 
 from __future__ import annotations
 
+import re
 import secrets
-from collections.abc import Iterator
+import stat
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import BinaryIO, TypeAlias
 
 from tumble.errors import OutputError
 
+FileIdentity: TypeAlias = tuple[int, int]
+"""Device and inode: the same for all names of one file."""
+
+_HEAD_BYTES = 16_384
+"""How much of a file is looked at to tell its kind."""
+_MOST_NAMED = 20
+"""Files of one folder that a remark names one by one."""
+
+
+@dataclass(frozen=True, slots=True)
+class FileKind:
+    """What a file holds, as far as its beginning tells."""
+
+    name: str
+    """`an HTML page`: for messages."""
+    start: re.Pattern[bytes]
+    """Is found in the first bytes of every file of this kind."""
+
+    def begins(self, path: Path) -> bool:
+        """Whether the file is of this kind; an empty one is of any."""
+        with path.open("rb") as file:
+            head = file.read(_HEAD_BYTES)
+        return not head or self.start.search(head) is not None
+
+
+PAGE = FileKind("an HTML page", re.compile(rb"\A\s*<!doctype html", re.IGNORECASE))
+
+
+@dataclass(slots=True)
+class FilesOfCommand:
+    """What the running command reads and what it has replaced."""
+
+    inputs: dict[FileIdentity, Path] = field(default_factory=dict)
+    replaced: list[Path] = field(default_factory=list)
+
+    def remarks(self) -> Iterator[str]:
+        """Name every file that was replaced, a line for each folder."""
+        for folder in dict.fromkeys(path.parent for path in self.replaced):
+            names = [path.name for path in self.replaced if path.parent == folder]
+            more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
+            yield f"replaced in {folder}: {', '.join(names[:_MOST_NAMED])}{more}"
+
+
+_running: FilesOfCommand | None = None
+
 
 @contextmanager
-def replacing(path: Path | str) -> Iterator[Path]:
-    """Give a temporary name beside `path`; it takes the place of `path` once the block ends without an error.
+def files_of_command() -> Iterator[FilesOfCommand]:
+    """Keep account, while the block runs, of what is read, which is then protected, and what is replaced."""
+    global _running
+    outer, _running = _running, FilesOfCommand()
+    try:
+        yield _running
+    finally:
+        _running = outer
 
-    Raises `OutputError` where the folder is missing or cannot be written to. After any error the temporary
-    file is gone and `path` is as it was.
+
+def note_input(path: Path) -> None:
+    """Protect a file that the running command reads; to be called wherever a file of the user is opened."""
+    if _running is not None and path.is_file():
+        _running.inputs.setdefault(_identity(path), path)
+
+
+@contextmanager
+def replacing(
+    path: Path | str, kind: FileKind, *, inputs: Iterable[Path] = (), renews: bool = False
+) -> Iterator[BinaryIO]:
+    """Open a new file, which takes the place of `path` once the block ends without an error.
+
+    `inputs` are not to be replaced, besides those of the running command. What `renews` was read before and
+    lives on in what is written: that is neither an input to be protected nor worth a remark.
+
+    Raises `OutputError` where the place cannot be written to, or holds anything but a regular file of this
+    kind. After any error `path` is as it was.
     """
     path = Path(path)
-    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}.tmp")
     try:
-        _check_place(path)
+        place = check_output(path, kind, inputs=inputs, renews=renews)
+        stood_there = place.exists()
+        temporary = place.with_name(f".{secrets.token_hex(8)}.tmp")
         try:
-            yield temporary
-            temporary.replace(path)
+            with temporary.open("xb") as file:
+                yield file
+            temporary.replace(place)
         finally:
             temporary.unlink(missing_ok=True)
     except OSError as error:
         raise OutputError(_cannot_write(path, error)) from error
+    if stood_there and not renews and _running is not None and path not in _running.replaced:
+        _running.replaced.append(path)
 
 
-def write_text(path: Path | str, text: str) -> None:
-    """Write UTF-8 text with `replacing`."""
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8", newline="\n")
+def check_output(
+    path: Path | str, kind: FileKind, *, inputs: Iterable[Path] = (), renews: bool = False
+) -> Path:
+    """Give the place that `replacing` would write to, or raise its errors before any long work is done."""
+    path = Path(path)
+    if str(path) == "-":
+        raise OutputError("-: results are written to files, not to standard output; give a file name")
+    try:
+        place = path.resolve()
+        if place.is_dir():
+            raise OutputError(f"{path}: is a folder, not a file to write to; give a file name")
+        if place.parent.is_file():
+            raise OutputError(f"{path}: {path.parent} is a file, no folder to write in; give another folder")
+        if not place.parent.is_dir():
+            raise OutputError(f"{path}: folder {place.parent} does not exist; create it first")
+        if path.exists():
+            _check_replaceable(path, kind, inputs, renews)
+    except (OSError, RuntimeError) as error:  # RuntimeError: links that lead around, before Python 3.13
+        raise OutputError(_cannot_write(path, error)) from error
+    return place
+
+
+def write_text(path: Path | str, text: str, kind: FileKind, *, renews: bool = False) -> None:
+    """Write text with `replacing`; what UTF-8 cannot say, as in names of files, is written escaped."""
+    with replacing(path, kind, renews=renews) as file:
+        file.write(text.encode("utf-8", "backslashreplace"))
+
+
+def set_aside(path: Path) -> Path:
+    """Rename a file to the first free of `.rejected`, `.rejected-2` ...: nothing is lost.
+
+    Raises `OutputError` where that cannot be done.
+    """
+    number, aside = 1, path.with_name(f"{path.name}.rejected")
+    while aside.exists():
+        number += 1
+        aside = path.with_name(f"{path.name}.rejected-{number}")
+    try:
+        return path.rename(aside)
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be set aside: {error.strerror}; nothing was changed") from error
 
 
 def prepare_folder(folder: Path | str) -> Path:
@@ -51,14 +168,22 @@ def prepare_folder(folder: Path | str) -> Path:
     return folder
 
 
-def _check_place(path: Path) -> None:
-    if path.is_dir():
-        raise OutputError(f"{path}: is a folder, not a file to write to; give a file name")
-    if path.parent.is_file():
-        raise OutputError(f"{path}: {path.parent} is a file, not a folder to write in; give another folder")
-    if not path.parent.is_dir():
-        raise OutputError(f"{path}: folder {path.parent} does not exist; create it first")
+def _check_replaceable(path: Path, kind: FileKind, inputs: Iterable[Path], renews: bool) -> None:
+    if not stat.S_ISREG(path.stat().st_mode):
+        raise OutputError(f"{path}: is a device or a pipe, not a file to write to; give a file name")
+    read = {} if renews or _running is None else _running.inputs
+    read = read | {_identity(each): each for each in inputs if each.is_file()}
+    if (source := read.get(_identity(path))) is not None:
+        raise OutputError(f"{path}: is what is read ({source}); give another name, so that it is kept")
+    if not kind.begins(path):
+        raise OutputError(f"{path}: is not {kind.name}, and is kept; give another name, or remove it first")
 
 
-def _cannot_write(path: Path, error: OSError) -> str:
-    return f"{path}: cannot be written: {error.strerror or error}; what was there before is untouched"
+def _identity(path: Path) -> FileIdentity:
+    status = path.stat()
+    return status.st_dev, status.st_ino
+
+
+def _cannot_write(path: Path, error: OSError | RuntimeError) -> str:
+    reason = getattr(error, "strerror", None) or error
+    return f"{path}: cannot be written: {reason}; what was there before is untouched"

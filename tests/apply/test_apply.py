@@ -90,7 +90,7 @@ def test_what_is_left_out_of_the_log_is_warned_of(tmp_path):
 def test_the_log_itself_is_never_overwritten(tmp_path):
     log = write(tmp_path / "log.csv", measured(made_up(100)))
     before = log.read_bytes()
-    with pytest.raises(OutputError, match="is the log to be corrected"):
+    with pytest.raises(OutputError, match="is what is read"):
         apply(calibration(), open_recording(log), tmp_path / "." / "log.csv")
     assert log.read_bytes() == before
 
@@ -100,10 +100,10 @@ def test_a_log_that_breaks_off_leaves_the_last_result_as_it_was(tmp_path):
     chunk.time[190_000] = 0.0
     log = write(tmp_path / "log.parquet", chunk)
     out = tmp_path / "out.csv"
-    out.write_text("the last result")
+    out.write_text("time,ax,ay,az,gx,gy,gz\n")
     with pytest.raises(Exception, match="backwards"):
         apply(calibration(), open_recording(log), out)
-    assert out.read_text() == "the last result"
+    assert out.read_text() == "time,ax,ay,az,gx,gy,gz\n"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["log.parquet", "out.csv"]
 
 

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 import made_up_batch as made_up
 from tumble.calibration.document import Calibration
 from tumble.errors import CalibrationFileError, OutputError, ProcedureError
-from tumble.files import prepare_folder, replacing
+from tumble.files import PAGE, prepare_folder, replacing
 
 ROOT = Path(__file__).parents[2]
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
@@ -227,23 +227,23 @@ def test_saving_into_a_missing_folder_says_so(tmp_path):
 
 def test_saving_below_a_file_says_that_it_is_one(tmp_path):
     (tmp_path / "mine").write_text("mine")
-    with pytest.raises(OutputError, match=r"mine is a file, not a folder to write in"):
+    with pytest.raises(OutputError, match=r"mine is a file, no folder to write in"):
         calibration().save(tmp_path / "mine" / "c.yaml")
     assert (tmp_path / "mine").read_text() == "mine"
 
 
 def test_a_failed_write_leaves_the_old_file_and_no_litter(tmp_path):
-    path = tmp_path / "c.yaml"
-    path.write_text("old")
+    path = tmp_path / "c.html"
+    path.write_text("<!doctype html>old")
 
     def fill_the_disk():
-        with replacing(path) as temporary:
-            temporary.write_text("half of the n")
+        with replacing(path, PAGE) as file:
+            file.write(b"<!doctype html>half of the n")
             raise OSError(28, "No space left on device")
 
     with pytest.raises(OutputError, match="No space left"):
         fill_the_disk()
-    assert path.read_text() == "old"
+    assert path.read_text() == "<!doctype html>old"
     assert list(tmp_path.iterdir()) == [path]
 
 

@@ -202,15 +202,15 @@ def test_every_result_is_written_and_named(run, tmp_path, recordings, procedure)
     assert done.code == 0, done.err
     written = sorted(path.name for path in out.iterdir())
     assert written == [
-        "report.html",
         "summary.csv",
         "target_1.html",
         "target_1.yaml",
         "target_2.html",
         "target_2.yaml",
+        "turntable.html",
     ]
     assert Calibration.load(out / "target_2.yaml").serial == "SN-2"
-    assert f"Report: {out / 'report.html'}" in done.out
+    assert f"Report: {out / 'turntable.html'}" in done.out
     assert "target_1" in done.out
     assert "Calibrated" in done.out
 
@@ -301,7 +301,7 @@ def test_json_is_all_that_is_printed_and_knows_no_nan(run, tmp_path, recordings,
     found = content["targets"][0]
     assert found["verdict"] == "calibrated"
     np.testing.assert_array_equal(found["calibration"]["accelerometer"]["M"], target.accelerometer.M)
-    assert content["files"]["report"] == str(tmp_path / "out/report.html")
+    assert content["files"]["report"] == str(tmp_path / "out/turntable.html")
 
 
 @pytest.mark.parametrize(

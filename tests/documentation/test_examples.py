@@ -34,5 +34,5 @@ def test_the_demo_fails_the_faulty_target_alone_and_writes_the_report(tmp_path):
         assert f"{name}: Pass" in done.stdout
     assert "target_5: fail: accelerometer scale y" in done.stdout
     assert "4 pass, 1 fail" in done.stdout
-    page = (tmp_path / "demo/report.html").read_text(encoding="utf-8")
+    page = (tmp_path / "demo/turntable.html").read_text(encoding="utf-8")
     assert "target_5" in page

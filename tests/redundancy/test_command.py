@@ -239,7 +239,7 @@ def test_a_secondary_that_was_to_be_calibrated_and_never_moved_ends_with_code_3(
     result, events = replay(log, *units(said), *timeout, "-o", tmp_path / "out", code=3)
     assert of(events, "imu2", "abandoned")[0]["figures"]["reason"] == "no motion"
     assert result["errors"] == []
-    assert not (tmp_path / "out" / "imu2.yaml").exists()
+    assert not (tmp_path / "out" / "imu2.redundancy.yaml").exists()
 
 
 def test_a_calibration_left_by_an_earlier_run_is_pointed_at(flown, tmp_path):
@@ -247,7 +247,7 @@ def test_a_calibration_left_by_an_earlier_run_is_pointed_at(flown, tmp_path):
     log = write_table(tmp_path / "still.csv", said)
     folder = tmp_path / "out"
     folder.mkdir()
-    stale = folder / "imu2.yaml"
+    stale = folder / "imu2.redundancy.yaml"
     stale.write_text("of an earlier run")
     done = typed("redundancy", log, *units(said), "-o", folder)
     assert f"tumble: warning: {stale} is of an earlier run" in done.err
@@ -319,5 +319,5 @@ def test_a_disk_that_fills_up_leaves_every_file_whole_old_or_new(twice, tmp_path
     found = contents(tmp_path)
     assert set(found) == set(old)
     # The page tells how fast the replay was, which differs from run to run.
-    assert found["report.html"].endswith(b"</html>")
-    assert all(text in (old[name], new[name]) for name, text in found.items() if name != "report.html")
+    assert found["redundancy.html"].endswith(b"</html>")
+    assert all(text in (old[name], new[name]) for name, text in found.items() if name != "redundancy.html")

@@ -37,10 +37,13 @@ def out(tmp_path):
     """A folder in which something stands, to be as it was after a refusal."""
     folder = tmp_path / "out"
     folder.mkdir()
-    (folder / "imu2.yaml").write_text("of an earlier run")
+    (folder / "imu2.redundancy.yaml").write_text("of an earlier run")
     (folder / "events.jsonl").write_text("of an earlier run")
     yield folder
-    assert contents(folder) == {"imu2.yaml": b"of an earlier run", "events.jsonl": b"of an earlier run"}
+    assert contents(folder) == {
+        "imu2.redundancy.yaml": b"of an earlier run",
+        "events.jsonl": b"of an earlier run",
+    }
 
 
 def test_a_unit_that_the_log_does_not_hold_is_named_with_those_it_holds(log, out):
@@ -138,7 +141,7 @@ def test_two_units_whose_files_would_have_one_name_are_refused():
         tumble.Recording.from_arrays(name, unit.time, unit.readings[:, :3], unit.readings[:, 3:])
         for name, unit in zip(("p", "a/b", "a b"), said.values(), strict=True)
     ]
-    with pytest.raises(ProcedureError, match=r"would both be written to a_b\.yaml"):
+    with pytest.raises(ProcedureError, match=r"would both be written to a_b\.redundancy\.yaml"):
         tumble.redundancy(recordings[0], recordings[1:])
 
 

@@ -191,8 +191,8 @@ def test_names_with_signs_of_html_do_not_become_html(tmp_path):
         ),
         warnings=("<u>w</u>",),
     )
-    write_redundancy_page(changed, tmp_path / "report.html")
-    text = (tmp_path / "report.html").read_text()
+    write_redundancy_page(changed, tmp_path / "redundancy.html")
+    text = (tmp_path / "redundancy.html").read_text()
     assert not set(Page(text).tags) & {"script", "i", "u"}
     for raw in ("<script>", "<b>1", "<i>d", "<u>w"):
         assert raw not in text
@@ -226,11 +226,11 @@ def test_figures_that_are_not_finite_are_said_in_words():
 
 def test_a_page_that_cannot_be_written_is_refused_and_leaves_nothing_behind(tmp_path):
     with pytest.raises(OutputError):
-        write_redundancy_page(cases.mission(), tmp_path / "missing" / "report.html")
-    (tmp_path / "report.html").mkdir()
+        write_redundancy_page(cases.mission(), tmp_path / "missing" / "redundancy.html")
+    (tmp_path / "redundancy.html").mkdir()
     with pytest.raises(OutputError):
-        write_redundancy_page(cases.mission(), tmp_path / "report.html")
-    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
+        write_redundancy_page(cases.mission(), tmp_path / "redundancy.html")
+    assert [path.name for path in tmp_path.iterdir()] == ["redundancy.html"]
 
 
 def test_a_notebook_shows_the_summary_and_every_error():

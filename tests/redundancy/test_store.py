@@ -158,7 +158,7 @@ def test_a_secondary_starts_with_its_stored_error_and_does_not_deviate(flights, 
     assert of(events, "imu2", "triggered") == []
     assert all(error["adopted"] is None for error in result["errors"])
     assert contents(stored) == before
-    assert (tmp_path / "out" / "imu2.yaml").exists()
+    assert (tmp_path / "out" / "imu2.redundancy.yaml").exists()
     assert not (tmp_path / "out" / "store").exists()
 
 

@@ -53,7 +53,7 @@ def test_a_corrected_log_has_no_bias_left(tmp_path):
     log = session.write(tmp_path / "robot.csv")
     assert typed("spin", log, "-o", tmp_path / "out").code == 0
     corrected = tmp_path / "corrected.csv"
-    done = typed("apply", tmp_path / "out/robot.yaml", log, "-o", corrected)
+    done = typed("apply", tmp_path / "out/robot.spin.yaml", log, "-o", corrected)
     assert done.code == 0, done.err
     again = typed("spin", corrected, "-o", tmp_path / "again", "--json")
     found = json.loads(again.out)
@@ -66,7 +66,7 @@ def test_a_corrected_log_has_no_bias_left(tmp_path):
 def test_applying_a_calibration_whose_purpose_is_bias_raises_no_alarm(tmp_path):
     log = record(MOVES, 82).write(tmp_path / "robot.csv")
     assert typed("spin", log, "-o", tmp_path / "out").code == 0
-    done = typed("apply", tmp_path / "out/robot.yaml", log, "-o", tmp_path / "corrected.csv")
+    done = typed("apply", tmp_path / "out/robot.spin.yaml", log, "-o", tmp_path / "corrected.csv")
     assert done.code == 0
     assert done.err == ""
 
@@ -108,7 +108,7 @@ def test_with_an_earlier_calibration_the_new_bias_is_that_of_the_raw_sensor(tmp_
     log = session.write(tmp_path / "robot.csv")
     done = typed("spin", log, "-o", tmp_path / "out", "--calibration", before)
     assert done.code == 0, done.err
-    made = tumble.Calibration.load(tmp_path / "out/robot.yaml")
+    made = tumble.Calibration.load(tmp_path / "out/robot.spin.yaml")
     for triad, truth, kept in (
         (made.accelerometer, session.robot.accelerometer_bias, force_matrix),
         (made.gyroscope, session.robot.gyroscope_bias, rate_matrix),

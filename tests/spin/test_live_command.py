@@ -95,7 +95,7 @@ def test_a_robot_on_a_serial_line_is_told_what_to_do_and_calibrated(run_live, se
         out, errors = process.communicate()
     assert process.returncode == 0
     name = os.path.basename(device.path)  # noqa: PTH119 - of a path that is gone
-    path = tmp_path / "results" / f"{name}.yaml"
+    path = tmp_path / "results" / f"{name}.live.yaml"
     assert errors == "Done.\n"
     assert str(path) in out
     assert "gyroscope bias x" in out
@@ -113,7 +113,9 @@ def test_a_simulated_robot_can_be_tried_as_the_page_says(tmp_path):
     done = replayed(simulated / "spin.csv", "-o", tmp_path)
     assert done.code == 0
     assert done.err.endswith("Done.\n")
-    live, truth = (yaml.safe_load(p.read_text()) for p in (tmp_path / "spin.yaml", simulated / "truth.yaml"))
+    live, truth = (
+        yaml.safe_load(p.read_text()) for p in (tmp_path / "spin.live.yaml", simulated / "truth.yaml")
+    )
     for triad, share in (("accelerometer", 0.1), ("gyroscope", 0.02)):
         left = np.array(live[triad]["b"]) - truth[triad]["b"]
         assert np.linalg.norm(left) < share * np.linalg.norm(truth[triad]["b"])
@@ -126,7 +128,7 @@ def test_other_options_are_passed_on(session, tmp_path):
     assert done.code == 0
     assert "stand still for 2 s" in done.err
     assert "about 0.8 rad/s (46 deg/s), 1 turn." in done.err
-    calibration = Calibration.load(tmp_path / "drive.yaml")
+    calibration = Calibration.load(tmp_path / "drive.live.yaml")
     options = calibration.method.options
     assert (options["still"], options["turns"], options["rate"]) == (2.0, 1.0, 0.8)
     assert calibration.gravity.value == pytest.approx(9.8086, abs=1e-3)
@@ -138,7 +140,7 @@ def test_units_are_stated_as_for_logs(session, tmp_path):
     log = tmp_path / "drive.csv"
     log.write_bytes(text_lines(shown))
     assert replayed(log, "-o", tmp_path, "--gyroscope-unit", "deg/s").code == 0
-    assert near(tmp_path / "drive.yaml", session)
+    assert near(tmp_path / "drive.live.yaml", session)
 
 
 def test_json_is_a_line_for_every_event_and_nothing_else(session, tmp_path):
@@ -149,7 +151,7 @@ def test_json_is_a_line_for_every_event_and_nothing_else(session, tmp_path):
     assert told == ["listening", "still began", "still done", "spin began", "done", "result"]
     progress = [line for line in lines if line["event"] == "progress"]
     assert {"time", "state", "still", "turned", "rate", "at_rest", "pace"} <= progress[0].keys()
-    assert lines[-1]["files"]["calibration"] == str(tmp_path / "drive.yaml")
+    assert lines[-1]["files"]["calibration"] == str(tmp_path / "drive.live.yaml")
     found = lines[-1]["gyroscope_bias"]
     assert np.allclose(found["value"], session.robot.gyroscope_bias, atol=1e-3)
 
@@ -191,7 +193,7 @@ def test_a_robot_that_sends_datagrams_is_calibrated(run_live, session, tmp_path,
             sender.sendto(datagram, ("127.0.0.1", port))
     heard.to_the_end()
     assert process.wait() == 0, process.stderr.read()
-    assert near(tmp_path / f"{name}-{port}.yaml", session)
+    assert near(tmp_path / f"{name}-{port}.live.yaml", session)
 
 
 class Heard:
@@ -231,11 +233,11 @@ def earlier(tmp_path):
     """A folder with the calibration file of an earlier run, for a replayed log of the same name."""
     folder = tmp_path / "results"
     folder.mkdir()
-    (folder / "drive.yaml").write_text(OLD)
+    (folder / "drive.live.yaml").write_text(OLD)
     return folder
 
 
-def untouched(folder, name="drive.yaml"):
+def untouched(folder, name="drive.live.yaml"):
     """Whether the folder holds the old file and nothing else."""
     return [path.name for path in folder.iterdir()] == [name] and (folder / name).read_text() == OLD
 
@@ -261,31 +263,31 @@ def test_a_failure_is_the_last_event_in_json(run_live, session, tmp_path, earlie
 def test_an_unplugged_device_leaves_the_old_calibration(run_live, session, tmp_path):
     with serial_device() as device:
         name = os.path.basename(device.path)  # noqa: PTH119
-        (tmp_path / f"{name}.yaml").write_text(OLD)
+        (tmp_path / f"{name}.live.yaml").write_text(OLD)
         process = run_live(f"serial:{device.path}", "-o", tmp_path)
         wait_for(process.stderr, "Listening")
         device.write(text_lines(session.part(9.0).table, header=HEADER))
         wait_for(process.stderr, "Now turn")
         device.unplug()
         assert "was the device unplugged" in refused(process)
-    assert untouched(tmp_path, f"{name}.yaml")
+    assert untouched(tmp_path, f"{name}.live.yaml")
 
 
 def test_a_device_that_falls_silent_leaves_the_old_calibration(run_live, session, tmp_path):
     with serial_device() as device:
         name = os.path.basename(device.path)  # noqa: PTH119
-        (tmp_path / f"{name}.yaml").write_text(OLD)
+        (tmp_path / f"{name}.live.yaml").write_text(OLD)
         process = run_live(f"serial:{device.path}", "-o", tmp_path)
         wait_for(process.stderr, "Listening")
         device.write(text_lines(session.part(9.0).table, header=HEADER))
         assert "samples stopped at 9.0 s" in refused(process)
-    assert untouched(tmp_path, f"{name}.yaml")
+    assert untouched(tmp_path, f"{name}.live.yaml")
 
 
 def test_control_c_ends_it_without_a_trace(run_live, session, tmp_path):
     with serial_device() as device:
         name = os.path.basename(device.path)  # noqa: PTH119
-        (tmp_path / f"{name}.yaml").write_text(OLD)
+        (tmp_path / f"{name}.live.yaml").write_text(OLD)
         process = run_live(f"serial:{device.path}", "-o", tmp_path)
         wait_for(process.stderr, "Listening")
         device.write(text_lines(session.part(9.0).table, header=HEADER))
@@ -294,7 +296,7 @@ def test_control_c_ends_it_without_a_trace(run_live, session, tmp_path):
         out, errors = process.communicate()
     assert process.returncode == 130
     assert (out, errors) == ("", "tumble: interrupted; nothing was written\n")
-    assert untouched(tmp_path, f"{name}.yaml")
+    assert untouched(tmp_path, f"{name}.live.yaml")
 
 
 def test_a_folder_that_cannot_be_written_to_is_refused_before_the_robot_moves(run_live, session, tmp_path):

@@ -283,12 +283,12 @@ def test_what_a_scale_error_would_do_is_said(tmp_path):
 def test_the_files_are_named_after_the_log_and_say_the_same_as_the_screen(tmp_path):
     session = record(BOTH_WAYS, 39)
     found = spun(session, tmp_path)
-    assert set(contents(tmp_path / "out")) == {"robot.yaml", "robot.html"}
-    calibration = tumble.Calibration.load(tmp_path / "out/robot.yaml")
+    assert set(contents(tmp_path / "out")) == {"robot.spin.yaml", "robot.spin.html"}
+    calibration = tumble.Calibration.load(tmp_path / "out/robot.spin.yaml")
     np.testing.assert_array_equal(calibration.accelerometer.b, found["accelerometer_bias"]["value"])
     np.testing.assert_array_equal(calibration.gyroscope.b, found["gyroscope_bias"]["value"])
     assert calibration.method.procedure == "spin"
-    assert found["files"]["calibration"] == str(tmp_path / "out/robot.yaml")
+    assert found["files"]["calibration"] == str(tmp_path / "out/robot.spin.yaml")
 
 
 def test_the_screen_shows_every_parameter_with_its_sigma_or_that_it_is_not_observable(tmp_path):

@@ -19,7 +19,7 @@ def refused(session, folder, *options, header="time,ax,ay,az,gx,gy,gz"):
     log = session.write(folder / "robot.csv", header)
     out = folder / "out"
     out.mkdir()
-    (out / "robot.yaml").write_text("of an earlier run\n")
+    (out / "robot.spin.yaml").write_text("of an earlier run\n")
     before = contents(out)
     done = typed("spin", log, "-o", out, *options)
     assert done.code == 2, f"exit code {done.code}: {done.out}{done.err}"
@@ -88,7 +88,7 @@ def test_a_robot_that_was_moved_and_then_stood_long_enough_is_calibrated_by_that
     done = typed("spin", log, "-o", tmp_path / "out")
     assert done.code == 0, done.err
     assert "Not used: 2.9 to 4.6 s drove" in done.text
-    found = tumble.Calibration.load(tmp_path / "out/robot.yaml")
+    found = tumble.Calibration.load(tmp_path / "out/robot.spin.yaml")
     for triad in ("accelerometer", "gyroscope"):
         section, truth = getattr(found, triad), getattr(session.robot, f"{triad}_bias")
         assert np.all(np.abs(section.b - truth) < 5.0 * section.sigma.bias)
@@ -317,7 +317,7 @@ def test_a_spin_named_by_its_times_that_is_refused_is_exit_code_3_beside_a_good_
     done = typed("spin", log, "-o", tmp_path / "out", "--at", f"0:{first}", "--at", f"{second}:{end}")
     assert done.code == 3, done.err
     assert "was lifted" in done.text
-    assert (tmp_path / "out/robot.yaml").exists()
+    assert (tmp_path / "out/robot.spin.yaml").exists()
 
 
 def test_the_output_folder_is_tried_before_the_log_is_read(tmp_path):

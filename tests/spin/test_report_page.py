@@ -301,12 +301,12 @@ def test_a_page_that_cannot_be_written_leaves_what_was_there(tmp_path):
 
 def test_a_page_that_cannot_be_drawn_leaves_what_was_there(tmp_path):
     path = tmp_path / "page.html"
-    path.write_text("the last page")
+    path.write_text("<!doctype html>")
     spin = spins.spin()
     broken = replace(spin, blocks=replace(spin.blocks, across=np.zeros((3, 2))))
     with pytest.raises((ValueError, IndexError)):
         write_spin_page(spins.session(broken), path)
-    assert path.read_text() == "the last page"
+    assert path.read_text() == "<!doctype html>"
     assert [each.name for each in tmp_path.iterdir()] == ["page.html"]
 
 

@@ -43,7 +43,8 @@ def out(logs, tmp_path_factory):
 
 def test_a_run_writes_exactly_the_files_it_names(out):
     assert sorted(contents(out)) == sorted(
-        [f"{name}.{kind}" for name in TARGETS for kind in ("yaml", "html")] + ["report.html", "summary.csv"]
+        [f"{name}.{kind}" for name in TARGETS for kind in ("yaml", "html")]
+        + ["turntable.html", "summary.csv"]
     )
 
 
@@ -128,7 +129,7 @@ def test_the_summary_has_a_row_a_target_in_the_order_typed_with_every_number_and
 
 
 def test_the_report_of_the_batch_leads_to_every_target(out):
-    page = (out / "report.html").read_text()
+    page = (out / "turntable.html").read_text()
     for name in TARGETS:
         assert f'href="{name}.html"' in page
 

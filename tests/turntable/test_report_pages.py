@@ -74,12 +74,12 @@ def as_number(text):
 
 def test_every_target_has_a_page_and_the_batch_page_comes_first(result, tmp_path):
     paths = write_reports(result, tmp_path / "made" / "for it")
-    assert paths[0].name == "report.html"
+    assert paths[0].name == "turntable.html"
     assert [path.stem for path in paths[1:]] == [target.name for target in result.targets]
     assert sorted(path.name for path in paths[0].parent.iterdir()) == sorted(path.name for path in paths)
 
 
-@pytest.mark.parametrize("name", ["report", "target_1", "target_2", "target_3", "target_4", "target_5"])
+@pytest.mark.parametrize("name", ["turntable", "target_1", "target_2", "target_3", "target_4", "target_5"])
 def test_a_page_is_well_formed_and_needs_nothing_from_outside(folder, name):
     found = page(folder, f"{name}.html")
     others = {path.name for path in folder.iterdir()}
@@ -94,7 +94,7 @@ def test_a_page_is_well_formed_and_needs_nothing_from_outside(folder, name):
     assert "@import" not in text
 
 
-@pytest.mark.parametrize("name", ["report", "target_1", "target_2", "target_3", "target_4", "target_5"])
+@pytest.mark.parametrize("name", ["turntable", "target_1", "target_2", "target_3", "target_4", "target_5"])
 def test_a_page_is_light_enough_to_mail_and_never_prints_a_number_that_is_none(folder, name):
     assert (folder / f"{name}.html").stat().st_size < 600_000
     assert not re.search(r"\b(nan|inf|None|True|array)\b", page(folder, f"{name}.html").words)
@@ -178,15 +178,15 @@ def test_each_rest_is_listed_with_its_readings_and_why_it_was_not_used(folder, r
 def test_without_a_mounting_angle_the_pages_say_why_and_show_no_compensated_reading(tmp_path):
     result = sessions.batch_without_mounting()
     write_reports(result, tmp_path)
-    for name in ("report.html", "target_1.html"):
+    for name in ("turntable.html", "target_1.html"):
         found = page(tmp_path, name)
         assert result.reference.mounting_reason in found.words
         assert "without compensation" not in found.words
-    assert "0.600 ± 0.016" not in page(tmp_path, "report.html").words
+    assert "0.600 ± 0.016" not in page(tmp_path, "turntable.html").words
 
 
 def test_the_batch_page_leads_to_every_target_worst_first(folder, result):
-    found = page(folder, "report.html")
+    found = page(folder, "turntable.html")
     table = [row[0] for row in found.rows if row and row[0] in {target.name for target in result.targets}]
     assert table == ["target_3", "target_2", "target_5", "target_1", "target_4"]
     assert {f"{target.name}.html" for target in result.targets} <= set(found.links)
@@ -235,11 +235,11 @@ def test_names_from_a_file_cannot_become_markup_nor_leave_the_folder(result, tmp
 
 
 def test_no_two_pages_share_a_name_whatever_the_targets_are_called(result):
-    names = ["report", "a/b", "a b", "A_B", "..", "", "a_b-2", "ok.v1"]
+    names = ["turntable", "a/b", "a b", "A_B", "..", "", "a_b-2", "ok.v1"]
     pages = page_names([replace(result["target_1"], name=name) for name in names])
     folded = [name.casefold() for name in pages]
     assert len(set(folded)) == len(names)
-    assert "report.html" not in folded
+    assert "turntable.html" not in folded
     assert pages[-1] == "ok.v1.html"
     assert all(re.fullmatch(r"[\w+-][\w.+-]*\.html", name) for name in pages)
 
@@ -267,11 +267,11 @@ def test_another_process_with_other_hash_seeds_writes_the_same_bytes(folder, tmp
 
 
 def test_a_page_that_cannot_be_written_leaves_what_was_there(result, tmp_path):
-    (tmp_path / "report.html").write_text("the last report")
+    (tmp_path / "turntable.html").write_text("<!doctype html>the last report")
     (tmp_path / "target_2.html").mkdir()
     with pytest.raises(OutputError, match=r"target_2\.html"):
         write_reports(result, tmp_path)
-    assert (tmp_path / "report.html").read_text() == "the last report"
+    assert (tmp_path / "turntable.html").read_text() == "<!doctype html>the last report"
     assert not list(tmp_path.glob(".*"))
 
 

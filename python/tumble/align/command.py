@@ -58,6 +58,7 @@ def align_command(
     from tumble.align.procedure import align, write_settings
     from tumble.align.report.page import write_align_page
     from tumble.cli.progress import sample_progress
+    from tumble.file_names import ALIGN_PAGE, ALIGN_SETTINGS
     from tumble.files import prepare_folder
 
     folder = prepare_folder(output)
@@ -65,7 +66,7 @@ def align_command(
     read = read_options_for(read_options, exceptions or (), sources)
     with sample_progress("reading") as advance:
         result = align(primary, secondary, log, search=search, read=read, progress=advance)
-    settings, page = folder / "align.yaml", folder / "align.html"
+    settings, page = folder / ALIGN_SETTINGS, folder / ALIGN_PAGE
     write_align_page(result, page)
     write_settings(result, settings)
     _show(result, {"settings": str(settings), "report": str(page)}, as_json)

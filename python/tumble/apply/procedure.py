@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tumble.calibration.document import Calibration
-from tumble.errors import OutputError
 from tumble.logs import ChunkStream, Facts, open_writer, parse_spec
 from tumble.recording import Recording, SampleProgress
 
@@ -44,13 +44,12 @@ def apply(
     written; what was there before is then untouched.
     """
     output = Path(output)
-    _refuse_source(recording, output)
     metadata = recording.metadata
     facts = Facts(metadata.frame, metadata.serial or calibration.serial, f"sha256:{calibration.hash()}")
     samples = 0
     stream = recording.chunks()
     expected = stream.expected if isinstance(stream, ChunkStream) else None
-    with open_writer(output, format_name, facts) as writer:
+    with open_writer(output, format_name, facts, inputs=_files_of(recording)) as writer:
         for chunk in stream:
             accelerometer, gyroscope = calibration.correct(chunk.accelerometer, chunk.gyroscope)
             writer.write(replace(chunk, accelerometer=accelerometer, gyroscope=gyroscope))
@@ -61,14 +60,11 @@ def apply(
     return Applied(output, samples, (*_warnings(calibration, recording), *left_out))
 
 
-def _refuse_source(recording: Recording, output: Path) -> None:
-    if recording.metadata.format == "arrays" or not output.exists():
-        return
+def _files_of(recording: Recording) -> Sequence[Path]:
+    if recording.metadata.format == "arrays":
+        return ()
     source = parse_spec(recording.metadata.source).path
-    if source.samefile(output) or output.resolve() in (part.resolve() for part in source.glob("*")):
-        raise OutputError(
-            f"{output}: is the log to be corrected; give another name, so that the original is kept"
-        )
+    return (source, *source.glob("*"))
 
 
 def _is_spin(calibration: Calibration) -> bool:

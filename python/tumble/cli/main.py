@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from tumble.errors import TumbleError
+from tumble.files import files_of_command
 
 USER_MISTAKE = 2
 INTERRUPTED = 130
@@ -87,7 +88,13 @@ def command_line(words: Sequence[str]) -> typer.Typer:
 def main() -> None:
     """Run `tumble` with the arguments of this process."""
     try:
-        command_line([*sys.argv[1:], *_words_to_complete()])()
+        with files_of_command() as files:
+            try:
+                command_line([*sys.argv[1:], *_words_to_complete()])()
+            except SystemExit:
+                for remark in files.remarks():
+                    print(f"tumble: {remark}", file=sys.stderr)
+                raise
     except TumbleError as error:
         for line in str(error).splitlines():
             print(f"tumble: error: {line}", file=sys.stderr)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from tumble.errors import LogError
+from tumble.files import note_input
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import LoggedImu
 
@@ -40,8 +41,11 @@ def find_format(path: Path) -> str:
     """
     if path.is_dir():
         if (path / "metadata.yaml").is_file():
+            for part in path.iterdir():
+                note_input(part)
             return "ros2"
         return _pair_or(path, "folder")
+    note_input(path)
     try:
         with path.open("rb") as file:
             head = file.read(16)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from tumble.errors import LogError
+from tumble.files import note_input
 from tumble.logs.csv import TextTable, stack
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import find_layout
@@ -47,6 +48,8 @@ def _has_four_columns(*paths: Path) -> bool:
 
 def open_logged_imu(pair: tuple[Path, Path], source: Path, options: ReadOptions) -> LoggedImu:
     """Read both files side by side; `source` is what the user named."""
+    for path in pair:
+        note_input(path)
     tables = tuple(TextTable(path, find_layout(path, options), _COLUMNS) for path in pair)
     accelerometer, gyroscope = tables
     return LoggedImu(

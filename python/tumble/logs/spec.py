@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tumble.errors import LogError
+from tumble.files import note_input
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,13 +23,13 @@ def parse_spec(source: str | Path) -> LogSpec:
     Raises `LogError` where no reading of the text names something that exists.
     """
     text = str(source)
-    if Path(text).exists():
-        return LogSpec(Path(text))
     position = len(text)
-    while (position := text.rfind(":", 0, position)) > 0:
+    while position > 0:
         path = Path(text[:position])
         if path.exists():
+            note_input(path)
             return LogSpec(path, text[position + 1 :] or None)
+        position = text.rfind(":", 0, position)
     parent = Path(text).parent
     hint = "check the path" if parent.is_dir() else f"folder {parent} does not exist either"
     raise LogError(f"{text}: no such file or folder; {hint}")

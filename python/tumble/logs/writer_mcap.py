@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 from mcap.writer import Writer
@@ -30,11 +30,10 @@ _STAMPS = (0.0, 2.0**31)
 class McapWriter:
     """MCAP that ROS 2 tools and Foxglove open; it can hold several IMUs."""
 
-    def __init__(self, path: Path, facts: Facts) -> None:
+    def __init__(self, file: BinaryIO, facts: Facts, path: Path) -> None:
         self._path = path
         self._facts = facts
-        self._file = path.open("wb")
-        self._writer = Writer(self._file)
+        self._writer = Writer(file)
         self._writer.start(profile="ros2", library="tumble")
         self._channels: dict[str, int] = {}
         self._sequence = 0
@@ -66,7 +65,6 @@ class McapWriter:
         facts = {"serial": self._facts.serial, "corrected": self._facts.corrected}
         self._writer.add_metadata(FACTS, {key: value for key, value in facts.items() if value})
         self._writer.finish()  # type: ignore[no-untyped-call]
-        self._file.close()
 
     def _channel(self, topic: str, message_type: str) -> int:
         if topic not in self._channels:

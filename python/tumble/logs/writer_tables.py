@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
@@ -34,8 +33,8 @@ def _batch(chunk: Chunk, schema: pa.Schema) -> pa.RecordBatch:
 class CsvWriter:
     """Text with a row of names; every float in as many digits as it takes to read it back exactly."""
 
-    def __init__(self, path: Path, facts: Facts) -> None:
-        self._file = path.open("wb")
+    def __init__(self, file: BinaryIO, facts: Facts) -> None:
+        self._file = file
         self._facts = facts
         self._writer: pa.csv.CSVWriter | None = None
         self._schema: pa.Schema | None = None
@@ -53,7 +52,6 @@ class CsvWriter:
         """Finish the file."""
         if self._writer is not None:
             self._writer.close()
-        self._file.close()
 
     def _head(self, schema: pa.Schema) -> str:
         facts = {"serial": self._facts.serial, "corrected": self._facts.corrected}
@@ -64,8 +62,8 @@ class CsvWriter:
 class ParquetWriter:
     """Parquet, one row group a chunk."""
 
-    def __init__(self, path: Path, facts: Facts) -> None:
-        self._path = path
+    def __init__(self, file: BinaryIO, facts: Facts) -> None:
+        self._file = file
         self._facts = facts
         self._writer: pq.ParquetWriter | None = None
         self._schema: pa.Schema | None = None
@@ -77,7 +75,7 @@ class ParquetWriter:
             kept = {key: value for key, value in facts.items() if value}
             self._schema = _schema(chunk).with_metadata(kept)
             self._writer = pq.ParquetWriter(
-                self._path, self._schema, compression="zstd", write_page_checksum=True
+                self._file, self._schema, compression="zstd", write_page_checksum=True
             )
         self._writer.write_batch(_batch(chunk, self._schema))
 

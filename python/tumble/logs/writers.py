@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+import re
+from collections.abc import Iterable, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, BinaryIO
 
 from tumble.errors import OutputError
-from tumble.files import replacing
+from tumble.files import FileKind, replacing
 from tumble.logs.writer import Facts, Writer
 
 if TYPE_CHECKING:
     from tumble.logs.writer_mcap import McapWriter
 
-
-AnyWriter = TypeVar("AnyWriter", bound=Writer)
-
-FORMATS = ("csv", "parquet", "mcap")
-"""What can be written; the name of a format is also the usual extension."""
+FORMATS = {
+    "csv": FileKind("a CSV log of Tumble", re.compile(rb"\A(?:#[^\n]*\n)*time,ax,ay,az,gx,gy,gz")),
+    "parquet": FileKind("a Parquet file", re.compile(rb"\APAR1")),
+    "mcap": FileKind("an MCAP file", re.compile(rb"\A\x89MCAP0\r\n")),
+}
+"""What can be written, and how it begins; the name of a format is also the usual extension."""
 
 
 def format_for(path: Path, name: str | None = None) -> str:
@@ -37,19 +39,27 @@ def format_for(path: Path, name: str | None = None) -> str:
 
 @contextmanager
 def open_writer(
-    path: str | Path, format_name: str | None = None, facts: Facts | None = None
+    path: str | Path,
+    format_name: str | None = None,
+    facts: Facts | None = None,
+    *,
+    inputs: Iterable[Path] = (),
 ) -> Iterator[Writer]:
     """Open a file to write one recording to; it takes its place only when the block ends without an error.
 
     Columns are `time` s, `ax ay az` m/s^2, `gx gy gz` rad/s and, if the first chunk has it, `temperature`
     degC.
     MCAP holds sensor_msgs/Imu on `/imu/data` and sensor_msgs/Temperature on `/imu/temperature`,
-    stamped to the nanosecond.
+    stamped to the nanosecond. None of `inputs` may be replaced.
 
     Raises `OutputError` where the format is unknown or the file cannot be written.
     """
     path = Path(path)
-    with _opened(path, _writer(format_for(path, format_name)), facts or Facts()) as writer:
+    wanted = format_for(path, format_name)
+    with (
+        replacing(path, FORMATS[wanted], inputs=inputs) as file,
+        closing(_writer(wanted, file, facts or Facts(), path)) as writer,
+    ):
         yield writer
 
 
@@ -61,26 +71,20 @@ def open_mcap_writer(path: str | Path, facts: Facts | None = None) -> Iterator[M
     """
     from tumble.logs.writer_mcap import McapWriter
 
-    with _opened(Path(path), McapWriter, facts or Facts()) as writer:
+    path = Path(path)
+    with (
+        replacing(path, FORMATS["mcap"]) as file,
+        closing(McapWriter(file, facts or Facts(), path)) as writer,
+    ):
         yield writer
 
 
-def _writer(format_name: str) -> Callable[[Path, Facts], Writer]:
+def _writer(format_name: str, file: BinaryIO, facts: Facts, path: Path) -> Writer:
     """Import the writer of a format, and with it the library that it needs."""
     if format_name == "mcap":
         from tumble.logs.writer_mcap import McapWriter
 
-        return McapWriter
+        return McapWriter(file, facts, path)
     from tumble.logs.writer_tables import CsvWriter, ParquetWriter
 
-    return CsvWriter if format_name == "csv" else ParquetWriter
-
-
-@contextmanager
-def _opened(path: Path, make: Callable[[Path, Facts], AnyWriter], facts: Facts) -> Iterator[AnyWriter]:
-    with replacing(path) as temporary:
-        writer = make(temporary, facts)
-        try:
-            yield writer
-        finally:
-            writer.close()
+    return CsvWriter(file, facts) if format_name == "csv" else ParquetWriter(file, facts)

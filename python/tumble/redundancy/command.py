@@ -116,8 +116,8 @@ def redundancy_command(
 
     At rest the secondaries are evaluated, in motion those that deviate are calibrated against the primary,
     and when the primary fails one of them takes over. Writes events.jsonl, a calibration file for each
-    secondary, the stored errors and report.html. The exit code is 0 if all went well, 3 if a secondary was
-    to be calibrated and was not or no unit was ever fit, 2 if nothing could be done.
+    secondary, the stored errors and redundancy.html. The exit code is 0 if all went well, 3 if a secondary
+    was to be calibrated and was not or no unit was ever fit, 2 if nothing could be done.
     """
     if explain:
         from tumble.redundancy.explain import show_settings
@@ -188,7 +188,8 @@ def _write(
     store: Path | None,
 ) -> dict[str, str]:
     """Write everything; give the path of each file by what it is."""
-    from tumble.redundancy.command_files import STORE, warn, write_results
+    from tumble.file_names import STORE
+    from tumble.redundancy.command_files import warn, write_results
     from tumble.redundancy.procedure import identities_of, keep_adopted
     from tumble.redundancy.store import ErrorStore
 

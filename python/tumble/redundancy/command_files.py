@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tumble.calibration.document import Calibration
-from tumble.files import replacing
+from tumble.file_names import EVENTS, REDUNDANCY_PAGE, unit_stem
+from tumble.files import FileKind, replacing
 from tumble.plain import finite
-from tumble.redundancy.store import file_stem
 
 if TYPE_CHECKING:
     from tumble.redundancy.result import RedundancyResult
 
-EVENTS = "events.jsonl"
-STORE = "store"
-REPORT = "report.html"
+_EVENTS_KIND = FileKind("events of tumble redundancy", re.compile(rb'\A\{"time": '))
 
 
 def write_results(
@@ -33,21 +32,22 @@ def write_results(
     warnings = []
     calibrated = {error.unit for error in result.errors}
     for unit in result.secondaries:
-        path = folder / f"{file_stem(unit)}.yaml"
+        path = folder / f"{unit_stem(unit, 'redundancy')}.yaml"
         if unit in calibrated:
             Calibration.from_redundancy(result, unit, primary).save(path)
             files[unit] = str(path)
         elif path.exists():
             warnings.append(f"{path} is of an earlier run, this one has no calibration for it")
-    write_redundancy_page(result, folder / REPORT)
-    return files | {"report": str(folder / REPORT)}, warnings
+    page = folder / REDUNDANCY_PAGE
+    write_redundancy_page(result, page)
+    return files | {"report": str(page)}, warnings
 
 
 def write_events(result: RedundancyResult, path: Path) -> None:
     """Write one JSON object a line: time, unit, event, figures; `null` for what is not finite."""
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as file:
+    with replacing(path, _EVENTS_KIND) as file:
         for line in event_lines(result):
-            print(line, file=file)
+            file.write(f"{line}\n".encode())
 
 
 def event_lines(result: RedundancyResult) -> Iterator[str]:

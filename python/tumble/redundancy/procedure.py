@@ -13,6 +13,7 @@ from tumble import _core
 from tumble.calibration.document import Calibration
 from tumble.documents import mistake_in
 from tumble.errors import ProcedureError
+from tumble.file_names import file_stem, unit_stem
 from tumble.files import prepare_folder
 from tumble.logs import ReadOptions, parse_spec
 from tumble.recording import FloatArray, Recording, RecordingSource, SampleProgress
@@ -21,7 +22,7 @@ from tumble.redundancy.messages import explain
 from tumble.redundancy.replay import COMMANDS, Command, replay
 from tumble.redundancy.result import RECORDED, RedundancyEvent, RedundancyResult, SecondaryError
 from tumble.redundancy.settings import RedundancySettings
-from tumble.redundancy.store import ErrorStore, Identified, Rejected, file_stem
+from tumble.redundancy.store import ErrorStore, Identified, Rejected
 from tumble.redundancy.units import CHANNELS, UnitSettings, identity_of
 from tumble.results import Precision
 
@@ -101,7 +102,8 @@ def identities_of(names: Sequence[str], settings: RedundancySettings) -> tuple[I
         if stems.setdefault(file_stem(name).casefold(), name) != name:
             twin = stems[file_stem(name).casefold()]
             raise ProcedureError(
-                f"{name} and {twin}: would both be written to {file_stem(name)}.yaml; rename one of the logs"
+                f"{name} and {twin}: would both be written to {unit_stem(name, 'redundancy')}.yaml; "
+                "rename one of the logs"
             )
         identity = identity_of(name, settings.units.get(name, UnitSettings()))
         if identity in found:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
@@ -26,8 +25,9 @@ from tumble.documents import (
     read_document,
     write_document,
 )
-from tumble.errors import CalibrationFileError, OutputError
-from tumble.files import prepare_folder
+from tumble.errors import CalibrationFileError
+from tumble.file_names import file_stem
+from tumble.files import prepare_folder, set_aside
 from tumble.plain import finite
 from tumble.recording import FloatArray
 from tumble.redundancy.result import RECORDED, Rung, SecondaryError, Sensor
@@ -148,12 +148,12 @@ class ErrorStore:
         last, factory = self._path(unit, error.sensor), self._factory_path(unit, error.sensor)
         for path in (last, factory):
             if path in self._distrusted and path.exists():
-                _set_aside(path)
+                set_aside(path)
                 self._distrusted.discard(path)
         content = _content(error, unit, self._primary)
         if self._fresh or not factory.exists():
-            write_document(factory, _HEADER, content)
-        write_document(last, _HEADER, content)
+            write_document(factory, _HEADER, content, renews=True)
+        write_document(last, _HEADER, content, renews=True)
         return last
 
     def _read(self, path: Path, unit: Identified, sensor: Sensor) -> SecondaryError | Rejected:
@@ -180,23 +180,6 @@ class ErrorStore:
 
     def _factory_path(self, unit: Identified, sensor: Sensor) -> Path:
         return self.folder / f"{file_stem(unit.name)}-{sensor}-factory.yaml"
-
-
-def file_stem(name: str) -> str:
-    """Make a file name of that of a unit."""
-    return re.sub(r"[^\w.+-]+", "_", name.strip("/")).lstrip(".") or "unit"
-
-
-def _set_aside(path: Path) -> None:
-    """Rename to the first free of `.rejected`, `.rejected-2` ...: nothing that was stored is lost."""
-    number, aside = 1, path.with_name(f"{path.name}.rejected")
-    while aside.exists():
-        number += 1
-        aside = path.with_name(f"{path.name}.rejected-{number}")
-    try:
-        path.rename(aside)
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be set aside: {error.strerror}; nothing was changed") from error
 
 
 def _content(error: SecondaryError, unit: Identified, primary: Identified) -> dict[str, Any]:

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
 LogFormat = Literal["csv", "parquet", "mcap"]
 
+TRUTH = "tumble-truth/1"
+"""Schema of what a simulation says of itself."""
+
 ROWS = 65_536
 """Samples written at a time."""
 

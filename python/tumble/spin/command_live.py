@@ -54,7 +54,7 @@ def run_live(
     precision: Precision = "f64",
     as_json: bool = False,
 ) -> None:
-    """Calibrate from a live stream into `<name>.yaml` in `output`; `tumble.live` says what `source` may be.
+    """Calibrate from a live stream into `<name>.live.yaml`; `tumble.live` says what `source` may be.
 
     `still` is in s, `rate` in rad/s; they and `turns` stand at the core's defaults where not given.
     `latitude` is in deg, `height` in m; `calibration` is applied first. With `as_json` every event is a line
@@ -106,7 +106,7 @@ def run_live(
         raise
     result = live.result()
     found = Calibration.from_spin(result, calibration)
-    files = write_results(result, found, folder)
+    files = write_results(result, found, folder, "live")
     if as_json:
         _print_line({"event": "result", **json_content(result, found, files)})
     else:

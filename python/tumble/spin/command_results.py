@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tumble.cli.screen import print_json, print_summary
+from tumble.file_names import UnitProcedure, unit_stem
 
 if TYPE_CHECKING:
     from tumble.calibration.document import Calibration
@@ -16,11 +16,13 @@ SOME_FAILED = 3
 """Exit code where not all was found that was asked for."""
 
 
-def write_results(result: SpinResult, found: Calibration, folder: Path) -> dict[str, str]:
-    """Write everything into `folder`; give the path of each file by what it is."""
+def write_results(
+    result: SpinResult, found: Calibration, folder: Path, procedure: UnitProcedure = "spin"
+) -> dict[str, str]:
+    """Write everything into `folder`, with names of `procedure`; give the path of each file by what it is."""
     from tumble.spin.report.page import write_spin_page
 
-    stem = re.sub(r"[^\w.+-]+", "_", result.name).lstrip(".") or "spin"
+    stem = unit_stem(result.name, procedure)
     page, path = folder / f"{stem}.html", folder / f"{stem}.yaml"
     write_spin_page(result, page)
     found.save(path)

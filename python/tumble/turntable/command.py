@@ -100,8 +100,8 @@ def turntable_command(
 
     Example: tumble turntable reference.csv target_1.csv target_2.csv --limits limits.yaml -o results
 
-    Writes a calibration file and a page for each target, summary.csv and report.html. The exit code is 0 if
-    every target was calibrated within its limits, 3 if one was not, 2 if nothing could be done.
+    Writes a calibration file and a page for each target, summary.csv and turntable.html. The exit code is 0
+    if every target was calibrated within its limits, 3 if one was not, 2 if nothing could be done.
     """
     from tumble.calibration.document import Calibration
     from tumble.files import prepare_folder
@@ -174,9 +174,10 @@ def _progress() -> Iterator[RecordingsRead]:
 def _write(result: TurntableResult, folder: Path) -> dict[str, str]:
     """Write everything into `folder`; give the path of each file by what it is."""
     from tumble.calibration.document import Calibration
+    from tumble.file_names import SUMMARY
     from tumble.files import write_text
     from tumble.turntable.report.pages import page_names, write_reports
-    from tumble.turntable.summary import csv_text
+    from tumble.turntable.summary import SUMMARY_KIND, csv_text
 
     files = {}
     for target, page in zip(result.targets, page_names(result.targets), strict=True):
@@ -184,8 +185,8 @@ def _write(result: TurntableResult, folder: Path) -> dict[str, str]:
         if not target.failure:
             Calibration.from_target(target, result).save(path)
             files[target.name] = str(path)
-    summary = folder / "summary.csv"
-    write_text(summary, csv_text(result))
+    summary = folder / SUMMARY
+    write_text(summary, csv_text(result), SUMMARY_KIND)
     report, *_ = write_reports(result, folder)
     return files | {"summary": str(summary), "report": str(report)}
 
@@ -204,11 +205,12 @@ def _stale_files(result: TurntableResult, folder: Path) -> list[Path]:
 
 
 def _show(result: TurntableResult, files: dict[str, str], as_json: bool) -> None:
+    from tumble.file_names import SUMMARY
     from tumble.turntable.summary import json_content, screen_summary
 
     if as_json:
         print_json(json_content(result, files))
         return
     print_summary(screen_summary(result))
-    print(f"Calibration files, summary.csv and a page for each target are in {Path(files['report']).parent}")
+    print(f"Calibration files, {SUMMARY} and a page for each target are in {Path(files['report']).parent}")
     print(f"Report: {files['report']}")

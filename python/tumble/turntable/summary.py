@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+import re
 from collections import Counter
 from collections.abc import Iterator
 from typing import Any
@@ -15,6 +16,7 @@ from rich.table import Table
 from rich.text import Text
 
 from tumble.calibration.document import Calibration
+from tumble.files import FileKind
 from tumble.plain import finite
 from tumble.report.numbers import NOT_OBSERVABLE, measurement, readable_scale
 from tumble.report.text import VERDICT_TITLES, count_of
@@ -24,6 +26,7 @@ from tumble.turntable.result import TargetResult, TurntableResult
 
 MOST_SHOWN = 40
 """With more targets than this, only those that need a look are shown."""
+SUMMARY_KIND = FileKind("a summary of tumble turntable", re.compile(rb"\Atarget,"))
 GROUPS = ("bias", "scale", "non-orthogonality", "mounting")
 COLOURS = {"pass": "green", "fail": "red", "calibrated": "default", "not calibrated": "red"}
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from tumble.align.report.figures import places_figure
 from tumble.align.result import AlignResult, UnitAlignment
-from tumble.files import write_text
+from tumble.files import PAGE, write_text
 from tumble.report.numbers import readable_scale, significant
 from tumble.report.page import Picture, environment
 from tumble.report.parameters import ParameterGroup, PrintedMatrix, printed_group
@@ -49,7 +49,7 @@ def write_align_page(result: AlignResult, path: Path) -> None:
     The file takes its name only once it is whole. Raises `OutputError` where it cannot be written; what
     stood there before is untouched.
     """
-    write_text(path, render_align(result))
+    write_text(path, render_align(result), PAGE)
 
 
 def render_align(result: AlignResult) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from tumble.files import write_text
+from tumble.files import PAGE, write_text
 from tumble.redundancy.report import text
 from tumble.redundancy.report.difference import SENSORS, agreements
 from tumble.redundancy.report.figures import deviations_figure, difference_figure, timeline_figure
@@ -107,7 +107,7 @@ def write_redundancy_page(result: RedundancyResult, path: Path) -> None:
     The file takes its name only once it is whole. Raises `OutputError` where it cannot be written; what
     stood there before is untouched.
     """
-    write_text(path, render_redundancy(result))
+    write_text(path, render_redundancy(result), PAGE)
 
 
 def render_redundancy(result: RedundancyResult) -> str:

@@ -15,6 +15,7 @@ from tumble.logs import Facts, open_mcap_writer, open_writer
 from tumble.plain import plain
 from tumble.recording import Chunk, FloatArray, SampleProgress
 from tumble.simulate.files import (
+    TRUTH,
     LogFormat,
     cut,
     options,
@@ -110,6 +111,7 @@ def flight_truth(flight: SimulatedFlight) -> dict[str, Any]:
     """Give the truth as plain mappings, lists, numbers and text."""
     scenario = flight.scenario
     content: dict[str, Any] = {
+        "schema": TRUTH,
         "seed": scenario.seed,
         "motion": scenario.motion,
         "duration": flight.duration,

@@ -11,7 +11,7 @@ from tumble.documents import write_document
 from tumble.files import prepare_folder
 from tumble.logs import Facts, open_writer
 from tumble.plain import plain
-from tumble.simulate.files import LogFormat, options, pieces, triad_content
+from tumble.simulate.files import TRUTH, LogFormat, options, pieces, triad_content
 from tumble.simulate.spin.procedure import SimulatedSpin
 
 _HEADER = """\
@@ -42,6 +42,7 @@ def spin_truth(spin: SimulatedSpin) -> dict[str, Any]:
     """Give the truth as plain mappings, lists, numbers and text."""
     scenario = spin.scenario
     content: dict[str, Any] = {
+        "schema": TRUTH,
         "seed": scenario.seed,
         "accelerometer_bias": spin.accelerometer_bias,
         "gyroscope_bias": spin.gyroscope_bias,

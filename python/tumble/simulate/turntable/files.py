@@ -12,7 +12,7 @@ from tumble.documents import write_document
 from tumble.files import prepare_folder
 from tumble.logs import Facts, open_writer
 from tumble.plain import plain
-from tumble.simulate.files import LogFormat, options, pieces, triad_content, without_none
+from tumble.simulate.files import TRUTH, LogFormat, options, pieces, triad_content, without_none
 from tumble.simulate.turntable.procedure import SimulatedTurntable
 from tumble.simulate.unit import SimulatedUnit
 
@@ -47,6 +47,7 @@ def write_turntable(
 def truth_content(session: SimulatedTurntable) -> dict[str, Any]:
     """Give the truth as plain mappings, lists, numbers and text."""
     content: dict[str, Any] = {
+        "schema": TRUTH,
         "seed": session.scenario.seed,
         "duration": session.duration,
         "R_e": session.R_e,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tumble.files import write_text
+from tumble.files import PAGE, write_text
 from tumble.recording import FloatArray
 from tumble.report.figures import recording_figure
 from tumble.report.numbers import readable_scale, significant
@@ -89,7 +89,7 @@ def write_spin_page(result: SpinResult, path: Path) -> None:
     The file takes its name only once it is whole. Raises `OutputError` where it cannot be written; what
     stood there before is untouched.
     """
-    write_text(path, render_spin(result))
+    write_text(path, render_spin(result), PAGE)
 
 
 def render_spin(result: SpinResult) -> str:

@@ -2,31 +2,28 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from itertools import chain, count
 from multiprocessing import get_context
 from pathlib import Path
 
-from tumble.files import prepare_folder, write_text
+from tumble.file_names import TAKEN, TURNTABLE_PAGE, file_stem
+from tumble.files import PAGE, prepare_folder, write_text
 from tumble.report.page import environment
 from tumble.turntable.report.batch_page import batch_page
 from tumble.turntable.report.target_page import target_page
 from tumble.turntable.result import TargetResult, TurntableResult
 
-BATCH_PAGE = "report.html"
-
 _TARGETS_PER_TASK = 8
 
 
 def write_reports(result: TurntableResult, directory: Path | str, *, jobs: int = 1) -> list[Path]:
-    """Write `report.html` and a page for each target into `directory`, which is made where it is missing.
+    """Write `turntable.html` and a page for each target into `directory`, which is made where it is missing.
 
-    With `jobs` above one, that many processes draw; the pages are the same. Each file takes its name only
-    once it is whole, and the batch page comes last, so that its links lead somewhere. Returns the paths, the
-    batch page first.
+    With `jobs` above one, that many processes draw; the pages are the same. The batch page comes last, so
+    that its links lead somewhere. Returns the paths, the batch page first.
 
     Raises `OutputError` where a file cannot be written; what stood there before is untouched.
     """
@@ -34,16 +31,15 @@ def write_reports(result: TurntableResult, directory: Path | str, *, jobs: int =
     names = page_names(result.targets)
     paths = [directory / name for name in names]
     context = replace(result, targets=())
-    tasks = [(context, target, path) for target, path in zip(result.targets, paths, strict=True)]
+    tasks = [(context, target) for target in result.targets]
     workers = min(jobs, -(-len(tasks) // _TARGETS_PER_TASK))
     if workers > 1:
         with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-            list(pool.map(_write_target, tasks, chunksize=_TARGETS_PER_TASK))
+            _write_all(paths, pool.map(_draw, tasks, chunksize=_TARGETS_PER_TASK))
     else:
-        for task in tasks:
-            _write_target(task)
-    batch = directory / BATCH_PAGE
-    write_text(batch, render_batch(result, names))
+        _write_all(paths, map(_draw, tasks))
+    batch = directory / TURNTABLE_PAGE
+    write_text(batch, render_batch(result, names), PAGE)
     return [batch, *paths]
 
 
@@ -53,7 +49,7 @@ def render_target(result: TurntableResult, target: TargetResult) -> str:
     return (
         environment("tumble.turntable.report")
         .get_template("target.html.j2")
-        .render(page=page, batch_page=BATCH_PAGE)
+        .render(page=page, batch_page=TURNTABLE_PAGE)
     )
 
 
@@ -65,17 +61,21 @@ def render_batch(result: TurntableResult, names: Sequence[str]) -> str:
 
 def page_names(targets: Sequence[TargetResult]) -> list[str]:
     """Choose file names for the targets' pages: their own where a file can bear it, and none twice."""
-    taken = {BATCH_PAGE}
+    taken = set(TAKEN)
     names: list[str] = []
     for target in targets:
-        stem = re.sub(r"[^\w.+-]+", "_", target.name).lstrip(".") or "target"
-        numbered = (f"{stem}-{number}.html" for number in count(2))
-        name = next(name for name in chain([f"{stem}.html"], numbered) if name.casefold() not in taken)
+        stem = file_stem(target.name)
+        numbered = (f"{stem}-{number}" for number in count(2))
+        name = next(name for name in chain([stem], numbered) if name.casefold() not in taken)
         taken.add(name.casefold())
-        names.append(name)
+        names.append(f"{name}.html")
     return names
 
 
-def _write_target(task: tuple[TurntableResult, TargetResult, Path]) -> None:
-    context, target, path = task
-    write_text(path, render_target(context, target))
+def _draw(task: tuple[TurntableResult, TargetResult]) -> str:
+    return render_target(*task)
+
+
+def _write_all(paths: Sequence[Path], pages: Iterable[str]) -> None:
+    for path, page in zip(paths, pages, strict=True):
+        write_text(path, page, PAGE)

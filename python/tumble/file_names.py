@@ -1,0 +1,36 @@
+"""Names of the files that results are written to: no procedure writes over what another one wrote.
+
+The turntable names the files of a target after it: `drive.yaml`. Others put their own name behind that of the
+unit: `drive.spin.yaml`. No target is given a name that is taken below, or that ends like that.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Literal, TypeAlias
+
+TURNTABLE_PAGE = "turntable.html"
+SUMMARY = "summary.csv"
+REDUNDANCY_PAGE = "redundancy.html"
+EVENTS = "events.jsonl"
+STORE = "store"
+ALIGN_PAGE = "align.html"
+ALIGN_SETTINGS = "align.yaml"
+
+UnitProcedure: TypeAlias = Literal["spin", "live", "redundancy"]
+"""Whatever names files after a unit, besides the turntable; `live` is a spin from a live stream."""
+
+TAKEN = frozenset(("turntable", "summary", "spin", "live", "redundancy", "events", "align"))
+"""Names of files, without their endings, that no target may bear."""
+
+
+def file_stem(name: str) -> str:
+    """Make of a unit's name one that a file can bear; the ending of a procedure becomes part of the name."""
+    stem = re.sub(r"[^\w.+-]+", "_", name.strip("/")).lstrip(".") or "unit"
+    return re.sub(r"\.(?=(spin|live|redundancy)$)", "_", stem)
+
+
+def unit_stem(name: str, procedure: UnitProcedure) -> str:
+    """Name the files of a unit, without their endings: `drive.spin`, but `spin` for a log of that name."""
+    stem = file_stem(name)
+    return stem if stem == procedure else f"{stem}.{procedure}"
