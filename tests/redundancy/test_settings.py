@@ -275,7 +275,7 @@ def test_explain_prints_every_setting_for_people_and_for_machines():
     assert "last+0.1" not in for_people.err
 
 
-def test_without_units_or_output_the_command_says_what_is_missing():
+def test_without_a_secondary_the_command_says_what_is_missing():
     done = typed("redundancy", "flight.csv", "--primary", "imu1")
     assert done.code == 2
-    assert one_line(done.err).startswith("give --primary, --secondary and --output")
+    assert one_line(done.err).startswith("--secondary is missing")

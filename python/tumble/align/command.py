@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tumble.cli.output import OutputFolder, folder_for
 from tumble.cli.read_options import read_options_for, with_read_options
 from tumble.cli.screen import print_json, print_summary
 from tumble.logs.options import ReadOptions
@@ -28,12 +28,10 @@ def align_command(
     secondary: Annotated[
         list[str], typer.Option(metavar="NAME", help="Unit to be aligned, likewise; repeatable.")
     ],
-    output: Annotated[
-        Path, typer.Option("--output", "-o", help="Folder for all results; made where missing.")
-    ],
     log: Annotated[
         str | None, typer.Argument(metavar="LOG", help="Log that holds all units, if one does.")
     ] = None,
+    output: OutputFolder = None,
     search: Annotated[
         float,
         typer.Option(metavar="SECONDS", min=0.0, help="Largest offset between the clocks of two units."),
@@ -55,13 +53,15 @@ def align_command(
     Writes align.yaml, the settings of the units for tumble redundancy, and a page. The exit code is 0 if
     everything was found, 3 if the motion left a rotation or a lever arm open, 2 if nothing could be done.
     """
-    from tumble.align.procedure import align, write_settings
+    from tumble.align.procedure import SETTINGS_KIND, align, write_settings
     from tumble.align.report.page import write_align_page
     from tumble.cli.progress import sample_progress
     from tumble.file_names import ALIGN_PAGE, ALIGN_SETTINGS
-    from tumble.files import prepare_folder
+    from tumble.files import PAGE, check_output, prepare_folder
 
-    folder = prepare_folder(output)
+    folder = prepare_folder(output or folder_for(log or primary))
+    for path, kind in ((folder / ALIGN_SETTINGS, SETTINGS_KIND), (folder / ALIGN_PAGE, PAGE)):
+        check_output(path, kind)
     sources = (primary, *secondary)
     read = read_options_for(read_options, exceptions or (), sources)
     with sample_progress("reading") as advance:

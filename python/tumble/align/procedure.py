@@ -13,7 +13,7 @@ from tumble.align.messages import explain
 from tumble.align.outputs import describe_alignment
 from tumble.align.result import AlignResult, UnitAlignment
 from tumble.align.samples import UnitSamples, read_samples
-from tumble.documents import write_document
+from tumble.documents import document_kind, write_document
 from tumble.errors import LogError, ProcedureError
 from tumble.logs import ReadOptions
 from tumble.recording import RecordingSource, SampleProgress
@@ -21,6 +21,8 @@ from tumble.redundancy.logs import UnitLog, open_units
 
 LARGEST_OFFSET = 5.0
 """s by which clocks may differ, if not said otherwise."""
+_SCHEMA = "tumble-redundancy/1"
+SETTINGS_KIND = document_kind(_SCHEMA)
 
 
 def align(
@@ -112,4 +114,4 @@ def write_settings(result: AlignResult, path: Path | str) -> None:
         f"Units of a redundant set relative to {result.primary}: rotation from its case frame, place in it "
         "(m), and what is to be added to their time (s). What the motion did not show is left out."
     )
-    write_document(path, header, {"schema": "tumble-redundancy/1", "units": unit_settings(result)})
+    write_document(path, header, {"schema": _SCHEMA, "units": unit_settings(result)})

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from tumble.cli.output import file_named_after, output_path
 from tumble.cli.read_options import with_read_options
 from tumble.logs.options import ReadOptions
 
@@ -18,8 +19,18 @@ def apply_command(
     log: Annotated[
         str, typer.Argument(metavar="LOG", help="Log to correct: LOG, or LOG:NAME for one IMU of several.")
     ],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="OUT", help="Corrected log to write.")],
     read_options: ReadOptions,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="OUT",
+            parser=output_path,
+            help="Corrected log to write; ./NAME-tumble, in the format of the log, if not given.",
+            show_default=False,
+        ),
+    ] = None,
     format_name: Annotated[
         str | None,
         typer.Option("--format", metavar="csv|parquet|mcap", help="Format, if not that of OUT's name."),
@@ -38,11 +49,12 @@ def apply_command(
     from tumble.cli.progress import sample_progress
     from tumble.logs import open_recording
 
+    recording = open_recording(log, read_options)
     with sample_progress("correcting") as advance:
         applied = apply(
             Calibration.load(calibration),
-            open_recording(log, read_options),
-            output,
+            recording,
+            output or file_named_after(recording.name, format_name or recording.metadata.format),
             format_name=format_name,
             progress=advance,
         )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tumble.cli.output import OutputFolder, folder_for
 from tumble.cli.read_options import read_options_for, with_read_options
 from tumble.errors import ProcedureError
 from tumble.logs.options import ReadOptions
@@ -44,12 +45,7 @@ def redundancy_command(
         list[str] | None,
         typer.Option(metavar="NAME|LOG:NAME", help="A secondary, in the same form; repeatable, up to 7."),
     ] = None,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output", "-o", help="Folder for all results; made where missing.", show_default=False
-        ),
-    ] = None,
+    output: OutputFolder = None,
     settings: Annotated[
         list[Path] | None,
         typer.Option(
@@ -124,10 +120,9 @@ def redundancy_command(
 
         show_settings(as_json)
         return
-    if primary is None or not secondary or output is None:
-        raise ProcedureError(
-            "give --primary, --secondary and --output; tumble redundancy --help shows an example"
-        )
+    if primary is None or not secondary:
+        missing = "--primary" if primary is None else "--secondary"
+        raise ProcedureError(f"{missing} is missing; tumble redundancy --help shows an example")
     from tumble.calibration.document import Calibration
     from tumble.cli.progress import sample_progress
     from tumble.files import prepare_folder
@@ -137,7 +132,7 @@ def redundancy_command(
     applied = Calibration.load(calibration) if calibration else None
     commands = [_command(text) for text in command or ()]
     read = read_options_for(read_options, exceptions or [], [primary, *secondary])
-    folder = prepare_folder(output)
+    folder = prepare_folder(output or folder_for(log or primary))
     with sample_progress("replaying") as advance:
         result = redundancy(
             primary,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tumble.cli.gravity import GravityOption, HeightOption, LatitudeOption, check_gravity
+from tumble.cli.output import OutputFolder, folder_for
 from tumble.cli.read_options import with_read_options
 from tumble.errors import ProcedureError
 from tumble.logs.options import ReadOptions
@@ -23,13 +24,11 @@ _LIVE = "With --live"
 @with_read_options
 def spin_command(
     read_options: ReadOptions,
-    output: Annotated[
-        Path, typer.Option("--output", "-o", help="Folder for all results; made where missing.")
-    ],
     log: Annotated[
         str | None,
         typer.Argument(metavar="LOG", help="Log of the robot: LOG, or LOG:NAME for one IMU of several."),
     ] = None,
+    output: OutputFolder = None,
     live: Annotated[
         str | None,
         typer.Option(
@@ -142,7 +141,7 @@ def spin_command(
     from tumble.spin.procedure import SHORTEST_STILL, spin
 
     spans = [_span(text) for text in at or ()]
-    folder = prepare_folder(output)
+    folder = prepare_folder(output or folder_for(log))
     with sample_progress("reading") as advance:
         result = spin(
             log,

@@ -39,7 +39,7 @@ HINTS = {
 
 def run_live(
     source: str,
-    output: Path,
+    output: Path | None,
     read_options: ReadOptions,
     *,
     still: float | None = None,
@@ -64,6 +64,7 @@ def run_live(
     as it was.
     """
     from tumble.calibration.document import Calibration
+    from tumble.cli.output import folder_named_after
     from tumble.files import prepare_folder
     from tumble.live import open_source
     from tumble.spin.command_results import SOME_FAILED, show_results, write_results
@@ -84,7 +85,7 @@ def run_live(
         height=height,
     )
     stream = open_source(source, read_options)
-    folder = prepare_folder(output)
+    folder = prepare_folder(output or folder_named_after(stream.name))
     live = LiveSpin(
         stream,
         options,

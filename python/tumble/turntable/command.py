@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tumble.cli.gravity import GravityOption, HeightOption, LatitudeOption, check_gravity
+from tumble.cli.output import OutputFolder, folder_for
 from tumble.cli.read_options import read_options_for, with_read_options
 from tumble.cli.screen import print_json, print_summary
 from tumble.logs.options import ReadOptions
@@ -53,10 +54,8 @@ def turntable_command(
     targets: Annotated[
         list[str], typer.Argument(metavar="TARGET...", help="Recordings of the targets, in the same form.")
     ],
-    output: Annotated[
-        Path, typer.Option("--output", "-o", help="Folder for all results; made where missing.")
-    ],
     read_options: ReadOptions,
+    output: OutputFolder = None,
     poses: Annotated[
         str | None,
         typer.Option(
@@ -117,7 +116,7 @@ def turntable_command(
     for source in sources:
         parse_spec(source)
     read = read_options_for(read_options, exceptions, sources) if exceptions else read_options
-    folder = prepare_folder(output)
+    folder = prepare_folder(output or folder_for(reference))
     with _progress() as advance:
         result = turntable(
             reference,

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from enum import Enum
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from tumble.cli.output import OutputFolder, folder_named_after
 from tumble.cli.screen import print_json
 from tumble.constants import STANDARD_GRAVITY
 from tumble.errors import TumbleError
@@ -44,7 +44,7 @@ class Carrier(str, Enum):
 
 
 def flight_command(
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for all files; made where missing.")],
+    output: OutputFolder = None,
     motion: Annotated[Carrier, typer.Option(help="What carries the units.")] = Carrier.QUADROTOR,
     unit: Annotated[
         list[str] | None,
@@ -155,7 +155,8 @@ def flight_command(
         g_sensitivity=g_sensitivity,
     )
     with sample_progress("writing") as advance:
-        paths = write_flight(flight, output, format_name.value, progress=advance)
+        folder = output or folder_named_after("flight")
+        paths = write_flight(flight, folder, format_name.value, progress=advance)
     _show(flight, {name: str(path) for name, path in paths.items()}, as_json)
 
 

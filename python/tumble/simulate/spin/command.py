@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from tumble.cli.output import OutputFolder, folder_named_after
 from tumble.cli.screen import print_json
 from tumble.constants import STANDARD_GRAVITY
 from tumble.errors import TumbleError
@@ -20,7 +20,7 @@ DISTURBANCES = ("picked-up", "sill", "lifted")
 
 
 def spin_command(
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for all files; made where missing.")],
+    output: OutputFolder = None,
     plan: Annotated[
         str | None,
         typer.Option(
@@ -150,7 +150,7 @@ def spin_command(
         bias_instability=bias_instability,
         quantisation=quantisation,
     )
-    paths = write_spin(spin, output, format_name.value)
+    paths = write_spin(spin, output or folder_named_after("spin"), format_name.value)
     _show(spin, {name: str(path) for name, path in paths.items()}, as_json)
 
 

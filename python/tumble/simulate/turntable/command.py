@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from tumble.cli.output import OutputFolder, folder_named_after
 from tumble.cli.screen import print_json
 from tumble.constants import STANDARD_GRAVITY
 from tumble.simulate.options import FAULTS_HELP, Format, faults_by_unit, unit_line
@@ -32,7 +33,7 @@ class TurnProfile(str, Enum):
 
 
 def turntable_command(
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for all files; made where missing.")],
+    output: OutputFolder = None,
     grades: Annotated[
         str,
         typer.Option(
@@ -132,7 +133,7 @@ def turntable_command(
         faults=faults_by_unit(fault or []),
         **changes,
     )
-    paths = write_turntable(session, output, format_name.value)
+    paths = write_turntable(session, output or folder_named_after("turntable"), format_name.value)
     _show(session, {name: str(path) for name, path in paths.items()}, as_json)
 
 

@@ -1,0 +1,49 @@
+"""Where results go: the option `-o` of all commands that write a folder, and what it is if not given."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, TypeAlias
+
+import typer
+
+from tumble.errors import OutputError
+from tumble.file_names import file_stem
+from tumble.logs.spec import parse_spec
+
+
+def output_path(text: str) -> Path:
+    """Read what follows `-o`; raises `OutputError` where it is empty, which would be the current folder."""
+    if not text.strip():
+        raise OutputError("--output is empty; give a name, or leave it out")
+    return Path(text)
+
+
+OutputFolder: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="DIR",
+        parser=output_path,
+        help="Folder for all results, made where missing; ./NAME-tumble if not given.",
+        show_default=False,
+    ),
+]
+
+
+def folder_named_after(name: str) -> Path:
+    """Give the folder for what is found of a log, a unit or a source of that name: `./NAME-tumble`."""
+    return Path(f"{file_stem(name)}-tumble")
+
+
+def file_named_after(name: str, format_name: str) -> Path:
+    """Give the corrected log of a unit, `./NAME-tumble.csv`: in its own format, where that can be written."""
+    written = {"ros1": "mcap", "ros2": "mcap", "mcap": "mcap", "parquet": "parquet"}.get(format_name, "csv")
+    return Path(f"{file_stem(name)}-tumble.{written}")
+
+
+def folder_for(source: str) -> Path:
+    """Give the folder for what is found in LOG or LOG:NAME; raises `LogError` where there is no such log."""
+    path = parse_spec(source).path.resolve()
+    return folder_named_after(path.stem if path.is_file() else path.name)
