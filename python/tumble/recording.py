@@ -68,6 +68,8 @@ class Metadata:
     """True where the source is known to apply a calibration before logging, None where nobody knows."""
     serial: str = ""
     """Serial number of the unit where the log or the user states one."""
+    alone: bool = True
+    """True where no other IMU was logged with this one."""
     remarks: tuple[str, ...] = ()
     """What the reader did that a user should know: signs turned, rows skipped."""
 

@@ -7,11 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from log_fixtures import made_up, write
+from log_fixtures import made_up, write, write_text
 from tumble.inspect.procedure import inspect
 from tumble.inspect.samples import quantisation_step
 from tumble.logs import open_recording
 from tumble.recording import Chunk, Recording
+from turntable_sessions import typed
 
 G = 9.80665
 GRAVITY_UP = np.array([0.0, 0.0, G])
@@ -248,3 +249,19 @@ def test_progress_counts_up_to_all_samples(tmp_path):
     inspect(open_recording(path), lambda done, expected: told.append((done, expected)))
     assert told[-1] == (200_000, 200_000)
     assert [done for done, _ in told] == sorted(done for done, _ in told)
+
+
+NAMED = {"time": "clock", "ax": "q1", "ay": "q2", "az": "q3", "gx": "w1", "gy": "w2", "gz": "w3"}
+
+
+@pytest.mark.parametrize(
+    "columns",
+    [NAMED, {key: str(place) for place, key in enumerate(NAMED, start=1)}],
+    ids=["name", "position"],
+)
+def test_a_table_of_unknown_names_is_inspected_with_columns(tmp_path, columns):
+    path = write_text(tmp_path / "log.csv", made_up(400, temperature=False), ",".join(NAMED.values()))
+    done = typed("inspect", path, "--columns", ",".join(f"{key}={name}" for key, name in columns.items()))
+    assert done.code == 0, done.err
+    assert "200 Hz" in done.out
+    assert "a second IMU" in done.text

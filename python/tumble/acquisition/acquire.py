@@ -15,6 +15,7 @@ from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.constants import STANDARD_GRAVITY
 from tumble.errors import ProcedureError
 from tumble.logs import ChunkStream, Counts
+from tumble.logs.units import odd_step, usual_step
 from tumble.recording import Chunk, FloatArray, Recording, SampleProgress
 from tumble.results import Rest, Trace
 from tumble.units import UNITS
@@ -41,7 +42,8 @@ def acquire(
 
     `progress` is told samples done, and samples expected where they are known beforehand.
 
-    Raises `LogError` where it cannot be read, `ProcedureError` where two files show one pose.
+    Raises `LogError` where it cannot be read, `ProcedureError` where its rate is no
+    IMU's, or two files show one pose.
     """
     segmenter = _core.Segmenter()
     counts = Counts()
@@ -50,6 +52,10 @@ def acquire(
         segmenter.begin_part(name)
         stream = part.chunks()
         for chunk in stream:
+            if samples == 0 and (odd := odd_step(usual_step(chunk.time))):
+                raise ProcedureError(
+                    f"{odd}; give the unit of its time with --time-unit", about=recording.name
+                )
             accelerometer, gyroscope = corrected(chunk, calibration)
             segmenter.push(chunk.time, accelerometer, gyroscope, chunk.temperature)
             samples += len(chunk)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
-from typing import TYPE_CHECKING
 
 from tumble import _core
 from tumble.acquisition.acquire import rests_of
@@ -13,11 +11,8 @@ from tumble.errors import LogError
 from tumble.inspect.result import ChannelFacts, Inspection, Timing
 from tumble.inspect.samples import SampleWatch
 from tumble.inspect.services import directions_of, services_of
-from tumble.logs import ChunkStream, Counts, list_imus, parse_spec
+from tumble.logs import ChunkStream, Counts
 from tumble.recording import Metadata, Recording, SampleProgress
-
-if TYPE_CHECKING:
-    pass
 
 _FEW_HZ = 5.0
 
@@ -60,7 +55,9 @@ def _conclude(metadata: Metadata, watch: SampleWatch, acquired: _core.Acquired, 
         rests=rests,
         not_rests=tuple((start, end, REST_REJECTIONS[why]) for start, end, why in acquired.rejected_rests),
         directions=len(directions_of(rests)),
-        services=services_of(rests, acquired.turn_angles, acquired.trace(), _imus(metadata), stuck),
+        services=services_of(
+            rests, acquired.turn_angles, acquired.trace(), metadata.alone, watch.time.interval, stuck
+        ),
         remarks=(*metadata.remarks, *counts.notices(), *_warnings(metadata, timing, channels)),
     )
 
@@ -99,14 +96,6 @@ def _timing(watch: SampleWatch, counts: Counts) -> Timing:
         duplicates=counts.duplicates,
         without_number=counts.without_number,
     )
-
-
-def _imus(metadata: Metadata) -> int:
-    """Count the IMUs logged together with this one; 1 where the recording is no file that could hold more."""
-    if metadata.format in ("arrays", "folder", "imu_tk"):
-        return 1
-    path: Path = parse_spec(metadata.source).path
-    return len(list_imus(path))
 
 
 def _warnings(metadata: Metadata, timing: Timing, channels: tuple[ChannelFacts, ...]) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tumble.acquisition.acquire import FEWEST_RESTS
 from tumble.inspect.result import Service
+from tumble.logs.units import FASTEST_HZ, SLOWEST_HZ, is_imu_step
 from tumble.recording import FloatArray
 from tumble.results import Rest
 
@@ -43,25 +44,35 @@ def services_of(
     rests: Sequence[Rest],
     turn_angles: FloatArray,
     trace: tuple[FloatArray, FloatArray, FloatArray],
-    imus: int,
+    alone: bool,
+    interval: float,
     stuck: Sequence[str],
 ) -> tuple[Service, ...]:
     """Judge a recording. `turn_angles` (k, 3) rad between rests; `trace`: times, specific forces, rates.
 
-    `imus` counts the IMUs that were logged together with this one, itself included.
+    `alone` says that no other IMU was logged together with this one, `interval` how far samples are apart, s.
     """
     directions = directions_of(rests)
-    faults = tuple(f"{'an' if name.startswith('a') else 'a'} {name} that is not stuck" for name in stuck)
+    faults = (
+        *_lacking_rate(interval),
+        *(f"{'an' if name.startswith('a') else 'a'} {name} that is not stuck" for name in stuck),
+    )
     poses = (*_lacking_directions(directions), *faults)
     no_turns = not _turned(rests, turn_angles)
     unseen = ("gyroscope scale and axes stay unknown without turns between rests",) if no_turns else ()
-    partner = () if imus > 1 else ("a second IMU logged with it by the same clock",)
+    partner = () if not alone else ("a second IMU logged with it by the same clock",)
     return (
         Service("turntable, as reference", poses),
         Service("turntable, as target", poses, unseen),
         Service("spin", (*_lacking_spin(rests, trace), *faults)),
         Service("redundancy", (*partner, *_lacking_motion(no_turns, trace), *faults)),
     )
+
+
+def _lacking_rate(interval: float) -> tuple[str, ...]:
+    if is_imu_step(interval):
+        return ()
+    return (f"{SLOWEST_HZ:g} to {FASTEST_HZ:g} samples a second, {1.0 / interval:.3g} found",)
 
 
 def _lacking_directions(directions: Sequence[FloatArray]) -> tuple[str, ...]:

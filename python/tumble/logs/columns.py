@@ -100,10 +100,13 @@ _TRIADS: Mapping[Quantity, tuple[str, ...]] = {
 _SCALARS: Mapping[Quantity, tuple[str, ...]] = {
     "time": (
         *_scalar_patterns(_TIME, "time"),
-        f"(?P<imu>)(?P<unit>{_any(_long(list(SPELLINGS['time'])))})",
+        f"(?P<imu>)(?P<unit>{_any(_long(list(SPELLINGS['time'])))})(?:_?(?:{_any(_long(_TIME))}))?",
     ),
     "temperature": _scalar_patterns(_TEMPERATURE, "temperature"),
 }
+_FRACTIONS = tuple(spelling for spelling, unit in SPELLINGS["time"].items() if unit != "s")
+_COUNTER = f"(?!(?:d|dt|delta|diff|latency|delay|age|period|exposure)_).+_(?P<unit>{_any(_FRACTIONS)})"
+"""Any name with a unit of time behind it, but for those of a duration."""
 _BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*[^\])0-9][^\])]*)[\])]\s*$")
 
 
@@ -167,6 +170,7 @@ def find_imus(names: Sequence[str], path: Path | str, columns: Mapping[str, str]
     """
     stated = _stated(names, path, columns)
     recognised = {name: recognise(name) for name in names}
+    recognised |= _counter(recognised)
     prefixes = dict.fromkeys(
         column.imu for column in recognised.values() if column and column.quantity in _TRIADS
     )
@@ -179,6 +183,20 @@ def find_imus(names: Sequence[str], path: Path | str, columns: Mapping[str, str]
     return imus
 
 
+def _counter(recognised: Mapping[str, Column | None]) -> dict[str, Column]:
+    """Give the time column where no name says so: the only one with a unit of time behind it, as `mcu_us`."""
+    if any(column and column.quantity == "time" for column in recognised.values()):
+        return {}
+    matches = {
+        name: match
+        for name, column in recognised.items()
+        if column is None and (match := re.fullmatch(_COUNTER, name.strip().lower()))
+    }
+    if len(matches) != 1:
+        return {}
+    return {name: Column("time", 0, "", find_unit(match["unit"], "time")) for name, match in matches.items()}
+
+
 def _stated(names: Sequence[str], path: Path | str, columns: Mapping[str, str]) -> dict[str, str]:
     stated = {}
     for key, wanted in columns.items():
@@ -189,7 +207,7 @@ def _stated(names: Sequence[str], path: Path | str, columns: Mapping[str, str]) 
         elif wanted.isdigit() and 1 <= int(wanted) <= len(names):
             stated[key] = names[int(wanted) - 1]
         else:
-            raise LogError(f"{path}: no column {wanted!r} for {key}; columns found: {_listed(names)}")
+            raise LogError(f"{path}: no column {wanted!r} for {key}; columns found: {listed(names)}")
     return stated
 
 
@@ -251,11 +269,12 @@ def _incomplete(
     best = max(have.values(), key=len)
     missing = [key for key in CHANNEL_NAMES[1:7] if key not in best | set(stated)]
     return (
-        f"{path}: no column for {', '.join(missing)}; columns found: {_listed(names)}; "
+        f"{path}: no column for {', '.join(missing)}; columns found: {listed(names)}; "
         "name them with --columns, as --columns ax=NAME"
     )
 
 
-def _listed(names: Sequence[str]) -> str:
+def listed(names: Sequence[str]) -> str:
+    """Give names for a message, the first of them where there are many."""
     shown = ", ".join(names[:24])
     return f"{shown}, and {len(names) - 24} more" if len(names) > 24 else shown

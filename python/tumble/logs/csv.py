@@ -58,6 +58,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         clock=f"{path.resolve()}#{columns.time or 'row'}",
         rate=rate,
         serial=layout.preamble.get("serial", ""),
+        columns=layout.names,
         alone=len(imus) == 1,
         expected=int((path.stat().st_size - layout.data_offset) / layout.row_bytes),
         already_corrected=True if "corrected" in layout.preamble else None,

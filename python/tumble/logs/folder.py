@@ -48,6 +48,7 @@ def open_folder(folder: Path, open_part: Callable[[Path], Recording]) -> Recordi
         source=str(folder),
         format="folder",
         clock="",
+        alone=True,
         remarks=(*notices, *dict.fromkeys(notice for part in parts for notice in part.metadata.remarks)),
     )
     return Recording(metadata, lambda: FolderStream(parts), parts)

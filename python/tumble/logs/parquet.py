@@ -35,7 +35,8 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         schema, rows = file.schema_arrow, file.metadata.num_rows
     if rows == 0:
         raise LogError(f"{path}: names columns, but holds no samples")
-    imus = find_imus(_leaf_names(schema), path, options.columns)
+    leaves = _leaf_names(schema)
+    imus = find_imus(leaves, path, options.columns)
     name = choose(path, tuple(imus), imu, "column prefix")
     columns = imus[name]
     facts = {key.decode(): value.decode() for key, value in (schema.metadata or {}).items() if key in FACTS}
@@ -52,6 +53,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         temperature_unit=columns.temperature_unit,
         clock=f"{path.resolve()}#{columns.time or 'row'}",
         serial=facts.get("tumble.serial", ""),
+        columns=tuple(leaves),
         alone=len(imus) == 1,
         expected=rows,
         already_corrected=True if "tumble.corrected" in facts else None,

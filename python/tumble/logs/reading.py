@@ -8,12 +8,14 @@ from pathlib import Path
 from tumble.errors import LogError
 from tumble.logs import formats
 from tumble.logs.checks import ChunkStream
+from tumble.logs.columns import listed
 from tumble.logs.conversion import Conversion, conversion_for, notices_on_axes, without_time
 from tumble.logs.folder import log_files, open_folder
 from tumble.logs.options import ReadOptions
 from tumble.logs.spec import LogSpec, parse_spec
 from tumble.logs.track import LoggedImu, RawSamples
-from tumble.recording import Metadata, Recording
+from tumble.logs.units import odd_step, usual_step
+from tumble.recording import FloatArray, Metadata, Recording, ResolvedUnit
 
 
 def list_imus(path: str | Path, options: ReadOptions | None = None) -> tuple[str, ...]:
@@ -71,10 +73,11 @@ def _open_file(path: Path, imu: str | None, options: ReadOptions, keep_faults: b
         head = without_time(head)
     rate = options.rate if options.rate is not None else track.rate
     if head.time is None and rate is None:
-        raise LogError(f"{path}: holds no time; give the sample rate with --rate, in Hz")
+        raise LogError(_no_time(track))
     conversion = conversion_for(track, options, head)
+    odd = () if head.time is None else _odd_step(head.time, conversion.time_unit)
     return Recording(
-        _metadata(track, conversion, options, rate),
+        _metadata(track, conversion, options, rate, odd),
         lambda: _stream(track, conversion, options, rate, keep_faults),
     )
 
@@ -89,7 +92,29 @@ def _stream(
     return ChunkStream(track, track.read(transform), rate, assumed, keep_faults)
 
 
-def _metadata(track: LoggedImu, conversion: Conversion, options: ReadOptions, rate: float | None) -> Metadata:
+def _no_time(track: LoggedImu) -> str:
+    if not track.columns:
+        return f"{track.path}: holds no time; give the sample rate with --rate, in Hz"
+    return (
+        f"{track.path}: no column is known to be time; columns found: {listed(track.columns)}; name it with "
+        "--columns time=NAME, or give the sample rate with --rate, in Hz"
+    )
+
+
+def _odd_step(time: FloatArray, unit: ResolvedUnit) -> tuple[str, ...]:
+    """Say that samples are too far apart, or too close, to be those of an IMU."""
+    odd = odd_step(usual_step(time) * unit.scale)
+    if not odd:
+        return ()
+    return (
+        f"{odd}: time was read in {unit.name} ({unit.reason}); give its unit with --time-unit, or its column "
+        "with --columns time=NAME",
+    )
+
+
+def _metadata(
+    track: LoggedImu, conversion: Conversion, options: ReadOptions, rate: float | None, odd: tuple[str, ...]
+) -> Metadata:
     return Metadata(
         name=_name(track),
         source=track.source,
@@ -102,7 +127,8 @@ def _metadata(track: LoggedImu, conversion: Conversion, options: ReadOptions, ra
         rate=rate,
         already_corrected=track.already_corrected,
         serial=options.serial or track.serial,
-        remarks=(*track.notices, *notices_on_axes(options)),
+        alone=track.alone,
+        remarks=(*track.notices, *notices_on_axes(options), *odd),
     )
 
 

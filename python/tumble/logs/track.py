@@ -67,6 +67,8 @@ class LoggedImu:
     serial: str = ""
     already_corrected: bool | None = None
     notices: tuple[str, ...] = ()
+    columns: tuple[str, ...] = ()
+    """Names of all columns of a table; empty for messages."""
     alone: bool = True
     """True where the file holds no other IMU."""
     expected: int | None = None

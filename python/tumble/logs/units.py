@@ -113,6 +113,9 @@ SPELLINGS: Mapping[Quantity, Mapping[str, str]] = {
     },
 }
 
+SLOWEST_HZ, FASTEST_HZ = 0.5, 50_000.0
+"""Rates at which IMUs sample; a time that says otherwise is in another unit, or no time."""
+
 _WINDOW = 32
 IMPOSSIBLE_RAD_PER_S = 40.0
 """Faster than any IMU at work turns."""
@@ -174,18 +177,34 @@ def guess_gyroscope_unit(smallest: float, peak: float) -> tuple[str | None, str]
 def guess_time_unit(time: FloatArray) -> tuple[str, str]:
     """Give the unit of time stamps and why: from their size if they count from 1970, else from their step.
 
-    IMUs sample at 10 Hz to 10 kHz, so steps of 0.1 ms to 100 ms are taken for granted.
+    A counter of microseconds may have the size of seconds since 1970, but not their step. Most IMUs sample at
+    10 Hz to 10 kHz, so steps of 0.1 ms to 100 ms are taken for granted.
     """
-    finite = time[np.isfinite(time)]
-    if len(finite) < 2:
+    step = usual_step(time)
+    if math.isnan(step):
         return "s", "assumed"
-    latest = float(finite.max())
+    latest = float(np.max(time, where=np.isfinite(time), initial=0.0))
     for name, scale in UNITS["time"].items():
-        if 1e9 <= latest * scale <= 4e9:
+        if 1e9 <= latest * scale <= 4e9 and is_imu_step(step * scale):
             return name, "size of the stamps, counted from 1970"
-    steps = np.diff(finite)
-    step = float(np.median(steps[steps > 0])) if bool((steps > 0).any()) else 0.0
     if step < 1.0:
         return "s", "assumed"
     name = "ms" if step < 100.0 else "us" if step < 1e5 else "ns"
     return name, f"step of {step:.6g} between samples"
+
+
+def usual_step(time: FloatArray) -> float:
+    """Give the median step between successive (n,) times that advances, NaN where none does."""
+    steps = np.diff(time[np.isfinite(time)])
+    steps = steps[steps > 0.0]
+    return float(np.median(steps)) if len(steps) else math.nan
+
+
+def odd_step(step: float) -> str:
+    """Say why times that far apart, s, are no IMU's; empty where they may be."""
+    return "" if is_imu_step(step) else f"a sample every {step:.6g} s, {1.0 / step:.4g} Hz, is none of an IMU"
+
+
+def is_imu_step(step: float) -> bool:
+    """Tell whether an IMU samples with that time between samples, s; taken for granted where it is NaN."""
+    return not (step * FASTEST_HZ < 1.0 or step * SLOWEST_HZ > 1.0)

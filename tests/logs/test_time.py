@@ -1,0 +1,85 @@
+"""Which column is time, in which unit, and what is said where neither makes sense of an IMU."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from log_fixtures import made_up, refusal, write_text
+from tumble.acquisition.acquire import acquire
+from tumble.errors import ProcedureError
+from tumble.inspect.procedure import inspect
+from tumble.logs import ReadOptions, open_recording
+from tumble.logs.units import FASTEST_HZ, SLOWEST_HZ, guess_time_unit, is_imu_step
+
+TRIADS = "ax,ay,az,gx,gy,gz"
+
+
+def counted(path, name, start=1.5e9, ticks_per_second=1e6, rate=155.0):
+    """A log with a counter of microseconds, or what is said, under that name."""
+    chunk = made_up(600, rate=rate, start=start / ticks_per_second, temperature=False)
+    return write_text(path, chunk, f"{name},{TRIADS}", scale=(ticks_per_second, 1.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "ticks"),
+    [
+        ("ustime", "us", 1e6),
+        ("time_us", "us", 1e6),
+        ("timestamp_ns", "ns", 1e9),
+        ("mcu_us", "us", 1e6),
+        ("rx_clock_ms", "ms", 1e3),
+        ("nsstamp", "ns", 1e9),
+        ("micros", "us", 1e6),
+    ],
+)
+def test_a_counter_is_known_by_its_name(tmp_path, name, unit, ticks):
+    found = inspect(open_recording(counted(tmp_path / "log.csv", name, ticks_per_second=ticks)))
+    assert found.metadata.time_unit.name == unit
+    assert found.timing.rate == pytest.approx(155.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("name", ["dt_us", "exposure_ms", "latency_ns"])
+def test_a_duration_is_not_taken_for_time(tmp_path, name):
+    assert "no column is known to be time" in refusal(counted(tmp_path / "log.csv", name))
+
+
+def test_a_counter_of_microseconds_as_large_as_seconds_since_1970_is_told_by_its_step(tmp_path):
+    path = counted(tmp_path / "log.csv", "counter", start=1.5e9)
+    found = inspect(open_recording(path, ReadOptions(columns={"time": "counter"})))
+    assert found.metadata.time_unit.name == "us"
+    assert found.timing.rate == pytest.approx(155.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("rate", [1.0, 10.0, 155.0, 1000.0, 20_000.0])
+@pytest.mark.parametrize("ticks", [1.0, 1e3, 1e6, 1e9])
+def test_stamps_since_1970_keep_the_unit_of_their_size(rate, ticks):
+    time = np.round((1.7e9 + np.arange(500) / rate) * ticks)
+    if len(np.unique(time)) < 2:
+        pytest.skip("one stamp for all")
+    expected = {1.0: "s", 1e3: "ms", 1e6: "us", 1e9: "ns"}[ticks]
+    assert guess_time_unit(time)[0] == expected
+
+
+def test_without_a_time_column_those_found_are_listed_with_the_way_to_name_one(tmp_path):
+    line = refusal(counted(tmp_path / "log.csv", "counter"))
+    assert "columns found: counter, ax, ay, az, gx, gy, gz" in line
+    assert "--columns time=NAME" in line
+    assert "--rate" in line
+
+
+@pytest.mark.parametrize("rate", [0.9 * SLOWEST_HZ, 1.1 * FASTEST_HZ])
+def test_a_rate_that_no_imu_has_is_said_and_serves_no_procedure(tmp_path, rate):
+    path = write_text(tmp_path / "log.csv", made_up(600, rate=rate, temperature=False))
+    recording = open_recording(path, ReadOptions(time_unit="s"))
+    found = inspect(recording)
+    assert not any(service.possible for service in found.services)
+    assert all("samples a second" in " ".join(service.missing) for service in found.services)
+    assert any("is none of an IMU" in remark and "--time-unit" in remark for remark in found.remarks)
+    with pytest.raises(ProcedureError, match=r"is none of an IMU.*--time-unit"):
+        acquire(recording)
+
+
+@pytest.mark.parametrize("rate", [SLOWEST_HZ, 100.0, FASTEST_HZ])
+def test_the_rates_that_imus_have_are_taken(rate):
+    assert is_imu_step(1.0 / rate)
