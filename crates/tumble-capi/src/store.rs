@@ -125,8 +125,8 @@ pub unsafe extern "C" fn tumble_store_load(
 }
 
 /// Puts a record in force; the one adopted before it stays as the previous one. If it is in force already, nothing is
-/// written. Whenever power is cut, the old or the new record reads back whole. `now` is microseconds of any clock that
-/// does not go back. `wait`, which may be null, is how long to wait after ::TUMBLE_ERROR_TOO_SOON, microseconds.
+/// written, unless it was the last to be written before a reset: power may have been cut in it. Whenever that happens,
+/// the old or the new record reads back whole. `now` is microseconds of any clock that does not go back. `wait`, which may be null, is how long to wait after ::TUMBLE_ERROR_TOO_SOON, microseconds.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY; ::TUMBLE_ERROR_CODE,
 /// ::TUMBLE_ERROR_NOT_FINITE of the record; ::TUMBLE_ERROR_TOO_SOON, ::TUMBLE_ERROR_FULL: the old one is in force;

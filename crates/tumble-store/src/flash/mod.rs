@@ -2,7 +2,8 @@
 //!
 //! Of each sensor of each unit three records stay: the factory's, the last that was adopted, and the one before. What
 //! is in force is the last adopted, else the factory's. Replacing is atomic: power may be cut at any byte of any write
-//! and anywhere in an erasure, whatever that leaves behind, and the old or the new record reads back whole.
+//! and anywhere in an erasure, whatever that leaves behind, be it a word that reads otherwise in each boot, and the old or
+//! the new record reads back whole. One that was said to be stored does so in all boots to come.
 //!
 //! How it lies in flash is in `docs/record-format.md`. Maps that are to be had did not do: sequential-storage 8.0
 //! takes an erasure to clear a page from its start, and where one was cut that left the start for last, records that
@@ -122,8 +123,8 @@ impl<F: NorFlash> RecordStore<F> {
         identity: u64,
         sensor: Sensor,
     ) -> Result<Option<StoredRecord>, StoreError<F::Error>> {
-        let found = self.entry_in_force(Key { identity, sensor })?;
-        found.map(|entry| read(&entry)).transpose()
+        let found = self.found_in_force(Key { identity, sensor })?;
+        found.map(|(_, found)| read(&found.entry)).transpose()
     }
 
     /// One of the records of a sensor.
@@ -137,17 +138,17 @@ impl<F: NorFlash> RecordStore<F> {
         which: Which,
     ) -> Result<Option<StoredRecord>, StoreError<F::Error>> {
         let found = self.find(Key { identity, sensor }, which)?;
-        found.map(|entry| read(&entry)).transpose()
+        found.map(|(_, found)| read(&found.entry)).transpose()
     }
 
     /// Puts a record in force; the one adopted before it stays as the previous one. Nothing is written if it is in
-    /// force.
+    /// force, unless it was the last to be written in an earlier boot: power may have been cut in it.
     ///
     /// # Errors
     /// [`StoreError`]; the old one is in force, unless the flash failed after the new one was whole.
     pub fn save(&mut self, now: u64, record: &StoredRecord) -> Result<Saved, StoreError<F::Error>> {
         let entry = written(Kind::Adopted, record)?;
-        let in_force = self.entry_in_force(key(record))?;
+        let in_force = self.found_in_force(key(record))?;
         self.store(now, &entry, in_force)
     }
 
@@ -202,14 +203,17 @@ impl<F: NorFlash> RecordStore<F> {
         self.banks.flash
     }
 
-    /// Writes an entry unless the one that it replaces holds the same record.
+    /// Writes an entry unless the one that it replaces holds the same record for good.
     fn store(
         &mut self,
         now: u64,
         entry: &Entry,
-        replaced: Option<Entry>,
+        replaced: Option<(Bank, Found)>,
     ) -> Result<Saved, StoreError<F::Error>> {
-        if replaced.is_some_and(|replaced| replaced.record() == entry.record()) {
+        if let Some((bank, found)) = replaced
+            && found.entry.record() == entry.record()
+            && self.banks.is_firm(bank, &found)?
+        {
             return Ok(Saved::AlreadyThere);
         }
         let before = self.writes;
@@ -223,14 +227,15 @@ impl<F: NorFlash> RecordStore<F> {
         appended.map(|()| Saved::Written)
     }
 
-    fn entry_in_force(&mut self, key: Key) -> Result<Option<Entry>, StoreError<F::Error>> {
+    fn found_in_force(&mut self, key: Key) -> Result<Option<(Bank, Found)>, StoreError<F::Error>> {
         match self.find(key, Which::Last)? {
             None => self.find(key, Which::Factory),
             found => Ok(found),
         }
     }
 
-    fn find(&mut self, key: Key, which: Which) -> Result<Option<Entry>, StoreError<F::Error>> {
+    /// Finds one of the records of a sensor, and the bank it is in.
+    fn find(&mut self, key: Key, which: Which) -> Result<Option<(Bank, Found)>, StoreError<F::Error>> {
         let Some(bank) = self.banks.in_use()? else {
             return Ok(None);
         };
@@ -240,14 +245,21 @@ impl<F: NorFlash> RecordStore<F> {
             Which::Factory => self.banks.last_before(bank, end, key, Kind::Factory)?,
             Which::Previous => self.previous(bank, key)?,
         };
-        Ok(found.map(|found| found.entry))
+        Ok(found.map(|found| (bank, found)))
     }
 
     fn previous(&mut self, bank: Bank, key: Key) -> Result<Option<Found>, StoreError<F::Error>> {
         let end = self.banks.slots();
-        match self.banks.last_before(bank, end, key, Kind::Adopted)? {
-            None => Ok(None),
-            Some(last) => self.banks.last_before(bank, last.slot, key, Kind::Adopted),
+        let Some(last) = self.banks.last_before(bank, end, key, Kind::Adopted)? else {
+            return Ok(None);
+        };
+        let mut end = last.slot;
+        loop {
+            match self.banks.last_before(bank, end, key, Kind::Adopted)? {
+                // The last was written twice, for it to be firm.
+                Some(found) if found.entry == last.entry => end = found.slot,
+                found => return Ok(found),
+            }
         }
     }
 }

@@ -91,12 +91,29 @@ fn nothing_is_written_if_the_record_is_in_force_already() {
     let mut store = open(Simulated::<4>::new(2));
     let record = numbered(UNIT, SENSOR, 1);
     store.save_factory(0, &record).unwrap();
+    assert_eq!(store.save_factory(0, &record), Ok(Saved::AlreadyThere));
+    // Power may have been cut in the last entry of a boot, so that another follows it.
+    store.save(0, &numbered(UNIT + 1, SENSOR, 2)).unwrap();
     let before = store.into_flash().back();
     let mut store = open(before.clone());
     assert_eq!(store.save(0, &record), Ok(Saved::AlreadyThere));
     assert_eq!(store.save_factory(0, &record), Ok(Saved::AlreadyThere));
     assert_eq!(store.roll_back(0, UNIT, SENSOR, Which::Factory), Ok(record));
     assert_eq!(store.into_flash().operations, before.operations);
+}
+
+#[test]
+fn a_record_written_again_after_a_start_leaves_the_previous_one_what_it_was() {
+    let [first, second] = [1, 2].map(|number| numbered(UNIT, SENSOR, number));
+    let mut store = open(Simulated::<4>::new(2));
+    store.save(0, &first).unwrap();
+    store.save(0, &second).unwrap();
+    for boot in 0..30 {
+        store = open(store.into_flash().back());
+        store.save(0, &second).unwrap();
+        let previous = store.load(UNIT, SENSOR, Which::Previous);
+        assert_eq!(previous, Ok(Some(first)), "boot {boot}");
+    }
 }
 
 #[test]
@@ -311,7 +328,7 @@ fn the_count_of_banks_starts_again_from_zero_when_it_is_full() {
     save(&mut store, 0);
     let mut flash = store.into_flash();
     for copy in [0, 32] {
-        let header = &mut flash.memory[copy..copy + 12];
+        let header = &mut flash.memory[copy..copy + 20];
         header[4..8].copy_from_slice(&(u32::MAX - 1).to_le_bytes());
         sign(header);
     }

@@ -4,5 +4,6 @@ mod common;
 mod corruption;
 mod flash;
 mod layout;
+mod marginal;
 mod power_cut;
 mod record;

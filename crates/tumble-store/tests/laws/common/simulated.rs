@@ -1,5 +1,7 @@
 //! NOR flash as its data sheets describe it, with a power supply that can be cut.
 
+use std::ops::Range;
+
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
@@ -16,6 +18,8 @@ pub enum Remains {
     Bytes(usize),
     /// The same, and the word after them holds anything that clearing bits of it can give.
     TornAfter(usize),
+    /// The same, and the cells of the word after them are marginal: each boot reads them in its own way.
+    MarginalAfter(usize),
     /// The first half of the pages is erased.
     ErasedFront,
     /// The last half is.
@@ -28,6 +32,12 @@ pub enum Remains {
     Anything,
     /// All is erased, but the flash did not say so.
     Erased,
+    /// All cells that were to be set are marginal.
+    Marginal,
+    /// Those of the first half of the pages are, the last half is as it was.
+    MarginalFront,
+    /// Those of the last half are, the first half is as it was.
+    MarginalBack,
 }
 
 /// What an erasure that is cut may leave.
@@ -39,6 +49,16 @@ pub const ERASURES: [Remains; 7] = [
     Remains::SomeSet,
     Remains::Anything,
     Remains::Erased,
+];
+
+/// The same, where cells may also be left marginal.
+pub const MARGINAL_ERASURES: [Remains; 6] = [
+    Remains::Marginal,
+    Remains::MarginalFront,
+    Remains::MarginalBack,
+    Remains::Bytes(0),
+    Remains::ErasedFront,
+    Remains::ErasedBack,
 ];
 
 /// A change of the flash.
@@ -60,6 +80,8 @@ pub struct Cut {
 #[derive(Clone)]
 pub struct Simulated<const WORD: usize> {
     pub memory: Vec<u8>,
+    /// Bits that are neither set nor cleared: they read one way for a whole boot, and are drawn anew at the next.
+    marginal: Vec<u8>,
     /// Words written since they were erased, which must not be written again.
     written: Vec<bool>,
     pub operations: Vec<Operation>,
@@ -93,6 +115,7 @@ impl<const WORD: usize> Simulated<WORD> {
     pub fn new(pages: usize) -> Self {
         Self {
             memory: vec![0xFF; pages * PAGE],
+            marginal: vec![0; pages * PAGE],
             written: vec![false; pages * PAGE / WORD],
             operations: Vec::new(),
             erasures: vec![0; pages],
@@ -103,9 +126,23 @@ impl<const WORD: usize> Simulated<WORD> {
         }
     }
 
-    /// The same flash when power is back. Words that were torn count as not written: a store cannot tell.
+    /// Erased flash whose cuts leave other things than those of another seed.
+    pub fn seeded(pages: usize, seed: u64) -> Self {
+        let mut flash = Self::new(pages);
+        flash.reseed(seed);
+        flash
+    }
+
+    /// Lets cuts and marginal cells fall out otherwise from now on.
+    pub fn reseed(&mut self, seed: u64) {
+        self.seed = seed;
+    }
+
+    /// The same flash when power is back. Words that were torn and read as erased count as not written: a store cannot
+    /// tell.
     pub fn back(mut self) -> Self {
         self.cut = None;
+        self.draw_marginal();
         self.operations.clear();
         for (written, word) in self.written.iter_mut().zip(self.memory.chunks(WORD)) {
             *written = word.iter().any(|byte| *byte != 0xFF);
@@ -127,6 +164,40 @@ impl<const WORD: usize> Simulated<WORD> {
         Pcg64Mcg::seed_from_u64(self.seed)
     }
 
+    /// Chooses how marginal cells read from now on: a word of them often as if it had been written whole, or not at all.
+    fn draw_marginal(&mut self) {
+        let mut random = self.random();
+        for (word, marginal) in self.memory.chunks_mut(WORD).zip(self.marginal.chunks(WORD)) {
+            if marginal.iter().all(|mask| *mask == 0) {
+                continue;
+            }
+            let way = random.random_range(0..3);
+            for (byte, mask) in word.iter_mut().zip(marginal) {
+                let set = [0x00, 0xFF, random.random::<u8>()][way];
+                *byte = *byte & !mask | set & mask;
+            }
+        }
+    }
+
+    /// Leaves the bits that were to be cleared by a write, or to be set by an erasure, in between.
+    fn leave_marginal(&mut self, offset: usize, bits: impl IntoIterator<Item = u8>) {
+        for (mask, bits) in self.marginal[offset..].iter_mut().zip(bits) {
+            *mask |= bits;
+        }
+    }
+
+    /// Erases bytes.
+    fn set(&mut self, bytes: Range<usize>) {
+        self.memory[bytes.clone()].fill(0xFF);
+        self.marginal[bytes].fill(0);
+    }
+
+    /// Erases bytes half-way.
+    fn half_set(&mut self, bytes: Range<usize>) {
+        let cleared: Vec<u8> = self.memory[bytes.clone()].iter().map(|byte| !byte).collect();
+        self.leave_marginal(bytes.start, cleared);
+    }
+
     fn put(&mut self, offset: usize, bytes: &[u8]) {
         for (place, byte) in (offset..).zip(bytes) {
             let stuck = self
@@ -134,6 +205,8 @@ impl<const WORD: usize> Simulated<WORD> {
                 .filter(|(worn, _)| *worn == place)
                 .map_or(0, |(_, mask)| mask);
             self.memory[place] &= byte | stuck;
+            // A cell that is cleared is; one that is to stay set stays what it is.
+            self.marginal[place] &= byte;
         }
     }
 }
@@ -178,16 +251,21 @@ impl<const WORD: usize> NorFlash for Simulated<WORD> {
         self.erasures[pages.start / PAGE..pages.end / PAGE]
             .iter_mut()
             .for_each(|count| *count += 1);
-        let memory = &mut self.memory[pages];
-        let half = memory.len() / 2;
+        let middle = usize::midpoint(pages.start, pages.end);
+        let (front, back) = (pages.start..middle, middle..pages.end);
         match remains {
-            None | Some(Remains::Erased) => memory.fill(0xFF),
-            Some(Remains::ErasedFront) => memory[..half].fill(0xFF),
-            Some(Remains::ErasedBack) => memory[half..].fill(0xFF),
-            Some(Remains::Cleared) => memory.fill(0),
-            Some(Remains::SomeSet) => memory.iter_mut().for_each(|byte| *byte |= random.random::<u8>()),
-            Some(Remains::Anything) => random.fill_bytes(memory),
-            Some(Remains::Bytes(_) | Remains::TornAfter(_)) => {}
+            None | Some(Remains::Erased) => self.set(pages),
+            Some(Remains::ErasedFront) => self.set(front),
+            Some(Remains::ErasedBack) => self.set(back),
+            Some(Remains::Cleared) => self.memory[pages].fill(0),
+            Some(Remains::SomeSet) => self.memory[pages]
+                .iter_mut()
+                .for_each(|byte| *byte |= random.random::<u8>()),
+            Some(Remains::Anything) => random.fill_bytes(&mut self.memory[pages]),
+            Some(Remains::Marginal) => self.half_set(pages),
+            Some(Remains::MarginalFront) => self.half_set(front),
+            Some(Remains::MarginalBack) => self.half_set(back),
+            Some(Remains::Bytes(_) | Remains::TornAfter(_) | Remains::MarginalAfter(_)) => {}
         }
         remains.map_or(Ok(()), |_| Err(Fault::PowerCut))
     }
@@ -210,6 +288,16 @@ impl<const WORD: usize> NorFlash for Simulated<WORD> {
                 let mut random = self.random();
                 let torn: Vec<u8> = bytes[done..].iter().take(WORD).map(|_| random.random()).collect();
                 self.put(offset + done, &torn);
+            }
+            Some(Remains::MarginalAfter(done)) => {
+                self.put(offset, &bytes[..done]);
+                let rest = offset + done..offset + bytes.len().min(done + WORD);
+                let to_clear: Vec<u8> = self.memory[rest]
+                    .iter()
+                    .zip(&bytes[done..])
+                    .map(|(held, wanted)| held & !wanted)
+                    .collect();
+                self.leave_marginal(offset + done, to_clear);
             }
             Some(other) => unreachable!("{other:?} is of an erasure"),
         }

@@ -1,0 +1,273 @@
+//! Power is cut in the middle of a word or of an erasure, and leaves cells that read one way for a whole boot and another
+//! way in the next: no acknowledged record is lost, however often.
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use tumble_core::redundancy::sensor::SENSORS;
+use tumble_store::flash::{RecordStore, StoreError, Which};
+use tumble_store::record::StoredRecord;
+
+use crate::common::history::{Update, make, numbered, open};
+use crate::common::simulated::{Cut, Fault, MARGINAL_ERASURES, Operation, Remains, Simulated};
+
+/// A record that was to be stored, whether or not it was acknowledged, of a sensor and kind.
+#[derive(Clone)]
+struct Promised {
+    factory: bool,
+    /// The last that was acknowledged, and all since whose storing was cut: any of them may be there.
+    may_be: Vec<Option<StoredRecord>>,
+}
+
+/// What the store has promised, of each sensor of two units.
+#[derive(Clone)]
+struct Promises(Vec<(u64, usize, Promised)>);
+
+impl Promises {
+    fn none() -> Self {
+        let sensors = (1..=2).flat_map(|unit| [(unit, 0), (unit, 1)]);
+        let kinds = sensors.flat_map(|(unit, sensor)| [(unit, sensor, false), (unit, sensor, true)]);
+        let nothing = |factory| Promised {
+            factory,
+            may_be: vec![None],
+        };
+        Self(
+            kinds
+                .map(|(unit, sensor, factory)| (unit, sensor, nothing(factory)))
+                .collect(),
+        )
+    }
+
+    /// Takes note of an update, which was acknowledged or cut.
+    fn note(&mut self, update: &Update, acknowledged: bool) {
+        let (record, of_factory) = match update {
+            Update::Save(record) => (record, false),
+            Update::SaveFactory(record) => (record, true),
+            Update::RollBack(..) => return,
+        };
+        for (unit, sensor, promised) in &mut self.0 {
+            let its = (*unit, SENSORS[*sensor]) == (record.record.identity, record.record.sensor);
+            if its && promised.factory == of_factory {
+                if acknowledged {
+                    promised.may_be.clear();
+                }
+                promised.may_be.push(Some(*record));
+            }
+        }
+    }
+
+    /// Says what is lost, if something is.
+    fn broken<const WORD: usize>(&self, store: &mut RecordStore<Simulated<WORD>>) -> Option<String> {
+        self.0.iter().find_map(|(unit, sensor, promised)| {
+            let which = if promised.factory {
+                Which::Factory
+            } else {
+                Which::Last
+            };
+            let found = store.load(*unit, SENSORS[*sensor], which);
+            let kept = matches!(&found, Ok(found) if promised.may_be.contains(found));
+            let number = |record: &StoredRecord| record.record.sequence;
+            (!kept).then(|| {
+                let found = found.map(|found| found.as_ref().map(number));
+                let may_be: Vec<_> = promised
+                    .may_be
+                    .iter()
+                    .map(|record| record.as_ref().map(number))
+                    .collect();
+                format!("{which:?} of unit {unit}: {found:?}, of {may_be:?}")
+            })
+        })
+    }
+}
+
+/// A flash with what was promised of it.
+#[derive(Clone)]
+struct Device<const WORD: usize> {
+    flash: Simulated<WORD>,
+    promises: Promises,
+    /// Of the last record.
+    number: u32,
+    /// The last update, which may be tried again.
+    last: Option<Update>,
+}
+
+impl<const WORD: usize> Device<WORD> {
+    fn new(seed: u64) -> Self {
+        Self {
+            flash: Simulated::seeded(2, seed),
+            promises: Promises::none(),
+            number: 0,
+            last: None,
+        }
+    }
+
+    /// A new update, or at times the last one again.
+    fn update(&mut self, random: &mut Pcg64Mcg) -> Update {
+        if let Some(last) = self.last.filter(|_| random.random_bool(0.2)) {
+            return last;
+        }
+        self.number += 1;
+        let record = numbered(
+            random.random_range(1..=2),
+            SENSORS[random.random_range(0..2)],
+            self.number,
+        );
+        let update = if random.random_bool(0.1) {
+            Update::SaveFactory(record)
+        } else {
+            Update::Save(record)
+        };
+        self.last = Some(update);
+        update
+    }
+
+    /// A boot: some updates, with power cut in the last of them if so wanted. Gives what is lost.
+    fn boot(&mut self, random: &mut Pcg64Mcg, updates: usize, cut: bool) -> Option<String> {
+        let updates: Vec<Update> = (0..updates).map(|_| self.update(random)).collect();
+        let mut flash = self.flash.clone().back();
+        flash.cut = if cut {
+            draw_cut(&flash, random, &updates)
+        } else {
+            None
+        };
+        let cut_in = flash.cut.and(updates.len().checked_sub(1));
+        let mut store = open(flash);
+        let mut lost = self.promises.broken(&mut store);
+        for (index, update) in updates.iter().enumerate() {
+            let outcome = make(update, &mut store);
+            let is_cut = cut_in == Some(index);
+            let wanted = if is_cut {
+                Err(StoreError::Flash(Fault::PowerCut))
+            } else {
+                Ok(())
+            };
+            assert_eq!(outcome, wanted, "{update:?}");
+            self.promises.note(update, !is_cut);
+            lost = lost.or_else(|| (!is_cut).then(|| self.promises.broken(&mut store)).flatten());
+        }
+        self.flash = store.into_flash();
+        lost
+    }
+}
+
+/// A cut somewhere in the last of some updates, if it changes flash.
+fn draw_cut<const WORD: usize>(
+    flash: &Simulated<WORD>,
+    random: &mut Pcg64Mcg,
+    updates: &[Update],
+) -> Option<Cut> {
+    let operations = |updates: &[Update]| {
+        let mut store = open(flash.clone());
+        updates
+            .iter()
+            .for_each(|update| make(update, &mut store).unwrap());
+        store.into_flash().operations
+    };
+    let (_, before) = updates.split_last()?;
+    let (first, all) = (operations(before).len(), operations(updates));
+    let operations = &all[first..];
+    let count = operations.len();
+    if count == 0 {
+        return None;
+    }
+    // The last operations of a turnover, of which there are few, as often as the many before.
+    let which = if random.random_bool(0.5) {
+        count - 1 - random.random_range(0..count.min(5))
+    } else {
+        random.random_range(0..count)
+    };
+    let remains = match operations[which] {
+        Operation::Erase => MARGINAL_ERASURES[random.random_range(0..MARGINAL_ERASURES.len())],
+        Operation::Write { bytes } => {
+            let words = bytes / WORD;
+            // The first and the last word are what a reader judges by.
+            let word = [0, words - 1, random.random_range(0..words)][random.random_range(0..3)];
+            Remains::MarginalAfter(word * WORD)
+        }
+    };
+    let after = first + which;
+    Some(Cut { after, remains })
+}
+
+/// Cuts power in so many boots, one after the other or with one between them, then boots without cuts; gives what is
+/// lost.
+fn fate<const WORD: usize>(device: &Device<WORD>, random: &mut Pcg64Mcg, cuts: usize) -> Option<String> {
+    let mut device = device.clone();
+    device.flash.reseed(random.random());
+    let mut lost = None;
+    for _ in 0..cuts {
+        let updates = random.random_range(1..=2);
+        lost = lost.or_else(|| device.boot(random, updates, true));
+        if random.random_bool(0.2) {
+            lost = lost.or_else(|| device.boot(random, 0, false));
+        }
+    }
+    for _ in 0..4 {
+        let updates = random.random_range(0..=2);
+        lost = lost.or_else(|| device.boot(random, updates, false));
+    }
+    lost
+}
+
+/// Tries cuts on flash of all ages; gives how many lost something.
+fn losses<const WORD: usize>(trials: usize, cuts: usize, seed: u64) -> usize {
+    println!("seed {seed}");
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut lost = 0;
+    let mut device = Device::<WORD>::new(seed);
+    for trial in 0..trials {
+        if trial % 20 == 0 {
+            device = Device::new(seed + trial as u64);
+            for _ in 0..random.random_range(0..30) {
+                let updates = random.random_range(0..4);
+                assert_eq!(device.boot(&mut random, updates, false), None);
+            }
+        }
+        if let Some(what) = fate(&device, &mut random, cuts) {
+            if lost < 5 {
+                println!("trial {trial}: {what}");
+            }
+            lost += 1;
+        }
+    }
+    lost
+}
+
+#[test]
+fn pairs_of_cuts_that_leave_marginal_cells_lose_nothing() {
+    let lost = [
+        losses::<1>(1000, 2, 31),
+        losses::<4>(1000, 2, 32),
+        losses::<8>(1000, 2, 33),
+        losses::<32>(1000, 2, 34),
+    ];
+    assert_eq!(lost, [0; 4]);
+}
+
+#[test]
+fn cuts_upon_cuts_that_leave_marginal_cells_lose_nothing() {
+    let lost = [losses::<4>(150, 12, 41), losses::<32>(150, 12, 42)];
+    assert_eq!(lost, [0; 2]);
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn long_sequences_of_cuts_that_leave_marginal_cells_lose_nothing() {
+    let lost = [
+        losses::<1>(10_000, 20, 51),
+        losses::<4>(10_000, 20, 52),
+        losses::<32>(10_000, 20, 53),
+    ];
+    assert_eq!(lost, [0; 3]);
+}
+
+#[test]
+#[ignore = "takes an hour"]
+fn a_million_pairs_of_cuts_that_leave_marginal_cells_lose_nothing() {
+    let lost = [
+        losses::<1>(250_000, 2, 300_000),
+        losses::<4>(250_000, 2, 600_000),
+        losses::<8>(250_000, 2, 900_000),
+        losses::<32>(250_000, 2, 1_200_000),
+    ];
+    assert_eq!(lost, [0; 4]);
+}
