@@ -70,7 +70,7 @@ LAYERS: dict[str, set[str]] = {
     "results": {"errors", "recording", "_core"},
     "result": DATA,
     "calibration": DATA | {"result", "_core"},
-    "logs": {"lazy", "constants", "numbers", "errors", "files", "recording"},
+    "logs": {"lazy", "constants", "numbers", "units", "errors", "files", "recording"},
     "live": {"numbers", "errors", "recording", "logs"},
     "gravity": {"errors", "constants", "_core"},
     "acquisition": DATA | {"calibration", "logs", "gravity", "_core"},

@@ -54,9 +54,7 @@ def test_a_counter_of_microseconds_as_large_as_seconds_since_1970_is_told_by_its
 @pytest.mark.parametrize("rate", [1.0, 10.0, 155.0, 1000.0, 20_000.0])
 @pytest.mark.parametrize("ticks", [1.0, 1e3, 1e6, 1e9])
 def test_stamps_since_1970_keep_the_unit_of_their_size(rate, ticks):
-    time = np.round((1.7e9 + np.arange(500) / rate) * ticks)
-    if len(np.unique(time)) < 2:
-        pytest.skip("one stamp for all")
+    time = np.round((1.7e9 + np.arange(50_000) / rate) * ticks)
     expected = {1.0: "s", 1e3: "ms", 1e6: "us", 1e9: "ns"}[ticks]
     assert guess_time_unit(time)[0] == expected
 

@@ -74,6 +74,17 @@ _OPTIONS: dict[str, tuple[Any, Any]] = {
     "rate": (Annotated[float | None, _option("HZ", "Samples per second, in place of the log's time.")], None),
     "topic": (Annotated[str | None, _option("NAME", "Which IMU of the file; the same as LOG:NAME.")], None),
     "skip_lines": (Annotated[int, _option("N", "Lines to skip before the column names.")], 0),
+    "skip_bad_lines": (
+        Annotated[
+            bool,
+            typer.Option(
+                "--skip-bad-lines",
+                help="Leave out lines of a text log that cannot be read, up to 1 %.",
+                rich_help_panel=_PANEL,
+            ),
+        ],
+        False,
+    ),
     "serial": (Annotated[str, _option("TEXT", "Serial number of the unit.")], ""),
 }
 """Type and default of each option, by the field of `ReadOptions` it fills."""
@@ -148,11 +159,20 @@ def _value(name: str, typed: Any) -> Any:  # noqa: ANN401
         return _mapping(typed)
     if name.endswith(("_scale", "_zero")):
         return _numbers(name, typed)
+    if name == "skip_bad_lines":
+        return _flag(name, typed)
     kind = {"rate": float, "skip_lines": int, "accelerometer_sign": int}.get(name, str)
     try:
         return kind(typed)
     except ValueError:
         raise LogError(f"--{name.replace('_', '-')} {typed}: give a number") from None
+
+
+def _flag(name: str, typed: Any) -> bool:  # noqa: ANN401
+    words = {"yes": True, "true": True, "no": False, "false": False}
+    if str(typed).lower() not in words:
+        raise LogError(f"--{name.replace('_', '-')} {typed}: give yes or no")
+    return words[str(typed).lower()]
 
 
 def _mapping(text: str) -> dict[str, str]:

@@ -2,23 +2,58 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tumble.errors import LogError
 from tumble.logs.track import LoggedImu, RawSamples
-from tumble.logs.units import IMPOSSIBLE_RAD_PER_S
+from tumble.logs.units import IMPOSSIBLE_RAD_PER_S, LARGEST_SI, LARGEST_TIME
 from tumble.recording import Chunk, FloatArray
+from tumble.units import UNITS
 
 CHANNELS = ("ax", "ay", "az", "gx", "gy", "gz")
 
 _LARGEST_SHARE_WITHOUT_NUMBER = 0.01
+_LARGEST_SHARE_OF_BAD_LINES = 0.01
 _LARGEST_SHARE_OF_CLASHES = 0.1
+_SPIKE = 10.0
+"""Of a reading that stands alone, against the usual one."""
+_SMALLEST_SPIKE: Mapping[Literal["accelerometer", "gyroscope"], float] = {
+    "accelerometer": 15.0,
+    "gyroscope": 1.0,
+}
+"""SI: less does not spoil a calibration."""
+_FEWEST_FOR_SPIKES = 100
 
 Mask = NDArray[np.bool_]
+Numbers = NDArray[np.int64]
+Measured: TypeAlias = Literal["time", "accelerometer", "gyroscope"]
+_LARGEST_POSSIBLE: dict[Measured, float] = {
+    "time": LARGEST_TIME,
+    "accelerometer": LARGEST_SI,
+    "gyroscope": LARGEST_SI,
+}
+
+
+@dataclass(slots=True)
+class Oddities:
+    """How often something odd was met, and where first."""
+
+    count: int = 0
+    first: str = ""
+
+    def add(self, other: Oddities) -> None:
+        """Count what came after."""
+        self.count += other.count
+        self.first = self.first or other.first
+
+    def phrase(self) -> str:
+        """Say the first, and how many more there are."""
+        return self.first if self.count == 1 else f"{self.first}, and {self.count - 1} more"
 
 
 @dataclass(slots=True)
@@ -35,6 +70,12 @@ class Counts:
     """Samples left out because the time or a channel is no finite number."""
     channels: dict[str, int] = field(default_factory=dict)
     """Of those, how many each channel accounts for."""
+    bad_lines: Oddities = field(default_factory=Oddities)
+    """Lines left out because they cannot be read."""
+    impossible: Oddities = field(default_factory=Oddities)
+    """Samples left out because they hold a reading, or a time, that no sensor has."""
+    spikes: Oddities = field(default_factory=Oddities)
+    """Samples kept whose reading stands alone, far from those before and after."""
 
     def add(self, other: Counts) -> None:
         """Count what another pass has met as well."""
@@ -44,6 +85,9 @@ class Counts:
         self.without_number += other.without_number
         for name, count in other.channels.items():
             self.channels[name] = self.channels.get(name, 0) + count
+        self.bad_lines.add(other.bad_lines)
+        self.impossible.add(other.impossible)
+        self.spikes.add(other.spikes)
 
     def notices(self) -> tuple[str, ...]:
         """Say what was left out; empty if nothing was."""
@@ -53,6 +97,17 @@ class Counts:
         if self.without_number:
             channels = ", ".join(f"{name} {count}" for name, count in self.channels.items())
             notices.append(f"left out {self.without_number} samples without a number ({channels})")
+        if self.bad_lines.count:
+            notices.append(f"left out {self.bad_lines.count} lines that are bad: {self.bad_lines.phrase()}")
+        if self.impossible.count:
+            notices.append(
+                f"left out {self.impossible.count} samples that no sensor reads: {self.impossible.phrase()}"
+            )
+        if self.spikes.count:
+            notices.append(
+                f"{self.spikes.count} samples far from those before and after, garbled or knocked: "
+                f"{self.spikes.phrase()}"
+            )
         return tuple(notices)
 
 
@@ -62,7 +117,8 @@ class ChunkStream(Iterator[Chunk]):
     `expected` is the number of samples to come where that is known beforehand, for those who show progress.
 
     Raises `LogError` at the sample where time runs backwards, and at the end of a pass in which too many
-    samples had to be left out; not so with `keep_faults`, which passes on all that has a time.
+    samples had to be left out; not so with `keep_faults`, which passes on all that has a time. With
+    `skip_bad_lines` a single time stamp out of order is left out as a bad line.
     """
 
     def __init__(
@@ -72,6 +128,7 @@ class ChunkStream(Iterator[Chunk]):
         rate: float | None,
         gyroscope_unit_is_assumed: bool,
         keep_faults: bool = False,
+        skip_bad_lines: bool = False,
     ) -> None:
         self.counts = Counts()
         self.expected = track.expected
@@ -79,6 +136,10 @@ class ChunkStream(Iterator[Chunk]):
         self._rate = rate
         self._gyroscope_unit_is_assumed = gyroscope_unit_is_assumed
         self._keep_faults = keep_faults
+        self._skip_bad_lines = skip_bad_lines
+        self._largest_usual: Mapping[Measured, float] = _LARGEST_POSSIBLE | (
+            {"gyroscope": IMPOSSIBLE_RAD_PER_S} if gyroscope_unit_is_assumed else {}
+        )
         self._last: Chunk | None = None
         self._chunks = self._generate(pieces)
 
@@ -93,17 +154,16 @@ class ChunkStream(Iterator[Chunk]):
         for piece in pieces:
             first = self.counts.read
             self.counts.read += len(piece)
+            if piece.bad_lines:
+                self.counts.bad_lines.add(Oddities(len(piece.bad_lines), piece.bad_lines[0]))
             stamped = self._with_time(piece, first)
-            kept = (
-                self._drop_no_samples(stamped)
-                if self._keep_faults
-                else self._drop_gaps_in_numbers(stamped, first)
-            )
+            kept = self._drop_no_samples(stamped) if self._keep_faults else self._drop_unsound(stamped, first)
             chunk = self._drop_duplicates(kept)
             if len(chunk):
                 chunk = self._hold_temperature(chunk)
                 self._last = chunk
-                self._check_rates(chunk)
+                if self._keep_faults:
+                    self._refuse_degrees(chunk)
                 yield chunk
         self._check_totals()
 
@@ -114,22 +174,100 @@ class ChunkStream(Iterator[Chunk]):
             time = np.arange(first, first + len(piece), dtype=np.float64) / self._rate
         return Chunk(time, piece.accelerometer, piece.gyroscope, piece.temperature)
 
-    def _drop_gaps_in_numbers(self, chunk: Chunk, first: int) -> Chunk:
-        """Leave out samples that are not finite, then see that time runs forwards over what is left."""
-        # A sum is finite only if every term is, bar overflow: one pass instead of six.
-        total = chunk.time.sum() + chunk.accelerometer.sum() + chunk.gyroscope.sum()
-        finite = np.ones(len(chunk), dtype=np.bool_) if np.isfinite(total) else self._finite(chunk)
-        kept = chunk if finite.all() else _select(chunk, finite)
-        steps = np.diff(kept.time, prepend=self._last.time[-1:] if self._last is not None else kept.time[:1])
-        if bool((steps < 0.0).any()):
-            at = int(np.argmax(steps < 0.0))
-            place = self._track.locate(first + int(np.flatnonzero(finite)[at]))
+    def _drop_unsound(self, chunk: Chunk, first: int) -> Chunk:
+        """Leave out samples that are no readings, then see that time runs forwards over what is left.
+
+        `first` is the number of the first sample in the log.
+        """
+        if len(chunk) == 0:
+            return chunk
+        numbers = np.arange(first, first + len(chunk))
+        if not _is_sound(chunk, self._largest_usual):
+            finite = self._finite(chunk)
+            chunk, numbers = _select(chunk, finite), numbers[finite]
+            self._refuse_degrees(chunk)
+            possible = self._possible(chunk, numbers)
+            chunk, numbers = _select(chunk, possible), numbers[possible]
+        chunk, numbers = self._in_order(chunk, numbers)
+        self._note_spikes(chunk, numbers)
+        return chunk
+
+    def _in_order(self, chunk: Chunk, numbers: Numbers) -> tuple[Chunk, Numbers]:
+        """Refuse time that runs backwards; a single stamp out of order is a bad line."""
+        backwards = self._steps(chunk) < 0.0
+        if not backwards.any():
+            return chunk, numbers
+        alone = _stamps_alone(chunk.time)
+        if alone.any() and self._skip_bad_lines:
+            at = int(np.argmax(alone))
+            seen = f"{self._track.locate(int(numbers[at]))} jumps in time, to {float(chunk.time[at]):.9g} s"
+            self.counts.bad_lines.add(Oddities(int(alone.sum()), seen))
+            chunk, numbers = _select(chunk, ~alone), numbers[~alone]
+            backwards = self._steps(chunk) < 0.0
+            if not backwards.any():
+                return chunk, numbers
+        elif alone.any():
+            at = int(np.argmax(alone))
+            step = float(self._steps(chunk)[at])
             raise LogError(
-                f"{self._track.source}: {place}: time runs backwards by "
-                f"{-float(steps[at]):.6g} s to {float(kept.time[at]):.9g} s; "
-                "sort the log by time, or read it with --rate if its samples are in order"
+                f"{self._track.source}: {self._track.locate(int(numbers[at]))}: time "
+                f"{'runs backwards' if step < 0.0 else 'jumps ahead'} by {abs(step):.6g} s to "
+                f"{float(chunk.time[at]):.9g} s in this sample alone; repair or delete it, or "
+                "leave it out with --skip-bad-lines"
             )
-        return kept
+        at = int(np.argmax(backwards))
+        raise LogError(
+            f"{self._track.source}: {self._track.locate(int(numbers[at]))}: time runs backwards by "
+            f"{-float(self._steps(chunk)[at]):.6g} s to {float(chunk.time[at]):.9g} s; "
+            "sort the log by time, or read it with --rate if its samples are in order"
+        )
+
+    def _steps(self, chunk: Chunk) -> FloatArray:
+        """Give the (n,) steps of time to each sample from the one before, s."""
+        before = chunk.time[:1] if self._last is None else self._last.time[-1:]
+        return np.diff(chunk.time, prepend=before)
+
+    def _possible(self, chunk: Chunk, numbers: Numbers) -> Mask:
+        """Leave out, and count, what no sensor reads."""
+        impossible = {
+            what: _largest_each(values) > _LARGEST_POSSIBLE[what]
+            for what, values in _quantities(chunk).items()
+        }
+        if self._gyroscope_unit_is_assumed:
+            impossible["gyroscope"] |= _stand_alone(chunk.gyroscope, IMPOSSIBLE_RAD_PER_S)
+        found: Mask = np.logical_or.reduce(list(impossible.values()))
+        if found.any():
+            at = int(np.argmax(found))
+            what = next(name for name, mask in impossible.items() if mask[at])
+            self._note(self.counts.impossible, int(found.sum()), chunk, numbers, what, at)
+        return ~found
+
+    def _note_spikes(self, chunk: Chunk, numbers: Numbers) -> None:
+        """Count readings that are in the range of sensors, but not in that of the samples about them."""
+        for what, least in _SMALLEST_SPIKE.items():
+            values = _quantities(chunk)[what]
+            if len(chunk) < _FEWEST_FOR_SPIKES or not _largest(values) > least:
+                continue
+            usual = float(np.sqrt(np.vdot(values, values) / values.size))
+            alone = _stand_alone(values, max(least, _SPIKE * usual))
+            if alone.any():
+                at = int(np.argmax(alone))
+                self._note(self.counts.spikes, int(alone.sum()), chunk, numbers, what, at)
+
+    def _note(
+        self, oddities: Oddities, count: int, chunk: Chunk, numbers: Numbers, what: Measured, at: int
+    ) -> None:
+        """Count oddities of one kind; the first is described with place, value and time."""
+        seen = ""
+        if not oddities.count:
+            values = _quantities(chunk)[what].reshape(len(chunk), -1)[at]
+            axis = int(np.abs(values).argmax())
+            name = what if what == "time" else f"{what} {'xyz'[axis]}"
+            unit = "s" if what == "time" else UNITS[what]
+            when = "" if what == "time" else f" at {float(chunk.time[at]):.6f} s"
+            place = self._track.locate(int(numbers[at]))
+            seen = f"{name} reads {float(values[axis]):.6g} {unit}{when} ({place})"
+        oddities.add(Oddities(count, seen))
 
     def _drop_no_samples(self, chunk: Chunk) -> Chunk:
         """Leave out what has no time, and rows in which only other IMUs of the table have numbers."""
@@ -186,26 +324,39 @@ class ChunkStream(Iterator[Chunk]):
         latest = np.maximum.accumulate(np.where(np.isnan(values), 0, np.arange(len(values))))
         return replace(chunk, temperature=values[latest][1:])
 
-    def _check_rates(self, chunk: Chunk) -> None:
-        if not self._gyroscope_unit_is_assumed:
+    def _refuse_degrees(self, chunk: Chunk) -> None:
+        """Raise `LogError` where rates of unknown unit are too large for rad/s, but for single samples."""
+        if not self._gyroscope_unit_is_assumed or len(chunk) == 0:
             return
-        rates = np.abs(chunk.gyroscope)
-        if self._keep_faults:
-            rates = np.where(np.isfinite(rates), rates, 0.0)
-        fastest = float(rates.max())
-        if fastest > IMPOSSIBLE_RAD_PER_S:
-            at = float(chunk.time[int(rates.max(axis=1).argmax())])
+        largest = np.nan_to_num(_largest_each(chunk.gyroscope))
+        fast = (largest > IMPOSSIBLE_RAD_PER_S) & (largest < LARGEST_SI)
+        fast &= ~_stand_alone(chunk.gyroscope, IMPOSSIBLE_RAD_PER_S)
+        if fast.any():
+            at = int(np.where(fast, largest, 0.0).argmax())
+            seen = f"{float(largest[at]):.6g} at {float(chunk.time[at]):.6f} s"
             raise LogError(
                 f"{self._track.source}: gyroscope was assumed to be in rad/s, as no unit is stated, but "
-                f"reads {fastest:.6g} at {at:.6f} s; give --gyroscope-unit (deg/s?)"
+                f"reads {seen}; give --gyroscope-unit (deg/s?)"
             )
 
     def _check_totals(self) -> None:
         counts = self.counts
+        lines = counts.read + counts.bad_lines.count
+        if counts.bad_lines.count > _LARGEST_SHARE_OF_BAD_LINES * lines:
+            raise LogError(
+                f"{self._track.source}: {counts.bad_lines.count} of {lines} lines "
+                f"are bad, {counts.bad_lines.first}; --skip-bad-lines leaves out up to 1 %: repair the log"
+            )
         if counts.read == 0:
             raise LogError(f"{self._track.source}: holds no samples")
         if self._keep_faults:
             return
+        if counts.impossible.count > _LARGEST_SHARE_WITHOUT_NUMBER * counts.read:
+            raise LogError(
+                f"{self._track.source}: {counts.impossible.count} of {counts.read} samples are what no "
+                f"sensor reads: {counts.impossible.first}; up to 1 % would be left out, but this is a fault: "
+                "check columns and units, or repair the log"
+            )
         if counts.without_number > _LARGEST_SHARE_WITHOUT_NUMBER * counts.read:
             name, found = max(counts.channels.items(), key=lambda item: item[1])
             raise LogError(
@@ -222,3 +373,41 @@ class ChunkStream(Iterator[Chunk]):
 def _select(chunk: Chunk, mask: Mask) -> Chunk:
     temperature: FloatArray | None = None if chunk.temperature is None else chunk.temperature[mask]
     return Chunk(chunk.time[mask], chunk.accelerometer[mask], chunk.gyroscope[mask], temperature)
+
+
+def _quantities(chunk: Chunk) -> Mapping[Measured, FloatArray]:
+    return {"time": chunk.time, "accelerometer": chunk.accelerometer, "gyroscope": chunk.gyroscope}
+
+
+def _largest(values: FloatArray) -> float:
+    """Largest absolute value of some; NaN where one is."""
+    return max(float(values.max()), -float(values.min()))
+
+
+def _largest_each(values: FloatArray) -> FloatArray:
+    """Largest absolute value of each sample, (n,), of (n,) or (n, 3)."""
+    largest: FloatArray = np.abs(values.reshape(len(values), -1)).max(axis=1)
+    return largest
+
+
+def _is_sound(chunk: Chunk, bounds: Mapping[Measured, float]) -> bool:
+    """Whether all is finite, and no more than sensors read: two passes where masks would take many."""
+    return all(_largest(values) <= bounds[what] for what, values in _quantities(chunk).items())
+
+
+def _stand_alone(values: FloatArray, least: float) -> Mask:
+    """Find the samples of (n, 3) that read more than `least` and twice what those beside them do."""
+    largest = np.nan_to_num(_largest_each(values))
+    if len(largest) < 2:
+        return largest > least
+    before = np.concatenate([largest[1:2], largest[:-1]])
+    after = np.concatenate([largest[1:], largest[-2:-1]])
+    return (largest > least) & (0.5 * largest > before) & (0.5 * largest > after)
+
+
+def _stamps_alone(time: FloatArray) -> Mask:
+    """Find the (n,) times that are out of order while those before and after them are not."""
+    alone = np.zeros(len(time), dtype=np.bool_)
+    before, here, after = time[:-2], time[1:-1], time[2:]
+    alone[1:-1] = (before <= after) & ((here > after) | (here < before))
+    return alone

@@ -16,10 +16,12 @@ from tumble.logs.units import (
     TEMPERATURE_ZERO,
     UNITS,
     Quantity,
+    credible,
     find_unit,
     guess_accelerometer_unit,
     guess_gyroscope_unit,
     guess_time_unit,
+    peak,
     rest_norm,
     smallest_norm,
 )
@@ -93,6 +95,10 @@ class Conversion:
 
     def __call__(self, samples: RawSamples) -> RawSamples:
         """Convert samples that nobody else holds: arrays are changed in place."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            return self._converted(samples)
+
+    def _converted(self, samples: RawSamples) -> RawSamples:
         time = samples.time
         if time is not None and self.time_scale != 1.0:
             # Division by 1e9 rounds once where multiplication by 1e-9 would round twice.
@@ -100,8 +106,12 @@ class Conversion:
         temperature = samples.temperature
         if temperature is not None and (self.temperature_zero, self.temperature_scale) != (0.0, 1.0):
             temperature = (temperature - self.temperature_zero) * self.temperature_scale
-        return RawSamples(
-            time, self.accelerometer(samples.accelerometer), self.gyroscope(samples.gyroscope), temperature
+        return replace(
+            samples,
+            time=time,
+            accelerometer=self.accelerometer(samples.accelerometer),
+            gyroscope=self.gyroscope(samples.gyroscope),
+            temperature=temperature,
         )
 
 
@@ -113,8 +123,11 @@ def conversion_for(track: Stating, options: ReadOptions, head: RawSamples) -> Co
     rotation = _rotation(options.axes)
     if options.accelerometer_sign not in (1, -1):
         raise LogError(f"--accelerometer-sign {options.accelerometer_sign}: give 1 or -1")
-    _need_numbers(track, "accelerometer", head.accelerometer)
-    _need_numbers(track, "gyroscope", head.gyroscope)
+    head = replace(
+        head,
+        accelerometer=_credible(track, "accelerometer", head.accelerometer),
+        gyroscope=_credible(track, "gyroscope", head.gyroscope),
+    )
     accelerometer_zero = _per_axis(options.accelerometer_zero, "--accelerometer-zero")
     gyroscope_zero = _per_axis(options.gyroscope_zero, "--gyroscope-zero")
     accelerometer_unit, accelerometer_scale = _accelerometer(track, options, head, accelerometer_zero)
@@ -134,11 +147,21 @@ def conversion_for(track: Stating, options: ReadOptions, head: RawSamples) -> Co
     )
 
 
-def _need_numbers(track: Stating, triad: str, readings: FloatArray) -> None:
-    if not np.isfinite(readings).all(axis=1).any():
+def _credible(track: Stating, triad: str, readings: FloatArray) -> FloatArray:
+    """Leave to the guesses of units only what a sensor can have said."""
+    numbers = np.isfinite(readings).all(axis=1)
+    if not numbers.any():
         raise LogError(
             f"{track.source}: {triad} holds no number in its first {len(readings)} samples; check its columns"
         )
+    kept = credible(readings)
+    if not np.isfinite(kept).any():
+        smallest = float(np.abs(readings[numbers]).max(axis=1).min())
+        raise LogError(
+            f"{track.source}: {triad} reads {smallest:.4g} and more in its first {len(readings)} samples, "
+            "which no sensor says; check its columns"
+        )
+    return kept
 
 
 def _triad(rotation: FloatArray, zero: FloatArray, scale: FloatArray) -> TriadConversion:
@@ -250,10 +273,6 @@ def _check_counts(track: Stating, norm: float) -> None:
 
 
 def _no_accelerometer_unit(track: Stating, head: RawSamples, norm: float) -> str:
-    if not np.isfinite(head.accelerometer).any():
-        return (
-            f"{track.source}: accelerometer holds no number in its first {len(head)} samples; check columns"
-        )
     if not np.nan_to_num(head.accelerometer).any():
         return f"{track.source}: accelerometer reads 0 in its first {len(head)} samples: it is dead"
     return (
@@ -269,13 +288,13 @@ def _gyroscope(
     if options.gyroscope_scale is not None:
         return _with_counts("gyroscope", stated, options.gyroscope_scale)
     readings = head.gyroscope - zero
-    peak = float(np.nanmax(np.abs(readings), initial=0.0, where=np.isfinite(readings)))
+    fastest = peak(readings)
     if stated is None:
         smallest = smallest_norm(readings)
-        likely, reason = guess_gyroscope_unit(smallest, peak)
+        likely, reason = guess_gyroscope_unit(smallest, fastest)
         if likely is None:
             raise LogError(
-                f"{track.source}: gyroscope reads {smallest:.6g} to {peak:.6g}, "
+                f"{track.source}: gyroscope reads {smallest:.6g} to {fastest:.6g}, "
                 "which is neither rad/s nor deg/s; for raw counts give --gyroscope-scale (counts per unit) "
                 "and --gyroscope-unit, else the unit"
             )

@@ -8,7 +8,7 @@ import re
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,8 @@ from tumble.numbers import number_of
 from tumble.recording import FloatArray
 
 _SMALLEST_BLOCK, _LARGEST_BLOCK = 1 << 16, 1 << 26
+_LONGEST_SHOWN = 40
+_ODD = re.compile("[^\t\x20-\x7e]")
 _RATE_KEYS = ("fs", "rate", "sample rate", "sample_rate", "sampling rate", "frequency", "sampling frequency")
 
 
@@ -41,15 +43,15 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     layout = find_layout(path, options)
     imus = find_imus(layout.names, path, options.columns)
     name = choose(path, tuple(imus), imu, "column prefix")
-    table = TextTable(path, layout, imus[name].names)
+    table = TextTable(path, layout, imus[name].names, skip_bad_lines=options.skip_bad_lines)
     columns = imus[name]
     rate, notices = _stated_rate(layout, columns, options)
     return LoggedImu(
         path=path,
         imu=name,
         format="csv",
-        read=lambda transform: table.read(lambda batch: transform(samples_of(batch, columns))),
-        head=lambda: samples_of(table.head(), columns),
+        read=lambda transform: table.read(lambda rows: transform(table_samples(rows, columns))),
+        head=lambda: table_samples(table.head(), columns),
         locate=lambda sample: f"line {table.line_of(sample)}",
         accelerometer_unit=columns.accelerometer_unit,
         gyroscope_unit=columns.gyroscope_unit,
@@ -84,6 +86,11 @@ def _time_unit(layout: TextLayout, columns: ImuColumns) -> StatedUnit | None:
     return columns.time_unit
 
 
+def table_samples(rows: Rows, columns: ImuColumns) -> RawSamples:
+    """Gather the columns of one IMU, and say what lines are missing."""
+    return replace(samples_of(rows.columns, columns), bad_lines=rows.bad_lines)
+
+
 def samples_of(batch: Mapping[str, FloatArray], columns: ImuColumns) -> RawSamples:
     """Gather the columns of one IMU."""
     return RawSamples(
@@ -110,16 +117,32 @@ class _Block:
     data: bytes
 
 
-class TextTable:
-    """Some columns of a text table, read in blocks so that its length does not matter."""
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """Some columns of successive lines, by name."""
 
-    def __init__(self, path: Path, layout: TextLayout, names: Sequence[str]) -> None:
+    columns: Mapping[str, FloatArray]
+    bad_lines: tuple[str, ...] = ()
+    """What was wrong with each line that was left out."""
+
+
+class TextTable:
+    """Some columns of a text table, read in blocks so that its length does not matter.
+
+    A line that cannot be read ends the pass with a `LogError` that names it, or is left out where
+    `skip_bad_lines` says so; None is for those who cannot leave any out.
+    """
+
+    def __init__(
+        self, path: Path, layout: TextLayout, names: Sequence[str], *, skip_bad_lines: bool | None = None
+    ) -> None:
         self._path = path
         self._layout = layout
         self._names = list(names)
+        self._skip_bad_lines = skip_bad_lines
         self._block_bytes = int(min(max(layout.row_bytes * CHUNK_SAMPLES, _SMALLEST_BLOCK), _LARGEST_BLOCK))
 
-    def read(self, use: Callable[[Mapping[str, FloatArray]], RawSamples]) -> Iterator[RawSamples]:
+    def read(self, use: Callable[[Rows], RawSamples]) -> Iterator[RawSamples]:
         """Pass over the file; blocks are parsed and used in parallel, and given back in order."""
         workers = min(4, os.cpu_count() or 1)
         pool = ThreadPoolExecutor(workers, thread_name_prefix="tumble-csv")
@@ -134,7 +157,7 @@ class TextTable:
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
 
-    def head(self) -> Mapping[str, FloatArray]:
+    def head(self) -> Rows:
         """Parse the first block."""
         for block in self._blocks():
             return self._parse(block)
@@ -145,8 +168,11 @@ class TextTable:
         with self._path.open("rb") as file:
             file.seek(self._layout.data_offset)
             numbered = enumerate(file, start=self._layout.lines_before + 1)
-            rows = (line for line, text in numbered if text.strip(b"\r\n"))
+            rows = (line for line, text in numbered if text.strip(b"\r\n") and not self._is_left_out(text))
             return next(line for row, line in enumerate(rows) if row == sample)
+
+    def _is_left_out(self, line: bytes) -> bool:
+        return bool(self._skip_bad_lines and self._problem(_decoded(line.rstrip(b"\r\n")), cut_off=False))
 
     def _blocks(self) -> Iterator[_Block]:
         with self._path.open("rb") as file:
@@ -156,6 +182,10 @@ class TextTable:
                 cut = piece.rfind(b"\n") + 1
                 if cut == 0:
                     rest += piece
+                    if len(rest) > _LARGEST_BLOCK:
+                        raise LogError(
+                            f"{self._path}: not a log: a line is longer than {_LARGEST_BLOCK >> 20} MiB"
+                        )
                     continue
                 data = rest + piece[:cut]
                 rest = piece[cut:]
@@ -165,16 +195,50 @@ class TextTable:
             if rest.strip():
                 yield _Block(offset, rest)
 
-    def _parse(self, block: _Block) -> Mapping[str, FloatArray]:
+    def _parse(self, block: _Block) -> Rows:
+        try:
+            return Rows(self._parsed(block.data))
+        except pa.ArrowInvalid as error:
+            first = self._layout.lines_before + 1 + self._newlines_before(block.offset)
+            bad = self._bad_lines(block.data, first)
+            if not bad:
+                raise self._unread(first, error) from error
+            if not self._skip_bad_lines:
+                number, problem = next(iter(bad.items()))
+                raise LogError(f"{self._path}: line {number} {problem}; {self._remedy()}") from error
+        lines = enumerate(block.data.split(b"\n"), start=first)
+        kept = b"\n".join(line for number, line in lines if number not in bad)
+        problems = tuple(f"line {number} {problem}" for number, problem in bad.items())
+        try:
+            return Rows(self._parsed(kept) if kept.strip() else self._nothing(), problems)
+        except pa.ArrowInvalid as error:
+            raise self._unread(first, error) from error
+
+    def _nothing(self) -> Mapping[str, FloatArray]:
+        return {name: np.empty(0) for name in self._names}
+
+    def _unread(self, line: int, error: Exception) -> LogError:
+        return LogError(f"{self._path}: cannot be read after line {line}: {str(error).splitlines()[0]}")
+
+    def _remedy(self) -> str:
+        repair = "repair or delete that line"
+        return (
+            repair
+            if self._skip_bad_lines is None
+            else f"{repair}, or leave such lines out with --skip-bad-lines"
+        )
+
+    def _parsed(self, data: bytes) -> Mapping[str, FloatArray]:
         layout = self._layout
-        data = block.data
         if layout.delimiter == BLANKS:
             data = _single_blanks(data)
         options: dict[str, Any] = {
             "read_options": pa.csv.ReadOptions(
                 column_names=list(layout.names), use_threads=False, block_size=len(data) + 1
             ),
-            "parse_options": pa.csv.ParseOptions(delimiter=layout.delimiter),
+            "parse_options": pa.csv.ParseOptions(
+                delimiter=layout.delimiter, quote_char='"' if layout.quoted else False
+            ),
             "convert_options": pa.csv.ConvertOptions(
                 include_columns=self._names,
                 column_types={name: self._type(name) for name in self._names},
@@ -182,10 +246,7 @@ class TextTable:
                 strings_can_be_null=True,
             ),
         }
-        try:
-            table = pa.csv.read_csv(pa.BufferReader(data), **options)
-        except pa.ArrowInvalid as error:
-            raise self._explain(block, error) from error
+        table = pa.csv.read_csv(pa.BufferReader(data), **options)
         return {name: as_floats(table.column(name)) for name in self._names}
 
     def _type(self, name: str) -> pa.DataType:
@@ -195,31 +256,41 @@ class TextTable:
             return pa.float64()
         return pa.timestamp("ns", tz="UTC" if re.search(r"(Z|[+-]\d\d:?\d\d)$", field) else None)
 
-    def _explain(self, block: _Block, error: Exception) -> LogError:
-        """Find the line that pyarrow could not read."""
-        first = self._layout.lines_before + 1 + self._newlines_before(block.offset)
-        lines = block.data.decode("utf-8", errors="replace").split("\n")
-        for position, line in enumerate(lines):
-            last = position == len(lines) - 1
-            if problem := self._problem(line.rstrip("\r"), last):
-                return LogError(f"{self._path}: line {first + position} {problem}")
-        return LogError(f"{self._path}: cannot be read after line {first}: {str(error).splitlines()[0]}")
+    def _bad_lines(self, data: bytes, first: int) -> dict[int, str]:
+        """Find the lines that cannot be read: what is wrong with each, by its number, `first` on."""
+        lines = data.split(b"\n")
+        last = first + len(lines) - 1
+        problems = {
+            number: self._problem(_decoded(line.rstrip(b"\r")), cut_off=number == last)
+            for number, line in enumerate(lines, start=first)
+        }
+        return {number: problem for number, problem in problems.items() if problem}
 
-    def _problem(self, line: str, cut_off: bool) -> str:
-        fields = split_line(line, self._layout.delimiter) if line else []
+    def _problem(self, line: str, *, cut_off: bool) -> str:
+        quotes = '"' if self._layout.quoted else ""
+        fields = split_line(line, self._layout.delimiter, quotes) if line else []
         wanted = len(self._layout.names)
         if fields and len(fields) != wanted:
             if cut_off:
-                return (
-                    f"breaks off after {len(fields)} of {wanted} fields: the file is cut short; "
-                    "copy it again, or delete that line"
-                )
-            return f"has {len(fields)} fields where {wanted} columns are named; repair or delete that line"
+                return f"breaks off after {len(fields)} of {wanted} fields: the file is cut short"
+            return f"has {len(fields)} fields where {wanted} columns are named{_odd_byte(line)}"
         for name in self._names if fields else ():
-            text = fields[self._layout.names.index(name)]
-            if not is_time_stamp(text) and not _reads_as_number(text, self._layout.decimal_point):
-                return f"holds {text!r} in column {name}, which is not a number; repair or delete that line"
-        return ""
+            position = self._layout.names.index(name)
+            text = fields[position]
+            if not self._reads(position, text):
+                return f"holds {_shown(text)} in column {name}, which is not a number{_odd_byte(line)}"
+        if self._layout.quoted and line.count('"') % 2:
+            return "holds a quote that is not closed"
+        return f"is torn{_odd_byte(line)}" if "\r" in line else ""
+
+    def _reads(self, position: int, text: str) -> bool:
+        if self._type(self._layout.names[position]) == pa.float64():
+            return _reads_as_number(text, self._layout.decimal_point)
+        try:
+            pa.scalar(text).cast(self._type(self._layout.names[position]))
+        except pa.ArrowInvalid:
+            return not text
+        return True
 
     def _newlines_before(self, offset: int) -> int:
         count = 0
@@ -248,6 +319,25 @@ def as_floats(column: pa.ChunkedArray | pa.Array) -> FloatArray:
         column = column.cast(pa.float64(), safe=False)
     values: FloatArray = column.to_numpy() if isinstance(column, pa.ChunkedArray) else column.to_numpy(False)
     return values
+
+
+def _decoded(line: bytes) -> str:
+    """Keep bytes that are no text apart, so that they can be named."""
+    return line.decode("utf-8", errors="surrogateescape")
+
+
+def _odd_byte(line: str) -> str:
+    """Name the first byte that no text log holds, and where it stands; empty if there is none."""
+    found = _ODD.search(line)
+    if found is None:
+        return ""
+    place = len(line[: found.start()].encode("utf-8", errors="surrogateescape")) + 1
+    return f", byte {place} is 0x{line[found.start()].encode('utf-8', errors='surrogateescape')[0]:02x}"
+
+
+def _shown(text: str) -> str:
+    short = text if len(text) <= _LONGEST_SHOWN else f"{text[:_LONGEST_SHOWN]}..."
+    return ascii(short)
 
 
 def _reads_as_number(text: str, decimal_point: str) -> bool:

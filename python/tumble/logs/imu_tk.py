@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import zip_longest
 from pathlib import Path
 
@@ -104,7 +104,10 @@ def _even(
 
 def _rows(table: TextTable) -> Iterator[FloatArray]:
     """Rows of one file, (n, 4): time and three axes."""
-    nothing = np.empty((0, 3))
-    for samples in table.read(lambda batch: RawSamples(batch["1"], stack(batch, ("2", "3", "4")), nothing)):
+    for samples in table.read(lambda rows: _triad(rows.columns)):
         assert samples.time is not None
         yield np.column_stack([samples.time, samples.accelerometer])
+
+
+def _triad(columns: Mapping[str, FloatArray]) -> RawSamples:
+    return RawSamples(columns["1"], stack(columns, ("2", "3", "4")), np.empty((0, 3)))

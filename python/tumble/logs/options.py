@@ -45,5 +45,7 @@ class ReadOptions:
     """Which IMU of the file: a topic of a bag, a column prefix of a table. The same as `LOG:NAME`."""
     skip_lines: int = 0
     """Lines to skip before the column names, or before the numbers where there are no names."""
+    skip_bad_lines: bool = False
+    """Leave out lines of a text log that cannot be read, up to 1 % of them."""
     serial: str = ""
     """Serial number of the unit."""

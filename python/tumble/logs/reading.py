@@ -89,7 +89,8 @@ def _stream(
         return conversion(samples if options.rate is None else without_time(samples))
 
     assumed = conversion.gyroscope_unit.reason == "assumed"
-    return ChunkStream(track, track.read(transform), rate, assumed, keep_faults)
+    pieces = track.read(transform)
+    return ChunkStream(track, pieces, rate, assumed, keep_faults, options.skip_bad_lines)
 
 
 def _no_time(track: LoggedImu) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -25,6 +26,9 @@ _PLAIN_NAMES = {
     7: ("time", "ax", "ay", "az", "gx", "gy", "gz"),
 }
 _NOT_TEXT = bytes(set(range(32)) - set(b"\t\n\r\f"))
+_FEW_BYTES = 4
+"""Bytes that a serial line garbles in a short log, which is text all the same."""
+_ROWS_COMPARED = 25
 _TIME_STAMP = re.compile(r"\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}")
 
 
@@ -39,18 +43,21 @@ class TextLayout:
     lines_before: int
     """Lines before the first row of numbers."""
     first_row: tuple[str, ...]
+    """Fields of the first row that is whole."""
     row_bytes: float
     """Typical length of a row."""
     decimal_point: str = "."
     preamble: dict[str, str] = field(default_factory=dict)
     """What lines of the form `key, value` before the columns say, keys in lower case."""
     notices: tuple[str, ...] = ()
+    quoted: bool = False
+    """Whether fields stand in quotes; a stray quote would else swallow the lines up to the next."""
 
 
-def split_line(line: str, delimiter: str) -> list[str]:
+def split_line(line: str, delimiter: str, quotes: str = '"') -> list[str]:
     """Fields of a line, without the blanks and quotes around them."""
     parts = line.split() if delimiter == BLANKS else line.split(delimiter)
-    return [part.strip().strip('"') for part in parts]
+    return [part.strip().strip(quotes) for part in parts]
 
 
 def find_layout(path: Path, options: ReadOptions) -> TextLayout:
@@ -89,11 +96,8 @@ def _head_lines(path: Path) -> list[bytes]:
 
 
 def _is_text(head: bytes) -> bool:
-    if b"\x00" in head:
-        return False
-    sample = head[:4096]
-    odd = len(sample) - len(sample.translate(None, _NOT_TEXT))
-    return odd <= len(sample) // 100
+    odd = len(head) - len(head.translate(None, _NOT_TEXT))
+    return odd <= max(_FEW_BYTES, len(head) // 100)
 
 
 def _decode(line: bytes) -> str:
@@ -146,10 +150,10 @@ def _key_value(text: str) -> dict[str, str]:
 def _named(
     path: Path, lines: Sequence[bytes], number: int, offset: int, names: list[str], preamble: dict[str, str]
 ) -> TextLayout:
-    raw = next((line for line in lines[number : number + _ROWS_SEARCHED] if line.strip()), None)
-    if raw is None:
+    rows = [_decode(line).strip() for line in lines[number : number + _ROWS_SEARCHED] if line.strip()]
+    if not rows:
         raise LogError(f"{path}: line {number} names columns, but no samples follow")
-    row = _decode(raw).strip()
+    row = max(rows[:_ROWS_COMPARED], key=lambda row: _sound_fields(row, len(names)))
     delimiter = _row_delimiter(row, len(names))
     skipped = sum(not line.startswith((b"#", b"%")) for line in lines[: number - 1])
     _refuse_repeated(path, number, names)
@@ -163,7 +167,18 @@ def _named(
         _decimal_point(row, delimiter),
         preamble,
         (f"skipped {skipped} lines before the column names",) if skipped else (),
+        _are_quoted(rows),
     )
+
+
+def _sound_fields(row: str, columns: int) -> int:
+    """Count numbers and dates in a row of that many columns; -1 if it has more or fewer."""
+    delimiter = _row_delimiter(row, columns)
+    fields = split_line(row, delimiter)
+    if len(fields) != columns:
+        return -1
+    decimal_point = _decimal_point(row, delimiter)
+    return sum(is_time_stamp(field) or _is_number(field, decimal_point) for field in fields)
 
 
 def _row_delimiter(row: str, columns: int) -> str:
@@ -189,12 +204,13 @@ def _unnamed(
     preamble: dict[str, str],
 ) -> TextLayout:
     rows = [_decode(line).strip() for line in lines[number - 1 :][:_ROWS_SEARCHED] if line.strip()]
-    delimiter = numbers_delimiter(rows[0]) or ","
-    fields = split_line(rows[0], delimiter)
+    row, delimiter = _typical_row(rows)
+    fields = split_line(row, delimiter)
     names, notices = names_for(path, rows, delimiter, len(fields), options)
     before = _decode(lines[number - 2]).strip().lstrip("#%") if number > 1 else ""
     header = split_line(before, delimiter)
-    if len(header) == len(fields) and not options.columns and number - 1 > options.skip_lines:
+    titled = len(header) == len(fields) and not any(map(_is_number, header))
+    if titled and not options.columns and number - 1 > options.skip_lines:
         names, notices = tuple(header), ()
     return TextLayout(
         delimiter,
@@ -203,10 +219,20 @@ def _unnamed(
         number - 1,
         tuple(fields),
         _row_bytes(lines[number - 1 :]),
-        _decimal_point(rows[0], delimiter),
+        _decimal_point(row, delimiter),
         preamble,
         notices,
+        _are_quoted(rows),
     )
+
+
+def _typical_row(rows: Sequence[str]) -> tuple[str, str]:
+    """Give the first row as wide as most, and their delimiter: the very first may be torn."""
+    delimiters = [(row, numbers_delimiter(row)) for row in rows[:_ROWS_COMPARED]]
+    numeric = [(row, delimiter) for row, delimiter in delimiters if delimiter is not None]
+    shapes = [(delimiter, len(split_line(row, delimiter))) for row, delimiter in numeric]
+    usual = Counter(shapes).most_common(1)[0][0]
+    return numeric[shapes.index(usual)]
 
 
 def names_for(
@@ -227,11 +253,17 @@ def names_for(
 def _increases(texts: Sequence[str]) -> bool:
     read = (number_of(text, ",") for text in texts)
     numbers = [number for number in read if number is not None]
-    return all(earlier <= later for earlier, later in pairwise(numbers))
+    backwards = sum(earlier > later for earlier, later in pairwise(numbers))
+    return backwards <= len(numbers) // 20
 
 
 def _row_bytes(lines: Sequence[bytes]) -> float:
     return sum(map(len, lines)) / max(1, len(lines))
+
+
+def _are_quoted(rows: Sequence[str]) -> bool:
+    compared = rows[:_ROWS_COMPARED]
+    return 2 * sum('"' in row for row in compared) > len(compared)
 
 
 def is_time_stamp(text: str) -> bool:

@@ -25,6 +25,8 @@ class RawSamples:
     """(n, 3)."""
     temperature: FloatArray | None = None
     """(n,)."""
+    bad_lines: tuple[str, ...] = ()
+    """What was wrong with each line that was left out among them."""
 
     def __len__(self) -> int:
         return len(self.accelerometer)

@@ -117,8 +117,15 @@ SLOWEST_HZ, FASTEST_HZ = 0.5, 50_000.0
 """Rates at which IMUs sample; a time that says otherwise is in another unit, or no time."""
 
 _WINDOW = 32
+_SAMPLES_PER_SPIKE, _FEW_SAMPLES = 1000, 20
 IMPOSSIBLE_RAD_PER_S = 40.0
 """Faster than any IMU at work turns."""
+LARGEST_READING = 1e12
+"""Larger than what any sensor says, counts of 32 bits included."""
+LARGEST_SI = 1e6
+"""m/s^2 or rad/s: beyond the range of any sensor; what reads more is a garbled line."""
+LARGEST_TIME = 1e11
+"""s, three thousand years."""
 _IMPOSSIBLE_DEG_PER_S = 4500.0
 _LARGEST_BIAS_DEG_PER_S = 100.0
 
@@ -127,6 +134,20 @@ def find_unit(text: str, quantity: Quantity) -> str | None:
     """Give the unit a piece of text names, in our spelling, or None if it names none of that quantity."""
     plain = text.strip().lower().replace("²", "^2").replace("**", "^").replace("µ", "u").replace("μ", "u")
     return SPELLINGS[quantity].get(re.sub(r"\s+", "", plain))
+
+
+def credible(readings: FloatArray) -> FloatArray:
+    """Give (n, 3) readings, those larger than any sensor's in any unit as NaN."""
+    large = ~(np.abs(readings) < LARGEST_READING)
+    return np.where(large.any(axis=1, keepdims=True), np.nan, readings) if large.any() else readings
+
+
+def peak(readings: FloatArray) -> float:
+    """Give the largest finite reading of (n, 3), but for the few that garbled lines may have made."""
+    largest = np.abs(readings[np.isfinite(readings).all(axis=1)]).max(axis=1, initial=0.0)
+    left_out = -(-len(largest) // _SAMPLES_PER_SPIKE) if len(largest) >= _FEW_SAMPLES else 0
+    place = len(largest) - 1 - left_out
+    return float(np.partition(largest, place)[place]) if len(largest) else 0.0
 
 
 def rest_norm(vectors: FloatArray) -> float:
@@ -183,7 +204,7 @@ def guess_time_unit(time: FloatArray) -> tuple[str, str]:
     step = usual_step(time)
     if math.isnan(step):
         return "s", "assumed"
-    latest = float(np.max(time, where=np.isfinite(time), initial=0.0))
+    latest = float(np.median(_stamps(time)))
     for name, scale in UNITS["time"].items():
         if 1e9 <= latest * scale <= 4e9 and is_imu_step(step * scale):
             return name, "size of the stamps, counted from 1970"
@@ -195,9 +216,14 @@ def guess_time_unit(time: FloatArray) -> tuple[str, str]:
 
 def usual_step(time: FloatArray) -> float:
     """Give the median step between successive (n,) times that advances, NaN where none does."""
-    steps = np.diff(time[np.isfinite(time)])
+    steps = np.diff(_stamps(time))
     steps = steps[steps > 0.0]
     return float(np.median(steps)) if len(steps) else math.nan
+
+
+def _stamps(time: FloatArray) -> FloatArray:
+    """Leave out what is no time in any unit."""
+    return time[np.abs(time) < LARGEST_TIME / UNITS["time"]["ns"]]
 
 
 def odd_step(step: float) -> str:
