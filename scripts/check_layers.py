@@ -48,7 +48,7 @@ A folder `report` holds its pages, all other files are the procedure.
 """
 
 DATA = {
-    *("constants", "numbers", "units", "errors", "files", "file_names", "recording", "plain"),
+    *("constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording", "plain"),
     *("documents", "factors", "results"),
 }
 """Shared data types and file access, which know nothing of ours above them."""
@@ -61,7 +61,8 @@ LAYERS: dict[str, set[str]] = {
     "errors": set(),
     "files": {"errors"},
     "file_names": set(),
-    "recording": {"errors"},
+    "arrays": {"errors"},
+    "recording": {"errors", "arrays"},
     "plain": set(),
     "documents": {"errors", "files", "recording"},
     "setting_table": {"documents", "_core"},
@@ -70,7 +71,7 @@ LAYERS: dict[str, set[str]] = {
     "results": {"errors", "recording", "_core"},
     "result": DATA,
     "calibration": DATA | {"result", "_core"},
-    "logs": {"lazy", "constants", "numbers", "units", "errors", "files", "recording"},
+    "logs": {"lazy", "constants", "numbers", "units", "errors", "arrays", "files", "recording"},
     "live": {"numbers", "errors", "recording", "logs"},
     "gravity": {"errors", "constants", "_core"},
     "acquisition": DATA | {"calibration", "logs", "gravity", "_core"},

@@ -19,6 +19,10 @@ class LogError(TumbleError):
     """A log cannot be read, or holds what no IMU says."""
 
 
+class ArrayError(TumbleError):
+    """What was given as numbers is none, or has a shape that means nothing."""
+
+
 class CalibrationFileError(TumbleError):
     """A calibration, pose list or limits file does not hold what its schema asks for."""
 

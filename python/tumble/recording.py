@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, Protocol, TypeAlias, cast
 
-import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
-FloatArray: TypeAlias = NDArray[np.float64]
+from tumble import arrays
+from tumble.arrays import FloatArray as FloatArray  # where the rest of the package looks for it
+from tumble.errors import ArrayError
 
 SampleProgress: TypeAlias = Callable[[int, int | None], None]
 """Told samples done, and samples expected where they are known."""
@@ -18,7 +19,10 @@ SampleProgress: TypeAlias = Callable[[int, int | None], None]
 
 @dataclass(frozen=True, slots=True)
 class Chunk:
-    """Successive samples of one IMU, in SI units and the case frame of the IMU."""
+    """Successive samples of one IMU, in SI units and the case frame of the IMU.
+
+    Raises `ArrayError` for what is no such array; what can be made one is.
+    """
 
     time: FloatArray
     """(n,) seconds of the recording's own clock."""
@@ -28,6 +32,16 @@ class Chunk:
     """(n, 3) angular rate, rad/s."""
     temperature: FloatArray | None = None
     """(n,) degC, where the log has it."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "time", arrays.times(self.time))
+        object.__setattr__(self, "accelerometer", arrays.triad(self.accelerometer, "accelerometer"))
+        object.__setattr__(self, "gyroscope", arrays.triad(self.gyroscope, "gyroscope"))
+        if self.temperature is not None:
+            object.__setattr__(self, "temperature", arrays.column(self.temperature, "temperature"))
+        arrays.refuse_other_lengths(
+            [(name, getattr(self, name)) for name in ("time", "accelerometer", "gyroscope", "temperature")]
+        )
 
     def __len__(self) -> int:
         return len(self.time)
@@ -54,7 +68,7 @@ class Metadata:
     source: str
     """What the user typed: path, and IMU where the file holds several."""
     format: str
-    """`csv`, `parquet`, `imu_tk`, `ros1`, `ros2`, `mcap`, `arrays`, `folder`."""
+    """`csv`, `parquet`, `imu_tk`, `ros1`, `ros2`, `mcap`, `folder`; in memory `arrays`, `table`."""
     accelerometer_unit: ResolvedUnit
     gyroscope_unit: ResolvedUnit
     time_unit: ResolvedUnit
@@ -72,6 +86,11 @@ class Metadata:
     """True where no other IMU was logged with this one."""
     remarks: tuple[str, ...] = ()
     """What the reader did that a user should know: signs turned, rows skipped."""
+
+    @property
+    def in_memory(self) -> bool:
+        """Whether the samples come from no file, so that `source` names none."""
+        return self.format in ("arrays", "table")
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,21 +116,29 @@ class Recording:
     def from_arrays(
         cls,
         name: str,
-        time: FloatArray,
-        accelerometer: FloatArray,
-        gyroscope: FloatArray,
-        temperature: FloatArray | None = None,
+        time: ArrayLike,
+        accelerometer: ArrayLike,
+        gyroscope: ArrayLike,
+        temperature: ArrayLike | None = None,
         *,
         serial: str = "",
         clock: str = "",
     ) -> Recording:
-        """Wrap arrays in memory: time (n,) s, specific force (n, 3) m/s^2, angular rate (n, 3) rad/s."""
-        chunk = Chunk(
-            np.ascontiguousarray(time, dtype=np.float64),
-            np.ascontiguousarray(accelerometer, dtype=np.float64),
-            np.ascontiguousarray(gyroscope, dtype=np.float64),
-            None if temperature is None else np.ascontiguousarray(temperature, dtype=np.float64),
-        )
+        """Wrap arrays in memory: time (n,) s, specific force (n, 3) m/s^2, angular rate (n, 3) rad/s.
+
+        Lists, any kind of float, and columns of tables will do; dates become s since 1970.
+
+        Raises `ArrayError` where they have other shapes, or hold no numbers.
+        """
+        try:
+            chunk = Chunk(
+                arrays.times(time),
+                arrays.triad(accelerometer, "accelerometer"),
+                arrays.triad(gyroscope, "gyroscope"),
+                None if temperature is None else arrays.column(temperature, "temperature"),
+            )
+        except ArrayError as error:
+            raise ArrayError(error.why, about=name) from None
         metadata = Metadata(
             name=name,
             source=name,
@@ -125,5 +152,38 @@ class Recording:
         return cls(metadata, lambda: iter((chunk,)))
 
 
-RecordingSource: TypeAlias = Recording | str | Path
-"""A recording, or what names one: LOG, or LOG:NAME for one IMU of several."""
+class Table(Protocol):
+    """Named columns in memory: a data frame of pandas or polars, a table of pyarrow, a mapping of arrays."""
+
+    def __getitem__(self, name: Any, /) -> Any:  # noqa: ANN401 - such libraries type it in ways of their own
+        """Give the column of that name."""
+
+
+RecordingSource: TypeAlias = Recording | str | Path | Table
+"""A recording, or what names one, LOG or LOG:NAME for one IMU of several, or a table in memory."""
+
+
+def named_columns(source: object) -> dict[Any, str] | None:
+    """Give the names of a table's columns, as text, by what picks each; None for what is no table."""
+    if isinstance(source, str | Path | Recording):
+        return None
+    if isinstance(source, Mapping):
+        found = list(source)
+    else:
+        # pyarrow names columns in one attribute and holds them in the other.
+        names = getattr(source, "column_names", None)
+        names = getattr(source, "columns", None) if names is None else names
+        names = getattr(getattr(source, "dtype", None), "names", None) if names is None else names
+        if names is None:
+            return None
+        found = list(names)
+    return {
+        name: "_".join(filter(None, map(str, name))) if isinstance(name, tuple) else str(name)
+        for name in found
+    }
+
+
+def sources_of(given: RecordingSource | Sequence[RecordingSource]) -> list[RecordingSource]:
+    """List what may be one source or several."""
+    one = isinstance(given, str | Path | Recording) or named_columns(given) is not None
+    return [cast("RecordingSource", given)] if one else list(cast("Sequence[RecordingSource]", given))

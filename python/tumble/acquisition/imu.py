@@ -28,7 +28,7 @@ class Imu:
 def pose_file(part: Recording) -> str:
     """Name by which the file of one pose is known in the folders of all IMUs and in the pose list."""
     metadata = part.metadata
-    name = metadata.name if metadata.format == "arrays" else parse_spec(metadata.source).path.stem
+    name = metadata.name if metadata.in_memory else parse_spec(metadata.source).path.stem
     return name.casefold()
 
 

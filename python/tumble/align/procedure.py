@@ -16,7 +16,7 @@ from tumble.align.samples import UnitSamples, read_samples
 from tumble.documents import document_kind, write_document
 from tumble.errors import LogError, ProcedureError
 from tumble.logs import ReadOptions
-from tumble.recording import RecordingSource, SampleProgress
+from tumble.recording import RecordingSource, SampleProgress, sources_of
 from tumble.redundancy.logs import UnitLog, open_units
 
 LARGEST_OFFSET = 5.0
@@ -27,7 +27,7 @@ SETTINGS_KIND = document_kind(_SCHEMA)
 
 def align(
     primary: RecordingSource,
-    secondaries: Sequence[RecordingSource],
+    secondaries: RecordingSource | Sequence[RecordingSource],
     log: str | Path | None = None,
     *,
     search: float = LARGEST_OFFSET,
@@ -47,7 +47,7 @@ def align(
     """
     if not search >= 0.0:
         raise ProcedureError(f"--search {search:g}: give a time in s, zero or above")
-    units = open_units((primary, *secondaries), log, read, allow_missing=True)
+    units = open_units((primary, *sources_of(secondaries)), log, read, allow_missing=True)
     for unit in units:
         if unit.recording is None:
             raise LogError(unit.missing)

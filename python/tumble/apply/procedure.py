@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tumble.calibration.document import Calibration
-from tumble.logs import ChunkStream, Facts, open_writer, parse_spec
-from tumble.recording import Recording, SampleProgress
+from tumble.logs import ChunkStream, Facts, ReadOptions, open_recording, open_writer, parse_spec
+from tumble.recording import Recording, RecordingSource, SampleProgress
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,22 +28,25 @@ class Applied:
 
 
 def apply(
-    calibration: Calibration,
-    recording: Recording,
+    calibration: Calibration | str | Path,
+    recording: RecordingSource,
     output: Path | str,
     *,
     format_name: str | None = None,
+    read: ReadOptions | None = None,
     progress: SampleProgress | None = None,
 ) -> Applied:
-    """Write `recording` corrected to `output`, in SI units; memory does not grow with its length.
+    """Write a recording, corrected, to `output`, in SI units; memory does not grow with its length.
 
-    `format_name` is `csv`, `parquet` or `mcap`, else the extension of `output` decides. `progress` is told
-    samples done, and samples expected where they are known beforehand.
+    `read` says how to read a log. `format_name` is `csv`, `parquet` or `mcap`, else the extension of `output`
+    decides. `progress` is told samples done, and samples expected where they are known beforehand.
 
     Raises `LogError` where the recording cannot be read to its end, `OutputError` where `output` cannot be
     written; what was there before is then untouched.
     """
     output = Path(output)
+    calibration = Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
+    recording = open_recording(recording, read)
     metadata = recording.metadata
     facts = Facts(metadata.frame, metadata.serial or calibration.serial, f"sha256:{calibration.hash()}")
     samples = 0
@@ -61,7 +64,7 @@ def apply(
 
 
 def _files_of(recording: Recording) -> Sequence[Path]:
-    if recording.metadata.format == "arrays":
+    if recording.metadata.in_memory:
         return ()
     source = parse_spec(recording.metadata.source).path
     return (source, *source.glob("*"))

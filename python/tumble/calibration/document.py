@@ -9,11 +9,13 @@ from __future__ import annotations
 import hashlib
 import json
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias, overload
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import Field, JsonValue, model_validator
 
+from tumble import arrays
 from tumble.calibration.redundancy import redundancy_content
 from tumble.calibration.spin import spin_content
 from tumble.documents import (
@@ -262,20 +264,44 @@ class Calibration(Document):
             raise ProcedureError(f"{unit}: has no stored error, so there is no calibration to save")
         return cls.model_validate(redundancy_content(result, unit, primary.content() if primary else {}))
 
-    def correct(self, accelerometer: FloatArray, gyroscope: FloatArray) -> tuple[FloatArray, FloatArray]:
+    @overload
+    def correct(self, accelerometer: ArrayLike, gyroscope: ArrayLike) -> tuple[FloatArray, FloatArray]: ...
+    @overload
+    def correct(self, accelerometer: ArrayLike, gyroscope: None = None) -> tuple[FloatArray, None]: ...
+    @overload
+    def correct(self, accelerometer: None, gyroscope: ArrayLike) -> tuple[None, FloatArray]: ...
+    def correct(
+        self, accelerometer: ArrayLike | None, gyroscope: ArrayLike | None = None
+    ) -> tuple[FloatArray | None, FloatArray | None]:
         """Specific force (n, 3), m/s^2, and angular rate (n, 3), rad/s, freed of the calibrated errors.
 
-        Both are in the case frame of the IMU. A triad without a calibration comes back as it was given.
+        A single sample, (3,), comes back as one; lists and columns of tables will do. Both are in the case
+        frame of the IMU. A triad without a calibration comes back as it was given; one that was not
+        measured is None.
+
+        Raises `ArrayError` for other shapes, `ProcedureError` where the gyroscope's response to specific
+        force was calibrated and that is not given sample for sample.
         """
         from tumble import _core  # reading and writing files works without the native module
 
-        if self.accelerometer is not None:
-            accelerometer = _core.correct(accelerometer, self.accelerometer.M, self.accelerometer.b)
-        if self.gyroscope is not None:
+        force = None if accelerometer is None else arrays.triad(accelerometer, "accelerometer")
+        rate = None if gyroscope is None else arrays.triad(gyroscope, "gyroscope")
+        true_force = force
+        if force is not None and self.accelerometer is not None:
+            true_force = _core.correct(force, self.accelerometer.M, self.accelerometer.b)
+        if rate is not None and self.gyroscope is not None:
             if self.gyroscope.g_sensitivity is not None:
-                gyroscope = gyroscope - accelerometer @ self.gyroscope.g_sensitivity.T
-            gyroscope = _core.correct(gyroscope, self.gyroscope.M, self.gyroscope.b)
-        return accelerometer, gyroscope
+                rate = rate - self._force_for_each(rate, true_force) @ self.gyroscope.g_sensitivity.T
+            rate = _core.correct(rate, self.gyroscope.M, self.gyroscope.b)
+        return _like(accelerometer, true_force), _like(gyroscope, rate)
+
+    def _force_for_each(self, rate: FloatArray, force: FloatArray | None) -> FloatArray:
+        if force is None or len(force) != len(rate):
+            raise ProcedureError(
+                f"{self.name}: the gyroscope responds to specific force, which its calibration corrects; "
+                "give a reading of the accelerometer for each of the gyroscope"
+            )
+        return force
 
     @property
     def bias_instability(self) -> tuple[float, float] | None:
@@ -316,6 +342,14 @@ class Calibration(Document):
     def _triads(self) -> list[tuple[str, AccelerometerCalibration | GyroscopeCalibration]]:
         pairs = (("accelerometer", self.accelerometer), ("gyroscope", self.gyroscope))
         return [(kind, triad) for kind, triad in pairs if triad is not None]
+
+
+def _like(given: ArrayLike | None, corrected: FloatArray | None) -> FloatArray | None:
+    """Give a single sample the shape it came in."""
+    if given is None or corrected is None:
+        return None
+    single: FloatArray = corrected[0] if len(corrected) == 1 and np.ndim(given) == 1 else corrected
+    return single
 
 
 def _from_target(target: TargetResult, batch: TurntableResult) -> dict[str, Any]:

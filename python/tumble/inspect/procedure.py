@@ -11,19 +11,23 @@ from tumble.errors import LogError
 from tumble.inspect.result import ChannelFacts, Inspection, Timing
 from tumble.inspect.samples import SampleWatch
 from tumble.inspect.services import directions_of, services_of
-from tumble.logs import ChunkStream, Counts
-from tumble.recording import Metadata, Recording, SampleProgress
+from tumble.logs import ChunkStream, Counts, ReadOptions, open_recording
+from tumble.recording import Metadata, RecordingSource, SampleProgress
 
 _FEW_HZ = 5.0
 
 
-def inspect(recording: Recording, progress: SampleProgress | None = None) -> Inspection:
+def inspect(
+    recording: RecordingSource, progress: SampleProgress | None = None, *, read: ReadOptions | None = None
+) -> Inspection:
     """Inspect one recording in one pass; memory does not grow with its length.
 
-    `progress` is told samples done, and samples expected where they are known beforehand.
+    `read` says how to read a log. `progress` is told samples done, and samples expected where they
+    are known beforehand.
 
     Raises `LogError` where the recording breaks off or is not fit to use.
     """
+    recording = open_recording(recording, read)
     watch, segmenter, counts = SampleWatch(), _core.Segmenter(), Counts()
     for number, part in enumerate(recording.parts or (recording,)):
         if number:

@@ -13,7 +13,7 @@ from tumble import lazy
 if TYPE_CHECKING:
     from tumble.logs.checks import ChunkStream, Counts
     from tumble.logs.folder import FolderStream
-    from tumble.logs.options import ReadOptions
+    from tumble.logs.options import ReadOptions, options_for
     from tumble.logs.reading import list_imus, open_recording
     from tumble.logs.spec import LogSpec, parse_spec
     from tumble.logs.writer import Facts, Writer
@@ -31,6 +31,7 @@ __all__ = [
     "open_mcap_writer",
     "open_recording",
     "open_writer",
+    "options_for",
     "parse_spec",
 ]
 
@@ -39,7 +40,7 @@ __getattr__ = lazy.attributes(
     {
         "tumble.logs.checks": ("ChunkStream", "Counts"),
         "tumble.logs.folder": ("FolderStream",),
-        "tumble.logs.options": ("ReadOptions",),
+        "tumble.logs.options": ("ReadOptions", "options_for"),
         "tumble.logs.reading": ("list_imus", "open_recording"),
         "tumble.logs.spec": ("LogSpec", "parse_spec"),
         "tumble.logs.writer": ("Facts", "Writer"),

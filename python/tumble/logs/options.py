@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+if TYPE_CHECKING:
+    from tumble.recording import RecordingSource
 
 AxisValues: TypeAlias = float | Sequence[float]
 """One number for all three axes, or one for each."""
@@ -49,3 +53,12 @@ class ReadOptions:
     """Leave out lines of a text log that cannot be read, up to 1 % of them."""
     serial: str = ""
     """Serial number of the unit."""
+
+
+def options_for(
+    source: RecordingSource, read: ReadOptions | Mapping[str, ReadOptions] | None
+) -> ReadOptions | None:
+    """Give what holds for one source: the same for all, or by what was typed to name it."""
+    if not isinstance(read, Mapping):
+        return read
+    return read.get(str(source)) if isinstance(source, str | Path) else None

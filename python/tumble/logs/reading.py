@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from tumble.errors import LogError
-from tumble.logs import formats
+from tumble.logs import formats, table
 from tumble.logs.checks import ChunkStream
 from tumble.logs.columns import listed
 from tumble.logs.conversion import Conversion, conversion_for, notices_on_axes, without_time
@@ -15,7 +15,7 @@ from tumble.logs.options import ReadOptions
 from tumble.logs.spec import LogSpec, parse_spec
 from tumble.logs.track import LoggedImu, RawSamples
 from tumble.logs.units import odd_step, usual_step
-from tumble.recording import FloatArray, Metadata, Recording, ResolvedUnit
+from tumble.recording import FloatArray, Metadata, Recording, RecordingSource, ResolvedUnit
 
 
 def list_imus(path: str | Path, options: ReadOptions | None = None) -> tuple[str, ...]:
@@ -30,9 +30,16 @@ def list_imus(path: str | Path, options: ReadOptions | None = None) -> tuple[str
 
 
 def open_recording(
-    source: str | Path, options: ReadOptions | None = None, *, keep_faults: bool = False
+    source: RecordingSource,
+    options: ReadOptions | None = None,
+    *,
+    name: str = table.NAME,
+    keep_faults: bool = False,
 ) -> Recording:
     """Open a log: a file, a bag folder, or a folder with one log a pose; `LOG:NAME` picks one of its IMUs.
+
+    A table in memory, such as a data frame, is read by the names of its columns as a file is, and is called
+    `name`; a recording is given back as it is.
 
     The head of the log is read to decide its units; samples are read when `Recording.chunks` is called.
     With `keep_faults`, readings that are no numbers and time that runs backwards are passed on to whoever
@@ -41,6 +48,10 @@ def open_recording(
     Raises `LogError`, in one line: what is wrong, where, and what to do.
     """
     options = options or ReadOptions()
+    if isinstance(source, Recording):
+        return source
+    if not isinstance(source, str | Path):
+        return _recording(table.open_logged_imu(source, name, options), options, keep_faults)
     spec = parse_spec(source)
     imu = _wanted(spec, options)
     if spec.path.is_dir() and formats.find_format(spec.path) == "folder":
@@ -65,7 +76,10 @@ def _open_folder(folder: Path, imu: str | None, options: ReadOptions) -> Recordi
 
 
 def _open_file(path: Path, imu: str | None, options: ReadOptions, keep_faults: bool = False) -> Recording:
-    track = formats.open_logged_imu(path, imu, options)
+    return _recording(formats.open_logged_imu(path, imu, options), options, keep_faults)
+
+
+def _recording(track: LoggedImu, options: ReadOptions, keep_faults: bool) -> Recording:
     head = track.head()
     if options.rate is not None:
         if not options.rate > 0.0:

@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from tumble.errors import LogError, ProcedureError
-from tumble.logs import ChunkStream, ReadOptions, list_imus, open_recording, parse_spec
+from tumble.logs import ChunkStream, ReadOptions, list_imus, open_recording, options_for, parse_spec
 from tumble.recording import Chunk, FloatArray, Recording, RecordingSource, SampleProgress
 
 MOST_SECONDARIES = 7
@@ -38,7 +38,7 @@ def open_units(
     read: ReadOptions | Mapping[str, ReadOptions] | None = None,
     allow_missing: bool = False,
 ) -> tuple[UnitLog, ...]:
-    """Open all units, primary first; each is the name of an IMU in `log`, or `LOG:NAME`, or a recording.
+    """Open all units, primary first: each an IMU in `log` by its name, or `LOG:NAME`, a recording, a table.
 
     `read` says how to read all of them, or each by what was typed. With `allow_missing`, a unit that cannot
     be read is taken to be silent.
@@ -52,9 +52,20 @@ def open_units(
     known = _Known.of(log, read) if log is not None else None
     units = [_open_unit(source, known, read, allow_missing) for source in sources]
     _refuse_twins(units)
+    return tuple(_told_apart(units))
+
+
+def _told_apart(units: Sequence[UnitLog]) -> Iterator[UnitLog]:
+    """Give units of one name others: what was typed, as of two logs in different folders, or a number."""
     names = [unit.name for unit in units]
-    # Two logs in different folders may have one name; what was typed tells them apart.
-    return tuple(unit if names.count(unit.name) == 1 else replace(unit, name=unit.source) for unit in units)
+    sources = [unit.source for unit in units]
+    for k, unit in enumerate(units):
+        if names.count(unit.name) == 1:
+            yield unit
+        elif sources.count(unit.source) == 1:
+            yield replace(unit, name=unit.source)
+        else:
+            yield replace(unit, name=f"{unit.name}-{names[: k + 1].count(unit.name)}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,9 +100,10 @@ def _open_unit(
     read: ReadOptions | Mapping[str, ReadOptions] | None,
     allow_missing: bool,
 ) -> UnitLog:
-    if isinstance(source, Recording):
-        return UnitLog(source.name, source.metadata.source, _whole(source))
-    options = read.get(str(source)) if isinstance(read, Mapping) else read
+    options = options_for(source, read)
+    if not isinstance(source, str | Path):
+        recording = _whole(open_recording(source, options, keep_faults=True))
+        return UnitLog(recording.name, recording.metadata.source, recording)
     place, name = str(source), ""
     try:
         if known is not None:
@@ -131,7 +143,7 @@ def _whose(unit: UnitLog) -> str:
     recording = unit.recording
     if recording is None:
         return unit.source
-    if recording.metadata.format == "arrays":
+    if recording.metadata.in_memory:
         return f"recording {id(recording)}"
     spec = parse_spec(recording.metadata.source)
     return f"{spec.path.resolve()}:{(spec.imu or '').strip('/')}"

@@ -16,7 +16,7 @@ from tumble.errors import ProcedureError
 from tumble.file_names import file_stem, unit_stem
 from tumble.files import prepare_folder
 from tumble.logs import ReadOptions, parse_spec
-from tumble.recording import FloatArray, Recording, RecordingSource, SampleProgress
+from tumble.recording import FloatArray, Recording, RecordingSource, SampleProgress, sources_of
 from tumble.redundancy.logs import SideBySide, UnitLog, open_units
 from tumble.redundancy.messages import explain
 from tumble.redundancy.replay import COMMANDS, Command, replay
@@ -31,7 +31,7 @@ Settings: TypeAlias = RedundancySettings | Mapping[str, object] | str | Path
 
 def redundancy(
     primary: RecordingSource,
-    secondaries: Sequence[RecordingSource],
+    secondaries: RecordingSource | Sequence[RecordingSource],
     *,
     log: str | Path | None = None,
     settings: Settings | None = None,
@@ -59,7 +59,7 @@ def redundancy(
     chosen = settings_from(settings)
     applied = Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
     _refuse_unknown_commands(commands)
-    units = open_units((primary, *secondaries), log, read, allow_missing)
+    units = open_units((primary, *sources_of(secondaries)), log, read, allow_missing)
     known = _known_units(chosen, units)
     identities = identities_of(tuple(unit.name for unit in units), chosen)
     monitor = _monitor(identities, known, applied, chosen, precision)
@@ -239,7 +239,7 @@ def _may_differ_in_clock(recordings: Sequence[Recording]) -> bool:
     clocks = {recording.metadata.clock for recording in recordings}
     if len(clocks) == 1 and clocks != {""}:
         return False
-    stated = [each.metadata.source for each in recordings if each.metadata.format != "arrays"]
+    stated = [each.metadata.source for each in recordings if not each.metadata.in_memory]
     files = {parse_spec(source).path.resolve() for source in stated}
     return len(files) > 1 or len(stated) < len(recordings)
 

@@ -80,7 +80,7 @@ def spin(
     """
     strength, gravity_source = local_gravity(gravity, latitude, height)
     applied = Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
-    recording = source if isinstance(source, Recording) else open_recording(source, read)
+    recording = open_recording(source, read)
     settings = core_settings(
         {"gravity": strength, "still": still, "level_floor": level_floor},
         latitude=latitude,

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
@@ -17,8 +17,8 @@ from tumble.acquisition.imu import Imu
 from tumble.calibration.document import Calibration
 from tumble.errors import LogError, ProcedureError, TumbleError
 from tumble.gravity import local_gravity
-from tumble.logs import ReadOptions, open_recording, parse_spec
-from tumble.recording import Recording, RecordingSource
+from tumble.logs import ReadOptions, open_recording, options_for, parse_spec
+from tumble.recording import Recording, RecordingSource, sources_of
 from tumble.turntable.limits import Limits
 from tumble.turntable.matching import PoseMatch, match_poses
 from tumble.turntable.messages import explain
@@ -37,7 +37,7 @@ SWAPPED = 2.0
 
 def turntable(
     reference: RecordingSource,
-    targets: Sequence[RecordingSource],
+    targets: RecordingSource | Sequence[RecordingSource],
     *,
     poses: PoseList | str | Path | None = SIX_FACES,
     truth: TruthSource = "reference",
@@ -63,8 +63,10 @@ def turntable(
 
     Method: docs/theory/turntable.md.
     """
-    if not targets:
+    sources = sources_of(targets)
+    if not sources:
         raise ProcedureError("no target was given; name at least one recording besides the reference")
+    _refuse_unknown(truth=(truth, TruthSource), clock=(clock, Clocks))
     pose_list = PoseList.load(poses) if isinstance(poses, str | Path) else poses
     limit_list = Limits.load(limits) if isinstance(limits, str | Path) else limits
     applied = (
@@ -76,7 +78,7 @@ def turntable(
     settings = _core.TurntableSettings(
         strength, truth, clock, None if latitude is None else math.radians(latitude), g_sensitivity
     )
-    unit, others = _acquire_all(reference, targets, applied, read, jobs, progress)
+    unit, others = _acquire_all(reference, sources, applied, read, jobs, progress)
     if isinstance(unit, TumbleError):
         raise unit
     refuse_if_unfit(unit.name, unit.acquired, strength)
@@ -86,7 +88,7 @@ def turntable(
     )
     fitted = _fitted_reference(unit, match, settings, truth)
     procedure = TargetProcedure(unit, fitted, match, settings, strength, limit_list)
-    names = _unique_names(targets, others)
+    names = _unique_names(sources, others)
     with ThreadPoolExecutor(jobs or os.cpu_count()) as pool:
         results = list(pool.map(procedure.calibrate, names, others))
     if all(result.failure for result in results):
@@ -108,6 +110,12 @@ def turntable(
     )
 
 
+def _refuse_unknown(**words: tuple[str, object]) -> None:
+    for option, (word, known) in words.items():
+        if word not in get_args(known):
+            raise ProcedureError(f"{option} {word!r}: give one of {', '.join(get_args(known))}")
+
+
 def _acquire_all(
     reference: RecordingSource,
     targets: Sequence[RecordingSource],
@@ -120,10 +128,7 @@ def _acquire_all(
 
     def one(source: RecordingSource, calibration: Calibration | None) -> Imu | TumbleError:
         try:
-            if isinstance(source, Recording):
-                return acquire(source, calibration)
-            options = read.get(str(source)) if isinstance(read, Mapping) else read
-            return acquire(open_recording(source, options), calibration)
+            return acquire(open_recording(source, options_for(source, read)), calibration)
         except TumbleError as error:
             return error
 
@@ -145,7 +150,7 @@ def _acquire_all(
 
 def _same(one: RecordingSource, other: RecordingSource) -> bool:
     """Whether both name one recording, however they spell it."""
-    if isinstance(one, Recording) or isinstance(other, Recording):
+    if not (isinstance(one, str | Path) and isinstance(other, str | Path)):
         return one is other
     try:
         specs = [parse_spec(one), parse_spec(other)]
@@ -167,7 +172,9 @@ def _unique_names(targets: Sequence[RecordingSource], units: Sequence[Imu | Tumb
 
 
 def _name_of(source: RecordingSource) -> str:
-    return source.name if isinstance(source, Recording) else Path(source).stem
+    if isinstance(source, Recording):
+        return source.name
+    return Path(source).stem if isinstance(source, str | Path) else "table"
 
 
 def _refuse_if_swapped(reference: Imu, others: Sequence[Imu | TumbleError], gravity: float) -> None:

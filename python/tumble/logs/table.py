@@ -1,0 +1,108 @@
+"""Tables in memory: data frames of pandas and polars, tables of pyarrow, mappings, structured arrays.
+
+They are known by what they can do, give names of columns and a column by its name; no library is imported.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tumble import arrays
+from tumble.errors import ArrayError, LogError
+from tumble.logs.columns import ImuColumns, find_imus
+from tumble.logs.csv import samples_of
+from tumble.logs.options import ReadOptions
+from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, StatedUnit, Transform
+from tumble.recording import FloatArray, Table, named_columns
+
+NAME = "table"
+"""What a table is called where nobody gives it a name."""
+
+
+def open_logged_imu(table: Table, name: str, options: ReadOptions) -> LoggedImu:
+    """Find the columns of one IMU, by the names that columns of files have.
+
+    Raises `LogError` where there is no such IMU, `ArrayError` where a column of it holds no numbers.
+    """
+    columns = _columns(table, name)
+    place = Path(name)
+    imus = find_imus(list(columns), place, options.columns)
+    imu = _wanted(name, imus, options.topic)
+    chosen = imus[imu]
+    dated = chosen.time is not None and arrays.are_dates(columns[chosen.time])
+    numbers = {each: _numbers(name, each, columns[each], each == chosen.time) for each in chosen.names}
+    _refuse_uneven(name, numbers)
+    rows = len(next(iter(numbers.values())))
+    if rows == 0:
+        raise LogError(f"{name}: names columns, but holds no samples")
+    return LoggedImu(
+        path=place,
+        imu=imu,
+        format="table",
+        read=lambda transform: _read(numbers, chosen, rows, transform),
+        head=lambda: next(_read(numbers, chosen, rows, lambda samples: samples)),
+        locate=lambda sample: f"row {sample + 1}",
+        accelerometer_unit=chosen.accelerometer_unit,
+        gyroscope_unit=chosen.gyroscope_unit,
+        time_unit=StatedUnit("s", "column type") if dated else chosen.time_unit,
+        temperature_unit=chosen.temperature_unit,
+        clock=f"table {id(table)}#{chosen.time or 'row'}",
+        columns=tuple(columns),
+        alone=len(imus) == 1,
+        expected=rows,
+    )
+
+
+def _columns(table: Table, name: str) -> dict[str, Any]:
+    """Give the columns by name, and the index of a data frame where it may hold the time."""
+    named = named_columns(table)
+    if named is None:
+        raise ArrayError(
+            f"{name}: {type(table).__name__} is neither a path nor a table with named columns; wrap arrays "
+            "with Recording.from_arrays"
+        )
+    columns = {text: table[key] for key, text in named.items()}
+    index = getattr(table, "index", None)
+    if not (hasattr(index, "name") and hasattr(index, "dtype")):
+        return columns
+    assert index is not None
+    # That of a frame that nobody gave one counts rows.
+    counts_rows = index.name is None and getattr(index.dtype, "kind", "") not in "fmM"
+    return columns if counts_rows else {str(index.name or "time"): index} | columns
+
+
+def _wanted(name: str, imus: Mapping[str, ImuColumns], wanted: str | None) -> str:
+    if wanted is None and (len(imus) == 1 or "" in imus):
+        return next(iter(imus)) if len(imus) == 1 else ""
+    if wanted is not None and wanted in imus:
+        return wanted
+    found = ", ".join(map(repr, filter(None, imus))) or "only one IMU, without a name"
+    said = f"holds {len(imus)} IMUs" if wanted is None else f"holds no IMU {wanted!r}"
+    raise LogError(f"{name}: {said}; name one with ReadOptions(topic=...) (found: {found})")
+
+
+def _numbers(name: str, column: str, values: Any, is_time: bool) -> FloatArray:  # noqa: ANN401 - any column
+    try:
+        return arrays.times(values, column) if is_time else arrays.column(values, column)
+    except ArrayError as error:
+        raise ArrayError(error.why, about=name) from None
+
+
+def _refuse_uneven(name: str, numbers: Mapping[str, FloatArray]) -> None:
+    try:
+        arrays.refuse_other_lengths(list(numbers.items()))
+    except ArrayError as error:
+        raise ArrayError(error.why, about=name) from None
+
+
+def _read(
+    numbers: Mapping[str, FloatArray], columns: ImuColumns, rows: int, transform: Transform
+) -> Iterator[RawSamples]:
+    for start in range(0, rows, CHUNK_SAMPLES):
+        # Copies, since a transform may change what it is given, and the caller's columns are no one else's.
+        piece = {each: np.array(values[start : start + CHUNK_SAMPLES]) for each, values in numbers.items()}
+        yield transform(samples_of(piece, columns))
