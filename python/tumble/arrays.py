@@ -72,7 +72,7 @@ def _floats(values: ArrayLike, name: str) -> FloatArray:
         kind = "text" if array.dtype.kind in "OUT" else array.dtype
         raise ArrayError(f"{name}: holds {kind}, not numbers; convert it first")
     try:
-        return np.ascontiguousarray(array, np.float64).reshape(array.shape)
+        return np.asarray(array, np.float64, order="C")
     except (TypeError, ValueError) as error:
         raise ArrayError(
             f"{name}: holds what is no number ({error}); leave it out, or put NaN there"

@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pytest
-from turntable_sessions import simulate
 
 import tumble
 from tumble import ReadOptions, TumbleError
+from turntable_sessions import simulate
 
 
 def frame_of(recording, **units):
