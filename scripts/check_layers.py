@@ -49,7 +49,7 @@ A folder `report` holds its pages, all other files are the procedure.
 
 DATA = {
     *("constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording", "plain"),
-    *("documents", "factors", "results"),
+    *("documents", "bounded_yaml", "schemas", "factors", "results"),
 }
 """Shared data types and file access, which know nothing of ours above them."""
 
@@ -64,8 +64,10 @@ LAYERS: dict[str, set[str]] = {
     "arrays": {"errors"},
     "recording": {"errors", "arrays"},
     "plain": set(),
-    "documents": {"errors", "files", "recording"},
-    "setting_table": {"documents", "_core"},
+    "bounded_yaml": {"plain"},
+    "schemas": set(),
+    "documents": {"bounded_yaml", "errors", "files", "plain", "recording", "schemas"},
+    "setting_table": {"documents", "plain", "_core"},
     "setting_models": {"setting_table"},
     "factors": {"recording", "_core"},
     "results": {"errors", "recording", "_core"},

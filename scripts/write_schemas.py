@@ -3,40 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from pathlib import Path
 
-from pydantic import BaseModel
-from pydantic.json_schema import GenerateJsonSchema
-
-from tumble.calibration import document
-from tumble.redundancy import settings, store
-from tumble.turntable import limits, poses
+from tumble.schemas import SCHEMAS, schema_text
 
 FOLDER = Path(__file__).parents[1] / "docs" / "schema"
-MODELS: dict[str, tuple[type[BaseModel], str]] = {
-    document.SCHEMA_FILE: (document.Calibration, document.SCHEMA),
-    poses.SCHEMA_FILE: (poses.PoseFile, poses.SCHEMA),
-    limits.SCHEMA_FILE: (limits.Limits, limits.SCHEMA),
-    settings.SCHEMA_FILE: (settings.RedundancySettings, settings.SCHEMA),
-    store.SCHEMA_FILE: (store.StoredError, store.SCHEMA),
-}
-
-
-class _WithoutTitles(GenerateJsonSchema):
-    """The keys are titles enough."""
-
-    def field_title_should_be_set(self, schema: object) -> bool:
-        return False
-
-
-def schema_text(model: type[BaseModel], version: str) -> str:
-    """JSON Schema (draft 2020-12) of a model, as the file holds it."""
-    urn = f"urn:{version.replace('/', ':')}"
-    head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": urn}
-    body = model.model_json_schema(schema_generator=_WithoutTitles)
-    return json.dumps(head | body, indent=2, ensure_ascii=False) + "\n"
 
 
 def main() -> int:
@@ -45,8 +17,9 @@ def main() -> int:
     parser.add_argument("--check", action="store_true", help="write nothing, fail where a file is stale")
     check = parser.parse_args().check
     stale = []
-    for name, (model, version) in MODELS.items():
-        path, text = FOLDER / name, schema_text(model, version)
+    for schema in SCHEMAS.values():
+        name = f"{schema.name}.schema.json"
+        path, text = FOLDER / name, schema_text(schema)
         if path.is_file() and path.read_text(encoding="utf-8") == text:
             continue
         stale.append(name)

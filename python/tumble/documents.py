@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 import re
+import stat
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,11 +25,19 @@ from pydantic import (
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
+from tumble.bounded_yaml import parse, problem_in_words
 from tumble.errors import CalibrationFileError
 from tumble.files import FileKind, note_input, write_text
+from tumble.plain import short
 from tumble.recording import FloatArray
+from tumble.schemas import DocumentSchema, schema_stated
 
 Model = TypeVar("Model", bound=BaseModel)
+
+LARGEST_DOCUMENT = 4 << 20
+"""Bytes; the calibration of a unit with hundreds of rests takes a hundredth of it."""
+LARGEST_NUMBER = 1e30
+"""Beyond it the square of a square is no number any more, and nothing that is measured is that large."""
 
 
 class Document(BaseModel):
@@ -90,10 +99,10 @@ class ArrayField:
             wanted += " or null"
         numbers = value.tolist() if isinstance(value, np.ndarray) else value
         if not _has_shape(numbers, self.shape):
-            raise ValueError(f"{wanted}, found {_short(numbers)}")
+            raise ValueError(f"{wanted}, found {short(numbers)}")
         strays = [number for number in _flatten(numbers) if not self._is_number(number)]
         if strays:
-            raise ValueError(f"{wanted}, found {_short(strays[0])}")
+            raise ValueError(f"{wanted}, found {short(strays[0])}")
         array = np.array(numbers, dtype=np.float64)
         array.flags.writeable = False
         return array
@@ -103,7 +112,7 @@ class ArrayField:
             return self.gaps
         if isinstance(value, bool) or not isinstance(value, int | float):
             return False
-        return math.isfinite(value) or (self.gaps and math.isnan(value))
+        return abs(value) <= LARGEST_NUMBER or (self.gaps and math.isnan(value))
 
 
 Vector: TypeAlias = Annotated[FloatArray, ArrayField((3,))]
@@ -111,35 +120,49 @@ Matrix: TypeAlias = Annotated[FloatArray, ArrayField((3, 3))]
 VectorWithGaps: TypeAlias = Annotated[FloatArray, ArrayField((3,), gaps=True)]
 
 
-def read_document(path: Path | str, model: type[Model], what: str, schema: str) -> Model:
-    """Read a YAML file into a model; `what` is its name in messages, `schema` the file under docs/schema.
+def read_document(path: Path | str, model: type[Model], schema: DocumentSchema) -> Model:
+    """Read a YAML file into the model of a schema, in bounded time and memory whatever the file holds.
 
     Raises `CalibrationFileError`: one line naming the file, the line, the key and the remedy.
     """
     path = Path(path)
+    remedy = f"see tumble schema {schema.name}"
     try:
+        node, data = parse(_read_text(path, schema.what))
+    except yaml.YAMLError as error:
+        raise CalibrationFileError(f"{path}: {problem_in_words(error)}; correct the YAML there") from error
+    if not isinstance(data, Mapping):
+        found = "an empty file" if data is None else short(data)
+        raise CalibrationFileError(f"{path}: not a {schema.what}: {found} where keys are needed; {remedy}")
+    stated = schema_stated(data.get("schema"))
+    if stated is not None and stated is not schema:
+        raise CalibrationFileError(f"{path}: is a {stated.what}, not a {schema.what}; give another file")
+    if schema.is_stated and "schema" not in data:
+        raise CalibrationFileError(f"{path}: says no schema, so it may be no {schema.what}; {remedy}")
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        raise CalibrationFileError(f"{path}: {_problem(error, node, model)}; {remedy}") from error
+
+
+def _read_text(path: Path, what: str) -> str:
+    try:
+        status = path.stat()
+        if not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)):
+            raise CalibrationFileError(f"{path}: is a device or a pipe, not a {what}; give a file")
         note_input(path)
-        text = path.read_text(encoding="utf-8")
+        with path.open("rb") as file:
+            content = file.read(LARGEST_DOCUMENT + 1)
+        if len(content) > LARGEST_DOCUMENT:
+            raise CalibrationFileError(
+                f"{path}: is larger than {LARGEST_DOCUMENT >> 20} MiB, so it is no {what}; check the path"
+            )
+        return content.decode("utf-8-sig")
     except FileNotFoundError as error:
         raise CalibrationFileError(f"{path}: no such {what}; check the path") from error
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "it is not text"
         raise CalibrationFileError(f"{path}: cannot be read as a {what}: {reason}") from error
-    try:
-        node, data = _parse(text)
-    except yaml.YAMLError as error:
-        raise CalibrationFileError(f"{path}: {_yaml_problem(error)}; correct the YAML there") from error
-    if not isinstance(data, Mapping):
-        found = "an empty file" if data is None else _short(data)
-        raise CalibrationFileError(
-            f"{path}: not a {what}: {found} where keys are needed; see docs/schema/{schema}"
-        )
-    try:
-        return model.model_validate(data)
-    except ValidationError as error:
-        raise CalibrationFileError(
-            f"{path}: {_problem(error, node, model)}; see docs/schema/{schema}"
-        ) from error
 
 
 def document_kind(schema: str) -> FileKind:
@@ -163,13 +186,13 @@ def write_document(
 
 def read_value(text: str) -> Any:  # noqa: ANN401 - what YAML holds is for a model to say
     """Read one value as it would stand in a file; raises `yaml.YAMLError` where it is no YAML."""
-    return _parse(text)[1]
+    return parse(text)[1]
 
 
 def mistake_in(error: ValidationError, model: type[BaseModel]) -> str:
     """Say the first mistake in words: its key, what is wrong, and the known key that comes nearest."""
     first = _first(error)
-    key = ".".join(map(str, first["loc"]))
+    key = ".".join(_part(part) for part in first["loc"])
     return (f"{key} " if key else "") + _in_words(first, _known_keys(model))
 
 
@@ -192,34 +215,6 @@ def _plain_numbers(array: FloatArray) -> list[object]:
     numbers[np.isnan(array)] = None
     plain_numbers: list[object] = numbers.tolist()
     return plain_numbers
-
-
-def _short(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."
-
-
-class _Loader(yaml.SafeLoader):
-    """Safe YAML that reads `1e-3` as a number and refuses a key given twice."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        seen: set[Any] = set()
-        for key_node, _ in node.value:
-            key = key_node.value
-            if key in seen:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"key {key!r} is given twice", key_node.start_mark
-                )
-            seen.add(key)
-        return super().construct_mapping(node, deep)
-
-
-# YAML 1.1, which PyYAML follows, asks for a dot and a sign: it would take `1e-3` and `1.7e9` for text.
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(r"^[-+]?[0-9][0-9_]*\.?[0-9_]*[eE][-+]?[0-9]+$"),
-    list("-+0123456789"),
-)
 
 
 class _Dumper(yaml.SafeDumper):
@@ -247,21 +242,6 @@ _Dumper.add_representer(list, _represent_list)
 _Dumper.add_representer(dict, _represent_mapping)
 
 
-def _parse(text: str) -> tuple[yaml.Node | None, Any]:
-    loader = _Loader(text)
-    try:
-        node = loader.get_single_node()
-        return node, None if node is None else loader.construct_document(node)
-    finally:
-        loader.dispose()
-
-
-def _yaml_problem(error: yaml.YAMLError) -> str:
-    if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
-        return f"line {error.problem_mark.line + 1}: {error.problem}"
-    return f"not YAML: {str(error).splitlines()[0]}"
-
-
 def _problem(error: ValidationError, node: yaml.Node | None, model: type[BaseModel]) -> str:
     """First mistake in words, with its line and key path, and how many more there are."""
     location = _first(error)["loc"]
@@ -276,6 +256,14 @@ def _first(error: ValidationError) -> dict[str, Any]:
     return dict(next((detail for detail in details if detail["type"] == "extra_forbidden"), details[0]))
 
 
+def _part(part: object) -> str:
+    """Show a key, at most so much of it as a key of ours has."""
+    return str(part)[:_LONGEST_KEY]
+
+
+_LONGEST_KEY = 60
+
+
 def _known_keys(model: type[BaseModel]) -> list[str]:
     schema = model.model_json_schema()
     parts = [schema, *schema.get("$defs", {}).values()]
@@ -287,15 +275,15 @@ def _in_words(detail: dict[str, Any], known_keys: list[str]) -> str:
         case "missing":
             return "is missing"
         case "extra_forbidden":
-            near = difflib.get_close_matches(str(detail["loc"][-1]), known_keys, n=1)
+            near = difflib.get_close_matches(_part(detail["loc"][-1]), known_keys, n=1)
             return "is not a known key" + (f", did you mean {near[0]!r}?" if near else "")
         case "value_error":
             return str(detail["ctx"]["error"])
         case "literal_error":
-            return f"needs to be {detail['ctx']['expected']}, found {_short(detail['input'])}"
+            return f"needs to be {detail['ctx']['expected']}, found {short(detail['input'])}"
         case _:
             wish = str(detail["msg"]).replace("Input should be", "needs to be")
-            return f"{wish}, found {_short(detail['input'])}"
+            return f"{wish}, found {short(detail['input'])}"
 
 
 def _line(node: yaml.Node | None, location: Sequence[int | str]) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
@@ -31,3 +32,22 @@ def finite(value: object) -> object:
     if isinstance(value, list):
         return [finite(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+class _Short(reprlib.Repr):
+    """Looks at no more of a value than it shows."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxlevel, self.maxlist, self.maxdict, self.maxtuple, self.maxset = 4, 10, 6, 10, 10
+        self.maxstring = self.maxother = _SHORT
+
+
+_SHORT = 60
+_short = _Short()
+
+
+def short(value: object) -> str:
+    """Show a value in a message: at most 60 characters of it, however large it is."""
+    text = _short.repr(value)
+    return text if len(text) <= _SHORT else f"{text[: _SHORT - 3]}..."

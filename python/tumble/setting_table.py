@@ -11,6 +11,11 @@ from pydantic import BeforeValidator, Field, WithJsonSchema, create_model
 
 from tumble import _core
 from tumble.documents import Document
+from tumble.plain import short
+
+LARGEST = 1e9
+"""SI units: 31 years, or more than any sensor can read; the core keeps no more than so many microseconds."""
+LARGEST_COUNT = 2**32 - 1
 
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _THRESHOLD = re.compile(rf"\s*(?P<last>last\s*(?P<how>[+*])\s*)?(?P<number>{_NUMBER})\s*")
@@ -22,9 +27,10 @@ def _threshold(value: object) -> object:
         return value
     match = _THRESHOLD.fullmatch(str(value))
     smallest = 1.0 if match and match["how"] == "*" else 0.0
-    if match is None or not float(match["number"]) > smallest:
+    if match is None or not smallest < float(match["number"]) <= LARGEST:
         raise ValueError(
-            f"needs to be a number above 0, last+MARGIN, or last*RATIO with a ratio above 1, found {value!r}"
+            "needs to be a number above 0, last+MARGIN, or last*RATIO with a ratio above 1, "
+            f"found {short(value)}"
         )
     return f"last{match['how']}{match['number']}" if match["last"] else match["number"]
 
@@ -47,9 +53,16 @@ Threshold: TypeAlias = Annotated[
 ]
 """`0.1`: fixed. `last+0.1`: the last error and a margin. `last*1.5`: the last error times a ratio."""
 OrNone: TypeAlias = Annotated[
-    Annotated[float, Field(gt=0.0)] | None,
+    Annotated[float, Field(gt=0.0, le=LARGEST)] | None,
     BeforeValidator(_none),
-    WithJsonSchema({"anyOf": [{"type": "number", "exclusiveMinimum": 0.0}, {"enum": ["none", None]}]}),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "number", "exclusiveMinimum": 0.0, "maximum": LARGEST},
+                {"enum": ["none", None]},
+            ]
+        }
+    ),
 ]
 """A number above 0, or `none`."""
 
@@ -89,7 +102,12 @@ def _field(row: _core.SettingRow) -> Any:  # noqa: ANN401
         gt=row["above"] if bounded else None,
         ge=_least(row) if bounded else None,
         lt=row["below"] if bounded else None,
+        le=_largest(row) if bounded and row["below"] is None else None,
     )
+
+
+def _largest(row: _core.SettingRow) -> float | None:
+    return {"number": LARGEST, "time": LARGEST, "count": LARGEST_COUNT}.get(row["kind"])
 
 
 def _least(row: _core.SettingRow) -> float | None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from log_fixtures import made_up, read, same, write_text
+from tumble.errors import LogError
 from tumble.logs import ReadOptions, list_imus, open_recording
 from tumble.logs.columns import recognise
 
@@ -212,3 +213,10 @@ def test_a_path_with_a_colon_is_taken_whole(tmp_path):
     chunk = made_up(300, temperature=False)
     path = write_text(tmp_path / "run:imu1.csv", chunk)
     assert same(read(path), chunk)
+
+
+def test_a_line_without_end_is_no_table(tmp_path):
+    path = tmp_path / "dashes.csv"
+    path.write_text("- " * 100_000)
+    with pytest.raises(LogError):
+        open_recording(path)

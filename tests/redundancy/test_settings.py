@@ -242,7 +242,7 @@ def test_an_alignment_of_other_units_or_no_file_at_all_is_refused(tmp_path):
     path = written(tmp_path, "units: {imu3: {sensor_from_primary: [0, 0, 1]}}\n", "align.yaml")
     with pytest.raises(CalibrationFileError, match="does not hold the rotation of imu2; it knows imu3"):
         changed(f"units.imu2.sensor_from_primary={path}")
-    with pytest.raises(CalibrationFileError, match="no such file of tumble align"):
+    with pytest.raises(CalibrationFileError, match="no such redundancy settings file"):
         changed(f"units.imu2.sensor_from_primary={tmp_path / 'gone.yaml'}")
 
 

@@ -49,10 +49,11 @@ def apply_command(
     from tumble.cli.progress import sample_progress
     from tumble.logs import open_recording
 
+    found = Calibration.load(calibration)
     recording = open_recording(log, read_options)
     with sample_progress("correcting") as advance:
         applied = apply(
-            Calibration.load(calibration),
+            found,
             recording,
             output or file_named_after(recording.name, format_name or recording.metadata.format),
             format_name=format_name,

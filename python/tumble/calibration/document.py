@@ -32,22 +32,25 @@ from tumble.plain import plain
 from tumble.recording import FloatArray
 from tumble.redundancy.result import RedundancyResult
 from tumble.results import TriadResult
+from tumble.schemas import CALIBRATION
 from tumble.spin.result import SpinResult
 from tumble.turntable.result import TargetResult, TurntableResult
 
 SCHEMA: Literal["tumble-calibration/1"] = "tumble-calibration/1"
-SCHEMA_FILE = "calibration.schema.json"
 
 _HEADER = f"""\
 Calibration of one IMU by Tumble. y = M u + b, M = K L Q; to correct a measurement: u = M^-1 (y - b).
 SI units, angles in degrees, case frame of the IMU; null marks what the data did not show.
-Schema: docs/schema/{SCHEMA_FILE}"""
+Schema: tumble schema {CALIBRATION.name}"""
 
 Covariance: TypeAlias = Annotated[FloatArray, ArrayField((12, 12), gaps=True)]
 Group: TypeAlias = Literal["bias", "matrix", "g-sensitivity"]
 
 _MATRIX_TOLERANCE = 1e-9
 """Largest difference between M and K L Q: that of floats typed with ten digits."""
+_LARGEST_BIAS = 1e6
+"""m/s^2 or rad/s."""
+_LARGEST_SCALE = 1e6
 _SINGULAR = 1e-6
 """Smallest singular value of M over its largest for which a correction still means something."""
 
@@ -125,6 +128,11 @@ class Triad(Document):
 
     @model_validator(mode="after")
     def _matrices_agree(self) -> Triad:
+        if np.abs(self.b).max() > _LARGEST_BIAS or np.abs(self.M).max() > _LARGEST_SCALE:
+            raise ValueError(
+                f"no sensor is that far off: b is up to {np.abs(self.b).max():.3g} {self.unit}, M up to "
+                f"{np.abs(self.M).max():.3g}; give SI units"
+            )
         singular_values = np.linalg.svd(self.M, compute_uv=False)
         if singular_values[-1] <= _SINGULAR * singular_values[0]:
             raise ValueError("M cannot be inverted, so nothing can be corrected with it; check its rows")
@@ -216,7 +224,7 @@ class Calibration(Document):
 
         Raises `CalibrationFileError` in one line: file, line, key, what is wrong and what to do.
         """
-        return read_document(path, cls, "calibration file", SCHEMA_FILE)
+        return read_document(path, cls, CALIBRATION)
 
     def save(self, path: Path | str) -> None:
         """Write the file in full or not at all; raises `OutputError` where it cannot be written."""

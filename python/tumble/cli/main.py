@@ -62,6 +62,11 @@ COMMANDS = {
     "simulate": CommandEntry(
         "tumble.simulate.command", "simulate_app", "Make recordings whose truth is known."
     ),
+    "schema": CommandEntry(
+        "tumble.cli.schema",
+        "schema_command",
+        "Print the JSON Schema of a document; without a name, list the documents.",
+    ),
 }
 
 

@@ -142,8 +142,13 @@ class ImuColumns:
         return list(dict.fromkeys([*optional, *self.accelerometer, *self.gyroscope]))
 
 
+_LONGEST_NAME = 100
+
+
 def recognise(name: str) -> Column | None:
     """Read the name of a column; None if it is none of ours."""
+    if len(name) > _LONGEST_NAME:  # The patterns take time that grows with the square of it.
+        return None
     bracketed = _BRACKETS.match(name)
     stem, bracket = (bracketed["name"], bracketed["unit"]) if bracketed else (name.strip(), None)
     for quantity, patterns in _TRIADS.items():

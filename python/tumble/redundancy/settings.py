@@ -16,11 +16,10 @@ from tumble.documents import Document, mistake_in, read_document, read_value
 from tumble.errors import CalibrationFileError, ProcedureError
 from tumble.recording import FloatArray
 from tumble.redundancy.units import UnitSettings
+from tumble.schemas import REDUNDANCY
 from tumble.setting_models import MonitorSettings
 
 SCHEMA: Literal["tumble-redundancy/1"] = "tumble-redundancy/1"
-SCHEMA_FILE = "redundancy.schema.json"
-WHAT = "redundancy settings file"
 
 
 class RedundancySettings(MonitorSettings):
@@ -36,7 +35,7 @@ class RedundancySettings(MonitorSettings):
 
         Raises `CalibrationFileError` in one line: file, line, key, what is wrong and what to do.
         """
-        return read_document(path, cls, WHAT, SCHEMA_FILE).with_rotations_read(Path(path).parent)
+        return read_document(path, cls, REDUNDANCY).with_rotations_read(Path(path).parent)
 
     def with_rotations_read(self, folder: Path) -> RedundancySettings:
         """Put the rotation in place of each file that is named for one: settings that `tumble align` wrote.
@@ -99,7 +98,7 @@ class RedundancySettings(MonitorSettings):
 
 
 def _rotation_in(path: Path, unit: str) -> FloatArray:
-    aligned = read_document(path, RedundancySettings, "file of tumble align", SCHEMA_FILE)
+    aligned = read_document(path, RedundancySettings, REDUNDANCY)
     rotation = aligned.units[unit].sensor_from_primary if unit in aligned.units else None
     if rotation is None or isinstance(rotation, str):
         known = ", ".join(aligned.units) or "no unit"

@@ -31,16 +31,16 @@ from tumble.files import prepare_folder, set_aside
 from tumble.plain import finite
 from tumble.recording import FloatArray
 from tumble.redundancy.result import RECORDED, Rung, SecondaryError, Sensor
+from tumble.schemas import STORED_ERROR
 
 SCHEMA: Literal["tumble-stored-error/1"] = "tumble-stored-error/1"
-SCHEMA_FILE = "stored-error.schema.json"
 SENSORS: tuple[Sensor, ...] = ("accelerometer", "gyroscope")
 
 _HEADER = f"""\
 Stored error of one sensor of a secondary IMU, by Tumble: y_secondary = M y_primary + b, both as read.
 SI units; M leads from the primary's case frame to the axes of the secondary; null marks what was not shown.
 Written by tumble redundancy and not meant to be edited: the checksum would no longer match.
-Schema: docs/schema/{SCHEMA_FILE}"""
+Schema: tumble schema {STORED_ERROR.name}"""
 
 _KEYS = {"matrix": "M", "bias": "b", "matrix_sigma": "M_sigma", "bias_sigma": "b_sigma"}
 """What a field of an error is called in the file, where its name is another."""
@@ -159,7 +159,7 @@ class ErrorStore:
     def _read(self, path: Path, unit: Identified, sensor: Sensor) -> SecondaryError | Rejected:
         reason, detail = "corrupt", ""
         try:
-            stored = read_document(path, StoredError, "stored error", SCHEMA_FILE)
+            stored = read_document(path, StoredError, STORED_ERROR)
         except CalibrationFileError as error:
             detail = str(error)
         else:

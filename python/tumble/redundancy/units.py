@@ -12,6 +12,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from tumble import _core
 from tumble.documents import Document, Vector
+from tumble.plain import short
 from tumble.recording import FloatArray
 
 Channel: TypeAlias = Literal["ax", "ay", "az", "gx", "gy", "gz"]
@@ -43,14 +44,14 @@ def _orientation(value: object) -> FloatArray | str:
     wanted = "needs a rotation vector of 3 numbers in rad, a 3x3 matrix, or a file of tumble align"
     try:
         numbers = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ValueError(f"{wanted}, found {value!r}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{wanted}, found {short(value)}") from None
     if numbers.shape == (3,) and np.isfinite(numbers).all():
         if np.linalg.norm(numbers) > _LARGEST_ANGLE:
             raise ValueError(f"{wanted}; a vector of length {np.linalg.norm(numbers):.3g} looks like degrees")
         return _core.rotation_matrix(numbers)
     if numbers.shape != (3, 3) or not np.isfinite(numbers).all():
-        raise ValueError(f"{wanted}, found {value!r}")
+        raise ValueError(f"{wanted}, found {short(value)}")
     if np.abs(numbers @ numbers.T - np.eye(3)).max() > _ORTHONORMAL or np.linalg.det(numbers) < 0.0:
         raise ValueError(
             f"{wanted}; this matrix is no rotation: its rows have to be orthonormal, right-handed"

@@ -13,11 +13,11 @@ from pydantic_core import CoreSchema
 
 from tumble.documents import Document, read_document
 from tumble.results import NOT_SHOWN, LimitCheck, TriadName, TriadResult
+from tumble.schemas import LIMITS
 from tumble.turntable.result import TargetResult
 from tumble.units import UNITS
 
 SCHEMA: Literal["tumble-limits/1"] = "tumble-limits/1"
-SCHEMA_FILE = "limits.schema.json"
 
 
 class _PerAxis(Document):
@@ -105,7 +105,7 @@ class Limits(Document):
     @classmethod
     def load(cls, path: Path | str) -> Limits:
         """Read a limits file; raises `CalibrationFileError` in one line: file, line, key and remedy."""
-        return read_document(path, cls, "limits file", SCHEMA_FILE)
+        return read_document(path, cls, LIMITS)
 
     def check(self, target: TargetResult) -> tuple[LimitCheck, ...]:
         """Hold a target against every limit; empty where the target has no calibration at all.

@@ -17,9 +17,9 @@ from pydantic import Field, model_validator
 from tumble.documents import Document, Vector, read_document, write_document
 from tumble.errors import CalibrationFileError
 from tumble.recording import FloatArray
+from tumble.schemas import POSES
 
 SCHEMA: Literal["tumble-poses/1"] = "tumble-poses/1"
-SCHEMA_FILE = "poses.schema.json"
 
 FEWEST_POSES = 4
 """Three axes and a bias each: with fewer, some of them stay open whatever the directions are."""
@@ -29,7 +29,7 @@ SAME_DIRECTION = 1.0
 _HEADER = f"""\
 Poses of a turntable: `up` is the direction of the table frame that points up, of any length but zero.
 A pose may name its `file` within the folder of each IMU; then every pose does.
-Schema: docs/schema/{SCHEMA_FILE}"""
+Schema: tumble schema {POSES.name}"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,7 +82,7 @@ class PoseList:
     @classmethod
     def load(cls, path: Path | str) -> PoseList:
         """Read a pose list; raises `CalibrationFileError` in one line: file, line, key and remedy."""
-        document = read_document(path, PoseFile, "pose list", SCHEMA_FILE)
+        document = read_document(path, PoseFile, POSES)
         return cls(tuple(entry.pose() for entry in document.poses), str(path))
 
     def save(self, path: Path | str) -> None:
