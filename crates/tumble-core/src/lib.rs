@@ -5,7 +5,7 @@
 //!
 //! 1. [`model`]: the error model, its inverse, and `M = K L Q`, scale, non-orthogonality and mounting.
 //! 2. [`sample`] and [`moments`]: one sample, and what is kept of many.
-//! 3. [`stillness`] and [`segmenter`]: a recording becomes rests, and turns between them.
+//! 3. [`stillness`] and [`segmenter`]: a recording becomes rests, and turns between them; [`pauses`] where samples are missing.
 //! 4. [`noise`]: white noise and bias instability, and what they do to a mean.
 //! 5. [`regression`] and [`rotation`]: the two solvers; [`eigen`] serves both.
 //! 6. [`gravity`]: what the Earth adds.
@@ -21,6 +21,7 @@ pub mod gravity;
 pub mod model;
 pub mod moments;
 pub mod noise;
+pub mod pauses;
 pub mod real;
 pub mod redundancy;
 pub mod regression;

@@ -1,6 +1,6 @@
 //! Streaming mean and scatter of N channels: centred sums, mergeable, so that chunks can be reduced in parallel.
 
-use crate::real::{Real, count};
+use crate::real::{Real, count, real};
 
 /// Mean and centred sum of squares of N channels.
 ///
@@ -111,9 +111,52 @@ impl<T: Real, const N: usize> RunningSums<T, N> {
         }
     }
 
+    /// About the same sample, with nothing taken in.
+    pub(crate) fn emptied(&self) -> Self {
+        Self {
+            samples: 0,
+            ..Self::start(&self.origin)
+        }
+    }
+
+    /// Takes in so many samples, evenly spaced on the straight line between two, given with their ages.
+    pub(crate) fn push_line(&mut self, samples: u32, from: (T, &[T; N]), to: (T, &[T; N])) {
+        let m = count::<T>(samples);
+        let half = real::<T>(0.5);
+        let age = (from.0 + to.0) * half;
+        // Mean of the squared distance from the middle, over the square of the length.
+        let spread = (m - T::one()) / ((m + T::one()) * real(12.0));
+        self.samples = self.samples.saturating_add(samples);
+        self.lever += m * age;
+        for i in 0..N {
+            let x = (from.1[i] + to.1[i]) * half - self.origin[i];
+            let slope = (to.1[i] - from.1[i]) * (to.0 - from.0);
+            self.sum[i] += m * x;
+            self.levers[i] += m * (x * age + slope * spread);
+        }
+    }
+
+    /// The first moments of both; the scatter is that of the samples of the first.
+    pub(crate) fn with(&self, other: &Self) -> Self {
+        let mut both = *self;
+        both.samples = self.samples.saturating_add(other.samples);
+        both.lever += other.lever;
+        for i in 0..N {
+            both.sum[i] += other.sum[i];
+            both.levers[i] += other.levers[i];
+        }
+        both
+    }
+
     /// How many samples were taken in.
     pub fn samples(&self) -> u32 {
         self.samples
+    }
+
+    /// Mean of each channel.
+    pub fn mean(&self) -> [T; N] {
+        let share = T::one() / count(self.samples);
+        core::array::from_fn(|i| self.origin[i] + self.sum[i] * share)
     }
 
     /// Mean and scatter.

@@ -2,12 +2,14 @@
 //!
 //! Samples are gathered into short blocks, blocks into segments. The first and the last block of a rest are
 //! given to the turns beside it, where a table still settling does no harm. A segment keeps sums only, and sums
-//! over neighbours add up: [`Segment::append`].
+//! over neighbours add up: [`Segment::append`]. Where samples are missing, a block is integrated over the pauses
+//! ([`crate::pauses`]).
 
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::moments::RunningSums;
 use crate::noise::AllanLadder;
+use crate::pauses::{Bends, Interpolation, Pauses, SampleInterval};
 use crate::real::{Real, count, real, seconds};
 use crate::rotation::rotation_of;
 use crate::sample::{CHANNELS, Sample};
@@ -55,25 +57,33 @@ pub struct Segment<T: Real> {
     pub lever: [T; CHANNELS],
     /// Attitude at the start from attitude at the end, from the angular rate less the bias of the rest before.
     pub start_from_end: UnitQuaternion<T>,
-    /// False where samples are missing inside.
+    /// What was done about samples that are missing inside, and what it costs.
+    pub interpolation: Interpolation<T>,
+    /// False where the samples pause for too long to say what happened.
     pub complete: bool,
 }
 
 impl<T: Real> Segment<T> {
-    fn of_block(sums: &RunningSums<T, CHANNELS>, start: u64, end: u64, bias: &Vector3<T>) -> Self {
-        let moments = sums.moments();
+    /// `whole` are the sums of a block with what stands for its missing samples; `sums` without.
+    fn of_block(
+        sums: &RunningSums<T, CHANNELS>,
+        whole: &RunningSums<T, CHANNELS>,
+        span: (u64, u64),
+        bias: &Vector3<T>,
+    ) -> Self {
+        let (start, end) = span;
         let duration = seconds::<T>(end.saturating_sub(start));
-        let integral = moments.mean().map(|mean| mean * duration);
+        let (mean, levers) = (whole.mean(), whole.mean_lever());
         let middle = duration * real(0.5);
-        let levers = sums.mean_lever();
         let mut block = Self {
             start,
             end,
-            moments,
-            integral,
-            // Samples may be missing: their mean stands for the middle of the block, wherever they lie within it.
-            lever: core::array::from_fn(|i| (levers[i] + moments.mean()[i] * middle) * duration),
+            moments: sums.moments(),
+            integral: mean.map(|mean| mean * duration),
+            // Pauses too long to interpolate: the mean stands for the middle of the block, wherever the samples lie.
+            lever: core::array::from_fn(|i| (levers[i] + mean[i] * middle) * duration),
             start_from_end: UnitQuaternion::identity(),
+            interpolation: Interpolation::none(),
             complete: true,
         };
         block.integrate(bias);
@@ -82,7 +92,7 @@ impl<T: Real> Segment<T> {
 
     /// Attitude over a segment short enough to be turned about one axis.
     fn integrate(&mut self, bias: &Vector3<T>) {
-        self.start_from_end = rotation_of(&((self.angular_rate() - bias) * self.duration()));
+        self.start_from_end = rotation_of(&((self.angle() / self.duration() - bias) * self.duration()));
     }
 
     /// Length, s.
@@ -100,6 +110,12 @@ impl<T: Real> Segment<T> {
     pub fn angular_rate(&self) -> Vector3<T> {
         let mean = self.moments.mean();
         Vector3::new(mean[3], mean[4], mean[5])
+    }
+
+    /// Mean angular rate of the whole segment, missing samples and all, rad/s.
+    fn mean_rate(&self) -> [T; 3] {
+        let rate = self.angle() / self.duration();
+        [rate.x, rate.y, rate.z]
     }
 
     /// Integral of the specific force, m/s.
@@ -121,6 +137,7 @@ impl<T: Real> Segment<T> {
         }
         self.moments.merge(&next.moments);
         self.start_from_end *= next.start_from_end;
+        self.interpolation.append(&next.interpolation);
         self.complete &= next.complete;
         self.end = next.end;
     }
@@ -188,7 +205,12 @@ pub struct Segmenter<T: Real> {
     sums: Option<RunningSums<T, CHANNELS>>,
     first: u64,
     last: u64,
-    interval: u64,
+    newest: [T; CHANNELS],
+    interval: SampleInterval,
+    /// A time between two samples above this is a pause, microseconds.
+    longest_step: u64,
+    pauses: Pauses<T>,
+    bends: Bends<T>,
     bias: Vector3<T>,
     allan: AllanLadder<T>,
     allan_of_rest: AllanLadder<T>,
@@ -207,7 +229,11 @@ impl<T: Real> Segmenter<T> {
             sums: None,
             first: 0,
             last: 0,
-            interval: 0,
+            newest: [T::zero(); CHANNELS],
+            interval: SampleInterval::new(),
+            longest_step: u64::MAX,
+            pauses: Pauses::none(),
+            bends: Bends::new(),
             bias: Vector3::zeros(),
             allan: AllanLadder::new(),
             allan_of_rest: AllanLadder::new(),
@@ -228,7 +254,6 @@ impl<T: Real> Segmenter<T> {
     /// Takes in a sample known to be finite, given by its channels.
     #[inline]
     pub fn push_channels(&mut self, time: u64, y: &[T; CHANNELS]) -> Option<FinishedSegment<T>> {
-        let gap = self.is_gap(time.saturating_sub(self.last));
         let Some(sums) = self.sums.as_mut() else {
             self.begin(time, y);
             return None;
@@ -238,19 +263,42 @@ impl<T: Real> Segmenter<T> {
         }
         let age = time - self.first;
         let full = age >= self.settings.block && sums.samples() >= self.settings.block_samples;
-        if full || gap {
-            let segment = self.close(time);
-            self.begin(time, y);
-            return segment;
+        let pause = time - self.last;
+        if full || pause > self.longest_step {
+            let gap = self.is_gap(pause);
+            if pause > self.longest_step {
+                self.take_pause(time, y);
+            }
+            if full || gap {
+                let segment = self.close(time);
+                self.begin(time, y);
+                return segment;
+            }
         }
-        sums.push(y, seconds(age));
+        if let Some(sums) = self.sums.as_mut() {
+            sums.push(y, seconds(age));
+        }
         self.last = time;
+        self.newest = *y;
         None
+    }
+
+    /// Samples are missing between the newest and this one.
+    #[cold]
+    fn take_pause(&mut self, time: u64, y: &[T; CHANNELS]) {
+        let Some(sums) = &self.sums else { return };
+        let pause = time - self.last;
+        if self.is_gap(pause) {
+            return self.pauses.leave_open(pause, &self.interval);
+        }
+        let from = (seconds(self.last - self.first), &self.newest);
+        let to = (seconds(time - self.first), y);
+        self.pauses.bridge(pause, &self.interval, sums, (from, to));
     }
 
     /// What was going on when the recording ended, a turn that leads nowhere among it: call until there is nothing more.
     pub fn finish(&mut self) -> Option<FinishedSegment<T>> {
-        if let Some(segment) = self.close(self.last.saturating_add(self.interval)) {
+        if let Some(segment) = self.close(self.last.saturating_add(self.interval.microseconds())) {
             return Some(segment);
         }
         match core::mem::replace(&mut self.state, SegmenterState::Moving) {
@@ -296,24 +344,34 @@ impl<T: Real> Segmenter<T> {
     }
 
     fn is_gap(&self, pause: u64) -> bool {
-        self.interval > 0 && pause > self.interval.saturating_mul(self.settings.gap_intervals)
+        let interval = self.interval.microseconds();
+        interval > 0 && pause > interval.saturating_mul(self.settings.gap_intervals)
     }
 
     fn begin(&mut self, time: u64, y: &[T; CHANNELS]) {
         self.sums = Some(RunningSums::start(y));
         self.first = time;
         self.last = time;
+        self.newest = *y;
     }
 
     /// Ends the block at hand; `next` is the time of the sample after it.
     fn close(&mut self, next: u64) -> Option<FinishedSegment<T>> {
         let sums = self.sums.take()?;
         let gap = self.is_gap(next.saturating_sub(self.last));
-        let steps = u64::from(sums.samples().saturating_sub(1));
-        if let Some(interval) = (self.last - self.first).checked_div(steps) {
-            self.interval = interval;
-        }
-        let mut block = Segment::of_block(&sums, self.first, next, &self.bias);
+        let pauses = core::mem::replace(&mut self.pauses, Pauses::none());
+        let end = if gap {
+            self.last + self.interval.microseconds()
+        } else {
+            next
+        };
+        let (whole, interpolation) = pauses.close(&sums, end - self.first, &mut self.interval);
+        self.longest_step = self.interval.longest();
+        let mut block = Segment::of_block(&sums, &whole, (self.first, next), &self.bias);
+        block.interpolation = interpolation;
+        block.interpolation.variance =
+            self.bends
+                .push(block.mean_rate(), block.duration(), pauses.fifth_powers());
         block.complete = !gap;
         let enough = sums.samples() >= self.settings.block_samples;
         let quiet = enough && !gap && self.stillness.push(&block.moments);

@@ -108,6 +108,12 @@ impl PyAcquired {
         self.inner.not_finite
     }
 
+    /// Samples that are missing, as the pauses between the others show.
+    #[getter]
+    fn missing(&self) -> u64 {
+        self.inner.missing
+    }
+
     /// Time of the first sample not later than the one before, s.
     #[getter]
     fn first_backwards(&self) -> Option<f64> {

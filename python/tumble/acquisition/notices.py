@@ -22,6 +22,12 @@ def notices(unit: Imu) -> Iterator[str]:
         yield f"{channel} is saturated between {first:.1f} and {last:.1f} s: turns in that time are not used"
     if not unit.recording.parts:
         yield from _gaps(acquired)
+    if acquired.missing:
+        share = 100.0 * acquired.missing / (acquired.samples + acquired.missing)
+        yield (
+            f"{acquired.missing} samples are missing ({share:.2g} %): integrals over turns run straight "
+            "across the pauses, and the sigmas include what that leaves"
+        )
     if acquired.not_finite:
         yield f"{acquired.not_finite} samples are not numbers and were left out"
 

@@ -40,6 +40,7 @@ def reference_result(
         mounting=mounting,
         mounting_reason="" if mounting else match.reason or "the poses do not determine a rotation",
         temperature=unit.acquired.temperature,
+        missing_samples=unit.acquired.missing,
     )
 
 

@@ -93,6 +93,8 @@ class TargetResult:
     """X and Y; empty where the mounting angle was not estimated."""
     temperature: tuple[float, float, float] | None
     """Lowest, mean and highest at rest, degC."""
+    missing_samples: int = 0
+    """Samples that the log lacks, as the pauses between the others show."""
     checks: tuple[LimitCheck, ...] = ()
     warnings: tuple[str, ...] = ()
     failure: str = ""
@@ -148,6 +150,8 @@ class ReferenceResult:
     mounting_reason: str
     """Why the mounting angle was not estimated; empty if it was."""
     temperature: tuple[float, float, float] | None = None
+    missing_samples: int = 0
+    """Samples that the log lacks, as the pauses between the others show."""
 
 
 @dataclass(frozen=True, slots=True)

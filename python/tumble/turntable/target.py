@@ -95,6 +95,7 @@ class TargetProcedure:
             clock=None if unit.recording.parts else _clock(figures["clock"]),
             axis_readings=(),
             temperature=unit.acquired.temperature,
+            missing_samples=unit.acquired.missing,
         )
         return replace(
             result,
@@ -186,6 +187,7 @@ def _failed(name: str, error: TumbleError, unit: Imu | None = None) -> TargetRes
         clock=None,
         axis_readings=(),
         temperature=unit.acquired.temperature if unit else None,
+        missing_samples=unit.acquired.missing if unit else 0,
         failure=str(error),
         failure_reason=error.why,
     )

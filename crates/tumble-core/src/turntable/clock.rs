@@ -125,6 +125,11 @@ pub fn search_offset<T: Real>(reference: &[TurnMark<T>], target: &[TurnMark<T>])
         .map(|(_, _, offset)| offset)
 }
 
+/// Number of turns of one unit that meet one of the other under an offset, s.
+pub fn turns_met<T: Real>(reference: &[TurnMark<T>], target: &[TurnMark<T>], offset: T) -> u32 {
+    score(reference, target, offset, T::zero()).0
+}
+
 /// Offset and skew by weighted least squares over the turns that meet under a first offset.
 ///
 /// # Errors

@@ -161,7 +161,7 @@ fn push<T: Real, const P: usize, const Q: usize, const N: usize>(
             interval: observation.interval,
             rows: core::array::from_fn(|axis| row::<T, P, Q, N>(observation, matrix, axis)),
             reading: observation.reading,
-            of_truth: Vector3::from_fn(|axis, _| of_truth(axis)),
+            besides_noise: Vector3::from_fn(|axis, _| of_truth(axis)) + observation.reading_variance,
         }) {
             equations.push(&white.row, white.reading, white.variance);
         }

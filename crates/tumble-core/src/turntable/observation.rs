@@ -14,6 +14,8 @@ pub struct Observation<T: Real, const P: usize, const Q: usize> {
     pub regressor: SVector<T, P>,
     /// Mean reading, sensor frame.
     pub reading: Vector3<T>,
+    /// Variance of the reading besides the noise of its sensor.
+    pub reading_variance: Vector3<T>,
     /// Covariance of the truth u that belongs to this interval alone.
     pub truth_covariance: Matrix3<T>,
     /// Derivative of the truth u by the shared errors.

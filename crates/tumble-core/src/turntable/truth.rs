@@ -72,6 +72,7 @@ pub fn from_reference<T: Real>(
         interval: pair.interval,
         regressor: regressor(&u),
         reading: pair.target,
+        reading_variance: Vector3::zeros(),
         truth_covariance: covariance - gain * spread.transpose(), // eq. 9
         sensitivity: gain * direction.transpose() - Matrix3::identity(), // eq. 10
     }
@@ -102,6 +103,7 @@ pub fn from_poses<T: Real>(
         interval: pair.interval,
         regressor: regressor(&u),
         reading,
+        reading_variance: Vector3::zeros(),
         truth_covariance: across * mounting.pose_variance,
         sensitivity,
     })
@@ -132,6 +134,7 @@ pub fn at_rest<T: Real>(
         interval,
         regressor: regressor(&u),
         reading,
+        reading_variance: Vector3::zeros(),
         truth_covariance,
         sensitivity,
     }
@@ -142,6 +145,8 @@ pub fn at_rest<T: Real>(
 pub struct ReferenceTurn<T: Real> {
     /// Integral of the angular rate, rad.
     pub angle: Vector3<T>,
+    /// Variance of the integral besides noise, rad^2.
+    pub angle_variance: Vector3<T>,
     /// Over this interval, s.
     pub interval: Interval<T>,
     /// Noise of the three axes of the reference.
@@ -161,7 +166,9 @@ pub fn turning<T: Real>(
     let length_ratio = turn.interval.duration() / interval.duration();
     let u = turn.angle / interval.duration() - earth.bias * length_ratio; // eq. 14
     let variance = Vector3::from_fn(|i, _| {
-        turn.noise[i].covariance(&turn.interval, &turn.interval, &turn.session) * length_ratio * length_ratio
+        let noise = turn.noise[i].covariance(&turn.interval, &turn.interval, &turn.session);
+        let interpolated = turn.angle_variance[i] / (interval.duration() * interval.duration());
+        noise * length_ratio * length_ratio + interpolated
     });
     let mut sensitivity = SMatrix::<T, 3, 6>::zeros();
     sensitivity
@@ -171,6 +178,7 @@ pub fn turning<T: Real>(
         interval,
         regressor: regressor(&u),
         reading,
+        reading_variance: Vector3::zeros(),
         truth_covariance: Matrix3::from_diagonal(&variance),
         sensitivity,
     }
@@ -182,6 +190,7 @@ pub fn with_specific_force<T: Real>(rate: &RateObservation<T>, force: &Vector3<T
         interval: rate.interval,
         regressor: SVector::from_fn(|i, _| if i < 4 { rate.regressor[i] } else { force[i - 4] }),
         reading: rate.reading,
+        reading_variance: rate.reading_variance,
         truth_covariance: rate.truth_covariance,
         sensitivity: rate.sensitivity,
     }

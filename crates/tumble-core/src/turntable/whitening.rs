@@ -27,8 +27,8 @@ pub(super) struct IntervalRows<T: Real, const N: usize> {
     pub rows: [SVector<T, N>; 3],
     /// What they add up to.
     pub reading: Vector3<T>,
-    /// Variance that errors of the truth leave on the reading.
-    pub of_truth: Vector3<T>,
+    /// Variance that errors of the truth leave on the reading, and what else is not the noise of its sensor.
+    pub besides_noise: Vector3<T>,
 }
 
 /// A row without what those before predict of it.
@@ -120,7 +120,7 @@ impl<'a, T: Real, const P: usize, const Q: usize, const N: usize> Whitener<'a, T
         let before = before.map(|observation| &observation.interval);
         PlacedRows {
             placed,
-            own: fresh.of_truth + Vector3::from_fn(|axis, _| self.inputs.noise[axis].white / duration),
+            own: fresh.besides_noise + Vector3::from_fn(|axis, _| self.inputs.noise[axis].white / duration),
             rows: fresh.rows,
             reading: fresh.reading,
             with_older: self

@@ -133,6 +133,11 @@ impl Draws {
         self.generator.sample(StandardNormal)
     }
 
+    /// A number from zero to one.
+    pub fn uniform(&mut self) -> f64 {
+        self.generator.random()
+    }
+
     /// N independent standard normal numbers.
     pub fn normals<const N: usize>(&mut self) -> SVector<f64, N> {
         SVector::from_fn(|_, _| self.normal())

@@ -64,6 +64,7 @@ fn force(k: usize, u: &Vector3<f64>, model: &ErrorModel<f64>) -> Force {
         interval: interval(k),
         regressor: SVector::from([u.x, u.y, u.z, 1.0]),
         reading: model.measure(u),
+        reading_variance: Vector3::zeros(),
         truth_covariance: Matrix3::zeros(),
         sensitivity: SMatrix::zeros(),
     }
@@ -88,6 +89,7 @@ fn calibrated<T: Real>(
             interval: span(&o.interval),
             regressor: cast(&o.regressor),
             reading: cast(&o.reading),
+            reading_variance: cast(&o.reading_variance),
             truth_covariance: cast(&o.truth_covariance),
             sensitivity: cast(&o.sensitivity),
         })
@@ -405,6 +407,7 @@ fn a_gyroscope_with_g_sensitivity_errs_as_its_covariance_says() {
                     interval: interval(k),
                     regressor,
                     reading: session.model.matrix * truth + session.model.bias * 0.01 + g * force + noise,
+                    reading_variance: Vector3::zeros(),
                     truth_covariance: Matrix3::zeros(),
                     sensitivity,
                 }

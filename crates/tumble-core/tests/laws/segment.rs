@@ -249,3 +249,93 @@ fn a_turn_between_two_rests_is_integrated_with_the_bias_of_the_rest_before() {
         );
     }
 }
+
+/// Samples of a rest, a turn of a second and a rest, of which some are lost at random, and the angle turned by.
+fn with_lost_samples(angle: &Vector3<f64>, unit: &Unit, share: f64, seed: u64) -> Vec<Sample<f64>> {
+    let schedule = [Phase::Rest(2.0), Phase::Turn(*angle, 1.0), Phase::Rest(2.0)];
+    let whole = samples(
+        &schedule,
+        &Vector3::new(0.6, 0.0, 0.8),
+        unit,
+        &mut Draws::new(seed),
+    );
+    let mut lot = Draws::new(seed ^ 0x5eed);
+    whole
+        .into_iter()
+        .filter(|sample| sample.time == 0 || lot.uniform() >= share)
+        .collect()
+}
+
+proptest! {
+    #![proptest_config(cases(128))]
+
+    #[test]
+    fn the_angle_of_a_turn_with_missing_samples_errs_by_no_more_than_its_stated_variance(
+        axis in direction(), angle in 0.8..2.5_f64, share in 0.005..0.12_f64, seed in any::<u64>()
+    ) {
+        prop_assume!(axis.cross(&Vector3::new(0.6, 0.0, 0.8)).norm() > 0.4);
+        let angle = axis * angle;
+        let found = turns(&segments::<f64>(&with_lost_samples(&angle, &Unit::perfect(), share, seed)));
+        let turn = found.iter().find(|turn| turn.angle().norm() > 0.1).expect("a turn");
+        prop_assume!(turn.complete);
+        let sigma = Vector3::from(turn.interpolation.variance).norm_squared().sqrt().sqrt();
+        let error = (turn.angle() - angle).norm();
+        prop_assert!(error <= 4.0 * sigma + 1e-6, "{} {} {}", error, sigma, turn.interpolation.missing);
+    }
+
+    #[test]
+    fn missing_samples_are_counted_once_their_interval_is_known(share in 0.005..0.12_f64, seed in any::<u64>()) {
+        let unit = Unit::noisy(0.01, 0.001);
+        let left = with_lost_samples(&Vector3::x(), &unit, share, seed);
+        let lost = (left[left.len() - 1].time / INTERVAL + 1) as usize - left.len();
+        let counted: u32 = segments::<f64>(&left).iter().map(stretch_of).map(|part| part.interpolation.missing).sum();
+        // The first blocks may be short of samples when nobody knows their interval yet.
+        prop_assert!((counted as usize).abs_diff(lost) <= 5 + lost / 12, "{} of {}", counted, lost);
+    }
+
+    #[test]
+    fn stamps_that_come_early_or_late_are_no_missing_samples(
+        jitter in 0.0..0.5_f64, angle in rotation_vector(), seed in any::<u64>()
+    ) {
+        let schedule = [Phase::Rest(2.0), Phase::Turn(angle, 1.0), Phase::Rest(2.0)];
+        let whole = samples(&schedule, &Vector3::new(0.6, 0.0, 0.8), &Unit::noisy(0.01, 0.001), &mut Draws::new(seed));
+        let mut lot = Draws::new(seed ^ 0x5eed);
+        let mut late = whole.clone();
+        for sample in &mut late[1..] {
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+            let delay = (lot.uniform() * jitter * INTERVAL as f64) as u64;
+            sample.time += delay;
+        }
+        let counted: u32 = segments::<f64>(&late).iter().map(stretch_of).map(|part| part.interpolation.missing).sum();
+        prop_assert!(counted <= late.len() as u32 / 200, "{} of {}", counted, late.len());
+    }
+}
+
+fn stretch_of(segment: &tumble_core::segmenter::FinishedSegment<f64>) -> Segment<f64> {
+    *crate::stream::stretch(segment)
+}
+
+#[test]
+fn a_log_whose_rate_halves_lacks_no_samples() {
+    let schedule = [Phase::Rest(6.0)];
+    let whole = samples(
+        &schedule,
+        &Vector3::z(),
+        &Unit::noisy(0.01, 0.001),
+        &mut Draws::new(81),
+    );
+    let halved = whole
+        .iter()
+        .enumerate()
+        .filter(|(i, _)| *i < 600 || i % 2 == 0)
+        .map(|(_, sample)| *sample);
+    let found = segments::<f64>(&halved.collect::<Vec<_>>());
+    assert_eq!(
+        found
+            .iter()
+            .map(stretch_of)
+            .map(|part| part.interpolation.missing)
+            .sum::<u32>(),
+        0
+    );
+}

@@ -184,6 +184,7 @@ proptest! {
         let seen = Interval { start: 3.0, end: 3.0 + 5.0 * length };
         let noise = Noise { white: 1e-8, ..Noise::none() };
         let turn = ReferenceTurn {
+            angle_variance: Vector3::zeros(),
             angle: angle + bias * seen.duration(),
             interval: seen,
             noise: [noise; 3],

@@ -53,6 +53,8 @@ pub struct Acquired {
     pub samples: u64,
     /// Samples passed over because a channel was not a number.
     pub not_finite: u64,
+    /// Samples that are missing, as the pauses between the others show.
+    pub missing: u64,
     /// Time of the first sample that was not later than the one before, s of the recording's own clock.
     pub first_backwards: Option<f64>,
     /// Lowest, mean and highest temperature, degC.
@@ -68,6 +70,12 @@ impl Acquired {
     /// Noise of the gyroscope.
     pub fn rate_noise(&self) -> [Noise<f64>; 3] {
         [self.noise[3], self.noise[4], self.noise[5]]
+    }
+
+    /// Samples missing at rest over those taken.
+    pub fn share_missing_at_rest(&self) -> f64 {
+        let of = |count: fn(&Segment<f64>) -> u32| self.rests.iter().map(count).map(f64::from).sum::<f64>();
+        of(|rest| rest.interpolation.missing) / of(|rest| rest.moments.samples()).max(1.0)
     }
 
     /// From the start of the first rest to the end of the last, s since the origin.

@@ -49,6 +49,7 @@ impl Acquisition {
                 faults: Vec::new(),
                 samples: 0,
                 not_finite: 0,
+                missing: 0,
                 first_backwards: None,
                 temperature: None,
             },
@@ -167,6 +168,7 @@ impl Acquisition {
 
     fn look(&mut self) {
         if let Some(block) = self.segmenter.take_block() {
+            self.found.missing += u64::from(block.interpolation.missing);
             self.found.trace.push(block);
             self.channels.push_block(block);
         }

@@ -119,7 +119,8 @@ impl Axis {
             n,
             observations.iter().map(|o| {
                 let of_truth = (m * o.truth_covariance * m.transpose())[0];
-                (inputs.noise[axis].white / o.interval.duration() + of_truth).sqrt()
+                (inputs.noise[axis].white / o.interval.duration() + of_truth + o.reading_variance[axis])
+                    .sqrt()
             }),
         );
         let regressors = DMatrix::from_fn(n, P, |i, j| observations[i].regressor[j] / sigma[i]);

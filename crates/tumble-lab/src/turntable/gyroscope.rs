@@ -1,7 +1,8 @@
 //! Step 4 for the gyroscope: every rest, and every turn between rests, both units saw.
 
-use nalgebra::{Matrix6, Rotation3, Vector3};
+use nalgebra::{Matrix3, Matrix6, Rotation3, Vector3};
 use tumble_core::noise::Interval;
+use tumble_core::segmenter::Segment;
 use tumble_core::turntable::fit::fit;
 use tumble_core::turntable::observation::FitInputs;
 use tumble_core::turntable::truth::{
@@ -13,7 +14,7 @@ use super::flicker::refine;
 use super::pairing::PairedRest;
 use super::session::{LARGEST_RATE_BIAS, TargetSession};
 use super::triad::{Label, TriadCalibration, finish};
-use crate::acquisition::interval;
+use crate::acquisition::{Acquired, interval};
 
 /// The angular rate over one interval, and the mean specific force over it, m/s^2.
 struct Rate {
@@ -88,22 +89,25 @@ impl TargetSession<'_> {
 
     /// The turn between two rests; `None` where one of the units did not record all of it.
     fn turn(&self, pair: &PairedRest, next: &PairedRest) -> Option<Rate> {
-        let whole = |turn: &tumble_core::segmenter::Segment<f64>| turn.complete;
+        let whole = |turn: &Segment<f64>| turn.complete;
         let seen = self
             .reference_unit
             .between(pair.reference, next.reference)
             .filter(whole)?;
         let felt = self.unit.between(pair.target.1, next.target.0).filter(whole)?;
         let turn = ReferenceTurn {
+            angle_variance: angle_variance(self.reference_unit, &seen),
             angle: seen.angle() + self.earth_between_cuts(pair, next, &interval(&seen), &self.when(&felt)),
             interval: interval(&seen),
             noise: self.reference_unit.rate_noise(),
             session: self.reference_unit.session(),
         };
         let reading = felt.angle() / felt.duration();
+        let mut observation = turning(self.when(&felt), reading, &turn, &self.reference.earth);
+        observation.reading_variance = angle_variance(self.unit, &felt) / felt.duration().powi(2);
         Some(Rate {
             label: Label::Turn(pair.reference, next.reference),
-            observation: turning(self.when(&felt), reading, &turn, &self.reference.earth),
+            observation,
             force: seen.velocity() / seen.duration() - self.reference.sphere.bias,
         })
     }
@@ -124,6 +128,16 @@ impl TargetSession<'_> {
     }
 }
 
+/// Variance of the angle of a turn because samples are missing in it, rad^2, besides what the noise of the rests, which
+/// lack some too, says of one as long (docs/theory/turntable.md, eq. 27 to 29).
+fn angle_variance(unit: &Acquired, turn: &Segment<f64>) -> Vector3<f64> {
+    let noise = unit.rate_noise();
+    let duration = turn.duration();
+    let interpolation = &turn.interpolation;
+    let longer = (duration + interpolation.longer) / (1.0 + unit.share_missing_at_rest()) - duration; // eq. 29
+    Vector3::from_fn(|i, _| noise[i].white * longer + interpolation.variance[i])
+}
+
 /// A covariance of two vectors, both turned.
 fn turned(covariance: &Matrix6<f64>, rotation: &Rotation3<f64>) -> Matrix6<f64> {
     let mut both = Matrix6::zeros();
@@ -137,6 +151,8 @@ fn turn_back(mut observation: RateObservation<f64>, back: &Rotation3<f64>) -> Ra
     let u = back * observation.regressor.fixed_rows::<3>(0).into_owned();
     observation.regressor.fixed_rows_mut::<3>(0).copy_from(&u);
     observation.reading = back * observation.reading;
+    let variance = Matrix3::from_diagonal(&observation.reading_variance);
+    observation.reading_variance = (back.matrix() * variance * back.matrix().transpose()).diagonal();
     observation.truth_covariance = back.matrix() * observation.truth_covariance * back.matrix().transpose();
     for half in [0, 3] {
         let by = back.matrix() * observation.sensitivity.fixed_columns::<3>(half) * back.matrix().transpose();

@@ -75,9 +75,8 @@ pub(super) fn finish<const P: usize, const Q: usize>(
     let m = solved.model.matrix;
     let residuals = observations.iter().map(|observation| {
         let own = mean_covariance(&inputs.noise, &observation.interval, &inputs.session);
-        let sigma = (own + m * observation.truth_covariance * m.transpose()) // eq. 12
-            .diagonal()
-            .map(f64::sqrt);
+        let noise = (own + m * observation.truth_covariance * m.transpose()).diagonal(); // eq. 12
+        let sigma = (noise + observation.reading_variance).map(f64::sqrt);
         (solved.residual(observation), sigma)
     });
     let widened = widening(solved.chi_square, solved.degrees_of_freedom);

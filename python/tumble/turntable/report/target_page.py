@@ -161,11 +161,13 @@ def method(result: TurntableResult, target: TargetResult | None) -> tuple[tuple[
         ("Reference", " · ".join(filter(None, (reference.name, reference.serial, reference.source)))),
         ("Calibration of the reference", carried),
         ("Temperature of the reference", temperature_sentence(reference.temperature)),
+        ("Samples missing in the log of the reference", str(reference.missing_samples)),
     ]
     if target is not None:
         lines += [
             ("Target", " · ".join(filter(None, (target.name, target.serial, target.source)))),
             ("Temperature of the target", temperature_sentence(target.temperature)),
+            ("Samples missing in the log of the target", str(target.missing_samples)),
         ]
     lines += [(f"Option {name}", _option(value)) for name, value in result.options.items()]
     return (*lines, ("Software", result.software or "not stated"))

@@ -2,7 +2,8 @@
 
 use tumble_core::noise::Interval;
 use tumble_core::real::seconds;
-use tumble_core::turntable::clock::{ClockFit, TurnMark, centre_sigma, fit_clock, search_offset};
+use tumble_core::segmenter::Segment;
+use tumble_core::turntable::clock::{ClockFit, TurnMark, centre_sigma, fit_clock, search_offset, turns_met};
 
 use super::rests::{Met, PairedRest, Pairing, reference_stayed_put, stayed_put};
 use crate::acquisition::{Acquired, interval};
@@ -28,7 +29,7 @@ pub(super) fn pair_by_clock(
     clocks: Clocks,
 ) -> Result<Pairing, PairingError> {
     let given = reference.origin - target.origin;
-    let estimated = estimate(reference, target);
+    let estimated = estimate(reference, target, (clocks != Clocks::Apart).then_some(given));
     let (clock, shared) = match (clocks, estimated) {
         (Clocks::Shared, _) => (ClockFit::known(given), true),
         (Clocks::Unknown, Some(clock)) if coincide(&clock, given) => (ClockFit::known(given), true),
@@ -64,10 +65,22 @@ fn overlap(reference: &Acquired, target: &Acquired, offset: f64) -> bool {
     r.start + offset < t.end && t.start < r.end + offset
 }
 
-fn estimate(reference: &Acquired, target: &Acquired) -> Option<ClockFit<f64>> {
+/// Turns alike, as those of a table are, meet as well one turn later where some are missing: of offsets that explain as
+/// many turns, the one that the stamps give is the right one.
+fn estimate(reference: &Acquired, target: &Acquired, given: Option<f64>) -> Option<ClockFit<f64>> {
     let (a, b) = (marks(reference), marks(target));
-    let first = search_offset(&a, &b)?;
-    fit_clock(&a, &b, first).ok()
+    let found = search_offset(&a, &b)?;
+    let as_good = |given: &f64| turns_met(&a, &b, *given) >= turns_met(&a, &b, found);
+    fit_clock(&a, &b, given.filter(as_good).unwrap_or(found)).ok()
+}
+
+/// A turn of which more is missing may be centred, and go, anywhere.
+const LARGEST_UNSEEN: f64 = 0.2;
+
+/// Share of a turn in which samples are missing.
+fn unseen(turn: &Segment<f64>) -> f64 {
+    let missing = f64::from(turn.interpolation.missing);
+    missing / (missing + f64::from(turn.moments.samples()))
 }
 
 /// The turns of a unit, with the bias taken from the rests beside them.
@@ -83,13 +96,18 @@ fn marks(unit: &Acquired) -> Vec<TurnMark<f64>> {
     unit.turns
         .iter()
         .zip(unit.rests.windows(2))
-        .filter(|(turn, _)| turn.complete)
+        .filter(|(turn, _)| turn.complete || unseen(turn) < LARGEST_UNSEEN)
         .filter_map(|(turn, rests)| {
             let bias = (rests[0].angular_rate() + rests[1].angular_rate()) * 0.5;
             let centre = turn.centre_of_turn(&bias)?;
             let duration = turn.duration();
             let angle = (turn.angle() - bias * duration).norm();
-            let sigma = centre_sigma(&noise, duration, angle);
+            let blind = if turn.complete {
+                0.0
+            } else {
+                unseen(turn) * duration
+            };
+            let sigma = centre_sigma(&noise, duration, angle).hypot(blind);
             Some(TurnMark {
                 centre: seconds::<f64>(turn.start) + centre,
                 sigma,
