@@ -56,6 +56,7 @@ DATA = {
 LAYERS: dict[str, set[str]] = {
     "lazy": set(),
     "constants": {"_core"},
+    "frames": {"errors"},
     "numbers": set(),
     "units": set(),
     "errors": set(),
@@ -70,7 +71,7 @@ LAYERS: dict[str, set[str]] = {
     "setting_table": {"documents", "plain", "_core"},
     "setting_models": {"setting_table"},
     "factors": {"recording", "_core"},
-    "results": {"errors", "recording", "_core"},
+    "results": {"errors", "frames", "recording", "_core"},
     "result": DATA,
     "calibration": DATA | {"result", "_core"},
     "logs": {"lazy", "constants", "numbers", "units", "errors", "arrays", "files", "recording"},
@@ -88,8 +89,8 @@ LAYERS: dict[str, set[str]] = {
 }
 """Which layers each layer may import, besides itself. `tumble` itself may import all of them."""
 
-WHEN_ASKED = {("result", "page")}
-"""What a layer may fetch of another inside a function only: a notebook asks a result for its table."""
+WHEN_ASKED = {("result", "page"), ("result", "command")}
+"""What a layer may fetch of another inside a function only: a result shows and saves itself."""
 
 NO_MATHEMATICS = {"numpy", "scipy"}
 """What the command line does not need, since it only passes things on."""

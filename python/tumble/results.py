@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from abc import abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import TYPE_CHECKING, Generic, Literal, Protocol, TypeAlias, TypeVar
 
 from tumble import _core
+from tumble.frames import frame_of
 from tumble.recording import FloatArray
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 TriadName = Literal["accelerometer", "gyroscope"]
 
@@ -17,8 +22,72 @@ Precision = Literal["f64", "f32"]
 Figures: TypeAlias = Mapping[str, float]
 """Figures of what the core objects to: SI units, times in s of the clock of the samples."""
 
+INTERVAL = 1.959963984540054
+"""Sigmas to either end of a 95 % interval."""
+
 NOT_SHOWN = "the data do not show it"
 """Why something is not observable, where nothing more can be said."""
+
+
+Row: TypeAlias = dict[str, object]
+"""One line of a result as a table: what was found, by the name of its column."""
+
+
+class Tabular:
+    """A result that can be had as a table."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def rows(self) -> Iterator[Row]:
+        """Give the result line by line, every line with the same columns."""
+
+    def to_frame(self) -> DataFrame:
+        """Give `rows()` as a data frame; raises `TumbleError` where pandas is not installed."""
+        return frame_of(self.rows())
+
+
+class Named(Protocol):
+    """What has a name of its own within a result."""
+
+    @property
+    def name(self) -> str:
+        """As in tables and messages."""
+
+
+Item = TypeVar("Item", bound=Named)
+
+
+class Collection(Generic[Item]):
+    """A result that holds one of a kind for each unit; they are found by name, or by position."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def _items(self) -> Sequence[Item]:
+        """All of them, in order."""
+
+    def __len__(self) -> int:
+        return len(self._items())
+
+    def __iter__(self) -> Iterator[Item]:
+        return iter(self._items())
+
+    def __bool__(self) -> bool:
+        return True
+
+    def __contains__(self, wanted: object) -> bool:
+        return any(wanted in (item.name,) or wanted is item for item in self._items())
+
+    def __getitem__(self, wanted: str | int) -> Item:
+        """Find one; raises `KeyError` where none has that name, `IndexError` where there are not as many."""
+        items = self._items()
+        if isinstance(wanted, int):
+            return items[wanted]
+        for item in items:
+            if item.name == wanted:
+                return item
+        raise KeyError(f"{wanted}: is none of {', '.join(item.name for item in items)}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +107,13 @@ class Parameter:
     observable: bool = True
     reason: str = ""
     """Why it could not be observed."""
+
+    def row(self) -> Row:
+        """Give it as columns of a table, its name as `parameter`."""
+        return {"parameter": self.name} | {
+            name: getattr(self, name)
+            for name in ("value", "sigma", "low", "high", "unit", "observable", "reason")
+        }
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -53,23 +54,18 @@ def align_command(
     Writes align.yaml, the settings of the units for tumble redundancy, and a page. The exit code is 0 if
     everything was found, 3 if the motion left a rotation or a lever arm open, 2 if nothing could be done.
     """
-    from tumble.align.procedure import SETTINGS_KIND, align, write_settings
-    from tumble.align.report.page import write_align_page
+    from tumble.align.command_files import prepare, write_results
+    from tumble.align.procedure import align
     from tumble.cli.progress import sample_progress
-    from tumble.file_names import ALIGN_PAGE, ALIGN_SETTINGS
-    from tumble.files import PAGE, check_output, prepare_folder
 
-    folder = prepare_folder(output or folder_for(log or primary))
-    for path, kind in ((folder / ALIGN_SETTINGS, SETTINGS_KIND), (folder / ALIGN_PAGE, PAGE)):
-        check_output(path, kind)
+    folder = output or folder_for(log or primary)
+    prepare(folder)
     sources = (primary, *secondary)
     read = read_options_for(read_options, exceptions or (), sources)
     with sample_progress("reading") as advance:
         result = align(primary, secondary, log, search=search, read=read, progress=advance)
-    settings, page = folder / ALIGN_SETTINGS, folder / ALIGN_PAGE
-    write_align_page(result, page)
-    write_settings(result, settings)
-    _show(result, {"settings": str(settings), "report": str(page)}, as_json)
+    files = write_results(result, folder)
+    _show(result, files, as_json)
     if any(
         not parameter.observable
         for unit in result
@@ -83,7 +79,7 @@ def _is_needed(name: str) -> bool:
     return name.startswith(("rotation", "lever arm"))
 
 
-def _show(result: AlignResult, files: dict[str, str], as_json: bool) -> None:
+def _show(result: AlignResult, files: dict[str, Path], as_json: bool) -> None:
     from tumble.align.summary import json_content, screen_summary
 
     if as_json:

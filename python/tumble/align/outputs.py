@@ -10,10 +10,8 @@ import numpy as np
 from tumble import _core
 from tumble.align.result import UnitAlignment
 from tumble.recording import FloatArray
-from tumble.results import Parameter
+from tumble.results import INTERVAL, Parameter
 
-INTERVAL = 1.959964
-"""Sigmas to either end of a 95 % interval."""
 LARGEST_ARM_SIGMA = 0.3
 """m; with a larger sigma a lever arm is not observable."""
 LARGEST_BIAS_SIGMA = {"gyroscope": 0.1, "accelerometer": 1.0}

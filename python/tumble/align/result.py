@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from tumble.recording import FloatArray
-from tumble.results import Parameter
+from tumble.results import Collection, Parameter, Row, Tabular
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +76,7 @@ class UnitAlignment:
 
 
 @dataclass(frozen=True, slots=True)
-class AlignResult:
+class AlignResult(Tabular, Collection[UnitAlignment]):
     """A primary and the units that were aligned with it."""
 
     primary: str
@@ -86,15 +87,23 @@ class AlignResult:
     warnings: tuple[str, ...] = ()
     software: str = ""
 
-    def __getitem__(self, name: str) -> UnitAlignment:
-        """Find a secondary by its name; raises `KeyError` where there is none."""
-        for unit in self.units:
-            if unit.name == name:
-                return unit
-        raise KeyError(name)
+    def _items(self) -> Sequence[UnitAlignment]:
+        return self.units
 
-    def __iter__(self) -> Iterator[UnitAlignment]:
-        return iter(self.units)
+    def rows(self) -> Iterator[Row]:
+        """Give a line for each parameter of each unit."""
+        for unit in self.units:
+            for parameter in unit.parameters:
+                yield {"secondary": unit.name} | parameter.row()
+
+    def save(self, folder: Path | str) -> dict[str, Path]:
+        """Write what `tumble align` writes; give the path of each file by what it is.
+
+        Raises `OutputError` where a file cannot be written; what stood there before is untouched.
+        """
+        from tumble.align.command_files import write_results
+
+        return write_results(self, folder)
 
     def __repr__(self) -> str:
         shown = [

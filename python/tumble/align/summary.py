@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
+from pathlib import Path
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
@@ -25,7 +26,7 @@ def screen_summary(result: AlignResult) -> RenderableType:
     return Group(Text(f"Relative to {result.primary}:"), "", _table(result), "", *notes)
 
 
-def json_content(result: AlignResult, files: dict[str, str]) -> dict[str, Any]:
+def json_content(result: AlignResult, files: dict[str, Path]) -> dict[str, Any]:
     """Give everything that was found, and the files it was written to."""
     content = {
         "primary": result.primary,

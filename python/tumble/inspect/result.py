@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, cast
 
 from tumble.plain import finite
 from tumble.recording import Metadata
-from tumble.results import Rest
+from tumble.results import Rest, Row, Tabular
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +78,7 @@ class Service:
 
 
 @dataclass(frozen=True, slots=True)
-class Inspection:
+class Inspection(Tabular):
     """One recording looked at from beginning to end."""
 
     metadata: Metadata
@@ -98,6 +99,11 @@ class Inspection:
     def name(self) -> str:
         """Short name of the recording."""
         return self.metadata.name
+
+    def rows(self) -> Iterator[Row]:
+        """Give a line for each channel."""
+        for channel in self.channels:
+            yield {name: getattr(channel, name) for name in ChannelFacts.__slots__}
 
     def content(self) -> dict[str, Any]:
         """Plain mappings, lists, text and finite numbers, for JSON."""

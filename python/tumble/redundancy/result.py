@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Literal
 
 from tumble.recording import FloatArray
+from tumble.results import INTERVAL, NOT_SHOWN, Collection, Parameter, Row, Tabular
+from tumble.units import UNITS
 
 Sensor = Literal["accelerometer", "gyroscope"]
 Rung = Literal["offset", "gain", "affine", "affine and lever arm"]
@@ -61,6 +64,29 @@ class SecondaryError:
     adopted: float | None
     """s of the recordings' clock; `None` for one loaded from storage."""
 
+    @property
+    def name(self) -> str:
+        """`imu2 gyroscope`."""
+        return f"{self.unit} {self.sensor}"
+
+    def parameters(self) -> Iterator[Parameter]:
+        """Give every number of it: bias, matrix, and the lever arm where there is one."""
+        unit = UNITS[self.sensor]
+        yield from _parameters("bias {}", "xyz", unit, self.bias, self.bias_sigma)
+        pairs = [one + other for one in "xyz" for other in "xyz"]
+        yield from _parameters("M {}", pairs, "1", self.matrix.ravel(), self.matrix_sigma.ravel())
+        if self.lever_arm is not None and self.lever_arm_sigma is not None:
+            yield from _parameters("lever arm {}", "xyz", "m", self.lever_arm, self.lever_arm_sigma)
+
+
+def _parameters(
+    name: str, axes: Sequence[str], unit: str, values: FloatArray, sigmas: FloatArray
+) -> Iterator[Parameter]:
+    for axis, value, sigma in zip(axes, map(float, values), map(float, sigmas), strict=True):
+        seen, half = math.isfinite(sigma), INTERVAL * sigma
+        why = "" if seen else NOT_SHOWN
+        yield Parameter(name.format(axis), unit, value, sigma, value - half, value + half, seen, why)
+
 
 RECORDED = tuple(each.name for each in fields(SecondaryError) if each.name not in ("unit", "adopted"))
 """What the core's record and the file of a stored error hold of it."""
@@ -93,7 +119,7 @@ class Selected:
 
 
 @dataclass(frozen=True, slots=True)
-class RedundancyResult:
+class RedundancyResult(Tabular, Collection[SecondaryError]):
     """A log replayed through the monitor."""
 
     primary: str
@@ -122,6 +148,15 @@ class RedundancyResult:
     """Of the units whose logs state them, by name."""
     defaults: Mapping[str, object] = field(default_factory=dict)
     """What the settings are where nobody changes them, by name; empty if not known."""
+
+    def _items(self) -> Sequence[SecondaryError]:
+        return self.errors
+
+    def rows(self) -> Iterator[Row]:
+        """Give a line for each number of each stored error."""
+        for error in self.errors:
+            for parameter in error.parameters():
+                yield {"secondary": error.unit, "sensor": error.sensor} | parameter.row()
 
     def _repr_html_(self) -> str:
         from tumble.redundancy.report.notebook import redundancy_html

@@ -13,7 +13,7 @@ from tumble.cli.output import OutputFolder, folder_for
 from tumble.cli.read_options import with_read_options
 from tumble.errors import ProcedureError
 from tumble.logs.options import ReadOptions
-from tumble.spin.command_results import SOME_FAILED, show_results, write_results
+from tumble.spin.command_results import SOME_FAILED, calibration_of, show_results, write_results
 
 if TYPE_CHECKING:
     from tumble.spin.turns import TrueTurns
@@ -157,7 +157,7 @@ def spin_command(
             read=read_options,
             progress=advance,
         )
-    found = Calibration.from_spin(result, before)
+    found = calibration_of(result)
     files = write_results(result, found, folder)
     show_results(result, found, files, as_json)
     biases = (result.accelerometer_bias, result.gyroscope_bias)

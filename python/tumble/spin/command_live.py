@@ -63,11 +63,10 @@ def run_live(
     Raises `TumbleError`, in one line, where nothing was calibrated. A calibration file from before then stays
     as it was.
     """
-    from tumble.calibration.document import Calibration
     from tumble.cli.output import folder_named_after
     from tumble.files import prepare_folder
     from tumble.live import open_source
-    from tumble.spin.command_results import SOME_FAILED, show_results, write_results
+    from tumble.spin.command_results import SOME_FAILED, calibration_of, show_results, write_results
     from tumble.spin.live import LiveSpin, LiveSpinOptions
     from tumble.spin.summary import json_content
 
@@ -106,8 +105,8 @@ def run_live(
         print("tumble: interrupted; nothing was written", file=sys.stderr)
         raise
     result = live.result()
-    found = Calibration.from_spin(result, calibration)
-    files = write_results(result, found, folder, "live")
+    found = calibration_of(result)
+    files = write_results(result, found, folder)
     if as_json:
         _print_line({"event": "result", **json_content(result, found, files)})
     else:

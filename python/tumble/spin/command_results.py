@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tumble.cli.screen import print_json, print_summary
-from tumble.file_names import UnitProcedure, unit_stem
+from tumble.file_names import unit_stem
 
 if TYPE_CHECKING:
     from tumble.calibration.document import Calibration
@@ -16,20 +16,28 @@ SOME_FAILED = 3
 """Exit code where not all was found that was asked for."""
 
 
-def write_results(
-    result: SpinResult, found: Calibration, folder: Path, procedure: UnitProcedure = "spin"
-) -> dict[str, str]:
-    """Write everything into `folder`, with names of `procedure`; give the path of each file by what it is."""
+def calibration_of(result: SpinResult) -> Calibration:
+    """Make the calibration file of what was found, on top of the one that was applied first."""
+    from tumble.calibration.document import Calibration
+
+    applied = Calibration.model_validate(dict(result.applied)) if result.applied else None
+    return Calibration.from_spin(result, applied)
+
+
+def write_results(result: SpinResult, found: Calibration, folder: Path | str) -> dict[str, Path]:
+    """Write everything into `folder`, named after the unit; give the path of each file by what it is."""
+    from tumble.files import prepare_folder
     from tumble.spin.report.page import write_spin_page
 
-    stem = unit_stem(result.name, procedure)
+    stem = unit_stem(result.name, "live" if result.options.get("live") else "spin")
+    folder = prepare_folder(folder)
     page, path = folder / f"{stem}.html", folder / f"{stem}.yaml"
     write_spin_page(result, page)
     found.save(path)
-    return {"calibration": str(path), "report": str(page)}
+    return {"calibration": path, "report": page}
 
 
-def show_results(result: SpinResult, found: Calibration, files: dict[str, str], as_json: bool) -> None:
+def show_results(result: SpinResult, found: Calibration, files: dict[str, Path], as_json: bool) -> None:
     """Print what was found, and where it is."""
     from tumble.spin.summary import json_content, screen_summary
 

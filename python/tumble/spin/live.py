@@ -199,6 +199,7 @@ class LiveSpin:
             gravity_source=self._gravity_source,
             temperature=self._acquired.temperature,
             calibration_hash=self._calibration.hash() if self._calibration else "",
+            applied=self._calibration.content() if self._calibration else {},
             options={
                 "live": True,
                 "still": self._options.still,

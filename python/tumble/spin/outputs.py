@@ -9,11 +9,9 @@ import numpy as np
 
 from tumble import _core
 from tumble.recording import FloatArray
-from tumble.results import NOT_SHOWN, Parameter, Rest
+from tumble.results import INTERVAL, NOT_SHOWN, Parameter, Rest
 from tumble.spin.result import FULL_TURN, LARGEST_REDUCED_CHI_SQUARE, BiasEstimate, Spin, SpinBlocks
 
-NORMAL_95 = 1.959963984540054
-"""Half of a 95 % interval in sigmas."""
 NOTABLE_TILT = math.radians(5.0)
 """A robot on a steeper floor rolls, slips, and sinks into its springs on one side."""
 USUAL_TILT = math.radians(1.0)
@@ -152,7 +150,7 @@ def _parameter(name: str, unit: str, figures: tuple[float, float], reason: str =
     value, sigma = figures
     if not (math.isfinite(value) and math.isfinite(sigma)):
         return Parameter(name, unit, math.nan, math.inf, math.nan, math.nan, False, reason)
-    half = NORMAL_95 * sigma
+    half = INTERVAL * sigma
     return Parameter(name, unit, value, sigma, value - half, value + half)
 
 

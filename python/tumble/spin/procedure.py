@@ -124,6 +124,7 @@ def spin(
         gravity_source=gravity_source,
         temperature=unit.acquired.temperature,
         calibration_hash=applied.hash() if applied else "",
+        applied=applied.content() if applied else {},
         options={
             "still": still,
             "turns": turns,

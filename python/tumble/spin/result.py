@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Literal
 
 from tumble.recording import FloatArray
-from tumble.results import Parameter, Rest, Trace
+from tumble.results import INTERVAL, Collection, Parameter, Rest, Row, Tabular, Trace, TriadName
+from tumble.units import UNITS
 
 SpinMethod = Literal["level-free", "published"]
 
@@ -29,6 +32,14 @@ class BiasEstimate:
     observable: bool
     reason: str = ""
     """Why it could not be observed, or how far it can be trusted."""
+
+    def parameters(self, triad: TriadName) -> Iterator[Parameter]:
+        """Give the bias of each axis."""
+        for axis, value, sigma in zip("xyz", map(float, self.value), map(float, self.sigma), strict=True):
+            name, half = f"{triad} bias {axis}", INTERVAL * sigma
+            yield Parameter(
+                name, UNITS[triad], value, sigma, value - half, value + half, self.observable, self.reason
+            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +103,11 @@ class Spin:
     warnings: tuple[str, ...] = ()
 
     @property
+    def name(self) -> str:
+        """`spin 1`."""
+        return self.label
+
+    @property
     def accelerometer_bias(self) -> BiasEstimate:
         """Accelerometer bias by the method of choice."""
         return self.level_free if self.method == "level-free" else self.published
@@ -121,7 +137,7 @@ class Spin:
 
 
 @dataclass(frozen=True, slots=True)
-class SpinResult:
+class SpinResult(Tabular, Collection[Spin]):
     """All spins of one recording, and the biases they agree on."""
 
     name: str
@@ -149,6 +165,31 @@ class SpinResult:
     """Method options as the calibration file keeps them."""
     warnings: tuple[str, ...] = ()
     software: str = ""
+    applied: Mapping[str, object] = field(default_factory=dict, repr=False)
+    """Content of the calibration applied first; empty if there was none."""
+
+    def _items(self) -> Sequence[Spin]:
+        return self.spins
+
+    def rows(self) -> Iterator[Row]:
+        """Give a line for each parameter of each spin, then those that hold for all spins together."""
+        for spin in self.spins:
+            for parameter in spin.parameters:
+                yield {"spin": spin.label} | parameter.row()
+        for parameter in (
+            *self.accelerometer_bias.parameters("accelerometer"),
+            *self.gyroscope_bias.parameters("gyroscope"),
+        ):
+            yield {"spin": "all"} | parameter.row()
+
+    def save(self, folder: Path | str) -> dict[str, Path]:
+        """Write what `tumble spin` writes; give the path of each file by what it is.
+
+        Raises `OutputError` where a file cannot be written; what stood there before is untouched.
+        """
+        from tumble.spin.command_results import calibration_of, write_results
+
+        return write_results(self, calibration_of(self), folder)
 
     def __repr__(self) -> str:
         shown = [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
@@ -37,7 +38,7 @@ def screen_summary(result: SpinResult) -> RenderableType:
     return Group(*head, "", _table(result), "", *notes)
 
 
-def json_content(result: SpinResult, found: Calibration, files: dict[str, str]) -> dict[str, Any]:
+def json_content(result: SpinResult, found: Calibration, files: dict[str, Path]) -> dict[str, Any]:
     """Give the result without its recording: what was found, and the files it was written to."""
     content = {
         "name": result.name,

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
 from tumble.recording import FloatArray
-from tumble.results import LimitCheck, Rest, Trace, TriadResult
+from tumble.results import Collection, LimitCheck, Parameter, Rest, Row, Tabular, Trace, TriadResult
 
 TruthSource = Literal["reference", "rotate-truth", "rotate-measurement", "ideal"]
 
@@ -78,7 +80,7 @@ class AxisReading:
 
 
 @dataclass(frozen=True, slots=True)
-class TargetResult:
+class TargetResult(Tabular):
     """One target: its calibration, or why it has none."""
 
     name: str
@@ -116,6 +118,17 @@ class TargetResult:
         from tumble.turntable.report.notebook import target_html
 
         return target_html(self)
+
+    def rows(self) -> Iterator[Row]:
+        """Give a line for each parameter; one without a parameter where the target was not calibrated."""
+        about = {"target": self.name, "serial": self.serial, "verdict": self.verdict}
+        triads = [triad for triad in (self.accelerometer, self.gyroscope) if triad and not self.failure]
+        for triad in triads:
+            for parameter in triad.parameters:
+                yield about | {"sensor": triad.triad} | parameter.row()
+        if not triads:
+            nothing = Parameter("", "", math.nan, math.inf, math.nan, math.nan, False, self.failure_reason)
+            yield about | {"sensor": ""} | nothing.row()
 
     @property
     def verdict(self) -> Literal["pass", "fail", "calibrated", "not calibrated"]:
@@ -155,7 +168,7 @@ class ReferenceResult:
 
 
 @dataclass(frozen=True, slots=True)
-class TurntableResult:
+class TurntableResult(Tabular, Collection[TargetResult]):
     """A batch: one reference, the poses, and any number of targets."""
 
     reference: ReferenceResult
@@ -181,9 +194,10 @@ class TurntableResult:
 
         return batch_html(self)
 
-    def __getitem__(self, name: str) -> TargetResult:
-        """Find the target of that name."""
+    def _items(self) -> Sequence[TargetResult]:
+        return self.targets
+
+    def rows(self) -> Iterator[Row]:
+        """Give the lines of all targets, one after the other."""
         for target in self.targets:
-            if target.name == name:
-                return target
-        raise KeyError(name)
+            yield from target.rows()

@@ -1,0 +1,150 @@
+"""Results are collections, tables, and save what their commands write."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import tumble
+from redundancy_sets import BIASED, PRIMARY, motion, record, write_table
+from tumble import Calibration, TumbleError
+from tumble.simulate import write_spin
+from turntable_sessions import calibrate, contents, simulate, typed
+
+
+@pytest.fixture(scope="module")
+def batch():
+    return calibrate(simulate(21, grades=("consumer", "industrial")))
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("spin")
+    return write_spin(tumble.simulate_spin(seed=7), folder)["log"]
+
+
+def test_a_batch_is_a_collection_of_its_targets(batch):
+    assert len(batch) == 2
+    assert [target.name for target in batch] == ["target_1", "target_2"]
+    assert batch["target_2"] is batch[1] is batch[-1] is list(batch)[1]
+    assert "target_1" in batch
+    assert batch[0] in batch
+    assert "reference" not in batch
+    with pytest.raises(KeyError, match="target_3: is none of target_1, target_2"):
+        batch["target_3"]
+    with pytest.raises(IndexError):
+        batch[2]
+
+
+def test_the_frame_of_a_batch_holds_every_parameter_with_its_sigma(batch):
+    frame = batch.to_frame()
+    assert len(frame) == 2 * 2 * 12
+    for target in batch:
+        for triad in (target.accelerometer, target.gyroscope):
+            rows = frame[(frame.target == target.name) & (frame.sensor == triad.triad)]
+            np.testing.assert_array_equal(rows.value, [each.value for each in triad.parameters])
+            np.testing.assert_array_equal(rows.sigma, [each.sigma for each in triad.parameters])
+    wide = frame.pivot(index="target", columns=["sensor", "parameter"], values="value")
+    assert wide.loc["target_1", ("gyroscope", "bias x")] == batch["target_1"].gyroscope.b[0]
+    pd.testing.assert_frame_equal(
+        batch["target_2"].to_frame(), frame[frame.target == "target_2"].reset_index(drop=True)
+    )
+
+
+def test_a_target_that_failed_is_in_the_frame_with_its_reason():
+    session = simulate(21, grades=("consumer", "industrial"))
+    still = session.units[2].recording
+    chunk = next(iter(still.chunks()))
+    dead = tumble.Recording.from_arrays(
+        "dead", chunk.time, np.ones_like(chunk.accelerometer), chunk.gyroscope
+    )
+    frame = tumble.turntable(session.reference, [session.targets[0], dead]).to_frame()
+    (row,) = frame[frame.target == "dead"].to_dict("records")
+    assert row["verdict"] == "not calibrated"
+    assert row["reason"]
+    assert not row["observable"]
+    assert set(frame.target) == {"target_1", "dead"}
+
+
+def test_a_spin_is_a_collection_of_its_spins_and_a_table(log):
+    result = tumble.spin(log)
+    assert len(result) == 1
+    assert result["spin 1"] is result[0] is next(iter(result))
+    frame = result.to_frame()
+    found = frame[(frame.spin == "all") & frame.parameter.str.startswith("gyroscope bias")]
+    np.testing.assert_array_equal(found.value, result.gyroscope_bias.value)
+    assert (found.unit == "rad/s").all()
+    assert (found.high > found.low).all()
+    assert len(frame[frame.spin == "spin 1"]) == len(result[0].parameters)
+
+
+def test_a_saved_spin_is_what_the_command_writes(tmp_path, log):
+    assert typed("spin", log, "-o", tmp_path / "typed").code == 0
+    files = tumble.spin(log).save(tmp_path / "called")
+    assert sorted(path.name for path in files.values()) == sorted(contents(tmp_path / "called"))
+    assert contents(tmp_path / "called") == contents(tmp_path / "typed")
+
+
+def test_a_spin_on_top_of_a_calibration_is_saved_without_naming_it_again(tmp_path, log):
+    before = Calibration.model_validate(
+        {
+            "name": "robot",
+            "accelerometer": {"M": 1.001 * np.eye(3), "b": [0.01, 0.0, 0.0]},
+            "gyroscope": {"M": np.eye(3), "b": np.zeros(3)},
+        }
+    )
+    files = tumble.spin(log, calibration=before).save(tmp_path)
+    saved = Calibration.load(files["calibration"])
+    np.testing.assert_array_equal(saved.accelerometer.M, before.accelerometer.M)
+
+
+def test_a_saved_alignment_is_what_the_command_writes(tmp_path):
+    session = simulate(21, grades=("consumer",))
+    paths = tumble.simulate.write_turntable(session, tmp_path / "logs")
+    logs = [str(paths[unit.name]) for unit in session.units]
+    typed("align", "--primary", logs[0], "--secondary", logs[1], "-o", tmp_path / "typed")
+    result = tumble.align(logs[0], logs[1])
+    assert result[0] is result["target_1"]
+    frame = result.to_frame()
+    assert list(frame.value.dropna()) == [each.value for each in result[0].parameters if each.observable]
+    result.save(tmp_path / "called")
+    assert contents(tmp_path / "called") == contents(tmp_path / "typed")
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory):
+    """A log of a primary and a secondary whose errors are found."""
+    return write_table(
+        tmp_path_factory.mktemp("flown") / "flight.csv", record([PRIMARY, BIASED], 11, motion())
+    )
+
+
+QUICK = {"collect": 20.0, "collect_timeout": 60.0, "evaluate_every": 5.0}
+
+
+def test_a_replay_is_a_collection_of_stored_errors_and_a_table(flown):
+    result = tumble.redundancy("imu1", "imu2", log=flown, settings=QUICK)
+    assert [error.name for error in result] == ["imu2 accelerometer", "imu2 gyroscope"]
+    assert result["imu2 gyroscope"] is result[1]
+    frame = result.to_frame()
+    biases = frame[(frame.sensor == "gyroscope") & frame.parameter.str.startswith("bias")]
+    np.testing.assert_array_equal(biases.value, result["imu2 gyroscope"].bias)
+    assert frame[~frame.observable].reason.all()
+
+
+def test_an_inspection_is_a_table_of_channels(log):
+    frame = tumble.inspect(log).to_frame()
+    assert list(frame.name) == [
+        f"{triad} {axis}" for triad in ("accelerometer", "gyroscope") for axis in "xyz"
+    ]
+    assert (frame.low <= frame["mean"]).all()
+
+
+def test_without_pandas_one_line_says_what_to_install(batch, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(TumbleError, match="needs pandas, which is not installed; run pip install pandas"):
+        batch.to_frame()
+    assert len(list(batch.rows())) == 2 * 2 * 12
