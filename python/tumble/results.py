@@ -25,6 +25,10 @@ Figures: TypeAlias = Mapping[str, float]
 INTERVAL = 1.959963984540054
 """Sigmas to either end of a 95 % interval."""
 
+LARGEST_WIDENING = 10.0
+"""Factor on sigmas beyond which the model is not met: noise is then less than a hundredth of what the
+residuals hold, and nothing shows that the rest is as random (docs/theory/turntable.md, section 7)."""
+
 NOT_SHOWN = "the data do not show it"
 """Why something is not observable, where nothing more can be said."""
 
@@ -157,6 +161,13 @@ class TriadResult:
     g_sensitivity: FloatArray | None = None
     """(3, 3) rad/s per m/s^2, gyroscope only, on request."""
     g_sensitivity_sigma: FloatArray | None = None
+    widening: float = 1.0
+    """Factor by which all sigmas were widened because the residuals exceed the noise; 1 where they do not."""
+
+    @property
+    def model_met(self) -> bool:
+        """Whether noise, or something as random, explains what the fit leaves."""
+        return self.widening <= LARGEST_WIDENING
 
     @property
     def p_value(self) -> float:

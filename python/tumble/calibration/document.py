@@ -118,6 +118,9 @@ class Triad(Document):
     """Number of directions of [M, b] that the data showed, at most 12."""
     chi_square: float | None = None
     degrees_of_freedom: int | None = None
+    widening: float | None = None
+    """Factor by which all sigmas were widened because the residuals exceed the noise; beyond 10 the model is
+    not met."""
     noise_density: VectorWithGaps | None = None
     """White noise, unit / sqrt(Hz)."""
     bias_instability: VectorWithGaps | None = None
@@ -409,6 +412,7 @@ def _from_triad(triad: TriadResult) -> dict[str, Any]:
         "rank": triad.rank,
         "chi_square": _or_none(triad.chi_square),
         "degrees_of_freedom": triad.degrees_of_freedom,
+        **({"widening": triad.widening} if triad.widening > 1.0 else {}),
         "noise_density": triad.noise_density,
         "bias_instability": triad.bias_instability,
         "residuals": [{"label": label, "value": mean, "sigma": spread} for label, mean, spread in residuals],

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-VERDICT_SIGNS = {"pass": "✓", "fail": "✕", "calibrated": "●", "not calibrated": "○"}
+VERDICT_SIGNS = {"pass": "✓", "fail": "✕", "calibrated": "●", "model not met": "≠", "not calibrated": "○"}
 VERDICT_TITLES = {
     "pass": "Pass",
     "fail": "Fail",
     "calibrated": "Calibrated",
+    "model not met": "Model not met",
     "not calibrated": "Not calibrated",
 }
 

@@ -20,7 +20,7 @@ from tumble.logs.options import ReadOptions
 if TYPE_CHECKING:
     from tumble.turntable.poses import PoseList
     from tumble.turntable.procedure import RecordingsRead
-    from tumble.turntable.result import TurntableResult
+    from tumble.turntable.result import TargetResult, TurntableResult
 
 SOME_FAILED = 3
 """Exit code where a target failed its limits or could not be calibrated."""
@@ -141,8 +141,14 @@ def turntable_command(
             file=sys.stderr,
         )
     _show(result, files, as_json)
-    if any(target.verdict in ("fail", "not calibrated") for target in result.targets):
+    if any(_fails(target) for target in result.targets):
         raise typer.Exit(SOME_FAILED)
+
+
+def _fails(target: TargetResult) -> bool:
+    """Whether a target is not calibrated, or is held against limits and cannot be said to be within them."""
+    held = target.verdict == "model not met" and bool(target.checks)
+    return held or target.verdict in ("fail", "not calibrated")
 
 
 def _poses(poses: str | None) -> PoseList | None:

@@ -10,6 +10,7 @@ from typing import Literal
 from tumble.recording import FloatArray
 from tumble.results import Collection, LimitCheck, Parameter, Rest, Row, Tabular, Trace, TriadResult
 
+Verdict = Literal["pass", "fail", "calibrated", "model not met", "not calibrated"]
 TruthSource = Literal["reference", "rotate-truth", "rotate-measurement", "ideal"]
 
 
@@ -131,10 +132,18 @@ class TargetResult(Tabular):
             yield about | {"sensor": ""} | nothing.row()
 
     @property
-    def verdict(self) -> Literal["pass", "fail", "calibrated", "not calibrated"]:
-        """Pass or fail against the limits, `calibrated` where there are none."""
+    def misfits(self) -> tuple[TriadResult, ...]:
+        """Triads whose residuals the model does not explain."""
+        triads = (self.accelerometer, self.gyroscope)
+        return tuple(triad for triad in triads if triad is not None and not triad.model_met)
+
+    @property
+    def verdict(self) -> Verdict:
+        """Pass or fail against the limits, `calibrated` where there are none; the model comes first."""
         if self.failure:
             return "not calibrated"
+        if self.misfits:
+            return "model not met"
         if not self.checks:
             return "calibrated"
         return "pass" if all(check.passed for check in self.checks) else "fail"

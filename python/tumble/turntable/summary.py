@@ -21,14 +21,20 @@ from tumble.plain import finite
 from tumble.report.numbers import NOT_OBSERVABLE, measurement, readable_scale
 from tumble.report.text import VERDICT_TITLES, count_of
 from tumble.results import Parameter, TriadResult
-from tumble.turntable.report.text import check_sentence, mounting_sentence
+from tumble.turntable.report.text import check_sentence, misfit_sentence, mounting_sentence
 from tumble.turntable.result import TargetResult, TurntableResult
 
 MOST_SHOWN = 40
 """With more targets than this, only those that need a look are shown."""
 SUMMARY_KIND = FileKind("a summary of tumble turntable", re.compile(rb"\Atarget,"))
 GROUPS = ("bias", "scale", "non-orthogonality", "mounting")
-COLOURS = {"pass": "green", "fail": "red", "calibrated": "default", "not calibrated": "red"}
+COLOURS = {
+    "pass": "green",
+    "fail": "red",
+    "calibrated": "default",
+    "model not met": "red",
+    "not calibrated": "red",
+}
 
 
 def screen_summary(result: TurntableResult) -> RenderableType:
@@ -91,7 +97,8 @@ def json_content(result: TurntableResult, files: dict[str, str]) -> dict[str, An
 def reason(target: TargetResult) -> str:
     """Why a target failed or has no calibration; empty where neither is so."""
     broken = "; ".join(check_sentence(check) for check in target.checks if not check.passed)
-    return target.failure_reason or target.failure or broken
+    objections = "; ".join(filter(None, (misfit_sentence(target), broken)))
+    return target.failure_reason or target.failure or objections
 
 
 def _notes(target: TargetResult) -> Iterator[Text]:

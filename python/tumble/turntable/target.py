@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -24,6 +23,9 @@ from tumble.turntable.triads import triad_result
 PARTS_PER_MILLION = 1e6
 LARGEST_RESIDUAL = 0.5
 """m/s^2: gravity out of place by 3 deg. A unit that turned as the reference did leaves far less."""
+
+UNLIKELY = 1e-4
+"""Chance of a chi-square so small that it deserves a remark, as one too large does."""
 
 LARGEST_NON_ORTHOGONALITY = 3.0
 """deg: 5 % of cross-axis sensitivity, the worst that data sheets of consumer sensors allow."""
@@ -131,11 +133,8 @@ class TargetProcedure:
         lost = [str(k + 1) for k in range(len(self.match.ups)) if k not in seen]
         if lost:
             yield f"rest {', '.join(lost)} of the reference is not a rest of this unit; not used"
-        for triad, shown in (
-            (result.accelerometer, figures["accelerometer"]),
-            (result.gyroscope, figures["gyroscope"]),
-        ):
-            if triad and shown["widened"] > 1.0:
+        for triad in (result.accelerometer, result.gyroscope):
+            if triad and triad.widening > 1.0:
                 worst = int(np.argmax(np.abs(triad.residuals / triad.residual_sigma).max(axis=1)))
                 hint = (
                     "; if it responds to specific force, --g-sensitivity fits that"
@@ -145,7 +144,13 @@ class TargetProcedure:
                 yield (
                     f"{triad.triad} residuals exceed the noise (chi-square {triad.chi_square:.3g} for "
                     f"{triad.degrees_of_freedom}), most at {triad.residual_labels[worst]}: "
-                    f"all sigmas were widened by a factor of {math.sqrt(shown['widened']):.2g}{hint}"
+                    f"all sigmas were widened by a factor of {triad.widening:.2g}{hint}"
+                )
+            if triad and triad.degrees_of_freedom > 0 and 1.0 - triad.p_value < UNLIKELY:
+                yield (
+                    f"{triad.triad} residuals are smaller than the noise explains (chi-square "
+                    f"{triad.chi_square:.3g} for {triad.degrees_of_freedom}; chance leaves so little in "
+                    f"fewer than 1 of {1 / UNLIKELY:.0f} sessions): the sigmas are too large"
                 )
             if triad:
                 yield from _skewed_axes(triad)

@@ -53,6 +53,7 @@ def triad_result(
         residuals=figures["residuals"],
         residual_sigma=figures["residual_sigmas"],
         residual_labels=tuple(_label(label, pose_names) for label in figures["labels"]),
+        widening=math.sqrt(figures["widened"]),
         noise_density=noise_density,
         bias_instability=bias_instability,
         g_sensitivity=figures.get("g_sensitivity"),

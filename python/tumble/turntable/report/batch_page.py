@@ -21,7 +21,7 @@ from tumble.turntable.report.improvement import improvement
 from tumble.turntable.report.target_page import PoseRow, method, pose_rows, recording_caption
 from tumble.turntable.result import ReferenceResult, TargetResult, TurntableResult
 
-_SEVERITY = {"not calibrated": 0, "fail": 1, "calibrated": 2, "pass": 3}
+_SEVERITY = {"not calibrated": 0, "model not met": 1, "fail": 2, "calibrated": 3, "pass": 4}
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +80,7 @@ def batch_page(result: TurntableResult, pages: Sequence[str]) -> BatchPage:
         warnings=result.warnings,
         reference=_reference_lines(result.reference),
         targets=tuple(rows[index] for index in order),
-        failures=tuple(rows[index] for index in order if rows[index].verdict in ("fail", "not calibrated")),
+        failures=tuple(rows[index] for index in order if rows[index].verdict not in ("pass", "calibrated")),
         limited=any(target.checks for target in result.targets),
         improvement=improvement_figure(result, "gain"),
         distributions=_distributions(result.targets),

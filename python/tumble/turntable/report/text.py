@@ -27,12 +27,23 @@ def verdict_sentence(target: TargetResult) -> str:
     match target.verdict:
         case "not calibrated":
             return target.failure
+        case "model not met":
+            return "The " + misfit_sentence(target) + "."
         case "calibrated":
             return "No limits were given, so there is no verdict."
         case "pass":
             return f"{_kept(len(target.checks))} The closest is {closest_sentence(target.checks)}."
         case _:
             return _exceeded(target.checks)
+
+
+def misfit_sentence(target: TargetResult) -> str:
+    """Say which residuals the model does not explain; empty where it explains all."""
+    return "; ".join(
+        f"{triad.triad} residuals are {significant(triad.widening, 2)} times what the noise explains, which "
+        "no sigma covers: the unit, its fixture or the reference did something that the model does not hold"
+        for triad in target.misfits
+    )
 
 
 def closest_sentence(checks: Sequence[LimitCheck]) -> str:
