@@ -39,9 +39,9 @@ PROCEDURES = {"align", "apply", "inspect", "redundancy", "simulate", "spin", "tu
 FOLDERS_OF_PROCEDURES = {"simulate"}
 """Procedures that hold a folder for each thing they do."""
 
-FILES_OF_A_RESULT = {"result", "poses", "limits"}
+FILES_OF_A_RESULT = {"result", "record", "poses", "limits"}
 """Plain data of a procedure; files that users write of it among them."""
-FILES_OF_A_COMMAND = {"command", "options", "summary", "explain"}
+FILES_OF_A_COMMAND = {"command", "options", "summary", "explain", "targets", "batch", "production"}
 """What a procedure's command is made of; `command_live` is a command too.
 
 A folder `report` holds its pages, all other files are the procedure.
@@ -49,7 +49,7 @@ A folder `report` holds its pages, all other files are the procedure.
 
 DATA = {
     *("constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording", "plain"),
-    *("documents", "bounded_yaml", "schemas", "factors", "results"),
+    *("provenance", "documents", "bounded_yaml", "schemas", "factors", "results"),
 }
 """Shared data types and file access, which know nothing of ours above them."""
 
@@ -69,6 +69,7 @@ LAYERS: dict[str, set[str]] = {
     "schemas": set(),
     "documents": {"bounded_yaml", "errors", "files", "plain", "recording", "schemas"},
     "setting_table": {"documents", "plain", "_core"},
+    "provenance": {"errors"},
     "setting_models": {"setting_table"},
     "factors": {"recording", "_core"},
     "results": {"errors", "frames", "recording", "_core"},

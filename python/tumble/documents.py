@@ -32,6 +32,11 @@ from tumble.plain import short
 from tumble.recording import FloatArray
 from tumble.schemas import DocumentSchema, schema_stated
 
+try:
+    from yaml import CSafeDumper as SafeDumper
+except ImportError:  # PyYAML without libyaml writes the same, and takes four times as long
+    from yaml import SafeDumper  # type: ignore[assignment]
+
 Model = TypeVar("Model", bound=BaseModel)
 
 LARGEST_DOCUMENT = 4 << 20
@@ -175,13 +180,14 @@ def document_kind(schema: str) -> FileKind:
 def write_document(
     path: Path | str, header: str, content: Mapping[str, Any], *, renews: bool = False
 ) -> None:
-    """Write YAML with rows of numbers on one line each, under a comment; floats read back bit by bit.
+    """Write a document; `content` begins with its `schema`, `renews` is as in `tumble.files.replacing`."""
+    write_text(path, document_text(header, content), document_kind(content["schema"]), renews=renews)
 
-    `content` begins with its `schema`; `renews` is as in `tumble.files.replacing`.
-    """
+
+def document_text(header: str, content: Mapping[str, Any]) -> str:
+    """Print YAML with rows of numbers on one line each, under a comment; floats read back bit by bit."""
     comment = "".join(f"# {line}\n" for line in header.splitlines())
-    body = yaml.dump(content, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=10**6)
-    write_text(path, comment + body, document_kind(content["schema"]), renews=renews)
+    return comment + yaml.dump(content, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=10**6)
 
 
 def read_value(text: str) -> Any:  # noqa: ANN401 - what YAML holds is for a model to say
@@ -217,14 +223,14 @@ def _plain_numbers(array: FloatArray) -> list[object]:
     return plain_numbers
 
 
-class _Dumper(yaml.SafeDumper):
+class _Dumper(SafeDumper):
     """Rows of numbers and small records on one line, no anchors."""
 
     def ignore_aliases(self, data: object) -> bool:
         return True
 
 
-def _represent_list(dumper: yaml.SafeDumper, data: list[Any]) -> yaml.Node:
+def _represent_list(dumper: _Dumper, data: list[Any]) -> yaml.Node:
     row = not any(isinstance(item, list | dict) for item in data)
     node = dumper.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=row)
     for item in node.value:
@@ -233,7 +239,7 @@ def _represent_list(dumper: yaml.SafeDumper, data: list[Any]) -> yaml.Node:
     return node
 
 
-def _represent_mapping(dumper: yaml.SafeDumper, data: dict[str, Any]) -> yaml.Node:
+def _represent_mapping(dumper: _Dumper, data: dict[Any, Any]) -> yaml.Node:
     row = bool(data) and all(item is None or isinstance(item, float) for item in data.values())
     return dumper.represent_mapping("tag:yaml.org,2002:map", data, flow_style=row)
 

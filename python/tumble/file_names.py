@@ -11,6 +11,9 @@ from typing import Literal, TypeAlias
 
 TURNTABLE_PAGE = "turntable.html"
 SUMMARY = "summary.csv"
+ATTEMPTS = "batch.jsonl"
+EARLIER = "earlier"
+"""Folder of what earlier attempts left and the last one did not replace."""
 REDUNDANCY_PAGE = "redundancy.html"
 EVENTS = "events.jsonl"
 STORE = "store"
@@ -20,7 +23,7 @@ ALIGN_SETTINGS = "align.yaml"
 UnitProcedure: TypeAlias = Literal["spin", "live", "redundancy"]
 """Whatever names files after a unit, besides the turntable; `live` is a spin from a live stream."""
 
-TAKEN = frozenset(("turntable", "summary", "spin", "live", "redundancy", "events", "align"))
+TAKEN = frozenset(("turntable", "summary", "spin", "live", "redundancy", "events", "align", "batch"))
 """Names of files, without their endings, that no target may bear."""
 
 

@@ -13,6 +13,7 @@ import stat
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import chain, count
 from pathlib import Path
 from typing import BinaryIO, TypeAlias
 
@@ -136,6 +137,37 @@ def write_text(path: Path | str, text: str, kind: FileKind, *, renews: bool = Fa
     """Write text with `replacing`; what UTF-8 cannot say, as in names of files, is written escaped."""
     with replacing(path, kind, renews=renews) as file:
         file.write(text.encode("utf-8", "backslashreplace"))
+
+
+def append_line(path: Path, line: str) -> int:
+    """Append a line and give the byte at which it begins; one that was cut short before it ends there.
+
+    Raises `OutputError` where that cannot be done.
+    """
+    try:
+        with path.open("ab+") as file:
+            place = file.tell()
+            if place:
+                file.seek(place - 1)
+                place += file.read(1) != b"\n"
+            file.write(b"\n" * (place - file.seek(0, 2)) + line.encode("utf-8", "backslashreplace") + b"\n")
+    except OSError as error:
+        raise OutputError(_cannot_write(path, error)) from error
+    return place
+
+
+def move_into(path: Path, folder: Path, name: str) -> Path:
+    """Move a file to a folder beside it under a name, or under `-2`, `-3` ... of it; give its place.
+
+    Raises `OutputError` where that cannot be done.
+    """
+    stem, ending = Path(name).stem, Path(name).suffix
+    try:
+        folder.mkdir(exist_ok=True)
+        free = (folder / f"{stem}{again}{ending}" for again in chain([""], (f"-{n}" for n in count(2))))
+        return path.rename(next(place for place in free if not place.exists()))
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be moved to {folder}: {error.strerror}") from error
 
 
 def set_aside(path: Path) -> Path:

@@ -1,4 +1,4 @@
-"""What is drawn stands where its numbers say, within its panel, and is no larger than what can be seen of it."""
+"""What is drawn stands where its numbers say, within its panel, and is no larger than it needs to be."""
 
 from __future__ import annotations
 

@@ -245,9 +245,8 @@ def test_the_reference_among_the_targets_is_noticed_however_it_is_spelt(pair, tm
     done = calibrated(
         *(pair.folder / "reference.csv", pair.folder / "target_1.csv", tmp_path / "link/reference.csv"),
         *("-o", tmp_path / "out"),
-        code=3,
     )
-    assert "reference: not calibrated: is the reference itself; leave it out" in done.text
+    assert "link/reference.csv is the reference, and left out of the targets" in done.err
 
 
 def test_no_target_at_all_is_refused_in_python():

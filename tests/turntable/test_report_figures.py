@@ -22,6 +22,7 @@ from tumble.report.whisker import WIDTH, Ruler, round_up, whisker
 from tumble.turntable.report.batch_figures import distribution_figure, strip_groups
 from tumble.turntable.report.improvement import improvement
 from tumble.turntable.report.overview import calibrated_deviation, figure_overview
+from tumble.turntable.report.pages import records_of
 from tumble.turntable.report.readings import axis_reading_figure
 
 
@@ -36,7 +37,9 @@ def all_figures(result):
     yield residual_figure(target.gyroscope, "b")
     yield recording_figure(target.trace, target.rests, "c")
     yield from (axis_reading_figure(reading, f"d{reading.axis}") for reading in target.axis_readings)
-    yield from (distribution_figure(group, f"e{n}") for n, group in enumerate(strip_groups(result.targets)))
+    yield from (
+        distribution_figure(group, f"e{n}") for n, group in enumerate(strip_groups(records_of(result)))
+    )
 
 
 def test_every_figure_is_well_formed_and_every_reference_in_it_resolves(result):
@@ -96,7 +99,7 @@ def test_the_recording_names_each_rest_and_says_which_were_not_used(result):
 
 
 def test_only_parameters_that_were_shown_are_in_a_distribution(result):
-    groups = {(group.triad, group.title): group for group in strip_groups(result.targets)}
+    groups = {(group.triad, group.title): group for group in strip_groups(records_of(result))}
     names = {target for strip in groups["gyroscope", "scale error"].strips for target in strip.names}
     assert names == {"target_1", "target_2", "target_5"}
     names = {target for strip in groups["gyroscope", "bias"].strips for target in strip.names}
@@ -104,7 +107,7 @@ def test_only_parameters_that_were_shown_are_in_a_distribution(result):
 
 
 def test_a_distribution_holds_each_targets_value_in_its_unit(result):
-    group = next(group for group in strip_groups(result.targets) if group.title == "scale error")
+    group = next(group for group in strip_groups(records_of(result)) if group.title == "scale error")
     factor = {"%": 100.0, "ppm": 1e6}[group.unit]
     for strip in group.strips:
         for name, value in zip(strip.names, strip.values, strict=True):

@@ -17,7 +17,7 @@ from report_reader import Page
 from tumble.errors import OutputError
 from tumble.report.numbers import MINUS
 from tumble.turntable.report.notebook import batch_html, target_html
-from tumble.turntable.report.pages import page_names, render_batch, write_reports
+from tumble.turntable.report.pages import page_names, records_of, render_batch, write_reports
 
 UNIT_FACTORS = {
     "m/s²": 1.0,
@@ -198,7 +198,7 @@ def test_the_batch_page_leads_to_every_target_worst_first(folder, result):
 
 def test_a_batch_of_many_targets_keeps_every_one_and_stays_light(tmp_path):
     result = sessions.many_targets(500)
-    text = render_batch(result, page_names(result.targets))
+    text = render_batch(result, records_of(result))
     found = Page(text)
     assert {f"{target.name}.html" for target in result.targets} <= set(found.links)
     assert "460 more targets" in found.words

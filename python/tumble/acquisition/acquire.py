@@ -16,6 +16,7 @@ from tumble.constants import STANDARD_GRAVITY
 from tumble.errors import ProcedureError
 from tumble.logs import ChunkStream, Counts
 from tumble.logs.units import odd_step, usual_step
+from tumble.provenance import LogFacts
 from tumble.recording import Chunk, FloatArray, Recording, SampleProgress
 from tumble.results import Rest, Trace
 from tumble.units import UNITS
@@ -48,9 +49,11 @@ def acquire(
     segmenter = _core.Segmenter()
     counts = Counts()
     samples = 0
+    duration = 0.0
     for name, part in zip(pose_files(recording) or ("",), recording.parts or (recording,), strict=True):
         segmenter.begin_part(name)
         stream = part.chunks()
+        begun: float | None = None
         for chunk in stream:
             if samples == 0 and (odd := odd_step(usual_step(chunk.time))):
                 raise ProcedureError(
@@ -59,11 +62,14 @@ def acquire(
             accelerometer, gyroscope = corrected(chunk, calibration)
             segmenter.push(chunk.time, accelerometer, gyroscope, chunk.temperature)
             samples += len(chunk)
+            begun = float(chunk.time[0]) if begun is None else begun
+            ended = float(chunk.time[-1])
             if progress is not None:
                 progress(samples, stream.expected if isinstance(stream, ChunkStream) else None)
         if isinstance(stream, ChunkStream):
             counts.add(stream.counts)
-    return Imu(recording, segmenter.finish(), counts.notices())
+        duration += 0.0 if begun is None else ended - begun
+    return Imu(recording, segmenter.finish(), counts.notices(), LogFacts(duration=duration))
 
 
 def corrected(chunk: Chunk, calibration: Calibration | None) -> tuple[FloatArray, FloatArray]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from tumble import _core
 from tumble.errors import ProcedureError
 from tumble.logs import parse_spec
+from tumble.provenance import NO_LOG, LogFacts
 from tumble.recording import Recording
 
 
@@ -18,11 +19,21 @@ class Imu:
     acquired: _core.Acquired
     notices: tuple[str, ...] = ()
     """What was left out while reading."""
+    log: LogFacts = NO_LOG
 
     @property
     def name(self) -> str:
         """Short name for tables and messages."""
         return self.recording.name
+
+
+def log_name(recording: Recording) -> str:
+    """Name a log as results do: without the folders it is in, which are of the user's machine."""
+    source = recording.metadata.source
+    if recording.metadata.format == "arrays":
+        return source
+    spec = parse_spec(source)
+    return f"{spec.path.name}:{spec.imu}" if spec.imu else spec.path.name
 
 
 def pose_file(part: Recording) -> str:

@@ -24,19 +24,24 @@ from tumble.documents import (
     Matrix,
     Vector,
     VectorWithGaps,
+    document_kind,
+    document_text,
     read_document,
     write_document,
 )
 from tumble.errors import ProcedureError
 from tumble.plain import plain
+from tumble.provenance import LogFacts
 from tumble.recording import FloatArray
 from tumble.redundancy.result import RedundancyResult
 from tumble.results import TriadResult
 from tumble.schemas import CALIBRATION
 from tumble.spin.result import SpinResult
+from tumble.turntable.limits import Limits
 from tumble.turntable.result import TargetResult, TurntableResult
 
 SCHEMA: Literal["tumble-calibration/1"] = "tumble-calibration/1"
+KIND = document_kind(SCHEMA)
 
 _HEADER = f"""\
 Calibration of one IMU by Tumble. y = M u + b, M = K L Q; to correct a measurement: u = M^-1 (y - b).
@@ -181,6 +186,17 @@ class Temperature(Document):
     high: float
 
 
+class Log(Document):
+    """The recording that a calibration was found from."""
+
+    file: str
+    """Its name, without folders."""
+    sha256: str = ""
+    """Of its bytes, in hexadecimal; of a folder that of the names and digests of its files."""
+    duration: float | None = None
+    """s."""
+
+
 class Reference(Document):
     """The IMU that supplied the truth."""
 
@@ -188,6 +204,7 @@ class Reference(Document):
     serial: str = ""
     calibration_hash: str = ""
     """sha256 of the calibration the reference itself carried; empty if it carried none."""
+    log: Log | None = None
 
 
 class Method(Document):
@@ -208,6 +225,15 @@ class Calibration(Document):
     name: str
     serial: str = ""
     software: str = ""
+    date: str = ""
+    """When it was made: UTC, ISO 8601, such as `2026-11-22T06:20:00Z`."""
+    operator: str = ""
+    station: str = ""
+    log: Log | None = None
+    verdict: str = ""
+    """`pass` or `fail` by the limits below, `calibrated` where there were none."""
+    limits: Limits | None = None
+    """What it was held against."""
     method: Method | None = None
     reference: Reference | None = None
     gravity: Gravity | None = None
@@ -232,6 +258,10 @@ class Calibration(Document):
     def save(self, path: Path | str) -> None:
         """Write the file in full or not at all; raises `OutputError` where it cannot be written."""
         write_document(path, _HEADER, self.content())
+
+    def text(self) -> str:
+        """Give the file as text."""
+        return document_text(_HEADER, self.content())
 
     @classmethod
     def from_target(cls, target: TargetResult, batch: TurntableResult) -> Calibration:
@@ -369,11 +399,18 @@ def _from_target(target: TargetResult, batch: TurntableResult) -> dict[str, Any]
         "name": target.name,
         "serial": target.serial,
         "software": batch.software,
+        "date": target.provenance.date,
+        "operator": target.provenance.operator,
+        "station": target.provenance.station,
+        "log": _log(target.source, target.log),
+        "verdict": target.verdict,
+        "limits": batch.limits or None,
         "method": {"procedure": "turntable", "truth": batch.truth, "options": plain(batch.options)},
         "reference": {
             "name": reference.name,
             "serial": reference.serial,
             "calibration_hash": reference.calibration_hash,
+            "log": _log(reference.source, reference.log),
         },
         "gravity": {"value": batch.gravity, "source": batch.gravity_source},
     }
@@ -384,6 +421,10 @@ def _from_target(target: TargetResult, batch: TurntableResult) -> dict[str, Any]
         if triad is not None:
             content[kind] = _from_triad(triad)
     return content
+
+
+def _log(file: str, facts: LogFacts) -> dict[str, Any]:
+    return {"file": file, "sha256": facts.sha256, "duration": facts.duration}
 
 
 def _from_triad(triad: TriadResult) -> dict[str, Any]:

@@ -11,7 +11,6 @@ from typing import Annotated, Any
 
 import typer
 
-from tumble.cli.abbreviations import AbbreviatingCommand
 from tumble.errors import TumbleError
 from tumble.files import files_of_command
 
@@ -87,8 +86,7 @@ def command_line(words: Sequence[str]) -> typer.Typer:
         if isinstance(found, typer.Typer):
             app.add_typer(found, name=name, help=entry.summary)
         else:
-            help_text = entry.summary if found is _listed_only else None
-            app.command(name, cls=AbbreviatingCommand, help=help_text)(found)
+            app.command(name, help=entry.summary if found is _listed_only else None)(found)
     return app
 
 

@@ -1,14 +1,20 @@
-"""A progress bar for reading a log of known or unknown length."""
+"""How far a command has come: in a log of known or unknown length, in a batch."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
     from tumble.recording import SampleProgress
+
+BatchProgress: TypeAlias = Callable[[int, str], None]
+"""Told how many are done, and in words how they ended."""
+
+FEWEST_FOR_LINES = 20
+"""Of a batch, where there is no terminal; fewer are done before one could read of it."""
 
 
 @contextmanager
@@ -35,3 +41,37 @@ def sample_progress(what: str) -> Iterator[SampleProgress]:
             bar.update(task, completed=done, total=total)
 
         yield advance
+
+
+@contextmanager
+def batch_progress(what: str, total: int) -> Iterator[BatchProgress]:
+    """Show how many of a batch are done while the block runs, on standard error.
+
+    On a terminal as a bar; elsewhere, of batches worth it, as a line every tenth.
+    """
+    if not sys.stderr.isatty():
+        yield _tenths(total) if total >= FEWEST_FOR_LINES else lambda _done, _counts: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (
+        TextColumn(what),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[counts]}"),
+    )
+    with Progress(*columns, console=Console(file=sys.stderr), transient=True) as bar:
+        task = bar.add_task(what, total=total, counts="")
+        yield lambda done, counts: bar.update(task, completed=done, counts=counts)
+
+
+def _tenths(total: int) -> BatchProgress:
+    def advance(done: int, counts: str) -> None:
+        if 10 * done // total > 10 * (done - 1) // total:
+            print(
+                f"tumble: {done} of {total} ({100 * done // total} %): {counts}", file=sys.stderr, flush=True
+            )
+
+    return advance

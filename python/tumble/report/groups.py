@@ -9,7 +9,12 @@ _TITLES = {"scale": "scale error"}
 
 def group_name(parameter: Parameter) -> str:
     """Return `non-orthogonality` of `non-orthogonality xy`."""
-    return parameter.name.rpartition(" ")[0] or parameter.name
+    return group_of(parameter.name)
+
+
+def group_of(name: str) -> str:
+    """Return `non-orthogonality` of `non-orthogonality xy`, with or without the triad before it."""
+    return name.rpartition(" ")[0] or name
 
 
 def group_title(name: str) -> str:
@@ -19,7 +24,12 @@ def group_title(name: str) -> str:
 
 def shown_value(parameter: Parameter, number: float) -> float:
     """Return a value or an end of the interval as shown: of a scale, what it differs from one by."""
-    return number - 1.0 if group_name(parameter) == "scale" else number
+    return shown_number(group_name(parameter), number)
+
+
+def shown_number(group: str, number: float) -> float:
+    """Return the number of a group as shown, whose name may begin with the triad."""
+    return number - 1.0 if group.rpartition(" ")[2] == "scale" else number
 
 
 def groups_of(triad: TriadResult) -> dict[str, list[Parameter]]:

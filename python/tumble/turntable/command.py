@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
+import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from tumble.cli.gravity import GravityOption, HeightOption, LatitudeOption, check_gravity
 from tumble.cli.output import OutputFolder, folder_for
-from tumble.cli.read_options import ExceptionsOption, read_options_for, with_read_options
+from tumble.cli.progress import batch_progress
+from tumble.cli.read_options import read_options_for, with_read_options
 from tumble.cli.screen import print_json, print_summary
+from tumble.errors import LogError, TumbleError
 from tumble.logs.options import ReadOptions
 
 if TYPE_CHECKING:
+    from tumble.turntable.batch import Batch
     from tumble.turntable.poses import PoseList
-    from tumble.turntable.procedure import RecordingsRead
-    from tumble.turntable.result import TargetResult, TurntableResult
+    from tumble.turntable.production import Production
+    from tumble.turntable.result import TurntableResult
+    from tumble.turntable.summary import ScreenSummary
+    from tumble.turntable.targets import Target
 
 SOME_FAILED = 3
 """Exit code where a target failed its limits or could not be calibrated."""
@@ -43,6 +49,14 @@ class ClocksOption(str, Enum):
     APART = "apart"
 
 
+class PagesOption(str, Enum):
+    """Which targets get a page of their own."""
+
+    ALL = "all"
+    FAILED = "failed"
+    NONE = "none"
+
+
 @with_read_options
 def turntable_command(
     reference: Annotated[
@@ -52,7 +66,11 @@ def turntable_command(
         ),
     ],
     targets: Annotated[
-        list[str], typer.Argument(metavar="TARGET...", help="Recordings of the targets, in the same form.")
+        list[str],
+        typer.Argument(
+            metavar="TARGET...",
+            help="Recordings of the targets in the same form, folders of them, or a list (CSV).",
+        ),
     ],
     read_options: ReadOptions,
     output: OutputFolder = None,
@@ -80,68 +98,151 @@ def turntable_command(
     g_sensitivity: Annotated[
         bool, typer.Option("--g-sensitivity", help="Fit how the gyroscopes respond to specific force.")
     ] = False,
+    name_by: Annotated[
+        str,
+        typer.Option(
+            metavar="file|folder|serial|REGEX", help="What targets are named by; of REGEX what it matches."
+        ),
+    ] = "file",
+    pages: Annotated[
+        PagesOption | None,
+        typer.Option(
+            help="Targets with a page; all of up to 50, of more those that failed.", show_default=False
+        ),
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Leave out what is done in the folder and unchanged.")
+    ] = False,
+    operator: Annotated[
+        str,
+        typer.Option(envvar="TUMBLE_OPERATOR", metavar="NAME", help="Who calibrates.", show_default=False),
+    ] = "",
+    station: Annotated[
+        str,
+        typer.Option(envvar="TUMBLE_STATION", metavar="NAME", help="Where that is done.", show_default=False),
+    ] = "",
     jobs: Annotated[
         int | None, typer.Option(min=1, help="Targets calibrated at a time; all cores if not given.")
     ] = None,
-    exceptions: ExceptionsOption = None,
+    exceptions: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--for",
+            metavar="NAME:OPTION=VALUE",
+            help="Reading option for one recording only, such as target_2:gyroscope-unit=deg/s; repeatable.",
+        ),
+    ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the result as JSON instead of a table.")
+    ] = False,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", "-q", help="Print only what failed; no progress.")
+    ] = False,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", help="Print every target, and whom each warning concerns.")
     ] = False,
 ) -> None:
     """Calibrate targets on a turntable against a co-mounted reference.
 
     Example: tumble turntable reference.csv target_1.csv target_2.csv --limits limits.yaml -o results
 
-    Writes a calibration file and a page for each target, summary.csv and turntable.html. The exit code is 0
-    if every target was calibrated within its limits, 3 if one was not, 2 if nothing could be done.
+    Writes a calibration file and a page for each target, batch.jsonl, summary.csv and turntable.html, which
+    keep the targets of earlier runs into the folder. The exit code is 0 if every target was calibrated within
+    its limits, 3 if one was not, 2 if nothing could be done.
     """
     from tumble.calibration.document import Calibration
     from tumble.files import prepare_folder
-    from tumble.logs import parse_spec
+    from tumble.turntable.batch import Batch
     from tumble.turntable.limits import Limits
-    from tumble.turntable.procedure import turntable
+    from tumble.turntable.procedure import open_session
+    from tumble.turntable.production import MOST_PAGES, Production, key_of_run
+    from tumble.turntable.targets import find_targets
 
     check_gravity(latitude, height, gravity)
     wanted_poses = _poses(poses)
     wanted_limits = Limits.load(limits) if limits else None
     applied = Calibration.load(reference_calibration) if reference_calibration else None
-    sources = (reference, *targets)
-    for source in sources:
-        parse_spec(source)
-    read = read_options_for(read_options, exceptions, sources) if exceptions else read_options
-    folder = prepare_folder(output or folder_for(reference))
-    with _progress() as advance:
-        result = turntable(
-            reference,
-            targets,
-            poses=wanted_poses,
-            truth=truth.value,
-            gravity=gravity,
-            latitude=latitude,
-            height=height,
-            reference_calibration=applied,
-            clock=clock.value,
-            g_sensitivity=g_sensitivity,
-            limits=wanted_limits,
-            read=read,
-            jobs=jobs,
-            progress=advance,
-        )
-    files = _write(result, folder)
-    for path in _stale_files(result, folder):
-        print(
-            f"tumble: warning: {path} is of an earlier run, this one has no calibration for it",
-            file=sys.stderr,
-        )
-    _show(result, files, as_json)
-    if any(_fails(target) for target in result.targets):
+    folder = output or folder_for(reference)
+    read = ReadingOptions(read_options, exceptions or [])
+    found = find_targets(
+        targets,
+        reference,
+        name_by=name_by,
+        poses=wanted_poses.files() if wanted_poses else (),
+        output=folder,
+        read=lambda _: read_options,
+    )
+    read.settle(reference, found.targets)
+    folder = prepare_folder(folder)
+    batch = Batch(folder)
+    session = open_session(
+        reference,
+        poses=wanted_poses,
+        truth=truth.value,
+        gravity=gravity,
+        latitude=latitude,
+        height=height,
+        reference_calibration=applied,
+        clock=clock.value,
+        g_sensitivity=g_sensitivity,
+        limits=wanted_limits,
+        read=read.of(reference),
+        operator=operator,
+        station=station,
+    )
+    wanted = pages or (PagesOption.ALL if len(found.targets) <= MOST_PAGES else PagesOption.FAILED)
+    production = Production(
+        session,
+        batch,
+        wanted.value,
+        read.of,
+        key_of_run(session, wanted_poses, read.of(reference), latitude),
+        jobs or os.cpu_count() or 1,
+        resume,
+    )
+    remarks = [*found.remarks, *batch.remarks()]
+    if pages is None and wanted is PagesOption.FAILED:
+        remarks.append(f"of more than {MOST_PAGES} targets only those that fail get a page; see --pages")
+    if not quiet:
+        _remark(remarks)
+    screen = _run(production, found.targets, Voice(quiet, verbose, as_json))
+    if screen.failed:
         raise typer.Exit(SOME_FAILED)
 
 
-def _fails(target: TargetResult) -> bool:
-    """Whether a target is not calibrated, or is held against limits and cannot be said to be within them."""
-    held = target.verdict == "model not met" and bool(target.checks)
-    return held or target.verdict in ("fail", "not calibrated")
+@dataclass(frozen=True, slots=True)
+class Voice:
+    """How much a run says."""
+
+    quiet: bool
+    verbose: bool
+    as_json: bool
+
+
+class ReadingOptions:
+    """How to read each recording of a run."""
+
+    def __init__(self, shared: ReadOptions, exceptions: Sequence[str]) -> None:
+        self._shared = shared
+        self._exceptions = exceptions
+        self._apart: dict[str, ReadOptions] = {}
+
+    def settle(self, reference: str, targets: Sequence[Target]) -> None:
+        """Take the recordings that are meant; raises `LogError` where an option cannot hold for them."""
+        if self._shared.serial and len(targets) > 1:
+            raise LogError(
+                f"--serial {self._shared.serial}: there are {len(targets)} targets; give each its own with "
+                "--for NAME:serial=TEXT, or in a list with columns file,serial"
+            )
+        sources = (reference, *(target.source for target in targets))
+        if self._exceptions:
+            self._apart = read_options_for(self._shared, self._exceptions, sources)
+        if self._shared.serial:
+            self._apart[reference] = replace(self.of(reference), serial="")
+
+    def of(self, source: str) -> ReadOptions:
+        """Say how to read a recording."""
+        return self._apart.get(source, self._shared)
 
 
 def _poses(poses: str | None) -> PoseList | None:
@@ -152,63 +253,79 @@ def _poses(poses: str | None) -> PoseList | None:
     return None if poses == "none" else PoseList.load(poses)
 
 
-@contextmanager
-def _progress() -> Iterator[RecordingsRead]:
-    """Show a bar on standard error while targets are worked on; nothing where it is no terminal."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+def _run(production: Production, targets: Sequence[Target], voice: Voice) -> ScreenSummary:
+    """Calibrate and write all targets, then summary and report, and say what there is to say."""
+    from tumble.turntable.summary import ScreenSummary, target_content
 
-    console = Console(file=sys.stderr)
-    columns = (TextColumn("calibrating"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("calibrating", total=None)
-
-        def advance(done: int, total: int) -> None:
-            bar.update(task, completed=done, total=total)
-
-        yield advance
-
-
-def _write(result: TurntableResult, folder: Path) -> dict[str, str]:
-    """Write everything into `folder`; give the path of each file by what it is."""
-    from tumble.calibration.document import Calibration
-    from tumble.file_names import SUMMARY
-    from tumble.files import write_text
-    from tumble.turntable.report.pages import page_names, write_reports
-    from tumble.turntable.summary import SUMMARY_KIND, csv_text
-
-    files = {}
-    for target, page in zip(result.targets, page_names(result.targets), strict=True):
-        path = (folder / page).with_suffix(".yaml")
-        if not target.failure:
-            Calibration.from_target(target, result).save(path)
-            files[target.name] = str(path)
-    summary = folder / SUMMARY
-    write_text(summary, csv_text(result), SUMMARY_KIND)
-    report, *_ = write_reports(result, folder)
-    return files | {"summary": str(summary), "report": str(report)}
+    shared, batch = production.session.batch, production.batch
+    screen = ScreenSummary(shared, len(targets), everything=voice.verbose)
+    contents: dict[str, dict[str, Any]] = {}
+    unchanged = 0
+    moved: list[Path] = []
+    total = 0 if voice.quiet else len(targets)
+    try:
+        with batch_progress("calibrating", total) as advance:
+            for done, made in enumerate(production.run(targets), start=1):
+                screen.add(made.record)
+                unchanged += not made.fresh
+                moved += made.moved
+                if voice.as_json:
+                    contents[made.record.target] = target_content(made.record, made.calibration)
+                advance(done, screen.counts())
+    except (TumbleError, KeyboardInterrupt):
+        if screen.verdicts:
+            _write_views(shared, batch)
+        raise
+    files = _write_views(shared, batch)
+    _remark(f"{path} is of an earlier attempt, the last one has none" for path in moved)
+    if voice.as_json:
+        _print_json(shared, batch, contents, files)
+    elif voice.quiet:
+        _remark(screen.failures())
+    else:
+        print_summary(screen.rendered())
+        _say_where(batch, files, unchanged)
+    return screen
 
 
-def _stale_files(result: TurntableResult, folder: Path) -> list[Path]:
-    """Calibration files that stand in the folder for targets that could not be calibrated this time."""
-    from tumble.turntable.report.pages import page_names
+def _write_views(shared: TurntableResult, batch: Batch) -> dict[str, str]:
+    """Write summary and report of all targets in the folder; give the path of each file by what it is."""
+    from tumble.file_names import SUMMARY, TURNTABLE_PAGE
+    from tumble.files import PAGE, write_text
+    from tumble.turntable.report.pages import render_batch
+    from tumble.turntable.summary import write_summary
 
-    names = page_names(result.targets)
-    paths = [
-        (folder / page).with_suffix(".yaml")
-        for target, page in zip(result.targets, names, strict=True)
-        if target.failure
-    ]
-    return [path for path in paths if path.exists()]
+    summary, report = batch.folder / SUMMARY, batch.folder / TURNTABLE_PAGE
+    write_summary(summary, batch.latest)
+    write_text(report, render_batch(shared, batch.latest()), PAGE, renews=True)
+    return {"batch": str(batch.path), "summary": str(summary), "report": str(report)}
 
 
-def _show(result: TurntableResult, files: dict[str, str], as_json: bool) -> None:
-    from tumble.file_names import SUMMARY
-    from tumble.turntable.summary import json_content, screen_summary
+def _print_json(
+    shared: TurntableResult, batch: Batch, contents: dict[str, dict[str, Any]], files: dict[str, str]
+) -> None:
+    """Print all targets of the folder; those of earlier runs without the content of their calibration."""
+    from tumble.turntable.summary import json_content, target_content
 
-    if as_json:
-        print_json(json_content(result, files))
-        return
-    print_summary(screen_summary(result))
-    print(f"Calibration files, {SUMMARY} and a page for each target are in {Path(files['report']).parent}")
+    targets = (contents.get(record.target) or target_content(record, None) for record in batch.latest())
+    calibrations = {
+        name: str(batch.folder / f"{last.stem}.yaml")
+        for name, last in batch.last.items()
+        if last.calibration_sha256
+    }
+    print_json(json_content(shared, targets, calibrations | files))
+
+
+def _say_where(batch: Batch, files: dict[str, str], unchanged: int) -> None:
+
+    from tumble.file_names import ATTEMPTS, SUMMARY
+
+    if unchanged:
+        print(f"{unchanged} were done and unchanged, and left as they are")
+    print(f"Calibration files, pages, {SUMMARY} and {ATTEMPTS} are in {batch.folder}: {batch.counts()}")
     print(f"Report: {files['report']}")
+
+
+def _remark(lines: Iterable[str]) -> None:
+    for line in lines:
+        print(f"tumble: {line}", file=sys.stderr)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import PurePath
 
 import numpy as np
 
@@ -90,7 +89,7 @@ def _shows_six_faces(labelled: dict[int, Pose], rests: int) -> bool:
 def _by_file(recording: Recording, parts: Sequence[int], poses: PoseList) -> dict[int, Pose]:
     """Poses by the name of their file: `file` of the pose, or its name in the spelling of a file."""
     stems = pose_files(recording)
-    by_stem = {PurePath(pose.file or pose.name.replace(" ", "_")).stem.casefold(): pose for pose in poses}
+    by_stem = poses.files()
     for stem, pose in by_stem.items():
         if stem not in stems:
             raise ProcedureError(

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import combinations
-from pathlib import Path, PurePosixPath
+from pathlib import Path, PurePath, PurePosixPath
 from typing import Annotated, Literal
 
 import numpy as np
@@ -90,6 +90,12 @@ class PoseList:
         entries = [{"name": pose.name, "up": pose.up, "file": pose.file} for pose in self.poses]
         content = PoseFile.model_validate({"poses": entries}).content()
         write_document(path, _HEADER, content)
+
+    def files(self) -> dict[str, Pose]:
+        """Give each pose by the name of its file, in lower case and without ending."""
+        return {
+            PurePath(pose.file or pose.name.replace(" ", "_")).stem.casefold(): pose for pose in self.poses
+        }
 
     def directions(self) -> FloatArray:
         """(k, 3) unit vectors of `up` in the table frame."""

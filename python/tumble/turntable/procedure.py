@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Literal, TypeAlias, get_args
 
@@ -18,21 +20,127 @@ from tumble.calibration.document import Calibration
 from tumble.errors import LogError, ProcedureError, TumbleError
 from tumble.gravity import local_gravity
 from tumble.logs import ReadOptions, open_recording, options_for, parse_spec
+from tumble.provenance import Provenance, date_now, sha256_of
 from tumble.recording import Recording, RecordingSource, sources_of
 from tumble.turntable.limits import Limits
 from tumble.turntable.matching import PoseMatch, match_poses
 from tumble.turntable.messages import explain
 from tumble.turntable.poses import SIX_FACES, PoseList
 from tumble.turntable.reference import pose_results, reference_result, reference_warnings
-from tumble.turntable.result import TruthSource, TurntableResult
+from tumble.turntable.result import TargetResult, TruthSource, TurntableResult
 from tumble.turntable.target import TargetProcedure
 
 RecordingsRead: TypeAlias = Callable[[int, int], None]
 """Told how many recordings are read, and of how many."""
 Clocks: TypeAlias = Literal["auto", "shared", "apart"]
 
+UnitRead: TypeAlias = Imu | TumbleError
+"""What was acquired of a recording, or what hindered that."""
+
 SWAPPED = 2.0
 """A target better by this factor than the reference, in noise and in keeping |f| = g, is the reference."""
+
+
+@dataclass(frozen=True, slots=True)
+class Session:
+    """A reference on a turntable, fitted, against which any number of targets are calibrated one by one."""
+
+    batch: TurntableResult
+    """What all targets share; without the targets."""
+    provenance: Provenance
+    _reference: Imu
+    _procedure: TargetProcedure
+    _source: RecordingSource
+
+    def acquire(self, source: RecordingSource, read: ReadOptions | None = None) -> UnitRead:
+        """Read a target; what hinders that is returned."""
+        if _same(source, self._source):
+            return ProcedureError(
+                "is the reference itself; leave it out of the targets", about=_name_of(source)
+            )
+        return _acquire(source, None, read)
+
+    def calibrate(self, name: str, unit: UnitRead, provenance: Provenance | None = None) -> TargetResult:
+        """Calibrate a target that was read; what hinders that becomes its failure."""
+        found = self._procedure.calibrate(name, unit)
+        return replace(found, provenance=provenance or self.provenance)
+
+    def why_swapped(self, unit: UnitRead) -> str:
+        """Say why a target must be the reference, where it is so much the better unit; empty where not."""
+        reference, gravity = self._reference, self.batch.gravity
+        residual = _core.sphere_residual(reference.acquired, gravity)
+        if isinstance(unit, TumbleError) or residual is None:
+            return ""
+        better = _core.sphere_residual(unit.acquired, gravity)
+        if better is None or len(unit.acquired.rest_times) < len(reference.acquired.rest_times):
+            return ""
+        if SWAPPED * _noise(unit) < _noise(reference) and SWAPPED * better < residual:
+            return (
+                f"{unit.name} is quieter than the reference {reference.name}, and its |f| deviates "
+                f"from g by {better:.2g} m/s^2, that of the reference by {residual:.2g}: "
+                "reference and target are swapped; name the better unit first"
+            )
+        return ""
+
+
+def open_session(
+    reference: RecordingSource,
+    *,
+    poses: PoseList | str | Path | None = SIX_FACES,
+    truth: TruthSource = "reference",
+    gravity: float | None = None,
+    latitude: float | None = None,
+    height: float | None = None,
+    reference_calibration: Calibration | str | Path | None = None,
+    clock: Clocks = "auto",
+    g_sensitivity: bool = False,
+    limits: Limits | str | Path | None = None,
+    read: ReadOptions | None = None,
+    operator: str = "",
+    station: str = "",
+) -> Session:
+    """Read and fit the reference; arguments are those of `turntable`, `read` is for the reference alone.
+
+    Raises `TumbleError` where the reference is unfit.
+    """
+    _refuse_unknown(truth=(truth, TruthSource), clock=(clock, Clocks))
+    pose_list = PoseList.load(poses) if isinstance(poses, str | Path) else poses
+    limit_list = Limits.load(limits) if isinstance(limits, str | Path) else limits
+    applied = (
+        Calibration.load(reference_calibration)
+        if isinstance(reference_calibration, str | Path)
+        else reference_calibration
+    )
+    strength, source = local_gravity(gravity, latitude, height)
+    settings = _core.TurntableSettings(
+        strength, truth, clock, None if latitude is None else math.radians(latitude), g_sensitivity
+    )
+    unit = _acquire(reference, applied, read)
+    if isinstance(unit, TumbleError):
+        raise unit
+    refuse_if_unfit(unit.name, unit.acquired, strength)
+    match = match_poses(
+        unit.recording, unit.acquired.rest_specific_force, unit.acquired.rest_parts, pose_list
+    )
+    fitted = _fitted_reference(unit, match, settings, truth)
+    batch = TurntableResult(
+        reference=reference_result(unit, fitted, match, applied),
+        poses=pose_results(match, fitted),
+        targets=(),
+        truth=truth,
+        gravity=strength,
+        gravity_source=source,
+        options={
+            "clock": clock,
+            "g-sensitivity": g_sensitivity,
+            "poses": Path(pose_list.source).name if pose_list else "none",
+        },
+        limits=limit_list.content() if limit_list else {},
+        warnings=(*match.warnings, *reference_warnings(unit, fitted, strength)),
+        software=f"tumble {_core.__version__}",
+    )
+    procedure = TargetProcedure(unit, fitted, match, settings, strength, limit_list)
+    return Session(batch, Provenance(date_now(), operator, station), unit, procedure, reference)
 
 
 def turntable(
@@ -49,6 +157,8 @@ def turntable(
     g_sensitivity: bool = False,
     limits: Limits | str | Path | None = None,
     read: ReadOptions | Mapping[str, ReadOptions] | None = None,
+    operator: str = "",
+    station: str = "",
     jobs: int | None = None,
     progress: RecordingsRead | None = None,
 ) -> TurntableResult:
@@ -56,8 +166,10 @@ def turntable(
 
     `poses` is a pose list, its file, or None where no pose is known: the targets are calibrated all the
     same, the mounting angle is not. Gravity is standard, or `gravity` in m/s^2, or follows from `latitude` in
-    deg and `height` in m. `read` says how to read all logs or, by its name, each of them. A target that
-    cannot be calibrated has its reason in `failure`.
+    deg and `height` in m. `read` says how to read all logs or, by its name, each of them. `operator` and
+    `station` stand in the calibration files. A target that cannot be calibrated has its reason in `failure`.
+
+    All results are kept in memory, 0.1 MB a target; the command writes each as it is made.
 
     Raises `TumbleError` where the reference is unfit, or no target at all could be calibrated.
 
@@ -66,48 +178,52 @@ def turntable(
     sources = sources_of(targets)
     if not sources:
         raise ProcedureError("no target was given; name at least one recording besides the reference")
-    _refuse_unknown(truth=(truth, TruthSource), clock=(clock, Clocks))
-    pose_list = PoseList.load(poses) if isinstance(poses, str | Path) else poses
-    limit_list = Limits.load(limits) if isinstance(limits, str | Path) else limits
-    applied = (
-        Calibration.load(reference_calibration)
-        if isinstance(reference_calibration, str | Path)
-        else reference_calibration
+    session = open_session(
+        reference,
+        poses=poses,
+        truth=truth,
+        gravity=gravity,
+        latitude=latitude,
+        height=height,
+        reference_calibration=reference_calibration,
+        clock=clock,
+        g_sensitivity=g_sensitivity,
+        limits=limits,
+        read=options_for(reference, read),
+        operator=operator,
+        station=station,
     )
-    strength, source = local_gravity(gravity, latitude, height)
-    settings = _core.TurntableSettings(
-        strength, truth, clock, None if latitude is None else math.radians(latitude), g_sensitivity
-    )
-    unit, others = _acquire_all(reference, sources, applied, read, jobs, progress)
-    if isinstance(unit, TumbleError):
-        raise unit
-    refuse_if_unfit(unit.name, unit.acquired, strength)
-    _refuse_if_swapped(unit, others, strength)
-    match = match_poses(
-        unit.recording, unit.acquired.rest_specific_force, unit.acquired.rest_parts, pose_list
-    )
-    fitted = _fitted_reference(unit, match, settings, truth)
-    procedure = TargetProcedure(unit, fitted, match, settings, strength, limit_list)
-    names = _unique_names(sources, others)
     with ThreadPoolExecutor(jobs or os.cpu_count()) as pool:
-        results = list(pool.map(procedure.calibrate, names, others))
+        units = []
+        for unit in pool.map(session.acquire, sources, [options_for(source, read) for source in sources]):
+            units.append(unit)
+            if progress:
+                progress(len(units) + 1, len(sources) + 1)
+        for unit in units:
+            if why := session.why_swapped(unit):
+                raise ProcedureError(why)
+        results = tuple(pool.map(session.calibrate, _unique_names(sources, units), units))
+    refuse_if_all_failed(results)
+    return replace(session.batch, targets=results)
+
+
+def serial_of(unit: UnitRead) -> str:
+    """Give the serial number that a log states; empty where it states none."""
+    return "" if isinstance(unit, TumbleError) else unit.recording.metadata.serial
+
+
+def with_serial(unit: UnitRead, serial: str) -> UnitRead:
+    """Give the unit a serial number that is known from elsewhere."""
+    if isinstance(unit, TumbleError):
+        return unit
+    metadata = replace(unit.recording.metadata, serial=serial)
+    return replace(unit, recording=replace(unit.recording, metadata=metadata))
+
+
+def refuse_if_all_failed(results: Sequence[TargetResult]) -> None:
+    """Raise `ProcedureError`, with a line for each target, where none could be calibrated."""
     if all(result.failure for result in results):
         raise ProcedureError("\n".join(result.failure for result in results))
-    return TurntableResult(
-        reference=reference_result(unit, fitted, match, applied),
-        poses=pose_results(match, fitted),
-        targets=tuple(results),
-        truth=truth,
-        gravity=strength,
-        gravity_source=source,
-        options={
-            "clock": clock,
-            "g-sensitivity": g_sensitivity,
-            "poses": pose_list.source if pose_list else "none",
-        },
-        warnings=(*match.warnings, *reference_warnings(unit, fitted, strength)),
-        software=f"tumble {_core.__version__}",
-    )
 
 
 def _refuse_unknown(**words: tuple[str, object]) -> None:
@@ -116,36 +232,38 @@ def _refuse_unknown(**words: tuple[str, object]) -> None:
             raise ProcedureError(f"{option} {word!r}: give one of {', '.join(get_args(known))}")
 
 
-def _acquire_all(
-    reference: RecordingSource,
-    targets: Sequence[RecordingSource],
-    applied: Calibration | None,
-    read: ReadOptions | Mapping[str, ReadOptions] | None,
-    jobs: int | None,
-    progress: RecordingsRead | None,
-) -> tuple[Imu | TumbleError, list[Imu | TumbleError]]:
-    """Read all recordings side by side; one that cannot be read yields its error."""
+def _acquire(source: RecordingSource, calibration: Calibration | None, read: ReadOptions | None) -> UnitRead:
+    try:
+        unit = acquire(open_recording(source, read), calibration)
+        if isinstance(source, str | Path):
+            return replace(unit, log=replace(unit.log, sha256=log_digest(source)))
+    except TumbleError as error:
+        if isinstance(source, str | Path):
+            error.why = _without_folders(error.why, source)
+        return error
+    return unit
 
-    def one(source: RecordingSource, calibration: Calibration | None) -> Imu | TumbleError:
-        try:
-            return acquire(open_recording(source, options_for(source, read)), calibration)
-        except TumbleError as error:
-            return error
 
-    def target(source: RecordingSource) -> Imu | TumbleError:
-        if _same(source, reference):
-            return ProcedureError(
-                "is the reference itself; leave it out of the targets", about=_name_of(source)
-            )
-        return one(source, None)
+def _without_folders(text: str, source: str | Path) -> str:
+    """Name a log by its file and the last folder: what is above that is of this machine."""
+    try:
+        path = parse_spec(source).path
+    except LogError:
+        path = Path(source)
+    near = Path(*[part for part in path.parts[-2:] if part != path.anchor])
+    return text.replace(str(path), str(near))
 
-    with ThreadPoolExecutor(jobs or os.cpu_count()) as pool:
-        first = pool.submit(one, reference, applied)
-        others: list[Future[Imu | TumbleError]] = [pool.submit(target, source) for source in targets]
-        for done, _ in enumerate(as_completed([first, *others]), start=1):
-            if progress:
-                progress(done, len(others) + 1)
-        return first.result(), [other.result() for other in others]
+
+def log_digest(source: str | Path) -> str:
+    """SHA-256 of a log, in hexadecimal; of several IMUs in one file it is computed once."""
+    path = parse_spec(source).path.resolve()
+    status = path.stat()
+    return _digest(path, status.st_size, status.st_mtime_ns)
+
+
+@lru_cache(maxsize=16)
+def _digest(path: Path, _size: int, _changed: int) -> str:
+    return sha256_of(path)
 
 
 def _same(one: RecordingSource, other: RecordingSource) -> bool:
@@ -160,7 +278,7 @@ def _same(one: RecordingSource, other: RecordingSource) -> bool:
     return path == other_path and imu == other_imu
 
 
-def _unique_names(targets: Sequence[RecordingSource], units: Sequence[Imu | TumbleError]) -> list[str]:
+def _unique_names(targets: Sequence[RecordingSource], units: Sequence[UnitRead]) -> list[str]:
     names = [
         unit.name if isinstance(unit, Imu) else _name_of(target)
         for target, unit in zip(targets, units, strict=True)
@@ -175,23 +293,6 @@ def _name_of(source: RecordingSource) -> str:
     if isinstance(source, Recording):
         return source.name
     return Path(source).stem if isinstance(source, str | Path) else "table"
-
-
-def _refuse_if_swapped(reference: Imu, others: Sequence[Imu | TumbleError], gravity: float) -> None:
-    noise = _noise(reference)
-    residual = _core.sphere_residual(reference.acquired, gravity)
-    for other in others:
-        if isinstance(other, TumbleError) or residual is None:
-            continue
-        better = _core.sphere_residual(other.acquired, gravity)
-        if better is None or len(other.acquired.rest_times) < len(reference.acquired.rest_times):
-            continue
-        if SWAPPED * _noise(other) < noise and SWAPPED * better < residual:
-            raise ProcedureError(
-                f"{other.name} is quieter than the reference {reference.name}, and its |f| deviates "
-                f"from g by {better:.2g} m/s^2, that of the reference by {residual:.2g}: "
-                "reference and target are swapped; name the better unit first"
-            )
 
 
 def _noise(unit: Imu) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from tumble import _core
 from tumble.acquisition.acquire import rejected_rests_of, rests_of, trace_of
-from tumble.acquisition.imu import Imu
+from tumble.acquisition.imu import Imu, log_name
 from tumble.acquisition.notices import notices
 from tumble.calibration.document import Calibration
 from tumble.recording import FloatArray
@@ -27,7 +27,7 @@ def reference_result(
     figures, mounting = fitted.figures, mounting_result(fitted)
     return ReferenceResult(
         name=unit.name,
-        source=unit.recording.metadata.source,
+        source=log_name(unit.recording),
         serial=unit.recording.metadata.serial,
         calibration_hash=applied.hash() if applied else "",
         bias=figures["bias"],
@@ -41,6 +41,7 @@ def reference_result(
         mounting_reason="" if mounting else match.reason or "the poses do not determine a rotation",
         temperature=unit.acquired.temperature,
         missing_samples=unit.acquired.missing,
+        log=unit.log,
     )
 
 

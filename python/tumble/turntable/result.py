@@ -7,10 +7,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
+from tumble.provenance import NO_LOG, UNKNOWN, LogFacts, Provenance
 from tumble.recording import FloatArray
 from tumble.results import Collection, LimitCheck, Parameter, Rest, Row, Tabular, Trace, TriadResult
 
 Verdict = Literal["pass", "fail", "calibrated", "model not met", "not calibrated"]
+GOOD = ("pass", "calibrated")
+"""Verdicts that nobody has to look at."""
+
 TruthSource = Literal["reference", "rotate-truth", "rotate-measurement", "ideal"]
 
 
@@ -86,6 +90,7 @@ class TargetResult(Tabular):
 
     name: str
     source: str
+    """File of the log, without the folders it is in, and the IMU where one was named."""
     serial: str
     accelerometer: TriadResult | None
     gyroscope: TriadResult | None
@@ -98,12 +103,14 @@ class TargetResult(Tabular):
     """Lowest, mean and highest at rest, degC."""
     missing_samples: int = 0
     """Samples that the log lacks, as the pauses between the others show."""
+    log: LogFacts = NO_LOG
+    provenance: Provenance = UNKNOWN
     checks: tuple[LimitCheck, ...] = ()
     warnings: tuple[str, ...] = ()
     failure: str = ""
     """Why the target could not be calibrated, with its name; empty if it could."""
     failure_reason: str = ""
-    """The same without its name."""
+    """The same without its name, and without the folders of this machine: for files."""
 
     def __repr__(self) -> str:
         triads = [triad for triad in (self.accelerometer, self.gyroscope) if triad]
@@ -155,6 +162,7 @@ class ReferenceResult:
 
     name: str
     source: str
+    """File of the log, without the folders it is in, and the IMU where one was named."""
     serial: str
     calibration_hash: str
     """sha256 of the calibration applied to the reference; empty if there was none."""
@@ -174,6 +182,7 @@ class ReferenceResult:
     temperature: tuple[float, float, float] | None = None
     missing_samples: int = 0
     """Samples that the log lacks, as the pauses between the others show."""
+    log: LogFacts = NO_LOG
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,6 +199,8 @@ class TurntableResult(Tabular, Collection[TargetResult]):
     """`standard`, `given`, `WGS 84 at 48.1 deg, 520 m`."""
     options: dict[str, object] = field(default_factory=dict)
     """Method options as the calibration file keeps them."""
+    limits: dict[str, object] = field(default_factory=dict)
+    """Content of the limits file; empty where there were no limits."""
     warnings: tuple[str, ...] = ()
     software: str = ""
     """`tumble 0.1.0`."""

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import csv
-import io
-import math
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
@@ -15,17 +15,18 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from tumble.calibration.document import Calibration
-from tumble.files import FileKind
+from tumble.files import FileKind, replacing
 from tumble.plain import finite
 from tumble.report.numbers import NOT_OBSERVABLE, measurement, readable_scale
 from tumble.report.text import VERDICT_TITLES, count_of
-from tumble.results import Parameter, TriadResult
-from tumble.turntable.report.text import check_sentence, misfit_sentence, mounting_sentence
-from tumble.turntable.result import TargetResult, TurntableResult
+from tumble.turntable.record import RecordedParameter, TargetRecord
+from tumble.turntable.report.text import mounting_sentence
+from tumble.turntable.result import GOOD, TurntableResult
 
 MOST_SHOWN = 40
-"""With more targets than this, only those that need a look are shown."""
+"""With more targets than this, only those that need a look are shown, and of these as many."""
+MOST_NAMED = 3
+"""Targets that a warning they share names."""
 SUMMARY_KIND = FileKind("a summary of tumble turntable", re.compile(rb"\Atarget,"))
 GROUPS = ("bias", "scale", "non-orthogonality", "mounting")
 COLOURS = {
@@ -35,48 +36,139 @@ COLOURS = {
     "model not met": "red",
     "not calibrated": "red",
 }
+_OWN = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?(: [XYZ] (up|down))?")
+"""What is a target's own in a warning that others have too: numbers, and poses behind them."""
 
 
-def screen_summary(result: TurntableResult) -> RenderableType:
-    """Say what a person wants to know at once: the reference, a row for each triad, why targets failed."""
-    reference = result.reference
-    mounting = "" if reference.mounting is None else "mounting-angle error "
-    head = [f"Reference {reference.name}: {mounting}{mounting_sentence(reference)}"]
-    if result.poses:
-        worst = max(result.poses, key=lambda pose: pose.table_error_angle)
-        angle = measurement(worst.table_error_angle, worst.table_error_sigma, "deg")
-        head.append(f"Largest table error {angle}, at {worst.name}")
-    lines = [Text(line) for line in head]
-    notes = [Text(f"Warning: {warning}", "yellow") for warning in result.warnings]
-    notes += [note for target in result.targets for note in _notes(target)]
-    foot = Text("Of three axes the one furthest out, with its 1-sigma.", "dim")
-    return Group(*lines, "", _table(result), foot, "", *notes, Text(_count(result)))
+@dataclass(slots=True)
+class SharedWarning:
+    """A warning, and which targets have it, whatever its numbers are for each."""
+
+    text: str
+    """As the first target has it."""
+    alike: bool = True
+    """Whether it is the same to the letter for all."""
+    targets: int = 0
+    names: list[str] = field(default_factory=list)
 
 
-def csv_text(result: TurntableResult) -> str:
-    """One row a target: verdict, why, every parameter with its sigma; what was not observable is empty."""
-    rows = [{"target": target.name, **_row(target)} for target in result.targets]
-    columns = list(dict.fromkeys(key for row in rows for key in row))
-    text = io.StringIO()
-    writer = csv.DictWriter(text, columns, restval="", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
+class ScreenSummary:
+    """What a person wants to know of a run at once; takes targets one by one, and keeps what is shown."""
+
+    def __init__(self, batch: TurntableResult, expected: int, *, everything: bool = False) -> None:
+        self._batch = batch
+        self._everything = everything
+        self._many = expected > MOST_SHOWN and not everything
+        self._shown: list[TargetRecord] = []
+        self._hidden_failures = 0
+        self._warnings: dict[str, SharedWarning] = {}
+        self.verdicts: Counter[str] = Counter()
+        self.failed = 0
+        """Targets that have no calibration, or cannot be said to be within their limits."""
+
+    def add(self, record: TargetRecord) -> None:
+        """Take a target of the run."""
+        self.verdicts[record.verdict] += 1
+        self.failed += record.fails
+        failed = record.verdict not in GOOD
+        if not self._many or (failed and len(self._shown) < MOST_SHOWN):
+            self._shown.append(record)
+        elif failed:
+            self._hidden_failures += 1
+        for warning in record.warnings:
+            shared = self._warnings.setdefault(_OWN.sub("#", warning), SharedWarning(warning))
+            shared.alike = shared.alike and shared.text == warning
+            shared.targets += 1
+            if len(shared.names) <= MOST_NAMED or self._everything:
+                shared.names.append(record.target)
+
+    def counts(self) -> str:
+        """Say how many targets got which verdict."""
+        shown = ", ".join(f"{count} {verdict}" for verdict, count in self.verdicts.items())
+        return f"{count_of('target', self.verdicts.total())}: {shown}"
+
+    def failures(self) -> Iterator[str]:
+        """Say a line for each target shown that failed or has no calibration."""
+        for record in self._shown:
+            if record.reason:
+                yield f"{record.target}: {record.verdict}: {record.reason}"
+        if self._hidden_failures:
+            yield f"{self._hidden_failures} more failed; see summary.csv"
+
+    def rendered(self) -> RenderableType:
+        """Give the reference, a row for each triad, why targets failed, and what is odd about them."""
+        head: list[RenderableType] = [Text(line) for line in self._head()]
+        notes = [Text(f"Warning: {warning}", "yellow") for warning in self._batch.warnings]
+        notes += [Text(line, "red") for line in self.failures()]
+        notes += [Text(line, "yellow") for line in self.warnings()]
+        skipped = "; those that pass are in summary.csv only" if self._many else ""
+        foot = Text("Of three axes the one furthest out, with its 1-sigma.", "dim")
+        table: list[RenderableType] = [_table(self._shown), foot, ""] if self._shown else []
+        return Group(*head, "", *table, *notes, Text(self.counts() + skipped))
+
+    def warnings(self) -> Iterator[str]:
+        """Say each warning once, with how many targets share it."""
+        total = self.verdicts.total()
+        for shared in self._warnings.values():
+            if shared.targets == 1:
+                yield f"{shared.names[0]}: {shared.text}"
+                continue
+            few = shared.targets <= MOST_NAMED or self._everything
+            names = f" ({', '.join(shared.names)})" if few and shared.targets < total else ""
+            example = "" if shared.alike else f"such as {shared.names[0]}: "
+            yield f"{shared.targets} of {total}{names}: {example}{shared.text}"
+
+    def _head(self) -> Iterator[str]:
+        reference = self._batch.reference
+        mounting = "" if reference.mounting is None else "mounting-angle error "
+        yield f"Reference {reference.name}: {mounting}{mounting_sentence(reference)}"
+        if self._batch.poses:
+            worst = max(self._batch.poses, key=lambda pose: pose.table_error_angle)
+            angle = measurement(worst.table_error_angle, worst.table_error_sigma, "deg")
+            yield f"Largest table error {angle}, at {worst.name}"
 
 
-def json_content(result: TurntableResult, files: dict[str, str]) -> dict[str, Any]:
+def write_summary(path: Path, records: Callable[[], Iterable[TargetRecord]]) -> None:
+    """Write one row a target: verdict, why, every parameter with its sigma; what was not observable is empty.
+
+    `records` are gone through twice, to know all columns first, and not kept.
+    """
+    columns = list(dict.fromkeys(key for record in records() for key in _row(record)))
+    with replacing(path, SUMMARY_KIND, renews=True) as file:
+        text = _Utf8(file.write)
+        writer = csv.DictWriter(text, columns, restval="", lineterminator="\n")
+        writer.writeheader()
+        for record in records():
+            writer.writerow(_row(record))
+
+
+@dataclass(frozen=True, slots=True)
+class _Utf8:
+    """Takes text for a file of bytes; what UTF-8 cannot say is written escaped."""
+
+    put: Callable[[bytes], object]
+
+    def write(self, text: str) -> None:
+        self.put(text.encode("utf-8", "backslashreplace"))
+
+
+def json_content(
+    batch: TurntableResult, targets: Iterable[dict[str, Any]], files: dict[str, str]
+) -> dict[str, Any]:
     """Give the batch without its recordings: what was found, and the files it was written to."""
-    reference = result.reference
+    reference = batch.reference
     mounting = reference.mounting
     content = {
-        "software": result.software,
-        "truth": result.truth,
-        "gravity": {"value": result.gravity, "source": result.gravity_source},
-        "options": result.options,
+        "software": batch.software,
+        "truth": batch.truth,
+        "gravity": {"value": batch.gravity, "source": batch.gravity_source},
+        "options": batch.options,
+        "limits": batch.limits,
         "reference": {
             "name": reference.name,
             "serial": reference.serial,
             "calibration_hash": reference.calibration_hash,
+            "sha256": reference.log.sha256,
             "missing_samples": reference.missing_samples,
             "bias": reference.bias,
             "bias_sigma": reference.bias_sigma,
@@ -85,103 +177,100 @@ def json_content(result: TurntableResult, files: dict[str, str]) -> dict[str, An
         },
         "poses": [
             {"name": pose.name, "table_error_angle": pose.table_error_angle, "sigma": pose.table_error_sigma}
-            for pose in result.poses
+            for pose in batch.poses
         ],
-        "targets": [_target_content(target, result) for target in result.targets],
-        "warnings": result.warnings,
+        "targets": list(targets),
+        "warnings": batch.warnings,
         "files": files,
     }
     return {key: finite(value) for key, value in content.items()}
 
 
-def reason(target: TargetResult) -> str:
-    """Why a target failed or has no calibration; empty where neither is so."""
-    broken = "; ".join(check_sentence(check) for check in target.checks if not check.passed)
-    objections = "; ".join(filter(None, (misfit_sentence(target), broken)))
-    return target.failure_reason or target.failure or objections
+def target_content(record: TargetRecord, calibration: dict[str, Any] | None) -> dict[str, Any]:
+    """Give one target as JSON has it; `calibration` is the content of its file, where this run made it."""
+    return {
+        "name": record.target,
+        "source": record.source,
+        "serial": record.serial,
+        "attempt": record.attempt,
+        "date": record.date,
+        "operator": record.operator,
+        "station": record.station,
+        "sha256": record.log_sha256,
+        "duration": record.duration,
+        "missing_samples": record.missing_samples,
+        "verdict": record.verdict,
+        "reason": record.reason,
+        "warnings": record.warnings,
+        "checks": record.checks,
+        "calibration": calibration,
+        "calibration_sha256": record.calibration_sha256,
+    }
 
 
-def _notes(target: TargetResult) -> Iterator[Text]:
-    why = reason(target)
-    if why:
-        yield Text(f"{target.name}: {target.verdict}: {why}", "red")
-    for warning in target.warnings:
-        yield Text(f"{target.name}: {warning}", "yellow")
-
-
-def _table(result: TurntableResult) -> Table:
+def _table(records: Sequence[TargetRecord]) -> Table:
     table = Table(box=SIMPLE_HEAD, padding=(0, 1), show_edge=False)
     table.add_column("", no_wrap=True)
     for title in ("bias", "scale error", "non-orthogonality", "mounting"):
         table.add_column(title, overflow="fold")
-    many = len(result.targets) > MOST_SHOWN
-    for target in result.targets:
-        if many and target.verdict in ("pass", "calibrated"):
-            continue
-        table.add_row(Text(f"{target.name}: {VERDICT_TITLES[target.verdict]}", COLOURS[target.verdict]))
-        for triad in (target.accelerometer, target.gyroscope):
-            if triad is not None and not target.failure:
-                table.add_row(f"  {triad.triad}", *(Text(_worst(triad, group)) for group in GROUPS))
+    for record in records:
+        table.add_row(Text(f"{record.target}: {VERDICT_TITLES[record.verdict]}", COLOURS[record.verdict]))
+        for triad in dict.fromkeys(each.name.partition(" ")[0] for each in record.parameters):
+            cells = (_worst(record.parameters, f"{triad} {group} ") for group in GROUPS)
+            table.add_row(f"  {triad}", *map(Text, cells))
     return table
 
 
-def _count(result: TurntableResult) -> str:
-    verdicts = Counter(target.verdict for target in result.targets)
-    shown = ", ".join(f"{count} {verdict}" for verdict, count in verdicts.items())
-    skipped = "; those that pass are in summary.csv only" if len(result.targets) > MOST_SHOWN else ""
-    return f"{count_of('target', len(result.targets))}: {shown}{skipped}"
-
-
-def _worst(triad: TriadResult, group: str) -> str:
-    members = [parameter for parameter in triad.parameters if parameter.name.startswith(f"{group} ")]
-    if not members or not all(parameter.observable for parameter in members):
+def _worst(parameters: Sequence[RecordedParameter], group: str) -> str:
+    found = [each for each in parameters if each.name.startswith(group)]
+    ideal = 1.0 if group.endswith(" scale ") else 0.0
+    members = [
+        (abs(each.value - ideal), each.value - ideal, each.sigma, each)
+        for each in found
+        if each.value is not None and each.sigma is not None
+    ]
+    if not members or len(members) < len(found):
         return NOT_OBSERVABLE
-    ideal = 1.0 if group == "scale" else 0.0
-    furthest = max(members, key=lambda parameter: abs(parameter.value - ideal))
-    distance = furthest.value - ideal
+    _, distance, sigma, furthest = max(members, key=lambda member: member[0])
     scale = readable_scale(furthest.unit, distance)
-    axis = furthest.name.removeprefix(f"{group} ")
-    figures = measurement(scale.factor * distance, scale.factor * furthest.sigma, scale.unit)
-    return f"{axis} {figures.replace(' deg', '°')}"
+    figures = measurement(scale.factor * distance, scale.factor * sigma, scale.unit)
+    return f"{furthest.name.removeprefix(group)} {figures.replace(' deg', '°')}"
 
 
-def _row(target: TargetResult) -> dict[str, str]:
-    row = {"serial": target.serial, "verdict": target.verdict, "reason": reason(target)}
-    for triad in (target.accelerometer, target.gyroscope):
-        if triad is not None and not target.failure:
-            for parameter in triad.parameters:
-                row |= _cells(f"{triad.triad} {parameter.name}", parameter)
+def _row(record: TargetRecord) -> dict[str, str]:
+    low, mean, high = record.temperature or (None, None, None)
+    row = {
+        "target": record.target,
+        "serial": record.serial,
+        "verdict": record.verdict,
+        "reason": record.reason,
+        "attempt": str(record.attempt),
+        "date": record.date,
+        "operator": record.operator,
+        "station": record.station,
+    }
+    row |= record.columns
+    row |= {
+        "log": record.source,
+        "log sha256": record.log_sha256,
+        "duration (s)": _number(record.duration or None),
+        "samples missing": str(record.missing_samples),
+        "temperature (degC)": _number(mean),
+        "lowest temperature (degC)": _number(low),
+        "highest temperature (degC)": _number(high),
+        "reference": record.reference,
+        "reference serial": record.reference_serial,
+        "reference log sha256": record.reference_sha256,
+        "reference calibration sha256": record.reference_calibration,
+        "calibration file sha256": record.calibration_sha256,
+        "software": record.software,
+    }
+    for parameter in record.parameters:
+        unit = "" if parameter.unit == "1" else f" ({parameter.unit})"
+        row[f"{parameter.name}{unit}"] = _number(parameter.value)
+        row[f"sigma {parameter.name}{unit}"] = _number(parameter.sigma)
     return row
 
 
-def _cells(name: str, parameter: Parameter) -> dict[str, str]:
-    unit = "" if parameter.unit == "1" else f" ({parameter.unit})"
-    shown = parameter.observable and math.isfinite(parameter.sigma)
-    value, sigma = (repr(float(parameter.value)), repr(float(parameter.sigma))) if shown else ("", "")
-    return {f"{name}{unit}": value, f"sigma {name}{unit}": sigma}
-
-
-def _target_content(target: TargetResult, result: TurntableResult) -> dict[str, Any]:
-    calibration = None if target.failure else Calibration.from_target(target, result).content()
-    checks = [
-        {
-            "parameter": check.parameter,
-            "value": check.value,
-            "limit": check.limit,
-            "unit": check.unit,
-            "passed": check.passed,
-            "remark": check.remark,
-        }
-        for check in target.checks
-    ]
-    return {
-        "name": target.name,
-        "source": target.source,
-        "serial": target.serial,
-        "missing_samples": target.missing_samples,
-        "verdict": target.verdict,
-        "reason": reason(target),
-        "warnings": target.warnings,
-        "checks": checks,
-        "calibration": calibration,
-    }
+def _number(value: float | None) -> str:
+    return "" if value is None else repr(float(value))

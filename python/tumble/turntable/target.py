@@ -9,9 +9,10 @@ import numpy as np
 
 from tumble import _core
 from tumble.acquisition.acquire import refuse_if_unfit, rejected_rests_of, rests_of, trace_of
-from tumble.acquisition.imu import Imu
+from tumble.acquisition.imu import Imu, log_name
 from tumble.acquisition.notices import notices
 from tumble.errors import ProcedureError, TumbleError
+from tumble.provenance import NO_LOG
 from tumble.results import Trace, TriadResult
 from tumble.turntable.limits import Limits
 from tumble.turntable.matching import PoseMatch
@@ -86,7 +87,7 @@ class TargetProcedure:
         }
         result = TargetResult(
             name=name,
-            source=unit.recording.metadata.source,
+            source=log_name(unit.recording),
             serial=unit.recording.metadata.serial,
             accelerometer=triad_result(
                 "accelerometer", figures["accelerometer"], noise[:3], instability[:3], names
@@ -98,6 +99,7 @@ class TargetProcedure:
             axis_readings=(),
             temperature=unit.acquired.temperature,
             missing_samples=unit.acquired.missing,
+            log=unit.log,
         )
         return replace(
             result,
@@ -183,7 +185,7 @@ def _failed(name: str, error: TumbleError, unit: Imu | None = None) -> TargetRes
     nothing = np.empty((0, 3))
     return TargetResult(
         name=name,
-        source=unit.recording.metadata.source if unit else name,
+        source=log_name(unit.recording) if unit else name,
         serial=unit.recording.metadata.serial if unit else "",
         accelerometer=None,
         gyroscope=None,
@@ -193,6 +195,7 @@ def _failed(name: str, error: TumbleError, unit: Imu | None = None) -> TargetRes
         axis_readings=(),
         temperature=unit.acquired.temperature if unit else None,
         missing_samples=unit.acquired.missing if unit else 0,
+        log=unit.log if unit else NO_LOG,
         failure=str(error),
         failure_reason=error.why,
     )

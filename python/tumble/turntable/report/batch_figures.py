@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from array import array
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,19 +12,24 @@ from markupsafe import Markup
 from tumble.recording import FloatArray
 from tumble.report.canvas import Axes, Figure
 from tumble.report.figures import CALIBRATED, FULL_WIDTH, HALF_WIDTH, UNCOMPENSATED
-from tumble.report.groups import group_title, groups_of, shown_value
+from tumble.report.groups import group_of, group_title, shown_number
 from tumble.report.numbers import MINUS, readable_scale
 from tumble.report.panel import horizontal_axis, log_axis, row_labels, segments, span
 from tumble.report.svg import ALARM, GRID, INK, REST, SOFT, X_AXIS, inline_svg
-from tumble.results import LimitCheck, TriadName
+from tumble.results import LimitCheck
+from tumble.turntable.record import TargetRecord
 from tumble.turntable.report.improvement import Improvement, improvement
-from tumble.turntable.result import TargetResult, TurntableResult
+from tumble.turntable.result import TurntableResult
 
 _FEW = 30
 """Up to so many targets each is a dot; beyond, a thin line."""
 _MOST_NAMES = 30
 """Up to so many targets have their names beside the error figure."""
 _MOST_LABELLED = 3
+_MOST_LINES = 1000
+"""Of more targets only every so-manyth has a line; more cannot be told apart."""
+_FINEST = 2000
+"""Shares of a panel's width below which two thin lines are one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,19 +50,80 @@ class Strip:
 class StripGroup:
     """Three parameters of one kind over all targets."""
 
-    triad: TriadName
+    triad: str
     title: str
     unit: str
     strips: tuple[Strip, ...]
 
 
-def strip_groups(targets: Sequence[TargetResult]) -> list[StripGroup]:
+def strip_groups(records: Iterable[TargetRecord]) -> list[StripGroup]:
     """Gather each kind of parameter over the targets, accelerometer first."""
-    found: list[StripGroup] = []
-    for triad in ("accelerometer", "gyroscope"):
-        kinds = {kind: None for target in targets for kind in _kinds(target, triad)}
-        found += [_strip_group(targets, triad, kind) for kind in kinds]
-    return [group for group in found if any(strip.values.size for strip in group.strips)]
+    gathering = StripGathering()
+    for record in records:
+        gathering.add(record)
+    return gathering.groups()
+
+
+class StripGathering:
+    """Collects the parameters of one target after the other, and keeps nothing else of them."""
+
+    def __init__(self) -> None:
+        self._columns: dict[str, _Column] = {}
+
+    def add(self, record: TargetRecord) -> None:
+        """Take the parameters of one target."""
+        checks = {check.parameter: check for check in record.checks}
+        for parameter in record.parameters:
+            column = self._columns.setdefault(parameter.name, _Column(parameter.unit))
+            if parameter.value is not None:
+                column.add(record.target, parameter.name, parameter.value, checks.get(parameter.name))
+
+    def groups(self) -> list[StripGroup]:
+        """Give each kind that any target showed."""
+        kinds: dict[tuple[str, str], list[str]] = {}
+        for name in self._columns:
+            triad, _, rest = name.partition(" ")
+            kinds.setdefault((triad, group_of(rest)), []).append(name)
+        order = sorted(kinds, key=lambda kind: kind[0] != "accelerometer")
+        groups = [self._group(triad, kind, kinds[triad, kind]) for triad, kind in order]
+        return [group for group in groups if any(strip.values.size for strip in group.strips)]
+
+    def _group(self, triad: str, kind: str, names: Sequence[str]) -> StripGroup:
+        columns = [self._columns[name] for name in names]
+        largest = max((abs(value) for column in columns for value in column.values), default=0.0)
+        scale = readable_scale(columns[0].unit, largest)
+        strips = tuple(
+            column.strip(name.partition(" ")[2], scale.factor)
+            for name, column in zip(names, columns, strict=True)
+        )
+        return StripGroup(triad, group_title(kind), scale.unit, strips)
+
+
+class _Column:
+    """One parameter over the targets that showed it."""
+
+    def __init__(self, unit: str) -> None:
+        self.unit = unit
+        self.values = array("d")
+        self._names: list[str] = []
+        self._outside = bytearray()
+        self._limit: float | None = None
+
+    def add(self, target: str, name: str, value: float, check: LimitCheck | None) -> None:
+        self.values.append(shown_number(group_of(name), value))
+        self._names.append(target)
+        self._outside.append(check is not None and not check.passed)
+        if check is not None:
+            self._limit = check.limit if self._limit is None else min(self._limit, check.limit)
+
+    def strip(self, name: str, factor: float) -> Strip:
+        return Strip(
+            name=name,
+            values=factor * np.array(self.values),
+            names=tuple(self._names),
+            outside=np.array(self._outside, dtype=float),
+            limit=None if self._limit is None else factor * self._limit,
+        )
 
 
 def distribution_figure(group: StripGroup, prefix: str) -> Markup:
@@ -78,9 +145,8 @@ def distribution_figure(group: StripGroup, prefix: str) -> Markup:
     )
 
 
-def improvement_figure(result: TurntableResult, prefix: str) -> Markup | None:
+def improvement_figure(pairs: Sequence[tuple[str, Improvement]], prefix: str) -> Markup | None:
     """Draw the error of |specific force| at rest of each target, before and after; None if there is none."""
-    pairs = improvements(result)
     if not pairs:
         return None
     named = len(pairs) <= _MOST_NAMES
@@ -96,8 +162,13 @@ def improvement_figure(result: TurntableResult, prefix: str) -> Markup | None:
 def improvements(result: TurntableResult) -> list[tuple[str, Improvement]]:
     """Return the targets whose error at rest is known before and after, by name, the best first."""
     found = ((target.name, improvement(target, result.gravity)) for target in result.targets)
-    pairs = [(name, gain) for name, gain in found if gain is not None and min(gain.before, gain.after) > 0]
-    return sorted(pairs, key=lambda pair: pair[1].after)
+    return best_first([(name, gain) for name, gain in found if gain is not None])
+
+
+def best_first(pairs: Sequence[tuple[str, Improvement]]) -> list[tuple[str, Improvement]]:
+    """Sort by what is left of the error, without those of which a logarithm cannot be drawn."""
+    drawn = [(name, gain) for name, gain in pairs if min(gain.before, gain.after) > 0]
+    return sorted(drawn, key=lambda pair: pair[1].after)
 
 
 def draw_improvement(axes: Axes, pairs: Sequence[tuple[str, Improvement]], *, named: bool) -> None:
@@ -105,52 +176,18 @@ def draw_improvement(axes: Axes, pairs: Sequence[tuple[str, Improvement]], *, na
     before = 1e3 * np.array([gain.before for _, gain in pairs])
     after = 1e3 * np.array([gain.after for _, gain in pairs])
     rows = np.arange(len(pairs), dtype=float)
+    stride = max(1, -(-len(pairs) // _MOST_LINES))
     log_axis(
         axes, float(after.min()), float(before.max()), f"rms of |specific force| {MINUS} g at rest, mm/s²"
     )
     axes.set_ylim(len(pairs) - 0.4, -0.6)
-    segments(axes, np.log10(after), rows, np.log10(before), rows, SOFT, 0.9 if named else 0.3)
+    before, after, rows = np.log10(before[::stride]), np.log10(after[::stride]), rows[::stride]
+    segments(axes, after, rows, before, rows, SOFT, 0.9 if named else 0.3)
     size = 5.0 if named else 2.0
-    axes.points(np.log10(before), rows, UNCOMPENSATED, "o", size, hollow=True, edge=1.1)
-    axes.points(np.log10(after), rows, CALIBRATED, "o", size)
+    axes.points(before, rows, UNCOMPENSATED, "o", size, hollow=True, edge=1.1)
+    axes.points(after, rows, CALIBRATED, "o", size)
     if named:
         row_labels(axes, [name for name, _ in pairs])
-
-
-def _kinds(target: TargetResult, triad: TriadName) -> list[str]:
-    found = getattr(target, triad)
-    return [] if found is None else list(groups_of(found))
-
-
-def _strip_group(targets: Sequence[TargetResult], triad: TriadName, kind: str) -> StripGroup:
-    by_name: dict[str, list[tuple[str, float, LimitCheck | None]]] = {}
-    unit = ""
-    for target in targets:
-        found = getattr(target, triad)
-        if found is None:
-            continue
-        checks = {check.parameter: check for check in target.checks}
-        for parameter in groups_of(found).get(kind, []):
-            unit = parameter.unit
-            if parameter.observable:
-                value = shown_value(parameter, parameter.value)
-                check = checks.get(f"{triad} {parameter.name}")
-                by_name.setdefault(parameter.name, []).append((target.name, value, check))
-    largest = max((abs(value) for rows in by_name.values() for _, value, _ in rows), default=0.0)
-    scale = readable_scale(unit, largest)
-    strips = tuple(_strip(name, rows, scale.factor) for name, rows in by_name.items())
-    return StripGroup(triad, group_title(kind), scale.unit, strips)
-
-
-def _strip(name: str, rows: Sequence[tuple[str, float, LimitCheck | None]], factor: float) -> Strip:
-    limits = [check.limit for _, _, check in rows if check is not None]
-    return Strip(
-        name=name,
-        values=factor * np.array([value for _, value, _ in rows]),
-        names=tuple(target for target, _, _ in rows),
-        outside=np.array([check is not None and not check.passed for _, _, check in rows], dtype=float),
-        limit=factor * min(limits) if limits else None,
-    )
 
 
 def _visible_limits(limits: Sequence[float], values: Sequence[FloatArray]) -> list[float]:
@@ -177,7 +214,9 @@ def _draw_targets(axes: Axes, values: FloatArray, row: int, colour: str, *, few:
     if few:
         axes.points(values, np.full_like(values, row), colour, "o", 4.5, edge=0.0, opacity=0.8)
     else:
-        _upright(axes, values, row, 0.2, colour, 0.5)
+        low, high = axes.get_xlim()
+        step = (high - low) / _FINEST
+        _upright(axes, np.unique(np.round(values / step)) * step, row, 0.2, colour, 0.5)
 
 
 def _upright(axes: Axes, places: FloatArray, row: int, half: float, colour: str, width: float) -> None:

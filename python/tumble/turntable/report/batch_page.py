@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from markupsafe import Markup
@@ -14,12 +14,18 @@ from tumble.report.numbers import MINUS, measurement, readable_scale, significan
 from tumble.report.page import Picture
 from tumble.report.rests import RestRow, rest_rows
 from tumble.report.text import VERDICT_TITLES, count_of, temperature_sentence
-from tumble.results import TriadResult
+from tumble.turntable.record import TargetRecord
 from tumble.turntable.report import text
-from tumble.turntable.report.batch_figures import distribution_figure, improvement_figure, strip_groups
-from tumble.turntable.report.improvement import improvement
+from tumble.turntable.report.batch_figures import (
+    StripGathering,
+    StripGroup,
+    best_first,
+    distribution_figure,
+    improvement_figure,
+)
+from tumble.turntable.report.improvement import Improvement
 from tumble.turntable.report.target_page import PoseRow, method, pose_rows, recording_caption
-from tumble.turntable.result import ReferenceResult, TargetResult, TurntableResult
+from tumble.turntable.result import GOOD, ReferenceResult, TurntableResult
 
 _SEVERITY = {"not calibrated": 0, "model not met": 1, "fail": 2, "calibrated": 3, "pass": 4}
 
@@ -37,6 +43,8 @@ class TargetRow:
     error: str
     fits: tuple[str, str]
     remarks: str
+    date: str
+    attempt: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,71 +75,78 @@ class BatchPage:
     method: tuple[tuple[str, str], ...]
 
 
-def batch_page(result: TurntableResult, pages: Sequence[str]) -> BatchPage:
-    """Gather the batch page; `pages` are the file names of the targets' own."""
-    rows = [_target_row(result, target, page) for target, page in zip(result.targets, pages, strict=True)]
-    order = sorted(range(len(rows)), key=lambda index: _urgency(result.targets[index]))
+def batch_page(batch: TurntableResult, records: Iterable[TargetRecord]) -> BatchPage:
+    """Gather the page of all targets on record; `batch` is what those of the last run share.
+
+    Records are taken one by one and not kept, so that there may be any number.
+    """
+    urgencies: list[tuple[int, float]] = []
+    rows: list[TargetRow] = []
+    pairs: list[tuple[str, Improvement]] = []
+    strips = StripGathering()
+    limited = False
+    for record in records:
+        rows.append(_target_row(record))
+        urgencies.append(_urgency(record))
+        gain = _improvement(record)
+        pairs += [] if gain is None else [(record.target, gain)]
+        strips.add(record)
+        limited = limited or bool(record.checks)
+    order = sorted(range(len(rows)), key=urgencies.__getitem__)
     verdicts = [row.verdict for row in rows]
     return BatchPage(
-        title=f"Turntable calibration of {count_of('target', len(result.targets))}",
+        title=f"Turntable calibration of {count_of('target', len(rows))}",
         verdicts=tuple(
             (verdict, verdicts.count(verdict)) for verdict in VERDICT_TITLES if verdict in verdicts
         ),
-        warnings=result.warnings,
-        reference=_reference_lines(result.reference),
+        warnings=batch.warnings,
+        reference=_reference_lines(batch.reference),
         targets=tuple(rows[index] for index in order),
-        failures=tuple(rows[index] for index in order if rows[index].verdict not in ("pass", "calibrated")),
-        limited=any(target.checks for target in result.targets),
-        improvement=improvement_figure(result, "gain"),
-        distributions=_distributions(result.targets),
-        poses=pose_rows(result.poses),
-        mounting_reason=result.reference.mounting_reason,
-        recording=_recording(result.reference),
-        rests=rest_rows(result.reference.rests),
-        method=method(result, None),
+        failures=tuple(rows[index] for index in order if rows[index].verdict not in GOOD),
+        limited=limited,
+        improvement=improvement_figure(best_first(pairs), "gain"),
+        distributions=_distributions(strips.groups()),
+        poses=pose_rows(batch.poses),
+        mounting_reason=batch.reference.mounting_reason,
+        recording=_recording(batch.reference),
+        rests=rest_rows(batch.reference.rests),
+        method=method(batch, None),
     )
 
 
-def _target_row(result: TurntableResult, target: TargetResult, page: str) -> TargetRow:
-    gain = improvement(target, result.gravity)
+def _target_row(record: TargetRecord) -> TargetRow:
+    gain = _improvement(record)
     return TargetRow(
-        name=target.name,
-        serial=target.serial,
-        page=page,
-        verdict=target.verdict,
-        sentence=text.verdict_sentence(target),
-        worst=_closest(target),
+        name=record.target,
+        serial=record.serial,
+        page=f"{record.stem}.html" if record.page else "",
+        verdict=record.verdict,
+        sentence=record.sentence,
+        worst=_closest(record),
         error=gain.text() if gain else "not known",
-        fits=(_fit(target.accelerometer), _fit(target.gyroscope)),
-        remarks=_remarks(target),
+        fits=record.fits,
+        remarks=record.remarks,
+        date=record.date,
+        attempt=record.attempt,
     )
 
 
-def _closest(target: TargetResult) -> str:
-    check = text.worst(target.checks)
+def _improvement(record: TargetRecord) -> Improvement | None:
+    known = record.before is not None and record.after is not None
+    return Improvement(record.before or 0.0, record.after or 0.0) if known else None
+
+
+def _closest(record: TargetRecord) -> str:
+    check = text.worst(record.checks)
     if check is None:
-        return "not calibrated" if target.failure else "no limits given"
+        return "no limits given" if record.parameters else "not calibrated"
     return f"{check.parameter}, {text.used_share(check)} of its limit"
 
 
-def _remarks(target: TargetResult) -> str:
-    hidden = "not all observable" if text.unobserved_sentences(target) else ""
-    warned = count_of("warning", len(target.warnings)) if target.warnings else ""
-    return ", ".join(filter(None, (hidden, warned)))
-
-
-def _urgency(target: TargetResult) -> tuple[int, float]:
+def _urgency(record: TargetRecord) -> tuple[int, float]:
     """Worst first: by verdict, then by the share of the limit that is used."""
-    check = text.worst(target.checks)
-    return _SEVERITY[target.verdict], -text.limit_share(check) if check else math.inf
-
-
-def _fit(triad: TriadResult | None) -> str:
-    if triad is None:
-        return "none"
-    if triad.degrees_of_freedom <= 0 or not math.isfinite(triad.chi_square):
-        return "cannot be tested"
-    return significant(triad.chi_square / triad.degrees_of_freedom, 2)
+    check = text.worst(record.checks)
+    return _SEVERITY[record.verdict], -text.limit_share(check) if check else math.inf
 
 
 def _reference_lines(reference: ReferenceResult) -> tuple[tuple[str, str], ...]:
@@ -156,8 +171,7 @@ def _vector(values: FloatArray, sigma: FloatArray, unit: str) -> str:
     return ", ".join(parts)
 
 
-def _distributions(targets: Sequence[TargetResult]) -> tuple[DistributionSection, ...]:
-    groups = strip_groups(targets)
+def _distributions(groups: Sequence[StripGroup]) -> tuple[DistributionSection, ...]:
     found = {group.triad: None for group in groups}
     return tuple(
         DistributionSection(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from itertools import chain, count
@@ -12,7 +12,9 @@ from pathlib import Path
 from tumble.file_names import TAKEN, TURNTABLE_PAGE, file_stem
 from tumble.files import PAGE, prepare_folder, write_text
 from tumble.report.page import environment
+from tumble.turntable.record import TargetRecord
 from tumble.turntable.report.batch_page import batch_page
+from tumble.turntable.report.records import record_of
 from tumble.turntable.report.target_page import target_page
 from tumble.turntable.result import TargetResult, TurntableResult
 
@@ -39,7 +41,7 @@ def write_reports(result: TurntableResult, directory: Path | str, *, jobs: int =
     else:
         _write_all(paths, map(_draw, tasks))
     batch = directory / TURNTABLE_PAGE
-    write_text(batch, render_batch(result, names), PAGE)
+    write_text(batch, render_batch(result, records_of(result)), PAGE)
     return [batch, *paths]
 
 
@@ -53,10 +55,16 @@ def render_target(result: TurntableResult, target: TargetResult) -> str:
     )
 
 
-def render_batch(result: TurntableResult, names: Sequence[str]) -> str:
-    """Render the page of the batch as HTML, with links to the targets' pages of those file names."""
-    page = batch_page(result, names)
+def render_batch(batch: TurntableResult, records: Iterable[TargetRecord]) -> str:
+    """Render the page of all targets on record as HTML; `batch` is what those of the last run share."""
+    page = batch_page(batch, records)
     return environment("tumble.turntable.report").get_template("batch.html.j2").render(page=page)
+
+
+def records_of(result: TurntableResult) -> Iterator[TargetRecord]:
+    """Give the records of targets in memory, all with pages of their own."""
+    for target, page in zip(result.targets, page_names(result.targets), strict=True):
+        yield record_of(result, target, page.removesuffix(".html"))
 
 
 def page_names(targets: Sequence[TargetResult]) -> list[str]:

@@ -168,9 +168,22 @@ def method(result: TurntableResult, target: TargetResult | None) -> tuple[tuple[
             ("Target", " · ".join(filter(None, (target.name, target.serial, target.source)))),
             ("Temperature of the target", temperature_sentence(target.temperature)),
             ("Samples missing in the log of the target", str(target.missing_samples)),
+            *_origin(target),
         ]
     lines += [(f"Option {name}", _option(value)) for name, value in result.options.items()]
     return (*lines, ("Software", result.software or "not stated"))
+
+
+def _origin(target: TargetResult) -> list[tuple[str, str]]:
+    made, log = target.provenance, target.log
+    lines = [
+        ("Date", made.date.replace("T", " ").replace("Z", " UTC")),
+        ("Operator", made.operator),
+        ("Station", made.station),
+        ("Duration of the log", f"{log.duration:.1f} s" if log.duration else ""),
+        ("SHA-256 of the log", log.sha256),
+    ]
+    return [(name, value) for name, value in lines if value]
 
 
 def recording_caption(rests: Sequence[Rest]) -> str:

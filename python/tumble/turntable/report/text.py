@@ -26,7 +26,7 @@ def verdict_sentence(target: TargetResult) -> str:
     """Say why the verdict is what it is."""
     match target.verdict:
         case "not calibrated":
-            return target.failure
+            return target.failure_reason or target.failure
         case "model not met":
             return "The " + misfit_sentence(target) + "."
         case "calibrated":
@@ -35,6 +35,13 @@ def verdict_sentence(target: TargetResult) -> str:
             return f"{_kept(len(target.checks))} The closest is {closest_sentence(target.checks)}."
         case _:
             return _exceeded(target.checks)
+
+
+def reason(target: TargetResult) -> str:
+    """Why a target failed or has no calibration; empty where neither is so."""
+    broken = "; ".join(check_sentence(check) for check in target.checks if not check.passed)
+    objections = "; ".join(filter(None, (misfit_sentence(target), broken)))
+    return target.failure_reason or target.failure or objections
 
 
 def misfit_sentence(target: TargetResult) -> str:

@@ -1,0 +1,66 @@
+"""Where a result comes from: when, by whom, at which station, and from which bytes."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import time
+from dataclasses import dataclass
+from datetime import datetime, timezone
+from pathlib import Path
+
+from tumble.errors import TumbleError
+
+_EPOCH = "SOURCE_DATE_EPOCH"
+_BLOCK = 1 << 20
+
+
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """When and by whom a calibration was made; what is not known is empty."""
+
+    date: str = ""
+    """UTC, ISO 8601: `2026-11-22T06:20:00Z`."""
+    operator: str = ""
+    station: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class LogFacts:
+    """The log that a result was found from."""
+
+    sha256: str = ""
+    """Of its bytes, in hexadecimal; empty for arrays in memory."""
+    duration: float = 0.0
+    """s, from the first sample to the last; of several files their sum."""
+
+
+UNKNOWN = Provenance()
+NO_LOG = LogFacts()
+
+
+def date_now() -> str:
+    """Give the time of a run, to the second, or that of `SOURCE_DATE_EPOCH`, in seconds since 1970.
+
+    Source: https://reproducible-builds.org/specs/source-date-epoch/. Raises `TumbleError` where it is no
+    number of seconds.
+    """
+    stated = os.environ.get(_EPOCH)
+    try:
+        moment = datetime.fromtimestamp(time.time() if stated is None else int(stated), timezone.utc)
+    except (ValueError, OverflowError, OSError):
+        raise TumbleError(f"{_EPOCH}={stated}: give whole seconds since 1970, or unset it") from None
+    return moment.strftime("%Y-%m-%dT%H:%M:%SZ")
+
+
+def sha256_of(path: Path) -> str:
+    """Digest of a file, in hexadecimal; of a folder that of the names and digests of its files."""
+    if path.is_dir():
+        files = sorted(each for each in path.rglob("*") if each.is_file())
+        lines = [f"{sha256_of(each)}  {each.relative_to(path).as_posix()}\n" for each in files]
+        return hashlib.sha256("".join(lines).encode()).hexdigest()
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        while block := file.read(_BLOCK):
+            digest.update(block)
+    return digest.hexdigest()

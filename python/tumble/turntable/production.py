@@ -1,0 +1,323 @@
+"""A batch from logs to files: targets are read, calibrated and written one after another.
+
+Logs are read in threads and pages drawn in processes, some targets ahead of the one that is written, so that
+memory does not grow with the batch, and what is done stays done however the run ends.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from itertools import chain, islice
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any, Literal, TypeVar
+
+from tumble.calibration.document import KIND, Calibration
+from tumble.errors import ProcedureError, TumbleError
+from tumble.files import PAGE, write_text
+from tumble.logs import parse_spec
+from tumble.logs.options import ReadOptions
+from tumble.plain import finite
+from tumble.provenance import Provenance
+from tumble.turntable.batch import CALIBRATION_ENDING, PAGE_ENDING, Batch
+from tumble.turntable.poses import PoseList
+from tumble.turntable.procedure import (
+    Session,
+    UnitRead,
+    log_digest,
+    refuse_if_all_failed,
+    serial_of,
+    with_serial,
+)
+from tumble.turntable.record import TargetRecord
+from tumble.turntable.report.pages import render_target
+from tumble.turntable.report.records import record_of
+from tumble.turntable.result import GOOD, TargetResult, TurntableResult
+from tumble.turntable.targets import Target
+
+Pages = Literal["all", "failed", "none"]
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+MOST_PAGES = 50
+"""Targets up to which each has a page if nothing is stated; of more, those that failed."""
+FIRST = 50
+"""Targets that are read before anything is written: if one of them is the true reference, nothing is."""
+AHEAD = 4
+"""Targets a worker is ahead of what is written."""
+FEWEST_FOR_PROCESSES = 60
+"""Targets below which one process is done before others have started."""
+
+
+@dataclass(frozen=True, slots=True)
+class Production:
+    """What all targets of a run share."""
+
+    session: Session
+    batch: Batch
+    pages: Pages
+    options: Callable[[str], ReadOptions | None]
+    """How to read a log."""
+    key: str
+    """Of what all targets of the run share."""
+    jobs: int
+    resume: bool
+    serials: dict[str, str] = field(default_factory=dict)
+    """Targets of this run by serial."""
+
+    def run(self, targets: Sequence[Target]) -> Iterator[Made]:
+        """Calibrate and write one target after the other, in their order.
+
+        Raises `TumbleError` where nothing can be done, or one of the first targets must be the reference, and
+        nothing is written then; `OutputError` where a file cannot be written.
+        """
+        workers = min(self.jobs, len(targets) // FEWEST_FOR_PROCESSES + 1)
+        with ThreadPoolExecutor(self.jobs) as readers, _printers(workers, self.session.batch) as printers:
+            read = ahead(readers, self._read, targets, AHEAD * self.jobs)
+            calibrated = self._after_the_first_of_use(map(self._calibrate, self._none_swapped(read)))
+            for printed in ahead(printers, _print, map(self._order, calibrated), AHEAD * workers):
+                yield self._written(printed)
+
+    def _read(self, target: Target) -> ReadTarget:
+        read = self.options(target.source)
+        try:
+            key = self._key(target, read)
+        except (OSError, TumbleError):
+            key = ""
+        if self.resume and key and self.batch.is_done(target.name, key, page=self.pages == "all"):
+            return ReadTarget(target, key, None)
+        return ReadTarget(target, key, self.session.acquire(target.source, read))
+
+    def _key(self, target: Target, read: ReadOptions | None) -> str:
+        imu = parse_spec(target.source).imu
+        return digest_of([self.key, log_digest(target.source), imu, target.name, target.serial, read])
+
+    def _none_swapped(self, read: Iterator[ReadTarget]) -> Iterator[ReadTarget]:
+        first = list(islice(read, FIRST))
+        for found in first:
+            if found.unit is not None and (why := self.session.why_swapped(found.unit)):
+                raise ProcedureError(why)
+        yield from first
+        for found in read:
+            why = self.session.why_swapped(found.unit) if found.unit is not None else ""
+            yield replace(found, unit=ProcedureError(why)) if why else found
+
+    def _calibrate(self, found: ReadTarget) -> Calibrated:
+        target, unit = found.target, found.unit
+        if unit is None:
+            return Calibrated(found, None)
+        made = self.session.provenance
+        provenance = Provenance(made.date, target.operator or made.operator, target.station or made.station)
+        known = unit if isinstance(unit, TumbleError) else self._identified(target, unit)
+        return Calibrated(found, self.session.calibrate(target.name, known, provenance))
+
+    def _identified(self, target: Target, unit: UnitRead) -> UnitRead:
+        """Give a unit its serial; an error where that of another target is the same.
+
+        Raises `ProcedureError` where the folder holds another unit of that name.
+        """
+        serial = target.serial or serial_of(unit)
+        if other := self.batch.namesake(target.name, serial):
+            raise ProcedureError(
+                f"{self.batch.folder} holds results of serial {other} under the name {target.name}, and this "
+                f"log states {serial}; choose another folder, or name targets by --name-by serial"
+            )
+        bearer = self.batch.bearer(serial) or self.serials.setdefault(serial, target.name)
+        if serial and bearer != target.name:
+            return ProcedureError(
+                f"states serial {serial}, which is that of {bearer} in this batch; correct one of them, or "
+                "name targets by --name-by serial",
+                about=target.name,
+            )
+        return with_serial(unit, serial)
+
+    def _after_the_first_of_use(self, results: Iterator[Calibrated]) -> Iterator[Calibrated]:
+        """Hold back failures until a target was calibrated, or has results here that hold no longer."""
+        failed: list[Calibrated] = []
+        for each in results:
+            if each.result is None or not each.result.failure or each.result.name in self.batch.last:
+                yield from chain(failed, [each])
+                break
+            failed.append(each)
+        else:
+            refuse_if_all_failed([each.result for each in failed if each.result])
+        yield from results
+
+    def _order(self, each: Calibrated) -> PrintOrder:
+        target, result = each.read.target, each.result
+        if result is None:
+            return PrintOrder(None, TargetRecord.line(self.batch.record(target.name)), False, {})
+        wanted = self.pages == "all" or (self.pages == "failed" and result.verdict not in GOOD)
+        return PrintOrder(result, each.read.key, wanted, target.columns)
+
+    def _written(self, printed: Printed) -> Made:
+        record, batch = printed.record, self.batch
+        if not printed.fresh:
+            return Made(record, None, False, ())
+        stem = batch.stem(record.target)
+        attempt = batch.attempt(record.target)
+        record = replace(record, stem=stem, attempt=attempt)
+        moved = batch.set_aside(
+            record.target, stem, calibration=bool(printed.calibration), page=bool(printed.page)
+        )
+        if printed.calibration:
+            write_text(batch.folder / f"{stem}{CALIBRATION_ENDING}", printed.calibration, KIND)
+        if printed.page:
+            write_text(batch.folder / f"{stem}{PAGE_ENDING}", printed.page, PAGE)
+        batch.add(record)
+        return Made(record, printed.content, True, tuple(moved))
+
+
+@dataclass(frozen=True, slots=True)
+class ReadTarget:
+    """A target with what was read of it: None if it is done already, the error if it could not be read."""
+
+    target: Target
+    key: str
+    unit: UnitRead | None
+
+
+@dataclass(frozen=True, slots=True)
+class Calibrated:
+    """A target with its result; None if it is done already."""
+
+    read: ReadTarget
+    result: TargetResult | None
+
+
+@dataclass(frozen=True, slots=True)
+class PrintOrder:
+    """What is needed to print the files of a target."""
+
+    result: TargetResult | None
+    """None if it is done already."""
+    key: str
+    """Or the line on record if it is done already."""
+    page: bool
+    columns: dict[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class Printed:
+    """The files of a target as text, empty where it has none, and its record."""
+
+    record: TargetRecord
+    fresh: bool
+    calibration: str = ""
+    content: dict[str, Any] | None = None
+    """Of the calibration."""
+    page: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """A target of a run as it stands in the batch now."""
+
+    record: TargetRecord
+    calibration: dict[str, Any] | None
+    """Content of its calibration file, where this run made one."""
+    fresh: bool
+    """False where it was done and unchanged."""
+    moved: tuple[Path, ...]
+    """Where files of an earlier attempt went that this one did not replace."""
+
+
+def key_of_run(
+    session: Session, poses: PoseList | None, read: ReadOptions | None, latitude: float | None
+) -> str:
+    """Give one digest of all that every result of a run follows from, besides the target's own log."""
+    batch = session.batch
+    listed = [[pose.name, pose.up, pose.file] for pose in poses] if poses else None
+    return digest_of(
+        [
+            batch.software,
+            batch.truth,
+            batch.gravity,
+            latitude,
+            batch.options,
+            batch.limits,
+            batch.reference.log.sha256,
+            batch.reference.calibration_hash,
+            listed,
+            read,
+        ]
+    )
+
+
+def digest_of(content: object) -> str:
+    """SHA-256 of plain data, in hexadecimal."""
+    return hashlib.sha256(json.dumps(finite(content), sort_keys=True).encode()).hexdigest()
+
+
+def ahead(
+    pool: Executor, function: Callable[[Item], Result], items: Iterable[Item], most: int
+) -> Iterator[Result]:
+    """Apply a function in a pool, in order, at most so many items ahead of the one that is asked for."""
+    waiting: deque[Future[Result]] = deque()
+    source = iter(items)
+    try:
+        while True:
+            waiting.extend(pool.submit(function, item) for item in islice(source, most - len(waiting)))
+            if not waiting:
+                return
+            yield waiting.popleft().result()
+    finally:
+        for each in waiting:
+            each.cancel()
+
+
+class _Here(Executor):
+    """Does at once, in this process, what it is asked for."""
+
+    def submit(self, function: Callable[..., Result], /, *arguments: Any, **named: Any) -> Future[Result]:  # noqa: ANN401
+        done: Future[Result] = Future()
+        done.set_result(function(*arguments, **named))
+        return done
+
+
+_batch: TurntableResult | None = None
+"""What all targets share that this process prints."""
+
+
+@contextmanager
+def _printers(workers: int, batch: TurntableResult) -> Iterator[Executor]:
+    if workers == 1:
+        _share(batch)
+        yield _Here()
+        return
+    context = get_context("spawn")
+    with ProcessPoolExecutor(workers, mp_context=context, initializer=_share, initargs=(batch,)) as pool:
+        yield pool
+
+
+def _share(batch: TurntableResult) -> None:
+    global _batch
+    _batch = batch
+
+
+def _print(order: PrintOrder) -> Printed:
+    if order.result is None:
+        return Printed(TargetRecord.from_line(order.key), fresh=False)
+    assert _batch is not None
+    target = order.result
+    calibration = None if target.failure else Calibration.from_target(target, _batch)
+    text = calibration.text() if calibration else ""
+    page = render_target(_batch, target) if order.page else ""
+    record = record_of(
+        _batch,
+        target,
+        "",
+        key=order.key,
+        calibration_sha256=hashlib.sha256(text.encode("utf-8", "backslashreplace")).hexdigest()
+        if text
+        else "",
+        page=order.page,
+        columns=order.columns,
+    )
+    return Printed(record, True, text, calibration.content() if calibration else None, page)
