@@ -13,7 +13,7 @@ from tumble.calibration.document import Calibration
 from tumble.errors import OutputError
 from tumble.logs import open_recording
 from tumble.recording import Chunk, Recording
-from turntable_sessions import typed
+from turntable_sessions import one_line, typed
 
 M_ACCELEROMETER = np.array([[1.01, 0.002, -0.003], [0.001, 0.99, 0.004], [-0.002, 0.003, 1.005]])
 M_GYROSCOPE = np.array([[0.98, -0.001, 0.002], [0.003, 1.02, 0.001], [0.002, -0.002, 1.01]])
@@ -56,24 +56,43 @@ def test_a_corrected_log_holds_the_truth_in_any_format(tmp_path, source, target)
     assert np.array_equal(found.temperature, truth.temperature)
 
 
-def test_a_corrected_log_says_so_and_a_second_correction_is_warned_of(tmp_path):
-    log = write(tmp_path / "log.csv", measured(made_up(3000)))
-    first = apply(calibration(), open_recording(log), tmp_path / "once.csv")
-    second = apply(calibration(), open_recording(tmp_path / "once.csv"), tmp_path / "twice.csv")
-    assert first.warnings == ()
-    assert second.warnings == ("the log was already corrected; it is now corrected twice",)
-    assert open_recording(tmp_path / "once.csv").metadata.serial == "SN 1"
+@pytest.mark.parametrize("kind", ["csv", "parquet", "mcap"])
+def test_a_corrected_log_says_so_and_is_not_corrected_again_unless_forced(tmp_path, kind):
+    calibration().save(tmp_path / "unit.yaml")
+    log = write(tmp_path / "log.csv", measured(made_up(300)), serial="SN 1")
+    once, twice = tmp_path / f"once.{kind}", tmp_path / f"twice.{kind}"
+    assert tumble("apply", tmp_path / "unit.yaml", log, "-o", once).err == ""
+    assert open_recording(once).metadata.serial == "SN 1"
+    said = tumble("apply", tmp_path / "unit.yaml", once, "-o", twice, code=2)
+    line = one_line(said.err)
+    assert line.startswith(str(once))
+    assert "was corrected already" in line
+    assert not twice.exists()
+    said = tumble("apply", tmp_path / "unit.yaml", once, "-o", twice, "--force")
+    assert said.err == "tumble: warning: the log was corrected already\n"
+    assert twice.exists()
 
 
-def test_a_calibration_of_another_unit_is_warned_of(tmp_path):
-    log = write(tmp_path / "log.csv", measured(made_up(3000)), serial="SN 2")
-    warnings = apply(calibration(), open_recording(log), tmp_path / "out.csv").warnings
-    assert warnings == ("the log is of unit SN 2, the calibration of unit SN 1",)
+def test_a_log_of_another_unit_is_not_corrected_unless_forced(tmp_path):
+    calibration().save(tmp_path / "unit.yaml")
+    log = write(tmp_path / "log.csv", measured(made_up(300)), serial="SN 2")
+    words = ("apply", tmp_path / "unit.yaml", log, "-o", tmp_path / "out.csv")
+    assert "is of unit SN 2, the calibration of unit SN 1" in one_line(tumble(*words, code=2).err)
+    assert not (tmp_path / "out.csv").exists()
+    assert "is of unit SN 2" in tumble(*words, "--force").err
+    assert tumble(*words, "--serial", "SN 1").err.startswith("tumble: replaced")
+
+
+def test_that_nobody_knows_the_unit_of_a_log_is_warned_of(tmp_path):
+    log = write(tmp_path / "log.csv", measured(made_up(300)))
+    (warning,) = apply(calibration(), open_recording(log), tmp_path / "out.csv").warnings
+    assert warning.endswith("is not known: the log has no serial number")
+    assert apply(calibration(name="log"), open_recording(log), tmp_path / "out.csv").warnings == ()
 
 
 def test_a_triad_without_calibration_stays_as_measured_and_is_warned_of(tmp_path):
     truth = made_up(3000)
-    log = write(tmp_path / "log.parquet", measured(truth))
+    log = write(tmp_path / "log.parquet", measured(truth), serial="SN 1")
     warnings = apply(calibration(gyroscope=None), open_recording(log), tmp_path / "out.parquet").warnings
     assert warnings == ("the calibration has no gyroscope section; the gyroscope is left as measured",)
     assert np.array_equal(read(tmp_path / "out.parquet").gyroscope, measured(truth).gyroscope)
@@ -82,7 +101,8 @@ def test_a_triad_without_calibration_stays_as_measured_and_is_warned_of(tmp_path
 def test_what_is_left_out_of_the_log_is_warned_of(tmp_path):
     chunk = measured(made_up(3000))
     chunk.accelerometer[7, 1] = np.nan
-    applied = apply(calibration(), open_recording(write(tmp_path / "log.csv", chunk)), tmp_path / "out.csv")
+    log = write(tmp_path / "log.csv", chunk, serial="SN 1")
+    applied = apply(calibration(), open_recording(log), tmp_path / "out.csv")
     assert applied.samples == 2999
     assert applied.warnings == ("left out 1 samples without a number (ay 1)",)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tumble.cli.output import OutputFolder, folder_for
-from tumble.cli.read_options import read_options_for, with_read_options
+from tumble.cli.read_options import ExceptionsOption, read_options_for, with_read_options
 from tumble.cli.screen import print_json, print_summary
 from tumble.logs.options import ReadOptions
 
@@ -37,10 +37,7 @@ def align_command(
         float,
         typer.Option(metavar="SECONDS", min=0.0, help="Largest offset between the clocks of two units."),
     ] = 5.0,
-    exceptions: Annotated[
-        list[str] | None,
-        typer.Option("--for", metavar="NAME:OPTION=VALUE", help="An option for one unit only; repeatable."),
-    ] = None,
+    exceptions: ExceptionsOption = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the result as JSON instead of a table.")
     ] = False,

@@ -35,6 +35,12 @@ def apply_command(
         str | None,
         typer.Option("--format", metavar="csv|parquet|mcap", help="Format, if not that of OUT's name."),
     ] = None,
+    force: Annotated[
+        bool,
+        typer.Option(
+            "--force", help="Correct a log of another unit, or one that was corrected already, all the same."
+        ),
+    ] = False,
 ) -> None:
     """Correct a log with a calibration.
 
@@ -42,7 +48,8 @@ def apply_command(
 
     Writes time in s, specific force in m/s^2 and angular rate in rad/s, freed of the calibrated errors.
 
-    Logs of any length are read and written piece by piece.
+    Logs of any length are read and written piece by piece. A log of another unit, by its serial number, or
+    one that was corrected already is refused.
     """
     from tumble.apply.procedure import apply
     from tumble.calibration.document import Calibration
@@ -57,6 +64,7 @@ def apply_command(
             recording,
             output or file_named_after(recording.name, format_name or recording.metadata.format),
             format_name=format_name,
+            force=force,
             progress=advance,
         )
     for warning in applied.warnings:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tumble.calibration.document import Calibration
+from tumble.errors import ProcedureError
 from tumble.logs import ChunkStream, Facts, ReadOptions, open_recording, open_writer, parse_spec
 from tumble.recording import Recording, RecordingSource, SampleProgress
 
@@ -34,20 +35,28 @@ def apply(
     *,
     format_name: str | None = None,
     read: ReadOptions | None = None,
+    force: bool = False,
     progress: SampleProgress | None = None,
 ) -> Applied:
     """Write a recording, corrected, to `output`, in SI units; memory does not grow with its length.
 
     `read` says how to read a log. `format_name` is `csv`, `parquet` or `mcap`, else the extension of `output`
-    decides. `progress` is told samples done, and samples expected where they are known beforehand.
+    decides. `progress` is told samples done, and samples expected where they are known beforehand. `force`
+    turns it into a warning that the calibration is of another unit, or that the log was corrected before.
 
-    Raises `LogError` where the recording cannot be read to its end, `OutputError` where `output` cannot be
-    written; what was there before is then untouched.
+    Raises `ProcedureError` for either of these, `LogError` where the recording cannot be read to its end,
+    `OutputError` where `output` cannot be written; what was there before is then untouched.
     """
     output = Path(output)
     calibration = Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
     recording = open_recording(recording, read)
     metadata = recording.metadata
+    misuses = tuple(_misuses(calibration, recording))
+    if misuses and not force:
+        raise ProcedureError(
+            f"{misuses[0]}; give the log as recorded and the calibration of its unit, or --force",
+            about=metadata.source,
+        )
     facts = Facts(metadata.frame, metadata.serial or calibration.serial, f"sha256:{calibration.hash()}")
     samples = 0
     stream = recording.chunks()
@@ -60,7 +69,9 @@ def apply(
             if progress is not None:
                 progress(samples, expected)
     left_out = stream.counts.notices() if isinstance(stream, ChunkStream) else ()
-    return Applied(output, samples, (*_warnings(calibration, recording), *left_out))
+    return Applied(
+        output, samples, (*map("the log {}".format, misuses), *_warnings(calibration, recording), *left_out)
+    )
 
 
 def _files_of(recording: Recording) -> Sequence[Path]:
@@ -68,6 +79,15 @@ def _files_of(recording: Recording) -> Sequence[Path]:
         return ()
     source = parse_spec(recording.metadata.source).path
     return (source, *source.glob("*"))
+
+
+def _misuses(calibration: Calibration, recording: Recording) -> Iterator[str]:
+    """Say what would make the corrected log worse than the log."""
+    metadata = recording.metadata
+    if metadata.already_corrected:
+        yield "was corrected already"
+    if calibration.serial and metadata.serial and calibration.serial != metadata.serial:
+        yield f"is of unit {metadata.serial}, the calibration of unit {calibration.serial}"
 
 
 def _is_spin(calibration: Calibration) -> bool:
@@ -78,10 +98,12 @@ def _is_spin(calibration: Calibration) -> bool:
 def _warnings(calibration: Calibration, recording: Recording) -> tuple[str, ...]:
     metadata = recording.metadata
     warnings = []
-    if metadata.already_corrected:
-        warnings.append("the log was already corrected; it is now corrected twice")
-    if calibration.serial and metadata.serial and calibration.serial != metadata.serial:
-        warnings.append(f"the log is of unit {metadata.serial}, the calibration of unit {calibration.serial}")
+    if calibration.name != metadata.name and not (calibration.serial and metadata.serial):
+        silent = "log" if calibration.serial else "calibration"
+        warnings.append(
+            f"whether the log {metadata.name} is of the unit of the calibration, {calibration.name}, is not "
+            f"known: the {silent} has no serial number"
+        )
     for name, triad in (("accelerometer", calibration.accelerometer), ("gyroscope", calibration.gyroscope)):
         if triad is None:
             warnings.append(f"the calibration has no {name} section; the {name} is left as measured")

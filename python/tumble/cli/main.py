@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
+from tumble.cli.abbreviations import AbbreviatingCommand
 from tumble.errors import TumbleError
 from tumble.files import files_of_command
 
@@ -86,7 +87,8 @@ def command_line(words: Sequence[str]) -> typer.Typer:
         if isinstance(found, typer.Typer):
             app.add_typer(found, name=name, help=entry.summary)
         else:
-            app.command(name, help=entry.summary if found is _listed_only else None)(found)
+            help_text = entry.summary if found is _listed_only else None
+            app.command(name, cls=AbbreviatingCommand, help=help_text)(found)
     return app
 
 

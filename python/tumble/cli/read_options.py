@@ -6,7 +6,7 @@ import functools
 import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated, Any, TypeAlias, get_type_hints
 
 import typer
 
@@ -14,7 +14,7 @@ from tumble.errors import LogError
 from tumble.logs.options import AxisValues, ReadOptions
 from tumble.logs.spec import parse_spec
 
-_PANEL = "What the log does not state"
+_PANEL = "Reading options: what the log does not state"
 
 
 def _option(metavar: str, text: str) -> Any:  # noqa: ANN401 - the type of what typer gives is its own affair
@@ -88,6 +88,18 @@ _OPTIONS: dict[str, tuple[Any, Any]] = {
     "serial": (Annotated[str, _option("TEXT", "Serial number of the unit.")], ""),
 }
 """Type and default of each option, by the field of `ReadOptions` it fills."""
+
+
+ExceptionsOption: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--for",
+        metavar="NAME:OPTION=VALUE",
+        help="An option for one log or unit only, such as target_2:gyroscope-unit=deg/s; repeatable.",
+        rich_help_panel=_PANEL,
+        show_default=False,
+    ),
+]
 
 
 def with_read_options(command: Callable[..., None]) -> Callable[..., None]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tumble.cli.output import OutputFolder, folder_for
-from tumble.cli.read_options import read_options_for, with_read_options
+from tumble.cli.read_options import ExceptionsOption, read_options_for, with_read_options
 from tumble.errors import ProcedureError
 from tumble.logs.options import ReadOptions
 
@@ -90,14 +90,7 @@ def redundancy_command(
             "--allow-missing", help="Replay a unit whose log cannot be read as one that sends nothing."
         ),
     ] = False,
-    exceptions: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--for",
-            metavar="UNIT:OPTION=VALUE",
-            help="Reading option for one unit only, such as imu2:gyroscope-unit=deg/s; repeatable.",
-        ),
-    ] = None,
+    exceptions: ExceptionsOption = None,
     explain: Annotated[
         bool,
         typer.Option("--explain", help="Print every setting with meaning, unit and default; no log needed."),

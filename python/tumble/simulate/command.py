@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import typer
 
+from tumble.cli.abbreviations import AbbreviatingCommand
 from tumble.simulate.flight.command import flight_command
 from tumble.simulate.spin.command import spin_command
 from tumble.simulate.turntable.command import turntable_command
@@ -16,6 +17,6 @@ def _simulate() -> None:
     """Make recordings whose truth is known."""
 
 
-simulate_app.command("turntable")(turntable_command)
-simulate_app.command("flight")(flight_command)
-simulate_app.command("spin")(spin_command)
+simulate_app.command("turntable", cls=AbbreviatingCommand)(turntable_command)
+simulate_app.command("flight", cls=AbbreviatingCommand)(flight_command)
+simulate_app.command("spin", cls=AbbreviatingCommand)(spin_command)

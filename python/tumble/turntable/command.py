@@ -15,7 +15,7 @@ import typer
 from tumble.cli.gravity import GravityOption, HeightOption, LatitudeOption, check_gravity
 from tumble.cli.output import OutputFolder, folder_for
 from tumble.cli.progress import batch_progress
-from tumble.cli.read_options import read_options_for, with_read_options
+from tumble.cli.read_options import ExceptionsOption, read_options_for, with_read_options
 from tumble.cli.screen import print_json, print_summary
 from tumble.errors import LogError, TumbleError
 from tumble.logs.options import ReadOptions
@@ -124,14 +124,7 @@ def turntable_command(
     jobs: Annotated[
         int | None, typer.Option(min=1, help="Targets calibrated at a time; all cores if not given.")
     ] = None,
-    exceptions: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--for",
-            metavar="NAME:OPTION=VALUE",
-            help="Reading option for one recording only, such as target_2:gyroscope-unit=deg/s; repeatable.",
-        ),
-    ] = None,
+    exceptions: ExceptionsOption = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the result as JSON instead of a table.")
     ] = False,
