@@ -19,6 +19,18 @@ TriadName = Literal["accelerometer", "gyroscope"]
 Precision = Literal["f64", "f32"]
 """Floats to compute with: f32 as on a device."""
 
+Verdict = Literal[
+    "pass",
+    "fail",
+    "calibrated",
+    "model not met",
+    "partly calibrated",
+    "not calibrated",
+    "aligned",
+    "partly aligned",
+]
+"""What a procedure says of a unit, or of a set of them, in a word."""
+
 Figures: TypeAlias = Mapping[str, float]
 """Figures of what the core objects to: SI units, times in s of the clock of the samples."""
 

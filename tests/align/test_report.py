@@ -10,8 +10,8 @@ import pytest
 import tumble
 from align_motions import Motion, Sensor, drawn, recordings
 from report_reader import Page
-from tumble.align.report.page import render_align, write_align_page
-from tumble.report.numbers import MINUS, readable_scale, round_pair
+from tumble.align.report.page import ALIGN_REPORT
+from tumble.report.numbers import fixed, readable_scale, round_pair
 
 UPRIGHT = {"turning": (0.0, 0.0, 1.0), "pushing": 0.0}
 
@@ -33,7 +33,7 @@ def hidden():
 
 @pytest.mark.parametrize("which", ["result", "hidden"])
 def test_the_page_is_whole_and_needs_nothing_else(which, request):
-    page = Page(render_align(request.getfixturevalue(which)))
+    page = Page(ALIGN_REPORT.render(request.getfixturevalue(which)))
     assert page.sources == []
     assert all(link.startswith("#") for link in page.links)
     assert {link[1:] for link in page.links} <= set(page.ids)
@@ -43,7 +43,7 @@ def test_the_page_is_whole_and_needs_nothing_else(which, request):
 
 
 def test_every_parameter_of_every_unit_is_on_the_page_with_its_sigma(result):
-    page = Page(render_align(result))
+    page = Page(ALIGN_REPORT.render(result))
     cells = [[cell.strip() for cell in row] for row in page.rows]
     for unit in result:
         for parameter in unit.parameters:
@@ -58,13 +58,13 @@ def test_every_parameter_of_every_unit_is_on_the_page_with_its_sigma(result):
 
 
 def test_the_rotation_is_on_the_page_as_a_matrix(result):
-    words = Page(render_align(result)).words
+    words = Page(ALIGN_REPORT.render(result)).words
     for value in result.units[0].sensor_from_primary.ravel():
-        assert f"{value:.6f}".replace("-", MINUS) in words or f"{value:.6f}" in words
+        assert fixed(float(value), 6) in words
 
 
 def test_the_picture_names_every_unit(result):
-    text = render_align(result)
+    text = ALIGN_REPORT.render(result)
     assert text.count("<svg") >= 1
     picture = Page(text).words
     for name in ("unit_0", "unit_1", "unit_2"):
@@ -72,7 +72,7 @@ def test_the_picture_names_every_unit(result):
 
 
 def test_what_was_not_shown_comes_first_with_its_reason_and_has_no_picture(hidden):
-    text = render_align(hidden)
+    text = ALIGN_REPORT.render(hidden)
     page = Page(text)
     assert "What this motion did not show" in page.words
     assert page.words.index("about one axis only") < page.words.index("Parameters")
@@ -83,11 +83,18 @@ def test_what_was_not_shown_comes_first_with_its_reason_and_has_no_picture(hidde
 
 def test_a_name_with_signs_of_html_does_not_become_html(result, tmp_path):
     named = replace(result, primary="<b>1</b>", units=(replace(result.units[0], name="a&<i>"),))
-    write_align_page(named, tmp_path / "align.html")
+    ALIGN_REPORT.write(named, tmp_path / "align.html")
     text = (tmp_path / "align.html").read_text()
     assert "<b>1</b>" not in text
     assert "<i>" not in text
 
 
 def test_the_same_result_gives_the_same_page(result):
-    assert render_align(result) == render_align(result)
+    assert ALIGN_REPORT.render(result) == ALIGN_REPORT.render(result)
+
+
+def test_the_badge_says_whether_the_motion_showed_all_rotations_and_lever_arms(result, hidden):
+    assert result.verdict == "aligned"
+    assert "● Aligned Rotation and lever arm" in Page(ALIGN_REPORT.render(result)).words
+    assert hidden.verdict == "partly aligned"
+    assert "◐ Partly aligned The motion did not show all" in Page(ALIGN_REPORT.render(hidden)).words

@@ -12,6 +12,8 @@ from tumble.align import messages as align
 from tumble.redundancy import messages as redundancy
 from tumble.redundancy.report import text
 from tumble.redundancy.result import Rung, Sensor
+from tumble.report.text import VERDICT_SIGNS
+from tumble.results import Verdict
 from tumble.spin import messages as spin
 from tumble.spin.failure import SpinFailureKind
 from tumble.turntable import messages as turntable
@@ -47,6 +49,7 @@ TABLES = {
     "align error": align.MESSAGES,
     "spin failure": {kind.value for kind in spin.MESSAGES} - ONLY_OF_A_LOG - REST_REJECTIONS.keys(),
     "rejected rest": REST_REJECTIONS,
+    "verdict": get_args(Verdict),
 }
 
 
@@ -66,6 +69,11 @@ def test_every_code_of_a_spin_has_its_message():
 
 def test_events_that_carry_a_reason_have_words_for_it():
     assert text.REMEDIES.keys() < set(VOCABULARY["event"])
+
+
+def test_every_verdict_and_every_state_of_a_unit_has_its_sign():
+    assert VERDICT_SIGNS.keys() == set(VOCABULARY["verdict"])
+    assert text.STATE_SIGNS.keys() < set(VOCABULARY["event"])
 
 
 def test_a_word_stands_once_in_its_kind():

@@ -12,7 +12,7 @@ import report_redundancy_cases as cases
 from report_reader import Page
 from tumble.errors import OutputError
 from tumble.redundancy.report import text as words
-from tumble.redundancy.report.page import MOST_ROWS, render_redundancy, write_redundancy_page
+from tumble.redundancy.report.page import MOST_ROWS, REDUNDANCY_REPORT
 from tumble.report.numbers import MINUS
 
 RESULTS = {
@@ -23,7 +23,7 @@ RESULTS = {
 
 @pytest.fixture(scope="module")
 def pages():
-    return {name: Page(render_redundancy(make())) for name, make in RESULTS.items()}
+    return {name: Page(REDUNDANCY_REPORT.render(make())) for name, make in RESULTS.items()}
 
 
 def headline(page):
@@ -40,7 +40,7 @@ def rows_after(page, heading):
 
 @pytest.mark.parametrize("name", RESULTS)
 def test_the_page_is_well_formed_and_needs_nothing_from_outside(pages, name):
-    found, text = pages[name], render_redundancy(RESULTS[name]())
+    found, text = pages[name], REDUNDANCY_REPORT.render(RESULTS[name]())
     assert found.sources == []
     assert not found.tags & {"script", "link", "img", "iframe", "object", "embed", "image"}
     assert all(link.startswith("#") and link[1:] in found.ids for link in found.links)
@@ -52,12 +52,12 @@ def test_the_page_is_well_formed_and_needs_nothing_from_outside(pages, name):
 @pytest.mark.parametrize("name", RESULTS)
 def test_the_page_never_prints_a_number_that_is_none(pages, name):
     assert not re.search(r"\b(nan|inf|None|True|False|array)\b", pages[name].words)
-    assert "NaN" not in render_redundancy(RESULTS[name]())
+    assert "NaN" not in REDUNDANCY_REPORT.render(RESULTS[name]())
 
 
 @pytest.mark.parametrize("name", RESULTS)
 def test_the_same_result_gives_the_same_page(name):
-    assert render_redundancy(RESULTS[name]()) == render_redundancy(RESULTS[name]())
+    assert REDUNDANCY_REPORT.render(RESULTS[name]()) == REDUNDANCY_REPORT.render(RESULTS[name]())
 
 
 def test_the_top_says_who_is_primary_who_was_calibrated_who_took_over_when_and_why_and_what_was_refused(
@@ -154,7 +154,7 @@ def test_what_the_motion_did_not_show_has_its_reason_and_no_number(pages):
 
 def test_secondary_less_primary_as_numbers_are_bias_before_and_noise_after(pages):
     cells = [[cell.strip() for cell in row] for row in pages["mission"].rows]
-    found = {tuple(row[:3]): row[4:6] for row in cells if len(row) == 6 and row[0] == "imu2"}
+    found = {tuple(row[:3]): row[3:5] for row in cells if len(row) == 6 and row[0] == "imu2"}
     before, after = found["imu2", "accelerometer", "in motion"]
     bias = np.linalg.norm(cases.ACCELEROMETER_BIAS) / np.sqrt(3.0)
     assert before.endswith(" m/s²")
@@ -191,7 +191,7 @@ def test_names_with_signs_of_html_do_not_become_html(tmp_path):
         ),
         warnings=("<u>w</u>",),
     )
-    write_redundancy_page(changed, tmp_path / "redundancy.html")
+    REDUNDANCY_REPORT.write(changed, tmp_path / "redundancy.html")
     text = (tmp_path / "redundancy.html").read_text()
     assert not set(Page(text).tags) & {"script", "i", "u"}
     for raw in ("<script>", "<b>1", "<i>d", "<u>w"):
@@ -200,7 +200,7 @@ def test_names_with_signs_of_html_do_not_become_html(tmp_path):
 
 def test_a_day_of_eight_units_stays_below_two_megabytes_and_says_what_it_leaves_out():
     made = cases.long_day()
-    text = render_redundancy(made)
+    text = REDUNDANCY_REPORT.render(made)
     assert len(text.encode()) < 2_000_000
     page = Page(text)
     refused = sum(event.event == "refused" for event in made.events)
@@ -219,17 +219,17 @@ def test_figures_that_are_not_finite_are_said_in_words():
         threshold=float("inf"),
         exceeded=True,
     )
-    page = Page(render_redundancy(replace(made, events=(*made.events, broken))))
+    page = Page(REDUNDANCY_REPORT.render(replace(made, events=(*made.events, broken))))
     assert "norm unknown > unknown" in page.words
     assert not re.search(r"\b(nan|inf)\b", page.words)
 
 
 def test_a_page_that_cannot_be_written_is_refused_and_leaves_nothing_behind(tmp_path):
     with pytest.raises(OutputError):
-        write_redundancy_page(cases.mission(), tmp_path / "missing" / "redundancy.html")
+        REDUNDANCY_REPORT.write(cases.mission(), tmp_path / "missing" / "redundancy.html")
     (tmp_path / "redundancy.html").mkdir()
     with pytest.raises(OutputError):
-        write_redundancy_page(cases.mission(), tmp_path / "redundancy.html")
+        REDUNDANCY_REPORT.write(cases.mission(), tmp_path / "redundancy.html")
     assert [path.name for path in tmp_path.iterdir()] == ["redundancy.html"]
 
 
@@ -238,3 +238,27 @@ def test_a_notebook_shows_the_summary_and_every_error():
     assert "took over" in table
     page = Page(table)
     assert sum(len(row) == 6 and row[2].startswith("bias") for row in page.rows) == 6
+
+
+@pytest.mark.parametrize(
+    ("name", "verdict", "all_well"),
+    [
+        ("mission", "not calibrated", False),
+        ("quiet", "not calibrated", False),
+        ("untriggered", "pass", True),
+        ("missing", "calibrated", True),
+        ("unfit", "not calibrated", False),
+    ],
+)
+def test_the_badge_says_what_the_exit_code_says(pages, name, verdict, all_well):
+    result = RESULTS[name]()
+    assert result.verdict == verdict
+    assert result.all_well is all_well
+    assert verdict.capitalize() in headline(pages[name])
+
+
+def test_the_top_says_of_each_unit_how_it_stood_at_the_end(pages):
+    top = headline(pages["mission"])
+    assert re.search(r"imu1\s+✕\s+Unhealthy\s+late \(0\.110 s\), since \d", top)
+    assert re.search(r"imu2\s+●\s+Adopted\s+at \d", top)
+    assert re.search(r"imu3\s+○\s+Refused\s+not better, at \d", top)

@@ -20,6 +20,7 @@ from tumble.report.numbers import (
     round_like,
     round_pair,
     significant,
+    typeset,
 )
 
 values = st.floats(-1e12, 1e12, allow_nan=False)
@@ -141,3 +142,28 @@ def test_fixed_decimals_have_a_true_minus_and_no_negative_zero(value, decimals):
     assert "-" not in text
     assert number(text) == Decimal(f"{value:.{decimals}f}")
     assert not (number(text) == 0 and MINUS in text)
+
+
+@pytest.mark.parametrize(
+    ("said", "printed"),
+    [
+        ("differs by -1.05 ms", f"differs by {MINUS}1.05 ms"),
+        ("1 % of it would be 0.098 m/s^2, mostly of z", "1 % of it would be 0.098 m/s², mostly of z"),
+        ("turns at 3 rad/s^2 (-0.5, -.25)", f"turns at 3 rad/s² ({MINUS}0.5, {MINUS}.25)"),
+        ("noise of 2 m/s^2/sqrt(Hz)", "noise of 2 m/s²/√Hz"),
+        ("give it with --true-turns", "give it with --true-turns"),
+        ("unit-3 of 2026-11-22, turn 1-2, SIM-7-2", "unit-3 of 2026-11-22, turn 1-2, SIM-7-2"),
+    ],
+)
+def test_a_sentence_made_for_a_terminal_has_the_signs_of_a_page(said, printed):
+    assert typeset(said) == printed
+    assert typeset(printed) == printed
+
+
+@given(st.text())
+def test_what_is_typeset_once_stays_as_it_is(said):
+    assert typeset(typeset(said)) == typeset(said)
+
+
+def test_the_prefix_of_a_unit_in_brackets_stands_inside_them():
+    assert readable_scale("rad/s per m/s^2", 2e-5).unit == "(µrad/s)/(m/s²)"

@@ -16,7 +16,7 @@ import report_spin_cases as spins
 from report_reader import Page
 from tumble.errors import OutputError
 from tumble.report.numbers import MINUS
-from tumble.spin.report.page import MOST_DRAWN, render_spin, write_spin_page
+from tumble.spin.report.page import MOST_DRAWN, SPIN_REPORT
 
 UNIT_FACTORS = {
     "m/s²": 1.0,
@@ -40,7 +40,7 @@ RESULTS = {
 
 @pytest.fixture(scope="module")
 def pages():
-    return {name: Page(render_spin(make())) for name, make in RESULTS.items()}
+    return {name: Page(SPIN_REPORT.render(make())) for name, make in RESULTS.items()}
 
 
 def as_number(text):
@@ -63,7 +63,7 @@ def shown_parameters(page):
 
 @pytest.mark.parametrize("name", RESULTS)
 def test_the_page_is_well_formed_and_needs_nothing_from_outside(pages, name):
-    found, text = pages[name], render_spin(RESULTS[name]())
+    found, text = pages[name], SPIN_REPORT.render(RESULTS[name]())
     assert found.sources == []
     assert not found.tags & {"script", "link", "img", "iframe", "object", "embed", "image"}
     assert all(link.removeprefix("#") in found.ids for link in found.links if link.startswith("#"))
@@ -76,12 +76,12 @@ def test_the_page_is_well_formed_and_needs_nothing_from_outside(pages, name):
 
 @pytest.mark.parametrize("name", RESULTS)
 def test_the_page_is_light_enough_to_mail_and_never_prints_a_number_that_is_none(pages, name):
-    assert len(render_spin(RESULTS[name]()).encode()) < 500_000
+    assert len(SPIN_REPORT.render(RESULTS[name]()).encode()) < 500_000
     assert not re.search(r"\b(nan|inf|None|True|False|array)\b", pages[name].words)
 
 
 def test_every_colour_the_page_names_is_defined_for_light_and_for_dark():
-    text = render_spin(spins.several())
+    text = SPIN_REPORT.render(spins.several())
     light, dark = re.findall(r":root \{(.*?)\}", text, flags=re.DOTALL)
     for name in set(re.findall(r"var\(--([\w-]+)\)", text)):
         assert f"--{name}:" in light
@@ -170,7 +170,7 @@ def test_level_free_and_published_stand_side_by_side_with_their_difference_as_ti
 
 def test_a_fit_worse_than_the_noise_is_said_at_the_top():
     bad = spins.session(replace(spins.spin(), chi_square=290.0))
-    words = Page(render_spin(bad)).words
+    words = Page(SPIN_REPORT.render(bad)).words
     assert "The model does not explain all that spin 1 measured" in words
     assert "differs from the model by more than its noise" in words
     assert "The model and the noise explain" not in words
@@ -198,7 +198,7 @@ def test_several_spins_stand_beside_what_they_agree_on(pages):
 
 def test_spins_that_contradict_each_other_are_not_said_to_agree():
     result = spins.several()
-    words = Page(render_spin(replace(result, agreement=replace(result.agreement, value=61.0)))).words
+    words = Page(SPIN_REPORT.render(replace(result, agreement=replace(result.agreement, value=61.0)))).words
     assert "The spins differ from each other by more than their sigma" in words
     assert "The spins agree" not in words
 
@@ -245,7 +245,7 @@ def test_names_from_a_file_cannot_become_markup():
         options={"at": evil},
         software=evil,
     )
-    for text in (render_spin(result), result._repr_html_()):
+    for text in (SPIN_REPORT.render(result), result._repr_html_()):
         found = Page(text)
         assert "script" not in found.tags
         assert evil in "".join(found.text)
@@ -253,7 +253,7 @@ def test_names_from_a_file_cannot_become_markup():
 
 def test_of_many_spins_all_are_in_tables_and_the_page_stays_light():
     many = [spins.spin(number, 60.0 * number) for number in range(1, 31)]
-    text = render_spin(spins.session(*many))
+    text = SPIN_REPORT.render(spins.session(*many))
     found = Page(text)
     assert len(text.encode()) < 800_000
     assert len(shown_parameters(found)) == 30
@@ -272,7 +272,7 @@ def test_a_spin_without_blocks_has_a_page_that_says_so():
         force=np.empty((0, 3)),
         fit=np.empty((0, 3)),
     )
-    found = Page(render_spin(spins.session(replace(spins.spin(), blocks=empty))))
+    found = Page(SPIN_REPORT.render(spins.session(replace(spins.spin(), blocks=empty))))
     assert "No samples of this spin were kept to draw." in found.words
     assert "Gravity over heading" not in found.words
     assert "From above" in found.words
@@ -281,10 +281,10 @@ def test_a_spin_without_blocks_has_a_page_that_says_so():
 def test_another_process_with_another_hash_seed_writes_the_same_bytes(tmp_path):
     code = (
         "import sys, pathlib, report_spin_cases as s; "
-        "from tumble.spin.report.page import write_spin_page; "
-        "write_spin_page(s.several(), pathlib.Path(sys.argv[1]))"
+        "from tumble.spin.report.page import SPIN_REPORT; "
+        "SPIN_REPORT.write(s.several(), pathlib.Path(sys.argv[1]))"
     )
-    write_spin_page(spins.several(), tmp_path / "a.html")
+    SPIN_REPORT.write(spins.several(), tmp_path / "a.html")
     found = {
         "PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[1] / "support"), *sys.path]),
         "PYTHONHASHSEED": "1",
@@ -295,7 +295,7 @@ def test_another_process_with_another_hash_seed_writes_the_same_bytes(tmp_path):
 
 def test_a_page_that_cannot_be_written_leaves_what_was_there(tmp_path):
     with pytest.raises(OutputError, match="folder"):
-        write_spin_page(spins.session(), tmp_path / "missing" / "page.html")
+        SPIN_REPORT.write(spins.session(), tmp_path / "missing" / "page.html")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -305,7 +305,7 @@ def test_a_page_that_cannot_be_drawn_leaves_what_was_there(tmp_path):
     spin = spins.spin()
     broken = replace(spin, blocks=replace(spin.blocks, across=np.zeros((3, 2))))
     with pytest.raises((ValueError, IndexError)):
-        write_spin_page(spins.session(broken), path)
+        SPIN_REPORT.write(spins.session(broken), path)
     assert path.read_text() == "<!doctype html>"
     assert [each.name for each in tmp_path.iterdir()] == ["page.html"]
 

@@ -19,11 +19,11 @@ from tumble.report.figures import recording_figure, residual_figure
 from tumble.report.panel import tick_texts, ticks_between
 from tumble.report.svg import INK, PAGE_COLOURS, X_AXIS, inline_svg
 from tumble.report.whisker import WIDTH, Ruler, round_up, whisker
-from tumble.turntable.report.batch_figures import distribution_figure, strip_groups
+from tumble.turntable.report.batch_figures import distribution_figure, limits_off_scale, strip_groups
 from tumble.turntable.report.improvement import improvement
-from tumble.turntable.report.overview import calibrated_deviation, figure_overview
+from tumble.turntable.report.overview import figure_overview
 from tumble.turntable.report.pages import records_of
-from tumble.turntable.report.readings import axis_reading_figure
+from tumble.turntable.report.readings import axis_reading_figure, calibrated_deviation, deviations
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +36,9 @@ def all_figures(result):
     yield residual_figure(target.accelerometer, "a")
     yield residual_figure(target.gyroscope, "b")
     yield recording_figure(target.trace, target.rests, "c")
-    yield from (axis_reading_figure(reading, f"d{reading.axis}") for reading in target.axis_readings)
+    for reading in target.axis_readings:
+        states = deviations(target, reading, result.reference.mounting)
+        yield axis_reading_figure(reading, states, f"d{reading.axis}")
     yield from (
         distribution_figure(group, f"e{n}") for n, group in enumerate(strip_groups(records_of(result)))
     )
@@ -86,7 +88,9 @@ def test_the_upper_row_shows_readings_and_the_lower_their_deviation_in_a_finer_u
         uncompensated=result["target_1"].axis_readings[0].ideal + 0.002,
         compensated=result["target_1"].axis_readings[0].ideal + 0.001,
     )
-    texts = "".join(ElementTree.fromstring(axis_reading_figure(reading, "p")).itertext())
+    states = deviations(result["target_1"], reading, result.reference.mounting)
+    figure = axis_reading_figure(reading, states, "p")
+    texts = "".join(ElementTree.fromstring(figure).itertext())
     assert "reading, m/s²" in texts
     assert "deviation from the ideal, mm/s²" in texts
 
@@ -113,6 +117,18 @@ def test_a_distribution_holds_each_targets_value_in_its_unit(result):
         for name, value in zip(strip.names, strip.values, strict=True):
             parameter = next(p for p in result[name].accelerometer.parameters if p.name == strip.name)
             assert value == pytest.approx(factor * (parameter.value - 1))
+
+
+def test_a_limit_that_lies_beyond_the_scale_is_said_in_the_distribution(result):
+    group = next(group for group in strip_groups(records_of(result)) if group.title == "bias")
+    largest = max(float(np.abs(strip.values).max()) for strip in group.strips)
+    far = replace(group, strips=tuple(replace(strip, limit=100.0 * largest) for strip in group.strips))
+    near = replace(group, strips=tuple(replace(strip, limit=1.1 * largest) for strip in group.strips))
+    for shown, says in ((far, True), (near, False)):
+        texts = "".join(ElementTree.fromstring(distribution_figure(shown, "p")).itertext())
+        assert ("limits off scale: ±" in texts) is says
+    one = replace(near, strips=(*near.strips[:2], far.strips[2]))
+    assert limits_off_scale(one, 2.0 * largest).endswith("(z)")
 
 
 def test_the_overview_stands_alone_and_names_the_three_states(result):

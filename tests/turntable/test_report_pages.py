@@ -18,6 +18,7 @@ from tumble.errors import OutputError
 from tumble.report.numbers import MINUS
 from tumble.turntable.report.notebook import batch_html, target_html
 from tumble.turntable.report.pages import page_names, records_of, render_batch, write_reports
+from tumble.turntable.report.readings import deviations
 
 UNIT_FACTORS = {
     "m/s²": 1.0,
@@ -304,3 +305,28 @@ def test_a_notebook_shows_each_parameter_and_each_target(result):
     batch = Page(batch_html(result))
     assert [row[0] for row in batch.rows[1:]] == [target.name for target in result.targets]
     assert result["target_3"].failure in batch.words
+
+
+def test_limits_stand_beside_their_parameters_and_nowhere_else(folder, result):
+    found = page(folder, "target_2.html")
+    target = result["target_2"]
+    rows = [row for row in found.rows if len(row) == 7 and re.match(r"bias \w$", row[0])]
+    limited = [row for row in rows if row[4].startswith("±")]
+    assert len(limited) == sum(" bias " in check.parameter for check in target.checks)
+    broken = sum("not kept" in row[4] for row in limited)
+    assert broken == sum(not check.passed for check in target.checks if " bias " in check.parameter)
+    assert "limits" not in found.ids
+
+
+def test_the_calibrated_state_stands_beside_the_readings_without_and_with_compensation(folder, result):
+    number = r"([\d.]+) (m?m/s²)"
+    caption = f"as read {number}, mounting compensated {number}, calibrated {number}"
+    captions = re.findall(caption, page(folder, "target_1.html").words)
+    readings = result["target_1"].axis_readings
+    assert len(captions) == len(readings)
+    for shown, reading in zip(captions, readings, strict=True):
+        states = deviations(result["target_1"], reading, result.reference.mounting)
+        said = [float(n) / UNIT_FACTORS[unit] for n, unit in zip(shown[::2], shown[1::2], strict=True)]
+        left = [np.sqrt(np.mean(state**2)) for state in states.values()]
+        assert said == pytest.approx(left, rel=0.06)
+        assert left[2] < left[1]

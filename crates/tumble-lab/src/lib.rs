@@ -4,7 +4,7 @@
 //! targets beside their reference and calibrates them. [`mod@correct`] applies the result to arrays.
 //! [`spin`] does the same for a robot that turned on the spot. [`align`](mod@align) finds how two units that move together
 //! sit beside each other. [`distributions`] tells how likely a misfit is. [`simulate`] makes recordings whose truth
-//! is known. [`setting_table`] lists all settings.
+//! is known. [`setting_table`] lists all settings. [`verdict`] has the words that results are judged by.
 
 pub mod acquisition;
 pub mod align;
@@ -17,3 +17,4 @@ pub mod setting_table;
 pub mod simulate;
 pub mod spin;
 pub mod turntable;
+pub mod verdict;

@@ -18,9 +18,10 @@ use tumble_lab::acquisition::RestRejection;
 use tumble_lab::acquisition::channels::ChannelFaultKind;
 use tumble_lab::align::AlignError;
 use tumble_lab::turntable::{PairingError, TurntableError};
+use tumble_lab::verdict::Verdict;
 
 /// Every kind of word, and its words in the core's order.
-const KINDS: [(&str, &[&str]); 24] = [
+const KINDS: [(&str, &[&str]); 25] = [
     ("event", EventKind::<f64>::NAMES),
     ("check", Check::NAMES),
     ("withheld", Withheld::NAMES),
@@ -45,6 +46,7 @@ const KINDS: [(&str, &[&str]); 24] = [
     ("spin event", SpinEvent::NAMES),
     ("spin state", SpinState::<f64>::NAMES),
     ("spin failure", SpinFailure::<f64>::NAMES),
+    ("verdict", Verdict::NAMES),
 ];
 
 /// Adds this part to the module.

@@ -63,17 +63,8 @@ def align_command(
         result = align(primary, secondary, log, search=search, read=read, progress=advance)
     files = write_results(result, folder)
     _show(result, files, as_json)
-    if any(
-        not parameter.observable
-        for unit in result
-        for parameter in unit.parameters
-        if _is_needed(parameter.name)
-    ):
+    if result.verdict != "aligned":
         raise typer.Exit(SOME_UNSEEN)
-
-
-def _is_needed(name: str) -> bool:
-    return name.startswith(("rotation", "lever arm"))
 
 
 def _show(result: AlignResult, files: dict[str, Path], as_json: bool) -> None:

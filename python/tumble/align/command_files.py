@@ -24,9 +24,9 @@ def prepare(folder: Path | str) -> tuple[Path, Path]:
 
 def write_results(result: AlignResult, folder: Path | str) -> dict[str, Path]:
     """Write everything into `folder`; give the path of each file by what it is."""
-    from tumble.align.report.page import write_align_page
+    from tumble.align.report.page import ALIGN_REPORT
 
     settings, page = prepare(folder)
-    write_align_page(result, page)
+    ALIGN_REPORT.write(result, page)
     write_settings(result, settings)
     return {"settings": settings, "report": page}

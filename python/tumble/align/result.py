@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from tumble.recording import FloatArray
-from tumble.results import Collection, Parameter, Row, Tabular
+from tumble.results import Collection, Parameter, Row, Tabular, Verdict
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +104,17 @@ class AlignResult(Tabular, Collection[UnitAlignment]):
         from tumble.align.command_files import write_results
 
         return write_results(self, folder)
+
+    @property
+    def verdict(self) -> Verdict:
+        """`aligned` where rotation and lever arm of every unit were found."""
+        needed = [
+            parameter.observable
+            for unit in self.units
+            for parameter in unit.parameters
+            if parameter.name.startswith(("rotation", "lever arm"))
+        ]
+        return "aligned" if all(needed) else "partly aligned"
 
     def __repr__(self) -> str:
         shown = [

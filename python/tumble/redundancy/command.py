@@ -144,7 +144,7 @@ def redundancy_command(
     from tumble.redundancy.summary import show_results
 
     show_results(result, files, as_json)
-    if _is_not_all_well(result):
+    if not result.all_well:
         raise typer.Exit(NOT_ALL_WELL)
 
 
@@ -188,10 +188,3 @@ def _write(
         keep_adopted(ErrorStore(store, identities[0], fresh=True), result.errors, identities)
     warn(warnings)
     return files | {"store": str(store)}
-
-
-def _is_not_all_well(result: RedundancyResult) -> bool:
-    def units(name: str) -> set[str]:
-        return {event.unit for event in result.events if event.event == name}
-
-    return bool(units("triggered") - units("adopted")) or not any(span.unit for span in result.selected)

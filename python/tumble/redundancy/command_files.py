@@ -24,7 +24,7 @@ def write_results(
     result: RedundancyResult, primary: Calibration | None, folder: Path
 ) -> tuple[dict[str, str], list[str]]:
     """Write everything but the store into `folder`; give each path by what it is, and what to beware of."""
-    from tumble.redundancy.report.page import write_redundancy_page
+    from tumble.redundancy.report.page import REDUNDANCY_REPORT
 
     events = folder / EVENTS
     write_events(result, events)
@@ -39,7 +39,7 @@ def write_results(
         elif path.exists():
             warnings.append(f"{path} is of an earlier run, this one has no calibration for it")
     page = folder / REDUNDANCY_PAGE
-    write_redundancy_page(result, page)
+    REDUNDANCY_REPORT.write(result, page)
     return files | {"report": str(page)}, warnings
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, fields
 from typing import Literal
 
 from tumble.recording import FloatArray
-from tumble.results import INTERVAL, NOT_SHOWN, Collection, Parameter, Row, Tabular
+from tumble.results import INTERVAL, NOT_SHOWN, Collection, Parameter, Row, Tabular, Verdict
 from tumble.units import UNITS
 
 Sensor = Literal["accelerometer", "gyroscope"]
@@ -157,6 +157,22 @@ class RedundancyResult(Tabular, Collection[SecondaryError]):
         for error in self.errors:
             for parameter in error.parameters():
                 yield {"secondary": error.unit, "sensor": error.sensor} | parameter.row()
+
+    @property
+    def all_well(self) -> bool:
+        """Whether every secondary that was to be calibrated was, and some unit was fit to be the source."""
+        calibrated = self._units("triggered") <= self._units("adopted")
+        return calibrated and any(span.unit for span in self.selected)
+
+    @property
+    def verdict(self) -> Verdict:
+        """`pass` where secondaries were evaluated and none deviated enough to be calibrated."""
+        if not self.all_well or not self._units("evaluated") & set(self.secondaries):
+            return "not calibrated"
+        return "calibrated" if self._units("adopted") else "pass"
+
+    def _units(self, event: str) -> set[str]:
+        return {each.unit for each in self.events if each.event == event}
 
     def _repr_html_(self) -> str:
         from tumble.redundancy.report.notebook import redundancy_html

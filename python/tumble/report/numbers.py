@@ -7,10 +7,13 @@ rounding moves neither by more than half of the last digit shown, and what is no
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from decimal import ROUND_HALF_EVEN, Decimal, localcontext
 
 NOT_OBSERVABLE = "not observable"
+GIVEN = "given"
+"""In place of a sigma: the value was stated to us, not estimated."""
 MINUS = "\N{MINUS SIGN}"
 THIN_SPACE = "\N{THIN SPACE}"
 
@@ -29,6 +32,11 @@ _SIGNS = {
 _PREFIXES = ((1.0, ""), (1e3, "m"), (1e6, "µ"), (1e9, "n"))
 
 _SMALLEST_READABLE = 0.1
+
+_SQUARED = re.compile(r"(?<=/s)\^2")
+_ROOT_HERTZ = re.compile(r"sqrt\(Hz\)")
+_NEGATIVE = re.compile(r"(?<![^\s(\[,=±])-(?=\.?\d)")
+"""A hyphen that begins a number; one within a name, a date or a range does not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,11 +69,14 @@ def readable_scale(unit: str, magnitude: float) -> Scale:
         return Scale("ppm", 1e6) if 0 < size < 1e-4 else Scale("%", 1e2)
     if unit.startswith("deg") or size == 0:
         return Scale(readable_unit(unit), 1.0)
-    for factor, prefix in _PREFIXES:
-        if size * factor >= _SMALLEST_READABLE:
-            return Scale(prefix + readable_unit(unit), factor)
-    factor, prefix = _PREFIXES[-1]
-    return Scale(prefix + readable_unit(unit), factor)
+    factor, prefix = next((each for each in _PREFIXES if size * each[0] >= _SMALLEST_READABLE), _PREFIXES[-1])
+    printed = readable_unit(unit)
+    return Scale(f"({prefix}{printed[1:]}" if printed.startswith("(") else prefix + printed, factor)
+
+
+def typeset(sentence: str) -> str:
+    """Print the units and negative numbers of a sentence made for a terminal as all others of a page are."""
+    return _NEGATIVE.sub(MINUS, _ROOT_HERTZ.sub("√Hz", _SQUARED.sub("²", sentence)))
 
 
 def round_pair(value: float, sigma: float) -> tuple[str, str]:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
+from typing import Generic, TypeVar
 
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from tumble.report.text import VERDICT_SIGNS, VERDICT_TITLES
+from tumble.files import PAGE, write_text
+from tumble.report.numbers import typeset
+from tumble.report.text import VERDICT_SIGNS
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,9 +24,38 @@ class Picture:
     caption: str
 
 
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True, slots=True)
+class ResultPage(Generic[Result]):
+    """The page of a procedure's result: one HTML file that needs nothing else."""
+
+    package: str
+    """Which holds the templates, such as `tumble.spin.report`."""
+    template: str
+    gather: Callable[[Result], object]
+    """Makes of a result what the template calls `page`."""
+
+    def render(self, result: Result) -> str:
+        """Give the page as HTML."""
+        return render(self.package, self.template, page=self.gather(result))
+
+    def write(self, result: Result, path: Path) -> None:
+        """Write the page; the file takes its name only once it is whole.
+
+        Raises `OutputError` where it cannot be written; what stood there before is untouched.
+        """
+        write_text(path, self.render(result), PAGE)
+
+
+def render(package: str, template: str, **values: object) -> str:
+    """Fill a template of a package, such as `tumble.spin.report`, with what it names."""
+    return _environment(package).get_template(template).render(values)
+
+
 @cache
-def environment(package: str) -> Environment:
-    """Give what fills the templates of a package, such as `tumble.spin.report`."""
+def _environment(package: str) -> Environment:
     found = Environment(
         loader=ChoiceLoader([PackageLoader(package), PackageLoader("tumble.report")]),
         autoescape=True,
@@ -29,6 +63,6 @@ def environment(package: str) -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    found.filters["typeset"] = typeset
     found.globals["verdict_signs"] = VERDICT_SIGNS
-    found.globals["verdict_titles"] = VERDICT_TITLES
     return found

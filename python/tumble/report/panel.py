@@ -72,15 +72,23 @@ def numbered_value_axis(axes: Axes, ticks: Sequence[float], texts: Sequence[str]
 
 
 def horizontal_axis(
-    axes: Axes, low: float, high: float, title: str, *, most: int = 8, ticks: Sequence[float] = ()
+    axes: Axes,
+    low: float,
+    high: float,
+    title: str,
+    *,
+    most: int = 8,
+    ticks: Sequence[float] = (),
+    zero: str = "",
 ) -> None:
     """Set the horizontal range, with grid lines, numbers below and the quantity and its unit below them.
 
     `ticks` are the numbers to write; where there are none, round ones are chosen, at most about `most`.
+    `zero` is the colour of the line at zero, where that is more than any other number.
     """
     axes.set_xlim(low, high)
     ticks = ticks or ticks_between(low, high, most)
-    axes.grid(ticks, "x", GRID, zero=SOFT)
+    axes.grid(ticks, "x", GRID, zero=zero)
     numbered_horizontal_axis(axes, ticks, tick_texts(ticks), title)
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import takewhile
 
 import numpy as np
 from markupsafe import Markup
@@ -12,7 +13,9 @@ from markupsafe import Markup
 from tumble.constants import STANDARD_GRAVITY
 from tumble.recording import FloatArray
 from tumble.report.groups import group_title, groups_of, shown_value
+from tumble.report.limits import used_share
 from tumble.report.numbers import (
+    GIVEN,
     NOT_OBSERVABLE,
     Scale,
     exact,
@@ -25,7 +28,7 @@ from tumble.report.numbers import (
     significant,
 )
 from tumble.report.whisker import Ruler, whisker
-from tumble.results import NOT_SHOWN, LimitCheck, Parameter, TriadResult
+from tumble.results import NOT_SHOWN, LimitCheck, Parameter, TriadName, TriadResult
 
 NO_PICTURE = Markup()
 
@@ -39,6 +42,8 @@ class ParameterRow:
     sigma: str = ""
     interval: str = ""
     limit: str = ""
+    share: str = ""
+    """Of the limit."""
     kept: bool | None = None
     picture: Markup = NO_PICTURE
     reason: str = ""
@@ -58,6 +63,13 @@ class ParameterGroup:
     def observable(self) -> bool:
         """Whether any of them was."""
         return any(not row.reason for row in self.rows)
+
+    @property
+    def kind(self) -> str:
+        """Whole words that the names of all its rows begin with; empty for a single one."""
+        columns = zip(*(row.name.split()[:-1] for row in self.rows), strict=False)
+        shared = takewhile(lambda words: len(set(words)) == 1, columns)
+        return " ".join(words[0] for words in shared) if len(self.rows) > 1 else ""
 
     @property
     def common_reason(self) -> str:
@@ -96,6 +108,19 @@ def parameter_groups(triad: TriadResult, checks: Sequence[LimitCheck]) -> tuple[
         )
         for name, members in groups_of(triad).items()
     )
+
+
+def limited_groups(
+    triad: TriadName, found: TriadResult | None, checks: Sequence[LimitCheck]
+) -> tuple[ParameterGroup, ...]:
+    """Print what else of a triad has limits: noise and residuals, and all where it has no result."""
+    estimated = {parameter.name for parameter in found.parameters} if found else set()
+    groups: dict[str, list[LimitCheck]] = {}
+    for check in checks:
+        whose, _, name = check.parameter.partition(" ")
+        if whose == triad and name not in estimated:
+            groups.setdefault(name.rpartition(" ")[0], []).append(check)
+    return tuple(_limited_group(name, members) for name, members in groups.items())
 
 
 def matrices(triad: TriadResult) -> tuple[PrintedMatrix, ...]:
@@ -162,32 +187,51 @@ def printed_group(
     )
 
 
+def _limited_group(name: str, checks: Sequence[LimitCheck]) -> ParameterGroup:
+    limits = [check.limit for check in checks]
+    values = [abs(check.value) for check in checks if math.isfinite(check.value)]
+    scale = readable_scale(checks[0].unit, max(limits))
+    ruler = Ruler.about_zero(scale.factor * number for number in (*values, *limits))
+    rows = tuple(_limited_row(check, scale, ruler) for check in checks)
+    return ParameterGroup(group_title(name), scale.unit, _tick(ruler.low), _tick(ruler.high), rows)
+
+
+def _limited_row(check: LimitCheck, scale: Scale, ruler: Ruler) -> ParameterRow:
+    name = check.parameter.partition(" ")[2]
+    held = _held(name, check, scale)
+    if not math.isfinite(check.value):
+        return replace(held, reason=check.remark or NOT_SHOWN)
+    value, limit = scale.factor * check.value, scale.factor * check.limit
+    picture = whisker(ruler, value, value, value, limit, alarm=not check.passed)
+    return replace(held, value=significant(value), picture=picture)
+
+
 def _row(parameter: Parameter, check: LimitCheck | None, scale: Scale, ruler: Ruler) -> ParameterRow:
-    limit = None if check is None else scale.factor * check.limit
-    limit_text = "" if limit is None else f"± {exact(limit)}"
-    kept = None if check is None else check.passed
+    held = _held(parameter.name, check, scale)
     if not parameter.observable:
-        reason = parameter.reason or NOT_SHOWN
-        return ParameterRow(parameter.name, limit=limit_text, kept=kept, reason=reason)
+        return replace(held, reason=parameter.reason or NOT_SHOWN)
     value, low, high = (
         scale.factor * shown_value(parameter, number)
         for number in (parameter.value, parameter.low, parameter.high)
     )
     sigma = scale.factor * parameter.sigma
-    shown = round_pair(value, sigma) if _has_sigma(value, sigma) else (round_like(value, sigma), "none")
-    return ParameterRow(
-        name=parameter.name,
-        value=shown[0],
-        sigma=shown[1],
-        interval=f"{round_like(low, sigma)} to {round_like(high, sigma)}",
-        limit=limit_text,
-        kept=kept,
-        picture=whisker(ruler, value, low, high, limit, alarm=kept is False),
-    )
+    if not (math.isfinite(value) and math.isfinite(sigma)):
+        return replace(held, reason=NOT_SHOWN)
+    limit = None if check is None else scale.factor * check.limit
+    picture = whisker(ruler, value, low, high, limit, alarm=held.kept is False)
+    if sigma <= 0:
+        return replace(held, value=exact(value), sigma=GIVEN, picture=picture)
+    shown = round_pair(value, sigma)
+    interval = f"{round_like(low, sigma)} to {round_like(high, sigma)}"
+    return replace(held, value=shown[0], sigma=shown[1], interval=interval, picture=picture)
 
 
-def _has_sigma(value: float, sigma: float) -> bool:
-    return math.isfinite(value) and math.isfinite(sigma) and sigma > 0
+def _held(name: str, check: LimitCheck | None, scale: Scale) -> ParameterRow:
+    """Print the limit of a row, and how much of it is used."""
+    if check is None:
+        return ParameterRow(name)
+    share = used_share(check) if math.isfinite(check.value) else ""
+    return ParameterRow(name, limit=f"± {exact(scale.factor * check.limit)}", share=share, kept=check.passed)
 
 
 def _tick(number: float) -> str:

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-VERDICT_SIGNS = {"pass": "✓", "fail": "✕", "calibrated": "●", "model not met": "≠", "not calibrated": "○"}
-VERDICT_TITLES = {
-    "pass": "Pass",
-    "fail": "Fail",
-    "calibrated": "Calibrated",
-    "model not met": "Model not met",
-    "not calibrated": "Not calibrated",
+from tumble.results import Verdict
+
+VERDICT_SIGNS: dict[Verdict, str] = {
+    "pass": "✓",
+    "fail": "✕",
+    "calibrated": "●",
+    "model not met": "≠",
+    "partly calibrated": "◐",
+    "not calibrated": "○",
+    "aligned": "●",
+    "partly aligned": "◐",
 }
+VERDICT_TITLES = {word: word.capitalize() for word in VERDICT_SIGNS}
 
 
 def count_of(thing: str, count: int) -> str:

@@ -27,12 +27,12 @@ def calibration_of(result: SpinResult) -> Calibration:
 def write_results(result: SpinResult, found: Calibration, folder: Path | str) -> dict[str, Path]:
     """Write everything into `folder`, named after the unit; give the path of each file by what it is."""
     from tumble.files import prepare_folder
-    from tumble.spin.report.page import write_spin_page
+    from tumble.spin.report.page import SPIN_REPORT
 
     stem = unit_stem(result.name, "live" if result.options.get("live") else "spin")
     folder = prepare_folder(folder)
     page, path = folder / f"{stem}.html", folder / f"{stem}.yaml"
-    write_spin_page(result, page)
+    SPIN_REPORT.write(result, page)
     found.save(path)
     return {"calibration": path, "report": page}
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from tumble.recording import FloatArray
-from tumble.results import INTERVAL, Collection, Parameter, Rest, Row, Tabular, Trace, TriadName
+from tumble.results import INTERVAL, Collection, Parameter, Rest, Row, Tabular, Trace, TriadName, Verdict
 from tumble.units import UNITS
 
 SpinMethod = Literal["level-free", "published"]
@@ -190,6 +190,12 @@ class SpinResult(Tabular, Collection[Spin]):
         from tumble.spin.command_results import calibration_of, write_results
 
         return write_results(self, calibration_of(self), folder)
+
+    @property
+    def verdict(self) -> Verdict:
+        """`calibrated` where both biases were found."""
+        found = [bias.observable for bias in (self.accelerometer_bias, self.gyroscope_bias)]
+        return "calibrated" if all(found) else "partly calibrated" if any(found) else "not calibrated"
 
     def __repr__(self) -> str:
         shown = [

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
 from tumble.plain import finite
-from tumble.results import LimitCheck
+from tumble.results import LimitCheck, Verdict
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class TargetRecord:
     attempt: int
     """From 1."""
     date: str
-    verdict: str
+    verdict: Verdict
     reason: str
     """Why it failed or has no calibration; empty where neither is so."""
     sentence: str

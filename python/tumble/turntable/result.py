@@ -9,9 +9,8 @@ from typing import Literal
 
 from tumble.provenance import NO_LOG, UNKNOWN, LogFacts, Provenance
 from tumble.recording import FloatArray
-from tumble.results import Collection, LimitCheck, Parameter, Rest, Row, Tabular, Trace, TriadResult
+from tumble.results import Collection, LimitCheck, Parameter, Rest, Row, Tabular, Trace, TriadResult, Verdict
 
-Verdict = Literal["pass", "fail", "calibrated", "model not met", "not calibrated"]
 GOOD = ("pass", "calibrated")
 """Verdicts that nobody has to look at."""
 

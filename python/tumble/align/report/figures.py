@@ -42,7 +42,7 @@ def places_figure(primary: str, units: Sequence[UnitAlignment], prefix: str) -> 
         axes = figure.add_axes((left + side * HALF_WIDTH, bottom, width, height))
         value_axis(axes, -end, end, f"{'xyz'[up]}, {scale.unit}")
         across = end * width / height
-        horizontal_axis(axes, -across, across, f"{'xyz'[right]}, {scale.unit}", most=5)
+        horizontal_axis(axes, -across, across, f"{'xyz'[right]}, {scale.unit}", most=5, zero=SOFT)
         _mark(axes, np.zeros(2), primary, INK, "s", above=True)
         for number, unit in enumerate(units):
             _place(axes, unit, (right, up), scale, above=number % 2 == 1)

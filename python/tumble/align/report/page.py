@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from tumble.align.report.figures import places_figure
 from tumble.align.result import AlignResult, UnitAlignment
-from tumble.files import PAGE, write_text
-from tumble.report.numbers import readable_scale, significant
-from tumble.report.page import Picture, environment
+from tumble.report.numbers import fixed, readable_scale, significant
+from tumble.report.page import Picture, ResultPage
 from tumble.report.parameters import ParameterGroup, PrintedMatrix, printed_group
 from tumble.report.text import count_of
 from tumble.results import Parameter
@@ -35,6 +33,7 @@ class AlignPage:
     """What the template of the page is given."""
 
     name: str
+    verdict: str
     headline: str
     unobserved: tuple[str, ...]
     warnings: tuple[str, ...]
@@ -43,26 +42,12 @@ class AlignPage:
     method: tuple[tuple[str, str], ...]
 
 
-def write_align_page(result: AlignResult, path: Path) -> None:
-    """Write everything about an alignment as one HTML file that needs nothing else.
-
-    The file takes its name only once it is whole. Raises `OutputError` where it cannot be written; what
-    stood there before is untouched.
-    """
-    write_text(path, render_align(result), PAGE)
-
-
-def render_align(result: AlignResult) -> str:
-    """Render the page as HTML."""
-    page = align_page(result)
-    return environment("tumble.align.report").get_template("align.html.j2").render(page=page)
-
-
 def align_page(result: AlignResult) -> AlignPage:
     """Gather the page."""
     return AlignPage(
         name=result.primary,
-        headline=f"{count_of('unit', len(result.units))} aligned with {result.primary}",
+        verdict=result.verdict,
+        headline=_headline(result),
         unobserved=tuple(unobserved_sentences(result)),
         warnings=(
             *(f"{unit.name}: {line}" for unit in result for line in unit.warnings),
@@ -72,6 +57,13 @@ def align_page(result: AlignResult) -> AlignPage:
         units=tuple(_section(unit, number) for number, unit in enumerate(result.units, start=1)),
         method=_method(result),
     )
+
+
+def _headline(result: AlignResult) -> str:
+    units = f"{count_of('unit', len(result.units))} beside {result.primary}"
+    if result.verdict == "aligned":
+        return f"Rotation and lever arm of {units} were found."
+    return f"The motion did not show all rotations and lever arms of {units}."
 
 
 def unobserved_sentences(result: AlignResult) -> list[str]:
@@ -117,7 +109,7 @@ def _matrix(unit: UnitAlignment) -> PrintedMatrix:
     meaning = "sensor from primary"
     if unit.sensor_from_primary is None:
         return PrintedMatrix("R", meaning, reason=unit.parameter("rotation x").reason)
-    rows = tuple(tuple(f"{value:.6f}" for value in row) for row in unit.sensor_from_primary)
+    rows = tuple(tuple(fixed(float(value), 6) for value in row) for row in unit.sensor_from_primary)
     return PrintedMatrix("R", meaning, rows)
 
 
@@ -156,3 +148,6 @@ def _method(result: AlignResult) -> tuple[tuple[str, str], ...]:
         ("Source", result.source),
         ("Software", result.software),
     )
+
+
+ALIGN_REPORT = ResultPage("tumble.align.report", "align.html.j2", align_page)

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
-from tumble.files import PAGE, write_text
 from tumble.redundancy.report import text
 from tumble.redundancy.report.difference import SENSORS, agreements
 from tumble.redundancy.report.figures import deviations_figure, difference_figure, timeline_figure
@@ -14,13 +12,23 @@ from tumble.redundancy.report.parameters import error_groups
 from tumble.redundancy.report.timeline import COVERED, TimeLine, time_line
 from tumble.redundancy.result import RedundancyEvent, RedundancyResult
 from tumble.report.numbers import significant
-from tumble.report.page import Picture, environment
+from tumble.report.page import Picture, ResultPage
 from tumble.report.parameters import ParameterGroup
 
 MOST_ROWS = 300
 """Events in a table; of more, the page says how many it leaves to the file of events."""
 
 _HEALTH = ("unhealthy", "healthy", "rest began", "rest ended")
+
+
+@dataclass(frozen=True, slots=True)
+class UnitState:
+    """How a unit stood at the end."""
+
+    unit: str
+    word: str
+    sign: str
+    details: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +93,9 @@ class RedundancyPage:
     """What the template of the page is given."""
 
     name: str
+    verdict: str
     summary: tuple[str, ...]
+    states: tuple[UnitState, ...]
     unobserved: tuple[str, ...]
     warnings: tuple[str, ...]
     time_line: Picture
@@ -101,21 +111,6 @@ class RedundancyPage:
     method: tuple[tuple[str, str], ...]
 
 
-def write_redundancy_page(result: RedundancyResult, path: Path) -> None:
-    """Write everything about a replay as one HTML file that needs nothing else.
-
-    The file takes its name only once it is whole. Raises `OutputError` where it cannot be written; what
-    stood there before is untouched.
-    """
-    write_text(path, render_redundancy(result), PAGE)
-
-
-def render_redundancy(result: RedundancyResult) -> str:
-    """Render the page as HTML."""
-    page = redundancy_page(result)
-    return environment("tumble.redundancy.report").get_template("redundancy.html.j2").render(page=page)
-
-
 def redundancy_page(result: RedundancyResult) -> RedundancyPage:
     """Gather the page."""
     line = time_line(result)
@@ -125,7 +120,9 @@ def redundancy_page(result: RedundancyResult) -> RedundancyPage:
     changed, unchanged = _settings(result)
     return RedundancyPage(
         name=result.primary,
+        verdict=result.verdict,
         summary=tuple(text.summary(result)),
+        states=tuple(_state(result, unit) for unit in (result.primary, *result.secondaries)),
         unobserved=tuple(text.unobserved_sentences(result)),
         warnings=result.warnings,
         time_line=Picture(timeline_figure(line, "line"), _time_line_caption(line)),
@@ -140,6 +137,11 @@ def redundancy_page(result: RedundancyResult) -> RedundancyPage:
         settings=unchanged,
         method=_method(result),
     )
+
+
+def _state(result: RedundancyResult, unit: str) -> UnitState:
+    word, details = text.unit_state(result, unit)
+    return UnitState(unit, word, text.STATE_SIGNS[word], details)
 
 
 def event_table(events: Sequence[RedundancyEvent]) -> EventTable:
@@ -283,3 +285,6 @@ def _method(result: RedundancyResult) -> tuple[tuple[str, str], ...]:
         ("Software", result.software),
     ]
     return tuple((name, text) for name, text in lines if text)
+
+
+REDUNDANCY_REPORT = ResultPage("tumble.redundancy.report", "redundancy.html.j2", redundancy_page)

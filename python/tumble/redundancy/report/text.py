@@ -95,6 +95,18 @@ _EVENTS = {
 }
 """Every event of docs/how-to/redundancy.md."""
 
+STATE_SIGNS = {
+    "healthy": "✓",
+    "unhealthy": "✕",
+    "adopted": "●",
+    "restored": "●",
+    "refused": "○",
+    "abandoned": "○",
+    "withheld": "○",
+    "record rejected": "○",
+}
+"""Events that say how a unit stands, and their signs."""
+
 _SELECTED = {
     "start": "at the start",
     "primary failed": "because the primary failed",
@@ -132,6 +144,19 @@ def summary(result: RedundancyResult) -> list[str]:
     if not result.events:
         return [*sentences, "Nothing happened: the monitor found no rest, no fault and no source to select."]
     return [*sentences, _calibrated(result), *_not_calibrated(result), *_sources(result)]
+
+
+def unit_state(result: RedundancyResult, unit: str) -> tuple[str, str]:
+    """Give the event that says how a unit stood at the end, its health before its errors, and its figures."""
+    own = [event for event in result.events if event.unit == unit and event.figures.get("reason") != COVERED]
+    health = next((event for event in reversed(own) if event.event in ("unhealthy", "healthy")), None)
+    if health is not None and health.event == "unhealthy":
+        return "unhealthy", f"{event_details(health)}, since {health.time:.2f} s"
+    last = next((event for event in reversed(own) if event.event in STATE_SIGNS), None)
+    if last is None:
+        return "healthy", ""
+    reason = str(last.figures.get("reason", ""))
+    return last.event, f"{reason}, at {last.time:.2f} s" if reason else f"at {last.time:.2f} s"
 
 
 def event_title(event: RedundancyEvent) -> str:

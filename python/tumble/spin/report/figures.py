@@ -32,6 +32,7 @@ from tumble.report.panel import (
 from tumble.report.svg import (
     INK,
     REST,
+    SOFT,
     X_AXIS,
     Y_AXIS,
     Z_AXIS,
@@ -126,7 +127,7 @@ def scatter_figure(spin: Spin, prefix: str) -> Markup:
     scale = readable_scale("rad/s", largest(blocks.across, np.array([r for r in radii if r])))
     reach = scale.factor * largest(blocks.across, np.array([r for r in radii if r])) * 1.1 or 1.0
     value_axis(axes, -reach, reach, f"second component, {scale.unit}")
-    horizontal_axis(axes, -reach, reach, f"first component, {scale.unit}", most=5)
+    horizontal_axis(axes, -reach, reach, f"first component, {scale.unit}", most=5, zero=SOFT)
     kept = shown_blocks(spin)
     turning = blocks.resting < 0.5
     angle = np.linspace(0.0, 2.0 * np.pi, 73)

@@ -12,8 +12,7 @@ from tumble.spin.result import SpinResult
 
 def spin_html(result: SpinResult) -> str:
     """Print the biases that the spins agree on, and every parameter of each spin with sigma."""
-    _, title = text.verdict(result)
-    caption = Markup("<caption><b>{}</b> {}</caption>").format(result.name, title)
+    caption = Markup("<caption><b>{}</b> {}</caption>").format(result.name, text.found_sentence(result))
     biases = (
         text.bias_sentence("Accelerometer bias", "m/s^2", result.accelerometer_bias),
         text.bias_sentence("Gyroscope bias", "rad/s", result.gyroscope_bias),

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
-from tumble.files import PAGE, write_text
 from tumble.recording import FloatArray
 from tumble.report.figures import recording_figure
 from tumble.report.numbers import readable_scale, significant
-from tumble.report.page import Picture, environment
+from tumble.report.page import Picture, ResultPage
 from tumble.report.parameters import ParameterGroup
 from tumble.report.rests import RestRow, rest_rows
 from tumble.spin.report import text
@@ -69,8 +67,8 @@ class SpinPage:
 
     name: str
     serial: str
-    kind: str
     verdict: str
+    found: str
     biases: tuple[str, ...]
     trust: tuple[str, ...]
     unobserved: tuple[str, ...]
@@ -83,30 +81,14 @@ class SpinPage:
     method: tuple[tuple[str, str], ...]
 
 
-def write_spin_page(result: SpinResult, path: Path) -> None:
-    """Write everything about the spins of a recording as one HTML file that needs nothing else.
-
-    The file takes its name only once it is whole. Raises `OutputError` where it cannot be written; what
-    stood there before is untouched.
-    """
-    write_text(path, render_spin(result), PAGE)
-
-
-def render_spin(result: SpinResult) -> str:
-    """Render the page as HTML."""
-    page = spin_page(result)
-    return environment("tumble.spin.report").get_template("spin.html.j2").render(page=page)
-
-
 def spin_page(result: SpinResult) -> SpinPage:
     """Gather the page."""
-    kind, title = text.verdict(result)
     several = len(result.spins) > 1
     return SpinPage(
         name=result.name,
         serial=result.serial,
-        kind=kind,
-        verdict=title,
+        verdict=result.verdict,
+        found=text.found_sentence(result),
         biases=(
             text.bias_sentence("Accelerometer bias", "m/s^2", result.accelerometer_bias),
             text.bias_sentence("Gyroscope bias", "rad/s", result.gyroscope_bias),
@@ -223,3 +205,6 @@ def _recording(result: SpinResult) -> Picture | None:
         recording_figure(result.trace, rests, "rec"),
         "Means over short segments, as measured. Shaded: rests used, with the spin they belong to.",
     )
+
+
+SPIN_REPORT = ResultPage("tumble.spin.report", "spin.html.j2", spin_page)

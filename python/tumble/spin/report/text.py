@@ -11,20 +11,18 @@ from tumble.results import NOT_SHOWN, Parameter
 from tumble.spin.report.parameters import turns_text
 from tumble.spin.result import FULL_TURN, BiasEstimate, Spin, SpinResult
 
-ALL_FOUND = "calibrated"
 
-
-def verdict(result: SpinResult) -> tuple[str, str]:
-    """Return the kind of verdict, which gives its colour, and its words."""
+def found_sentence(result: SpinResult) -> str:
+    """Say which biases were found."""
     match result.accelerometer_bias.observable, result.gyroscope_bias.observable:
         case True, True:
-            return ALL_FOUND, "● Both biases found"
+            return "Both biases found."
         case True, False:
-            return "not-calibrated", "○ Accelerometer bias only"
+            return "Accelerometer bias only."
         case False, True:
-            return "not-calibrated", "○ Gyroscope bias only"
+            return "Gyroscope bias only."
         case _:
-            return "not-calibrated", "○ No bias found"
+            return "No bias found."
 
 
 def bias_sentence(name: str, unit: str, bias: BiasEstimate) -> str:

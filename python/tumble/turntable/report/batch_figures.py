@@ -13,7 +13,7 @@ from tumble.recording import FloatArray
 from tumble.report.canvas import Axes, Figure
 from tumble.report.figures import CALIBRATED, FULL_WIDTH, HALF_WIDTH, UNCOMPENSATED
 from tumble.report.groups import group_of, group_title, shown_number
-from tumble.report.numbers import MINUS, readable_scale
+from tumble.report.numbers import MINUS, exact, readable_scale
 from tumble.report.panel import horizontal_axis, log_axis, row_labels, segments, span
 from tumble.report.svg import ALARM, GRID, INK, REST, SOFT, X_AXIS, inline_svg
 from tumble.results import LimitCheck
@@ -134,15 +134,29 @@ def distribution_figure(group: StripGroup, prefix: str) -> Markup:
     limits = [end for strip in group.strips if strip.limit is not None for end in (-strip.limit, strip.limit)]
     values = [strip.values for strip in group.strips]
     low, high = span(*values, at_least=_visible_limits(limits, values), margin=0.06)
-    horizontal_axis(axes, low, high, f"{group.title}, {group.unit}" if group.unit else group.title, most=7)
+    title = f"{group.title}, {group.unit}" if group.unit else group.title
+    horizontal_axis(axes, low, high, title, most=7, zero=SOFT)
     axes.set_ylim(rows - 0.5, -0.5)
     row_labels(axes, [strip.name.rpartition(" ")[2] for strip in group.strips])
     for row, strip in enumerate(group.strips):
         _draw_strip(axes, row, strip)
+    beyond = limits_off_scale(group, high)
+    if beyond:
+        axes.text(1, 1, beyond, frames=("panel", "panel"), shift=(0, 3), ha="right", size=7.5, color=ALARM)
     counts = f"{max(strip.values.size for strip in group.strips)} targets"
     return inline_svg(
         figure, prefix, f"Distribution of {group.triad} {group.title} over {counts}, in {group.unit}"
     )
+
+
+def limits_off_scale(group: StripGroup, reach: float) -> str:
+    """Say which limits lie beyond `reach`, the end of the scale, and so cannot be seen; empty for none."""
+    found: dict[str, list[str]] = {}
+    for strip in group.strips:
+        if strip.limit is not None and strip.limit > reach:
+            found.setdefault(exact(strip.limit), []).append(strip.name.rpartition(" ")[2])
+    named = (f"± {limit} ({', '.join(axes)})" for limit, axes in found.items())
+    return f"limits off scale: {', '.join(named)}" if found else ""
 
 
 def improvement_figure(pairs: Sequence[tuple[str, Improvement]], prefix: str) -> Markup | None:

@@ -10,6 +10,7 @@ from markupsafe import Markup
 
 from tumble.recording import FloatArray
 from tumble.report.figures import recording_figure
+from tumble.report.limits import limit_share, used_share
 from tumble.report.numbers import MINUS, measurement, readable_scale, significant
 from tumble.report.page import Picture
 from tumble.report.rests import RestRow, rest_rows
@@ -140,13 +141,13 @@ def _closest(record: TargetRecord) -> str:
     check = text.worst(record.checks)
     if check is None:
         return "no limits given" if record.parameters else "not calibrated"
-    return f"{check.parameter}, {text.used_share(check)} of its limit"
+    return f"{check.parameter}, {used_share(check)} of its limit"
 
 
 def _urgency(record: TargetRecord) -> tuple[int, float]:
     """Worst first: by verdict, then by the share of the limit that is used."""
     check = text.worst(record.checks)
-    return _SEVERITY[record.verdict], -text.limit_share(check) if check else math.inf
+    return _SEVERITY[record.verdict], -limit_share(check) if check else math.inf
 
 
 def _reference_lines(reference: ReferenceResult) -> tuple[tuple[str, str], ...]:

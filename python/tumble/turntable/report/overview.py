@@ -5,15 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from tumble.errors import ProcedureError
-from tumble.recording import FloatArray
 from tumble.report.canvas import Axes, Figure, Frame
-from tumble.report.figures import CALIBRATED, COMPENSATED, UNCOMPENSATED
 from tumble.report.numbers import readable_scale, significant
 from tumble.report.panel import category_axis, span, value_axis
 from tumble.report.svg import GRID, INK, SOFT, standalone_svg
 from tumble.turntable.report.batch_figures import draw_improvement, improvements
-from tumble.turntable.report.readings import deviations
-from tumble.turntable.result import AxisReading, MountingResult, TargetResult, TurntableResult
+from tumble.turntable.report.readings import LOOKS, deviations, draw_states, rms
+from tumble.turntable.result import MountingResult, TargetResult, TurntableResult
 
 WIDTH, HEIGHT = 10.4, 4.2
 PAPER = "#ffffff"
@@ -42,22 +40,6 @@ def figure_overview(result: TurntableResult) -> str:
     return standalone_svg(figure, f"Tumble: {shown.name} and {len(result.targets)} targets calibrated")
 
 
-def calibrated_deviation(
-    target: TargetResult, reading: AxisReading, mounting: MountingResult
-) -> FloatArray | None:
-    """Return the reading of the axis after calibration and in the table frame, minus its ideal: (k,) m/s^2.
-
-    None where a reading cannot be traced to its rest.
-    """
-    triad, axis = target.accelerometer, "XY".index(reading.axis)
-    by_reading = {float(rest.specific_force[axis]): rest.specific_force for rest in target.rests}
-    if triad is None or not all(float(value) in by_reading for value in reading.uncompensated):
-        return None
-    measured = np.array([by_reading[float(value)] for value in reading.uncompensated])
-    corrected = np.linalg.solve(triad.M, (measured - triad.b).T).T
-    return np.asarray(mounting.in_table_frame(corrected)[:, axis] - reading.ideal)
-
-
 def _card(figure: Figure) -> None:
     figure.add_axes((0.0, 0.0, WIDTH, HEIGHT)).rounded((0.004, 0.01, 0.992, 0.98), 11.0, PAPER, GRID)
 
@@ -68,27 +50,17 @@ def _panel_and_key(figure: Figure, left: float, width: float) -> tuple[Axes, Axe
 
 def _draw_axis(axes: Axes, key: Axes, target: TargetResult, mounting: MountingResult) -> None:
     reading = target.axis_readings[0]
-    states = dict(zip(("as read", "mounting compensated"), deviations(reading), strict=True))
-    calibrated = calibrated_deviation(target, reading, mounting)
-    if calibrated is not None:
-        states["calibrated"] = calibrated
-    scale = readable_scale("m/s^2", max(_rms(deviation) for deviation in states.values()) / 10)
-    low, high = span(
-        *(scale.factor * deviation for deviation in states.values()), at_least=(0.0,), margin=0.1
-    )
+    states = deviations(target, reading, mounting)
+    scale = readable_scale("m/s^2", max(map(rms, states.values())) / 10)
+    scaled = {name: scale.factor * deviation for name, deviation in states.items()}
+    low, high = span(*scaled.values(), at_least=(0.0,), margin=0.1)
     value_axis(axes, low, high, "")
     category_axis(axes, reading.labels)
     place = np.arange(len(reading.labels), dtype=float)
-    looks = ((UNCOMPENSATED, "o", True), (COMPENSATED, "D", False), (CALIBRATED, "o", False))
-    for (name, deviation), (colour, marker, hollow), aside in zip(
-        states.items(), looks, (-0.2, 0.0, 0.2), strict=False
-    ):
-        axes.points(place + aside, scale.factor * deviation, colour, marker, hollow=hollow)
-        row = list(states).index(name)
-        _key(
-            key, row, colour, marker, hollow, f"{name}: {significant(scale.factor * _rms(deviation), 2)} rms"
-        )
-    if calibrated is not None:
+    draw_states(axes, place, scaled)
+    for row, (name, deviation) in enumerate(scaled.items()):
+        _key(key, row, name, f"{name}: {significant(rms(deviation), 2)} rms")
+    if "calibrated" in states:
         _note(axes, "What is left is the error of the table, which the reference measured too.")
     _title(
         axes,
@@ -99,12 +71,13 @@ def _draw_axis(axes: Axes, key: Axes, target: TargetResult, mounting: MountingRe
 def _draw_targets(axes: Axes, key: Axes, result: TurntableResult) -> None:
     pairs = improvements(result)[:_MOST_TARGETS]
     draw_improvement(axes, pairs, named=True)
-    _key(key, 0, UNCOMPENSATED, "o", True, "as read")
-    _key(key, 1, CALIBRATED, "o", False, "calibrated")
+    for row, name in enumerate(("as read", "calibrated")):
+        _key(key, row, name, name)
     _title(axes, "All targets: error of |specific force|")
 
 
-def _key(key: Axes, row: int, colour: str, marker: str, hollow: bool, text: str) -> None:
+def _key(key: Axes, row: int, state: str, text: str) -> None:
+    colour, marker, hollow, _ = LOOKS[state]
     left = 0.01 + _KEY_PLACES[row]
     key.points([left], [0.5], colour, marker, 4.6, hollow=hollow, clipped=False)
     key.text(left + 0.02, 0.5, text, va="center", color=SOFT)
@@ -116,7 +89,3 @@ def _note(axes: Axes, text: str) -> None:
 
 def _title(axes: Axes, text: str) -> None:
     axes.text(0, 1.26, text, frames=_PANEL, size=9.5, bold=True, color=INK)
-
-
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(values**2)))

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from tumble.file_names import TAKEN, TURNTABLE_PAGE, file_stem
 from tumble.files import PAGE, prepare_folder, write_text
-from tumble.report.page import environment
+from tumble.report.page import render
 from tumble.turntable.record import TargetRecord
 from tumble.turntable.report.batch_page import batch_page
 from tumble.turntable.report.records import record_of
@@ -48,17 +48,12 @@ def write_reports(result: TurntableResult, directory: Path | str, *, jobs: int =
 def render_target(result: TurntableResult, target: TargetResult) -> str:
     """Render the page of one target as HTML."""
     page = target_page(result, target)
-    return (
-        environment("tumble.turntable.report")
-        .get_template("target.html.j2")
-        .render(page=page, batch_page=TURNTABLE_PAGE)
-    )
+    return render("tumble.turntable.report", "target.html.j2", page=page, batch_page=TURNTABLE_PAGE)
 
 
 def render_batch(batch: TurntableResult, records: Iterable[TargetRecord]) -> str:
     """Render the page of all targets on record as HTML; `batch` is what those of the last run share."""
-    page = batch_page(batch, records)
-    return environment("tumble.turntable.report").get_template("batch.html.j2").render(page=page)
+    return render("tumble.turntable.report", "batch.html.j2", page=batch_page(batch, records))
 
 
 def records_of(result: TurntableResult) -> Iterator[TargetRecord]:

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-import numpy as np
 from markupsafe import Markup
 
 from tumble.report.figures import recording_figure, residual_figure
-from tumble.report.numbers import fixed, measurement, significant
+from tumble.report.numbers import exact, measurement, readable_scale, significant
 from tumble.report.page import Picture
 from tumble.report.parameters import (
     NoiseRow,
     ParameterGroup,
     PrintedMatrix,
     g_sensitivity,
+    limited_groups,
     matrices,
     noise_rows,
     parameter_groups,
@@ -23,36 +23,31 @@ from tumble.report.parameters import (
 from tumble.report.rests import RestRow, rest_rows
 from tumble.report.text import temperature_sentence
 from tumble.report.whisker import Ruler, whisker
-from tumble.results import LimitCheck, Rest, TriadResult
+from tumble.results import Rest, TriadName, TriadResult
 from tumble.turntable.report import text
 from tumble.turntable.report.improvement import improvement
-from tumble.turntable.report.readings import axis_reading_figure, deviation_scale, deviations
+from tumble.turntable.report.readings import axis_reading_figure, deviations, rms
 from tumble.turntable.result import AxisReading, PoseResult, TargetResult, TurntableResult
 
 
 @dataclass(frozen=True, slots=True)
-class TriadSection:
-    """Everything shown of one triad."""
+class ParameterSection:
+    """The table of one triad: its parameters and whatever else of it has limits."""
 
     name: str
     groups: tuple[ParameterGroup, ...]
     limited: bool
+
+
+@dataclass(frozen=True, slots=True)
+class TriadSection:
+    """What else is shown of one triad."""
+
+    name: str
     residuals: Picture
     matrices: tuple[PrintedMatrix, ...]
     g_sensitivity: PrintedMatrix | None
     noise: tuple[NoiseRow, ...]
-    fit: str
-
-
-@dataclass(frozen=True, slots=True)
-class LimitRow:
-    """One limit check as printed."""
-
-    parameter: str
-    value: str
-    limit: str
-    share: str
-    passed: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,8 +73,8 @@ class TargetPage:
     highlights: tuple[tuple[str, str], ...]
     unobserved: tuple[str, ...]
     warnings: tuple[str, ...]
+    parameters: tuple[ParameterSection, ...]
     triads: tuple[TriadSection, ...]
-    limits: tuple[LimitRow, ...]
     readings: tuple[Picture, ...]
     no_readings: str
     mounting: str
@@ -102,9 +97,9 @@ def target_page(result: TurntableResult, target: TargetResult) -> TargetPage:
         highlights=_highlights(result, target),
         unobserved=tuple(text.unobserved_sentences(target)),
         warnings=target.warnings,
-        triads=tuple(_triad_section(triad, target.checks) for triad in triads),
-        limits=tuple(limit_row(check) for check in target.checks),
-        readings=tuple(_reading_picture(reading) for reading in target.axis_readings),
+        parameters=tuple(_parameter_sections(target)),
+        triads=tuple(_triad_section(triad) for triad in triads),
+        readings=tuple(_reading_picture(result, target, reading) for reading in target.axis_readings),
         no_readings=_why_no_readings(result, target),
         mounting=text.mounting_sentence(result.reference),
         recording=_recording(target),
@@ -122,7 +117,7 @@ def pose_rows(poses: Sequence[PoseResult]) -> tuple[PoseRow, ...]:
     return tuple(
         PoseRow(
             name=pose.name,
-            up=", ".join(fixed(float(component), 3) for component in pose.up_table),
+            up=", ".join(exact(round(float(component), 3)) for component in pose.up_table),
             rests=", ".join(str(index + 1) for index in pose.rests) or "none",
             error=measurement(pose.table_error_angle, pose.table_error_sigma, "deg"),
             picture=whisker(
@@ -135,18 +130,6 @@ def pose_rows(poses: Sequence[PoseResult]) -> tuple[PoseRow, ...]:
             ),
         )
         for pose, end in zip(poses, ends, strict=True)
-    )
-
-
-def limit_row(check: LimitCheck) -> LimitRow:
-    """Print one limit check, value and limit in one unit."""
-    value, limit = text.value_and_limit(check)
-    return LimitRow(
-        parameter=check.parameter,
-        value=" ".join(filter(None, (value, check.remark and f"({check.remark})"))),
-        limit=f"± {limit}",
-        share=text.used_share(check),
-        passed=check.passed,
     )
 
 
@@ -206,29 +189,38 @@ def _highlights(result: TurntableResult, target: TargetResult) -> tuple[tuple[st
     return tuple(tiles)
 
 
-def _triad_section(triad: TriadResult, checks: Sequence[LimitCheck]) -> TriadSection:
-    groups = parameter_groups(triad, checks)
+def _parameter_sections(target: TargetResult) -> Iterator[ParameterSection]:
+    triads: tuple[tuple[TriadName, TriadResult | None], ...] = (
+        ("accelerometer", target.accelerometer),
+        ("gyroscope", target.gyroscope),
+    )
+    for name, triad in triads:
+        estimated = parameter_groups(triad, target.checks) if triad else ()
+        groups = (*estimated, *limited_groups(name, triad, target.checks))
+        if groups:
+            yield ParameterSection(name, groups, any(row.limit for group in groups for row in group.rows))
+
+
+def _triad_section(triad: TriadResult) -> TriadSection:
     return TriadSection(
         name=triad.triad,
-        groups=groups,
-        limited=any(row.limit for group in groups for row in group.rows),
         residuals=Picture(residual_figure(triad, f"res-{triad.triad}"), text.chi_square_sentence(triad)),
         matrices=matrices(triad),
         g_sensitivity=g_sensitivity(triad),
         noise=noise_rows(triad),
-        fit=text.chi_square_sentence(triad),
     )
 
 
-def _reading_picture(reading: AxisReading) -> Picture:
-    before, after = (float(np.sqrt(np.mean(deviation**2))) for deviation in deviations(reading))
-    scale = deviation_scale(reading)
-    figures = [significant(scale.factor * number, 2) for number in (before, after)]
-    caption = (
-        f"Root mean square deviation from the ideal: {figures[0]} {scale.unit} without compensation, "
-        f"{figures[1]} {scale.unit} with it."
-    )
-    return Picture(axis_reading_figure(reading, f"axis-{reading.axis}"), caption)
+def _reading_picture(result: TurntableResult, target: TargetResult, reading: AxisReading) -> Picture:
+    states = deviations(target, reading, result.reference.mounting)
+    figures = [f"{name} {_force(rms(deviation))}" for name, deviation in states.items()]
+    caption = f"Root mean square deviation from the ideal: {', '.join(figures)}."
+    return Picture(axis_reading_figure(reading, states, f"axis-{reading.axis}"), caption)
+
+
+def _force(value: float) -> str:
+    scale = readable_scale("m/s^2", value)
+    return scale.quantity(significant(scale.factor * value, 2))
 
 
 def _option(value: object) -> str:

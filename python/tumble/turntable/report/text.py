@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from tumble.report.groups import groups_of
+from tumble.report.limits import limit_share, used_share
 from tumble.report.numbers import exact, measurement, readable_scale, significant
 from tumble.report.text import count_of, join
 from tumble.results import NOT_SHOWN, LimitCheck, Parameter, TriadResult
@@ -62,23 +63,6 @@ def closest_sentence(checks: Sequence[LimitCheck]) -> str:
 def worst(checks: Sequence[LimitCheck]) -> LimitCheck | None:
     """Find the check that uses most of its limit; one whose value is not known comes before all others."""
     return max(checks, key=limit_share, default=None)
-
-
-def limit_share(check: LimitCheck) -> float:
-    """Return magnitude over limit; infinite where the value is not known or the limit is zero."""
-    if not math.isfinite(check.value):
-        return math.inf
-    if check.limit > 0:
-        return abs(check.value) / check.limit
-    return math.inf if check.value else 0.0
-
-
-def used_share(check: LimitCheck) -> str:
-    """Print value over limit in per cent; words where the value is not known or the limit is zero."""
-    ratio = limit_share(check)
-    if math.isinf(ratio):
-        return "an unknown share" if not math.isfinite(check.value) else "more than all"
-    return f"{significant(100 * ratio, 2)} %"
 
 
 def check_sentence(check: LimitCheck) -> str:

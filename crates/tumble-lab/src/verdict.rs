@@ -1,0 +1,24 @@
+//! What a procedure says of a unit, or of a set of them, in a word.
+
+tumble_core::vocabulary! {
+    /// The first thing that its page says.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Verdict {
+        /// All that was asked for lies within its limits.
+        Pass = "pass",
+        /// Something does not, or was not shown to.
+        Fail = "fail",
+        /// It has a calibration, and there was nothing to hold that against.
+        Calibrated = "calibrated",
+        /// Its residuals are more than noise explains, so that its sigmas cannot be trusted.
+        ModelNotMet = "model not met",
+        /// Of two sensors one has a calibration, the other none.
+        PartlyCalibrated = "partly calibrated",
+        /// It has none.
+        NotCalibrated = "not calibrated",
+        /// Rotation and lever arm relative to the primary were found.
+        Aligned = "aligned",
+        /// The motion did not show all of them.
+        PartlyAligned = "partly aligned",
+    }
+}
