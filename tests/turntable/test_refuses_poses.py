@@ -188,17 +188,32 @@ def test_files_of_the_reference_with_names_exchanged_are_refused(folders):
     first.write_bytes(second.read_bytes())
     second.write_bytes(content)
     line = refused_folders(folders)
-    assert "is tipped " in line
-    assert "'x_up'" in line or "'y_up'" in line
+    shown = ("file 'x_up' shows pose 'Y up', not 'X up'", "file 'y_up' shows pose 'X up', not 'Y up'")
+    assert any(words in line for words in shown)
     assert "rename the file" in line
 
 
-def test_up_and_down_exchanged_in_the_reference_are_refused_as_a_sign(folders):
+def test_up_and_down_exchanged_in_the_reference_are_told_by_the_pose_that_each_file_shows(folders):
     first, second = folders / "reference/x_up.csv", folders / "reference/x_down.csv"
     content = first.read_bytes()
     first.write_bytes(second.read_bytes())
     second.write_bytes(content)
-    assert "reads -g where pose" in refused_folders(folders)
+    line = refused_folders(folders)
+    shown = ("file 'x_up' shows pose 'X down', not 'X up'", "file 'x_down' shows pose 'X up', not 'X down'")
+    assert any(words in line for words in shown)
+    assert "rename the file" in line
+    assert "sign" not in line
+
+
+def test_a_reference_that_reads_minus_g_in_every_file_has_its_sign_wrong(folders):
+    for path in (folders / "reference").iterdir():
+        names, *lines = path.read_text().splitlines()
+        rows = [line.split(",") for line in lines]
+        turned = [[time, *(str(-float(force)) for force in rest[:3]), *rest[3:]] for time, *rest in rows]
+        path.write_text("\n".join([names, *map(",".join, turned)]) + "\n")
+    line = refused_folders(folders)
+    assert "reads -g where its poses have +g, in every file" in line
+    assert "--accelerometer-sign -1" in line
 
 
 @pytest.mark.parametrize("other", ["y_up", "z_down"])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,7 @@ import numpy as np
 from tumble import _core
 from tumble.acquisition.imu import Imu, pose_files
 from tumble.acquisition.messages import REST_REJECTIONS
+from tumble.acquisition.twins import GyroscopeHead
 from tumble.constants import STANDARD_GRAVITY
 from tumble.errors import ProcedureError
 from tumble.logs import ChunkStream, Counts
@@ -32,6 +33,8 @@ FEWEST_RESTS = 4
 LARGEST_SHARE_NOT_FINITE = 0.01
 LARGEST_GRAVITY_RATIO = 1.25
 """Mean length of specific force at rest against gravity: beyond it the unit is wrong, not the sensor."""
+NOTABLE_GRAVITY_RATIO = 1.1
+"""The same: beyond it no data sheet allows so much of bias and scale error."""
 
 
 def acquire(
@@ -48,6 +51,7 @@ def acquire(
     """
     segmenter = _core.Segmenter()
     counts = Counts()
+    head = GyroscopeHead()
     samples = 0
     duration = 0.0
     for name, part in zip(pose_files(recording) or ("",), recording.parts or (recording,), strict=True):
@@ -59,6 +63,7 @@ def acquire(
                 raise ProcedureError(
                     f"{odd}; give the unit of its time with --time-unit", about=recording.name
                 )
+            head.push(chunk.gyroscope)
             accelerometer, gyroscope = corrected(chunk, calibration)
             segmenter.push(chunk.time, accelerometer, gyroscope, chunk.temperature)
             samples += len(chunk)
@@ -69,7 +74,7 @@ def acquire(
         if isinstance(stream, ChunkStream):
             counts.add(stream.counts)
         duration += 0.0 if begun is None else ended - begun
-    return Imu(recording, segmenter.finish(), counts.notices(), LogFacts(duration=duration))
+    return Imu(recording, segmenter.finish(), counts.notices(), LogFacts(duration=duration), head.digest())
 
 
 def corrected(chunk: Chunk, calibration: Calibration | None) -> tuple[FloatArray, FloatArray]:
@@ -184,6 +189,18 @@ class _Misread:
         """One line for a recording of that name among others."""
         alone = f", or for this log only --for {name}:{self.option}={self.value}" if self.option else ""
         return self.line() + alone
+
+
+def scale_notice(unit: _core.Acquired, gravity: float) -> Iterator[str]:
+    """Say where the length at rest is so far from gravity that no sensor is sold like that."""
+    if not len(unit.rest_times):
+        return
+    length = float(np.median(np.linalg.norm(unit.rest_specific_force, axis=1)))
+    if length > 0.0 and abs(math.log(length / gravity)) > math.log(NOTABLE_GRAVITY_RATIO):
+        yield (
+            f"accelerometer reads {length:.4g} m/s^2 at rest, {length / gravity:.2f} of gravity: check its "
+            "unit and its range, or whether it is damaged"
+        )
 
 
 def _accelerometer_unit(unit: _core.Acquired, gravity: float) -> _Misread | None:

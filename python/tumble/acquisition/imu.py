@@ -20,6 +20,8 @@ class Imu:
     notices: tuple[str, ...] = ()
     """What was left out while reading."""
     log: LogFacts = NO_LOG
+    gyroscope_digest: str = ""
+    """As `GyroscopeHead.digest` has it, of what was logged."""
 
     @property
     def name(self) -> str:
@@ -30,7 +32,7 @@ class Imu:
 def log_name(recording: Recording) -> str:
     """Name a log as results do: without the folders it is in, which are of the user's machine."""
     source = recording.metadata.source
-    if recording.metadata.format == "arrays":
+    if recording.metadata.in_memory:
         return source
     spec = parse_spec(source)
     return f"{spec.path.name}:{spec.imu}" if spec.imu else spec.path.name

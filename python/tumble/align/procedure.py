@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from tumble import _core
+from tumble.acquisition.twins import twins
 from tumble.align.messages import explain
 from tumble.align.outputs import describe_alignment
 from tumble.align.result import AlignResult, UnitAlignment
@@ -61,7 +62,10 @@ def align(
         source=ours[0].source,
         units=aligned,
         options={"search": search},
-        warnings=tuple(f"{unit.name}: {notice}" for unit, read in (ours, *theirs) for notice in read.notices),
+        warnings=(
+            *twins((unit.name, read.gyroscope_digest) for unit, read in (ours, *theirs)),
+            *(f"{unit.name}: {notice}" for unit, read in (ours, *theirs) for notice in read.notices),
+        ),
         software=f"tumble {_core.__version__}",
     )
 

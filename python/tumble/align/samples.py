@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tumble import _core
+from tumble.acquisition.twins import GyroscopeHead
 from tumble.errors import ProcedureError
 from tumble.logs import ChunkStream
 from tumble.recording import FloatArray, SampleProgress
@@ -30,6 +31,8 @@ class UnitSamples:
     gyroscope_bias_sigma: float
     notices: tuple[str, ...]
     """What was left out while reading."""
+    gyroscope_digest: str
+    """As `GyroscopeHead.digest` has it."""
 
     @property
     def start(self) -> float:
@@ -61,12 +64,13 @@ def read_samples(units: Sequence[UnitLog], progress: SampleProgress | None) -> l
 
 def _read(unit: UnitLog, progress: SampleProgress) -> UnitSamples:
     assert unit.recording is not None
-    segmenter = _core.Segmenter()
+    segmenter, head = _core.Segmenter(), GyroscopeHead()
     times, forces, rates = [], [], []
     samples = 0
     stream = unit.recording.chunks()
     for chunk in stream:
         segmenter.push(chunk.time, chunk.accelerometer, chunk.gyroscope)
+        head.push(chunk.gyroscope)
         times.append(chunk.time)
         forces.append(chunk.accelerometer)
         rates.append(chunk.gyroscope)
@@ -84,6 +88,7 @@ def _read(unit: UnitLog, progress: SampleProgress) -> UnitSamples:
         bias,
         sigma,
         stream.counts.notices() if isinstance(stream, ChunkStream) else (),
+        head.digest(),
     )
 
 

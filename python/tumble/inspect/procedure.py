@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 from tumble import _core
-from tumble.acquisition.acquire import rests_of
+from tumble.acquisition.acquire import rests_of, scale_notice
 from tumble.acquisition.messages import REST_REJECTIONS
+from tumble.constants import STANDARD_GRAVITY
 from tumble.errors import LogError
 from tumble.inspect.result import ChannelFacts, Inspection, Timing
 from tumble.inspect.samples import SampleWatch
@@ -62,7 +63,12 @@ def _conclude(metadata: Metadata, watch: SampleWatch, acquired: _core.Acquired, 
         services=services_of(
             rests, acquired.turn_angles, acquired.trace(), metadata.alone, watch.time.interval, stuck
         ),
-        remarks=(*metadata.remarks, *counts.notices(), *_warnings(metadata, timing, channels)),
+        remarks=(
+            *metadata.remarks,
+            *counts.notices(),
+            *scale_notice(acquired, STANDARD_GRAVITY),
+            *_warnings(metadata, timing, channels),
+        ),
     )
 
 

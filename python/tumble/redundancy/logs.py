@@ -9,6 +9,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from tumble.acquisition.twins import GyroscopeHead, twins
 from tumble.errors import LogError, ProcedureError
 from tumble.logs import ChunkStream, ReadOptions, list_imus, open_recording, options_for, parse_spec
 from tumble.recording import Chunk, FloatArray, Recording, RecordingSource, SampleProgress
@@ -167,6 +168,7 @@ class _Reader:
     """s by which time went back so far."""
     ended: bool = False
     read: int = 0
+    gyroscope: GyroscopeHead = field(default_factory=GyroscopeHead)
 
     def refill(self) -> None:
         """Read on where nothing is waiting."""
@@ -186,6 +188,7 @@ class _Reader:
         usual = float(np.median(np.abs(steps)))
         back = np.cumsum(np.where(steps < 0.0, usual - steps, 0.0))
         self.waiting = chunk
+        self.gyroscope.push(chunk.gyroscope)
         self.arrival = time + (self.stepped_back + back)
         self.stepped_back += float(back[-1])
         self.last = float(self.arrival[-1])
@@ -259,7 +262,8 @@ class SideBySide(Iterator[list[SampleArrays]]):
         return block
 
     def notices(self) -> Iterator[str]:
-        """Say what was left out of each unit's log."""
+        """Say what was left out of each unit's log, and which units have one gyroscope."""
+        yield from twins((reader.unit.name, reader.gyroscope.digest()) for reader in self._readers)
         for reader in self._readers:
             if isinstance(reader.stream, ChunkStream):
                 yield from (f"{reader.unit.name}: {notice}" for notice in reader.stream.counts.notices())

@@ -14,6 +14,7 @@ from tumble.acquisition.acquire import (
     refuse_if_damaged,
     refuse_if_misread,
     rests_of,
+    scale_notice,
     trace_of,
 )
 from tumble.acquisition.imu import Imu
@@ -132,7 +133,12 @@ def spin(
             "level-floor": level_floor,
             "at": [list(times) for times in at],
         },
-        warnings=(*_notices(unit), *combined.warnings, *scale_warning(combined, spins, applied, strength)),
+        warnings=(
+            *_notices(unit),
+            *scale_notice(unit.acquired, strength),
+            *combined.warnings,
+            *scale_warning(combined, spins, applied, strength),
+        ),
         software=f"tumble {_core.__version__}",
     )
 

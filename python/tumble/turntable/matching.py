@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -48,9 +49,9 @@ def match_poses(
         return PoseMatch(nothing, {}, "no pose list was given")
     if recording.parts:
         labelled = _by_file(recording, parts, poses)
-        _refuse_mislabelled(recording, forces, labelled, parts)
+        _refuse_mislabelled(recording, forces, labelled, parts, poses)
         strange = [recording.parts[part].name for k, part in enumerate(parts) if k not in labelled]
-        return _matched(forces, labelled, poses, _strange_files(strange))
+        return _matched(forces, parts, labelled, poses, _strange_files(strange))
     nearest = [_nearest(force, poses) for force in forces]
     labelled = {k: pose for k, (pose, angle) in enumerate(nearest) if angle <= LARGEST_TIP}
     if poses is SIX_FACES and not _shows_six_faces(labelled, len(forces)):
@@ -71,7 +72,7 @@ def match_poses(
             f"were found in {len(forces)} rests; record it, take it off the list, or use --poses none",
             about=recording.name,
         )
-    return _matched(forces, labelled, poses, _extras(nearest))
+    return _matched(forces, parts, labelled, poses, _extras(nearest))
 
 
 def _nearest(force: FloatArray, poses: PoseList) -> tuple[Pose, float]:
@@ -102,24 +103,24 @@ def _by_file(recording: Recording, parts: Sequence[int], poses: PoseList) -> dic
 
 
 def _refuse_mislabelled(
-    recording: Recording, forces: FloatArray, labelled: dict[int, Pose], parts: Sequence[int]
+    recording: Recording, forces: FloatArray, labelled: dict[int, Pose], parts: Sequence[int], poses: PoseList
 ) -> None:
-    for k, pose in labelled.items():
-        angle = angle_between(forces[k], pose.up)
-        if angle <= LARGEST_TIP:
-            continue
-        file = recording.parts[parts[k]].name
-        if angle > 180.0 - LARGEST_TIP:
-            raise ProcedureError(
-                f"file {file!r} reads -g where pose {pose.name!r} has +g; "
-                "rename the file, or change the sign with --accelerometer-sign -1",
-                about=recording.name,
-            )
+    angles = {k: angle_between(forces[k], pose.up) for k, pose in labelled.items()}
+    if angles and min(angles.values()) > 180.0 - LARGEST_TIP:
         raise ProcedureError(
-            f"file {file!r} is tipped {angle:.1f} deg from pose {pose.name!r}; "
-            "rename the file or record the pose again",
+            "reads -g where its poses have +g, in every file; change the sign with --accelerometer-sign -1",
             about=recording.name,
         )
+    for k, pose in labelled.items():
+        if angles[k] <= LARGEST_TIP:
+            continue
+        file = recording.parts[parts[k]].name
+        shown, off = _nearest(forces[k], poses)
+        if off <= LARGEST_TIP:
+            said = f"file {file!r} shows pose {shown.name!r}, not {pose.name!r}"
+        else:
+            said = f"file {file!r} is tipped {angles[k]:.1f} deg from pose {pose.name!r}"
+        raise ProcedureError(f"{said}; rename the file or record the pose again", about=recording.name)
 
 
 def _extras(nearest: Sequence[tuple[Pose, float]]) -> tuple[str, ...]:
@@ -142,12 +143,45 @@ def _strange_files(names: Sequence[str]) -> tuple[str, ...]:
 
 
 def _matched(
-    forces: FloatArray, labelled: dict[int, Pose], poses: PoseList, warnings: tuple[str, ...]
+    forces: FloatArray,
+    parts: Sequence[int],
+    labelled: dict[int, Pose],
+    poses: PoseList,
+    warnings: tuple[str, ...],
 ) -> PoseMatch:
     ups = np.full(forces.shape, np.nan)
     for k, pose in labelled.items():
         ups[k] = pose.up
-    counts = {pose.name: sum(other.name == pose.name for other in labelled.values()) for pose in poses}
-    repeated = [f"{name} ({count} times)" for name, count in counts.items() if count > 1]
-    repeats = [f"poses recorded more than once, all used: {', '.join(repeated)}"] if repeated else []
-    return PoseMatch(ups, {k: pose.name for k, pose in labelled.items()}, "", (*warnings, *repeats))
+    names = {k: pose.name for k, pose in labelled.items()}
+    visits = _visits(names, parts, poses)
+    return PoseMatch(ups, names, "", (*warnings, *_interrupted(visits), *_repeated(visits)))
+
+
+Visits: TypeAlias = dict[str, list[list[int]]]
+"""Rests of each pose, in the order of the list, for each time that the table was turned to it."""
+
+
+def _visits(names: dict[int, str], parts: Sequence[int], poses: PoseList) -> Visits:
+    """Rests of one pose that follow each other are one that was disturbed."""
+    visits: Visits = {pose.name: [] for pose in poses}
+    for k in sorted(names):
+        of_pose = visits[names[k]]
+        if of_pose and of_pose[-1][-1] == k - 1 and parts[k] == parts[k - 1]:
+            of_pose[-1].append(k)
+        else:
+            of_pose.append([k])
+    return visits
+
+
+def _interrupted(visits: Visits) -> list[str]:
+    return [
+        f"the rest at {name} was disturbed and fell into {len(visit)} rests; all are used"
+        for name, of_pose in visits.items()
+        for visit in of_pose
+        if len(visit) > 1
+    ]
+
+
+def _repeated(visits: Visits) -> list[str]:
+    repeated = [f"{name} ({len(of_pose)} times)" for name, of_pose in visits.items() if len(of_pose) > 1]
+    return [f"poses recorded more than once, all used: {', '.join(repeated)}"] if repeated else []

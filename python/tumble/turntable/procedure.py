@@ -65,6 +65,11 @@ class Session:
         found = self._procedure.calibrate(name, unit)
         return replace(found, provenance=provenance or self.provenance)
 
+    def note_gyroscopes(self, names: Sequence[str], units: Sequence[UnitRead]) -> None:
+        """Take in the order of targets before they are calibrated side by side: a later twin is remarked."""
+        for name, unit in zip(names, units, strict=True):
+            self._procedure.first_with_gyroscope(name, unit)
+
     def why_swapped(self, unit: UnitRead) -> str:
         """Say why a target must be the reference, where it is so much the better unit; empty where not."""
         reference, gravity = self._reference, self.batch.gravity
@@ -136,10 +141,11 @@ def open_session(
             "poses": Path(pose_list.source).name if pose_list else "none",
         },
         limits=limit_list.content() if limit_list else {},
-        warnings=(*match.warnings, *reference_warnings(unit, fitted, strength)),
+        warnings=(*match.warnings, *reference_warnings(unit, fitted, strength, source, applied)),
         software=f"tumble {_core.__version__}",
     )
     procedure = TargetProcedure(unit, fitted, match, settings, strength, limit_list)
+    procedure.first_with_gyroscope(unit.name, unit)
     return Session(batch, Provenance(date_now(), operator, station), unit, procedure, reference)
 
 
@@ -202,7 +208,9 @@ def turntable(
         for unit in units:
             if why := session.why_swapped(unit):
                 raise ProcedureError(why)
-        results = tuple(pool.map(session.calibrate, _unique_names(sources, units), units))
+        names = _unique_names(sources, units)
+        session.note_gyroscopes(names, units)
+        results = tuple(pool.map(session.calibrate, names, units))
     refuse_if_all_failed(results)
     return replace(session.batch, targets=results)
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from tumble import _core
-from tumble.acquisition.acquire import rejected_rests_of, rests_of, trace_of
+from tumble.acquisition.acquire import rejected_rests_of, rests_of, scale_notice, trace_of
 from tumble.acquisition.imu import Imu, log_name
 from tumble.acquisition.notices import notices
 from tumble.calibration.document import Calibration
@@ -55,18 +55,31 @@ def mounting_result(fitted: _core.Reference) -> MountingResult | None:
     )
 
 
-def reference_warnings(unit: Imu, fitted: _core.Reference, gravity: float) -> Iterator[str]:
-    """Say what was odd about the reference."""
-    for notice in notices(unit):
+def reference_warnings(
+    unit: Imu, fitted: _core.Reference, gravity: float, gravity_source: str, applied: Calibration | None
+) -> Iterator[str]:
+    """Say what was odd about the reference; `gravity` and where it is from are those of `local_gravity`."""
+    for notice in (*notices(unit), *scale_notice(unit.acquired, gravity)):
         yield f"{unit.name}: {notice}"
     figures = fitted.figures
     if figures["excess"] > 1.0 and figures["norm_residual"] > NOTABLE_NORM_RESIDUAL:
         yield (
             f"{unit.name}: |f| deviates from {gravity:.6g} m/s^2 by {figures['norm_residual']:.2g} "
             f"m/s^2, {math.sqrt(figures['excess']):.0f} times what its noise explains, and the sigmas of "
-            "the targets include that: give the local gravity with --latitude and --height or --gravity, "
-            "or the calibration of the reference with --reference-calibration"
+            f"the targets include that: {_remedy(gravity_source, applied)}"
         )
+
+
+def _remedy(gravity_source: str, applied: Calibration | None) -> str:
+    """Say what to give that was not given, and what to check of what was."""
+    known = {
+        "standard": "give the local gravity with --latitude and --height or --gravity",
+        "given": "check the value of --gravity",
+    }
+    gravity = known.get(gravity_source, "check --latitude and --height, or give a measured --gravity")
+    if applied is None:
+        return f"{gravity}, or give the calibration of the reference with --reference-calibration"
+    return f"{gravity}, or calibrate the reference anew: its calibration does not explain its readings"
 
 
 def pose_results(match: PoseMatch, fitted: _core.Reference) -> tuple[PoseResult, ...]:

@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from tumble import _core
-from tumble.acquisition.acquire import refuse_if_unfit, rejected_rests_of, rests_of, trace_of
+from tumble.acquisition.acquire import (
+    refuse_if_unfit,
+    rejected_rests_of,
+    rests_of,
+    scale_notice,
+    trace_of,
+)
 from tumble.acquisition.imu import Imu, log_name
 from tumble.acquisition.notices import notices
+from tumble.acquisition.twins import twins
 from tumble.errors import ProcedureError, TumbleError
 from tumble.provenance import NO_LOG
 from tumble.results import Trace, TriadResult
@@ -42,6 +49,18 @@ class TargetProcedure:
     settings: _core.TurntableSettings
     gravity: float
     limits: Limits | None
+    gyroscopes: dict[str, str] = field(default_factory=dict)
+    """Name of the first unit with each gyroscope, by its digest."""
+
+    def first_with_gyroscope(self, name: str, unit: Imu | TumbleError) -> str:
+        """Give the first unit with the gyroscope of this one: itself, unless one sensor has two names."""
+        if isinstance(unit, TumbleError) or not unit.gyroscope_digest:
+            return name
+        return self.gyroscopes.setdefault(unit.gyroscope_digest, name)
+
+    def _twin(self, name: str, unit: Imu) -> Iterator[str]:
+        first = self.first_with_gyroscope(name, unit)
+        return twins([(each, unit.gyroscope_digest) for each in (first, name)] if first != name else [])
 
     def calibrate(self, name: str, unit: Imu | TumbleError) -> TargetResult:
         """Calibrate one target; what hinders it becomes its failure."""
@@ -104,7 +123,12 @@ class TargetProcedure:
         return replace(
             result,
             axis_readings=self._axis_readings(result, figures),
-            warnings=(*notices(unit), *self._warnings(result, figures)),
+            warnings=(
+                *notices(unit),
+                *scale_notice(unit.acquired, self.gravity),
+                *self._twin(name, unit),
+                *self._warnings(result, figures),
+            ),
         )
 
     def _axis_readings(self, result: TargetResult, figures: _core.TargetFigures) -> tuple[AxisReading, ...]:
