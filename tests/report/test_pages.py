@@ -19,6 +19,7 @@ from tumble.redundancy.report.page import REDUNDANCY_REPORT
 from tumble.report.text import VERDICT_SIGNS
 from tumble.spin.report.page import SPIN_REPORT
 from tumble.turntable.report.pages import write_reports
+from turntable_sessions import typed
 
 WARNING = "1 % of it would be 0.098 m/s^2, it differs by -1.05 ms"
 PRINTED = "1 % of it would be 0.098 m/s², it differs by \N{MINUS SIGN}1.05 ms"
@@ -100,3 +101,17 @@ def test_a_chart_too_wide_for_a_narrow_screen_says_that_it_scrolls(pages, name):
     assert int(narrow[1]) == int(width[1]) + margins - 1
     for figure in re.findall(r'<figure class="wide">.*?</figure>', pages[name], re.DOTALL):
         assert '<div class="scroll">' in figure
+
+
+def test_no_page_names_a_folder_of_the_machine(tmp_path):
+    typed("simulate", "spin", "--seed", "7", "-o", str(tmp_path / "logs"))
+    typed("simulate", "flight", "--seed", "7", "-o", str(tmp_path / "logs"))
+    log = {name: str(tmp_path / "logs" / f"{name}.csv") for name in ("spin", "primary", "secondary_1")}
+    units = ("--primary", log["primary"], "--secondary", log["secondary_1"])
+    typed("spin", log["spin"], "-o", str(tmp_path / "out"))
+    typed("align", *units, "-o", str(tmp_path / "out"))
+    typed("redundancy", *units, "-o", str(tmp_path / "out"))
+    pages = list((tmp_path / "out").glob("*.html"))
+    assert len(pages) == 3
+    for page in pages:
+        assert str(tmp_path) not in page.read_text()

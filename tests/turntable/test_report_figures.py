@@ -131,6 +131,21 @@ def test_a_limit_that_lies_beyond_the_scale_is_said_in_the_distribution(result):
     assert limits_off_scale(one, 2.0 * largest).endswith("(z)")
 
 
+def test_a_name_for_which_a_figure_has_no_room_is_cut_and_so_never_leaves_its_panel(result):
+    name = "left wing, third bay, as delivered"
+    target = result["target_1"]
+    rests = tuple(replace(rest, pose=name) for rest in target.rests)
+    labels = (name,) * len(target.accelerometer.residual_labels)
+    for figure in (
+        recording_figure(target.trace, rests, "p"),
+        residual_figure(replace(target.accelerometer, residual_labels=labels), "p"),
+    ):
+        texts = list(ElementTree.fromstring(figure).itertext())
+        cut = [text for text in texts if "left wing" in text]
+        assert cut
+        assert all(text.endswith("…") and len(text) < len(name) for text in cut)
+
+
 def test_the_overview_stands_alone_and_names_the_three_states(result):
     svg = figure_overview(result)
     texts = "".join(ElementTree.fromstring(svg).itertext())

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from tumble import _core
+from tumble.acquisition.imu import log_name
 from tumble.acquisition.twins import twins
 from tumble.align.messages import explain
 from tumble.align.outputs import describe_alignment
@@ -17,7 +18,7 @@ from tumble.align.samples import UnitSamples, read_samples
 from tumble.documents import document_kind, write_document
 from tumble.errors import LogError, ProcedureError
 from tumble.logs import ReadOptions
-from tumble.recording import RecordingSource, SampleProgress, sources_of
+from tumble.recording import Recording, RecordingSource, SampleProgress, sources_of
 from tumble.redundancy.logs import UnitLog, open_units
 
 LARGEST_OFFSET = 5.0
@@ -49,9 +50,7 @@ def align(
     if not search >= 0.0:
         raise ProcedureError(f"--search {search:g}: give a time in s, zero or above")
     units = open_units((primary, *sources_of(secondaries)), log, read, allow_missing=True)
-    for unit in units:
-        if unit.recording is None:
-            raise LogError(unit.missing)
+    recordings = [_recorded(unit) for unit in units]
     samples = read_samples(units, progress)
     ours, *theirs = zip(units, samples, strict=True)
     # The core lets other threads run, and pairs have nothing to do with each other.
@@ -59,7 +58,7 @@ def align(
         aligned = tuple(pool.map(lambda each: _aligned(ours, each, search), theirs))
     return AlignResult(
         primary=ours[0].name,
-        source=ours[0].source,
+        source=log_name(recordings[0]),
         units=aligned,
         options={"search": search},
         warnings=(
@@ -68,6 +67,12 @@ def align(
         ),
         software=f"tumble {_core.__version__}",
     )
+
+
+def _recorded(unit: UnitLog) -> Recording:
+    if unit.recording is None:
+        raise LogError(unit.missing)
+    return unit.recording
 
 
 def _aligned(

@@ -81,7 +81,7 @@ class AlignResult(Tabular, Collection[UnitAlignment]):
 
     primary: str
     source: str
-    """What names the primary for certain: path and IMU."""
+    """Log of the primary, without the folders it is in."""
     units: tuple[UnitAlignment, ...]
     options: dict[str, object] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()

@@ -14,6 +14,7 @@ from tumble.report.panel import (
     category_axis,
     error_bars,
     horizontal_axis,
+    short,
     span,
     value_axis,
 )
@@ -130,7 +131,7 @@ def _name_rests(axes: Axes, rests: Sequence[Rest]) -> None:
         axes.text(
             (rest.start + rest.end) / 2,
             1,
-            f"{number} {rest.pose}" if rest.used else f"{number} not used",
+            f"{number} {short(rest.pose)}" if rest.used else f"{number} not used",
             frames=("data", "panel"),
             shift=(0, 16),
             rotation=35,

@@ -14,6 +14,8 @@ from tumble.report.numbers import MINUS
 from tumble.report.svg import GRID, INK, SOFT
 
 LABEL_SIZE = 7.5
+LONGEST_NAME = 16
+"""Letters of a name for which figures have room."""
 
 _TICK_STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
 
@@ -138,7 +140,7 @@ def category_axis(axes: Axes, labels: Sequence[str], *, most: int = 14) -> None:
         axes.text(
             place,
             0,
-            label,
+            short(label),
             frames=("data", "panel"),
             shift=(3, -4),
             ha="right",
@@ -147,6 +149,11 @@ def category_axis(axes: Axes, labels: Sequence[str], *, most: int = 14) -> None:
             size=LABEL_SIZE,
             color=SOFT,
         )
+
+
+def short(name: str, longest: int = LONGEST_NAME) -> str:
+    """Cut a name that has no room in a figure."""
+    return name if len(name) <= longest else f"{name[: longest - 1]}…"
 
 
 def row_labels(axes: Axes, labels: Sequence[str]) -> None:

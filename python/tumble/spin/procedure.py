@@ -17,7 +17,7 @@ from tumble.acquisition.acquire import (
     scale_notice,
     trace_of,
 )
-from tumble.acquisition.imu import Imu
+from tumble.acquisition.imu import Imu, log_name
 from tumble.calibration.document import Calibration
 from tumble.errors import ProcedureError
 from tumble.gravity import local_gravity
@@ -112,7 +112,7 @@ def spin(
     combined = combine(spins)
     return SpinResult(
         name=recording.name,
-        source=recording.metadata.source,
+        source=log_name(recording),
         serial=recording.metadata.serial,
         spins=spins,
         accelerometer_bias=combined.accelerometer_bias,

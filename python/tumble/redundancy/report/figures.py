@@ -25,7 +25,7 @@ from tumble.redundancy.result import RedundancyEvent, RedundancyResult, Sensor
 from tumble.report.canvas import Axes, Figure, Side
 from tumble.report.figures import COMPENSATED, FULL_WIDTH, RIGHT, UNCOMPENSATED, shade
 from tumble.report.numbers import readable_unit, significant
-from tumble.report.panel import LABEL_SIZE, horizontal_axis, numbered_value_axis, row_label
+from tumble.report.panel import LABEL_SIZE, horizontal_axis, numbered_value_axis, row_label, short
 from tumble.report.svg import ALARM, GRID, INK, REST, SOFT, UNUSED, X_AXIS, Z_AXIS, inline_svg
 from tumble.units import UNITS
 
@@ -55,7 +55,6 @@ MARKS = {
 
 _LETTER = 0.062
 """Inches that a letter of a mark's text is wide."""
-_LONGEST_NAME = 16
 _SHORTEST_SEEN = 1 / 700
 """Share of the time axis below which a gap cannot be seen."""
 EXCEEDED = {"o": "x", "D": "X"}
@@ -267,11 +266,6 @@ def log_value_axis(axes: Axes, low: float, high: float, title: str) -> None:
     axes.grid(marks, "y", GRID)
     shown = marks[::stride]
     numbered_value_axis(axes, shown, [significant(10.0**mark, 1) for mark in shown], title)
-
-
-def short(name: str) -> str:
-    """Cut a name that has no room in a figure."""
-    return name if len(name) <= _LONGEST_NAME else f"{name[: _LONGEST_NAME - 1]}…"
 
 
 def _panel(figure: Figure, height: float, row: int, column: int) -> Axes:

@@ -14,7 +14,7 @@ from tumble.report.canvas import Axes, Figure
 from tumble.report.figures import CALIBRATED, FULL_WIDTH, HALF_WIDTH, UNCOMPENSATED
 from tumble.report.groups import group_of, group_title, shown_number
 from tumble.report.numbers import MINUS, exact, readable_scale
-from tumble.report.panel import horizontal_axis, log_axis, row_labels, segments, span
+from tumble.report.panel import horizontal_axis, log_axis, row_labels, segments, short, span
 from tumble.report.svg import ALARM, GRID, INK, REST, SOFT, X_AXIS, inline_svg
 from tumble.results import LimitCheck
 from tumble.turntable.record import TargetRecord
@@ -26,6 +26,8 @@ _FEW = 30
 _MOST_NAMES = 30
 """Up to so many targets have their names beside the error figure."""
 _MOST_LABELLED = 3
+_LONGEST_TARGET = 24
+"""Letters of a target's name for which the error figure has room."""
 _MOST_LINES = 1000
 """Of more targets only every so-manyth has a line; more cannot be told apart."""
 _FINEST = 2000
@@ -201,7 +203,7 @@ def draw_improvement(axes: Axes, pairs: Sequence[tuple[str, Improvement]], *, na
     axes.points(before, rows, UNCOMPENSATED, "o", size, hollow=True, edge=1.1)
     axes.points(after, rows, CALIBRATED, "o", size)
     if named:
-        row_labels(axes, [name for name, _ in pairs])
+        row_labels(axes, [short(name, _LONGEST_TARGET) for name, _ in pairs])
 
 
 def _visible_limits(limits: Sequence[float], values: Sequence[FloatArray]) -> list[float]:
