@@ -18,7 +18,7 @@ use embedded_storage::nor_flash::NorFlash;
 
 use crate::flash::entry::{ENTRY, ERASED, Entry, Key, Kind, PEEK, label};
 use crate::flash::{LayoutError, StoreError};
-use crate::record::CRC;
+use crate::record::checksum;
 
 /// Bytes of one copy of a header. All sizes here are multiples of it, so flash may be written up to that many at once.
 const COPY: u32 = 32;
@@ -31,6 +31,9 @@ const MAGIC: [u8; 4] = *b"TB\x02\xFF";
 
 /// The same of version 1, which did not say what was copied.
 const MAGIC_1: [u8; 4] = *b"TB\x01\xFF";
+
+/// The checksum of no entries.
+const NO_CONTENT: u32 = 0;
 
 const ENTRY_BYTES: u32 = ENTRY as u32;
 
@@ -152,11 +155,11 @@ impl<F: NorFlash> Banks<F> {
 
     /// Whether the entries that were copied to a bank are as they were.
     fn is_intact(&mut self, bank: Bank) -> Outcome<bool, F> {
-        let mut content = CRC.digest();
+        let mut content = NO_CONTENT;
         for slot in 0..bank.header.copied.min(self.slots()) {
-            content.update(&self.entry(bank, slot)?.0);
+            content = with_entry(content, &self.entry(bank, slot)?);
         }
-        Ok(content.finalize() == bank.header.content)
+        Ok(content == bank.header.content)
     }
 
     /// Whether what was found can be relied on in boots to come: it was copied, or the last of this boot, or another was
@@ -260,18 +263,18 @@ impl<F: NorFlash> Banks<F> {
         let address = self.other(from.address);
         self.erase(address)?;
         let mut next = 0;
-        let mut content = CRC.digest();
+        let mut content = NO_CONTENT;
         for slot in 0..self.slots() {
             if let Some(entry) = self.of_use(from, slot)? {
                 self.write(address, next, &entry)?;
-                content.update(&entry.0);
+                content = with_entry(content, &entry);
                 next += 1;
             }
         }
         let header = Header {
             sequence: from.header.sequence.wrapping_add(1),
             copied: next,
-            content: content.finalize(),
+            content,
         };
         self.commit(address, header)?;
         Ok((address, next))
@@ -409,7 +412,7 @@ impl Header {
         Self {
             sequence: u32::from_le_bytes(sequence),
             copied: 0,
-            content: CRC.digest().finalize(),
+            content: NO_CONTENT,
         }
     }
 
@@ -437,12 +440,18 @@ impl Header {
     }
 }
 
+/// The checksum of entries and one more, of which one that is not whole has none.
+fn with_entry(content: u32, entry: &Entry) -> u32 {
+    let signature = entry.signature().unwrap_or_default();
+    checksum([content.to_le_bytes(), signature].as_flattened())
+}
+
 /// Words with their checksum.
 fn signed<const N: usize>(words: [[u8; 4]; N]) -> Copy {
     let covered = words.as_flattened();
-    let checksum = CRC.checksum(covered).to_le_bytes();
+    let signature = checksum(covered).to_le_bytes();
     let mut bytes = [ERASED; COPY as usize];
-    let all = covered.iter().chain(&checksum);
+    let all = covered.iter().chain(&signature);
     bytes.iter_mut().zip(all).for_each(|(byte, value)| *byte = *value);
     Copy(bytes)
 }

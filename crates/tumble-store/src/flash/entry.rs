@@ -3,7 +3,7 @@
 
 use tumble_core::redundancy::sensor::Sensor;
 
-use crate::record::{CRC, MAX_ENCODED, sensor, sensor_code};
+use crate::record::{MAX_ENCODED, checksum, sensor, sensor_code};
 
 /// Bytes of an entry. A record of version 1 leaves 17 of them, for versions to come.
 pub const ENTRY: usize = 192;
@@ -77,7 +77,7 @@ impl Entry {
     /// Puts the bytes of a record into an entry, if there is room.
     pub fn new(kind: Kind, key: Key, record: &[u8]) -> Option<Self> {
         let mut entry = Self::blank();
-        let (covered, checksum) = entry.0.split_last_chunk_mut::<CHECKSUM>()?;
+        let (covered, signature) = entry.0.split_last_chunk_mut::<CHECKSUM>()?;
         let (head, room) = covered.split_first_chunk_mut::<HEAD>()?;
         let [k, length, s, _, identity @ ..] = head;
         (*k, *length, *s) = (
@@ -87,7 +87,7 @@ impl Entry {
         );
         *identity = key.identity.to_le_bytes();
         room.get_mut(..record.len())?.copy_from_slice(record);
-        *checksum = CRC.checksum(covered).to_le_bytes();
+        *signature = checksum(covered).to_le_bytes();
         Some(entry)
     }
 
@@ -98,8 +98,13 @@ impl Entry {
 
     /// Whether it is as it was written.
     pub fn is_whole(&self) -> bool {
-        let split = self.0.split_last_chunk::<CHECKSUM>();
-        split.is_some_and(|(covered, checksum)| CRC.checksum(covered) == u32::from_le_bytes(*checksum))
+        self.signature().is_some()
+    }
+
+    /// The checksum at its end, if it is as it was written.
+    pub fn signature(&self) -> Option<[u8; CHECKSUM]> {
+        let (covered, signature) = self.0.split_last_chunk::<CHECKSUM>()?;
+        (checksum(covered).to_le_bytes() == *signature).then_some(*signature)
     }
 
     /// The bytes of the record.

@@ -17,8 +17,13 @@ const CHECKSUM: usize = 4;
 /// Bytes around the fields.
 pub const FRAME: usize = HEAD + CHECKSUM;
 
-/// CRC-32 as in Ethernet and zip files; bit by bit, since a table of 1 KiB would outweigh the rest of this crate.
-pub const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+/// CRC-32 as in Ethernet and zip files; bit by bit, since a table of 1 KiB would outweigh the rest of this crate, and in
+/// one place.
+#[inline(never)]
+pub fn checksum(bytes: &[u8]) -> u32 {
+    const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+    CRC.checksum(bytes)
+}
 
 /// Frames the fields of a version.
 pub fn write<'b>(
@@ -34,22 +39,22 @@ pub fn write<'b>(
         .split_at_mut_checked(HEAD + length)
         .ok_or(EncodeError::NoRoom)?;
     let head = covered.first_chunk_mut::<HEAD>().ok_or(EncodeError::NoRoom)?;
-    let checksum = rest.first_chunk_mut::<CHECKSUM>().ok_or(EncodeError::NoRoom)?;
+    let signature = rest.first_chunk_mut::<CHECKSUM>().ok_or(EncodeError::NoRoom)?;
     let [t, r] = MAGIC;
     *head = [t, r, version];
-    *checksum = CRC.checksum(covered).to_le_bytes();
+    *signature = checksum(covered).to_le_bytes();
     buffer.get(..length + FRAME).ok_or(EncodeError::NoRoom)
 }
 
 /// Takes the frame off: gives the version and the bytes of its fields.
 pub fn open(bytes: &[u8]) -> Result<(u8, &[u8]), DecodeError> {
     let short = DecodeError::TooShort { found: bytes.len() };
-    let (covered, checksum) = bytes.split_last_chunk::<CHECKSUM>().ok_or(short)?;
+    let (covered, signature) = bytes.split_last_chunk::<CHECKSUM>().ok_or(short)?;
     let ([t, r, version], fields) = covered.split_first_chunk::<HEAD>().ok_or(short)?;
     if [*t, *r] != MAGIC {
         return Err(DecodeError::NotARecord);
     }
-    if CRC.checksum(covered) != u32::from_le_bytes(*checksum) {
+    if checksum(covered) != u32::from_le_bytes(*signature) {
         return Err(DecodeError::Corrupt);
     }
     Ok((*version, fields))

@@ -10,7 +10,7 @@ mod version_1;
 #[cfg(test)]
 mod older_version_tests;
 
-pub(crate) use frame::CRC;
+pub(crate) use frame::checksum;
 pub(crate) use version_1::{sensor, sensor_code};
 
 use nalgebra::{convert, convert_unchecked};
