@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import re
+import shutil
 
 import numpy as np
 import pytest
@@ -25,7 +27,7 @@ from redundancy_sets import (
 from stored_errors import ONE, TWO, an_error
 from tumble.errors import OutputError
 from tumble.redundancy.result import SecondaryError
-from tumble.redundancy.store import ErrorStore, Identified
+from tumble.redundancy.store import SENSORS, ErrorStore, Identified
 from turntable_sessions import contents
 
 
@@ -191,6 +193,90 @@ def test_a_store_against_another_primary_is_told_and_the_replay_goes_on(flights,
         "against another primary"
     }
     assert any("was calibrated against imu1, not imu3" in line for line in result["warnings"])
+
+
+SERIALS = {"imu1": "P-7", "imu2": "S-8", "imu3": "S-9"}
+
+
+def serials(**changes):
+    """Options that state the serial of each unit."""
+    stated = SERIALS | changes
+    return [word for name, serial in stated.items() for word in ("--set", f"units.{name}.serial={serial}")]
+
+
+@pytest.fixture(scope="module")
+def with_serials(flights):
+    """The store of the first flight, whose units have serials."""
+    folder, paths = flights
+    names = units(["imu1", "imu2", "imu3"])
+    store = folder / "with_serials"
+    replay(paths[0], *names, *QUICK, *serials(), "--store", store, "-o", folder / "out_serials")
+    return store
+
+
+@pytest.fixture
+def marked(with_serials, tmp_path):
+    """A copy of that store."""
+    return shutil.copytree(with_serials, tmp_path / "marked")
+
+
+def test_a_stored_error_carries_its_date_its_serial_and_that_of_the_primary(marked):
+    for path in marked.glob("imu2-*.yaml"):
+        stored = yaml.safe_load(path.read_text())
+        assert (stored["serial"], stored["primary_serial"]) == ("S-8", "P-7")
+        assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", stored["date"])
+
+
+@pytest.mark.parametrize(("unit", "was"), [("imu1", "P-7"), ("imu2", "S-8")])
+def test_the_store_of_another_set_of_the_same_names_is_refused_and_left_as_it_was(
+    flights, marked, tmp_path, unit, was
+):
+    before = contents(marked)
+    names = units(["imu1", "imu2", "imu3"])
+    other = serials(**{unit: "X-1"})
+    line = refusal(flights[1][1], *names, *QUICK, *other, "--store", marked, "-o", tmp_path / "out")
+    assert f"{unit} with serial {was}, but the log is of {unit} with serial X-1" in line
+    assert contents(marked) == before
+
+
+def test_the_store_of_the_same_serials_is_taken_without_a_word(flights, marked, tmp_path):
+    result, events = second(flights, marked, tmp_path / "out", *serials())
+    assert len(of(events, "imu2", "restored")) == 2
+    assert not any("serial" in line for line in result["warnings"])
+
+
+def test_a_unit_without_a_serial_is_known_by_its_name_which_is_said(flights, marked, tmp_path):
+    result, events = second(flights, marked, tmp_path / "out")
+    assert len(of(events, "imu2", "restored")) == 2
+    assert any(
+        line.startswith("no serial number of imu1, imu2, imu3 is known") for line in result["warnings"]
+    )
+
+
+def test_a_stored_error_without_a_serial_is_taken_by_its_name_which_is_said(flights, stored, tmp_path):
+    result, events = second(flights, stored, tmp_path / "out", *serials())
+    assert len(of(events, "imu2", "restored")) == 2
+    said = [line for line in result["warnings"] if "does not state the serials" in line]
+    assert [str(stored / f"imu2-{sensor}.yaml") in line for sensor, line in zip(SENSORS, said, strict=True)]
+
+
+def test_a_serial_that_contradicts_that_of_the_log_is_refused(flights, tmp_path):
+    names = units(["imu1", "imu2"])
+    logged = ("--for", "imu2:serial=S-8")
+    line = refusal(flights[1][1], *names, *logged, "--set", "units.imu2.serial=X-1", "-o", tmp_path / "out")
+    assert "serial is X-1, but its log states S-8" in line
+
+
+def test_units_that_share_the_serial_of_their_board_are_told_apart_by_their_names(flights, tmp_path):
+    store = tmp_path / "store"
+    for run in (1, 2):
+        board = ("--serial", "BOARD-3", "--store", store)
+        names = units(["imu1", "imu2", "imu3"])
+        _, events = replay(flights[1][1], *names, *QUICK, *board, "-o", tmp_path / str(run))
+    assert len(of(events, "imu2", "restored")) == 2
+    stored = [yaml.safe_load(path.read_text()) for path in store.glob("*.yaml")]
+    assert {each["serial"] for each in stored} == {"BOARD-3"}
+    assert all(each["identity"] != each["primary_identity"] for each in stored)
 
 
 def test_an_implausible_stored_error_is_rejected_by_the_monitor_and_set_aside(flights, tmp_path):

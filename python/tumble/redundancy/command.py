@@ -184,7 +184,7 @@ def _write(
     files, warnings = write_results(result, calibration, folder)
     if store is None:
         store = folder / STORE
-        identities = identities_of((result.primary, *result.secondaries), settings)
+        identities = identities_of((result.primary, *result.secondaries), settings, result.serials)
         keep_adopted(ErrorStore(store, identities[0], fresh=True), result.errors, identities)
     warn(warnings)
     return files | {"store": str(store)}

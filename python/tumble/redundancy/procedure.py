@@ -61,7 +61,8 @@ def redundancy(
     _refuse_unknown_commands(commands)
     units = open_units((primary, *sources_of(secondaries)), log, read, allow_missing)
     known = _known_units(chosen, units)
-    identities = identities_of(tuple(unit.name for unit in units), chosen)
+    serials = _serials(units, known)
+    identities = identities_of(tuple(unit.name for unit in units), chosen, serials)
     monitor = _monitor(identities, known, applied, chosen, precision)
     errors = None if store is None else ErrorStore(prepare_folder(store), identities[0])
     rejected = [] if errors is None else list(_restore(monitor, errors, identities[1:]))
@@ -83,20 +84,26 @@ def redundancy(
         traces=replayed.traces(),
         selected=tuple(replayed.selected(blocks.end)),
         replay_rate=(blocks.end - blocks.start) / max(replayed.seconds, 1e-9),
-        warnings=(*_warnings(units, applied, rejected), *blocks.notices()),
+        warnings=(
+            *_warnings(units, applied, rejected),
+            *(() if errors is None else (*_without_serial(identities), *errors.notices())),
+            *blocks.notices(),
+        ),
         calibration_hash=applied.hash() if applied else "",
         software=f"tumble {_core.__version__}",
-        serials={unit.name: unit.recording.metadata.serial for unit in units if unit.recording is not None},
+        serials=serials,
         defaults=RedundancySettings().by_name(),
     )
 
 
-def identities_of(names: Sequence[str], settings: RedundancySettings) -> tuple[Identified, ...]:
+def identities_of(
+    names: Sequence[str], settings: RedundancySettings, serials: Mapping[str, str]
+) -> tuple[Identified, ...]:
     """Give each unit the number that stored errors know it by.
 
     Raises `ProcedureError` where two have the same, or would be written to the same files.
     """
-    found: dict[int, str] = {}
+    found: dict[int, Identified] = {}
     stems: dict[str, str] = {}
     for name in names:
         if stems.setdefault(file_stem(name).casefold(), name) != name:
@@ -105,14 +112,44 @@ def identities_of(names: Sequence[str], settings: RedundancySettings) -> tuple[I
                 f"{name} and {twin}: would both be written to {unit_stem(name, 'redundancy')}.yaml; "
                 "rename one of the logs"
             )
-        identity = identity_of(name, settings.units.get(name, UnitSettings()))
-        if identity in found:
+        unit = _identified(name, settings.units.get(name, UnitSettings()), serials)
+        if unit.identity in found:
             raise ProcedureError(
-                f"{name}: has the identity {identity} of {found[identity]}; give each its own, with "
-                f"--set units.{name}.identity=NUMBER"
+                f"{name}: has the identity {unit.identity} of {found[unit.identity].name}; give each its "
+                f"own, with --set units.{name}.identity=NUMBER"
             )
-        found[identity] = name
-    return tuple(Identified(name, identity) for identity, name in found.items())
+        found[unit.identity] = unit
+    return tuple(found.values())
+
+
+def _identified(name: str, unit: UnitSettings, serials: Mapping[str, str]) -> Identified:
+    serial = serials.get(name, "")
+    shared = list(serials.values()).count(serial) > 1
+    return Identified(name, identity_of(name, unit, serial, shared=shared), serial, identity_of(name, unit))
+
+
+def _serials(units: Sequence[UnitLog], known: Sequence[UnitSettings]) -> dict[str, str]:
+    """Give the serial of each unit, empty where none is stated; raises `ProcedureError` where two are."""
+    found: dict[str, str] = {}
+    for unit, own in zip(units, known, strict=True):
+        logged = unit.recording.metadata.serial if unit.recording is not None else ""
+        if own.serial and logged and own.serial != logged:
+            raise ProcedureError(
+                f"units: {unit.name}: serial is {own.serial}, but its log states {logged}; leave it out, or "
+                "give the log of that unit"
+            )
+        found[unit.name] = own.serial or logged
+    return found
+
+
+def _without_serial(identities: Sequence[Identified]) -> Iterator[str]:
+    """Say which units a store knows by no more than their names."""
+    names = [unit.name for unit in identities if not unit.serial]
+    if names:
+        yield (
+            f"no serial number of {', '.join(names)} is known, so that the store cannot tell another unit of "
+            f"the same name; --set units.{names[0]}.serial=TEXT states it"
+        )
 
 
 def keep_adopted(

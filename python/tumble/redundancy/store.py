@@ -1,14 +1,15 @@
 """Stored errors of secondaries on disk: one file a unit and sensor, and beside it the first it ever had.
 
 A file takes its name only once it is whole, so that power may fail at any time. It carries a checksum, the
-identity of the unit and that of the primary it was calibrated against; what does not fit is refused, and set
-aside before another takes its place.
+date, serial and identity of the unit, and those of the primary it was calibrated against. What does not fit
+does not count, and is set aside before another takes its place; units with other serials are refused.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
@@ -29,6 +30,7 @@ from tumble.errors import CalibrationFileError
 from tumble.file_names import file_stem
 from tumble.files import prepare_folder, set_aside
 from tumble.plain import finite
+from tumble.provenance import date_now
 from tumble.recording import FloatArray
 from tumble.redundancy.result import RECORDED, Rung, SecondaryError, Sensor
 from tumble.schemas import STORED_ERROR
@@ -55,9 +57,14 @@ class StoredError(Document):
     unit: str
     identity: int = Field(ge=0, lt=2**64)
     """Of the secondary."""
+    serial: str | None = None
+    """Of the secondary; absent where neither log nor settings stated one."""
     primary: str
     primary_identity: int = Field(ge=0, lt=2**64)
     """Of the unit it was calibrated against."""
+    primary_serial: str | None = None
+    date: str | None = None
+    """When it was stored: UTC, ISO 8601."""
     sensor: Sensor
     sequence: int = Field(ge=0)
     """Counts the calibrations of this sensor; 0 for one given from outside."""
@@ -90,10 +97,21 @@ class StoredError(Document):
 
 @dataclass(frozen=True, slots=True)
 class Identified:
-    """A unit by its name and by the number that stored errors know it by."""
+    """A unit by its name, by the number stored errors know it by, and by its serial, empty if unknown."""
 
     name: str
     identity: int
+    serial: str = ""
+    identity_by_name: int | None = None
+    """What `identity` would be without a serial; `None`: the same."""
+
+    def is_known_as(self, name: str, identity: int, serial: str | None) -> bool:
+        """Whether a stored error of that name, identity and serial, which is no other, is of this unit."""
+        if bool(serial) == bool(self.serial):
+            return identity == self.identity
+        if self.serial:
+            return identity in (self.identity, self.identity_by_name)
+        return name == self.name
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,11 +134,13 @@ class ErrorStore:
         self._primary = primary
         self._fresh = fresh
         self._distrusted: set[Path] = set()
+        self._without_serial: list[Path] = []
 
     def load(self, unit: Identified) -> tuple[list[SecondaryError], list[Rejected]]:
         """Read the last stored error of each sensor of a unit, or the factory's where the last is damaged.
 
-        Never raises for what a file holds: damage is what a store has to live with.
+        Never raises for damage, which is what a store has to live with; raises `CalibrationFileError` where a
+        file is of a unit with another serial, or against a primary with another.
         """
         found: list[SecondaryError] = []
         rejected: list[Rejected] = []
@@ -134,6 +154,11 @@ class ErrorStore:
                     break
                 rejected.append(error)
         return found, rejected
+
+    def notices(self) -> Iterator[str]:
+        """Say which files were loaded that state no serial of the unit, or none of its primary."""
+        for path in self._without_serial:
+            yield f"{path}: does not state the serials of the unit and its primary; taken by their names"
 
     def distrust(self, unit: Identified, sensor: Sensor) -> None:
         """Have what is stored set aside, not overwritten, by the next `save`."""
@@ -157,21 +182,26 @@ class ErrorStore:
         return last
 
     def _read(self, path: Path, unit: Identified, sensor: Sensor) -> SecondaryError | Rejected:
-        reason, detail = "corrupt", ""
         try:
             stored = read_document(path, StoredError, STORED_ERROR)
         except CalibrationFileError as error:
-            detail = str(error)
-        else:
-            if stored.checksum != stored.digest():
-                detail = f"{path}: its checksum does not match its content"
-            elif (stored.identity, stored.sensor) != (unit.identity, sensor):
-                reason, detail = "of another unit", f"{path}: is the {stored.sensor} of {stored.unit}"
-            elif stored.primary_identity != self._primary.identity:
-                reason = "against another primary"
-                detail = f"{path}: was calibrated against {stored.primary}, not {self._primary.name}"
-            else:
-                return _error(stored, unit.name)
+            return self._rejected(path, unit, sensor, "corrupt", str(error))
+        if stored.checksum != stored.digest():
+            detail = f"{path}: its checksum does not match its content"
+            return self._rejected(path, unit, sensor, "corrupt", detail)
+        _refuse_other_serials(path, stored, unit, self._primary)
+        if stored.sensor != sensor or not unit.is_known_as(stored.unit, stored.identity, stored.serial):
+            detail = f"{path}: is the {stored.sensor} of {stored.unit}"
+            return self._rejected(path, unit, sensor, "of another unit", detail)
+        against = (stored.primary, stored.primary_identity, stored.primary_serial)
+        if not self._primary.is_known_as(*against):
+            detail = f"{path}: was calibrated against {stored.primary}, not {self._primary.name}"
+            return self._rejected(path, unit, sensor, "against another primary", detail)
+        if not (stored.serial and stored.primary_serial):
+            self._without_serial.append(path)
+        return _error(stored, unit.name)
+
+    def _rejected(self, path: Path, unit: Identified, sensor: Sensor, reason: str, detail: str) -> Rejected:
         self._distrusted.add(path)
         return Rejected(unit.name, sensor, reason, detail)
 
@@ -182,13 +212,29 @@ class ErrorStore:
         return self.folder / f"{file_stem(unit.name)}-{sensor}-factory.yaml"
 
 
+def _refuse_other_serials(path: Path, stored: StoredError, unit: Identified, primary: Identified) -> None:
+    """Raise `CalibrationFileError` where a stored error was found on other units than those of the logs."""
+    for found, name, serial, now in (
+        (f"is the {stored.sensor} of", stored.unit, stored.serial, unit),
+        ("was calibrated against", stored.primary, stored.primary_serial, primary),
+    ):
+        if serial and now.serial and serial != now.serial:
+            raise CalibrationFileError(
+                f"{path}: {found} {name} with serial {serial}, but the log is of {now.name} with serial "
+                f"{now.serial}; give each set a --store of its own"
+            )
+
+
 def _content(error: SecondaryError, unit: Identified, primary: Identified) -> dict[str, Any]:
     recorded = {_KEYS.get(name, name): finite(getattr(error, name)) for name in RECORDED}
     whose = {
         "unit": unit.name,
         "identity": unit.identity,
+        "serial": unit.serial or None,
         "primary": primary.name,
         "primary_identity": primary.identity,
+        "primary_serial": primary.serial or None,
+        "date": date_now(),
     }
     stored = StoredError.model_validate(whose | recorded | {"checksum": ""})
     return stored.content() | {"checksum": stored.digest()}

@@ -81,12 +81,18 @@ class UnitSettings(Document):
     """Largest reading of the accelerometer, m/s^2, from which on it is saturated."""
     angular_rate_range: float | None = Field(default=None, gt=0.0)
     """Largest reading of the gyroscope, rad/s, from which on it is saturated."""
+    serial: str | None = Field(default=None, min_length=1)
+    """Serial number of the unit; that of its log if not given. Stored errors of another are refused."""
     identity: int | None = Field(default=None, ge=0, lt=2**64)
-    """Number by which stored errors know the unit; made from its name if not given."""
+    """Number by which stored errors know the unit; made from its serial if not given, or from its name."""
 
 
-def identity_of(name: str, unit: UnitSettings) -> int:
-    """Give the number by which stored errors know a unit: stated, or 64 bits of a digest of its name."""
+def identity_of(name: str, unit: UnitSettings, serial: str = "", *, shared: bool = False) -> int:
+    """Give the number by which stored errors know a unit: stated, or 64 bits of a digest of its serial.
+
+    Of its name where it has none; of both where several units share the serial of their board.
+    """
     if unit.identity is not None:
         return unit.identity
-    return int.from_bytes(hashlib.sha256(name.encode()).digest()[:8], "big")
+    known_by = f"{serial}\n{name}" if serial and shared else serial or name
+    return int.from_bytes(hashlib.sha256(known_by.encode()).digest()[:8], "big")
