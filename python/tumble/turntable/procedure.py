@@ -25,6 +25,7 @@ from tumble.recording import Recording, RecordingSource, sources_of
 from tumble.turntable.limits import Limits
 from tumble.turntable.matching import PoseMatch, match_poses
 from tumble.turntable.messages import explain
+from tumble.turntable.off_diagonals import TREATMENTS
 from tumble.turntable.poses import SIX_FACES, PoseList
 from tumble.turntable.reference import pose_results, reference_result, reference_warnings
 from tumble.turntable.result import TargetResult, TruthSource, TurntableResult
@@ -117,9 +118,11 @@ def open_session(
         else reference_calibration
     )
     strength, source = local_gravity(gravity, latitude, height)
-    settings = _core.TurntableSettings(
-        strength, truth, clock, None if latitude is None else math.radians(latitude), g_sensitivity
-    )
+    north = None if latitude is None else math.radians(latitude)
+    settings = _core.TurntableSettings(strength, truth, clock, north, g_sensitivity)
+    compared = {
+        each: _core.TurntableSettings(strength, each, clock, north, g_sensitivity) for each in TREATMENTS
+    }
     unit = _acquire(reference, applied, read)
     if isinstance(unit, TumbleError):
         raise unit
@@ -144,7 +147,7 @@ def open_session(
         warnings=(*match.warnings, *reference_warnings(unit, fitted, strength, source, applied)),
         software=f"tumble {_core.__version__}",
     )
-    procedure = TargetProcedure(unit, fitted, match, settings, strength, limit_list)
+    procedure = TargetProcedure(unit, fitted, match, settings, compared, strength, limit_list)
     procedure.first_with_gyroscope(unit.name, unit)
     return Session(batch, Provenance(date_now(), operator, station), unit, procedure, reference)
 

@@ -84,6 +84,20 @@ class AxisReading:
 
 
 @dataclass(frozen=True, slots=True)
+class OffDiagonal:
+    """One element of M of the accelerometer, as the angle by which its axis leans, in three ways, deg."""
+
+    element: str
+    """`xz`: the sensing axis x, towards axis z."""
+    ignored: Parameter
+    """Against the poses of the list as they stand: in the frame of the table, mounting included."""
+    published: Parameter
+    """The same with readings turned back by the mounting angle, as published."""
+    found: Parameter
+    """Against what the reference measured: in the frame of the structure."""
+
+
+@dataclass(frozen=True, slots=True)
 class TargetResult(Tabular):
     """One target: its calibration, or why it has none."""
 
@@ -104,6 +118,8 @@ class TargetResult(Tabular):
     """Samples that the log lacks, as the pauses between the others show."""
     log: LogFacts = NO_LOG
     provenance: Provenance = UNKNOWN
+    off_diagonals: tuple[OffDiagonal, ...] = ()
+    """What mounting does to M of the accelerometer; empty where the mounting angle was not estimated."""
     checks: tuple[LimitCheck, ...] = ()
     warnings: tuple[str, ...] = ()
     failure: str = ""

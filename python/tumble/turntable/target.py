@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -24,8 +24,9 @@ from tumble.results import Trace, TriadResult
 from tumble.turntable.limits import Limits
 from tumble.turntable.matching import PoseMatch
 from tumble.turntable.messages import explain
+from tumble.turntable.off_diagonals import Treatment, off_diagonals
 from tumble.turntable.reference import mounting_result
-from tumble.turntable.result import AxisReading, ClockFit, TargetResult
+from tumble.turntable.result import AxisReading, ClockFit, OffDiagonal, TargetResult
 from tumble.turntable.triads import triad_result
 
 PARTS_PER_MILLION = 1e6
@@ -47,6 +48,8 @@ class TargetProcedure:
     fitted: _core.Reference
     match: PoseMatch
     settings: _core.TurntableSettings
+    compared: Mapping[Treatment, _core.TurntableSettings]
+    """The same with other truths, for comparison."""
     gravity: float
     limits: Limits | None
     gyroscopes: dict[str, str] = field(default_factory=dict)
@@ -123,6 +126,7 @@ class TargetProcedure:
         return replace(
             result,
             axis_readings=self._axis_readings(result, figures),
+            off_diagonals=self._off_diagonals(unit),
             warnings=(
                 *notices(unit),
                 *scale_notice(unit.acquired, self.gravity),
@@ -147,6 +151,23 @@ class TargetProcedure:
             AxisReading("X", labels, ideal[:, 0], measured[:, 0], compensated[:, 0], sigma[:, 0]),
             AxisReading("Y", labels, ideal[:, 1], measured[:, 1], compensated[:, 1], sigma[:, 1]),
         )
+
+    def _off_diagonals(self, unit: Imu) -> tuple[OffDiagonal, ...]:
+        """Fit once more as if mounting were ignored, compensated as published, and measured."""
+        if mounting_result(self.fitted) is None:
+            return ()
+        try:
+            fits = {each: self._accelerometer(unit, settings) for each, settings in self.compared.items()}
+        except _core.CoreError:
+            # What one of the other truths cannot be fitted to is compared with nothing.
+            return ()
+        return off_diagonals(fits)
+
+    def _accelerometer(self, unit: Imu, settings: _core.TurntableSettings) -> _core.TriadFigures:
+        figures = _core.calibrate_target(
+            self.reference.acquired, self.fitted, unit.acquired, self.match.ups, settings
+        )
+        return figures["accelerometer"]
 
     def _warnings(self, result: TargetResult, figures: _core.TargetFigures) -> Iterator[str]:
         contradiction = figures["clock"]["contradiction"]

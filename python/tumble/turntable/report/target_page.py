@@ -26,6 +26,7 @@ from tumble.report.whisker import Ruler, whisker
 from tumble.results import Rest, TriadName, TriadResult
 from tumble.turntable.report import text
 from tumble.turntable.report.improvement import improvement
+from tumble.turntable.report.off_diagonals import OffDiagonalRow, off_diagonal_rows
 from tumble.turntable.report.readings import axis_reading_figure, deviations, rms
 from tumble.turntable.result import AxisReading, PoseResult, TargetResult, TurntableResult
 
@@ -77,6 +78,7 @@ class TargetPage:
     triads: tuple[TriadSection, ...]
     readings: tuple[Picture, ...]
     no_readings: str
+    off_diagonals: tuple[OffDiagonalRow, ...]
     mounting: str
     recording: Picture | None
     rests: tuple[RestRow, ...]
@@ -101,6 +103,7 @@ def target_page(result: TurntableResult, target: TargetResult) -> TargetPage:
         triads=tuple(_triad_section(triad) for triad in triads),
         readings=tuple(_reading_picture(result, target, reading) for reading in target.axis_readings),
         no_readings=_why_no_readings(result, target),
+        off_diagonals=off_diagonal_rows(target.off_diagonals),
         mounting=text.mounting_sentence(result.reference),
         recording=_recording(target),
         rests=rest_rows(target.rests),
