@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import tumble
 from tumble import bounded_yaml, documents
-from tumble.cli.main import COMMANDS
+from tumble.cli.commands import COMMANDS
 from tumble.schemas import SCHEMAS
 from turntable_sessions import one_line, typed
 

@@ -18,6 +18,7 @@ import yaml
 import made_up_batch as made_up
 from tumble.calibration.document import Calibration
 from tumble.cli import main as command_line
+from tumble.cli.commands import COMMANDS
 from tumble.errors import ProcedureError
 from tumble.provenance import Provenance
 from tumble.turntable.command import turntable_command
@@ -99,11 +100,11 @@ def procedure(monkeypatch):
 def test_help_lists_every_command():
     done = tumble("--help")
     assert done.returncode == 0
-    for name in command_line.COMMANDS:
+    for name in COMMANDS:
         assert name in done.stdout
 
 
-@pytest.mark.parametrize("name", sorted(command_line.COMMANDS))
+@pytest.mark.parametrize("name", sorted(COMMANDS))
 def test_the_help_of_every_command_has_an_example(name, run):
     done = run(name, "--help")
     assert done.code == 0, done.err
@@ -114,9 +115,9 @@ def test_the_help_of_every_command_has_an_example(name, run):
     assert "Example" in done.out
 
 
-@pytest.mark.parametrize("name", sorted(command_line.COMMANDS))
+@pytest.mark.parametrize("name", sorted(COMMANDS))
 def test_the_list_of_commands_says_what_the_command_itself_says(name):
-    entry = command_line.COMMANDS[name]
+    entry = COMMANDS[name]
     found = entry.load()
     text = found.__doc__ if callable(found) and found.__doc__ and name != "simulate" else None
     if text is not None:
@@ -152,7 +153,7 @@ def libraries_of(*arguments, **variables):
     return done.stdout, LIBRARIES & imported
 
 
-@pytest.mark.parametrize("command", [command for command in command_line.COMMANDS if command != "simulate"])
+@pytest.mark.parametrize("command", [command for command in COMMANDS if command != "simulate"])
 def test_help_imports_nothing_that_computes(command):
     _, libraries = libraries_of(command, "--help")
     assert not libraries

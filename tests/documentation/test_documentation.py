@@ -12,7 +12,7 @@ import yaml
 
 from pages import without_commands
 from theory_formulas import mean_log
-from tumble.cli.main import command_line
+from tumble.cli.commands import command_line
 from tumble.logs.columns import recognise
 from tumble.simulate import Grade
 from tumble.turntable.limits import Limits

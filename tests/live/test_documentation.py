@@ -12,7 +12,7 @@ import typer
 
 from live_fixtures import scripted
 from pages import without_commands
-from tumble.cli.main import command_line
+from tumble.cli.commands import command_line
 from tumble.live import parse_address, schemes
 from tumble.live.mavlink import KINDS
 from tumble.live.optional import EXTRA

@@ -14,7 +14,7 @@ import yaml
 import tumble
 from pages import without_commands
 from tumble._core import VOCABULARY
-from tumble.cli.main import command_line
+from tumble.cli.commands import command_line
 from tumble.redundancy.procedure import settings_from
 from tumble.redundancy.units import UnitSettings
 from tumble.setting_table import explain

@@ -38,11 +38,11 @@ def out(tmp_path):
     folder = tmp_path / "out"
     folder.mkdir()
     (folder / "imu2.redundancy.yaml").write_text("of an earlier run")
-    (folder / "events.jsonl").write_text("of an earlier run")
+    (folder / "events.jsonl").write_text('{"time": 1.0}')
     yield folder
     assert contents(folder) == {
         "imu2.redundancy.yaml": b"of an earlier run",
-        "events.jsonl": b"of an earlier run",
+        "events.jsonl": b'{"time": 1.0}',
     }
 
 

@@ -12,7 +12,7 @@ import pytest
 import typer
 
 from flight_units import fly
-from tumble.cli.main import command_line
+from tumble.cli.commands import command_line
 from tumble.simulate import FAULTS, VIBRATIONS
 from turntable_sessions import typed
 

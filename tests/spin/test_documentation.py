@@ -9,7 +9,7 @@ import typer
 
 import tumble
 from pages import without_commands
-from tumble.cli.main import command_line
+from tumble.cli.commands import command_line
 
 HOW_TO = (Path(__file__).parents[2] / "docs" / "how-to" / "spin.md").read_text(encoding="utf-8")
 PACKAGE = Path(tumble.__file__).parent

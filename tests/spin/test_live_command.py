@@ -24,7 +24,7 @@ from turntable_sessions import typed
 AHEAD = 2.0
 """s of samples that may be under way to a program that has not said it has read them."""
 HEADER = "time_s,ax,ay,az,gx_rad/s,gy_rad/s,gz_rad/s"
-OLD = "what was here before\n"
+OLD = "schema: tumble-calibration/1\n"
 PROGRAM = (
     "import signal; signal.signal(signal.SIGINT, signal.default_int_handler);"
     "from tumble.cli.main import main; main()"

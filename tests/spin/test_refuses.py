@@ -19,7 +19,7 @@ def refused(session, folder, *options, header="time,ax,ay,az,gx,gy,gz"):
     log = session.write(folder / "robot.csv", header)
     out = folder / "out"
     out.mkdir()
-    (out / "robot.spin.yaml").write_text("of an earlier run\n")
+    (out / "robot.spin.yaml").write_text("schema: tumble-calibration/1\n")
     before = contents(out)
     done = typed("spin", log, "-o", out, *options)
     assert done.code == 2, f"exit code {done.code}: {done.out}{done.err}"

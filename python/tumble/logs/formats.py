@@ -45,6 +45,8 @@ def find_format(path: Path) -> str:
                 note_input(part)
             return "ros2"
         return _pair_or(path, "folder")
+    if path.exists() and not path.is_file():
+        raise LogError(f"{path}: is a device or a pipe, not a log; give a file")
     note_input(path)
     try:
         with path.open("rb") as file:

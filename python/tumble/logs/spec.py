@@ -26,10 +26,22 @@ def parse_spec(source: str | Path) -> LogSpec:
     position = len(text)
     while position > 0:
         path = Path(text[:position])
-        if path.exists():
+        if _exists(path):
             note_input(path)
             return LogSpec(path, text[position + 1 :] or None)
         position = text.rfind(":", 0, position)
+    if len(text) > _LONGEST_SHOWN:
+        raise LogError(f"{text[:_LONGEST_SHOWN]}...: no file has so long a name; check the path")
     parent = Path(text).parent
     hint = "check the path" if parent.is_dir() else f"folder {parent} does not exist either"
     raise LogError(f"{text}: no such file or folder; {hint}")
+
+
+_LONGEST_SHOWN = 1000
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except OSError:  # a name longer than any file can have
+        return False

@@ -118,7 +118,9 @@ def redundancy_command(
         raise ProcedureError(f"{missing} is missing; tumble redundancy --help shows an example")
     from tumble.calibration.document import Calibration
     from tumble.cli.progress import sample_progress
-    from tumble.files import prepare_folder
+    from tumble.file_names import EVENTS, REDUNDANCY_PAGE
+    from tumble.files import PAGE, check_output, prepare_folder
+    from tumble.redundancy.command_files import EVENTS_KIND
     from tumble.redundancy.procedure import redundancy
 
     chosen = _settings(settings or [], changes or [])
@@ -126,6 +128,8 @@ def redundancy_command(
     commands = [_command(text) for text in command or ()]
     read = read_options_for(read_options, exceptions or [], [primary, *secondary])
     folder = prepare_folder(output or folder_for(log or primary))
+    check_output(folder / EVENTS, EVENTS_KIND)
+    check_output(folder / REDUNDANCY_PAGE, PAGE)
     with sample_progress("replaying") as advance:
         result = redundancy(
             primary,

@@ -17,7 +17,7 @@ from tumble.plain import finite
 if TYPE_CHECKING:
     from tumble.redundancy.result import RedundancyResult
 
-_EVENTS_KIND = FileKind("events of tumble redundancy", re.compile(rb'\A\{"time": '))
+EVENTS_KIND = FileKind("events of tumble redundancy", re.compile(rb'\A\{"time": '))
 
 
 def write_results(
@@ -45,7 +45,7 @@ def write_results(
 
 def write_events(result: RedundancyResult, path: Path) -> None:
     """Write one JSON object a line: time, unit, event, figures; `null` for what is not finite."""
-    with replacing(path, _EVENTS_KIND) as file:
+    with replacing(path, EVENTS_KIND) as file:
         for line in event_lines(result):
             file.write(f"{line}\n".encode())
 

@@ -13,7 +13,7 @@ from tumble.cli.output import OutputFolder, folder_for
 from tumble.cli.read_options import with_read_options
 from tumble.errors import ProcedureError
 from tumble.logs.options import ReadOptions
-from tumble.spin.command_results import SOME_FAILED, calibration_of, show_results, write_results
+from tumble.spin.command_results import SOME_FAILED, calibration_of, prepare, show_results, write_results
 
 if TYPE_CHECKING:
     from tumble.spin.turns import TrueTurns
@@ -137,14 +137,16 @@ def spin_command(
         return
     assert log is not None
     from tumble.cli.progress import sample_progress
-    from tumble.files import prepare_folder
+    from tumble.logs import open_recording
     from tumble.spin.procedure import SHORTEST_STILL, spin
 
     spans = [_span(text) for text in at or ()]
-    folder = prepare_folder(output or folder_for(log))
+    recording = open_recording(log, read_options)
+    folder = output or folder_for(log)
+    prepare(folder, recording.name, "spin")
     with sample_progress("reading") as advance:
         result = spin(
-            log,
+            recording,
             still=SHORTEST_STILL if seconds is None else seconds,
             turns=turns,
             true_turns=known,
@@ -154,7 +156,6 @@ def spin_command(
             latitude=latitude,
             height=height,
             calibration=before,
-            read=read_options,
             progress=advance,
         )
     found = calibration_of(result)

@@ -64,9 +64,8 @@ def run_live(
     as it was.
     """
     from tumble.cli.output import folder_named_after
-    from tumble.files import prepare_folder
     from tumble.live import open_source
-    from tumble.spin.command_results import SOME_FAILED, calibration_of, show_results, write_results
+    from tumble.spin.command_results import SOME_FAILED, calibration_of, prepare, show_results, write_results
     from tumble.spin.live import LiveSpin, LiveSpinOptions
     from tumble.spin.summary import json_content
 
@@ -84,7 +83,8 @@ def run_live(
         height=height,
     )
     stream = open_source(source, read_options)
-    folder = prepare_folder(output or folder_named_after(stream.name))
+    folder = output or folder_named_after(stream.name)
+    prepare(folder, stream.name, "live")
     live = LiveSpin(
         stream,
         options,

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tumble.cli.screen import print_json, print_summary
-from tumble.file_names import unit_stem
+from tumble.file_names import UnitProcedure, unit_stem
 
 if TYPE_CHECKING:
     from tumble.calibration.document import Calibration
@@ -24,14 +24,25 @@ def calibration_of(result: SpinResult) -> Calibration:
     return Calibration.from_spin(result, applied)
 
 
-def write_results(result: SpinResult, found: Calibration, folder: Path | str) -> dict[str, Path]:
-    """Write everything into `folder`, named after the unit; give the path of each file by what it is."""
-    from tumble.files import prepare_folder
-    from tumble.spin.report.page import SPIN_REPORT
+def prepare(folder: Path | str, name: str, procedure: UnitProcedure) -> tuple[Path, Path]:
+    """Prove that page and calibration of a unit can be written into `folder`, and give the path of both."""
+    from tumble.calibration.document import SCHEMA
+    from tumble.documents import document_kind
+    from tumble.files import PAGE, check_output, prepare_folder
 
-    stem = unit_stem(result.name, "live" if result.options.get("live") else "spin")
+    stem = unit_stem(name, procedure)
     folder = prepare_folder(folder)
     page, path = folder / f"{stem}.html", folder / f"{stem}.yaml"
+    check_output(page, PAGE)
+    check_output(path, document_kind(SCHEMA))
+    return page, path
+
+
+def write_results(result: SpinResult, found: Calibration, folder: Path | str) -> dict[str, Path]:
+    """Write everything into `folder`, named after the unit; give the path of each file by what it is."""
+    from tumble.spin.report.page import SPIN_REPORT
+
+    page, path = prepare(folder, result.name, "live" if result.options.get("live") else "spin")
     SPIN_REPORT.write(result, page)
     found.save(path)
     return {"calibration": path, "report": page}

@@ -1,0 +1,112 @@
+"""The commands of `tumble`: where each lives, and the command line that is made of them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Annotated, Any
+
+import typer
+
+from tumble.cli.abbreviations import AbbreviatingCommand
+
+
+@dataclass(frozen=True, slots=True)
+class CommandEntry:
+    """Where a command lives; its module is imported only when the command is asked for."""
+
+    module: str
+    attribute: str
+    """A function to be made a command, or a `typer.Typer` with commands of its own."""
+    summary: str
+    """First line of its help, for the list of commands."""
+
+    def load(self) -> Callable[..., Any] | typer.Typer:
+        """Import the command."""
+        found: Callable[..., Any] | typer.Typer = getattr(import_module(self.module), self.attribute)
+        return found
+
+
+COMMANDS = {
+    "turntable": CommandEntry(
+        "tumble.turntable.command",
+        "turntable_command",
+        "Calibrate targets on a turntable against a co-mounted reference.",
+    ),
+    "spin": CommandEntry(
+        "tumble.spin.command", "spin_command", "Find the biases of a robot's IMU from a turn on the spot."
+    ),
+    "redundancy": CommandEntry(
+        "tumble.redundancy.command",
+        "redundancy_command",
+        "Replay a redundant set: a primary IMU keeps its secondaries calibrated.",
+    ),
+    "align": CommandEntry(
+        "tumble.align.command",
+        "align_command",
+        "Find rotation, time offset and lever arm between units that moved together.",
+    ),
+    "apply": CommandEntry("tumble.apply.command", "apply_command", "Correct a log with a calibration."),
+    "inspect": CommandEntry(
+        "tumble.inspect.command",
+        "inspect_command",
+        "Show what logs hold and which procedures they are fit for.",
+    ),
+    "simulate": CommandEntry(
+        "tumble.simulate.command", "simulate_app", "Make recordings whose truth is known."
+    ),
+    "schema": CommandEntry(
+        "tumble.cli.schema",
+        "schema_command",
+        "Print the JSON Schema of a document; without a name, list the documents.",
+    ),
+}
+
+
+def command_line(words: Sequence[str]) -> typer.Typer:
+    """Build the command line. Commands named in `words` are imported, the others only listed."""
+    app = typer.Typer(
+        name="tumble",
+        help="Calibrate inertial measurement units over their whole life.",
+        epilog="Start with: tumble simulate turntable --help",
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.callback()(_root)
+    for name, entry in COMMANDS.items():
+        found = entry.load() if name in words else _listed_only
+        if isinstance(found, typer.Typer):
+            app.add_typer(found, name=name, help=entry.summary)
+        else:
+            help_text = entry.summary if found is _listed_only else None
+            app.command(name, cls=AbbreviatingCommand, help=help_text)(found)
+    return app
+
+
+def _listed_only() -> None:
+    raise AssertionError("a command that is called is named in the arguments, and so was imported")
+
+
+def words_to_complete() -> list[str]:
+    """Split what stands on the line that a shell wants completed."""
+    return f"{os.environ.get('COMP_WORDS', '')} {os.environ.get('_TYPER_COMPLETE_ARGS', '')}".split()
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        print(f"tumble {version('tumble-imu')}")
+        raise typer.Exit
+
+
+def _root(
+    _version: Annotated[
+        bool,
+        typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit."),
+    ] = False,
+) -> None:
+    """Calibrate inertial measurement units over their whole life."""

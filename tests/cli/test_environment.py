@@ -1,0 +1,92 @@
+"""What surrounds a command: full disks, odd names, pipes, and Control-C at any time."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+import tumble
+from log_fixtures import made_up, write
+from turntable_sessions import one_line, typed
+
+COMMAND = [sys.executable, "-c", "from tumble.cli.main import main; main()"]
+
+
+@pytest.fixture
+def log(tmp_path):
+    return write(tmp_path / "log.csv", made_up(300))
+
+
+@pytest.mark.parametrize(
+    "words", [("inspect",), ("inspect", "--json"), ("--help",), ("schema", "calibration")]
+)
+def test_a_full_disk_below_standard_output_is_one_line(log, words):
+    words = [*words, log] if words[0] == "inspect" else words
+    with open("/dev/full", "w") as full:  # noqa: PTH123
+        done = subprocess.run([*COMMAND, *words], stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 2
+    assert one_line(done.stderr) == "standard output: cannot be written: No space left on device"
+
+
+def test_a_reader_that_has_enough_is_no_mistake(log):
+    process = subprocess.Popen(
+        [*COMMAND, "inspect", *[log] * 40], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    process.stdout.readline()
+    process.stdout.close()
+    assert process.stderr.read() == ""
+    process.wait()
+    process.stderr.close()
+
+
+def test_control_c_while_libraries_are_imported_leaves_no_trace(tmp_path):
+    (tmp_path / "typer.py").write_text(f"import os\nos.kill(os.getpid(), {signal.SIGINT})\n")
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
+    done = subprocess.run([*COMMAND, "--help"], capture_output=True, text=True, check=False, env=environment)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
+def test_a_name_that_is_no_text_is_read_shown_and_written(tmp_path, log):
+    folder = tmp_path / os.fsdecode(b"caf\xe9")
+    assert typed("simulate", "spin", "--turns", "2", "--seed", "7", "-o", folder).code == 0
+    odd = (folder / "spin.csv").rename(folder / os.fsdecode(b"rob\xe9t.csv"))
+    assert typed("inspect", odd).code == 0
+    assert typed("spin", odd, "-o", folder).code == 0
+    (path,) = folder.glob("*.spin.yaml")
+    assert tumble.Calibration.load(path).name == "rob\\udce9t"
+    done = subprocess.run([*COMMAND, "inspect", odd], capture_output=True, text=True, check=False)
+    assert "rob\\udce9t.csv" in done.stdout
+    assert typed("apply", path, odd, "-o", folder / os.fsdecode(b"out\xe9.csv")).code == 0
+
+
+def test_a_name_of_5000_characters_is_one_line():
+    name = "n" * 5000
+    for words in (("inspect", name), ("apply", name, name), ("spin", name)):
+        done = typed(*words)
+        assert done.code == 2
+        assert one_line(done.err)
+
+
+@pytest.mark.parametrize("command", ["inspect", "spin"])
+def test_a_pipe_or_a_device_as_a_log_is_refused_unread(tmp_path, command):
+    pipe = tmp_path / "pipe.csv"
+    os.mkfifo(pipe)
+    for path in (pipe, "/dev/zero"):
+        assert "is a device or a pipe, not a log" in one_line(typed(command, path).err)
+
+
+def test_a_place_that_holds_something_else_is_refused_before_any_work(tmp_path, log):
+    for name, words in (
+        ("log.spin.yaml", ("spin", log)),
+        ("events.jsonl", ("redundancy", "--primary", log, "--secondary", log)),
+        ("align.yaml", ("align", "--primary", log, "--secondary", log)),
+    ):
+        folder = tmp_path / name.partition(".")[0]
+        folder.mkdir()
+        (folder / name).write_text("my notes\n")
+        assert "and is kept" in one_line(typed(*words, "-o", folder).err)
+        assert [path.name for path in folder.iterdir()] == [name]
