@@ -244,10 +244,10 @@ def _represent_mapping(dumper: _Dumper, data: dict[Any, Any]) -> yaml.Node:
     return dumper.represent_mapping("tag:yaml.org,2002:map", data, flow_style=row)
 
 
-def _represent_text(dumper: yaml.SafeDumper, data: str) -> yaml.Node:
+def _represent_text(dumper: _Dumper, data: str) -> yaml.Node:
     """Escape what no UTF-8 can say, as in names of files of other encodings: it could not be read again."""
     text = data.encode("utf-8", "backslashreplace").decode("utf-8")
-    return yaml.representer.SafeRepresenter.represent_str(dumper, text)
+    return dumper.represent_scalar("tag:yaml.org,2002:str", text)
 
 
 _Dumper.add_representer(str, _represent_text)
