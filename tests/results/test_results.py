@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -79,6 +81,31 @@ def test_a_spin_is_a_collection_of_its_spins_and_a_table(log):
     assert (found.unit == "rad/s").all()
     assert (found.high > found.low).all()
     assert len(frame[frame.spin == "spin 1"]) == len(result[0].parameters)
+
+
+def test_a_saved_batch_is_what_the_command_writes(tmp_path, monkeypatch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1767355200")
+    session = simulate(21, grades=("consumer", "industrial"))
+    paths = tumble.simulate.write_turntable(session, tmp_path / "logs")
+    logs = [str(paths[unit.name]) for unit in session.units]
+    assert typed("turntable", *logs, "-o", tmp_path / "typed").code == 0
+    files = tumble.turntable(logs[0], logs[1:]).save(tmp_path / "called")
+    written, expected = contents(tmp_path / "called"), contents(tmp_path / "typed")
+    assert sorted(path.name for path in files.values()) == sorted(
+        name for name in written if name not in ("target_1.html", "target_2.html")
+    )
+    # The batch notes what a run would have to repeat, which only a run knows.
+    assert written.pop("batch.jsonl").count(b"\n") == expected.pop("batch.jsonl").count(b"\n") == 2
+    assert written == expected
+
+
+def test_a_batch_saved_again_keeps_targets_of_before(tmp_path, batch):
+    first, second = batch
+    replace(batch, targets=(first,)).save(tmp_path)
+    files = replace(batch, targets=(second,)).save(tmp_path)
+    with files["summary"].open(newline="", encoding="utf-8") as file:
+        assert [row["target"] for row in csv.DictReader(file)] == ["target_1", "target_2"]
+    assert Calibration.load(tmp_path / "target_1.yaml").name == "target_1"
 
 
 def test_a_saved_spin_is_what_the_command_writes(tmp_path, log):

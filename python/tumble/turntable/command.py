@@ -148,7 +148,7 @@ def turntable_command(
     from tumble.turntable.batch import Batch
     from tumble.turntable.limits import Limits
     from tumble.turntable.procedure import open_session
-    from tumble.turntable.production import MOST_PAGES, Production, key_of_run
+    from tumble.turntable.production import MOST_PAGES, Production, key_of_run, pages_for
     from tumble.turntable.targets import find_targets
 
     check_gravity(latitude, height, gravity)
@@ -183,7 +183,7 @@ def turntable_command(
         operator=operator,
         station=station,
     )
-    wanted = pages or (PagesOption.ALL if len(found.targets) <= MOST_PAGES else PagesOption.FAILED)
+    wanted = pages or PagesOption(pages_for(len(found.targets)))
     production = Production(
         session,
         batch,
@@ -248,6 +248,7 @@ def _poses(poses: str | None) -> PoseList | None:
 
 def _run(production: Production, targets: Sequence[Target], voice: Voice) -> ScreenSummary:
     """Calibrate and write all targets, then summary and report, and say what there is to say."""
+    from tumble.turntable.production import write_views
     from tumble.turntable.summary import ScreenSummary, target_content
 
     shared, batch = production.session.batch, production.batch
@@ -267,9 +268,9 @@ def _run(production: Production, targets: Sequence[Target], voice: Voice) -> Scr
                 advance(done, screen.counts())
     except (TumbleError, KeyboardInterrupt):
         if screen.verdicts:
-            _write_views(shared, batch)
+            write_views(shared, batch)
         raise
-    files = _write_views(shared, batch)
+    files = write_views(shared, batch)
     _remark(f"{path} is of an earlier attempt, the last one has none" for path in moved)
     if voice.as_json:
         _print_json(shared, batch, contents, files)
@@ -281,35 +282,22 @@ def _run(production: Production, targets: Sequence[Target], voice: Voice) -> Scr
     return screen
 
 
-def _write_views(shared: TurntableResult, batch: Batch) -> dict[str, str]:
-    """Write summary and report of all targets in the folder; give the path of each file by what it is."""
-    from tumble.file_names import SUMMARY, TURNTABLE_PAGE
-    from tumble.files import PAGE, write_text
-    from tumble.turntable.report.pages import render_batch
-    from tumble.turntable.summary import write_summary
-
-    summary, report = batch.folder / SUMMARY, batch.folder / TURNTABLE_PAGE
-    write_summary(summary, batch.latest)
-    write_text(report, render_batch(shared, batch.latest()), PAGE, renews=True)
-    return {"batch": str(batch.path), "summary": str(summary), "report": str(report)}
-
-
 def _print_json(
-    shared: TurntableResult, batch: Batch, contents: dict[str, dict[str, Any]], files: dict[str, str]
+    shared: TurntableResult, batch: Batch, contents: dict[str, dict[str, Any]], files: dict[str, Path]
 ) -> None:
     """Print all targets of the folder; those of earlier runs without the content of their calibration."""
     from tumble.turntable.summary import json_content, target_content
 
     targets = (contents.get(record.target) or target_content(record, None) for record in batch.latest())
     calibrations = {
-        name: str(batch.folder / f"{last.stem}.yaml")
+        name: batch.folder / f"{last.stem}.yaml"
         for name, last in batch.last.items()
         if last.calibration_sha256
     }
     print_json(json_content(shared, targets, calibrations | files))
 
 
-def _say_where(batch: Batch, files: dict[str, str], unchanged: int) -> None:
+def _say_where(batch: Batch, files: dict[str, Path], unchanged: int) -> None:
 
     from tumble.file_names import ATTEMPTS, SUMMARY
 

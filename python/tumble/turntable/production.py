@@ -20,7 +20,8 @@ from typing import Any, Literal, TypeVar
 
 from tumble.calibration.document import KIND, Calibration
 from tumble.errors import ProcedureError, TumbleError
-from tumble.files import PAGE, write_text
+from tumble.file_names import SUMMARY, TURNTABLE_PAGE
+from tumble.files import PAGE, prepare_folder, write_text
 from tumble.logs import parse_spec
 from tumble.logs.options import ReadOptions
 from tumble.plain import finite
@@ -36,9 +37,10 @@ from tumble.turntable.procedure import (
     with_serial,
 )
 from tumble.turntable.record import TargetRecord
-from tumble.turntable.report.pages import render_target
+from tumble.turntable.report.pages import render_batch, render_target
 from tumble.turntable.report.records import record_of
 from tumble.turntable.result import GOOD, TargetResult, TurntableResult
+from tumble.turntable.summary import write_summary
 from tumble.turntable.targets import Target
 
 Pages = Literal["all", "failed", "none"]
@@ -82,7 +84,7 @@ class Production:
             read = ahead(readers, self._read, targets, AHEAD * self.jobs)
             calibrated = self._after_the_first_of_use(map(self._calibrate, self._none_swapped(read)))
             for printed in ahead(printers, _print, map(self._order, calibrated), AHEAD * workers):
-                yield self._written(printed)
+                yield keep(self.batch, printed)
 
     def _read(self, target: Target) -> ReadTarget:
         read = self.options(target.source)
@@ -123,11 +125,7 @@ class Production:
         Raises `ProcedureError` where the folder holds another unit of that name.
         """
         serial = target.serial or serial_of(unit)
-        if other := self.batch.namesake(target.name, serial):
-            raise ProcedureError(
-                f"{self.batch.folder} holds results of serial {other} under the name {target.name}, and this "
-                f"log states {serial}; choose another folder, or name targets by --name-by serial"
-            )
+        refuse_namesake(self.batch, target.name, serial)
         bearer = self.batch.bearer(serial) or self.serials.setdefault(serial, target.name)
         if serial and bearer != target.name:
             return ProcedureError(
@@ -155,23 +153,6 @@ class Production:
             return PrintOrder(None, TargetRecord.line(self.batch.record(target.name)), False, {})
         wanted = self.pages == "all" or (self.pages == "failed" and result.verdict not in GOOD)
         return PrintOrder(result, each.read.key, wanted, target.columns)
-
-    def _written(self, printed: Printed) -> Made:
-        record, batch = printed.record, self.batch
-        if not printed.fresh:
-            return Made(record, None, False, ())
-        stem = batch.stem(record.target)
-        attempt = batch.attempt(record.target)
-        record = replace(record, stem=stem, attempt=attempt)
-        moved = batch.set_aside(
-            record.target, stem, calibration=bool(printed.calibration), page=bool(printed.page)
-        )
-        if printed.calibration:
-            write_text(batch.folder / f"{stem}{CALIBRATION_ENDING}", printed.calibration, KIND)
-        if printed.page:
-            write_text(batch.folder / f"{stem}{PAGE_ENDING}", printed.page, PAGE)
-        batch.add(record)
-        return Made(record, printed.content, True, tuple(moved))
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,6 +207,64 @@ class Made:
     """False where it was done and unchanged."""
     moved: tuple[Path, ...]
     """Where files of an earlier attempt went that this one did not replace."""
+
+
+def refuse_namesake(batch: Batch, name: str, serial: str) -> None:
+    """Raise `ProcedureError` where the folder holds another unit of that name."""
+    if other := batch.namesake(name, serial):
+        raise ProcedureError(
+            f"{batch.folder} holds results of serial {other} under the name {name}, and this "
+            f"log states {serial}; choose another folder, or name targets by --name-by serial"
+        )
+
+
+def keep(batch: Batch, printed: Printed) -> Made:
+    """Write the files of a target into the folder of the batch, and then its record."""
+    record = printed.record
+    if not printed.fresh:
+        return Made(record, None, False, ())
+    stem = batch.stem(record.target)
+    record = replace(record, stem=stem, attempt=batch.attempt(record.target))
+    moved = batch.set_aside(
+        record.target, stem, calibration=bool(printed.calibration), page=bool(printed.page)
+    )
+    if printed.calibration:
+        write_text(batch.folder / f"{stem}{CALIBRATION_ENDING}", printed.calibration, KIND)
+    if printed.page:
+        write_text(batch.folder / f"{stem}{PAGE_ENDING}", printed.page, PAGE)
+    batch.add(record)
+    return Made(record, printed.content, True, tuple(moved))
+
+
+def pages_for(targets: int) -> Pages:
+    """Say which of so many targets have a page if nothing is stated."""
+    return "all" if targets <= MOST_PAGES else "failed"
+
+
+def save(result: TurntableResult, folder: Path | str) -> dict[str, Path]:
+    """Write a result as the command does: into the batch of `folder`; give each path by what it is.
+
+    Raises `ProcedureError` where the folder holds another unit of the same name, `OutputError` where a file
+    cannot be written.
+    """
+    batch = Batch(prepare_folder(folder))
+    for target in result.targets:
+        refuse_namesake(batch, target.name, target.serial)
+    shared, pages = replace(result, targets=()), pages_for(len(result.targets))
+    for target in result.targets:
+        wanted = pages == "all" or target.verdict not in GOOD
+        keep(batch, print_target(shared, target, PrintOrder(target, "", wanted, {})))
+    saved = [target.name for target in result.targets if not target.failure]
+    calibrations = {name: batch.folder / f"{batch.stem(name)}{CALIBRATION_ENDING}" for name in saved}
+    return calibrations | write_views(shared, batch)
+
+
+def write_views(shared: TurntableResult, batch: Batch) -> dict[str, Path]:
+    """Write summary and report of all targets in the folder; give the path of each file by what it is."""
+    summary, report = batch.folder / SUMMARY, batch.folder / TURNTABLE_PAGE
+    write_summary(summary, batch.latest)
+    write_text(report, render_batch(shared, batch.latest()), PAGE, renews=True)
+    return {"batch": batch.path, "summary": summary, "report": report}
 
 
 def key_of_run(
@@ -305,12 +344,16 @@ def _print(order: PrintOrder) -> Printed:
     if order.result is None:
         return Printed(TargetRecord.from_line(order.key), fresh=False)
     assert _batch is not None
-    target = order.result
-    calibration = None if target.failure else Calibration.from_target(target, _batch)
+    return print_target(_batch, order.result, order)
+
+
+def print_target(batch: TurntableResult, target: TargetResult, order: PrintOrder) -> Printed:
+    """Print the files of a target of `batch`, and what is to be recorded of it."""
+    calibration = None if target.failure else Calibration.from_target(target, batch)
     text = calibration.text() if calibration else ""
-    page = render_target(_batch, target) if order.page else ""
+    page = render_target(batch, target) if order.page else ""
     record = record_of(
-        _batch,
+        batch,
         target,
         "",
         key=order.key,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Literal
 
 from tumble.provenance import NO_LOG, UNKNOWN, LogFacts, Provenance
@@ -231,6 +232,16 @@ class TurntableResult(Tabular, Collection[TargetResult]):
 
     def _items(self) -> Sequence[TargetResult]:
         return self.targets
+
+    def save(self, folder: Path | str) -> dict[str, Path]:
+        """Write what `tumble turntable` writes; give the path of each file by what it is.
+
+        The folder is a batch: targets of earlier runs stay in it. Raises `ProcedureError` where it holds
+        another unit of the same name, `OutputError` where a file cannot be written.
+        """
+        from tumble.turntable.production import save
+
+        return save(self, folder)
 
     def rows(self) -> Iterator[Row]:
         """Give the lines of all targets, one after the other."""

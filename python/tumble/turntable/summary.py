@@ -153,7 +153,7 @@ class _Utf8:
 
 
 def json_content(
-    batch: TurntableResult, targets: Iterable[dict[str, Any]], files: dict[str, str]
+    batch: TurntableResult, targets: Iterable[dict[str, Any]], files: dict[str, Path]
 ) -> dict[str, Any]:
     """Give the batch without its recordings: what was found, and the files it was written to."""
     reference = batch.reference
