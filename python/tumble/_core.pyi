@@ -369,6 +369,7 @@ class SpinFigures(TypedDict):
     covariance: FloatArray
     chi_square: float
     degrees_of_freedom: int
+    widening: float
     noise: FloatArray
 
 class SpinProgress(TypedDict):
@@ -401,6 +402,13 @@ class SpinMachine:
         """
     def tick(self, time: float) -> str | None:
         """Say that time has passed, s of the samples' clock: a stream that stops fails the procedure."""
+    def read_bias_instability(
+        self, time: FloatArray, accelerometer: FloatArray, gyroscope: FloatArray
+    ) -> None:
+        """Read bias instability off the samples of the spin that was made; `figures` then counts it.
+
+        As on a device the machine itself keeps sums only, which do not show it.
+        """
     @property
     def state(self) -> str:
         """`idle`, `still`, `spin`, `done` or `failed`."""

@@ -1,13 +1,15 @@
 //! A spin out of a recording whose rests are known: the device's estimator over arrays, with what pictures need.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
-use tumble_core::noise::AllanLadder;
+use tumble_core::noise::{AllanLadder, Noise};
 use tumble_core::real::{Real, real, seconds};
 use tumble_core::sample::Sample;
-use tumble_core::spin::block::Block;
+use tumble_core::spin::axis::floor_frame;
+use tumble_core::spin::block::{Block, BlockBuilder};
 use tumble_core::spin::collector::Collector;
 use tumble_core::spin::estimate::{SpinEstimate, TrueAngle};
 use tumble_core::spin::failure::SpinFailure;
+use tumble_core::spin::machine::SpinMachine;
 use tumble_core::spin::settings::SpinSettings;
 
 /// First and last instant of a rest, microseconds.
@@ -62,23 +64,76 @@ pub fn fit<T: Real>(
         return fit_once(samples, rests, &with(known), true_angle);
     }
     let first = fit_once(samples.clone(), rests, settings, true_angle)?;
-    fit_once(samples, rests, &with(instability(&first.blocks)), true_angle)
+    fit_once(samples, rests, &with(instability_of_residuals(&first.blocks)), true_angle)
 }
 
-/// Bias instability of accelerometer and gyroscope that the residuals show: of the force along the turning axis, which
-/// no motion changes, and of the rate across it (docs/theory/noise.md, eq. 7).
-fn instability<T: Real>(blocks: &[FittedBlock<T>]) -> (T, T) {
+/// Reads bias instability off the samples of a spin that a state machine has seen, and tells it: a machine keeps sums
+/// only, and no sum that shows it. A machine without a result stays as it is.
+pub fn read_bias_instability<T: Real>(
+    machine: &mut SpinMachine<T>,
+    samples: impl Iterator<Item = Sample<T>>,
+) {
+    let Ok(found) = machine.solve(None) else { return };
+    let floor = floor_frame(&found.up);
+    let mut builder = BlockBuilder::new(machine.settings().block);
+    let blocks = samples.filter_map(|sample| builder.push(&sample)).map(|block| {
+        let rate = floor.tr_mul(&block.angular_rate());
+        UnmovedMeans {
+            duration: block.duration(),
+            force_up: block.specific_force().dot(&found.up),
+            rate_across: rate.xy(),
+        }
+    });
+    let (of_force, of_rate) = flicker(blocks);
+    machine.know_bias_instability(of_force.flicker.sqrt(), likely(&of_rate).sqrt());
+}
+
+/// B^2 that a short record makes likely: about the mean of what is normal about the one it shows, and not below zero.
+///
+/// Some seconds of rest alone show the bias of the gyroscope along the axis, and nothing would contradict a B that was
+/// found too small; that of the accelerometer all the record shows, and chi-square with it.
+fn likely<T: Real>(noise: &Noise<T>) -> T {
+    const CHANCE: f64 = 8.0 / core::f64::consts::PI; // docs/theory/spin.md, eq. 17
+    let (shown, sigma) = (noise.flicker_shown, noise.flicker_sigma * real(CHANCE.sqrt()));
+    let likely = (shown + shown.hypot(sigma)) * real(0.5);
+    // A record too short to tell anything of it has no sigma.
+    if likely.is_finite() { likely } else { T::zero() }
+}
+
+/// Means over a block of what no motion changes, besides a constant: the force along the turning axis, the rate across.
+struct UnmovedMeans<T: Real> {
+    duration: T,
+    force_up: T,
+    rate_across: Vector2<T>,
+}
+
+/// What the residuals of a fit show of it.
+fn instability_of_residuals<T: Real>(blocks: &[FittedBlock<T>]) -> (T, T) {
+    let (of_force, of_rate) = flicker(blocks.windows(2).filter_map(|pair| {
+        let [block, next] = pair else { return None };
+        Some(UnmovedMeans {
+            duration: seconds(next.time - block.time),
+            force_up: block.force.z - block.fit.z,
+            rate_across: block.across,
+        })
+    }));
+    (of_force.flicker.sqrt(), of_rate.flicker.sqrt())
+}
+
+/// Noise of the force and of the rate (docs/theory/noise.md, eq. 7).
+fn flicker<T: Real>(blocks: impl Iterator<Item = UnmovedMeans<T>>) -> (Noise<T>, Noise<T>) {
     let mut ladder = AllanLadder::new();
-    for pair in blocks.windows(2) {
-        let [block, next] = pair else { continue };
-        let up = block.force.z - block.fit.z;
-        let zero = T::zero();
-        let channels = [up, zero, zero, block.across.x, block.across.y, zero];
-        ladder.push(&channels, seconds(next.time - block.time));
+    let zero = T::zero();
+    for block in blocks {
+        let across = block.rate_across;
+        ladder.push(
+            &[block.force_up, zero, zero, across.x, across.y, zero],
+            block.duration,
+        );
     }
     let [of_force] = ladder.fit_jointly([0]);
     let [of_rate, _] = ladder.fit_jointly([3, 4]);
-    (of_force.flicker.sqrt(), of_rate.flicker.sqrt())
+    (of_force, of_rate)
 }
 
 fn fit_once<T: Real>(

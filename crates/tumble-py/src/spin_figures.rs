@@ -135,6 +135,7 @@ pub(crate) fn figures<'py, T: Real>(
     dict.set_item("covariance", array2(py, &estimate.covariance.map(wide)))?;
     dict.set_item("chi_square", wide(estimate.chi_square))?;
     dict.set_item("degrees_of_freedom", estimate.degrees_of_freedom)?;
+    dict.set_item("widening", wide(estimate.widening))?;
     let noise = estimate.noise.iter().map(|row| row.map(wide));
     dict.set_item("noise", stacked(py, noise))?;
     Ok(dict)

@@ -6,6 +6,7 @@ use pyo3::types::PyDict;
 use tumble_core::real::Real;
 use tumble_core::spin::machine::{SpinMachine, SpinState, Wheels};
 use tumble_core::spin::settings::SpinSettings;
+use tumble_lab::spin::read_bias_instability;
 
 use crate::spin::{PySpinSettings, SampleArrays, is_single, microseconds, true_angle};
 use crate::spin_figures::{error, failure_figures, figures, wide};
@@ -79,6 +80,22 @@ impl PySpinMachine {
             Machine::Double(machine) => machine.tick(now),
         };
         event.map(|event| event.name())
+    }
+
+    /// Reads bias instability off the samples of the spin that was made.
+    fn read_bias_instability(
+        &mut self,
+        time: PyReadonlyArray1<'_, f64>,
+        accelerometer: PyReadonlyArray2<'_, f64>,
+        gyroscope: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<()> {
+        let samples = SampleArrays::new(&time, &accelerometer, &gyroscope)?;
+        let origin = self.origin.unwrap_or(0.0);
+        match &mut self.machine {
+            Machine::Single(machine) => read_bias_instability(machine, samples.iter(origin)),
+            Machine::Double(machine) => read_bias_instability(machine, samples.iter(origin)),
+        }
+        Ok(())
     }
 
     /// Where the procedure is.

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from urllib.parse import parse_qsl
 
 from tumble.errors import LogError
+from tumble.numbers import number_of
+
+LOOPBACK = "127.0.0.1"
+"""Where to listen if no address is written: not to everybody on the network."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,11 +39,8 @@ class Address:
         text = self.settings.get(key)
         if text is None:
             return default
-        try:
-            value = float(text)
-        except ValueError:
-            value = 0.0
-        if not 0.0 < value < float("inf"):
+        value = number_of(text)
+        if value is None or not 0.0 < value < math.inf:
             raise LogError(f"{self.text}: {key}={text}: give a number above zero")
         return value
 
@@ -66,8 +68,9 @@ def parse_address(text: str) -> Address:
 
 
 def host_and_port(address: Address, place: str) -> tuple[str, int]:
-    """Read `HOST:PORT`; raises `LogError` where it is none."""
+    """Read `HOST:PORT`, or `:PORT` for programs on this machine; raises `LogError` where it is neither."""
     host, _, port = place.rpartition(":")
-    if not port.isdigit() or not 0 < int(port) < 1 << 16:
+    number = number_of(port) if port.isalnum() else None
+    if number is None or not 0.0 < number < 1 << 16:
         raise LogError(f"{address.text}: expected HOST:PORT, such as 0.0.0.0:9000")
-    return host.strip("[]") or "0.0.0.0", int(port)
+    return host.strip("[]") or LOOPBACK, int(number)

@@ -5,9 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tumble.recording import FloatArray
 
+LEAP = 10.0
+"""s ahead of the newest at which a stamp is strange: robots and radio links stall for less."""
+RESTARTED = 1.0
+"""s behind the newest at which it is: a sample that is late is so by less."""
+STAMPS_TO_BELIEVE = 5
+"""Strange stamps in succession that agree with each other: the clock itself has leapt."""
 COUNTER = 2.0**32
 """Where the counters of small devices begin again: after 71.6 minutes if they count microseconds."""
 
@@ -34,6 +41,39 @@ class DeviceClock:
             self._last, self._rounds = float(stamps[finite[-1]]), float(rounds[finite[-1]])
         running: FloatArray = stamps + COUNTER * rounds
         return running
+
+
+@dataclass(slots=True)
+class StampGate:
+    """Keeps single stamps, far from those before, from being taken for the time."""
+
+    newest: float = -np.inf
+    """s, of all that were believed."""
+    ran_back: float = 0.0
+    """s by which the clock itself ran back; 0 if it did not."""
+    _strange: float = np.nan
+    _leap: float = 0.0
+    _successive: int = 0
+
+    def believed(self, time: FloatArray) -> NDArray[np.bool_]:
+        """Tell which of (n,) stamps, s, are those of the clock; one that is not finite is none."""
+        return np.array([self._is_believed(stamp) for stamp in time.tolist()], dtype=np.bool_)
+
+    def _is_believed(self, stamp: float) -> bool:
+        if not np.isfinite(stamp):
+            return False
+        if np.isinf(self.newest) or -RESTARTED <= stamp - self.newest <= LEAP:
+            self.newest, self._successive = max(self.newest, stamp), 0
+            return True
+        if not 0.0 < stamp - self._strange <= LEAP:
+            self._successive, self._leap = 0, stamp - self.newest
+        self._strange = stamp
+        self._successive += 1
+        if self._successive < STAMPS_TO_BELIEVE:
+            return False
+        self.ran_back = max(0.0, -self._leap)
+        self.newest, self._successive = stamp, 0
+        return True
 
 
 @dataclass(slots=True)

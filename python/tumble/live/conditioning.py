@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.errors import LogError
-from tumble.live.clock import ArrivalClock, CountingClock, DeviceClock
+from tumble.live.clock import ArrivalClock, CountingClock, DeviceClock, StampGate
 from tumble.live.readings import Readings, StreamFacts
 from tumble.live.source import LiveChunk
 from tumble.logs.conversion import Conversion, conversion_for, notices_on_axes
@@ -21,8 +21,14 @@ HEAD_SAMPLES = 20
 """Samples, best taken at rest, from which units are decided that nobody stated."""
 MOST_WITHOUT_NUMBER = 50
 """Successive samples without a number beyond which the sensor, or how it is read, is at fault."""
-RESTARTED = 1.0
-"""Time that runs back by more than this, s, is that of a device that started anew, not of a late sample."""
+ABSURD = 1e30
+"""What no stamp and no reading comes near, in whatever unit: it is no number."""
+IMPOSSIBLE_READING = 1e4, 1e3
+"""m/s^2 and rad/s that no sensor on a robot reads."""
+FASTEST_TO_REFUSE = 5
+"""Successive samples too fast for rad/s; a single one was spoilt on the way."""
+STRAY_STAMPS = 1000.0
+"""Times the usual distance of the first stamps from their median beyond which one is spoilt."""
 
 _ARRIVAL = "arrival"
 
@@ -37,6 +43,8 @@ class Conditioner:
         """Samples left out because the time or a channel is no finite number."""
         self.late = 0
         """Samples left out because they are no newer than the one before."""
+        self.impossible = 0
+        """Samples left out because no sensor reads that, or no clock says so."""
         self._options = options
         self._device_clock = DeviceClock()
         self._arrival_clock = ArrivalClock()
@@ -44,8 +52,9 @@ class Conditioner:
         self._head: list[Readings] = []
         self._facts: StreamFacts | None = None
         self._conversion: Conversion | None = None
-        self._last_time = -np.inf
+        self._gate = StampGate()
         self._without_number_in_succession = 0
+        self._too_fast_in_succession = 0
 
     @property
     def gyroscope_unit_is_assumed(self) -> bool:
@@ -66,6 +75,8 @@ class Conditioner:
             )
         if self.without_number:
             notices.append(f"left out {self.without_number} samples without a number")
+        if self.impossible:
+            notices.append(f"left out {self.impossible} samples that no sensor reads or no clock says")
         if self.late:
             notices.append(f"left out {self.late} samples that came twice or out of order")
         return tuple(notices)
@@ -78,13 +89,13 @@ class Conditioner:
         Raises `LogError` where no unit fits or a stated one contradicts the values, where sample after sample
         is no number, and where the device started anew.
         """
-        stamped = replace(readings, samples=self._stamped(readings.samples, arrival))
+        stamped = replace(readings, samples=self._stamped(_without_absurd(readings.samples), arrival))
         if self._conversion is not None:
             return self._checked(stamped, self._conversion)
         self._head.append(stamped)
         if sum(map(len, self._head)) < HEAD_SAMPLES:
             return EMPTY
-        head, self._head = _joined(self._head), []
+        head, self._head = self._without_stray_stamps(_joined(self._head)), []
         self._facts = facts
         self._conversion = self._decide(head.samples, facts)
         return self._checked(head, self._conversion)
@@ -110,25 +121,46 @@ class Conditioner:
         numbers = np.column_stack([samples.time, samples.accelerometer, samples.gyroscope])
         finite: NDArray[np.bool_] = np.logical_and.reduce(np.isfinite(numbers), axis=1)
         self._count_without_number(finite)
+        possible = finite & self._possible(samples.accelerometer, samples.gyroscope)
+        newest_before = self._gate.newest
         # NaN would hide every later time from a running maximum.
-        time = np.where(finite, samples.time, -np.inf)
-        newest_before = np.maximum.accumulate(np.concatenate([[self._last_time], time]))[:-1]
-        late = finite & (time <= newest_before)
-        self._refuse_restart(time[late] - newest_before[late])
+        believed = self._gate.believed(np.where(possible, samples.time, np.nan))
+        self._refuse_restart(self._gate.ran_back)
+        self.impossible += int((finite & ~believed).sum())
+        time = np.where(believed, samples.time, -np.inf)
+        late = believed & (time <= np.maximum.accumulate(np.concatenate([[newest_before], time]))[:-1])
         self.late += int(late.sum())
-        kept = finite & ~late
+        kept = believed & ~late
         if not kept.any():
             return EMPTY
-        chunk = LiveChunk(
+        return LiveChunk(
             samples.time[kept],
             samples.accelerometer[kept],
             samples.gyroscope[kept],
             None if samples.temperature is None else samples.temperature[kept],
             None if readings.moving is None else readings.moving[kept],
         )
-        self._last_time = float(chunk.time[-1])
-        self._refuse_impossible_rate(chunk)
-        return chunk
+
+    def _without_stray_stamps(self, head: Readings) -> Readings:
+        """Leave out first samples whose stamp is nowhere near those of the others."""
+        stamps = head.samples.time
+        assert stamps is not None, "every sample was stamped"
+        off = np.abs(stamps - np.nanmedian(stamps)) if np.isfinite(stamps).any() else np.zeros(len(stamps))
+        usual = float(np.nanmedian(off)) if np.isfinite(off).any() else 0.0
+        stray = off > STRAY_STAMPS * usual if usual > 0.0 else np.zeros(len(stamps), dtype=np.bool_)
+        self.impossible += int(stray.sum())
+        return _where(head, ~stray)
+
+    def _possible(self, accelerometer: FloatArray, gyroscope: FloatArray) -> NDArray[np.bool_]:
+        """Tell which samples a sensor may have read; raises `LogError` where the unit cannot be rad/s."""
+        strongest, fastest = (np.abs(triad).max(axis=1) for triad in (accelerometer, gyroscope))
+        limits = IMPOSSIBLE_READING
+        possible: NDArray[np.bool_] = (strongest <= limits[0]) & (fastest <= limits[1])
+        if self.gyroscope_unit_is_assumed:
+            too_fast = possible & (fastest > IMPOSSIBLE_RAD_PER_S)
+            self._refuse_degrees(too_fast, fastest)
+            possible &= ~too_fast
+        return possible
 
     def _count_without_number(self, finite: NDArray[np.bool_]) -> None:
         self.without_number += int((~finite).sum())
@@ -140,24 +172,53 @@ class Conditioner:
                     "sensor, and what the device sends against --columns"
                 )
 
-    def _refuse_restart(self, steps: FloatArray) -> None:
-        if len(steps) and float(steps.min()) < -RESTARTED:
+    def _refuse_restart(self, ran_back: float) -> None:
+        if ran_back > 0.0:
             raise LogError(
-                f"{self._name}: time ran back by {-float(steps.min()):.6g} s to an earlier time: the device "
+                f"{self._name}: time ran back by {ran_back:.6g} s to an earlier time: the device "
                 "restarted, or two devices send at once; correct that and start again"
             )
 
-    def _refuse_impossible_rate(self, chunk: LiveChunk) -> None:
-        fastest = float(np.abs(chunk.gyroscope).max())
-        if self.gyroscope_unit_is_assumed and fastest > IMPOSSIBLE_RAD_PER_S:
-            raise LogError(
-                f"{self._name}: gyroscope was assumed to be in rad/s, as no unit is stated, but reads "
-                f"{fastest:.4g}; give --gyroscope-unit (deg/s?)"
-            )
+    def _refuse_degrees(self, too_fast: NDArray[np.bool_], fastest: FloatArray) -> None:
+        for fast, rate in zip(too_fast, fastest, strict=True):
+            self._too_fast_in_succession = self._too_fast_in_succession + 1 if fast else 0
+            if self._too_fast_in_succession >= FASTEST_TO_REFUSE:
+                raise LogError(
+                    f"{self._name}: gyroscope was assumed to be in rad/s, as no unit is stated, but reads "
+                    f"{float(rate):.4g}; give --gyroscope-unit (deg/s?)"
+                )
 
     @property
     def _name(self) -> str:
         return "" if self._facts is None else self._facts.source
+
+
+def _without_absurd(samples: RawSamples) -> RawSamples:
+    """Make NaN of what would overflow in the arithmetic to come."""
+
+    def known(values: FloatArray) -> FloatArray:
+        return np.where(np.abs(values) < ABSURD, values, np.nan)
+
+    return RawSamples(
+        None if samples.time is None else known(samples.time),
+        known(samples.accelerometer),
+        known(samples.gyroscope),
+        None if samples.temperature is None else known(samples.temperature),
+    )
+
+
+def _where(readings: Readings, kept: NDArray[np.bool_]) -> Readings:
+    """Leave out samples."""
+    samples = readings.samples
+    return Readings(
+        RawSamples(
+            None if samples.time is None else samples.time[kept],
+            samples.accelerometer[kept],
+            samples.gyroscope[kept],
+            None if samples.temperature is None else samples.temperature[kept],
+        ),
+        None if readings.moving is None else readings.moving[kept],
+    )
 
 
 def _joined(pieces: list[Readings]) -> Readings:

@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from tumble.logs.columns import ImuColumns, find_imus, recognise
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import names_delimiter, names_for, numbers_delimiter, split_line
 from tumble.logs.track import RawSamples
+from tumble.numbers import number_of
 from tumble.recording import FloatArray
 
 MOVING = "moving"
@@ -24,6 +25,8 @@ MOVING_NAMES = ("moving", "wheels_moving", "wheel_moving", "wheel_speed", "wheel
 """Columns, in lower case, that say whether the wheels turn: 0 where they stand, else any other number."""
 ROWS_WITHOUT_NAMES = 8
 """Rows to see before columns without names are given the usual ones: the first has to grow, to be time."""
+DEEPEST = 8
+"""Levels of a JSON object; a sample of ROS has three."""
 MOST_UNREADABLE = 50
 """Successive lines that hold no sample beyond which something is set wrong."""
 
@@ -62,6 +65,8 @@ class RowReader:
         self._lines_to_skip = options.skip_lines
         self._unnamed: list[str] = []
         self._unreadable_in_succession = 0
+        self._no_imu: LogError | None = None
+        """Why names that came so far are those of no IMU; the device may yet send others."""
         self._layout: _Layout | None = None
         self._layout_is_doubtful = False
         """Whether its names came with the first line, which may have lost its front."""
@@ -83,7 +88,7 @@ class RowReader:
     def read(self, lines: Sequence[bytes]) -> Readings | None:
         """Read lines; None where they hold no sample, or the columns are not known yet.
 
-        Raises `LogError` where no IMU is among the columns, or line after line holds no sample.
+        Raises `LogError` where line after line holds no sample, with what columns lack if they were named.
         """
         rows: list[list[float]] = []
         for line in lines:
@@ -117,8 +122,8 @@ class RowReader:
         """Take column names; a device that starts anew sends them again."""
         if self._layout is None and not (self._first and self._may_be_incomplete(names)):
             self._unnamed = []
-            self._layout = self._layout_for(tuple(names), delimiter)
-            self._layout_is_doubtful = self._first
+            self._layout = self._layout_or_complaint(tuple(names), delimiter)
+            self._layout_is_doubtful = self._first and self._layout is not None
         elif self._layout is not None and self._layout.names != tuple(names):
             self._count_unreadable(delimiter.join(names))
         self._first = False
@@ -141,7 +146,8 @@ class RowReader:
 
     def _find_layout_without_names(self, text: str) -> bool:
         """Keep a row back until there are enough of them to tell what they hold; whether they are now."""
-        if numbers_delimiter(text) is None:
+        # Rows under names that are those of no IMU are no rows without names.
+        if self._no_imu is not None or numbers_delimiter(text) is None:
             self._count_unreadable(text)
             return False
         self._unnamed.append(text)
@@ -154,6 +160,17 @@ class RowReader:
         names, notices = names_for(self._source, rows, delimiter, count, self._options)
         self._layout = self._layout_for(names, delimiter, notices)
         return True
+
+    def _layout_or_complaint(self, names: tuple[str, ...], delimiter: str) -> _Layout | None:
+        """Give the layout under these names; None, and a line that is no sample, where they are no IMU's."""
+        try:
+            layout = self._layout_for(names, delimiter)
+        except LogError as error:
+            self._no_imu = error
+            self._count_unreadable(delimiter.join(names))
+            return None
+        self._no_imu = None
+        return layout
 
     def _layout_for(self, names: tuple[str, ...], delimiter: str, notices: tuple[str, ...] = ()) -> _Layout:
         imus = find_imus(names, self._source, self._options.columns)
@@ -184,29 +201,30 @@ class RowReader:
         if len(fields) != len(self._layout.names):
             return None
         values = dict(zip(self._layout.names, fields, strict=True))
-        try:
-            return [float(values[name] or "nan") for name in self._layout.wanted]
-        except ValueError:
-            return None
+        numbers = [number_of(values[name] or "nan") for name in self._layout.wanted]
+        return None if None in numbers else cast("list[float]", numbers)
 
     def _rows_of_json(self, text: str) -> list[list[float]]:
         """Read a JSON object, or an array of them."""
         try:
-            value = json.loads(text)
+            # An integer of any length is a number, and one of a thousand digits is infinite.
+            value = json.loads(text, parse_int=float)
         except (ValueError, RecursionError):
             value = None
         objects = value if isinstance(value, list) else [value]
-        return [row for each in objects for row in self._sample_or_complaint(text, self._row_of_object(each))]
+        return [row for each in objects for row in self._rows_of_object(text, each)]
 
-    def _row_of_object(self, value: Any) -> list[float] | None:  # noqa: ANN401 - JSON may hold anything
+    def _rows_of_object(self, text: str, value: Any) -> list[list[float]]:  # noqa: ANN401 - JSON may hold anything
         """Read a JSON object; what it lacks is no number. None where it is no object, or lacks everything."""
-        if not isinstance(value, dict):
-            return None
-        numbers = _flat(value)
+        numbers = _flat(value) if isinstance(value, dict) else None
+        if numbers is None:
+            return self._sample_or_complaint(text, None)
         if self._layout is None:
-            self._layout = self._layout_for(tuple(numbers), ",")
+            self._layout = self._layout_or_complaint(tuple(numbers), ",")
+            if self._layout is None:
+                return []
         row = [numbers.get(name, math.nan) for name in self._layout.wanted]
-        return row if any(map(math.isfinite, row)) else None
+        return self._sample_or_complaint(text, row if any(map(math.isfinite, row)) else None)
 
     def _sample_or_complaint(self, text: str, row: list[float] | None) -> list[list[float]]:
         if row is None:
@@ -219,6 +237,8 @@ class RowReader:
         self.unreadable += 1
         self._unreadable_in_succession += 1
         if self._unreadable_in_succession >= MOST_UNREADABLE:
+            if self._no_imu is not None:
+                raise self._no_imu
             raise LogError(
                 f"{self._source}: {MOST_UNREADABLE} lines in a row hold no sample, such as "
                 f"{text[:60]!a}; check the baud rate, and what the device sends against --columns"
@@ -242,14 +262,21 @@ def _state(values: FloatArray) -> FloatArray:
     return np.where(np.isnan(values), np.nan, (values != 0.0).astype(np.float64))
 
 
-def _flat(value: Any, name: str = "") -> dict[str, float]:  # noqa: ANN401 - JSON may hold anything
-    """Give every number of a JSON value by its path: `acc[0]`, `imu.gyro.x`; texts are passed over."""
-    if isinstance(value, dict):
-        parts = [_flat(each, f"{name}.{key}" if name else key) for key, each in value.items()]
-    elif isinstance(value, list):
-        parts = [_flat(each, f"{name}[{position}]") for position, each in enumerate(value)]
-    elif isinstance(value, str):
-        parts = []
-    else:
-        parts = [{name: math.nan if value is None else float(value)}]
-    return {key: number for part in parts for key, number in part.items()}
+def _flat(value: dict[str, Any]) -> dict[str, float] | None:
+    """Give every number of a JSON object by its path: `acc[0]`, `imu.gyro.x`; texts are passed over.
+
+    None where it is nested deeper than any sample.
+    """
+    numbers: dict[str, float] = {}
+    level: list[tuple[str, Any]] = list(value.items())
+    for _ in range(DEEPEST):
+        below: list[tuple[str, Any]] = []
+        for name, each in level:
+            if isinstance(each, dict):
+                below += [(f"{name}.{key}", part) for key, part in each.items()]
+            elif isinstance(each, list):
+                below += [(f"{name}[{position}]", part) for position, part in enumerate(each)]
+            elif not isinstance(each, str):
+                numbers[name] = math.nan if each is None else float(each)
+        level = below
+    return None if level else numbers

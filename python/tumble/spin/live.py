@@ -174,9 +174,12 @@ class LiveSpin:
         """Give what the procedure found, once `steps` has come to its end."""
         assert self._acquired is not None, "a result is asked for when the procedure is done"
         rests = self._rests(self._acquired)
+        samples = _within(self._kept, self._span)
+        if self._calibration is None or self._calibration.bias_instability is None:
+            self._machine.read_bias_instability(samples.time, samples.accelerometer, samples.gyroscope)
         spin = describe_spin(
             self._machine.figures(),
-            self._blocks(rests),
+            self._blocks(samples, rests),
             rests,
             self._span,
             label="spin 1",
@@ -220,9 +223,8 @@ class LiveSpin:
         """Rests of the spin, from the one it began with on."""
         return tuple(rest for rest in rests_of(unit) if rest.end > self._span[0])
 
-    def _blocks(self, rests: tuple[Rest, ...]) -> _core.SpinBlockFigures | None:
+    def _blocks(self, samples: Chunk, rests: tuple[Rest, ...]) -> _core.SpinBlockFigures | None:
         """Fit the samples once more, for the pictures: the machine keeps sums only."""
-        samples = _within(self._kept, self._span)
         times = np.array([(rest.start, rest.end) for rest in rests]).reshape(-1, 2)
         try:
             _, blocks = _core.fit_spin(

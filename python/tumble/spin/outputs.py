@@ -10,7 +10,7 @@ import numpy as np
 from tumble import _core
 from tumble.recording import FloatArray
 from tumble.results import INTERVAL, NOT_SHOWN, Parameter, Rest
-from tumble.spin.result import FULL_TURN, LARGEST_REDUCED_CHI_SQUARE, BiasEstimate, Spin, SpinBlocks
+from tumble.spin.result import FULL_TURN, BiasEstimate, Spin, SpinBlocks, misfit
 
 NOTABLE_TILT = math.radians(5.0)
 """A robot on a steeper floor rolls, slips, and sinks into its springs on one side."""
@@ -58,6 +58,7 @@ def describe_spin(
         slow_turn=_parameter("slow turn at rest", "rad/s", figures["slow_turn"]),
         chi_square=figures["chi_square"],
         degrees_of_freedom=figures["degrees_of_freedom"],
+        widening=figures["widening"],
         covariance=covariance,
         noise=figures["noise"],
         blocks=SpinBlocks(**blocks) if blocks else _no_blocks(),
@@ -173,12 +174,8 @@ def _warnings(figures: _core.SpinFigures, gravity: float, level_floor: bool) -> 
             f"turned at {turn:.3g} +- {turn_sigma:.2g} rad/s while it seemed to stand still, as gravity "
             "shows; the gyroscope bias is corrected for that"
         )
-    freedom = figures["degrees_of_freedom"]
-    if freedom > 0 and figures["chi_square"] > LARGEST_REDUCED_CHI_SQUARE * freedom:
-        yield (
-            f"the specific force differs from the model by more than its noise (chi-square "
-            f"{figures['chi_square']:.3g} for {freedom}): slipping wheels, an uneven floor or a swaying robot"
-        )
+    if figures["widening"] > 1.0:
+        yield misfit(figures["chi_square"], figures["degrees_of_freedom"], figures["widening"])
 
 
 def _about_the_rests(figures: _core.SpinFigures, rests: tuple[Rest, ...]) -> Iterator[str]:

@@ -17,8 +17,6 @@ SpinMethod = Literal["level-free", "published"]
 FULL_TURN = 2.0 * math.pi
 SMALLEST_DIRECTION = math.radians(10.0)
 """What a gyroscope shows of a direction in which the robot did not turn."""
-LARGEST_REDUCED_CHI_SQUARE = 2.0
-"""Chi-square for each degree of freedom above which the fit is said to be worse than the noise."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +93,8 @@ class Spin:
     """rad/s about the turning axis that the robot made while it seemed to stand still."""
     chi_square: float
     degrees_of_freedom: int
+    widening: float
+    """How many times wider all sigmas are than noise explains; 1 where the model explains what was measured."""
     covariance: FloatArray
     """(6, 6) of [accelerometer bias, gyroscope bias] by the method of choice; NaN where not observable."""
     noise: FloatArray
@@ -133,7 +133,16 @@ class Spin:
     @property
     def fits(self) -> bool:
         """Whether the model and the noise explain what was measured."""
-        return self.chi_square <= LARGEST_REDUCED_CHI_SQUARE * self.degrees_of_freedom
+        return self.widening == 1.0
+
+
+def misfit(chi_square: float, freedom: int, widening: float) -> str:
+    """Say what the model does not explain, and what was done about it: the same on screen and page."""
+    return (
+        f"the specific force differs from the model by more than its noise (chi-square {chi_square:.3g} for "
+        f"{freedom}), as with slipping wheels, an uneven floor or a swaying robot; all sigmas are widened "
+        f"{widening:.1f} times"
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -163,6 +163,7 @@ def _spin_content(spin: Spin) -> dict[str, Any]:
         "slow_turn": _parameter_content(spin.slow_turn),
         "chi_square": spin.chi_square,
         "degrees_of_freedom": spin.degrees_of_freedom,
+        "widening": spin.widening,
         "covariance": spin.covariance,
         "warnings": spin.warnings,
     }

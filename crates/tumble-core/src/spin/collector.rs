@@ -40,6 +40,11 @@ impl<T: Real> Collector<T> {
         &self.estimator
     }
 
+    /// As of [`SpinEstimator::know_bias_instability`].
+    pub fn know_bias_instability(&mut self, specific_force: T, angular_rate: T) {
+        self.estimator.know_bias_instability(specific_force, angular_rate);
+    }
+
     /// Takes in a sample; gives back the block it completes, to be given to [`Self::take`] when it is known whether the
     /// robot stood still over it. What is not finite, or not later than the sample before, is passed over.
     ///

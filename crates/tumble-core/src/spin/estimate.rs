@@ -99,6 +99,8 @@ pub struct SpinEstimate<T: Real> {
     pub chi_square: T,
     /// Its degrees of freedom.
     pub degrees_of_freedom: u32,
+    /// How many times wider all sigmas are than noise explains, since the model does not explain the rest; else one.
+    pub widening: T,
     /// The fit, for those who draw it.
     pub fit: LevelFree<T>,
 }

@@ -8,7 +8,7 @@ use crate::sample::CHANNELS;
 use crate::spin::axis::{AxisFit, RateMoments, floor_frame};
 use crate::spin::block::{Block, HeadingReference};
 use crate::spin::failure::SpinFailure;
-use crate::spin::harmonics::{HarmonicRow, Harmonics};
+use crate::spin::harmonics::{HarmonicRow, Harmonics, RowWhitener};
 use crate::spin::rests::{Rests, Stop};
 use crate::spin::settings::SpinSettings;
 
@@ -104,6 +104,7 @@ pub struct SpinEstimator<T: Real> {
     rests: Option<Rests<T>>,
     stop: Option<Stop<T>>,
     turning: Harmonics<T>,
+    whitener: RowWhitener<T>,
     frame: Matrix3<T>,
     rates: RateMoments<T>,
     noise: Moments<T, CHANNELS>,
@@ -135,6 +136,7 @@ impl<T: Real> SpinEstimator<T> {
             rests: None,
             stop: None,
             turning: Harmonics::default(),
+            whitener: RowWhitener::new(),
             frame: Matrix3::identity(),
             rates: RateMoments::default(),
             noise: Moments::new(),
@@ -201,7 +203,13 @@ impl<T: Real> SpinEstimator<T> {
 
     /// Random walk of the heading, rad^2/s.
     pub(super) fn heading_walk(&self, axis: &AxisFit<T>) -> T {
-        axis.block_variance * self.turned.duration() / count(self.rates.points().max(1)) // eq. 12: N^2
+        axis.block_variance * self.turned.duration() / count(self.rates.points().max(1)) // eq. 13: N^2
+    }
+
+    /// Bias instability, m/s^2 and rad/s, from here on: it counts when all is solved, not before.
+    pub fn know_bias_instability(&mut self, specific_force: T, angular_rate: T) {
+        self.settings.specific_force_instability = specific_force;
+        self.settings.angular_rate_instability = angular_rate;
     }
 
     /// How it is set.
@@ -299,7 +307,9 @@ impl<T: Real> SpinEstimator<T> {
     fn accumulate(&mut self, last: PendingBlock<T>) {
         match (self.first, self.middle) {
             (Some(first), Some(middle)) => {
-                if !(first.resting && middle.resting && last.resting) {
+                if first.resting && middle.resting && last.resting {
+                    self.whitener.end_run();
+                } else {
                     self.push_row(HarmonicRow::of_three([&first.block, &middle.block, &last.block]));
                 }
                 (self.first, self.middle) = (Some(last), None);
@@ -312,10 +322,11 @@ impl<T: Real> SpinEstimator<T> {
     /// Specific force from that of the first rest: in single precision gravity would cost three digits.
     fn push_row(&mut self, row: HarmonicRow<T>) {
         let origin = self.rests.as_ref().map_or(Vector3::zeros(), Rests::first_force);
-        self.turning.push(&HarmonicRow {
+        let own = self.whitener.push(&HarmonicRow {
             specific_force: row.specific_force - origin,
             ..row
         });
+        self.turning.push(&own);
     }
 
     /// Whether the robot has stayed on its wheels.

@@ -87,9 +87,44 @@ impl<T: Real> HarmonicRow<T> {
     }
 }
 
-/// Variance of a mean over many rows, times their number, over the variance of one: rows that share a block, which
-/// falls in one as it rises in the other, are correlated by a tenth.
-pub const ROW_CORRELATION: f64 = 6.0 / 5.0;
+/// Frees successive rows of the noise they share: the block that falls in one rises in the next
+/// (docs/theory/spin.md, eq. 11).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RowWhitener<T: Real> {
+    before: Option<HarmonicRow<T>>,
+}
+
+/// `(1 - sqrt(1 - 4 rho^2)) / (2 rho)`, for rows correlated by `rho` = 1/10.
+const SHARED: f64 = 0.101_020_514_433_643_8; // eq. 11
+
+impl<T: Real> RowWhitener<T> {
+    /// Before the first row.
+    pub fn new() -> Self {
+        Self { before: None }
+    }
+
+    /// Of a row, what is not told by those before it.
+    pub fn push(&mut self, row: &HarmonicRow<T>) -> HarmonicRow<T> {
+        let shared = real::<T>(SHARED);
+        let own = self.before.map_or(*row, |before| HarmonicRow {
+            functions: row.functions - before.functions * shared, // eq. 11
+            specific_force: row.specific_force - before.specific_force * shared,
+        });
+        self.before = Some(own);
+        own
+    }
+
+    /// The next row shares nothing with the one before.
+    pub fn end_run(&mut self) {
+        self.before = None;
+    }
+}
+
+impl<T: Real> Default for RowWhitener<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
 
 /// Rows reduced to their triangle by Givens rotations (Golub and Van Loan, section 6.5.3).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -146,14 +181,18 @@ impl<T: Real> Harmonics<T> {
         (self.triangle.row(i).transpose(), self.right.row(i).transpose())
     }
 
-    /// Variance of a row about the free fit, each axis, widened for the correlation of the rows, (m/s^2)^2; `None`
-    /// where too few rows are left over to tell.
+    /// Variance of a row about the free fit, each axis, (m/s^2)^2; `None` where too few rows are left over to tell.
+    ///
+    /// Residuals are divided by it, and intervals made of it as if it were known: with two degrees of freedom less
+    /// their squares are on average one all the same, and the intervals hold as often as they say.
     pub fn variance(&self) -> Option<Vector3<T>> {
-        const FEWEST_LEFT_OVER: u32 = 6;
-        let left = self
-            .rows
-            .checked_sub(9)
-            .filter(|left| *left >= FEWEST_LEFT_OVER)?;
-        Some(self.squares * (real::<T>(ROW_CORRELATION) / count(left)))
+        self.freedom()
+            .map(|freedom| self.squares / count::<T>(freedom.saturating_sub(2))) // eq. 14
+    }
+
+    /// Rows left over beyond the functions, that variance is found with; `None` where they are too few.
+    pub fn freedom(&self) -> Option<u32> {
+        const FEWEST: u32 = 6;
+        self.rows.checked_sub(9).filter(|left| *left >= FEWEST)
     }
 }

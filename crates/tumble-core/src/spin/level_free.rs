@@ -2,11 +2,11 @@
 //!
 //! Gravity turns with the heading and bias does not; the centripetal and the tangential pull of an IMU mounted off the
 //! turning axis go with the squared rate and with its change. What the gyroscope showed of axis and bias comes in as
-//! prior knowledge, with its covariance (docs/theory/spin.md, eq. 7 to 12).
+//! prior knowledge, with its covariance (docs/theory/spin.md, eq. 7 to 13).
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
-use crate::real::{Real, real};
+use crate::real::{Real, count, real};
 use crate::regression::{LeastSquares, Prior, Solution, Unsolvable, degrees_of_freedom, reduced};
 use crate::spin::axis::AxisFit;
 use crate::spin::harmonics::{FUNCTIONS, Harmonics};
@@ -73,8 +73,10 @@ pub struct LevelFree<T: Real> {
     pub gravity: T,
     /// What the heading lacks, rad a second.
     pub by_time: T,
-    /// Rows less unknowns.
+    /// Rows less the unknowns that they show.
     pub degrees_of_freedom: u32,
+    /// Degrees of freedom that the variance of a turning row was found with; `None` where it was taken from the rest.
+    pub turning_freedom: Option<u32>,
 }
 
 impl<T: Real> LevelFree<T> {
@@ -101,15 +103,17 @@ impl<T: Real> LevelFree<T> {
             + self.up.cross(&arm) * (acceleration * q)
     }
 
-    /// How much the variances are widened where the model does not fit the harmonics.
+    /// How much the sigmas are widened where the model does not fit the harmonics, one where it does.
+    ///
+    /// A chi-square beyond the limit chance makes once in a thousand spins, at one turn as at ten.
     pub(super) fn widening(&self) -> T {
-        const UNLIKELY: f64 = 2.0;
+        const UNLIKELY: f64 = 2.2;
+        // Few rows say little of the noise that they are held against.
+        let limit = self.turning_freedom.map_or(T::one(), |freedom| {
+            count::<T>(freedom) / count(freedom.saturating_sub(4).max(1)) // eq. 15
+        }) * real(UNLIKELY);
         let reduced = reduced(self.solution.chi_square, self.degrees_of_freedom);
-        if reduced > real(UNLIKELY) {
-            reduced
-        } else {
-            T::one()
-        }
+        if reduced > limit { reduced.sqrt() } else { T::one() }
     }
 
     /// What is to be added to a heading as it was counted, rad, `time` s after the origin.
@@ -119,7 +123,7 @@ impl<T: Real> LevelFree<T> {
     }
 }
 
-/// X of eq. 11: a line for each function of eq. 9, a column for each axis of the accelerometer.
+/// X of eq. 12: a line for each function of eq. 9, a column for each axis of the accelerometer.
 type Coefficients<T> = SMatrix<T, FUNCTIONS, 3>;
 
 /// The vectors that X is linear in.
@@ -176,15 +180,15 @@ impl<T: Real> HarmonicVectors<T> {
     /// X.
     fn coefficients(&self, distortion: &HeadingDistortion<T>) -> Coefficients<T> {
         Coefficients::from_rows(&[
-            self.constant.transpose(),                          // eq. 11
-            self.cosine.transpose(),                            // eq. 11: p
-            self.sine.transpose(),                              // eq. 11: -n x p
-            (self.cosine * -distortion.by_heading).transpose(), // eq. 11: -alpha p
-            (self.sine * distortion.by_heading).transpose(),    // eq. 11: -alpha n x p
-            (self.cosine * -distortion.by_time).transpose(),    // eq. 11: -eta p
-            (self.sine * distortion.by_time).transpose(),       // eq. 11: -eta n x p
-            (self.arm * -distortion.q_squared).transpose(),     // eq. 11: -q^2 r
-            (self.arm_left * distortion.q).transpose(),         // eq. 11: q n x r
+            self.constant.transpose(),                          // eq. 12
+            self.cosine.transpose(),                            // eq. 12: p
+            self.sine.transpose(),                              // eq. 12: -n x p
+            (self.cosine * -distortion.by_heading).transpose(), // eq. 12: -alpha p
+            (self.sine * distortion.by_heading).transpose(),    // eq. 12: -alpha n x p
+            (self.cosine * -distortion.by_time).transpose(),    // eq. 12: -eta p
+            (self.sine * distortion.by_time).transpose(),       // eq. 12: -eta n x p
+            (self.arm * -distortion.q_squared).transpose(),     // eq. 12: -q^2 r
+            (self.arm_left * distortion.q).transpose(),         // eq. 12: q n x r
         ])
     }
 }
@@ -225,15 +229,15 @@ impl<T: Real> Linearization<T> {
             up,
             plane,
             vectors: HarmonicVectors {
-                constant: bias + (up * vertical - priors.origin), // eq. 11
+                constant: bias + (up * vertical - priors.origin), // eq. 12
                 cosine: uphill,
-                sine: -up.cross(&uphill), // eq. 11
+                sine: -up.cross(&uphill), // eq. 12
                 arm,
-                arm_left: up.cross(&arm), // eq. 11
+                arm_left: up.cross(&arm), // eq. 12
             },
             distortion: HeadingDistortion {
-                by_heading: q - T::one(),     // eq. 11: alpha
-                by_time: x[WALK] - drift * q, // eq. 11: eta
+                by_heading: q - T::one(),     // eq. 12: alpha
+                by_time: x[WALK] - drift * q, // eq. 12: eta
                 q_squared: q * q,
                 q,
             },
@@ -363,13 +367,17 @@ pub fn fit<T: Real>(
         by_time: point.distortion.by_time,
         gyroscope_bias: priors.axis.bias + floor * correction,
         floor,
-        degrees_of_freedom: degrees_of_freedom(solution.rows, FREE),
+        degrees_of_freedom: degrees_of_freedom(solution.rows, shown(&solution)),
+        turning_freedom: turning.freedom(),
         solution,
     })
 }
 
-/// Unknowns without prior knowledge: accelerometer bias, uphill pull, lever arm.
-const FREE: usize = 7;
+/// How many unknowns the rows tell more of than was known before.
+fn shown<T: Real>(solution: &Solution<T, UNKNOWNS>) -> usize {
+    let half = real::<T>(0.5);
+    solution.ignorance.iter().filter(|share| **share < half).count()
+}
 
 /// Unknowns before any data.
 fn nominal<T: Real>(priors: &SpinPriors<T>) -> SVector<T, UNKNOWNS> {

@@ -188,7 +188,14 @@ impl<T: Real> SpinMachine<T> {
         })
     }
 
-    fn settings(&self) -> &SpinSettings<T> {
+    /// Tells the bias instability, m/s^2 and rad/s, where it is known only when the spin is done; [`Self::solve`] then
+    /// counts it.
+    pub fn know_bias_instability(&mut self, specific_force: T, angular_rate: T) {
+        self.collector.know_bias_instability(specific_force, angular_rate);
+    }
+
+    /// How it is set.
+    pub fn settings(&self) -> &SpinSettings<T> {
         self.collector.estimator().settings()
     }
 

@@ -17,7 +17,7 @@ const LARGEST_USEFUL_SIGMA: f64 = 0.5;
 /// to be level to 0.1 deg.
 const TRUSTED_SIGMA: f64 = 0.02;
 
-/// Everything a fit says, in the quantities people ask for (docs/theory/spin.md, eq. 14).
+/// Everything a fit says, in the quantities people ask for (docs/theory/spin.md, eq. 18).
 pub(super) fn from_fit<T: Real>(
     spin: &SpinEstimator<T>,
     priors: &SpinPriors<T>,
@@ -25,7 +25,8 @@ pub(super) fn from_fit<T: Real>(
     scales: &Scales<T>,
     (slow_turn, turned_while_still): (ScalarEstimate<T>, bool),
 ) -> SpinEstimate<T> {
-    let covariance = fit.solution.covariance * fit.widening();
+    let widening = fit.widening();
+    let covariance = fit.solution.covariance * (widening * widening);
     let joint = biases(&fit.floor, &covariance);
     let accelerometer = accelerometer_bias(spin, priors, fit, &joint);
     let attitude = floor_attitude(fit, &covariance);
@@ -53,6 +54,7 @@ pub(super) fn from_fit<T: Real>(
         turned_while_still,
         chi_square: fit.solution.chi_square,
         degrees_of_freedom: fit.degrees_of_freedom,
+        widening,
         fit: *fit,
     }
 }
@@ -117,7 +119,7 @@ fn floor_attitude<T: Real>(
     fit: &LevelFree<T>,
     covariance: &SMatrix<T, UNKNOWNS, UNKNOWNS>,
 ) -> FloorAttitude<T> {
-    let (roll, pitch) = axis::tilt(&fit.up); // eq. 14
+    let (roll, pitch) = axis::tilt(&fit.up); // eq. 18
     let tilt_sigma = |i: usize| covariance[(AXIS + i, AXIS + i)].sqrt();
     FloorAttitude {
         roll: ScalarEstimate {
@@ -226,7 +228,7 @@ fn uphill<T: Real>(
     let sine = (size / priors.gravity).min(T::one());
     let cosine = (T::one() - sine * sine).sqrt().max(real(1e-6));
     let tilt = ScalarEstimate {
-        value: sine.asin(), // eq. 14
+        value: sine.asin(), // eq. 18
         sigma: lengthwise / (priors.gravity * cosine),
     };
     let bearing = if size > crosswise * real(SHOWN) && forward_sigma < T::one() {

@@ -174,9 +174,9 @@ impl<T: Real> Rests<T> {
 
     /// Mean angular rate over all stops, and the variance of that mean, given the bias instability, rad/s.
     ///
-    /// The mean over a stop of some seconds differs from that over the spin by about B (docs/theory/spin.md, eq. 13).
+    /// The mean over a stop of some seconds differs from that over the spin by about B (docs/theory/spin.md, eq. 16).
     pub fn rate(&self, instability: T) -> RestingRate<T> {
-        let wandering = instability * instability / count(self.stops.max(1)); // eq. 13
+        let wandering = instability * instability / count(self.stops.max(1)); // eq. 16
         RestingRate {
             mean: self.rate,
             variance: (self.block_variance(3) / count::<T>(self.blocks.max(1))).add_scalar(wandering),
@@ -191,14 +191,14 @@ impl<T: Real> Rests<T> {
     /// Variance of that mean, given the bias instability, m/s^2.
     pub fn first_force_variance(&self, instability: T) -> Vector3<T> {
         let white = self.block_variance(0) / count::<T>(self.first_blocks.max(1));
-        white.add_scalar(instability * instability) // eq. 13
+        white.add_scalar(instability * instability) // eq. 16
     }
 
     /// Variance of the lines of [`Self::harmonics`], given the bias instability, m/s^2.
     pub fn line_variance(&self, instability: T) -> Vector3<T> {
         let blocks_a_stop = count::<T>(self.blocks) / count(self.stops.max(1));
         self.block_variance(0)
-            .add_scalar(instability * instability * blocks_a_stop) // eq. 13
+            .add_scalar(instability * instability * blocks_a_stop) // eq. 16
     }
 
     /// Variance of the mean over a block, for the three channels from `first` on.

@@ -1,4 +1,4 @@
-//! Scale error of the gyroscope about the turning axis, from angles truly turned (docs/theory/spin.md, eq. 16).
+//! Scale error of the gyroscope about the turning axis, from angles truly turned (docs/theory/spin.md, eq. 20).
 
 use nalgebra::Vector3;
 
@@ -29,11 +29,11 @@ pub(super) fn scales<T: Real>(
             return ScalarEstimate::unknown();
         };
         let time = direction.duration;
-        let seen = direction.angle - sign * drift * time; // eq. 16: h - epsilon t
-        let variance = truth.sigma * truth.sigma + axis.covariance[(2, 2)] * time * time + walk * time; // eq. 16
+        let seen = direction.angle - sign * drift * time; // eq. 20: h - epsilon t
+        let variance = truth.sigma * truth.sigma + axis.covariance[(2, 2)] * time * time + walk * time; // eq. 20
         ScalarEstimate {
-            value: seen / angle - T::one(), // eq. 16
-            sigma: variance.sqrt() / angle, // eq. 16
+            value: seen / angle - T::one(), // eq. 20
+            sigma: variance.sqrt() / angle, // eq. 20
         }
     };
     Scales {

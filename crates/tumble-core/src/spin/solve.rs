@@ -1,5 +1,5 @@
 //! A spin solved from what was kept of it: the fit with the bias that its rest showed, or the one without it
-//! (docs/theory/spin.md, eq. 12 to 15).
+//! (docs/theory/spin.md, eq. 13 to 19).
 
 use nalgebra::Vector3;
 
@@ -16,6 +16,8 @@ use crate::spin::scale::{Scales, common_scale, scales, widened_scale};
 
 /// Sigma of the gyroscope bias along the axis where the rest does not count, rad/s.
 const BIAS_UNKNOWN: f64 = 0.1;
+/// Variance of a row over that of a block: the square of the trapezoid of eq. 10.
+const ROW_OF_BLOCK: f64 = 5.0 / 12.0;
 /// The random walk of the heading as a constant rate over the spin: its variance over that of the end point.
 const WALK_SHARE: f64 = 1.2;
 
@@ -114,8 +116,7 @@ fn priors<T: Real>(
     walk: T,
     scales: &Scales<T>,
 ) -> SpinPriors<T> {
-    let rest_variance = rests.block_variance(0);
-    let half = real::<T>(0.5);
+    let as_at_rest = rests.block_variance(0) * real::<T>(ROW_OF_BLOCK);
     SpinPriors {
         gravity: spin.settings().gravity,
         origin: rests.first_force(),
@@ -123,14 +124,14 @@ fn priors<T: Real>(
         counted_bias: *counted_bias,
         scale: common_scale(scales, spin.settings().scale_sigma),
         bias_variance: axis.covariance[(2, 2)],
-        walk_variance: walk * real(WALK_SHARE) / spin.turned().duration(), // eq. 12
+        walk_variance: walk * real(WALK_SHARE) / spin.turned().duration(), // eq. 13
         rest_variance: rests
             .line_variance(spin.settings().specific_force_instability)
             .map(|v| floored(v, LEAST)),
         turning_variance: spin
             .turning()
             .variance()
-            .unwrap_or(rest_variance * half)
+            .unwrap_or(as_at_rest)
             .map(|v| floored(v, LEAST)),
     }
 }
@@ -152,6 +153,6 @@ fn slow_turn<T: Real>(without_rest: &LevelFree<T>, priors: &SpinPriors<T>) -> (S
     let value = -without_rest.solution.x[i];
     let chance = (variance + priors.bias_variance).sqrt();
     let reduced = reduced(without_rest.solution.chi_square, without_rest.degrees_of_freedom);
-    let found = value.abs() > chance * real(SIGMAS) + real(DRIFT) && reduced < real(FITS); // eq. 15
+    let found = value.abs() > chance * real(SIGMAS) + real(DRIFT) && reduced < real(FITS); // eq. 19
     (ScalarEstimate { value, sigma: chance }, found)
 }

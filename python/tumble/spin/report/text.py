@@ -9,7 +9,7 @@ from tumble.report.numbers import measurement, readable_scale, significant
 from tumble.report.text import count_of, join, temperature_sentence
 from tumble.results import NOT_SHOWN, Parameter
 from tumble.spin.report.parameters import turns_text
-from tumble.spin.result import FULL_TURN, BiasEstimate, Spin, SpinResult
+from tumble.spin.result import FULL_TURN, BiasEstimate, Spin, SpinResult, misfit
 
 
 def found_sentence(result: SpinResult) -> str:
@@ -87,13 +87,10 @@ def fit_sentence(spin: Spin) -> str:
     freedom = spin.degrees_of_freedom
     if freedom <= 0 or not math.isfinite(spin.chi_square):
         return "As many parameters as measurements, so that the fit cannot be tested."
+    if not spin.fits:
+        return f"{misfit(spin.chi_square, freedom, spin.widening).capitalize()}."
     figures = f"Chi-square {significant(spin.chi_square)} for {freedom} degrees of freedom: "
-    if spin.fits:
-        return figures + "the model and the noise explain what was measured."
-    return figures + (
-        "the specific force differs from the model by more than its noise, as with slipping wheels, an "
-        "uneven floor or a swaying robot; the intervals are too narrow."
-    )
+    return figures + "the model and the noise explain what was measured."
 
 
 def method_lines(result: SpinResult) -> tuple[tuple[str, str], ...]:
@@ -144,8 +141,8 @@ def _about_the_fit(result: SpinResult) -> Iterator[str]:
     poor = [spin.label for spin in tested if not spin.fits]
     if poor:
         yield (
-            f"The model does not explain all that {join(poor)} measured: the true uncertainty there is at "
-            "least sigma."
+            f"The model does not explain all that {join(poor)} measured: the sigmas there are widened by what "
+            "is left."
         )
     else:
         yield "The model and the noise explain what was measured."
