@@ -17,6 +17,7 @@ from live_fixtures import (
     samples_of,
     serial_device,
 )
+from mavlink_fixtures import UDP, autopilot, highres, scripted
 from tumble.constants import STANDARD_GRAVITY
 from tumble.errors import LogError
 from tumble.live import open_source, parse_address
@@ -24,23 +25,6 @@ from tumble.live.mavlink import MavlinkSource
 from tumble.logs import ReadOptions
 
 TABLE = resting(120)
-UDP = "mavlink:udpin:127.0.0.1:14555"
-
-
-def autopilot(system=1):
-    """A sender of messages."""
-    return mavlink.MAVLink(None, srcSystem=system, srcComponent=1)
-
-
-def highres(table, sender=None, updated=0xFFFF, sensor=0):
-    """HIGHRES_IMU, a message a sample."""
-    sender = sender or autopilot()
-    return [
-        mavlink.MAVLink_highres_imu_message(
-            round(1e6 * row[0]), *row[1:], 0, 0, 0, 1013.0, 0, 0, 31.5, updated, sensor
-        ).pack(sender)
-        for row in table
-    ]
 
 
 def scaled(table, kind="scaled_imu", sender=None, temperature=2150):
@@ -74,11 +58,6 @@ def heartbeats(count, sender=None):
 def interleaved(*streams):
     """Messages of several streams in turn."""
     return [message for together in zip(*streams, strict=True) for message in together]
-
-
-def scripted(pieces, text=UDP, **options):
-    """A MAVLink source that reads these pieces."""
-    return MavlinkSource(parse_address(text), ReadOptions(**options), Scripted(pieces, whole=True), "test")
 
 
 def refusal(pieces, text=UDP, **options):

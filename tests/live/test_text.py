@@ -192,7 +192,7 @@ def test_json_may_be_flat_nested_or_in_arrays():
 
 
 def test_json_without_an_imu_is_refused():
-    assert "no column for" in refusal([b'{"battery": 11.1}'], whole=True)
+    assert "no column for" in refusal([b'{"battery": 11.1}'] * 60, whole=True)
     assert "hold no sample" in refusal([b"{not json}"] * 60, whole=True)
 
 

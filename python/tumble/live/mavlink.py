@@ -77,14 +77,15 @@ def open_mavlink(address: Address, options: ReadOptions) -> MavlinkSource:
 
     `message=SCALED_IMU2` and `system=1` pick one of several; `rate=100` asks for so many a second.
     """
-    address.refuse_other_settings("baud", "message", "system", "rate")
     message = address.settings.get("message")
     if message is not None and message not in KINDS:
         raise LogError(f"{address.text}: message={message}: give one of {', '.join(KINDS)}")
     link, _, place = address.place.partition(":")
     if link in ("udpin", "udp"):
+        address.refuse_other_settings("message", "system", "rate", "from")
         host, port = host_and_port(address, place)
         return MavlinkSource(address, options, DatagramSocket(address, host, port), f"mavlink-{port}")
+    address.refuse_other_settings("baud", "message", "system", "rate")
     line = SerialLine(address, address.place, int(address.number("baud", DEFAULT_BAUD)))
     return MavlinkSource(address, options, line, PurePath(address.place).name)
 
@@ -177,11 +178,12 @@ class MavlinkSource:
 
     def _choose(self) -> list[MavlinkMessage]:
         """Choose, of those that come about as often, the message that says most."""
-        systems = sorted({sender.system for sender in self._heard})
+        often = [sender for sender, heard in self._heard.items() if 2 * len(heard) >= CHOICE_MESSAGES]
+        # A message spoilt on the way may bear any number.
+        systems = sorted({sender.system for sender in often})
         if len(systems) > 1:
             listed = ", ".join(map(str, systems))
             raise LogError(f"{self._address.text}: systems {listed} send; pick one, as ?system={systems[0]}")
-        often = [sender for sender, heard in self._heard.items() if 2 * len(heard) >= CHOICE_MESSAGES]
         self._chosen = min(often, key=lambda sender: (list(KINDS).index(sender.message), sender))
         self._refuse_unknown_unit(self._chosen)
         return self._heard[self._chosen]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from typing import TypeAlias, cast
@@ -27,14 +28,17 @@ OWN: Mapping[str, tuple[str, str]] = {
 """Module and function of each scheme; imported only when it is asked for."""
 
 
-def open_source(text: str, options: ReadOptions | None = None) -> Source:
+def open_source(text: str, options: ReadOptions | None = None, sender: str | None = None) -> Source:
     """Find the source for an address; enter it with `with` to open the line.
 
-    `options` say what the stream does not say itself, as for logs.
+    `options` say what the stream does not say itself, as for logs. Of a network only `sender` is listened to,
+    as if `from=` were part of the address; without it, the first host that sends.
 
     Raises `LogError` where nothing reads such an address.
     """
     address = parse_address(text)
+    if sender is not None:
+        address = replace(address, settings={**address.settings, "from": sender})
     return _opener(address)(address, options or ReadOptions())
 
 

@@ -65,6 +65,8 @@ class RowReader:
         self._lines_to_skip = options.skip_lines
         self._unnamed: list[str] = []
         self._unreadable_in_succession = 0
+        self._most_in_succession = MOST_UNREADABLE
+        self._is_whole = not joined_midway
         self._no_imu: LogError | None = None
         """Why names that came so far are those of no IMU; the device may yet send others."""
         self._layout: _Layout | None = None
@@ -90,6 +92,9 @@ class RowReader:
 
         Raises `LogError` where line after line holds no sample, with what columns lack if they were named.
         """
+        if self._is_whole:
+            # However many lines it holds, one datagram is no reason to give up.
+            self._most_in_succession = self._unreadable_in_succession + 1
         rows: list[list[float]] = []
         for line in lines:
             if self._lines_to_skip > 0:
@@ -211,7 +216,8 @@ class RowReader:
             value = json.loads(text, parse_int=float)
         except (ValueError, RecursionError):
             value = None
-        objects = value if isinstance(value, list) else [value]
+        holds_objects = isinstance(value, list) and any(isinstance(each, dict) for each in value)
+        objects = value if holds_objects else [value]
         return [row for each in objects for row in self._rows_of_object(text, each)]
 
     def _rows_of_object(self, text: str, value: Any) -> list[list[float]]:  # noqa: ANN401 - JSON may hold anything
@@ -235,7 +241,7 @@ class RowReader:
 
     def _count_unreadable(self, text: str) -> None:
         self.unreadable += 1
-        self._unreadable_in_succession += 1
+        self._unreadable_in_succession = min(self._unreadable_in_succession + 1, self._most_in_succession)
         if self._unreadable_in_succession >= MOST_UNREADABLE:
             if self._no_imu is not None:
                 raise self._no_imu

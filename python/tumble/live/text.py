@@ -26,8 +26,8 @@ def open_serial(address: Address, options: ReadOptions) -> TextSource:
 
 
 def open_udp(address: Address, options: ReadOptions) -> TextSource:
-    """Make a source of `udp://HOST:PORT`, to which devices send."""
-    address.refuse_other_settings()
+    """Make a source of `udp://HOST:PORT?from=ADDRESS`, to which devices send."""
+    address.refuse_other_settings("from")
     host, port = host_and_port(address, address.place)
     return TextSource(address, options, DatagramSocket(address, host, port), f"udp-{port}")
 

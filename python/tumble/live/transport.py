@@ -113,16 +113,23 @@ class DatagramSocket:
         self._socket: socket.socket | None = None
         self._sender: tuple[Any, ...] | None = None
         """Address of the first that sent anything, its host first."""
+        self._wanted = address.settings.get("from")
+        self._hosts: frozenset[str] = frozenset()
+        """Numbers of the only host that counts; empty where it is the first that sends."""
         self._from_others = 0
 
     @property
     def notices(self) -> tuple[str, ...]:
         """Say that others sent as well: samples of two devices in turn would be those of none."""
-        if self._sender is None or not self._from_others:
-            return ()
-        return (f"left out {self._from_others} datagrams that were not from {self._sender[0]}",)
+        sender = self._wanted or (self._sender and self._sender[0])
+        return (
+            (f"left out {self._from_others} datagrams that were not from {sender}",)
+            if self._from_others
+            else ()
+        )
 
     def __enter__(self) -> DatagramSocket:
+        self._hosts = self._numbers_of(self._wanted) if self._wanted is not None else frozenset()
         try:
             family, kind, protocol, _, place = socket.getaddrinfo(
                 self._host, self._port, type=socket.SOCK_DGRAM, flags=socket.AI_PASSIVE
@@ -136,6 +143,15 @@ class DatagramSocket:
                 "listening? Give an address of this machine, or 0.0.0.0 for all of them, and a free port"
             ) from error
         return self
+
+    def _numbers_of(self, host: str) -> frozenset[str]:
+        try:
+            found = socket.getaddrinfo(host, None, type=socket.SOCK_DGRAM)
+        except (OSError, UnicodeError) as error:
+            raise LogError(
+                f"{self._address.text}: no host {host!r} to listen to; give its address"
+            ) from error
+        return frozenset(str(place[0]) for *_, place in found)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -151,8 +167,9 @@ class DatagramSocket:
         if not ready:
             return b""
         datagram, sender = self._socket.recvfrom(LARGEST_DATAGRAM)
-        self._sender = self._sender or sender
-        if sender[0] != self._sender[0]:
+        if self._sender is None and (not self._hosts or sender[0] in self._hosts):
+            self._sender = sender
+        if self._sender is None or sender[0] != self._sender[0]:
             self._from_others += 1
             return b""
         return datagram

@@ -90,7 +90,26 @@ def spin_command(
         typer.Option(
             min=0.05,
             metavar="RAD/S",
-            help="How fast to turn; 1 rad/s if not given.",
+            help="How fast it is to turn: a spin that departs from it by a tenth is said. "
+            "With --live: 1 rad/s if not given.",
+            show_default=False,
+        ),
+    ] = None,
+    spin_duration: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SECONDS",
+            help="How long it is to turn, such as 20s, without rests between: a spin that departs from it by "
+            "a tenth is said. With --live it gives the turns, or with --turns the rate.",
+            show_default=False,
+        ),
+    ] = None,
+    sender: Annotated[
+        str | None,
+        typer.Option(
+            "--from",
+            metavar="ADDRESS",
+            help="The one host whose datagrams count; the first that sends if not given.",
             rich_help_panel=_LIVE,
             show_default=False,
         ),
@@ -110,11 +129,14 @@ def spin_command(
     with --at cannot be used, 2 if nothing could be done.
     """
     check_gravity(latitude, height, gravity)
-    _check_source(log, live, at, turn_rate)
-    seconds = None if still is None else _seconds(still)
+    _check_source(log, live, at, sender)
+    seconds = None if still is None else _seconds("--still", still)
+    duration = None if spin_duration is None else _seconds("--spin-duration", spin_duration)
     known = _true_turns(true_turns, true_turns_sigma)
     from tumble.calibration.document import Calibration
+    from tumble.spin.preset import TurnPreset
 
+    preset = TurnPreset(duration, turn_rate, turns)
     before = Calibration.load(calibration) if calibration else None
     if live is not None:
         from tumble.spin.command_live import run_live
@@ -124,8 +146,8 @@ def spin_command(
             output,
             read_options,
             still=seconds,
-            turns=turns,
-            rate=turn_rate,
+            preset=preset,
+            sender=sender,
             level_floor=level_floor,
             gravity=gravity,
             latitude=latitude,
@@ -148,7 +170,9 @@ def spin_command(
         result = spin(
             recording,
             still=SHORTEST_STILL if seconds is None else seconds,
-            turns=turns,
+            duration=preset.duration,
+            rate=preset.rate,
+            turns=preset.turns,
             true_turns=known,
             level_floor=level_floor,
             at=spans,
@@ -166,20 +190,20 @@ def spin_command(
         raise typer.Exit(SOME_FAILED)
 
 
-def _check_source(log: str | None, live: str | None, at: list[str] | None, turn_rate: float | None) -> None:
+def _check_source(log: str | None, live: str | None, at: list[str] | None, sender: str | None) -> None:
     if (log is None) == (live is None):
         raise ProcedureError("give either a log or --live SOURCE")
-    if log is not None and turn_rate is not None:
-        raise ProcedureError("--turn-rate is what a live robot is asked for; leave it out with a log")
+    if log is not None and sender is not None:
+        raise ProcedureError("--from is who sends a live stream; leave it out with a log")
     if live is not None and at:
         raise ProcedureError("--at is a time of a log; leave it out with --live")
 
 
-def _seconds(text: str) -> float:
-    match = re.fullmatch(r"\s*(\d+\.?\d*|\.\d+)\s*(ms|s|min)?\s*", text)
+def _seconds(option: str, text: str) -> float:
+    match = re.fullmatch(r"\s*([0-9]+\.?[0-9]*|\.[0-9]+)\s*(ms|s|min)?\s*", text)
     seconds = float(match[1]) * {"ms": 1e-3, "s": 1.0, "min": 60.0}[match[2] or "s"] if match else 0.0
     if not seconds > 0.0:
-        raise ProcedureError(f"--still {text}: give a time above zero, such as 5s")
+        raise ProcedureError(f"{option} {text}: give a time above zero, such as 5s")
     return seconds
 
 

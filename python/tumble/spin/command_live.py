@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from tumble.logs.options import ReadOptions
     from tumble.results import Precision
     from tumble.spin.live import LiveSpinOptions, LiveStep
+    from tumble.spin.preset import TurnPreset
     from tumble.spin.turns import TrueTurns
 
 Show: TypeAlias = "Callable[[LiveStep], None]"
@@ -43,8 +44,8 @@ def run_live(
     read_options: ReadOptions,
     *,
     still: float | None = None,
-    turns: float | None = None,
-    rate: float | None = None,
+    preset: TurnPreset,
+    sender: str | None = None,
     level_floor: bool = False,
     true_turns: TrueTurns | None = None,
     gravity: float | None = None,
@@ -56,9 +57,9 @@ def run_live(
 ) -> None:
     """Calibrate from a live stream into `<name>.live.yaml`; `tumble.live` says what `source` may be.
 
-    `still` is in s, `rate` in rad/s; they and `turns` stand at the core's defaults where not given.
-    `latitude` is in deg, `height` in m; `calibration` is applied first. With `as_json` every event is a line
-    of JSON on standard output, and nothing else is.
+    `still` is in s; it and what `preset` leaves open stand at the core's defaults. Of a network only `sender`
+    is listened to. `latitude` is in deg, `height` in m; `calibration` is applied first. With `as_json` every
+    event is a line of JSON on standard output, and nothing else is.
 
     Raises `TumbleError`, in one line, where nothing was calibrated. A calibration file from before then stays
     as it was.
@@ -67,6 +68,7 @@ def run_live(
     from tumble.live import open_source
     from tumble.spin.command_results import SOME_FAILED, calibration_of, prepare, show_results, write_results
     from tumble.spin.live import LiveSpin, LiveSpinOptions
+    from tumble.spin.settings import DEFAULT, DEFAULT_TURNS
     from tumble.spin.summary import json_content
 
     if true_turns is not None:
@@ -74,15 +76,18 @@ def run_live(
             "--true-turns counts from rest to rest, and a live spin is done while the robot still turns; "
             "record a log and give it instead of --live"
         )
-    asked = {"still": still, "turns": turns, "rate": rate}
+    asked = preset.completed(DEFAULT.rate, DEFAULT_TURNS)
     options = LiveSpinOptions(
-        **{name: value for name, value in asked.items() if value is not None},
+        still=still or DEFAULT.still,
+        turns=asked.turns or DEFAULT_TURNS,
+        rate=asked.rate or DEFAULT.rate,
+        duration=preset.duration,
         level_floor=level_floor,
         gravity=gravity,
         latitude=latitude,
         height=height,
     )
-    stream = open_source(source, read_options)
+    stream = open_source(source, read_options, sender=sender)
     folder = output or folder_named_after(stream.name)
     prepare(folder, stream.name, "live")
     live = LiveSpin(
@@ -154,9 +159,9 @@ def _prompt(step: LiveStep, source: str, options: LiveSpinOptions) -> str:
     if step.kind == "still broken":
         return f"It moved. Let it {still}, from the beginning."
     if step.kind == "still done":
-        turns = "1 turn" if options.turns == 1.0 else f"{options.turns:g} turns"
+        turns = "1 turn" if options.turns == 1.0 else f"{options.turns:.4g} turns"
         return (
-            f"Now turn on the spot, either way, at about {options.rate:g} rad/s "
+            f"Now turn on the spot, either way, at about {options.rate:.3g} rad/s "
             f"({math.degrees(options.rate):.0f} deg/s), {turns}."
         )
     return "Done." if step.kind == "done" else ""

@@ -22,6 +22,7 @@ from tumble.spin.combination import combine
 from tumble.spin.failure import SpinFailure, SpinFailureKind
 from tumble.spin.messages import explain
 from tumble.spin.outputs import describe_spin
+from tumble.spin.preset import TurnPreset
 from tumble.spin.procedure import scale_warning
 from tumble.spin.result import SpinResult
 from tumble.spin.settings import DEFAULT, DEFAULT_TURNS, core_settings
@@ -53,6 +54,8 @@ class LiveSpinOptions:
     """Full turns to make on the spot, in either direction or both."""
     rate: float = DEFAULT.rate
     """rad/s to turn at."""
+    duration: float | None = None
+    """s to turn for, where that was preset."""
     level_floor: bool = False
     """Assume that the floor is level, as the published method does."""
     gravity: float | None = None
@@ -61,6 +64,11 @@ class LiveSpinOptions:
     """deg."""
     height: float | None = None
     """m above the ellipsoid."""
+
+    @property
+    def preset(self) -> TurnPreset:
+        """The turn that is asked for."""
+        return TurnPreset(self.duration, self.rate, self.turns)
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,6 +193,7 @@ class LiveSpin:
             label="spin 1",
             gravity=self._gravity,
             level_floor=self._options.level_floor,
+            preset=self._options.preset,
         )
         combined = combine([spin])
         return SpinResult(
@@ -206,8 +215,7 @@ class LiveSpin:
             options={
                 "live": True,
                 "still": self._options.still,
-                "turns": self._options.turns,
-                "rate": self._options.rate,
+                **self._options.preset.options,
                 "level-floor": self._options.level_floor,
                 "precision": self._precision,
             },

@@ -10,6 +10,7 @@ import numpy as np
 from tumble import _core
 from tumble.recording import FloatArray
 from tumble.results import INTERVAL, NOT_SHOWN, Parameter, Rest
+from tumble.spin.preset import TurnPreset
 from tumble.spin.result import FULL_TURN, BiasEstimate, Spin, SpinBlocks, misfit
 
 NOTABLE_TILT = math.radians(5.0)
@@ -35,6 +36,7 @@ def describe_spin(
     label: str,
     gravity: float,
     level_floor: bool,
+    preset: TurnPreset,
 ) -> Spin:
     """Describe one spin that lasted over `span`, s; `blocks` is None where no samples were kept."""
     default = figures["level_free_is_default"]
@@ -49,6 +51,7 @@ def describe_spin(
         turned_counter_clockwise=figures["turned_counter_clockwise"],
         heading_span=figures["heading_span"],
         rate=figures["rate"],
+        turning_time=figures["turning_time"],
         method="level-free" if default else "published",
         gyroscope_bias=_bias(figures["gyroscope_bias"]),
         level_free=level_free,
@@ -62,8 +65,16 @@ def describe_spin(
         covariance=covariance,
         noise=figures["noise"],
         blocks=SpinBlocks(**blocks) if blocks else _no_blocks(),
-        warnings=(*_warnings(figures, gravity, level_floor), *_about_the_rests(figures, rests)),
+        warnings=(
+            *preset.departures(figures["turning_time"], figures["rate"], _turns(figures)),
+            *_warnings(figures, gravity, level_floor),
+            *_about_the_rests(figures, rests),
+        ),
     )
+
+
+def _turns(figures: _core.SpinFigures) -> float:
+    return (figures["turned_clockwise"] + figures["turned_counter_clockwise"]) / FULL_TURN
 
 
 def _bias(figures: _core.BiasFigures, reason: str = "") -> BiasEstimate:

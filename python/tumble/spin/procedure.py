@@ -30,6 +30,7 @@ from tumble.spin.failure import SpinFailure, SpinFailureKind, UnusedInterval, re
 from tumble.spin.messages import SMALLEST_SHOWN, cause, explain, remedy
 from tumble.spin.motions import credible_faults
 from tumble.spin.outputs import describe_spin
+from tumble.spin.preset import TurnPreset
 from tumble.spin.result import Spin, SpinResult
 from tumble.spin.search import Criteria, FittedSpin, chains_of, fit_or_split
 from tumble.spin.segments import (
@@ -55,6 +56,8 @@ def spin(
     source: RecordingSource,
     *,
     still: float = SHORTEST_STILL,
+    duration: float | None = None,
+    rate: float | None = None,
     turns: float | None = None,
     true_turns: TrueTurns | str | None = None,
     level_floor: bool = False,
@@ -69,7 +72,8 @@ def spin(
     """Find the biases of the IMU of a robot that stood still and turned on the spot, once or several times.
 
     Rest and spin are found by themselves, or lie between the times `at`, s of the recording's own clock. A
-    spin whose longest rest is shorter than `still`, s, or that turned less than `turns`, is not used.
+    spin whose longest rest is shorter than `still`, s, or that turned less than `turns`, is not used. Turns
+    that depart from a preset `duration`, s, `rate`, rad/s, or number of `turns` are used, with a warning.
     `true_turns` is what each spin truly turned, where that is known, and shows the gyroscope's scale about
     the turning axis; text is read as `TrueTurns.parse` has it. With `level_floor` the floor is taken to be
     level, which is the published method. A `calibration` is applied first: what is found is the bias it
@@ -82,6 +86,7 @@ def spin(
     strength, gravity_source = local_gravity(gravity, latitude, height)
     applied = Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
     recording = open_recording(source, read)
+    preset = TurnPreset(duration, rate, turns)
     settings = core_settings(
         {"gravity": strength, "still": still, "level_floor": level_floor},
         latitude=latitude,
@@ -106,6 +111,7 @@ def spin(
             label=f"spin {number}",
             gravity=strength,
             level_floor=level_floor,
+            preset=preset,
         )
         for number, each in enumerate(fitted, start=1)
     )
@@ -128,7 +134,7 @@ def spin(
         applied=applied.content() if applied else {},
         options={
             "still": still,
-            "turns": turns,
+            **preset.options,
             "true-turns": str(known) if known else None,
             "level-floor": level_floor,
             "at": [list(times) for times in at],

@@ -77,6 +77,8 @@ class Spin:
     """rad between the outermost headings."""
     rate: float
     """rad/s, root mean square while turning."""
+    turning_time: float
+    """s of turning, without the rests between."""
     method: SpinMethod
     """Whose accelerometer bias is the result."""
     gyroscope_bias: BiasEstimate
@@ -94,7 +96,7 @@ class Spin:
     chi_square: float
     degrees_of_freedom: int
     widening: float
-    """How many times wider all sigmas are than noise explains; 1 where the model explains what was measured."""
+    """How many times wider all sigmas are than noise explains; 1 where noise and model explain all."""
     covariance: FloatArray
     """(6, 6) of [accelerometer bias, gyroscope bias] by the method of choice; NaN where not observable."""
     noise: FloatArray

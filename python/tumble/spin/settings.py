@@ -14,6 +14,8 @@ from tumble.setting_models import SpinSettings
 DEFAULT = SpinSettings()
 """As the core has it."""
 DEFAULT_TURNS = DEFAULT.turn / math.tau
+SLOWEST = 2.0
+"""Times as long as asked for that a turn may take."""
 
 
 def core_settings(
@@ -30,7 +32,7 @@ def core_settings(
     if turns is not None:
         stated = {**stated, "turn": turns * math.tau}
     try:
-        settings = SpinSettings.model_validate(stated)
+        settings = _with_time_enough(SpinSettings.model_validate(stated))
     except ValidationError as error:
         raise ProcedureError(mistake_in(error, SpinSettings)) from error
     return _core.SpinSettings(
@@ -38,3 +40,20 @@ def core_settings(
         latitude=None if latitude is None else math.radians(latitude),
         bias_instability=bias_instability,
     )
+
+
+def _with_time_enough(settings: SpinSettings) -> SpinSettings:
+    """Let the procedure wait as much longer as standing and turning take longer than usual."""
+    stated = settings.model_fields_set
+    later = {
+        "still_timeout": DEFAULT.still_timeout - DEFAULT.still + settings.still,
+        "spin_timeout": DEFAULT.spin_timeout + SLOWEST * (_turning(settings) - _turning(DEFAULT)),
+    }
+    longer = {
+        name: value for name, value in later.items() if name not in stated and value > getattr(DEFAULT, name)
+    }
+    return settings.model_copy(update=longer)
+
+
+def _turning(settings: SpinSettings) -> float:
+    return float(settings.turn / settings.rate)

@@ -141,8 +141,8 @@ def _about_the_fit(result: SpinResult) -> Iterator[str]:
     poor = [spin.label for spin in tested if not spin.fits]
     if poor:
         yield (
-            f"The model does not explain all that {join(poor)} measured: the sigmas there are widened by what "
-            "is left."
+            f"The model does not explain all that {join(poor)} measured: the sigmas there are widened by "
+            "what is left."
         )
     else:
         yield "The model and the noise explain what was measured."
