@@ -13,6 +13,7 @@ import pytest
 from live_fixtures import first_samples, resting, samples_of, serial_device, text_lines
 from tumble.errors import LogError
 from tumble.live import HEARTBEAT, open_source, parse_address, schemes
+from tumble.live.address import host_and_port
 from tumble.logs import ReadOptions
 
 TABLE = resting(120)
@@ -216,3 +217,29 @@ def test_another_package_brings_a_source_of_its_own(tmp_path, monkeypatch):
     source = open_source("board:7", ReadOptions(serial="0815"))
     assert (source.place, source.serial) == ("7", "0815")
     assert np.array_equal(samples_of(source), [[0.0, 0.0, 0.0, 9.8, 0.0, 0.0, 0.0]])
+
+
+@pytest.mark.parametrize("text", ["udp://:9000", "mavlink:udpin::14550"])
+def test_without_an_address_only_this_machine_is_listened_to(text):
+    assert host_and_port(parse_address(text), f":{text[-4:]}")[0] == "127.0.0.1"
+    assert host_and_port(parse_address("udp://0.0.0.0:9000"), "0.0.0.0:9000")[0] == "0.0.0.0"
+
+
+def test_of_many_senders_the_one_asked_for_is_read_and_the_others_are_counted():
+    port = free_port()
+    pieces = text_lines(TABLE).splitlines()
+    with open_source(f"udp://:{port}", sender="127.0.0.2") as source:
+        assert not len(np.concatenate(list(datagrams(source, port, pieces[:5]))))
+        found = np.concatenate(list(datagrams(source, port, pieces, host="127.0.0.2")))
+        assert np.array_equal(found, TABLE)
+        assert "left out 5 datagrams that were not from 127.0.0.2" in source.remarks
+
+
+def test_a_sender_that_is_no_host_or_of_no_network_is_refused():
+    with (
+        pytest.raises(LogError, match=r"no host 'nobody\.invalid' to listen to"),
+        open_source(f"udp://:{free_port()}", sender="nobody.invalid"),
+    ):
+        pass
+    with pytest.raises(LogError, match="no setting 'from' for serial"):
+        open_source("serial:/dev/ttyUSB0", sender="127.0.0.1")
