@@ -33,6 +33,7 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 	$(BIN)/python -m benchmarks.accuracy
 	$(BIN)/python -m benchmarks.truths
 	$(BIN)/python -m benchmarks.spin
+	$(BIN)/python -m benchmarks.spin_live
 	$(BIN)/python -m benchmarks.spin_enough
 	$(BIN)/python -m benchmarks.spin_chart
 	$(BIN)/python -m benchmarks.redundancy

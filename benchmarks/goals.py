@@ -18,6 +18,8 @@ from benchmarks.spin import COVERAGE as SPIN_COVERAGE
 from benchmarks.spin import DESIGN as DESIGN_OF_TILTS
 from benchmarks.spin import LARGEST_DIFFERENCE
 from benchmarks.spin import LARGEST_RATIO as LARGEST_SPIN_RATIO
+from benchmarks.spin_live import COVERAGE as LIVE_COVERAGE
+from benchmarks.spin_live import LARGEST_REDUCED, WAYS
 from benchmarks.truths import BIASES, DESIGN_MRAD
 
 SPEED_NAMES = {
@@ -95,6 +97,15 @@ def _spin(content: Content) -> Iterator[Goal]:
         )
 
 
+def _spin_live(content: Content) -> Iterator[Goal]:
+    for way in WAYS:
+        off = abs(content[way]["reduced_chi_square"] - 1.0)
+        what = f"spin, {way}: distance from one of the mean of chi-square over its degrees of freedom"
+        yield Goal(what, f"{LARGEST_REDUCED:g}", f"{off:.3f}", off <= LARGEST_REDUCED)
+        covered = list(content[way]["coverage"].values())
+        yield _coverage(f"spin, {way}: share of 95 % intervals that hold the truth", covered, LIVE_COVERAGE)
+
+
 def _redundancy(content: Content) -> Iterator[Goal]:
     for distance, rungs in content["ladder"].items():
         for rung, of in rungs.items():
@@ -169,6 +180,7 @@ GOALS_OF: dict[str, Callable[[Content], Iterator[Goal]]] = {
     "accuracy": _accuracy,
     "truths": _truths,
     "spin": _spin,
+    "spin_live": _spin_live,
     "redundancy": _redundancy,
     "redundancy_campaign": _campaign,
     "speed": _speed,

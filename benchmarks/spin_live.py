@@ -1,9 +1,9 @@
-"""Live spins: whether chi-square is on average its degrees of freedom, and intervals hold as often as they say.
+"""Live spins: whether chi-square is its degrees of freedom on average, and intervals hold as they say.
 
 `python -m benchmarks.spin_live [--sessions 400]`
 
-What is simulated is the README's robot on a floor of 2 deg, whose noise has bias instability that nobody tells the
-procedure. The same sessions are then solved as logs.
+What is simulated is the README's robot on a floor of 2 deg, whose noise has bias instability that nobody
+tells the procedure. The same sessions are then solved as logs.
 """
 
 from __future__ import annotations

@@ -21,6 +21,7 @@ from benchmarks import (  # noqa: E402
     results,
     speed,
     spin,
+    spin_live,
     truths,
 )
 from benchmarks.settings import cells  # noqa: E402
@@ -36,6 +37,7 @@ def measured(tmp_path_factory):
     accuracy.main(["--sessions", "2", "--cells", "4,13,22,31"])
     truths.main(["--sessions", "2"])
     spin.main(["--sessions", "2"])
+    spin_live.main(["--sessions", "2"])
     speed.main(["--tiny"])
     memory.main(["--tiny"])
     redundancy.main(["--runs", "2", "--no-push"])
