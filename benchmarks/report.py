@@ -234,7 +234,7 @@ def spin_live(content: Content) -> Iterator[str]:
     yield ""
     yield (
         f"Mean over {content['sessions']} sessions of `tumble simulate spin --floor-tilt 2`, seeds 1 and "
-        "following, with bias instability that nobody tells the procedure. Live, a spin is done after two turns."
+        "following, with bias instability that nobody tells the procedure. Live, it is done after two turns."
     )
 
 
