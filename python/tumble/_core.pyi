@@ -364,7 +364,6 @@ class SpinFigures(TypedDict):
     heading_scale: tuple[float, float]
     scale_clockwise: tuple[float, float]
     scale_counter_clockwise: tuple[float, float]
-    turning_time: float
     slow_turn: tuple[float, float]
     turned_while_still: bool
     covariance: FloatArray

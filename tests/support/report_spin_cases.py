@@ -100,6 +100,7 @@ def spin(number=1, start=10.0, turned=6.0 * np.pi, off=0.0):
         turned_counter_clockwise=turned,
         heading_span=turned,
         rate=1.0,
+        turning_time=37.7,
         method="level-free",
         gyroscope_bias=estimate(rate, RATE_SIGMA),
         level_free=estimate(force, FORCE_SIGMA),

@@ -64,7 +64,12 @@ pub fn fit<T: Real>(
         return fit_once(samples, rests, &with(known), true_angle);
     }
     let first = fit_once(samples.clone(), rests, settings, true_angle)?;
-    fit_once(samples, rests, &with(instability_of_residuals(&first.blocks)), true_angle)
+    fit_once(
+        samples,
+        rests,
+        &with(instability_of_residuals(&first.blocks)),
+        true_angle,
+    )
 }
 
 /// Reads bias instability off the samples of a spin that a state machine has seen, and tells it: a machine keeps sums

@@ -130,7 +130,6 @@ pub(crate) fn figures<'py, T: Real>(
         "scale_counter_clockwise",
         value(&estimate.scale_counter_clockwise),
     )?;
-    dict.set_item("turning_time", wide(estimate.turned.duration()))?;
     dict.set_item("slow_turn", value(&estimate.slow_turn))?;
     dict.set_item("turned_while_still", estimate.turned_while_still)?;
     dict.set_item("covariance", array2(py, &estimate.covariance.map(wide)))?;

@@ -154,6 +154,7 @@ def _spin_content(spin: Spin) -> dict[str, Any]:
         "turned_counter_clockwise": spin.turned_counter_clockwise,
         "heading_span": spin.heading_span,
         "rate": spin.rate,
+        "turning_time": spin.turning_time,
         "method": spin.method,
         "level_free": _bias_content(spin.level_free),
         "published": _bias_content(spin.published),
