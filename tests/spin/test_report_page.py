@@ -174,6 +174,7 @@ def test_a_fit_worse_than_the_noise_is_said_at_the_top():
     assert "The model does not explain all that spin 1 measured" in words
     assert "differs from the model by more than its noise" in words
     assert "The model and the noise explain" not in words
+    assert "Model not met" in words
 
 
 def test_several_spins_stand_beside_what_they_agree_on(pages):
