@@ -23,7 +23,7 @@ def test_every_option_of_the_how_to_exists():
     assert told <= known
     own = {option for parameter in commands["spin"].params for option in parameter.opts if len(option) > 2}
     of_logs = {option for parameter in commands["apply"].params for option in parameter.opts}
-    assert own - of_logs - told == {"--live", "--turn-rate"}, "an option is not explained"
+    assert own - of_logs - told == {"--live", "--from"}, "an option is not explained"
 
 
 def test_messages_that_the_how_to_explains_are_those_of_the_program():

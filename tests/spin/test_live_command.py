@@ -130,7 +130,7 @@ def test_other_options_are_passed_on(session, tmp_path):
     assert "about 0.8 rad/s (46 deg/s), 1 turn." in done.err
     calibration = Calibration.load(tmp_path / "drive.live.yaml")
     options = calibration.method.options
-    assert (options["still"], options["turns"], options["rate"]) == (2.0, 1.0, 0.8)
+    assert (options["still"], options["turns"], options["turn-rate"]) == (2.0, 1.0, 0.8)
     assert calibration.gravity.value == pytest.approx(9.8086, abs=1e-3)
     assert calibration.serial == "0815"
 

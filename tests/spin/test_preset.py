@@ -40,7 +40,7 @@ def test_what_departs_from_the_preset_is_said_on_screen_page_and_in_json(log, tm
     preset = ("--turn-rate", 0.5, "--spin-duration", "30s")
     ran = typed("spin", log, "-o", tmp_path, *preset)
     assert ran.code == 0, ran.err
-    page = (tmp_path / "robot.html").read_text(encoding="utf-8")
+    page = (tmp_path / "robot.spin.html").read_text(encoding="utf-8")
     warnings = json.loads(typed("spin", log, "-o", tmp_path, *preset, "--json").out)["spins"][0]["warnings"]
     for words in ("where 0.5 rad/s were preset", "where 30 s were preset"):
         assert words in " ".join(ran.out.split())
