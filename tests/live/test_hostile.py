@@ -132,9 +132,10 @@ def test_a_mavlink_time_of_another_age_is_left_out_and_counted(place, seconds):
 @settings(deadline=None, max_examples=60)
 @given(st.lists(st.tuples(st.integers(0, 60), st.binary(max_size=80)), max_size=5), st.randoms())
 def test_no_mavlink_however_spoilt_ends_the_run(inserted, random):
-    messages = highres(TABLE)
+    whole = highres(TABLE)
+    messages = list(whole)
     for place, piece in sorted(inserted, key=lambda each: -each[0]):
-        spoilt = bytearray(messages[random.randrange(len(messages))])
+        spoilt = bytearray(whole[random.randrange(len(whole))])
         spoilt[random.randrange(len(spoilt))] ^= 1 << random.randrange(8)
         messages[place:place] = [piece, bytes(spoilt)]
     # What looks like the beginning of a message swallows those that follow it.

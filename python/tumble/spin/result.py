@@ -204,8 +204,10 @@ class SpinResult(Tabular, Collection[Spin]):
 
     @property
     def verdict(self) -> Verdict:
-        """`calibrated` where both biases were found."""
+        """`calibrated` where both biases were found, `model not met` where a spin differs from its model."""
         found = [bias.observable for bias in (self.accelerometer_bias, self.gyroscope_bias)]
+        if any(found) and not all(spin.fits for spin in self.spins):
+            return "model not met"
         return "calibrated" if all(found) else "partly calibrated" if any(found) else "not calibrated"
 
     def __repr__(self) -> str:

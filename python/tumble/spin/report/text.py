@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 
 from tumble.report.numbers import measurement, readable_scale, significant
-from tumble.report.text import VERDICT_SIGNS, VERDICT_TITLES, count_of, join, temperature_sentence
+from tumble.report.text import count_of, join, temperature_sentence
 from tumble.results import NOT_SHOWN, Parameter
 from tumble.spin.report.parameters import turns_text
 from tumble.spin.result import FULL_TURN, BiasEstimate, Spin, SpinResult, misfit
@@ -15,9 +15,6 @@ from tumble.spin.result import FULL_TURN, BiasEstimate, Spin, SpinResult, misfit
 def found_sentence(result: SpinResult) -> str:
     """Say which biases were found."""
     match result.accelerometer_bias.observable, result.gyroscope_bias.observable:
-        case True, True if not all(spin.fits for spin in result.spins):
-            kind = "model not met"
-            return kind.replace(" ", "-"), f"{VERDICT_SIGNS[kind]} {VERDICT_TITLES[kind]}"
         case True, True:
             return "Both biases found."
         case True, False:
