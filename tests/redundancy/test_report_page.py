@@ -262,3 +262,9 @@ def test_the_top_says_of_each_unit_how_it_stood_at_the_end(pages):
     assert re.search(r"imu1\s+✕\s+Unhealthy\s+late \(0\.110 s\), since \d", top)
     assert re.search(r"imu2\s+●\s+Adopted\s+at \d", top)
     assert re.search(r"imu3\s+○\s+Refused\s+not better, at \d", top)
+
+
+def test_a_faster_machine_writes_the_same_page():
+    made = cases.mission()
+    faster = replace(made, replay_rate=10.0 * made.replay_rate)
+    assert REDUNDANCY_REPORT.render(faster) == REDUNDANCY_REPORT.render(made)

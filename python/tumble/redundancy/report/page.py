@@ -11,7 +11,6 @@ from tumble.redundancy.report.figures import deviations_figure, difference_figur
 from tumble.redundancy.report.parameters import error_groups
 from tumble.redundancy.report.timeline import COVERED, TimeLine, time_line
 from tumble.redundancy.result import RedundancyEvent, RedundancyResult
-from tumble.report.numbers import significant
 from tumble.report.page import Picture, ResultPage
 from tumble.report.parameters import ParameterGroup
 
@@ -281,7 +280,6 @@ def _method(result: RedundancyResult) -> tuple[tuple[str, str], ...]:
             "Serial numbers",
             ", ".join(f"{unit} {serial}" for unit, serial in result.serials.items() if serial),
         ),
-        ("Replay", f"{significant(result.replay_rate, 2)} times faster than real time"),
         ("Software", result.software),
     ]
     return tuple((name, text) for name, text in lines if text)
