@@ -38,6 +38,7 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 	$(BIN)/python -m benchmarks.spin_chart
 	$(BIN)/python -m benchmarks.redundancy
 	$(BIN)/python -m benchmarks.speed
+	$(BIN)/python -m benchmarks.production
 	$(BIN)/python -m benchmarks.memory
 	scripts/install_device_tools.sh qemu-system-arm gcc-arm-none-eabi
 	$(BIN)/python -m benchmarks.footprint

@@ -11,6 +11,8 @@ from benchmarks.bound import TRIADS
 from benchmarks.digits import two_digits
 from benchmarks.footprint import FLASH_GOAL, INSTRUCTION_GOALS, INSTRUCTION_NAMES, MEMORY_GOAL
 from benchmarks.memory import LARGEST_GROWTH
+from benchmarks.production import LARGEST_GROWTH as LARGEST_BATCH_GROWTH
+from benchmarks.production import SECONDS
 from benchmarks.redundancy_campaign import FAILURES
 from benchmarks.results import Content
 from benchmarks.speed import GOALS
@@ -133,6 +135,19 @@ def _speed(content: Content) -> Iterator[Goal]:
             yield Goal(what, f"{goal:g}", f"{ratio:.2f}", ratio <= goal)
 
 
+def _production(content: Content) -> Iterator[Goal]:
+    for pages, goal in SECONDS.items():
+        what = f"production line: {content['targets']} logs of half a minute, pages of {pages}"
+        yield _at_most(what, goal, content["batches"][pages]["seconds"], "s")
+    growth = content["memory"]["growth"]
+    yield Goal(
+        "production line: growth of memory where a batch is twenty times as large",
+        f"{100 * (LARGEST_BATCH_GROWTH - 1.0):.0f} %",
+        f"{100 * (growth - 1.0):.0f} %",
+        growth <= LARGEST_BATCH_GROWTH,
+    )
+
+
 def _memory(content: Content) -> Iterator[Goal]:
     for name, of in content["formats"].items():
         yield Goal(
@@ -184,6 +199,7 @@ GOALS_OF: dict[str, Callable[[Content], Iterator[Goal]]] = {
     "redundancy": _redundancy,
     "redundancy_campaign": _campaign,
     "speed": _speed,
+    "production": _production,
     "memory": _memory,
     "footprint": _footprint,
 }

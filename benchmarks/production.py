@@ -27,7 +27,7 @@ DISTINCT = 10
 """Different logs, of which a batch has many copies."""
 RATE_HZ, REST_SECONDS = 200.0, 3.0
 LARGEST_GROWTH = 1.2
-"""Of memory, where a batch has forty times as many targets."""
+"""Of memory, where a batch has twenty times as many targets."""
 PAGES = ("all", "none")
 SECONDS = {"all": 60.0, "none": 20.0}
 """Goals for the batch with pages and without, on two cores with nothing else to do."""
@@ -38,7 +38,7 @@ class Size:
     """How many targets."""
 
     batch: int = 500
-    memory: tuple[int, int] = (50, 2000)
+    memory: tuple[int, int] = (50, 1000)
 
 
 TINY = Size(batch=3, memory=(1, 4))

@@ -124,6 +124,23 @@ def speed(content: Content) -> Iterator[str]:
     )
 
 
+def production(content: Content) -> Iterator[str]:
+    """Time and memory of a batch of files."""
+    yield "| pages | s | of processor | against `pyarrow.csv.read_csv` of the logs | peak memory |"
+    yield "|---|---|---|---|---|"
+    for pages, of in content["batches"].items():
+        times = [f"{of[name]:.0f}" for name in ("seconds", "processor_seconds", "ratio")]
+        yield _row([pages, *times, f"{of['peak_bytes'] / 2**20:.0f} MiB"])
+    counts, peaks = content["memory"]["targets"], content["memory"]["peak_bytes"]
+    sizes = " and ".join(f"{peak / 2**20:.0f} MiB for {n}" for n, peak in zip(counts, peaks, strict=True))
+    yield ""
+    yield (
+        f"{content['targets']} logs of half a minute at 200 Hz, from CSV to calibration files, summary and "
+        f"report; against pyarrow in processor time. {content['machine']['cores']} cores, with "
+        f"{content['load']:.0f} other processes running. Peak memory without pages: {sizes} targets."
+    )
+
+
 def memory(content: Content) -> Iterator[str]:
     """Peak memory of a recording and of one ten times as long."""
     few, many = content["samples"]
@@ -435,6 +452,7 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "redundancy": redundancy,
     "redundancy_campaign": redundancy_campaign,
     "speed": speed,
+    "production": production,
     "memory": memory,
     "footprint": footprint,
 }
