@@ -120,7 +120,7 @@ def test_equations_that_the_code_cites_exist():
 
 @pytest.mark.parametrize("document", [TURNTABLE, READ_LOGS], ids=named)
 def test_every_option_a_how_to_names_exists(document):
-    words = ["turntable", "inspect", "apply"]
+    words = ["turntable", "inspect", "apply", "align"]
     commands = typer.main.get_command(command_line(words)).commands
     known = {option for word in words for parameter in commands[word].params for option in parameter.opts}
     told = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", without_commands(text_of(document))))
