@@ -2,7 +2,7 @@
 //!
 //! Loggers and radio links drop samples. The mean of those that are left, times the time they were taken in, is the integral
 //! of a channel only where it does not change; on a turn it does. Between the neighbours of a pause the channels are taken to
-//! run straight (docs/theory/turntable.md, eq. 26 to 28). Stamps that merely come early or late are no pauses: what counts
+//! run straight (docs/theory/turntable.md, eq. 28 to 30). Stamps that merely come early or late are no pauses: what counts
 //! is how many samples a block lacks.
 
 use crate::moments::RunningSums;

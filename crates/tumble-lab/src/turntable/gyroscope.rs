@@ -129,7 +129,7 @@ impl TargetSession<'_> {
 }
 
 /// Variance of the angle of a turn because samples are missing in it, rad^2, besides what the noise of the rests, which
-/// lack some too, says of one as long (docs/theory/turntable.md, eq. 27 to 29).
+/// lack some too, says of one as long (docs/theory/turntable.md, eq. 29 to 31).
 fn angle_variance(unit: &Acquired, turn: &Segment<f64>) -> Vector3<f64> {
     let noise = unit.rate_noise();
     let duration = turn.duration();
