@@ -280,7 +280,7 @@ def test_a_folder_of_poses_is_no_log_of_a_robot(tmp_path):
     [
         ([], "either a log or --live"),
         (["robot.csv", "--live", "udp:14550"], "either a log or --live"),
-        (["robot.csv", "--turn-rate", "1"], "--turn-rate"),
+        (["robot.csv", "--from", "10.0.0.1"], "--from"),
         (["--live", "udp:14550", "--at", "1:2"], "--at"),
         (["robot.csv", "--still", "long"], "--still long"),
         (["robot.csv", "--height", "100"], "--latitude"),
