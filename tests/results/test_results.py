@@ -162,6 +162,20 @@ def test_a_replay_is_a_collection_of_stored_errors_and_a_table(flown):
     assert frame[~frame.observable].reason.all()
 
 
+def test_a_saved_replay_is_what_the_command_writes(flown, tmp_path, monkeypatch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1767355200")
+    sets = [word for name, value in QUICK.items() for word in ("--set", f"{name}={value:g}")]
+    units = ("--primary", "imu1", "--secondary", "imu2")
+    typed("redundancy", flown, *units, *sets, "-o", tmp_path / "typed")
+    files = tumble.redundancy("imu1", "imu2", log=flown, settings=QUICK).save(tmp_path / "called")
+    written, expected = contents(tmp_path / "called"), contents(tmp_path / "typed")
+    assert set(files) == {"events", "imu2", "report", "store"}
+    # The page tells how long the replay took.
+    assert written.pop("redundancy.html")
+    assert expected.pop("redundancy.html")
+    assert written == expected
+
+
 def test_an_inspection_is_a_table_of_channels(log):
     frame = tumble.inspect(log).to_frame()
     assert list(frame.name) == [

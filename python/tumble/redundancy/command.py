@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,9 +15,7 @@ from tumble.errors import ProcedureError
 from tumble.logs.options import ReadOptions
 
 if TYPE_CHECKING:
-    from tumble.calibration.document import Calibration
     from tumble.redundancy.replay import Command
-    from tumble.redundancy.result import RedundancyResult
     from tumble.redundancy.settings import RedundancySettings
 
 NOT_ALL_WELL = 3
@@ -120,7 +119,7 @@ def redundancy_command(
     from tumble.cli.progress import sample_progress
     from tumble.file_names import EVENTS, REDUNDANCY_PAGE
     from tumble.files import PAGE, check_output, prepare_folder
-    from tumble.redundancy.command_files import EVENTS_KIND
+    from tumble.redundancy.command_files import EVENTS_KIND, stale_files, write_results
     from tumble.redundancy.procedure import redundancy
 
     chosen = _settings(settings or [], changes or [])
@@ -144,7 +143,12 @@ def redundancy_command(
             read=read,
             progress=advance,
         )
-    files = _write(result, chosen, applied, folder, store)
+    files = write_results(result, folder)
+    for path in stale_files(result, folder):
+        print(
+            f"tumble: warning: {path} is of an earlier run, this one has no calibration for it",
+            file=sys.stderr,
+        )
     from tumble.redundancy.summary import show_results
 
     show_results(result, files, as_json)
@@ -170,25 +174,3 @@ def _command(text: str) -> tuple[float, Command]:
         raise ProcedureError(
             f"--command {text}: give TIME:evaluate or TIME:return, the time in s, such as 120.5:evaluate"
         ) from None
-
-
-def _write(
-    result: RedundancyResult,
-    settings: RedundancySettings,
-    calibration: Calibration | None,
-    folder: Path,
-    store: Path | None,
-) -> dict[str, str]:
-    """Write everything; give the path of each file by what it is."""
-    from tumble.file_names import STORE
-    from tumble.redundancy.command_files import warn, write_results
-    from tumble.redundancy.procedure import identities_of, keep_adopted
-    from tumble.redundancy.store import ErrorStore
-
-    files, warnings = write_results(result, calibration, folder)
-    if store is None:
-        store = folder / STORE
-        identities = identities_of((result.primary, *result.secondaries), settings, result.serials)
-        keep_adopted(ErrorStore(store, identities[0], fresh=True), result.errors, identities)
-    warn(warnings)
-    return files | {"store": str(store)}

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import json
 import re
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tumble.calibration.document import Calibration
-from tumble.file_names import EVENTS, REDUNDANCY_PAGE, unit_stem
-from tumble.files import FileKind, replacing
+from tumble.file_names import EVENTS, REDUNDANCY_PAGE, STORE, unit_stem
+from tumble.files import FileKind, prepare_folder, replacing
 from tumble.plain import finite
+from tumble.redundancy.procedure import keep_adopted
+from tumble.redundancy.store import ErrorStore
 
 if TYPE_CHECKING:
     from tumble.redundancy.result import RedundancyResult
@@ -20,27 +21,42 @@ if TYPE_CHECKING:
 EVENTS_KIND = FileKind("events of tumble redundancy", re.compile(rb'\A\{"time": '))
 
 
-def write_results(
-    result: RedundancyResult, primary: Calibration | None, folder: Path
-) -> tuple[dict[str, str], list[str]]:
-    """Write everything but the store into `folder`; give each path by what it is, and what to beware of."""
+def write_results(result: RedundancyResult, folder: Path | str) -> dict[str, Path]:
+    """Write everything into `folder`; give the path of each file by what it is."""
     from tumble.redundancy.report.page import REDUNDANCY_REPORT
 
-    events = folder / EVENTS
-    write_events(result, events)
-    files = {"events": str(events)}
-    warnings = []
+    folder = prepare_folder(folder)
+    primary = Calibration.model_validate(dict(result.applied)) if result.applied else None
     calibrated = {error.unit for error in result.errors}
-    for unit in result.secondaries:
-        path = folder / f"{unit_stem(unit, 'redundancy')}.yaml"
+    events, page = folder / EVENTS, folder / REDUNDANCY_PAGE
+    write_events(result, events)
+    files = {"events": events}
+    for unit, path in _calibration_files(result, folder):
         if unit in calibrated:
             Calibration.from_redundancy(result, unit, primary).save(path)
-            files[unit] = str(path)
-        elif path.exists():
-            warnings.append(f"{path} is of an earlier run, this one has no calibration for it")
-    page = folder / REDUNDANCY_PAGE
+            files[unit] = path
     REDUNDANCY_REPORT.write(result, page)
-    return files | {"report": str(page)}, warnings
+    return files | {"report": page, "store": _stored(result, folder)}
+
+
+def stale_files(result: RedundancyResult, folder: Path) -> list[Path]:
+    """Calibration files that stand in the folder for secondaries that have no calibration this time."""
+    calibrated = {error.unit for error in result.errors}
+    paths = [path for unit, path in _calibration_files(result, folder) if unit not in calibrated]
+    return [path for path in paths if path.exists()]
+
+
+def _calibration_files(result: RedundancyResult, folder: Path) -> list[tuple[str, Path]]:
+    return [(unit, folder / f"{unit_stem(unit, 'redundancy')}.yaml") for unit in result.secondaries]
+
+
+def _stored(result: RedundancyResult, folder: Path) -> Path:
+    """Store what was adopted, unless the replay did; give the folder where it is."""
+    if result.store is not None:
+        return result.store
+    store = folder / STORE
+    keep_adopted(ErrorStore(store, result.identities[0], fresh=True), result.errors, result.identities)
+    return store
 
 
 def write_events(result: RedundancyResult, path: Path) -> None:
@@ -60,9 +76,3 @@ def event_lines(result: RedundancyResult) -> Iterator[str]:
             "figures": finite(dict(event.figures)),
         }
         yield json.dumps(content, allow_nan=False)
-
-
-def warn(warnings: list[str]) -> None:
-    """Print warnings to standard error."""
-    for warning in warnings:
-        print(f"tumble: warning: {warning}", file=sys.stderr)

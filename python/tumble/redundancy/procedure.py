@@ -20,9 +20,9 @@ from tumble.recording import FloatArray, Recording, RecordingSource, SampleProgr
 from tumble.redundancy.logs import SideBySide, UnitLog, open_units
 from tumble.redundancy.messages import explain
 from tumble.redundancy.replay import COMMANDS, Command, replay
-from tumble.redundancy.result import RECORDED, RedundancyEvent, RedundancyResult, SecondaryError
+from tumble.redundancy.result import RECORDED, Identified, RedundancyEvent, RedundancyResult, SecondaryError
 from tumble.redundancy.settings import RedundancySettings
-from tumble.redundancy.store import ErrorStore, Identified, Rejected
+from tumble.redundancy.store import ErrorStore, Rejected
 from tumble.redundancy.units import CHANNELS, UnitSettings, identity_of
 from tumble.results import Precision
 
@@ -93,6 +93,9 @@ def redundancy(
         software=f"tumble {_core.__version__}",
         serials=serials,
         defaults=RedundancySettings().by_name(),
+        identities=identities,
+        applied=applied.content() if applied else {},
+        store=None if store is None else Path(store),
     )
 
 

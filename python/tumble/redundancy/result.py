@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from pathlib import Path
 from typing import Literal
 
 from tumble.recording import FloatArray
@@ -119,6 +120,25 @@ class Selected:
 
 
 @dataclass(frozen=True, slots=True)
+class Identified:
+    """A unit by its name, by the number stored errors know it by, and by its serial, empty if unknown."""
+
+    name: str
+    identity: int
+    serial: str = ""
+    identity_by_name: int | None = None
+    """What `identity` would be without a serial; `None`: the same."""
+
+    def is_known_as(self, name: str, identity: int, serial: str | None) -> bool:
+        """Whether a stored error of that name, identity and serial, which is no other, is of this unit."""
+        if bool(serial) == bool(self.serial):
+            return identity == self.identity
+        if self.serial:
+            return identity in (self.identity, self.identity_by_name)
+        return name == self.name
+
+
+@dataclass(frozen=True, slots=True)
 class RedundancyResult(Tabular, Collection[SecondaryError]):
     """A log replayed through the monitor."""
 
@@ -148,9 +168,26 @@ class RedundancyResult(Tabular, Collection[SecondaryError]):
     """Of the units whose logs state them, by name."""
     defaults: Mapping[str, object] = field(default_factory=dict)
     """What the settings are where nobody changes them, by name; empty if not known."""
+    identities: tuple[Identified, ...] = ()
+    """How stored errors know the units, primary first."""
+    applied: Mapping[str, object] = field(default_factory=dict, repr=False)
+    """Content of the primary's own calibration; empty if it had none."""
+    store: Path | None = None
+    """Folder in which adopted errors were stored already; None if in none."""
 
     def _items(self) -> Sequence[SecondaryError]:
         return self.errors
+
+    def save(self, folder: Path | str) -> dict[str, Path]:
+        """Write what `tumble redundancy` writes; give the path of each file by what it is.
+
+        Adopted errors go to the folder `store` in it, unless they were stored in the course of the replay.
+
+        Raises `OutputError` where a file cannot be written; what stood there before is untouched.
+        """
+        from tumble.redundancy.command_files import write_results
+
+        return write_results(self, folder)
 
     def rows(self) -> Iterator[Row]:
         """Give a line for each number of each stored error."""

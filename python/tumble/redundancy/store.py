@@ -32,7 +32,7 @@ from tumble.files import prepare_folder, set_aside
 from tumble.plain import finite
 from tumble.provenance import date_now
 from tumble.recording import FloatArray
-from tumble.redundancy.result import RECORDED, Rung, SecondaryError, Sensor
+from tumble.redundancy.result import RECORDED, Identified, Rung, SecondaryError, Sensor
 from tumble.schemas import STORED_ERROR
 
 SCHEMA: Literal["tumble-stored-error/1"] = "tumble-stored-error/1"
@@ -93,25 +93,6 @@ class StoredError(Document):
         del content["checksum"]
         canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
         return hashlib.sha256(canonical.encode()).hexdigest()
-
-
-@dataclass(frozen=True, slots=True)
-class Identified:
-    """A unit by its name, by the number stored errors know it by, and by its serial, empty if unknown."""
-
-    name: str
-    identity: int
-    serial: str = ""
-    identity_by_name: int | None = None
-    """What `identity` would be without a serial; `None`: the same."""
-
-    def is_known_as(self, name: str, identity: int, serial: str | None) -> bool:
-        """Whether a stored error of that name, identity and serial, which is no other, is of this unit."""
-        if bool(serial) == bool(self.serial):
-            return identity == self.identity
-        if self.serial:
-            return identity in (self.identity, self.identity_by_name)
-        return name == self.name
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
@@ -23,7 +24,7 @@ MOST_SHOWN = 8
 """Spans and faults; a long day has hundreds, and events.jsonl has them all."""
 
 
-def show_results(result: RedundancyResult, files: dict[str, str], as_json: bool) -> None:
+def show_results(result: RedundancyResult, files: dict[str, Path], as_json: bool) -> None:
     """Print what happened, and where the files are."""
     if as_json:
         print_json(json_content(result, files))
@@ -44,7 +45,7 @@ def screen_summary(result: RedundancyResult) -> RenderableType:
     return Group(Text(head), "", _table(result), "", *map(Text, _sources(result)), *notes)
 
 
-def json_content(result: RedundancyResult, files: dict[str, str]) -> dict[str, Any]:
+def json_content(result: RedundancyResult, files: dict[str, Path]) -> dict[str, Any]:
     """Give the result without its traces."""
     content = {
         "primary": result.primary,
