@@ -150,7 +150,8 @@ impl<F: NorFlash> Banks<F> {
     /// Whether a bank can be relied on: something was appended, which proves its header written, and no erasure was begun
     /// since, which leaves neither that nor what was copied.
     fn goes_on(&mut self, bank: Bank) -> Outcome<bool, F> {
-        Ok(self.holds_appended(bank)? || self.free(bank)? > bank.header.copied && self.is_intact(bank)?)
+        Ok(self.holds_appended(bank)?
+            || self.first_blank(bank)? > bank.header.copied && self.is_intact(bank)?)
     }
 
     /// Whether the entries that were copied to a bank are as they were.
@@ -213,7 +214,7 @@ impl<F: NorFlash> Banks<F> {
     }
 
     /// The slot after the last that anything was written to, be it whole or not.
-    fn free(&mut self, bank: Bank) -> Outcome<u32, F> {
+    fn first_blank(&mut self, bank: Bank) -> Outcome<u32, F> {
         for slot in (0..self.slots()).rev() {
             if !self.entry(bank, slot)?.is_blank() {
                 return Ok(slot + 1);
@@ -225,7 +226,7 @@ impl<F: NorFlash> Banks<F> {
     /// The first slot of a bank after a start that nothing was written to, however marginal: first the last one that
     /// was written to is made to read so in all boots, then the one after it, where power may have been cut.
     fn first_untouched(&mut self, bank: Bank) -> Outcome<u32, F> {
-        let free = self.free(bank)?;
+        let free = self.first_blank(bank)?;
         if let Some(last) = free.checked_sub(1) {
             self.mark(bank, last)?;
         }
