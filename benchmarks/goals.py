@@ -9,6 +9,7 @@ from itertools import chain
 from benchmarks.accuracy import COVERAGE, LARGEST_RATIO
 from benchmarks.bound import TRIADS
 from benchmarks.digits import two_digits
+from benchmarks.disturbed import LARGEST_RATIO as LARGEST_SIGMA_RATIO
 from benchmarks.footprint import FLASH_GOAL, INSTRUCTION_GOALS, INSTRUCTION_NAMES, MEMORY_GOAL
 from benchmarks.memory import LARGEST_GROWTH
 from benchmarks.production import LARGEST_GROWTH as LARGEST_BATCH_GROWTH
@@ -59,6 +60,21 @@ def _accuracy(content: Content) -> Iterator[Goal]:
     )
     covered = [of["coverage"] for some in figures for of in some["groups"].values()]
     yield _coverage("turntable: share of 95 % intervals that hold the truth, in any cell", covered, COVERAGE)
+
+
+def _disturbed(content: Content) -> Iterator[Goal]:
+    covered = [case[triad]["coverage"] for case in content["missing"] for triad in TRIADS]
+    what = "turntable: share of 95 % intervals that hold the truth where samples are missing"
+    yield _coverage(what, covered, COVERAGE)
+    ratios = [
+        ratio for case in content["shaking"] for ratio in case["accelerometer"]["sigma_over_error"].values()
+    ]
+    yield Goal(
+        "turntable: sigmas of the accelerometer over its errors where the table shakes",
+        f"{1 / LARGEST_SIGMA_RATIO:.2f} to {LARGEST_SIGMA_RATIO:g}",
+        f"{min(ratios):.2f} to {max(ratios):.2f}",
+        min(ratios) >= 1 / LARGEST_SIGMA_RATIO and max(ratios) <= LARGEST_SIGMA_RATIO,
+    )
 
 
 def _truths(content: Content) -> Iterator[Goal]:
@@ -193,6 +209,7 @@ def _coverage(what: str, covered: list[float], wanted: tuple[float, float]) -> G
 
 GOALS_OF: dict[str, Callable[[Content], Iterator[Goal]]] = {
     "accuracy": _accuracy,
+    "disturbed": _disturbed,
     "truths": _truths,
     "spin": _spin,
     "spin_live": _spin_live,

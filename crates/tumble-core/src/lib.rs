@@ -28,6 +28,7 @@ pub mod regression;
 pub mod rotation;
 pub mod sample;
 pub mod segmenter;
+pub mod soft_mean;
 pub mod spin;
 pub mod stillness;
 pub mod turntable;

@@ -61,6 +61,15 @@ impl<T: Real, const N: usize> Moments<T, N> {
         self.samples
     }
 
+    /// The same scatter about other means of the first channels.
+    #[must_use]
+    pub fn about(mut self, means: &[T]) -> Self {
+        for (mean, &other) in self.mean.iter_mut().zip(means) {
+            *mean = other;
+        }
+        self
+    }
+
     /// Mean of each channel; zero before the first sample.
     pub fn mean(&self) -> &[T; N] {
         &self.mean

@@ -192,6 +192,8 @@ pub struct AllanLadder<T: Real> {
     rungs: [AllanRung<T>; RUNGS],
     blocks: u32,
     time: T,
+    /// Share of the variance of white noise that the overlap of neighbouring blocks takes.
+    overlap: T,
 }
 
 impl<T: Real> Default for AllanLadder<T> {
@@ -203,6 +205,11 @@ impl<T: Real> Default for AllanLadder<T> {
 impl<T: Real> AllanLadder<T> {
     /// No blocks yet.
     pub fn new() -> Self {
+        Self::overlapping(T::zero())
+    }
+
+    /// No blocks yet, of which each overlaps the next.
+    pub(crate) fn overlapping(overlap: T) -> Self {
         let empty = AllanRung {
             pending: None,
             differences: [T::zero(); CHANNELS],
@@ -212,6 +219,7 @@ impl<T: Real> AllanLadder<T> {
             rungs: [empty; RUNGS],
             blocks: 0,
             time: T::zero(),
+            overlap,
         }
     }
 
@@ -234,6 +242,15 @@ impl<T: Real> AllanLadder<T> {
         }
     }
 
+    /// The same without its lowest rungs.
+    #[must_use]
+    pub fn from_rung(mut self, first: usize) -> Self {
+        for rung in self.rungs.iter_mut().take(first) {
+            rung.pairs = 0;
+        }
+        self
+    }
+
     /// Adds what another record of the same unit showed.
     pub fn merge(&mut self, other: &Self) {
         self.blocks += other.blocks;
@@ -254,10 +271,12 @@ impl<T: Real> AllanLadder<T> {
             T::zero()
         };
         let mut averaging = block * real(0.5);
+        let mut overlap = self.overlap * real(2.0);
         self.rungs.iter().filter_map(move |rung| {
             averaging *= real(2.0);
-            let sum = rung.differences.get(channel)?;
-            (rung.pairs > 0).then(|| (averaging, *sum / count(rung.pairs), rung.pairs))
+            overlap *= real(0.5);
+            let sum = *rung.differences.get(channel)? / (T::one() - overlap); // eq. 16
+            (rung.pairs > 0).then(|| (averaging, sum / count(rung.pairs), rung.pairs))
         })
     }
 

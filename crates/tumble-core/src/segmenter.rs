@@ -13,6 +13,7 @@ use crate::pauses::{Bends, Interpolation, Pauses, SampleInterval};
 use crate::real::{Real, count, real, seconds};
 use crate::rotation::rotation_of;
 use crate::sample::{CHANNELS, Sample};
+use crate::soft_mean::{SoftMeans, SoftSum};
 use crate::stillness::{Scatter, Stillness, StillnessSettings, UnitMoments};
 
 /// How a recording is cut.
@@ -57,6 +58,8 @@ pub struct Segment<T: Real> {
     pub lever: [T; CHANNELS],
     /// Attitude at the start from attitude at the end, from the angular rate less the bias of the rest before.
     pub start_from_end: UnitQuaternion<T>,
+    /// Of a rest, its mean with soft edges.
+    pub soft: SoftSum<T>,
     /// What was done about samples that are missing inside, and what it costs.
     pub interpolation: Interpolation<T>,
     /// False where the samples pause for too long to say what happened.
@@ -83,6 +86,7 @@ impl<T: Real> Segment<T> {
             // Pauses too long to interpolate: the mean stands for the middle of the block, wherever the samples lie.
             lever: core::array::from_fn(|i| (levers[i] + mean[i] * middle) * duration),
             start_from_end: UnitQuaternion::identity(),
+            soft: SoftSum::none(),
             interpolation: Interpolation::none(),
             complete: true,
         };
@@ -137,6 +141,7 @@ impl<T: Real> Segment<T> {
         }
         self.moments.merge(&next.moments);
         self.start_from_end *= next.start_from_end;
+        self.soft.append(&next.soft);
         self.interpolation.append(&next.interpolation);
         self.complete &= next.complete;
         self.end = next.end;
@@ -214,6 +219,8 @@ pub struct Segmenter<T: Real> {
     bias: Vector3<T>,
     allan: AllanLadder<T>,
     allan_of_rest: AllanLadder<T>,
+    soft_allan: AllanLadder<T>,
+    soft_of_rest: SoftMeans<T>,
     block: Option<Segment<T>>,
     block_is_new: bool,
 }
@@ -237,6 +244,8 @@ impl<T: Real> Segmenter<T> {
             bias: Vector3::zeros(),
             allan: AllanLadder::new(),
             allan_of_rest: AllanLadder::new(),
+            soft_allan: SoftMeans::new().into_ladder(),
+            soft_of_rest: SoftMeans::new(),
             block: None,
             block_is_new: false,
         }
@@ -309,7 +318,7 @@ impl<T: Real> Segmenter<T> {
                 if let Some(held) = &self.block {
                     rest.append(held);
                 }
-                self.allan.merge(&self.allan_of_rest);
+                self.keep_noise(&mut rest);
                 Some(FinishedSegment::Rest(rest))
             }
             SegmenterState::Resting(Resting { rest, .. }) => {
@@ -325,6 +334,11 @@ impl<T: Real> Segmenter<T> {
     /// The noise of the six channels at rest, over averaging times from a block up.
     pub fn allan(&self) -> &AllanLadder<T> {
         &self.allan
+    }
+
+    /// The noise of the six channels at rest, as means with soft edges scatter.
+    pub fn soft_allan(&self) -> &AllanLadder<T> {
+        &self.soft_allan
     }
 
     /// The quietest the unit has been.
@@ -395,6 +409,7 @@ impl<T: Real> Segmenter<T> {
             }
             (SegmenterState::Settling, true) => {
                 self.allan_of_rest = AllanLadder::new();
+                self.soft_of_rest = SoftMeans::new();
                 self.state = SegmenterState::Resting(Resting {
                     rest: None,
                     announced: false,
@@ -426,6 +441,8 @@ impl<T: Real> Segmenter<T> {
             return None;
         };
         self.allan_of_rest.push(held.moments.mean(), held.duration());
+        self.soft_of_rest
+            .push(held.moments.mean(), held.duration(), &held.lever);
         extend(rest, held);
         let long_enough = rest
             .as_ref()
@@ -445,9 +462,9 @@ impl<T: Real> Segmenter<T> {
     ) -> Option<FinishedSegment<T>> {
         self.move_on(quiet);
         let (mut held, mut block) = (self.block, *block);
-        let finished = resting.rest.filter(|_| resting.announced);
-        if let Some(rest) = &finished {
-            self.allan.merge(&self.allan_of_rest);
+        let mut finished = resting.rest.filter(|_| resting.announced);
+        if let Some(rest) = &mut finished {
+            self.keep_noise(rest);
             self.bias = rest.angular_rate();
             // These two begin the turn, and were integrated before the rest had shown its bias.
             for begun in held.iter_mut().chain([&mut block]) {
@@ -460,6 +477,13 @@ impl<T: Real> Segmenter<T> {
             extend(&mut self.turn, begun);
         }
         finished.map(FinishedSegment::Rest)
+    }
+
+    /// What the blocks of a rest that ended showed of noise.
+    fn keep_noise(&mut self, rest: &mut Segment<T>) {
+        self.allan.merge(&self.allan_of_rest);
+        self.soft_allan.merge(self.soft_of_rest.ladder());
+        rest.soft = self.soft_of_rest.total();
     }
 
     fn move_on(&mut self, quiet: bool) {

@@ -1,7 +1,7 @@
 //! Step 1 on the host: a recording of any length becomes the rests and turns of one unit.
 //!
 //! [`recorder`] takes a recording in, chunk by chunk, and makes it [`acquired`]; [`rejection`] takes out what only looked like
-//! a rest, [`channels`] watches the channels, [`trace`] keeps a picture. [`consistency`] holds the gyroscope against the
+//! a rest, [`channels`] watches the channels, [`trace`] keeps a picture. What shakes a rest is averaged out in `vibration`. [`consistency`] holds the gyroscope against the
 //! accelerometer.
 
 use tumble_core::sample::CHANNELS;
@@ -12,6 +12,7 @@ pub mod consistency;
 pub mod recorder;
 mod rejection;
 pub mod trace;
+mod vibration;
 
 pub use acquired::{Acquired, Part, RestRejection, interval};
 pub use recorder::Acquisition;

@@ -8,6 +8,7 @@ use super::acquired::{Acquired, Part};
 use super::channels::ChannelMonitor;
 use super::rejection::{leave_out_saturated, reject_rests};
 use super::trace::Trace;
+use super::vibration::soften;
 
 /// Takes in a recording chunk by chunk.
 pub struct Acquisition {
@@ -22,6 +23,7 @@ pub struct Acquisition {
     found: Acquired,
     channels: ChannelMonitor,
     allan: AllanLadder<f64>,
+    soft_allan: Option<AllanLadder<f64>>,
     temperature: (u64, f64, f64, f64),
 }
 
@@ -55,6 +57,7 @@ impl Acquisition {
             },
             channels: ChannelMonitor::new(),
             allan: AllanLadder::new(),
+            soft_allan: None,
             temperature: (0, f64::INFINITY, 0.0, f64::NEG_INFINITY),
         }
     }
@@ -148,6 +151,9 @@ impl Acquisition {
             self.found.temperature = Some([low, sum / n as f64, high]);
         }
         reject_rests(&mut self.found, &self.settings, self.segmenter.floor());
+        if let Some(ladder) = &self.soft_allan {
+            soften(&mut self.found, ladder);
+        }
         self.found.faults = self.channels.faults(&self.found.rests, &self.found.turns);
         leave_out_saturated(&mut self.found);
         self.found
@@ -164,6 +170,11 @@ impl Acquisition {
             .truncate(self.found.rests.len().saturating_sub(1));
         self.look();
         self.allan.merge(self.segmenter.allan());
+        let of_part = self.segmenter.soft_allan();
+        match &mut self.soft_allan {
+            Some(ladder) => ladder.merge(of_part),
+            None => self.soft_allan = Some(*of_part),
+        }
     }
 
     fn look(&mut self) {
