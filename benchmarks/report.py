@@ -103,9 +103,9 @@ def disturbed(content: Content) -> Iterator[str]:
         yield _row([f"{100 * case['share']:g} %", case["where"], *covered, f"{largest:.1f}"])
     yield ""
     yield (
-        f"{content['sessions']} simulated sessions a case, six faces of 10 s, turns of 90° in four seconds. The "
-        "structure shakes reference and target alike; samples are lost one by one, by each unit its own. All "
-        "parameters of a triad together."
+        f"{content['sessions']} simulated sessions a case, six faces of 10 s, turns of 90° in four "
+        "seconds. The structure shakes reference and target alike; samples are lost one by one, by each unit "
+        "its own. All parameters of a triad together."
     )
 
 
