@@ -163,9 +163,9 @@ impl<T: Real> Pauses<T> {
         self.number += 1;
         self.hidden += hidden;
         let m = count::<T>(samples);
-        self.weight += m + m * m * real(0.5); // eq. 27
+        self.weight += m + m * m * real(0.5); // eq. 29
         let length = seconds::<T>(pause);
-        self.fifth_powers += length * length * length * length * length; // eq. 28
+        self.fifth_powers += length * length * length * length * length; // eq. 30
         self.bridged
             .get_or_insert_with(|| sums.emptied())
             .push_line(samples, ends.0, ends.1);
@@ -184,7 +184,7 @@ impl<T: Real> Pauses<T> {
         let missing = self.lost + if lacks { self.hidden } else { 0 };
         let interpolation = Interpolation {
             missing: u32::try_from(missing).unwrap_or(u32::MAX),
-            longer: bridged.map_or(T::zero(), |_| self.weight * seconds(interval.microseconds())), // eq. 27
+            longer: bridged.map_or(T::zero(), |_| self.weight * seconds(interval.microseconds())), // eq. 29
             variance: [T::zero(); 3],
         };
         (
@@ -227,14 +227,14 @@ impl<T: Real> Bends<T> {
         let variance = match (self.before, self.last) {
             (Some(before), Some(last)) => core::array::from_fn(|i| {
                 let bend = rate[i] - last[i] * real(2.0) + before[i];
-                self.share * bend * bend // eq. 28
+                self.share * bend * bend // eq. 30
             }),
             _ => [T::zero(); 3],
         };
         *self = Self {
             before: self.last,
             last: Some(rate),
-            share: fifth_powers * real(CORNER) / (duration * duration * duration), // eq. 28
+            share: fifth_powers * real(CORNER) / (duration * duration * duration), // eq. 30
         };
         variance
     }

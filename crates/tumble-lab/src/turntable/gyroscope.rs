@@ -134,7 +134,7 @@ fn angle_variance(unit: &Acquired, turn: &Segment<f64>) -> Vector3<f64> {
     let noise = unit.rate_noise();
     let duration = turn.duration();
     let interpolation = &turn.interpolation;
-    let longer = (duration + interpolation.longer) / (1.0 + unit.share_missing_at_rest()) - duration; // eq. 29
+    let longer = (duration + interpolation.longer) / (1.0 + unit.share_missing_at_rest()) - duration; // eq. 31
     Vector3::from_fn(|i, _| noise[i].white * longer + interpolation.variance[i])
 }
 
