@@ -63,7 +63,7 @@ LAYERS: dict[str, set[str]] = {
     "files": {"errors"},
     "file_names": set(),
     "arrays": {"errors"},
-    "recording": {"errors", "arrays"},
+    "recording": {"errors", "arrays", "units"},
     "plain": set(),
     "bounded_yaml": {"plain"},
     "schemas": set(),
@@ -76,7 +76,7 @@ LAYERS: dict[str, set[str]] = {
     "result": DATA,
     "calibration": DATA | {"result", "_core"},
     "logs": {"lazy", "constants", "numbers", "units", "errors", "arrays", "files", "recording"},
-    "live": {"numbers", "errors", "recording", "logs"},
+    "live": {"numbers", "units", "errors", "recording", "logs"},
     "gravity": {"errors", "constants", "_core"},
     "acquisition": DATA | {"calibration", "logs", "gravity", "_core"},
     "procedure": DATA

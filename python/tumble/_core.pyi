@@ -150,16 +150,19 @@ class TargetFigures(TypedDict):
     clock: ClockFigures
     pairs: list[tuple[int, int, int]]
     continued: list[int]
-    accelerometer: TriadFigures
-    gyroscope: TriadFigures
+    accelerometer: TriadFigures | None
+    gyroscope: TriadFigures | None
 
-def fit_reference(unit: Acquired, ups: FloatArray, settings: TurntableSettings) -> Reference: ...
+def fit_reference(
+    unit: Acquired, ups: FloatArray, settings: TurntableSettings, gyroscope: bool = True
+) -> Reference: ...
 def calibrate_target(
     reference_unit: Acquired,
     reference: Reference,
     unit: Acquired,
     ups: FloatArray,
     settings: TurntableSettings,
+    triads: tuple[bool, bool] = (True, True),
 ) -> TargetFigures: ...
 def sphere_residual(unit: Acquired, gravity: float) -> float | None: ...
 def judge_gyroscope(unit: Acquired) -> tuple[str, float, list[tuple[int, float]]]: ...

@@ -35,6 +35,11 @@ def triad(values: ArrayLike, name: str) -> FloatArray:
     return rows
 
 
+def triad_or_unknown(values: ArrayLike | None, name: str, samples: int) -> FloatArray:
+    """Take readings as `triad` does, or None for NaN in their place."""
+    return np.full((samples, AXES), np.nan) if values is None else triad(values, name)
+
+
 def column(values: ArrayLike, name: str) -> FloatArray:
     """Take (n,) numbers, or a single one."""
     numbers = _floats(values, name)

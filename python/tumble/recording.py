@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 
 from tumble import arrays
 from tumble.arrays import FloatArray as FloatArray  # where the rest of the package looks for it
-from tumble.errors import ArrayError
+from tumble.errors import ArrayError, LogError
+from tumble.units import TRIADS, Triad
 
 SampleProgress: TypeAlias = Callable[[int, int | None], None]
 """Told samples done, and samples expected where they are known."""
@@ -82,6 +83,8 @@ class Metadata:
     """True where the source is known to apply a calibration before logging, None where nobody knows."""
     serial: str = ""
     """Serial number of the unit where the log or the user states one."""
+    triads: tuple[Triad, ...] = TRIADS
+    """Those that were recorded; the samples of the other are NaN."""
     alone: bool = True
     """True where no other IMU was logged with this one."""
     remarks: tuple[str, ...] = ()
@@ -108,6 +111,14 @@ class Recording:
         """Short name for tables and file names."""
         return self.metadata.name
 
+    def need_both_triads(self, purpose: str) -> None:
+        """Raise `LogError`, in one line, where only one triad was recorded and `purpose` needs both."""
+        if len(self.metadata.triads) < len(TRIADS):
+            raise LogError(
+                f"{self.metadata.source}: holds {self.metadata.triads[0]} readings only; {purpose} needs "
+                "accelerometer and gyroscope of one unit"
+            )
+
     def chunks(self) -> Iterator[Chunk]:
         """Pass over all samples, chunk by chunk."""
         return self.open()
@@ -117,8 +128,8 @@ class Recording:
         cls,
         name: str,
         time: ArrayLike,
-        accelerometer: ArrayLike,
-        gyroscope: ArrayLike,
+        accelerometer: ArrayLike | None,
+        gyroscope: ArrayLike | None,
         temperature: ArrayLike | None = None,
         *,
         serial: str = "",
@@ -126,15 +137,23 @@ class Recording:
     ) -> Recording:
         """Wrap arrays in memory: time (n,) s, specific force (n, 3) m/s^2, angular rate (n, 3) rad/s.
 
-        Lists, any kind of float, and columns of tables will do; dates become s since 1970.
+        Lists, any kind of float, and columns of tables will do; dates become s since 1970. None is for a
+        triad that was not recorded.
 
         Raises `ArrayError` where they have other shapes, or hold no numbers.
         """
+        given = {"accelerometer": accelerometer, "gyroscope": gyroscope}
+        triads = tuple(triad for triad in TRIADS if given[triad] is not None)
+        if not triads:
+            raise ArrayError(
+                "holds neither accelerometer nor gyroscope readings; give one of them", about=name
+            )
         try:
+            stamps = arrays.times(time)
             chunk = Chunk(
-                arrays.times(time),
-                arrays.triad(accelerometer, "accelerometer"),
-                arrays.triad(gyroscope, "gyroscope"),
+                stamps,
+                arrays.triad_or_unknown(accelerometer, "accelerometer", len(stamps)),
+                arrays.triad_or_unknown(gyroscope, "gyroscope", len(stamps)),
                 None if temperature is None else arrays.column(temperature, "temperature"),
             )
         except ArrayError as error:
@@ -148,6 +167,7 @@ class Recording:
             time_unit=ResolvedUnit("s", 1.0, "arrays are SI"),
             serial=serial,
             clock=clock,
+            triads=triads,
         )
         return cls(metadata, lambda: iter((chunk,)))
 

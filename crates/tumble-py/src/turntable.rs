@@ -9,8 +9,8 @@ use pyo3::types::{IntoPyDict, PyDict};
 use tumble_core::turntable::truth::TruthSource;
 use tumble_lab::acquisition::consistency::{RateVerdict, judge_rate};
 use tumble_lab::turntable::{
-    Clocks, Label, PairingError, Reference, Target, TriadCalibration, TurntableError, TurntableSettings,
-    calibrate, fit_reference, own_sphere, poses,
+    Clocks, Label, PairingError, Reference, Target, TriadCalibration, Triads, TurntableError,
+    TurntableSettings, calibrate, fit_reference, own_sphere, poses,
 };
 
 use crate::acquisition::PyAcquired;
@@ -82,18 +82,21 @@ fn ups_of(ups: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Option<Vector3<f64>>>
     Ok(rows(ups, "ups")?.iter().map(known).collect())
 }
 
-/// Fits the reference. `ups` (k, 3): up of each rest in the table frame, NaN where the pose is not known.
+/// Fits the reference. `ups` (k, 3): up of each rest in the table frame, NaN where the pose is not known. `gyroscope` says
+/// whether its log has one.
 #[pyfunction(name = "fit_reference")]
+#[pyo3(signature = (unit, ups, settings, gyroscope=true))]
 fn fit_reference_of(
     py: Python<'_>,
     unit: &PyAcquired,
     ups: PyReadonlyArray2<'_, f64>,
     settings: &PySettings,
+    gyroscope: bool,
 ) -> PyResult<PyReference> {
     let ups = ups_of(&ups)?;
     let (unit, settings) = (&unit.inner, &settings.inner);
     let inner = py
-        .detach(|| fit_reference(unit, &ups, settings))
+        .detach(|| fit_reference(unit, &ups, settings, gyroscope))
         .map_err(|error| core_error(py, &error))?;
     let figures = PyDict::new(py);
     let sphere = &inner.sphere;
@@ -142,8 +145,9 @@ fn fit_reference_of(
     })
 }
 
-/// Calibrates one target.
+/// Calibrates one target. `triads`: accelerometer and gyroscope, whether there is one to calibrate.
 #[pyfunction]
+#[pyo3(signature = (reference_unit, reference, unit, ups, settings, triads=(true, true)))]
 fn calibrate_target(
     py: Python<'_>,
     reference_unit: &PyAcquired,
@@ -151,11 +155,16 @@ fn calibrate_target(
     unit: &PyAcquired,
     ups: PyReadonlyArray2<'_, f64>,
     settings: &PySettings,
+    triads: (bool, bool),
 ) -> PyResult<Py<PyDict>> {
     let ups = ups_of(&ups)?;
     let (seen, felt, settings) = (&reference_unit.inner, &unit.inner, &settings.inner);
+    let triads = Triads {
+        accelerometer: triads.0,
+        gyroscope: triads.1,
+    };
     let target = py
-        .detach(|| calibrate(seen, &reference.inner, felt, &ups, settings))
+        .detach(|| calibrate(seen, &reference.inner, felt, &ups, settings, triads))
         .map_err(|error| core_error(py, &error))?;
     let result = PyDict::new(py);
     result.set_item("clock", clock(py, &target, seen.origin, felt.origin)?)?;
@@ -167,8 +176,9 @@ fn calibrate_target(
         .collect();
     result.set_item("pairs", pairs)?;
     result.set_item("continued", &target.pairing.continued)?;
-    result.set_item("accelerometer", triad(py, &target.accelerometer)?)?;
-    result.set_item("gyroscope", triad(py, &target.gyroscope)?)?;
+    let figures = |found: &Option<TriadCalibration>| found.as_ref().map(|it| triad(py, it)).transpose();
+    result.set_item("accelerometer", figures(&target.accelerometer)?)?;
+    result.set_item("gyroscope", figures(&target.gyroscope)?)?;
     Ok(result.unbind())
 }
 

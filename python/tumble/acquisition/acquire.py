@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tumble import _core
-from tumble.acquisition.imu import Imu, pose_files
+from tumble.acquisition.imu import ChannelFault, Imu, known, pose_files
 from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.acquisition.twins import GyroscopeHead
 from tumble.constants import STANDARD_GRAVITY
@@ -20,13 +20,10 @@ from tumble.logs.units import odd_step, usual_step
 from tumble.provenance import LogFacts
 from tumble.recording import Chunk, FloatArray, Recording, SampleProgress
 from tumble.results import Rest, Trace
-from tumble.units import UNITS
+from tumble.units import TRIADS, UNITS, Triad
 
 if TYPE_CHECKING:
     from tumble.calibration.document import Calibration
-
-ChannelFault = tuple[str, str, float, float, float]
-"""Channel, kind, value, first and last time, s, as `Acquired.faults` has them."""
 
 FEWEST_RESTS = 4
 """Four directions determine three axes and a bias."""
@@ -63,9 +60,10 @@ def acquire(
                 raise ProcedureError(
                     f"{odd}; give the unit of its time with --time-unit", about=recording.name
                 )
-            head.push(chunk.gyroscope)
+            if "gyroscope" in recording.metadata.triads:
+                head.push(chunk.gyroscope)
             accelerometer, gyroscope = corrected(chunk, calibration)
-            segmenter.push(chunk.time, accelerometer, gyroscope, chunk.temperature)
+            push_recorded(segmenter, chunk, accelerometer, gyroscope, recording.metadata.triads)
             samples += len(chunk)
             begun = float(chunk.time[0]) if begun is None else begun
             ended = float(chunk.time[-1])
@@ -77,6 +75,22 @@ def acquire(
     return Imu(recording, segmenter.finish(), counts.notices(), LogFacts(duration=duration), head.digest())
 
 
+def push_recorded(
+    segmenter: _core.Segmenter,
+    chunk: Chunk,
+    accelerometer: FloatArray,
+    gyroscope: FloatArray,
+    triads: tuple[Triad, ...],
+) -> None:
+    """Hand samples to the core, which knows both triads; one that was not recorded stands still at zero."""
+    segmenter.push(
+        chunk.time,
+        accelerometer if "accelerometer" in triads else np.zeros((len(chunk), 3)),
+        gyroscope if "gyroscope" in triads else np.zeros((len(chunk), 3)),
+        chunk.temperature,
+    )
+
+
 def corrected(chunk: Chunk, calibration: Calibration | None) -> tuple[FloatArray, FloatArray]:
     """Specific force and angular rate, freed of what an earlier calibration knows, if there is one."""
     if calibration is None:
@@ -84,14 +98,16 @@ def corrected(chunk: Chunk, calibration: Calibration | None) -> tuple[FloatArray
     return calibration.correct(chunk.accelerometer, chunk.gyroscope)
 
 
-def refuse_if_unfit(name: str, unit: _core.Acquired, gravity: float) -> None:
+def refuse_if_unfit(name: str, imu: Imu, gravity: float) -> None:
     """Raise `ProcedureError`, in one line, for the first thing that makes the recording unfit for poses."""
-    refuse_if_damaged(name, unit, unit.faults)
-    for check in (_saturated_turns, _rests):
-        problem = check(unit)
-        if problem:
-            raise ProcedureError(problem, about=name)
-    misread = _accelerometer_unit(unit, gravity) or _gyroscope_unit(unit)
+    unit = imu.acquired
+    refuse_if_damaged(name, unit, imu.faults)
+    problem = _saturated_turns(unit, imu.faults) or _rests(unit)
+    if problem:
+        raise ProcedureError(problem, about=name)
+    misread = _accelerometer_unit(unit, gravity) if "accelerometer" in imu.triads else None
+    if misread is None and imu.triads == TRIADS:
+        misread = _gyroscope_unit(unit)
     if misread:
         raise ProcedureError(misread.line_among_others(name), about=name)
 
@@ -138,10 +154,10 @@ def _dead_channel(faults: Sequence[ChannelFault]) -> str:
     return ""
 
 
-def _saturated_turns(unit: _core.Acquired) -> str:
+def _saturated_turns(unit: _core.Acquired, faults: Sequence[ChannelFault]) -> str:
     """Name the channel that spoils most turns; saturation in a few only costs these."""
     lost = sum(not complete for complete in unit.turn_complete)
-    for channel, _, value, first, _ in unit.faults:
+    for channel, _, value, first, _ in faults:
         if 2 * lost > len(unit.turn_complete):
             turns = f"{lost} of {len(unit.turn_complete)} turns"
             seen = _saturated(channel, value, first)
@@ -264,11 +280,15 @@ def _axes(fit: list[tuple[int, float]]) -> _Misread:
     )
 
 
-def rests_of(unit: _core.Acquired, poses: dict[int, str] | None = None) -> tuple[Rest, ...]:
-    """List the rests of a unit, with pose names where known."""
+def rests_of(
+    unit: _core.Acquired, poses: dict[int, str] | None = None, triads: tuple[Triad, ...] = TRIADS
+) -> tuple[Rest, ...]:
+    """List the rests of a unit, with pose names where known; NaN for a triad that was not recorded."""
     poses = poses or {}
-    forces, rates = unit.rest_specific_force, unit.rest_angular_rate
-    force_sigmas, rate_sigmas = unit.rest_specific_force_sigma, unit.rest_angular_rate_sigma
+    forces = known(unit.rest_specific_force, "accelerometer", triads)
+    force_sigmas = known(unit.rest_specific_force_sigma, "accelerometer", triads)
+    rates = known(unit.rest_angular_rate, "gyroscope", triads)
+    rate_sigmas = known(unit.rest_angular_rate_sigma, "gyroscope", triads)
     samples = unit.rest_samples
     return tuple(
         Rest(
@@ -294,6 +314,7 @@ def rejected_rests_of(unit: _core.Acquired) -> tuple[Rest, ...]:
     )
 
 
-def trace_of(unit: _core.Acquired) -> Trace:
-    """Draw the recording at a glance."""
-    return Trace(*unit.trace())
+def trace_of(unit: _core.Acquired, triads: tuple[Triad, ...] = TRIADS) -> Trace:
+    """Draw the recording at a glance; NaN for a triad that was not recorded."""
+    time, forces, rates = unit.trace()
+    return Trace(time, known(forces, "accelerometer", triads), known(rates, "gyroscope", triads))

@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
 
 from tumble import _core
 from tumble.errors import ProcedureError
 from tumble.logs import parse_spec
 from tumble.provenance import NO_LOG, LogFacts
-from tumble.recording import Recording
+from tumble.recording import FloatArray, Recording
+from tumble.units import Triad
+
+ChannelFault: TypeAlias = tuple[str, str, float, float, float]
+"""Channel, kind, value, first and last time, s, as `Acquired.faults` has them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +34,26 @@ class Imu:
     def name(self) -> str:
         """Short name for tables and messages."""
         return self.recording.name
+
+    @property
+    def triads(self) -> tuple[Triad, ...]:
+        """Those that were recorded; what was acquired of the other is zero, and means nothing."""
+        return self.recording.metadata.triads
+
+    @property
+    def faults(self) -> list[ChannelFault]:
+        """Faults of the channels that were recorded."""
+        return recorded_faults(self.acquired, self.triads)
+
+
+def recorded_faults(acquired: _core.Acquired, triads: tuple[Triad, ...]) -> list[ChannelFault]:
+    """Give the faults of recorded channels; one that was not recorded is no fault."""
+    return [fault for fault in acquired.faults if fault[0].startswith(triads)]
+
+
+def known(values: FloatArray, triad: Triad, triads: tuple[Triad, ...]) -> FloatArray:
+    """Give what was acquired of a triad, NaN where it was not recorded."""
+    return values if triad in triads else np.full(values.shape, np.nan)
 
 
 def log_name(recording: Recording) -> str:

@@ -4,24 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from tumble import _core
 from tumble.acquisition.imu import Imu
 from tumble.acquisition.messages import REST_REJECTIONS
+from tumble.units import TRIADS
 
 
 def notices(unit: Imu) -> Iterator[str]:
     """Say, a line each, what was left out, and what the reader did that a user should know."""
     metadata, acquired = unit.recording.metadata, unit.acquired
+    for triad in TRIADS:
+        if triad not in unit.triads:
+            yield f"no {triad} readings were recorded: nothing is said of the {triad}"
     yield from metadata.remarks
     yield from unit.notices
     if metadata.already_corrected:
         yield "the log was already corrected: this calibration holds on top of that correction"
     for start, end, why in acquired.rejected_rests:
         yield f"{start:.1f} to {end:.1f} s is not a rest: {REST_REJECTIONS[why]}"
-    for channel, _, _, first, last in acquired.faults:
+    for channel, _, _, first, last in unit.faults:
         yield f"{channel} is saturated between {first:.1f} and {last:.1f} s: turns in that time are not used"
     if not unit.recording.parts:
-        yield from _gaps(acquired)
+        yield from _gaps(unit)
     if acquired.missing:
         share = 100.0 * acquired.missing / (acquired.samples + acquired.missing)
         yield (
@@ -32,10 +35,11 @@ def notices(unit: Imu) -> Iterator[str]:
         yield f"{acquired.not_finite} samples are not numbers and were left out"
 
 
-def _gaps(acquired: _core.Acquired) -> Iterator[str]:
+def _gaps(unit: Imu) -> Iterator[str]:
+    acquired = unit.acquired
     ends, starts = acquired.rest_times[:-1, 1], acquired.rest_times[1:, 0]
     for complete, start, end in zip(acquired.turn_complete, ends, starts, strict=False):
-        saturated = any(first <= end and start <= last for *_, first, last in acquired.faults)
+        saturated = any(first <= end and start <= last for *_, first, last in unit.faults)
         if not complete and not saturated:
             yield (
                 f"samples are missing between {start:.1f} and {end:.1f} s: "

@@ -57,7 +57,9 @@ def apply(
             f"{misuses[0]}; give the log as recorded and the calibration of its unit, or --force",
             about=metadata.source,
         )
-    facts = Facts(metadata.frame, metadata.serial or calibration.serial, f"sha256:{calibration.hash()}")
+    _refuse_without_force(calibration, recording)
+    serial = metadata.serial or calibration.serial
+    facts = Facts(metadata.frame, serial, f"sha256:{calibration.hash()}", metadata.triads)
     samples = 0
     stream = recording.chunks()
     expected = stream.expected if isinstance(stream, ChunkStream) else None
@@ -72,6 +74,17 @@ def apply(
     return Applied(
         output, samples, (*map("the log {}".format, misuses), *_warnings(calibration, recording), *left_out)
     )
+
+
+def _refuse_without_force(calibration: Calibration, recording: Recording) -> None:
+    """Raise `ProcedureError` where the gyroscope is corrected by specific force that was not recorded."""
+    gyroscope = calibration.gyroscope
+    if gyroscope and gyroscope.g_sensitivity is not None and "accelerometer" not in recording.metadata.triads:
+        raise ProcedureError(
+            "holds no accelerometer readings, which this calibration of the gyroscope needs for its "
+            "g-sensitivity; give a log with both, or a calibration without",
+            about=recording.metadata.source,
+        )
 
 
 def _files_of(recording: Recording) -> Sequence[Path]:
@@ -105,6 +118,8 @@ def _warnings(calibration: Calibration, recording: Recording) -> tuple[str, ...]
             f"known: the {silent} has no serial number"
         )
     for name, triad in (("accelerometer", calibration.accelerometer), ("gyroscope", calibration.gyroscope)):
+        if name not in metadata.triads:
+            continue
         if triad is None:
             warnings.append(f"the calibration has no {name} section; the {name} is left as measured")
         elif "matrix" not in triad.estimated and triad.estimated and not _is_spin(calibration):

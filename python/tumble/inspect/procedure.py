@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 from tumble import _core
-from tumble.acquisition.acquire import rests_of, scale_notice
+from tumble.acquisition.acquire import push_recorded, rests_of, scale_notice
 from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.constants import STANDARD_GRAVITY
 from tumble.errors import LogError
 from tumble.inspect.result import ChannelFacts, Inspection, Timing
-from tumble.inspect.samples import SampleWatch
+from tumble.inspect.samples import CHANNELS, SampleWatch
 from tumble.inspect.services import directions_of, services_of
 from tumble.logs import ChunkStream, Counts, ReadOptions, open_recording
 from tumble.recording import Metadata, RecordingSource, SampleProgress
@@ -29,7 +29,8 @@ def inspect(
     Raises `LogError` where the recording breaks off or is not fit to use.
     """
     recording = open_recording(recording, read)
-    watch, segmenter, counts = SampleWatch(), _core.Segmenter(), Counts()
+    triads = recording.metadata.triads
+    watch, segmenter, counts = SampleWatch(triads), _core.Segmenter(), Counts()
     for number, part in enumerate(recording.parts or (recording,)):
         if number:
             watch.time.begin_part()
@@ -37,7 +38,7 @@ def inspect(
         stream = part.chunks()
         for chunk in stream:
             watch.push(chunk)
-            segmenter.push(chunk.time, chunk.accelerometer, chunk.gyroscope, chunk.temperature)
+            push_recorded(segmenter, chunk, chunk.accelerometer, chunk.gyroscope, triads)
             if progress is not None:
                 progress(watch.time.samples, stream.expected if isinstance(stream, ChunkStream) else None)
         if isinstance(stream, ChunkStream):
@@ -48,7 +49,8 @@ def inspect(
 
 
 def _conclude(metadata: Metadata, watch: SampleWatch, acquired: _core.Acquired, counts: Counts) -> Inspection:
-    rests = rests_of(acquired)
+    triads = metadata.triads
+    rests = rests_of(acquired, triads=triads)
     channels = _channels(watch, acquired)
     stuck = [channel.name for channel in channels if channel.stuck]
     timing = _timing(watch, counts)
@@ -59,9 +61,9 @@ def _conclude(metadata: Metadata, watch: SampleWatch, acquired: _core.Acquired, 
         temperature=acquired.temperature,
         rests=rests,
         not_rests=tuple((start, end, REST_REJECTIONS[why]) for start, end, why in acquired.rejected_rests),
-        directions=len(directions_of(rests)),
+        directions=len(directions_of(rests)) if "accelerometer" in triads else 0,
         services=services_of(
-            rests, acquired.turn_angles, acquired.trace(), metadata.alone, watch.time.interval, stuck
+            rests, acquired.turn_angles, acquired.trace(), metadata.alone, watch.time.interval, stuck, triads
         ),
         remarks=(
             *metadata.remarks,
@@ -74,6 +76,7 @@ def _conclude(metadata: Metadata, watch: SampleWatch, acquired: _core.Acquired, 
 
 def _channels(watch: SampleWatch, acquired: _core.Acquired) -> tuple[ChannelFacts, ...]:
     stuck = {name for name, kind, *_ in acquired.faults if kind == "stuck"}
+    noise = dict(zip(CHANNELS, acquired.noise_density, strict=True))
     return tuple(
         ChannelFacts(
             channel.name,
@@ -84,9 +87,9 @@ def _channels(watch: SampleWatch, acquired: _core.Acquired) -> tuple[ChannelFact
             channel.step,
             0 if channel.name in stuck else channel.saturated,
             channel.name in stuck,
-            float(noise) if noise > 0.0 else math.nan,
+            float(noise[channel.name]) if noise[channel.name] > 0.0 else math.nan,
         )
-        for channel, noise in zip(watch.channels, acquired.noise_density, strict=True)
+        for channel in watch.channels
     )
 
 

@@ -10,6 +10,7 @@ from typing import Any, cast
 from tumble.plain import finite
 from tumble.recording import Metadata
 from tumble.results import Rest, Row, Tabular
+from tumble.units import TRIADS
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,9 +136,10 @@ def head_lines(inspection: Inspection) -> list[str]:
         f"{_count(timing.duplicates, 'repeated time stamp')}, "
         f"{_count(timing.without_number, 'sample')} without a number",
     ]
-    for what in ("accelerometer", "gyroscope", "time"):
+    for what in (*TRIADS, "time"):
         unit = getattr(metadata, f"{what}_unit")
-        lines.append(f"{what} in {unit.name} ({unit.reason})")
+        recorded = what == "time" or what in metadata.triads
+        lines.append(f"{what} in {unit.name} ({unit.reason})" if recorded else f"{what} not recorded")
     if inspection.temperature is not None:
         low, mean, high = inspection.temperature
         lines.append(f"temperature {low:.4g} to {high:.4g} degC, mean {mean:.4g}")
@@ -155,8 +157,12 @@ def channel_line(channel: ChannelFacts) -> str:
 def rest_lines(inspection: Inspection) -> list[str]:
     """Say how many rests there are, and what only looked like one."""
     total = sum(rest.end - rest.start for rest in inspection.rests)
-    rests, directions = _count(len(inspection.rests), "rest"), _count(inspection.directions, "direction")
-    lines = [f"{rests} in {directions}, {total:.4g} s in all"]
+    where = (
+        f" in {_count(inspection.directions, 'direction')}"
+        if "accelerometer" in inspection.metadata.triads
+        else ""
+    )
+    lines = [f"{_count(len(inspection.rests), 'rest')}{where}, {total:.4g} s in all"]
     reasons = Counter(why for _, _, why in inspection.not_rests)
     lines += [f"{_count(count, 'segment')} not quite a rest: {why}" for why, count in reasons.items()]
     return lines

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tumble.recording import Chunk, FloatArray
-from tumble.units import UNITS
+from tumble.units import TRIADS, UNITS, Triad
 
+CHANNELS = tuple(f"{triad} {axis}" for triad in TRIADS for axis in "xyz")
+"""Names of the six channels, in the order of the core."""
 _VALUES_KEPT = 8
 _FEWEST_SATURATED = 5
 _PILE = 3.0
@@ -171,17 +174,18 @@ def quantisation_step(values: FloatArray) -> float | None:
 
 
 class SampleWatch:
-    """All six channels and the time stamps of one recording."""
+    """The channels of the triads recorded, and the time stamps, of one recording."""
 
-    def __init__(self) -> None:
+    def __init__(self, triads: Sequence[Triad]) -> None:
         self.time = TimeWatch()
+        self._triads = triads
         self.channels = tuple(
-            ChannelWatch(f"{triad} {axis}", unit) for triad, unit in UNITS.items() for axis in "xyz"
+            ChannelWatch(f"{triad} {axis}", UNITS[triad]) for triad in triads for axis in "xyz"
         )
 
     def push(self, chunk: Chunk) -> None:
         """Take in a chunk."""
         self.time.push(chunk.time)
-        for index, channel in enumerate(self.channels):
-            triad = chunk.accelerometer if index < 3 else chunk.gyroscope
-            channel.push(np.ascontiguousarray(triad[:, index % 3]))
+        columns = (column for triad in self._triads for column in getattr(chunk, triad).T)
+        for channel, column in zip(self.channels, columns, strict=True):
+            channel.push(np.ascontiguousarray(column))

@@ -13,6 +13,7 @@ from tumble.inspect.result import Service
 from tumble.logs.units import FASTEST_HZ, SLOWEST_HZ, is_imu_step
 from tumble.recording import FloatArray
 from tumble.results import Rest
+from tumble.units import TRIADS, Triad
 
 _APART = np.deg2rad(20.0)
 _SMALLEST_SPREAD = 0.1
@@ -47,19 +48,34 @@ def services_of(
     alone: bool,
     interval: float,
     stuck: Sequence[str],
+    triads: Sequence[Triad] = TRIADS,
 ) -> tuple[Service, ...]:
     """Judge a recording. `turn_angles` (k, 3) rad between rests; `trace`: times, specific forces, rates.
 
     `alone` says that no other IMU was logged together with this one, `interval` how far samples are apart, s.
     """
-    directions = directions_of(rests)
     faults = (
         *_lacking_rate(interval),
         *(f"{'an' if name.startswith('a') else 'a'} {name} that is not stuck" for name in stuck),
     )
-    poses = (*_lacking_directions(directions), *faults)
     no_turns = not _turned(rests, turn_angles)
     unseen = ("gyroscope scale and axes stay unknown without turns between rests",) if no_turns else ()
+    if "accelerometer" not in triads:
+        target = Service(
+            "turntable, as target", (*_lacking_rests(rests), *faults), (_unknown("accelerometer"), *unseen)
+        )
+        return (
+            _refused("turntable, as reference", "accelerometer"),
+            target,
+            *_refused_in_motion("accelerometer"),
+        )
+    poses = (*_lacking_directions(directions_of(rests)), *faults)
+    if "gyroscope" not in triads:
+        reference = Service(
+            "turntable, as reference", poses, ("it serves no gyroscope, as none was recorded",)
+        )
+        target = Service("turntable, as target", poses, (_unknown("gyroscope"),))
+        return (reference, target, *_refused_in_motion("gyroscope"))
     partner = () if not alone else ("a second IMU logged with it by the same clock",)
     return (
         Service("turntable, as reference", poses),
@@ -67,6 +83,22 @@ def services_of(
         Service("spin", (*_lacking_spin(rests, trace), *faults)),
         Service("redundancy", (*partner, *_lacking_motion(no_turns, trace), *faults)),
     )
+
+
+def _unknown(triad: Triad) -> str:
+    return f"the {triad} stays unknown, as none was recorded"
+
+
+def _refused(procedure: str, missing: Triad) -> Service:
+    return Service(procedure, (f"{missing} readings, none were recorded",))
+
+
+def _refused_in_motion(missing: Triad) -> tuple[Service, Service]:
+    return _refused("spin", missing), _refused("redundancy", missing)
+
+
+def _lacking_rests(rests: Sequence[Rest]) -> tuple[str, ...]:
+    return () if len(rests) >= FEWEST_RESTS else (f"at least {FEWEST_RESTS} rests, {len(rests)} found",)
 
 
 def _lacking_rate(interval: float) -> tuple[str, ...]:

@@ -27,7 +27,9 @@ def open_replay(address: Address, options: ReadOptions) -> ReplaySource:
     address.refuse_other_settings("speed")
     unlimited = address.settings.get("speed") == "max"
     speed = np.inf if unlimited else address.number("speed", 1.0)
-    return ReplaySource(open_recording(address.place, options), speed)
+    recording = open_recording(address.place, options)
+    recording.need_both_triads("a spin")
+    return ReplaySource(recording, speed)
 
 
 class ReplaySource:

@@ -15,9 +15,10 @@ from tumble.live.readings import Readings
 from tumble.logs.columns import ImuColumns, find_imus, recognise
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import names_delimiter, names_for, numbers_delimiter, split_line
-from tumble.logs.track import RawSamples
+from tumble.logs.track import RawSamples, stack
 from tumble.numbers import number_of
 from tumble.recording import FloatArray
+from tumble.units import TRIADS
 
 MOVING = "moving"
 """What the state of the wheels is called in `--columns`."""
@@ -187,6 +188,10 @@ class RowReader:
         if imu not in imus:
             listed = ", ".join(name for name in imus if name) or "only one IMU, without a name"
             raise LogError(f"{self._source}: no column prefix {imu!r}; found: {listed}")
+        if (recorded := imus[imu].triads) != TRIADS:
+            raise LogError(
+                f"{self._source}: sends {recorded[0]} readings only; a spin needs accelerometer and gyroscope"
+            )
         return _Layout(names, delimiter, imus[imu], self._moving_among(names), notices)
 
     def _moving_among(self, names: tuple[str, ...]) -> str | None:
@@ -256,8 +261,8 @@ class RowReader:
         columns, moving = self._layout.columns, self._layout.moving
         samples = RawSamples(
             None if columns.time is None else at[columns.time],
-            np.column_stack([at[name] for name in columns.accelerometer]),
-            np.column_stack([at[name] for name in columns.gyroscope]),
+            stack(at, columns.accelerometer),
+            stack(at, columns.gyroscope),
             None if columns.temperature is None else at[columns.temperature],
         )
         return Readings(samples, None if moving is None else _state(at[moving]))

@@ -182,7 +182,7 @@ class ChunkStream(Iterator[Chunk]):
         if len(chunk) == 0:
             return chunk
         numbers = np.arange(first, first + len(chunk))
-        if not _is_sound(chunk, self._largest_usual):
+        if not self._is_sound(chunk):
             finite = self._finite(chunk)
             chunk, numbers = _select(chunk, finite), numbers[finite]
             self._refuse_degrees(chunk)
@@ -191,6 +191,18 @@ class ChunkStream(Iterator[Chunk]):
         chunk, numbers = self._in_order(chunk, numbers)
         self._note_spikes(chunk, numbers)
         return chunk
+
+    def _quantities(self, chunk: Chunk) -> Mapping[Measured, FloatArray]:
+        """Give what was recorded."""
+        found: dict[Measured, FloatArray] = {"time": chunk.time}
+        for triad in self._track.triads:
+            found[triad] = getattr(chunk, triad)
+        return found
+
+    def _is_sound(self, chunk: Chunk) -> bool:
+        """Whether all is finite, and no more than sensors read: two passes where masks would take many."""
+        quantities = self._quantities(chunk)
+        return all(_largest(values) <= self._largest_usual[what] for what, values in quantities.items())
 
     def _in_order(self, chunk: Chunk, numbers: Numbers) -> tuple[Chunk, Numbers]:
         """Refuse time that runs backwards; a single stamp out of order is a bad line."""
@@ -231,7 +243,7 @@ class ChunkStream(Iterator[Chunk]):
         """Leave out, and count, what no sensor reads."""
         impossible = {
             what: _largest_each(values) > _LARGEST_POSSIBLE[what]
-            for what, values in _quantities(chunk).items()
+            for what, values in self._quantities(chunk).items()
         }
         if self._gyroscope_unit_is_assumed:
             impossible["gyroscope"] |= _stand_alone(chunk.gyroscope, IMPOSSIBLE_RAD_PER_S)
@@ -244,8 +256,8 @@ class ChunkStream(Iterator[Chunk]):
 
     def _note_spikes(self, chunk: Chunk, numbers: Numbers) -> None:
         """Count readings that are in the range of sensors, but not in that of the samples about them."""
-        for what, least in _SMALLEST_SPIKE.items():
-            values = _quantities(chunk)[what]
+        for what in self._track.triads:
+            values, least = self._quantities(chunk)[what], _SMALLEST_SPIKE[what]
             if len(chunk) < _FEWEST_FOR_SPIKES or not _largest(values) > least:
                 continue
             usual = float(np.sqrt(np.vdot(values, values) / values.size))
@@ -260,7 +272,7 @@ class ChunkStream(Iterator[Chunk]):
         """Count oddities of one kind; the first is described with place, value and time."""
         seen = ""
         if not oddities.count:
-            values = _quantities(chunk)[what].reshape(len(chunk), -1)[at]
+            values = self._quantities(chunk)[what].reshape(len(chunk), -1)[at]
             axis = int(np.abs(values).argmax())
             name = what if what == "time" else f"{what} {'xyz'[axis]}"
             unit = "s" if what == "time" else UNITS[what]
@@ -281,9 +293,9 @@ class ChunkStream(Iterator[Chunk]):
 
     def _finite(self, chunk: Chunk) -> Mask:
         bad = {"time": ~np.isfinite(chunk.time)}
-        for index in range(3):
-            bad[CHANNELS[index]] = ~np.isfinite(chunk.accelerometer[:, index])
-            bad[CHANNELS[index + 3]] = ~np.isfinite(chunk.gyroscope[:, index])
+        for triad in self._track.triads:
+            for axis, values in zip("xyz", getattr(chunk, triad).T, strict=True):
+                bad[triad[0] + axis] = ~np.isfinite(values)
         for name, mask in bad.items():
             if found := int(mask.sum()):
                 self.counts.channels[name] = self.counts.channels.get(name, 0) + found
@@ -375,10 +387,6 @@ def _select(chunk: Chunk, mask: Mask) -> Chunk:
     return Chunk(chunk.time[mask], chunk.accelerometer[mask], chunk.gyroscope[mask], temperature)
 
 
-def _quantities(chunk: Chunk) -> Mapping[Measured, FloatArray]:
-    return {"time": chunk.time, "accelerometer": chunk.accelerometer, "gyroscope": chunk.gyroscope}
-
-
 def _largest(values: FloatArray) -> float:
     """Largest absolute value of some; NaN where one is."""
     return max(float(values.max()), -float(values.min()))
@@ -388,11 +396,6 @@ def _largest_each(values: FloatArray) -> FloatArray:
     """Largest absolute value of each sample, (n,), of (n,) or (n, 3)."""
     largest: FloatArray = np.abs(values.reshape(len(values), -1)).max(axis=1)
     return largest
-
-
-def _is_sound(chunk: Chunk, bounds: Mapping[Measured, float]) -> bool:
-    """Whether all is finite, and no more than sensors read: two passes where masks would take many."""
-    return all(_largest(values) <= bounds[what] for what, values in _quantities(chunk).items())
 
 
 def _stand_alone(values: FloatArray, least: float) -> Mask:

@@ -10,6 +10,7 @@ from pathlib import Path
 from tumble.errors import LogError
 from tumble.logs.track import StatedUnit
 from tumble.logs.units import SPELLINGS, Quantity, find_unit
+from tumble.units import TRIADS, Triad
 
 CHANNEL_NAMES = ("time", "ax", "ay", "az", "gx", "gy", "gz", "temperature")
 
@@ -126,8 +127,9 @@ class Column:
 class ImuColumns:
     """Columns of one IMU, by name."""
 
-    accelerometer: tuple[str, str, str]
-    gyroscope: tuple[str, str, str]
+    accelerometer: tuple[str, str, str] | None
+    gyroscope: tuple[str, str, str] | None
+    """None where the table has no such triad."""
     time: str | None = None
     temperature: str | None = None
     accelerometer_unit: StatedUnit | None = None
@@ -139,7 +141,12 @@ class ImuColumns:
     def names(self) -> list[str]:
         """All columns to read, each once."""
         optional = [name for name in (self.time, self.temperature) if name is not None]
-        return list(dict.fromkeys([*optional, *self.accelerometer, *self.gyroscope]))
+        return list(dict.fromkeys([*optional, *(self.accelerometer or ()), *(self.gyroscope or ())]))
+
+    @property
+    def triads(self) -> tuple[Triad, ...]:
+        """Those the table has."""
+        return tuple(triad for triad in TRIADS if getattr(self, triad) is not None)
 
 
 _LONGEST_NAME = 100
@@ -171,7 +178,9 @@ def _prefix(stem: str, match: re.Match[str]) -> str:
 def find_imus(names: Sequence[str], path: Path | str, columns: Mapping[str, str]) -> dict[str, ImuColumns]:
     """Give the columns of every IMU of a table, by prefix; `columns` is what the user states of them.
 
-    Raises `LogError` that lists the columns found where no IMU is complete.
+    An IMU of which all columns of one triad are missing has the other one.
+
+    Raises `LogError` that lists the columns found where no triad is complete.
     """
     stated = _stated(names, path, columns)
     recognised = {name: recognise(name) for name in names}
@@ -185,7 +194,9 @@ def find_imus(names: Sequence[str], path: Path | str, columns: Mapping[str, str]
     imus = {prefix: imu for prefix, imu in found.items() if imu is not None}
     if not imus:
         raise LogError(_incomplete(names, path, recognised, stated))
-    return imus
+    # Beside whole IMUs, a triad of another name is another sensor.
+    whole = {prefix: imu for prefix, imu in imus.items() if imu.triads == TRIADS}
+    return whole or imus
 
 
 def _counter(recognised: Mapping[str, Column | None]) -> dict[str, Column]:
@@ -231,9 +242,7 @@ def _imu_columns(
 
     acceleration = [pick(key, "accelerometer", axis) for axis, key in enumerate(("ax", "ay", "az"))]
     rate = [pick(key, "gyroscope", axis) for axis, key in enumerate(("gx", "gy", "gz"))]
-    ax, ay, az = acceleration
-    gx, gy, gz = rate
-    if ax is None or ay is None or az is None or gx is None or gy is None or gz is None:
+    if any(None in triad and any(triad) for triad in (acceleration, rate)) or not any(acceleration + rate):
         return None
     time = pick("time", "time", shared=True) or _only(recognised, "time")
     temperature = pick("temperature", "temperature", shared=True)
@@ -245,15 +254,20 @@ def _imu_columns(
         return StatedUnit(column.unit, "column name")
 
     return ImuColumns(
-        (ax, ay, az),
-        (gx, gy, gz),
+        _whole(acceleration),
+        _whole(rate),
         time,
         temperature,
-        unit(ax, "accelerometer"),
-        unit(gx, "gyroscope"),
+        unit(acceleration[0], "accelerometer"),
+        unit(rate[0], "gyroscope"),
         unit(time, "time"),
         unit(temperature, "temperature"),
     )
+
+
+def _whole(names: Sequence[str | None]) -> tuple[str, str, str] | None:
+    x, y, z = names
+    return None if x is None or y is None or z is None else (x, y, z)
 
 
 def _only(recognised: Mapping[str, Column | None], quantity: Quantity) -> str | None:
@@ -271,12 +285,16 @@ def _incomplete(
         if column and column.quantity in _TRIADS:
             channel = ("a" if column.quantity == "accelerometer" else "g") + "xyz"[column.axis]
             have.setdefault(column.imu, set()).add(channel)
-    best = max(have.values(), key=len)
-    missing = [key for key in CHANNEL_NAMES[1:7] if key not in best | set(stated)]
-    return (
-        f"{path}: no column for {', '.join(missing)}; columns found: {listed(names)}; "
+    best = max(have.values(), key=len) | set(stated)
+    begun = [key for key in CHANNEL_NAMES[1:7] if any(other[0] == key[0] for other in best)]
+    missing = [key for key in begun or CHANNEL_NAMES[1:7] if key not in best]
+    spare = [name for name, column in recognised.items() if column is None and name not in stated.values()]
+    remedy = (
         "name them with --columns, as --columns ax=NAME"
+        if len(spare) >= len(missing)
+        else ("a triad needs x, y and z: record all three")
     )
+    return f"{path}: no column for {', '.join(missing)}; columns found: {listed(names)}; {remedy}"
 
 
 def listed(names: Sequence[str]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -26,7 +26,9 @@ from tumble.logs.units import (
     smallest_norm,
 )
 from tumble.recording import FloatArray, ResolvedUnit
+from tumble.units import TRIADS, Triad
 
+NOT_RECORDED = ResolvedUnit("none", 1.0, "not recorded")
 _AXES = {"x": 0, "y": 1, "z": 2}
 
 
@@ -115,8 +117,12 @@ class Conversion:
         )
 
 
-def conversion_for(track: Stating, options: ReadOptions, head: RawSamples) -> Conversion:
+def conversion_for(
+    track: Stating, options: ReadOptions, head: RawSamples, triads: Collection[Triad] = TRIADS
+) -> Conversion:
     """Decide the units of a track: what options state, else what the log states, else what its head shows.
+
+    `triads` are those that are recorded.
 
     Raises `LogError` where options make no sense, no unit fits the values, or a stated unit contradicts them.
     """
@@ -125,13 +131,16 @@ def conversion_for(track: Stating, options: ReadOptions, head: RawSamples) -> Co
         raise LogError(f"--accelerometer-sign {options.accelerometer_sign}: give 1 or -1")
     head = replace(
         head,
-        accelerometer=_credible(track, "accelerometer", head.accelerometer),
-        gyroscope=_credible(track, "gyroscope", head.gyroscope),
+        accelerometer=_credible(track, "accelerometer", head.accelerometer, triads),
+        gyroscope=_credible(track, "gyroscope", head.gyroscope, triads),
     )
     accelerometer_zero = _per_axis(options.accelerometer_zero, "--accelerometer-zero")
     gyroscope_zero = _per_axis(options.gyroscope_zero, "--gyroscope-zero")
-    accelerometer_unit, accelerometer_scale = _accelerometer(track, options, head, accelerometer_zero)
-    gyroscope_unit, gyroscope_scale = _gyroscope(track, options, head, gyroscope_zero)
+    accelerometer_unit, accelerometer_scale = gyroscope_unit, gyroscope_scale = NOT_RECORDED, np.ones(3)
+    if "accelerometer" in triads:
+        accelerometer_unit, accelerometer_scale = _accelerometer(track, options, head, accelerometer_zero)
+    if "gyroscope" in triads:
+        gyroscope_unit, gyroscope_scale = _gyroscope(track, options, head, gyroscope_zero)
     temperature = _stated("temperature", track.temperature_unit, options.temperature_unit)
     temperature_name = temperature.name if temperature else "degC"
     time_unit = _time(track, options, head)
@@ -147,8 +156,10 @@ def conversion_for(track: Stating, options: ReadOptions, head: RawSamples) -> Co
     )
 
 
-def _credible(track: Stating, triad: str, readings: FloatArray) -> FloatArray:
+def _credible(track: Stating, triad: Triad, readings: FloatArray, recorded: Collection[Triad]) -> FloatArray:
     """Leave to the guesses of units only what a sensor can have said."""
+    if triad not in recorded:
+        return readings
     numbers = np.isfinite(readings).all(axis=1)
     if not numbers.any():
         raise LogError(

@@ -20,7 +20,7 @@ from tumble.errors import LogError
 from tumble.logs.columns import ImuColumns, find_imus
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import BLANKS, TextLayout, find_layout, is_time_stamp, split_line
-from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, StatedUnit, choose
+from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, StatedUnit, choose, stack
 from tumble.numbers import number_of
 from tumble.recording import FloatArray
 
@@ -60,6 +60,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         clock=f"{path.resolve()}#{columns.time or 'row'}",
         rate=rate,
         serial=layout.preamble.get("serial", ""),
+        triads=columns.triads,
         columns=layout.names,
         alone=len(imus) == 1,
         expected=int((path.stat().st_size - layout.data_offset) / layout.row_bytes),
@@ -99,14 +100,6 @@ def samples_of(batch: Mapping[str, FloatArray], columns: ImuColumns) -> RawSampl
         stack(batch, columns.gyroscope),
         None if columns.temperature is None else batch[columns.temperature],
     )
-
-
-def stack(batch: Mapping[str, FloatArray], names: tuple[str, str, str]) -> FloatArray:
-    """Gather three columns as (n, 3)."""
-    stacked = np.empty((len(batch[names[0]]), 3))
-    for axis, name in enumerate(names):
-        stacked[:, axis] = batch[name]
-    return stacked
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,10 +11,10 @@ import numpy as np
 
 from tumble.errors import LogError
 from tumble.files import note_input
-from tumble.logs.csv import TextTable, stack
+from tumble.logs.csv import TextTable
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import find_layout
-from tumble.logs.track import LoggedImu, RawSamples, Transform
+from tumble.logs.track import LoggedImu, RawSamples, Transform, stack
 from tumble.recording import FloatArray
 
 _COLUMNS = ("1", "2", "3", "4")

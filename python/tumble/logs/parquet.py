@@ -53,6 +53,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         temperature_unit=columns.temperature_unit,
         clock=f"{path.resolve()}#{columns.time or 'row'}",
         serial=facts.get("tumble.serial", ""),
+        triads=columns.triads,
         columns=tuple(leaves),
         alone=len(imus) == 1,
         expected=rows,

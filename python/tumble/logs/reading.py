@@ -88,7 +88,7 @@ def _recording(track: LoggedImu, options: ReadOptions, keep_faults: bool) -> Rec
     rate = options.rate if options.rate is not None else track.rate
     if head.time is None and rate is None:
         raise LogError(_no_time(track))
-    conversion = conversion_for(track, options, head)
+    conversion = conversion_for(track, options, head, track.triads)
     odd = () if head.time is None else _odd_step(head.time, conversion.time_unit)
     return Recording(
         _metadata(track, conversion, options, rate, odd),
@@ -142,6 +142,7 @@ def _metadata(
         rate=rate,
         already_corrected=track.already_corrected,
         serial=options.serial or track.serial,
+        triads=track.triads,
         alone=track.alone,
         remarks=(*track.notices, *notices_on_axes(options), *odd),
     )

@@ -51,6 +51,7 @@ def open_logged_imu(table: Table, name: str, options: ReadOptions) -> LoggedImu:
         time_unit=StatedUnit("s", "column type") if dated else chosen.time_unit,
         temperature_unit=chosen.temperature_unit,
         clock=f"table {id(table)}#{chosen.time or 'row'}",
+        triads=chosen.triads,
         columns=tuple(columns),
         alone=len(imus) == 1,
         expected=rows,

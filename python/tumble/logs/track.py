@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from tumble.errors import LogError
 from tumble.recording import FloatArray
+from tumble.units import TRIADS, Triad
 
 CHUNK_SAMPLES = 1 << 15
 """Samples in a chunk: large enough for numpy to be quick, small enough for memory not to matter."""
@@ -69,6 +72,8 @@ class LoggedImu:
     serial: str = ""
     already_corrected: bool | None = None
     notices: tuple[str, ...] = ()
+    triads: tuple[Triad, ...] = TRIADS
+    """Those that it holds; `accelerometer` or `gyroscope` of the samples is NaN where it holds but one."""
     columns: tuple[str, ...] = ()
     """Names of all columns of a table; empty for messages."""
     alone: bool = True
@@ -101,3 +106,13 @@ def choose(path: Path, names: tuple[str, ...], wanted: str | None, what: str) ->
         return matches[0]
     found = ", ".join(name for name in names if name) or "only one IMU, without a name"
     raise LogError(f"{path}: no {what} {wanted!r}; found: {found}")
+
+
+def stack(batch: Mapping[str, FloatArray], names: tuple[str, str, str] | None) -> FloatArray:
+    """Gather three columns as (n, 3), NaN where there are none."""
+    if names is None:
+        return np.full((len(next(iter(batch.values()))), 3), np.nan)
+    stacked = np.empty((len(batch[names[0]]), 3))
+    for axis, name in enumerate(names):
+        stacked[:, axis] = batch[name]
+    return stacked

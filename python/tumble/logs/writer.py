@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from tumble.recording import Chunk
+from tumble.units import TRIADS, Triad
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,6 +19,8 @@ class Facts:
     """Serial number of the unit."""
     corrected: str = ""
     """What the samples were corrected with, as the hash of a calibration; empty if they are as measured."""
+    triads: tuple[Triad, ...] = TRIADS
+    """Those that were recorded, and are written."""
 
 
 class Writer(Protocol):

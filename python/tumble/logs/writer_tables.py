@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
@@ -10,20 +11,26 @@ import pyarrow.csv  # type: ignore[import-untyped]
 import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
 from tumble.recording import Chunk
+from tumble.units import Triad
 
 if TYPE_CHECKING:
     from tumble.logs.writer import Facts
 
-_COLUMNS = ("time", "ax", "ay", "az", "gx", "gy", "gz")
+_COLUMNS: Mapping[Triad, tuple[str, str, str]] = {
+    "accelerometer": ("ax", "ay", "az"),
+    "gyroscope": ("gx", "gy", "gz"),
+}
 
 
-def _schema(chunk: Chunk) -> pa.Schema:
-    names = _COLUMNS if chunk.temperature is None else (*_COLUMNS, "temperature")
+def _schema(chunk: Chunk, triads: Sequence[Triad]) -> pa.Schema:
+    names = ["time", *(name for triad in triads for name in _COLUMNS[triad])]
+    if chunk.temperature is not None:
+        names.append("temperature")
     return pa.schema([(name, pa.float64()) for name in names])
 
 
-def _batch(chunk: Chunk, schema: pa.Schema) -> pa.RecordBatch:
-    columns = [chunk.time, *chunk.accelerometer.T, *chunk.gyroscope.T]
+def _batch(chunk: Chunk, schema: pa.Schema, triads: Sequence[Triad]) -> pa.RecordBatch:
+    columns = [chunk.time, *(column for triad in triads for column in getattr(chunk, triad).T)]
     if "temperature" in schema.names:
         unknown = np.full(len(chunk), np.nan)
         columns.append(unknown if chunk.temperature is None else chunk.temperature)
@@ -42,11 +49,11 @@ class CsvWriter:
     def write(self, chunk: Chunk) -> None:
         """Append rows; the first chunk decides whether there is a temperature column."""
         if self._writer is None:
-            self._schema = _schema(chunk)
+            self._schema = _schema(chunk, self._facts.triads)
             self._file.write(self._head(self._schema).encode())
             options = pa.csv.WriteOptions(include_header=False, quoting_style="none")
             self._writer = pa.csv.CSVWriter(self._file, self._schema, write_options=options)
-        self._writer.write_batch(_batch(chunk, self._schema))
+        self._writer.write_batch(_batch(chunk, self._schema, self._facts.triads))
 
     def close(self) -> None:
         """Finish the file."""
@@ -73,11 +80,11 @@ class ParquetWriter:
         if self._writer is None:
             facts = {"tumble.serial": self._facts.serial, "tumble.corrected": self._facts.corrected}
             kept = {key: value for key, value in facts.items() if value}
-            self._schema = _schema(chunk).with_metadata(kept)
+            self._schema = _schema(chunk, self._facts.triads).with_metadata(kept)
             self._writer = pq.ParquetWriter(
                 self._file, self._schema, compression="zstd", write_page_checksum=True
             )
-        self._writer.write_batch(_batch(chunk, self._schema))
+        self._writer.write_batch(_batch(chunk, self._schema, self._facts.triads))
 
     def close(self) -> None:
         """Finish the file."""

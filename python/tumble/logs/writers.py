@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, BinaryIO
 from tumble.errors import OutputError
 from tumble.files import FileKind, replacing
 from tumble.logs.writer import Facts, Writer
+from tumble.units import TRIADS
 
 if TYPE_CHECKING:
     from tumble.logs.writer_mcap import McapWriter
 
 FORMATS = {
-    "csv": FileKind("a CSV log of Tumble", re.compile(rb"\A(?:#[^\n]*\n)*time,ax,ay,az,gx,gy,gz")),
+    "csv": FileKind("a CSV log of Tumble", re.compile(rb"\A(?:#[^\n]*\n)*time,[ag]x,[ag]y,[ag]z")),
     "parquet": FileKind("a Parquet file", re.compile(rb"\APAR1")),
     "mcap": FileKind("an MCAP file", re.compile(rb"\A\x89MCAP0\r\n")),
 }
@@ -82,6 +83,11 @@ def open_mcap_writer(path: str | Path, facts: Facts | None = None) -> Iterator[M
 def _writer(format_name: str, file: BinaryIO, facts: Facts, path: Path) -> Writer:
     """Import the writer of a format, and with it the library that it needs."""
     if format_name == "mcap":
+        if facts.triads != TRIADS:
+            raise OutputError(
+                f"{path}: an MCAP message holds both triads, and there are {facts.triads[0]} readings only; "
+                "give csv or parquet, as extension or with --format"
+            )
         from tumble.logs.writer_mcap import McapWriter
 
         return McapWriter(file, facts, path)

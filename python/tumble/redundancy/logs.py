@@ -123,6 +123,7 @@ def _whole(recording: Recording) -> Recording:
             f"{recording.name}: is a folder of {len(recording.parts)} logs, one per pose; give one log of "
             "the whole time"
         )
+    recording.need_both_triads("comparing units in motion")
     return recording
 
 

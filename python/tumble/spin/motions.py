@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tumble.acquisition.acquire import ChannelFault, si_unit
+from tumble.acquisition.acquire import si_unit
+from tumble.acquisition.imu import ChannelFault
 from tumble.recording import FloatArray
 from tumble.results import Rest
 from tumble.spin.failure import SpinFailure, SpinFailureKind

@@ -158,6 +158,7 @@ def _acquired(
             f"{recording.name}: is a folder of {len(recording.parts)} logs, one per pose; give the one log "
             "in which the robot stands and turns"
         )
+    recording.need_both_triads("a spin")
     unit = acquire(recording, applied, _first_half(progress))
     refuse_if_damaged(unit.name, unit.acquired, credible_faults(unit.acquired.faults))
     if len(unit.acquired.rest_times):

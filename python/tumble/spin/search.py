@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tumble import _core
-from tumble.acquisition.acquire import ChannelFault
+from tumble.acquisition.imu import ChannelFault
 from tumble.recording import FloatArray
 from tumble.results import Rest
 from tumble.spin.chain import Chain, FailedChain

@@ -75,7 +75,7 @@ class Session:
         """Say why a target must be the reference, where it is so much the better unit; empty where not."""
         reference, gravity = self._reference, self.batch.gravity
         residual = _core.sphere_residual(reference.acquired, gravity)
-        if isinstance(unit, TumbleError) or residual is None:
+        if isinstance(unit, TumbleError) or residual is None or "accelerometer" not in unit.triads:
             return ""
         better = _core.sphere_residual(unit.acquired, gravity)
         if better is None or len(unit.acquired.rest_times) < len(reference.acquired.rest_times):
@@ -126,7 +126,12 @@ def open_session(
     unit = _acquire(reference, applied, read)
     if isinstance(unit, TumbleError):
         raise unit
-    refuse_if_unfit(unit.name, unit.acquired, strength)
+    if "accelerometer" not in unit.triads:
+        raise ProcedureError(
+            "the reference has no accelerometer, which shows how the table stood; name a unit that has one",
+            about=unit.name,
+        )
+    refuse_if_unfit(unit.name, unit, strength)
     match = match_poses(
         unit.recording, unit.acquired.rest_specific_force, unit.acquired.rest_parts, pose_list
     )
@@ -319,6 +324,6 @@ def _fitted_reference(
             about=unit.name,
         )
     try:
-        return _core.fit_reference(unit.acquired, match.ups, settings)
+        return _core.fit_reference(unit.acquired, match.ups, settings, "gyroscope" in unit.triads)
     except _core.CoreError as error:
         raise ProcedureError(explain(error, match.names), about=unit.name) from None

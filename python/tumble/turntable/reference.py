@@ -9,7 +9,7 @@ import numpy as np
 
 from tumble import _core
 from tumble.acquisition.acquire import rejected_rests_of, rests_of, scale_notice, trace_of
-from tumble.acquisition.imu import Imu, log_name
+from tumble.acquisition.imu import Imu, known, log_name
 from tumble.acquisition.notices import notices
 from tumble.calibration.document import Calibration
 from tumble.recording import FloatArray
@@ -33,10 +33,10 @@ def reference_result(
         bias=figures["bias"],
         bias_sigma=figures["bias_sigma"],
         norm_residual=figures["norm_residual"],
-        gyroscope_bias=figures["gyroscope_bias"],
-        gyroscope_bias_sigma=figures["gyroscope_bias_sigma"],
-        rests=rests_of(unit.acquired, match.names) + rejected_rests_of(unit.acquired),
-        trace=trace_of(unit.acquired),
+        gyroscope_bias=known(figures["gyroscope_bias"], "gyroscope", unit.triads),
+        gyroscope_bias_sigma=known(figures["gyroscope_bias_sigma"], "gyroscope", unit.triads),
+        rests=rests_of(unit.acquired, match.names, unit.triads) + rejected_rests_of(unit.acquired),
+        trace=trace_of(unit.acquired, unit.triads),
         mounting=mounting,
         mounting_reason="" if mounting else match.reason or "the poses do not determine a rotation",
         temperature=unit.acquired.temperature,

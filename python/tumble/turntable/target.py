@@ -28,6 +28,7 @@ from tumble.turntable.off_diagonals import Treatment, off_diagonals
 from tumble.turntable.reference import mounting_result
 from tumble.turntable.result import AxisReading, ClockFit, OffDiagonal, TargetResult
 from tumble.turntable.triads import triad_result
+from tumble.units import TRIADS
 
 PARTS_PER_MILLION = 1e6
 LARGEST_RESIDUAL = 0.5
@@ -70,9 +71,14 @@ class TargetProcedure:
         if isinstance(unit, TumbleError):
             return _failed(name, unit)
         try:
-            refuse_if_unfit(name, unit.acquired, self.gravity)
+            refuse_if_unfit(name, unit, self.gravity)
             figures = _core.calibrate_target(
-                self.reference.acquired, self.fitted, unit.acquired, self.match.ups, self.settings
+                self.reference.acquired,
+                self.fitted,
+                unit.acquired,
+                self.match.ups,
+                self.settings,
+                self._triads(name, unit),
             )
         except _core.CoreError as error:
             return _failed(name, ProcedureError(explain(error, self.match.names), about=name), unit)
@@ -84,13 +90,26 @@ class TargetProcedure:
         result = self._result(name, unit, figures)
         return replace(result, checks=self.limits.check(result)) if self.limits else result
 
+    def _triads(self, name: str, unit: Imu) -> tuple[bool, bool]:
+        """Say which triads can be calibrated: turns have to be shown by both units."""
+        accelerometer, gyroscope = (triad in unit.triads for triad in TRIADS)
+        gyroscope = gyroscope and "gyroscope" in self.reference.triads
+        if not (accelerometer or gyroscope):
+            raise ProcedureError(
+                "has gyroscope readings only, and the reference has none to hold them against", about=name
+            )
+        return accelerometer, gyroscope
+
     def _stray_rest(self, figures: _core.TargetFigures) -> str:
         """Name the rest at which the target cannot have stood as the reference did; empty if none."""
-        residuals = np.linalg.norm(figures["accelerometer"]["residuals"], axis=1)
+        accelerometer = figures["accelerometer"]
+        if accelerometer is None:
+            return ""
+        residuals = np.linalg.norm(accelerometer["residuals"], axis=1)
         worst = int(np.argmax(residuals))
         if residuals[worst] <= LARGEST_RESIDUAL:
             return ""
-        _, rest, _ = figures["accelerometer"]["labels"][worst]
+        _, rest, _ = accelerometer["labels"][worst]
         pose = f" ({self.match.names[rest]})" if rest in self.match.names else ""
         return (
             f"differs by {residuals[worst]:.2g} m/s^2 from what the reference measured, most at rest "
@@ -115,8 +134,8 @@ class TargetProcedure:
                 "accelerometer", figures["accelerometer"], noise[:3], instability[:3], names
             ),
             gyroscope=triad_result("gyroscope", figures["gyroscope"], noise[3:], instability[3:], names),
-            rests=rests_of(unit.acquired, poses) + rejected_rests_of(unit.acquired),
-            trace=trace_of(unit.acquired),
+            rests=rests_of(unit.acquired, poses, unit.triads) + rejected_rests_of(unit.acquired),
+            trace=trace_of(unit.acquired, unit.triads),
             clock=None if unit.recording.parts else _clock(figures["clock"]),
             axis_readings=(),
             temperature=unit.acquired.temperature,
@@ -130,6 +149,7 @@ class TargetProcedure:
             warnings=(
                 *notices(unit),
                 *scale_notice(unit.acquired, self.gravity),
+                *self._unshown(unit),
                 *self._twin(name, unit),
                 *self._warnings(result, figures),
             ),
@@ -139,7 +159,7 @@ class TargetProcedure:
         """Prepare the source's figures: X and Y at the poses, before and after R_e^-1."""
         mounting = mounting_result(self.fitted)
         known = [(seen, first) for seen, first, _ in figures["pairs"] if seen in self.match.names]
-        if mounting is None or not known:
+        if mounting is None or not known or figures["accelerometer"] is None:
             return ()
         ideal = self.gravity * self.match.ups[[seen for seen, _ in known]]
         rests = [result.rests[first] for _, first in known]
@@ -154,7 +174,7 @@ class TargetProcedure:
 
     def _off_diagonals(self, unit: Imu) -> tuple[OffDiagonal, ...]:
         """Fit once more as if mounting were ignored, compensated as published, and measured."""
-        if mounting_result(self.fitted) is None:
+        if mounting_result(self.fitted) is None or "accelerometer" not in unit.triads:
             return ()
         try:
             fits = {each: self._accelerometer(unit, settings) for each, settings in self.compared.items()}
@@ -165,9 +185,23 @@ class TargetProcedure:
 
     def _accelerometer(self, unit: Imu, settings: _core.TurntableSettings) -> _core.TriadFigures:
         figures = _core.calibrate_target(
-            self.reference.acquired, self.fitted, unit.acquired, self.match.ups, settings
+            self.reference.acquired, self.fitted, unit.acquired, self.match.ups, settings, (True, False)
         )
-        return figures["accelerometer"]
+        accelerometer = figures["accelerometer"]
+        assert accelerometer is not None, "it was asked for"
+        return accelerometer
+
+    def _unshown(self, unit: Imu) -> Iterator[str]:
+        """Say what a unit of one triad, or beside one, leaves open."""
+        if "gyroscope" in unit.triads and "gyroscope" not in self.reference.triads:
+            yield "the reference has no gyroscope, so the gyroscope could not be calibrated"
+        if "gyroscope" not in unit.triads and not unit.recording.parts and self._shares_no_clock(unit):
+            yield "its clock is taken for that of the reference, as without a gyroscope no turn shows another"
+
+    def _shares_no_clock(self, unit: Imu) -> bool:
+        """Whether nothing says that target and reference were stamped by one clock."""
+        clock = unit.recording.metadata.clock
+        return not clock or clock != self.reference.recording.metadata.clock
 
     def _warnings(self, result: TargetResult, figures: _core.TargetFigures) -> Iterator[str]:
         contradiction = figures["clock"]["contradiction"]
@@ -234,8 +268,8 @@ def _failed(name: str, error: TumbleError, unit: Imu | None = None) -> TargetRes
         serial=unit.recording.metadata.serial if unit else "",
         accelerometer=None,
         gyroscope=None,
-        rests=rests_of(unit.acquired) + rejected_rests_of(unit.acquired) if unit else (),
-        trace=trace_of(unit.acquired) if unit else Trace(np.empty(0), nothing, nothing),
+        rests=rests_of(unit.acquired, triads=unit.triads) + rejected_rests_of(unit.acquired) if unit else (),
+        trace=trace_of(unit.acquired, unit.triads) if unit else Trace(np.empty(0), nothing, nothing),
         clock=None,
         axis_readings=(),
         temperature=unit.acquired.temperature if unit else None,

@@ -24,12 +24,14 @@ VERY_MANY = 1e9
 
 def triad_result(
     triad: TriadName,
-    figures: _core.TriadFigures,
+    figures: _core.TriadFigures | None,
     noise_density: FloatArray,
     bias_instability: FloatArray,
     pose_names: dict[int, str],
-) -> TriadResult:
-    """Describe one triad; what was not observed carries no number."""
+) -> TriadResult | None:
+    """Describe one triad, None where it was not calibrated; what was not observed carries no number."""
+    if figures is None:
+        return None
     seen = np.array(figures["observed"])
     covariance = figures["covariance"].copy()
     covariance[~seen, :] = np.nan

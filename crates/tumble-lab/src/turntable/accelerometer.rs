@@ -91,7 +91,9 @@ impl TargetSession<'_> {
 }
 
 /// M without any error: the rotation between truth and readings.
-fn nominal<const P: usize, const Q: usize>(observations: &[Observation<f64, P, Q>]) -> Option<Matrix3<f64>> {
+pub(super) fn nominal<const P: usize, const Q: usize>(
+    observations: &[Observation<f64, P, Q>],
+) -> Option<Matrix3<f64>> {
     let mut pairs = Procrustes::new();
     for observation in observations {
         pairs.push(

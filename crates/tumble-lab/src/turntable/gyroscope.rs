@@ -9,6 +9,7 @@ use tumble_core::turntable::truth::{
     RateObservation, ReferenceTurn, TruthSource, at_rest, turning, with_specific_force,
 };
 
+use super::accelerometer::nominal;
 use super::error::TurntableError;
 use super::flicker::refine;
 use super::pairing::PairedRest;
@@ -24,21 +25,24 @@ struct Rate {
 }
 
 impl TargetSession<'_> {
-    /// Calibrates the gyroscope; `mounting` is what the accelerometer showed of it.
-    pub fn gyroscope(&self, mounting: &Rotation3<f64>) -> Result<TriadCalibration, TurntableError> {
+    /// Calibrates the gyroscope; `mounting` is what the accelerometer showed of it, else the turns show it.
+    pub fn gyroscope(&self, mounting: Option<&Rotation3<f64>>) -> Result<TriadCalibration, TurntableError> {
         let compensated = self.table_from_case();
         let back = compensated.unwrap_or_else(Rotation3::identity);
         let rates = self.rates(&back);
         let labels = rates.iter().map(|rate| rate.label).collect();
-        let nominal = if compensated.is_some() {
-            Rotation3::identity()
-        } else {
-            *mounting
+        let nominal = match (compensated, mounting) {
+            (Some(_), _) => Matrix3::identity(),
+            (None, Some(mounting)) => *mounting.matrix(),
+            (None, None) => {
+                let observations: Vec<_> = rates.iter().map(|rate| rate.observation).collect();
+                nominal(&observations).ok_or(TurntableError::DirectionsTooAlike)?
+            }
         };
         let mut inputs = FitInputs {
             noise: self.unit.rate_noise(),
             session: self.span(),
-            nominal: nominal.into_inner(),
+            nominal,
             largest_bias: LARGEST_RATE_BIAS,
             shared: turned(&self.reference.earth.covariance, &back),
         };

@@ -17,5 +17,5 @@ mod triad;
 pub use error::{PairingError, TurntableError};
 pub use reference::{Reference, Ups, fit_reference, force_sigma, own_sphere, poses, rate_sigma};
 pub use settings::{Clocks, FEWEST_RESTS, TurntableSettings};
-pub use target::{Target, calibrate};
+pub use target::{Target, Triads, calibrate};
 pub use triad::{Label, TriadCalibration};

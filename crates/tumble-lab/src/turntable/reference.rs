@@ -1,6 +1,6 @@
 //! What the reference itself adds, fitted before any target is looked at: biases, attitudes, mounting.
 
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3};
 use tumble_core::gravity::vertical_earth_rate;
 use tumble_core::noise::{Interval, Noise};
 use tumble_core::turntable::mounting::{MountingFit, PoseMean, fit_mounting};
@@ -58,6 +58,7 @@ pub fn rate_sigma(unit: &Acquired, k: usize) -> Vector3<f64> {
 }
 
 /// Understands the reference. `ups[k]` is the up direction of rest `k` in the table frame, where its pose is known.
+/// Without a gyroscope, the rotation of the Earth is left at zero, and nothing is to be asked of it.
 ///
 /// # Errors
 /// [`TurntableError`] as it says.
@@ -65,6 +66,7 @@ pub fn fit_reference(
     unit: &Acquired,
     ups: &Ups,
     settings: &TurntableSettings,
+    gyroscope: bool,
 ) -> Result<Reference, TurntableError> {
     if unit.rests.len() < FEWEST_RESTS {
         return Err(TurntableError::TooFewRests {
@@ -78,7 +80,7 @@ pub fn fit_reference(
         return Err(TurntableError::DirectionsTooAlike);
     }
     let attitudes = attitudes(unit);
-    let gyroscope: Vec<_> = (0..unit.rests.len())
+    let rates: Vec<_> = (0..unit.rests.len())
         .map(|k| GyroscopeRest {
             mean: unit.rests[k].angular_rate(),
             covariance: mean_covariance(&unit.rate_noise(), &interval(&unit.rests[k]), &unit.session()),
@@ -91,7 +93,15 @@ pub fn fit_reference(
     });
     Ok(Reference {
         sphere,
-        earth: fit_earth(&gyroscope, vertical)?,
+        earth: if gyroscope {
+            fit_earth(&rates, vertical)?
+        } else {
+            EarthFit {
+                bias: Vector3::zeros(),
+                earth_rate: Vector3::zeros(),
+                covariance: Matrix6::zeros(),
+            }
+        },
         attitudes,
         mounting: fit_mounting(&poses(unit, ups), settings.gravity),
     })

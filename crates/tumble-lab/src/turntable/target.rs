@@ -13,10 +13,19 @@ use crate::acquisition::Acquired;
 pub struct Target {
     /// How it was laid beside the reference.
     pub pairing: Pairing,
-    /// Accelerometer.
-    pub accelerometer: TriadCalibration,
-    /// Gyroscope.
-    pub gyroscope: TriadCalibration,
+    /// Accelerometer, where the log has one.
+    pub accelerometer: Option<TriadCalibration>,
+    /// Gyroscope, where the logs of reference and target have one.
+    pub gyroscope: Option<TriadCalibration>,
+}
+
+/// Which triads there are to calibrate; what a log has not is zero in what was acquired from it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Triads {
+    /// The target's log has specific force.
+    pub accelerometer: bool,
+    /// The logs of both have angular rate.
+    pub gyroscope: bool,
 }
 
 /// Calibrates one target.
@@ -29,6 +38,7 @@ pub fn calibrate(
     unit: &Acquired,
     ups: &Ups,
     settings: &TurntableSettings,
+    triads: Triads,
 ) -> Result<Target, TurntableError> {
     let pairing = pair(reference_unit, unit, settings.clocks)?;
     if pairing.pairs.len() < FEWEST_RESTS {
@@ -45,9 +55,15 @@ pub fn calibrate(
         ups,
         settings,
     };
-    let accelerometer = session.accelerometer()?;
-    let gyroscope = session
-        .gyroscope(&accelerometer.parts.mounting)
+    let accelerometer = triads
+        .accelerometer
+        .then(|| session.accelerometer())
+        .transpose()?;
+    let mounting = accelerometer.as_ref().map(|triad| triad.parts.mounting);
+    let gyroscope = triads
+        .gyroscope
+        .then(|| session.gyroscope(mounting.as_ref()))
+        .transpose()
         .map_err(TurntableError::of_gyroscope)?;
     Ok(Target {
         pairing,

@@ -7,8 +7,8 @@ use tumble_core::model::ErrorModel;
 use tumble_core::turntable::truth::TruthSource;
 use tumble_lab::acquisition::Acquired;
 use tumble_lab::turntable::{
-    Clocks, Label, PairingError, Reference, Target, TriadCalibration, TurntableError, TurntableSettings,
-    calibrate, fit_reference,
+    Clocks, Label, PairingError, Reference, Target, TriadCalibration, Triads, TurntableError,
+    TurntableSettings, calibrate, fit_reference,
 };
 
 use crate::common::{Draws, cases, rotation};
@@ -22,6 +22,19 @@ const SETTINGS: TurntableSettings = TurntableSettings {
     clocks: Clocks::Shared,
     g_sensitivity: false,
 };
+
+const BOTH: Triads = Triads {
+    accelerometer: true,
+    gyroscope: true,
+};
+
+fn accelerometer(target: &Target) -> &TriadCalibration {
+    target.accelerometer.as_ref().expect("asked for")
+}
+
+fn gyroscope(target: &Target) -> &TriadCalibration {
+    target.gyroscope.as_ref().expect("asked for")
+}
 
 /// Six faces, quarter turns about every axis both ways.
 fn schedule() -> Vec<Phase> {
@@ -60,8 +73,8 @@ fn calibrated(
     settings: &TurntableSettings,
 ) -> Result<(Reference, Target), TurntableError> {
     let ups = vec![None; seen.rests.len()];
-    let reference = fit_reference(seen, &ups, settings)?;
-    let target = calibrate(seen, &reference, felt, &ups, settings)?;
+    let reference = fit_reference(seen, &ups, settings, true)?;
+    let target = calibrate(seen, &reference, felt, &ups, settings, BOTH)?;
     Ok((reference, target))
 }
 
@@ -92,7 +105,7 @@ proptest! {
         let (force, rate) = (turned(0.3), turned(0.02));
         let (seen, felt) = session(&Unit::noisy(0.02, 0.002), &Unit::noisy(0.003, 1e-4), &force, &rate, seed);
         let (_, target) = calibrated(&seen, &felt, &SETTINGS).expect("a good session");
-        for (triad, truth, noise) in [(&target.accelerometer, &force, 0.02), (&target.gyroscope, &rate, 0.002)] {
+        for (triad, truth, noise) in [(accelerometer(&target), &force, 0.02), (gyroscope(&target), &rate, 0.002)] {
             let (sigmas, most) = misses(triad, truth);
             prop_assert!(sigmas < 5.5, "{} sigma", sigmas);
             // A dozen rests of 600 samples each: a mean errs by a twenty-fourth of the scatter of a sample.
@@ -102,8 +115,8 @@ proptest! {
             let freedom = f64::from(triad.degrees_of_freedom);
             prop_assert!((triad.chi_square - freedom).abs() < 6.0 * (2.0 * freedom).sqrt(), "{} {}", triad.chi_square, freedom);
         }
-        let rests = target.gyroscope.labels.iter().filter(|label| matches!(label, Label::Rest(_))).count();
-        prop_assert_eq!((rests, target.gyroscope.labels.len()), (12, 23));
+        let rests = gyroscope(&target).labels.iter().filter(|label| matches!(label, Label::Rest(_))).count();
+        prop_assert_eq!((rests, gyroscope(&target).labels.len()), (12, 23));
     }
 
     #[test]
@@ -117,9 +130,9 @@ proptest! {
             .acquire();
         let apart = TurntableSettings { clocks: Clocks::Apart, ..SETTINGS };
         let (_, target) = calibrated(&seen, &felt, &apart).expect("a good session");
-        prop_assert!(misses(&target.accelerometer, &force).0 < 5.5);
+        prop_assert!(misses(accelerometer(&target), &force).0 < 5.5);
         // A second of the target's clock is not one of the reference's: the gyroscope is off by the skew in scale.
-        let (_, most) = misses(&target.gyroscope, &rate);
+        let (_, most) = misses(gyroscope(&target), &rate);
         prop_assert!(most < 0.002 / 3.0 + 2e-4, "{}", most);
     }
 }
@@ -143,11 +156,11 @@ fn the_three_truths_agree_for_a_perfect_table_and_one_holds_to_first_order() {
         .collect();
     let with = |truth: TruthSource| {
         let settings = TurntableSettings { truth, ..SETTINGS };
-        let reference = fit_reference(&seen, &ups, &settings).expect("poses");
+        let reference = fit_reference(&seen, &ups, &settings, true).expect("poses");
         let angle = reference.mounting.expect("poses are known").rotation * mounting.inverse();
         assert!(angle.angle() < 1e-4, "{}", angle.angle());
-        let target = calibrate(&seen, &reference, &felt, &ups, &settings).expect("a good session");
-        misses(&target.accelerometer, &force)
+        let target = calibrate(&seen, &reference, &felt, &ups, &settings, BOTH).expect("a good session");
+        misses(accelerometer(&target), &force)
     };
     for truth in [TruthSource::Reference, TruthSource::RotateTruth] {
         let (sigmas, most) = with(truth);
@@ -173,10 +186,10 @@ fn without_turns_of_the_target_only_the_bias_of_its_gyroscope_is_observed() {
     );
     felt.turns.iter_mut().for_each(|turn| turn.complete = false);
     let (_, target) = calibrated(&seen, &felt, &SETTINGS).expect("rests enough");
-    let observed = target.gyroscope.observed;
+    let observed = gyroscope(&target).observed;
     assert_eq!(observed[..9], [false; 9]);
     assert_eq!(observed[9..], [true; 3]);
-    assert!((target.gyroscope.model.bias - rate.bias).amax() < 5e-4);
+    assert!((gyroscope(&target).model.bias - rate.bias).amax() < 5e-4);
 }
 
 #[test]
@@ -194,12 +207,12 @@ fn too_few_rests_and_too_few_directions_are_told_apart() {
     };
     let seen = acquired(&few);
     assert_eq!(
-        fit_reference(&seen, &[None; 2], &SETTINGS).err(),
+        fit_reference(&seen, &[None; 2], &SETTINGS, true).err(),
         Some(TurntableError::TooFewRests { found: 2, needed: 4 })
     );
     let seen = acquired(&flat);
     assert_eq!(
-        fit_reference(&seen, &[None; 6], &SETTINGS).err(),
+        fit_reference(&seen, &[None; 6], &SETTINGS, true).err(),
         Some(TurntableError::DirectionsTooAlike)
     );
 }
@@ -257,4 +270,32 @@ fn a_target_on_another_clock_that_was_said_to_be_the_same_is_told_how_far_apart_
         }
         other => panic!("{other:?}"),
     }
+}
+
+#[test]
+fn one_triad_alone_is_calibrated_as_it_is_beside_the_other() {
+    let (force, rate) = (poor_model(0.3), poor_model(0.02));
+    let (seen, felt) = session(
+        &Unit::noisy(0.02, 0.002),
+        &Unit::noisy(0.003, 1e-4),
+        &force,
+        &rate,
+        22,
+    );
+    let ups = vec![None; seen.rests.len()];
+    let reference = fit_reference(&seen, &ups, &SETTINGS, true).expect("poses");
+    let with = |triads| calibrate(&seen, &reference, &felt, &ups, &SETTINGS, triads).expect("a good session");
+    let both = with(BOTH);
+    let forces = with(Triads {
+        gyroscope: false,
+        ..BOTH
+    });
+    let rates = with(Triads {
+        accelerometer: false,
+        ..BOTH
+    });
+    assert!(forces.gyroscope.is_none() && rates.accelerometer.is_none());
+    assert_eq!(accelerometer(&forces).model, accelerometer(&both).model);
+    let ((alone, _), (beside, _)) = (misses(gyroscope(&rates), &rate), misses(gyroscope(&both), &rate));
+    assert!((alone - beside).abs() < 0.1, "{alone} and {beside} sigma");
 }
