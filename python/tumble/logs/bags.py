@@ -36,6 +36,8 @@ class Bag(Protocol):
 
     path: Path
     format: str
+    remarks: tuple[str, ...]
+    """What a user should know of the file: damage to what is not needed, and what cannot be checked."""
 
     def topics(self) -> list[Topic]:
         """Topics of the kinds we read."""

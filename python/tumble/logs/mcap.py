@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import IO
 
 from mcap.reader import make_reader
-from mcap.records import Channel, Chunk, McapRecord, Schema
+from mcap.records import Channel, Chunk, DataEnd, McapRecord, Metadata, Schema
 from mcap.records import Message as McapMessage
 from mcap.stream_reader import StreamReader, get_chunk_data_stream
 from mcap.summary import Summary
 
 from tumble.logs.bags import BagMessage, Topic, damage_reported, kind_of
+from tumble.logs.mcap_integrity import check_summary, chunk_remarks
 from tumble.logs.rosmsg import CDR, ROS1, Encoding
 
 FACTS = "tumble"
@@ -33,17 +34,22 @@ class McapFile:
     def __init__(self, path: Path) -> None:
         self.path = path
         with damage_reported(path), path.open("rb") as file:
+            check = check_summary(file)
+            file.seek(0)
             reader = make_reader(file)
-            summary = reader.get_summary()
+            summary = None if check.is_damaged else reader.get_summary()
             if summary is None or not summary.channels:
-                summary = _summary_by_scan(file)
+                summary, metadata = _summary_by_scan(file)
+            else:
+                metadata = list(reader.iter_metadata())
             self._summary = summary
             self._facts = {
                 key: value
-                for record in reader.iter_metadata()
+                for record in metadata
                 if record.name == FACTS
                 for key, value in record.metadata.items()
             }
+            self.remarks = (*filter(None, [check.remark]), *chunk_remarks(file, summary))
 
     def all_topics(self) -> dict[str, str]:
         """Type of every topic, by name."""
@@ -90,15 +96,17 @@ class McapFile:
             yield from _messages(chunk, wanted)
 
 
-def _summary_by_scan(file: IO[bytes]) -> Summary:
-    """Gather channels from the whole of a file that was written without a summary."""
-    summary = Summary()
+def _summary_by_scan(file: IO[bytes]) -> tuple[Summary, list[Metadata]]:
+    """Gather channels and metadata from the whole of a file without a summary, or with a damaged one."""
+    summary, metadata = Summary(), []
     for record in _records(file):
         if isinstance(record, Schema):
             summary.schemas[record.id] = record
         elif isinstance(record, Channel):
             summary.channels[record.id] = record
-    return summary
+        elif isinstance(record, Metadata):
+            metadata.append(record)
+    return summary, metadata
 
 
 def _by_scan(file: IO[bytes], wanted: Mapping[int, str]) -> Iterator[BagMessage]:
@@ -108,8 +116,12 @@ def _by_scan(file: IO[bytes], wanted: Mapping[int, str]) -> Iterator[BagMessage]
 
 
 def _records(file: IO[bytes]) -> Iterator[McapRecord]:
+    """Pass over the data; the summary after it, which may be damaged, only repeats what they say."""
     file.seek(0)
-    return StreamReader(file, validate_crcs=True).records
+    for record in StreamReader(file, validate_crcs=True).records:
+        yield record
+        if isinstance(record, DataEnd):
+            return
 
 
 def _messages(chunk: Chunk, wanted: Mapping[int, str]) -> Iterator[BagMessage]:

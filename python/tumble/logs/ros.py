@@ -56,7 +56,7 @@ def open_logged_imu(path: Path, kind: str, imu: str | None) -> LoggedImu:
         serial=facts.get("serial", ""),
         already_corrected=True if "corrected" in facts else None,
         alone=len(topics) == 1,
-        notices=() if stamped else ("headers carry no stamp: time is that of recording",),
+        notices=(*bag.remarks, *(() if stamped else ("headers carry no stamp: time is that of recording",))),
     )
 
 

@@ -33,6 +33,7 @@ class RosBag1:
     """A `.bag` file."""
 
     format = "ros1"
+    remarks: tuple[str, ...] = ()
 
     def __init__(self, path: Path) -> None:
         self.path = path

@@ -15,6 +15,7 @@ class RosBag2:
     """A folder with metadata.yaml, or a .db3 file."""
 
     format = "ros2"
+    remarks: tuple[str, ...] = ()
 
     def __init__(self, path: Path) -> None:
         self.path = path
