@@ -46,7 +46,7 @@ def find_format(path: Path) -> str:
             return "ros2"
         return _pair_or(path, "folder")
     if path.exists() and not path.is_file():
-        raise LogError(f"{path}: is a device or a pipe, not a log; give a file")
+        raise LogError(f"{path}: is a device or a pipe, not a log; give a file, or pipe it in and give -")
     note_input(path)
     try:
         with path.open("rb") as file:

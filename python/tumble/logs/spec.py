@@ -7,6 +7,7 @@ from pathlib import Path
 
 from tumble.errors import LogError
 from tumble.files import note_input
+from tumble.logs import standard_input
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,9 +21,13 @@ class LogSpec:
 def parse_spec(source: str | Path) -> LogSpec:
     """Split `LOG:NAME` at the last colon that leaves an existing path; a path that exists is taken whole.
 
+    `-` is standard input.
+
     Raises `LogError` where no reading of the text names something that exists.
     """
     text = str(source)
+    if text == standard_input.NAME:
+        return LogSpec(standard_input.piped_log())
     position = len(text)
     while position > 0:
         path = Path(text[:position])

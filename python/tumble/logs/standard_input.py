@@ -1,0 +1,49 @@
+"""`-`: a log that is piped in."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+from typing import IO
+
+from tumble.errors import LogError
+
+NAME = "-"
+_FILE_NAME = "standard_input"
+
+
+class PipedLog(type(Path())):  # type: ignore[misc]  # the class of paths depends on the system
+    """The file in which a piped log is kept; messages name it as it was typed."""
+
+    __slots__ = ()
+
+    def __fspath__(self) -> str:
+        """Give the path of the file, which `str` does not."""
+        return str(Path(*self.parts))
+
+    def __str__(self) -> str:
+        return NAME
+
+
+_folder: tempfile.TemporaryDirectory[str] | None = None
+_kept: tuple[IO[str], PipedLog] | None = None
+
+
+def piped_log() -> Path:
+    """Copy standard input to a file, once, as a log is read more than once; the file goes with the process.
+
+    Raises `LogError` where nothing is piped in.
+    """
+    global _folder, _kept
+    if _kept is not None and _kept[0] is sys.stdin:
+        return _kept[1]
+    if sys.stdin is None or sys.stdin.isatty():
+        raise LogError(f"{NAME}: nothing is piped in; give a file, or pipe a log into the command")
+    _folder = tempfile.TemporaryDirectory(prefix="tumble-")
+    path = PipedLog(_folder.name, _FILE_NAME)
+    with path.open("wb") as file:
+        shutil.copyfileobj(sys.stdin.buffer, file)
+    _kept = (sys.stdin, path)
+    return path
