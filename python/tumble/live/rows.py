@@ -189,8 +189,10 @@ class RowReader:
             listed = ", ".join(name for name in imus if name) or "only one IMU, without a name"
             raise LogError(f"{self._source}: no column prefix {imu!r}; found: {listed}")
         if (recorded := imus[imu].triads) != TRIADS:
+            missing = "gx, gy, gz" if "accelerometer" in recorded else "ax, ay, az"
             raise LogError(
-                f"{self._source}: sends {recorded[0]} readings only; a spin needs accelerometer and gyroscope"
+                f"{self._source}: no column for {missing}; columns found: {', '.join(names)}; a spin needs "
+                "accelerometer and gyroscope of one unit"
             )
         return _Layout(names, delimiter, imus[imu], self._moving_among(names), notices)
 
