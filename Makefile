@@ -47,6 +47,7 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 
 soak: $(VENV)/.native $(VENV)/.requirements-test  ## Run what takes hours: 2000 drawn missions, power cuts of long sequences, hostile input
 	TUMBLE_SOAK=1 $(BIN)/python -m pytest --numprocesses auto --durations 20
+	$(BIN)/python -m benchmarks.redundancy_adoptions
 	$(BIN)/python -m benchmarks.redundancy_campaign
 	cargo test --locked --package tumble-store --test laws -- --ignored
 	cargo test --locked --package tumble-fuzz

@@ -1,9 +1,18 @@
-"""A campaign of simulated missions of redundant units, faults and settings drawn, judged against the truth.
+"""A campaign of simulated missions with faults: who is named wrong, how soon, and what it costs until then.
 
-`python -m benchmarks.redundancy_campaign [--missions 2000] [--seed 0] [--only SEED] [--cores N] [--no-save]`
+`python -m benchmarks.redundancy_campaign [--missions 2000] [--kinds ramp,jump] [--units 2,3] [--jobs N]`
 
-What counts is defined in `redundancy_judge.py`, what is drawn in `redundancy_mission.py`. Missions have the
-seeds `--seed`, `--seed` + 1 ... `--only SEED` flies one of them alone and shows all that the monitor said.
+Missions have successive seeds, and a seed is one mission whatever else is flown: `--only SEED` flies it
+alone and prints its events. What is drawn is in `redundancy_draw.py`, what a unit is like in
+`redundancy_set.py`, what faults are in `redundancy_fault.py`, who is right in `redundancy_judgement.py`.
+Figures are kept where the campaign is whole.
+
+A set is *calibrated* if both sensors of all its sound secondaries had a record when the fault began; others
+are counted apart. *Velocity* and *angle* are what the fault adds to the output, integrated while its unit is
+the source, to the end if it stays so. *Misled* is a sound secondary that was adopted against the faulty
+primary and errs by more than 0.1 m/s^2 or 0.01 rad/s more than at the onset. An adoption is *wrong* if it
+leaves more than was there before, by a tenth and by 0.03 m/s^2 or 0.003 rad/s, both units being sound; one
+is *refused that was right* if both are, and what is stored is off by more than what triggers.
 """
 
 from __future__ import annotations
@@ -11,10 +20,10 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-import traceback
-from collections import Counter, defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict
+from itertools import count, islice
 from multiprocessing import get_context
 from typing import Any
 
@@ -25,199 +34,254 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from benchmarks.redundancy_flown import SENSORS, replayed
-from benchmarks.redundancy_judge import judged
-from benchmarks.redundancy_mission import draw
-from benchmarks.redundancy_verdict import Verdict
+from benchmarks.redundancy_draw import DrawnMission, draw, kinds
+from benchmarks.redundancy_judgement import OUTCOMES, judge
+from benchmarks.redundancy_replay import Replay, error_of, flown, gathered, source_of
+from benchmarks.redundancy_set import SENSORS, Samples, SimulatedSet
 from benchmarks.results import Content, machine, save
 
 MISSIONS = 2000
-CORES = max(1, (os.cpu_count() or 2) // 2)
-FAILURES = (
-    "wrongly adopted",
-    "missed triggers",
-    "false triggers",
-    "false alarms",
-    "missed failovers",
-    "crashes",
-)
-"""Kinds of findings whose goal is none."""
-PHASES = ("before", "during", "after")
+JOBS = max(1, (os.cpu_count() or 2) // 2)
+SETS: dict[str, tuple[int, ...]] = {"N = 2": (2,), "N >= 3": (3, 4)}
+MISLED = {"accelerometer": 0.1, "gyroscope": 0.01}
+"""m/s^2 and rad/s. What triggers, too."""
+WORSE = {"accelerometer": 0.03, "gyroscope": 0.003}
+WORSE_SHARE = 1.1
+CUT = ("dead", "late")
+"""Kinds that add nothing to the output, but leave it without samples, or with old ones."""
 
 
-def flown(seed: int) -> dict[str, Any]:
-    """Judge a mission; what brings the judge or the monitor down is a finding as well."""
-    try:
-        return judged(seed).plain()
-    except Exception as error:
-        verdict = Verdict(seed, 0.0, 0, counts={"crashes": 1})
-        place = traceback.extract_tb(error.__traceback__)[-1]
-        verdict.findings.append(f"crash: {error!r} at {place.name}:{place.lineno}")
-        return verdict.plain()
+def judged(seed: int) -> dict[str, Any]:
+    """Fly a mission and count what came of it, plain enough for JSON."""
+    mission = draw(seed)
+    simulated, said, replayed = flown(mission)
+    fault = mission.fault
+    judgement = judge(
+        replayed.events, None if fault is None else mission.faulty, mission.onset, mission.duration
+    )
+    return {
+        "seed": seed,
+        "kind": mission.kind,
+        "units": mission.units,
+        "faulty": mission.faulty,
+        "sensor": fault.sensor if fault else None,
+        "size": fault.size if fault else None,
+        "vibration": mission.vibration,
+        "calibrated": _is_calibrated(mission, replayed),
+        **asdict(judgement),
+        **_gathered(mission, simulated, said, replayed),
+        **_adoptions(mission, simulated, replayed),
+    }
 
 
-def campaign(seeds: Sequence[int], cores: int, console: Console) -> list[dict[str, Any]]:
+def _is_calibrated(mission: DrawnMission, replayed: Replay) -> bool:
+    """Tell whether all that can be calibrated was; a sign that is wrong from the start cannot."""
+    stored = replayed.stored_at(max(mission.onset, 1e-9))
+    if mission.kind == "wrong sign":
+        return True
+    return all((number, name) in stored for number in range(1, mission.units) for name in SENSORS)
+
+
+def _gathered(
+    mission: DrawnMission, simulated: SimulatedSet, said: Sequence[Samples], replayed: Replay
+) -> dict[str, float | None]:
+    number = mission.faulty
+    spans = source_of(replayed.events, number, mission.onset, mission.duration)
+    if mission.fault is None or mission.kind in CUT or not spans:
+        return {"velocity": None, "angle": None}
+    unit = simulated.units[number]
+    found = gathered(simulated.samples[number], said[number], unit, simulated.body, spans)
+    return {"velocity": found["accelerometer"], "angle": float(np.degrees(found["gyroscope"]))}
+
+
+def _adoptions(mission: DrawnMission, simulated: SimulatedSet, replayed: Replay) -> Content:
+    """Count what was adopted and refused while all were sound, and who was misled since."""
+    found = {"adopted": 0, "wrongly adopted": 0, "refused that were right": 0, "misled": 0}
+    start = mission.onset if mission.fault is None else mission.fault.start
+    misled = set()
+    for time, number, what, figures in replayed.events:
+        if what not in ("adopted", "refused") or (number == mission.faulty and time >= start):
+            continue
+        name = figures["sensor"]
+        before, after = (
+            error_of(
+                replayed.stored_at(moment).get((number, name)),
+                simulated.units[number],
+                simulated.units[0],
+                name,
+            )
+            for moment in (min(time, start), np.nextafter(time, np.inf))
+        )
+        sound = time < start or mission.faulty != 0
+        if what == "refused":
+            found["refused that were right"] += sound and before > MISLED[name]
+        elif sound:
+            found["adopted"] += 1
+            found["wrongly adopted"] += after > WORSE_SHARE * before and after - before > WORSE[name]
+        elif after - before > MISLED[name]:
+            misled.add(number)
+    return found | {"misled": len(misled)}
+
+
+def chosen(
+    missions: int, first: int, only_kinds: Iterable[str] | None, only_units: Iterable[int] | None
+) -> list[int]:
+    """Give the seeds, from the first on, of as many missions as wanted of the kinds and sizes of a set."""
+    wanted_kinds, wanted_units = set(only_kinds or kinds()), set(only_units or sum(SETS.values(), ()))
+    drawn = map(draw, count(first))
+    fitting = (each.seed for each in drawn if each.kind in wanted_kinds and each.units in wanted_units)
+    return list(islice(fitting, missions))
+
+
+def campaign(seeds: Sequence[int], jobs: int, console: Console) -> list[dict[str, Any]]:
     """Fly all missions, in order of their seeds."""
-    if cores == 1:
-        return [flown(seed) for seed in track(seeds, "missions", console=console)]
-    with ProcessPoolExecutor(cores, mp_context=get_context("spawn")) as pool:
-        results = pool.map(flown, seeds, chunksize=4)
+    if jobs == 1:
+        return [judged(seed) for seed in track(seeds, "missions", console=console)]
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+        results = pool.map(judged, seeds, chunksize=4)
         return list(track(results, "missions", total=len(seeds), console=console))
 
 
-def summary(verdicts: Sequence[dict[str, Any]]) -> Content:
-    """Put the figures of all missions together."""
-    counts: Counter[str] = Counter(dict.fromkeys(FAILURES, 0))
-    for verdict in verdicts:
-        counts.update(verdict["counts"])
-    return {
-        "missions": len(verdicts),
-        "hours": sum(verdict["duration"] for verdict in verdicts) / 3600.0,
-        "counts": dict(sorted(counts.items())),
-        "adoptions": {name: _adoptions(verdicts, name) for name in SENSORS},
-        "failovers": _failovers(verdicts),
-        "output": _output(verdicts),
-        "faultless": {name: _faultless(verdicts, name) for name in SENSORS},
-        "replay_rate": _percentiles([v["replay_rate"] for v in verdicts if v["replay_rate"]]),
-        "failed": [
-            {"seed": verdict["seed"], "findings": verdict["findings"]}
-            for verdict in verdicts
-            if verdict["findings"]
-        ],
-    }
-
-
-def _adoptions(verdicts: Sequence[dict[str, Any]], name: str) -> Content:
-    """Give what adopted errors leave as a share of what was left before."""
-    adopted = [a for verdict in verdicts for a in verdict["adoptions"] if a["sensor"] == name]
-    first = [a for a in adopted if not a["misled"]]
-    rungs: dict[str, list[float]] = defaultdict(list)
-    for each in first:
-        rungs[each["rung"]].append(each["after"] / each["before"])
-    return {
-        "judged": len(adopted),
-        "share": _percentiles([a["after"] / a["before"] for a in first]),
-        "before": _percentiles([a["before"] for a in first]),
-        "after": _percentiles([a["after"] for a in first]),
-        "share_by_rung": {rung: _percentiles(shares) for rung, shares in sorted(rungs.items())},
-    }
-
-
-def _failovers(verdicts: Sequence[dict[str, Any]]) -> dict[str, Content]:
-    """Give, for each kind of fault of the primary, how often and how soon another unit was selected."""
-    kinds: dict[str, list[dict[str, Any]]] = defaultdict(list)
-    for each in (f for verdict in verdicts for f in verdict["failovers"] if f["spare"]):
-        kinds[each["kind"]].append(each)
-    return {
-        kind: {
-            "faults": len(those),
-            "failed over": sum(f["seconds"] is not None for f in those),
-            "to a faulty unit": sum(f["to_faulty"] for f in those),
-            "seconds": _percentiles([f["seconds"] for f in those if f["seconds"] is not None]),
+def summary(missions: Sequence[Mapping[str, Any]]) -> Content:
+    """Put the figures of all missions together, by number of units and kind."""
+    sets = {}
+    for title, units in SETS.items():
+        those = [each for each in missions if each["units"] in units]
+        ready = [each for each in those if each["calibrated"]]
+        sets[title] = {
+            "kinds": {
+                kind: of_kind([each for each in ready if each["kind"] == kind])
+                for kind in kinds()
+                if kind != "none" and any(each["kind"] == kind for each in ready)
+            },
+            "not calibrated": of_kind(
+                [each for each in those if not each["calibrated"] and each["outcome"] is not None]
+            ),
+            "health": of_health(those),
         }
-        for kind, those in sorted(kinds.items())
+    return {"missions": len(missions), "sets": sets, "outcomes": [_row_of(each) for each in missions]}
+
+
+def of_kind(missions: Sequence[Mapping[str, Any]]) -> Content:
+    """Give the figures of missions with a fault."""
+    primary = [each for each in missions if each["faulty"] == 0]
+    return {
+        "missions": len(missions),
+        "outcomes": {name: sum(each["outcome"] == name for each in missions) for name in OUTCOMES},
+        "also a sound unit": sum(each["also"] > 0 for each in missions),
+        "isolated": percentiles(each["isolated"] for each in missions),
+        "seen": percentiles(each["seen"] for each in missions),
+        "velocity": percentiles(each["velocity"] for each in primary if each["sensor"] == "accelerometer"),
+        "angle": percentiles(each["angle"] for each in primary if each["sensor"] == "gyroscope"),
+        "misled": sum(each["misled"] for each in missions),
+        "changes": percentiles(each["changes"] for each in missions),
+        "without_source": percentiles(each["without_source"] for each in missions),
     }
 
 
-def _output(verdicts: Sequence[dict[str, Any]]) -> dict[str, Content]:
-    """Give, for each phase and sensor, the errors where there is a unit without fault to compare with."""
-    found: dict[str, Content] = {}
-    for phase in PHASES:
-        for name in SENSORS:
-            key = f"{phase}, {name}"
-            those = [v["output"][key] for v in verdicts if key in v["output"]]
-            whole = [f for f in those if np.isfinite([f["best"], f["uncalibrated"]]).all()]
-            found[key] = {"missions": len(whole)} | {
-                column: _percentiles([f[column] for f in whole])
-                for column in ("output", "best", "uncalibrated")
-            }
-    return found
+def of_health(missions: Sequence[Mapping[str, Any]]) -> Content:
+    """Give what was told while all units were sound."""
+    hours = sum(each["health"] for each in missions) / 3600.0
+    counted = {
+        name: sum(each[name] for each in missions)
+        for name in ("guilty_in_health", "disagree_in_health", "changes_in_health")
+    }
+    kept = ("adopted", "wrongly adopted", "refused that were right")
+    return {"hours": hours, **counted, **{name: sum(each[name] for each in missions) for name in kept}}
 
 
-def _faultless(verdicts: Sequence[dict[str, Any]], name: str) -> Content:
-    return _percentiles([v["faultless"][name] for v in verdicts if name in v["faultless"]])
-
-
-def _percentiles(values: Iterable[float]) -> Content:
+def percentiles(values: Iterable[float | None]) -> Content:
     """Median, 95 % and largest; nothing of nothing."""
-    known = np.array([value for value in values if np.isfinite(value)])
+    known = np.array([value for value in values if value is not None])
     if not len(known):
         return {"number": 0}
     median, high = np.percentile(known, [50.0, 95.0])
     return {"number": len(known), "median": float(median), "high": float(high), "max": float(known.max())}
 
 
+def _row_of(mission: Mapping[str, Any]) -> list[Any]:
+    return [mission["seed"], mission["outcome"]]
+
+
 def show(figures: Content, console: Console) -> None:
     """Print the tables."""
-    counts = figures["counts"]
-    table = Table("what", "count", title=f"{figures['missions']} missions, {figures['hours']:.1f} h")
-    for name, count in counts.items():
-        table.add_row(name, str(count), style="red" if name in FAILURES and count else "")
-    console.print(table)
-    table = Table("adopted", "judged", "share left: median", "95 %", "max", "rms left: median", "95 %")
-    for name, of in figures["adoptions"].items():
-        table.add_row(name, str(of["judged"]), *_three(of["share"]), *_three(of["after"])[:2])
-        for rung, share in of["share_by_rung"].items():
-            table.add_row(f"  {rung}", str(share["number"]), *_three(share))
-    console.print(table)
-    table = Table(
-        "fault of the primary", "with a spare", "failed over", "to a faulty unit", "s: median", "95 %", "max"
+    for title, of in figures["sets"].items():
+        table = Table(
+            *("fault", "n", *OUTCOMES, "also", "isolated, s", "95 %", "seen", "s", "95 %"),
+            *("m/s", "deg", "misled", "changes"),
+            title=title,
+        )
+        for kind, each in {**of["kinds"], "not calibrated": of["not calibrated"]}.items():
+            table.add_row(*cells(kind, each))
+        console.print(table)
+        console.print(_health(of["health"]))
+
+
+def cells(kind: str, of: Content) -> Iterator[str]:
+    """Give a row of the table."""
+    yield from (kind, str(of["missions"]))
+    yield from (str(of["outcomes"][name]) for name in OUTCOMES)
+    yield str(of["also a sound unit"])
+    yield from _two(of["isolated"])
+    yield str(of["seen"]["number"])
+    yield from _two(of["seen"])
+    yield from (_two(of[name])[0] for name in ("velocity", "angle"))
+    yield from (str(of["misled"]), _two(of["changes"])[0])
+
+
+def _two(figures: Content) -> tuple[str, str]:
+    if not figures["number"]:
+        return "", ""
+    return f"{figures['median']:.3g}", f"{figures['high']:.3g}"
+
+
+def _health(of: Content) -> str:
+    return (
+        f"{of['hours']:.1f} h of health: {of['guilty_in_health']} named, {of['disagree_in_health']} "
+        f"disagree, {of['changes_in_health']} changes of the source; {of['adopted']} adopted, "
+        f"{of['wrongly adopted']} wrongly, {of['refused that were right']} refused that were right"
     )
-    for kind, of in figures["failovers"].items():
-        numbers = (of["faults"], of["failed over"], of["to a faulty unit"])
-        table.add_row(kind, *map(str, numbers), *_three(of["seconds"]))
-    console.print(table)
-    table = Table(
-        "rms error of the output", "missions", "median", "95 %", "best unit", "95 %", "uncalibrated", "95 %"
-    )
-    for key, of in figures["output"].items():
-        cells = [cell for column in ("output", "best", "uncalibrated") for cell in _three(of[column])[:2]]
-        table.add_row(key, str(of["missions"]), *cells)
-    for name, of in figures["faultless"].items():
-        table.add_row(f"no fault, {name}", str(of["number"]), *_three(of)[:2])
-    console.print(table)
 
 
-def _three(percentiles: Content) -> list[str]:
-    if not percentiles["number"]:
-        return ["-"] * 3
-    return [f"{percentiles[name]:.3g}" for name in ("median", "high", "max")]
-
-
-def show_one(seed: int, console: Console) -> int:
+def show_one(seed: int, console: Console) -> None:
     """Fly one mission and print all of it."""
     mission = draw(seed)
     console.print(mission)
-    for time, unit, what, figures in replayed(mission).events:
+    for time, unit, what, figures in flown(mission)[2].events:
         console.print(f"{time:9.3f} s  unit {unit}  {what}", dict(figures), highlight=False)
-    verdict = flown(seed)
-    console.print(verdict)
-    return int(any(verdict["counts"].get(name, 0) for name in FAILURES))
+    console.print(judged(seed))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Fly the campaign; 1 if anything went wrong whose goal is none."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    """Fly the campaign."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--missions", type=int, default=MISSIONS)
     parser.add_argument("--seed", type=int, default=0, help="of the first mission")
     parser.add_argument("--only", type=int, metavar="SEED", help="one mission, with all its events")
-    parser.add_argument("--cores", type=int, default=CORES)
-    parser.add_argument(
-        "--no-save", action="store_true", help="show figures, but leave benchmarks/results alone"
-    )
+    parser.add_argument("--kinds", type=_list, help=", ".join(kinds()))
+    parser.add_argument("--units", type=_list, help="2,3,4")
+    parser.add_argument("--jobs", type=int, default=JOBS)
+    parser.add_argument("--list", action="store_true", help="every mission that did not come out right")
     options = parser.parse_args(arguments)
     console = Console()
     if options.only is not None:
-        return show_one(options.only, console)
-    seeds = range(options.seed, options.seed + options.missions)
-    figures = summary(campaign(seeds, options.cores, console))
+        show_one(options.only, console)
+        return 0
+    units = options.units and [int(each) for each in options.units]
+    missions = campaign(chosen(options.missions, options.seed, options.kinds, units), options.jobs, console)
+    figures = summary(missions)
     show(figures, console)
-    for each in figures["failed"]:
-        for finding in each["findings"]:
-            console.print(f"--only {each['seed']}: {finding}", highlight=False)
-    if not options.no_save:
+    if options.list:
+        for each in missions:
+            if each["outcome"] not in ("right", None) or each["guilty_in_health"] or each["misled"]:
+                console.print({name: value for name, value in each.items() if value}, soft_wrap=True)
+    if options.missions >= MISSIONS and not (options.kinds or options.units):
         save("redundancy_campaign", {"seed": options.seed, **figures, "machine": machine()})
-    return int(any(figures["counts"][name] for name in FAILURES))
+    return 0
+
+
+def _list(text: str) -> list[str]:
+    return [each.strip() for each in text.split(",")]
 
 
 if __name__ == "__main__":

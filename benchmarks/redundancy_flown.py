@@ -86,7 +86,6 @@ def replayed(mission: Mission) -> Flown:
             [unit.time[part] for unit, part in zip(flight.units, parts, strict=True)],
             [unit.specific_force[part] for unit, part in zip(flight.units, parts, strict=True)],
             [unit.angular_rate[part] for unit, part in zip(flight.units, parts, strict=True)],
-            keep_output=True,
         )
         flown.pieces.append(piece)
         flown.seconds += piece["seconds"]

@@ -15,12 +15,6 @@ class Verdict:
     units: int
     counts: dict[str, int] = field(default_factory=dict)
     adoptions: list[dict[str, Any]] = field(default_factory=list)
-    failovers: list[dict[str, Any]] = field(default_factory=list)
-    output: dict[str, dict[str, float]] = field(default_factory=dict)
-    """Root mean squares by phase: of the output, and of the secondary without fault that errs least, as it is
-    compensated and, chosen anew, without calibration."""
-    faultless: dict[str, float] = field(default_factory=dict)
-    """Root mean square of the error of the output, where there was no fault at all."""
     replay_rate: float = 0.0
     findings: list[str] = field(default_factory=list)
     """In words, each to be looked at."""

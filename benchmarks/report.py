@@ -333,11 +333,8 @@ def _redundancy_cost(content: Content) -> str:
     )
 
 
-LASTING_FAULTS = ("dead", "frozen", "stuck", "nan", "gap", "spikes", "noise", "saturated", "bias-jump")
-
-
-def redundancy_campaign(content: Content) -> Iterator[str]:
-    """What went wrong in the campaign, what adoptions left, how soon another unit took over."""
+def redundancy_adoptions(content: Content) -> Iterator[str]:
+    """What was wrong of what was adopted and triggered, and what adoptions left."""
     counts = content["counts"]
     yield f"| {content['missions']} missions, {content['hours']:.0f} hours | count | of |"
     yield "|---|---|---|"
@@ -346,10 +343,8 @@ def redundancy_campaign(content: Content) -> Iterator[str]:
         ("misled", "adopted"),
         ("missed triggers", "evaluations"),
         ("false triggers", "triggered"),
-        ("false alarms", "alarms"),
-        ("missed failovers", ""),
     ):
-        yield _row([name, str(counts[name]), f"{counts[of]} {of}" if of else ""])
+        yield _row([name, str(counts[name]), f"{counts[of]} {of}"])
     yield ""
     yield "| error left by an adoption, as a share of before | median | 95 % | largest |"
     yield "|---|---|---|---|"
@@ -357,32 +352,10 @@ def redundancy_campaign(content: Content) -> Iterator[str]:
         if of["share"]["number"]:
             yield _row([name, *(f"{100 * of['share'][key]:.1f} %" for key in ("median", "high", "max"))])
     yield ""
-    yield "| fault of the primary | with a spare | failed over | after: median | 95 % |"
-    yield "|---|---|---|---|---|"
-    for kind in LASTING_FAULTS:
-        if kind in content["failovers"]:
-            yield _row(_failover_cells(kind, content["failovers"][kind]))
-    yield ""
-    yield "| error of the output, median (95 %) | output | best secondary | best without calibration |"
-    yield "|---|---|---|---|"
-    for key, of in content["output"].items():
-        yield _row([key, *(_spread(of[column]) for column in ("output", "best", "uncalibrated"))])
-    yield ""
     yield (
         f"A mission is replayed {content['replay_rate']['median']:.0f} times as fast as it was flown "
-        "(median). What counts as wrong is defined in `benchmarks/redundancy_judge.py`; alarms "
-        "`implausible at rest` within the limit that they state are not judged."
+        "(median). What counts as wrong is defined in `benchmarks/redundancy_judge.py`."
     )
-
-
-def _failover_cells(kind: str, of: Content) -> list[str]:
-    seconds = of["seconds"]
-    known = [f"{seconds[key]:.2f} s" for key in ("median", "high")] if seconds["number"] else ["", ""]
-    return [kind, str(of["faults"]), str(of["failed over"]), *known]
-
-
-def _spread(of: Content) -> str:
-    return f"{two_digits(of['median'])} ({two_digits(of['high'])})" if of["number"] else ""
 
 
 def footprint(content: Content) -> Iterator[str]:
@@ -409,8 +382,8 @@ def five_figures(results: Mapping[str, Content]) -> Iterator[str]:
     }
     tilted = results["spin"]["tilts"]["1"]
     ratios, covered = _against_the_bound(results)
-    campaign = results["redundancy_campaign"]
-    counts = campaign["counts"]
+    drawn = results["redundancy_adoptions"]
+    counts = drawn["counts"]
     flash = results["footprint"]["flash_bytes"]["everything"]
     memory = sum(results["footprint"]["bytes"].values())
     yield "| | Tumble | compared with |"
@@ -433,7 +406,7 @@ def five_figures(results: Mapping[str, Content]) -> Iterator[str]:
             f"{100 * max(covered):.0f} %",
         ),
         (
-            f"Redundant set, {campaign['missions']} simulated missions with faults: new calibrations "
+            f"Redundant set, {drawn['missions']} simulated missions with faults: new calibrations "
             "that are worse than the one before",
             f"**{counts['wrongly adopted'] + counts['misled']} of {counts['adopted']}**",
             f"{counts['misled']} of them because the primary itself was at fault",
@@ -479,7 +452,7 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "spin": spin,
     "spin_live": spin_live,
     "redundancy": redundancy,
-    "redundancy_campaign": redundancy_campaign,
+    "redundancy_adoptions": redundancy_adoptions,
     "speed": speed,
     "production": production,
     "memory": memory,

@@ -16,7 +16,7 @@ from benchmarks import (  # noqa: E402
     memory,
     noise,
     redundancy,
-    redundancy_campaign,
+    redundancy_adoptions,
     report,
     results,
     speed,
@@ -41,7 +41,7 @@ def measured(tmp_path_factory):
     speed.main(["--tiny"])
     memory.main(["--tiny"])
     redundancy.main(["--runs", "2", "--no-push"])
-    redundancy_campaign.main(["--missions", "3", "--cores", "1"])
+    redundancy_adoptions.main(["--missions", "3", "--cores", "1"])
     footprint.main([])
     yield folder
     keep.undo()

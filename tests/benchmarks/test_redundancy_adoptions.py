@@ -8,7 +8,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 
-from benchmarks import redundancy_campaign, redundancy_ladder  # noqa: E402
+from benchmarks import redundancy_adoptions, redundancy_ladder  # noqa: E402
 from benchmarks.redundancy_flown import error_left, replayed, root_mean_square  # noqa: E402
 from benchmarks.redundancy_mission import draw  # noqa: E402
 from benchmarks.redundancy_truth import reference  # noqa: E402
@@ -22,7 +22,7 @@ SEEDS = range(5000, 5000 + repetitions(40))
 @pytest.fixture(scope="module")
 def figures():
     print(f"seeds {SEEDS.start} to {SEEDS.stop - 1}")
-    return redundancy_campaign.summary([redundancy_campaign.flown(seed) for seed in SEEDS])
+    return redundancy_adoptions.summary([redundancy_adoptions.flown(seed) for seed in SEEDS])
 
 
 @pytest.mark.parametrize("failure", ["crashes", "wrongly adopted", "false triggers", "missed triggers"])
@@ -30,13 +30,12 @@ def test_no_mission_of_a_small_campaign_has_one(figures, failure):
     assert figures["counts"][failure] == 0, figures["failed"]
 
 
-def test_a_small_campaign_adopts_and_fails_over_and_its_figures_are_finite(figures):
+def test_a_small_campaign_adopts_and_its_figures_are_finite(figures):
     assert figures["counts"]["adopted"] > len(SEEDS) / 4
     for of in figures["adoptions"].values():
         assert of["share"]["number"] > 0
         assert np.isfinite(list(of["share"].values())).all()
         assert 0.0 < of["share"]["median"] < 1.0
-    assert sum(of["failed over"] for of in figures["failovers"].values()) > 0
 
 
 def test_a_mission_is_drawn_alike_every_time_and_others_differ():

@@ -1,0 +1,103 @@
+"""Who was named wrong, and when, held against who was: counted from the events alone.
+
+*Named* is a unit that is told to be unhealthy, whatever for, save that it is saturated: beyond its range a
+unit is invalid, and nobody's judge. *Right* is the faulty unit named after its fault began and before any
+sound unit is; *wrong* a sound one named first, or at the same time; *unknown* that two were told to disagree
+and nobody was named; *missed* that nothing was told at all. *Too early* is any unit named before there was
+a fault, whatever follows. What is *seen* is told either way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias, get_args
+
+Event: TypeAlias = tuple[float, int, str, dict[str, Any]]
+"""Time s, unit, event, figures."""
+Outcome = Literal["right", "wrong", "unknown", "missed", "too early"]
+OUTCOMES: tuple[Outcome, ...] = get_args(Outcome)
+INVALID = ("saturated",)
+"""Reasons of `unhealthy` that name nobody wrong."""
+END = 0.2
+"""s before the end of all that is said, in which streams that end are late."""
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """What the events come to."""
+
+    outcome: Outcome | None
+    """None where there was no fault."""
+    isolated: float | None
+    """s from the fault to the faulty unit being named, where that is right."""
+    seen: float | None
+    """s from the fault to anything being told of it."""
+    also: int
+    """Times a sound unit was named after the faulty one was."""
+    guilty_in_health: int
+    disagree_in_health: int
+    health: float
+    """s without a fault."""
+    changes_in_health: int
+    """Times another unit became the source without a fault, and times none was left."""
+    changes: int
+    """The same since there was a fault."""
+    without_source: float
+    """s."""
+
+
+def judge(events: Sequence[Event], faulty: int | None, onset: float, end: float) -> Judgement:
+    """Count; `faulty` is the unit whose fault begins at `onset` s, none where all are sound to the `end`."""
+    if faulty is None:
+        onset = end
+    told = [event for event in events if event[0] < end - END]
+    named = [(time, unit) for time, unit, what, figures in told if what == "unhealthy" and _names(figures)]
+    disagreed = [time for time, _, what, _ in told if what == "disagree"]
+    sources = [event for event in told if event[2] == "selected" and event[3]["reason"] != "start"]
+    early = [each for each in named if each[0] < onset]
+    guilty = min((time for time, unit in named if time >= onset and unit == faulty), default=None)
+    others = [time for time, unit in named if time >= onset and unit != faulty]
+    seen = min((time for time in (*others, *disagreed, *_known(guilty)) if time >= onset), default=None)
+    outcome = None if faulty is None else _outcome(bool(early), guilty, min(others, default=None), seen)
+    return Judgement(
+        outcome=outcome,
+        isolated=guilty - onset if outcome == "right" and guilty is not None else None,
+        seen=None if seen is None else seen - onset,
+        also=sum(guilty is not None and time > guilty for time in others),
+        guilty_in_health=len(early),
+        disagree_in_health=sum(time < onset for time in disagreed),
+        health=onset,
+        changes_in_health=sum(event[0] < onset for event in sources),
+        changes=sum(event[0] >= onset for event in sources),
+        without_source=sum(last - first for first, last, unit in source_spans(events, end) if unit is None),
+    )
+
+
+def _names(figures: dict[str, Any]) -> bool:
+    return figures["reason"] not in INVALID
+
+
+def _known(time: float | None) -> tuple[float, ...]:
+    return () if time is None else (time,)
+
+
+def _outcome(early: bool, guilty: float | None, other: float | None, seen: float | None) -> Outcome:
+    if early:
+        return "too early"
+    if other is not None and (guilty is None or other <= guilty):
+        return "wrong"
+    if guilty is not None:
+        return "right"
+    return "missed" if seen is None else "unknown"
+
+
+def source_spans(events: Iterable[Event], end: float) -> list[tuple[float, float, int | None]]:
+    """Give from when to when, s, each unit was the source; no unit where none was fit."""
+    selected = [
+        (time, None if figures["reason"] == "none fit" else unit)
+        for time, unit, what, figures in events
+        if what == "selected"
+    ]
+    ends = [time for time, _ in selected[1:]] + [end]
+    return [(time, until, unit) for (time, unit), until in zip(selected, ends, strict=True)]

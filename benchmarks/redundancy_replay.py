@@ -1,0 +1,136 @@
+"""A mission put through the monitor, and how wrong what it stores and gives is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from benchmarks.redundancy_draw import SETTINGS, DrawnMission
+from benchmarks.redundancy_fault import InjectedFault
+from benchmarks.redundancy_judgement import Event, source_spans
+from benchmarks.redundancy_set import SENSORS, Body, Samples, SimulatedSet, Unit
+from tumble import _core
+from tumble.constants import STANDARD_GRAVITY
+from tumble.recording import FloatArray
+from tumble.results import TriadName
+
+PIECE = 5.0
+"""s of arrival that are replayed at a time: what is stored is seen between two."""
+FINE_PIECE = 0.01
+"""s of the same where samples arrive late: within a piece they go by their stamps."""
+FINE_SECONDS = 3.0
+"""s for which pieces are fine; from then on a tenth as fine."""
+
+Stored = Mapping[tuple[int, str], Mapping[str, object]]
+
+
+@dataclass(slots=True)
+class Replay:
+    """What the monitor gave."""
+
+    events: list[Event] = field(default_factory=list)
+    stored: list[tuple[float, Stored]] = field(default_factory=list)
+    """What was stored from each time on, s."""
+
+    def stored_at(self, time: float) -> Stored:
+        """Give what was stored just before a time."""
+        known: Stored = {}
+        for since, stored in self.stored:
+            if since < time:
+                known = stored
+        return known
+
+
+def flown(mission: DrawnMission) -> tuple[SimulatedSet, tuple[Samples, ...], Replay]:
+    """Simulate a mission, put its fault in, and replay it: the set, what all units say, what came of it."""
+    simulated = mission.fly()
+    said = spoilt(simulated.samples, mission.faulty, mission.fault)
+    told = [unit.told(number) for number, unit in enumerate(simulated.units)]
+    monitor = _core.RedundancyMonitor(told, SETTINGS, mission.precision)
+    return simulated, said, replay(monitor, said, edges(mission.duration, mission.fault))
+
+
+def spoilt(samples: Sequence[Samples], faulty: int, fault: InjectedFault | None) -> tuple[Samples, ...]:
+    """Give what all units say with the fault in one of them."""
+    return tuple(
+        each if fault is None or number != faulty else fault.inject(each)
+        for number, each in enumerate(samples)
+    )
+
+
+def edges(end: float, fault: InjectedFault | None) -> FloatArray:
+    """Give the times of arrival, s, between which samples are replayed at a time."""
+    found = [np.arange(0.0, end, PIECE), np.array([np.inf])]
+    if fault is not None and fault.kind == "late":
+        fine = min(fault.start + FINE_SECONDS, end)
+        found += [np.arange(fault.start, fine, FINE_PIECE), np.arange(fine, end, 10.0 * FINE_PIECE)]
+    return np.unique(np.concatenate(found))
+
+
+def replay(monitor: _core.RedundancyMonitor, said: Sequence[Samples], until: FloatArray) -> Replay:
+    """Put what all units say through a monitor, piece by piece."""
+    found = Replay()
+    cuts = [np.searchsorted(each.arrival, until) for each in said]
+    for index in range(len(until) - 1):
+        parts = [slice(cut[index], cut[index + 1]) for cut in cuts]
+        piece = monitor.replay(
+            [each.time[part] for each, part in zip(said, parts, strict=True)],
+            [each.specific_force[part] for each, part in zip(said, parts, strict=True)],
+            [each.angular_rate[part] for each, part in zip(said, parts, strict=True)],
+        )
+        found.events += [
+            (float(t), int(unit), what, dict(figures)) for t, unit, what, figures in piece["events"]
+        ]
+        adopted = [event[0] for event in piece["events"] if event[2] == "adopted"]
+        if adopted:
+            records = {(int(str(r["identity"])) - 1, str(r["sensor"])): r for r in monitor.records()}
+            found.stored.append((min(adopted), records))
+    return found
+
+
+POINTS: dict[TriadName, FloatArray] = {
+    "accelerometer": STANDARD_GRAVITY * np.vstack([np.eye(3), -np.eye(3)]),
+    "gyroscope": np.vstack([np.zeros((1, 3)), 0.5 * np.eye(3), -0.5 * np.eye(3)]),
+}
+"""What is measured where the error of a record is taken, m/s^2 and rad/s, in the primary's axes."""
+
+
+def error_of(record: Mapping[str, object] | None, unit: Unit, primary: Unit, sensor: TriadName) -> float:
+    """Give by how much a secondary, compensated, differs from a faultless primary: root mean square."""
+    matrix = unit.turn if record is None else np.asarray(record["matrix"])
+    bias = np.zeros(3) if record is None else np.asarray(record["bias"])
+    reading, wanted = (POINTS[sensor] @ each.matrix[sensor].T + each.bias[sensor] for each in (unit, primary))
+    error = np.linalg.solve(matrix, (reading - bias).T).T - wanted
+    return float(np.sqrt(np.mean(np.sum(error**2, axis=1))))
+
+
+def gathered(
+    clean: Samples, faulty: Samples, unit: Unit, body: Body, spans: Sequence[tuple[float, float]]
+) -> dict[TriadName, float]:
+    """Integrate what a fault adds to the output over spans in which its unit is the source.
+
+    Level axes: m/s for the accelerometer, rad for the gyroscope.
+    """
+    found = {}
+    chosen = np.zeros(len(clean.arrival), dtype=bool)
+    for start, end in spans:
+        chosen |= (clean.arrival >= start) & (clean.arrival < end)
+    index = np.clip(
+        (clean.arrival[chosen] / (body.time[1] - body.time[0])).astype(int), 0, len(body.time) - 1
+    )
+    for sensor in SENSORS:
+        error = np.nan_to_num(faulty.of(sensor)[chosen] - clean.of(sensor)[chosen]) @ unit.turn
+        turned = np.einsum("nij,nj->i", body.level_from_body[index], error)
+        found[sensor] = float(np.linalg.norm(turned) / unit.rate_hz)
+    return found
+
+
+def source_of(events: Sequence[Event], unit: int, start: float, end: float) -> list[tuple[float, float]]:
+    """Give the spans from `start` to `end` in which a unit is the source."""
+    return [
+        (max(first, start), min(last, end))
+        for first, last, number in source_spans(events, end)
+        if number == unit and last > start
+    ]
