@@ -263,11 +263,11 @@ def _thresholds(random: np.random.Generator, raw: bool) -> dict[str, object]:
     # 3 sigma of the worst grade: bias and 1 % of gravity, and of the gyroscope its bias.
     factory = (0.6, 0.4) if raw else (0.0, 0.0)
     factor = float(random.uniform(0.7, 2.0))
-    names = ("third_threshold", "fourth_threshold")
+    names = ("secondary_accelerometer_threshold", "secondary_gyroscope_threshold")
     form = random.choice(["fixed", "margin", "ratio"])
     primary = {
-        "fifth_threshold": f"{(0.1 + (0.3 if raw else 0.0)) * factor:.6g}",
-        "sixth_threshold": f"{(0.01 + (0.3 if raw else 0.0)) * factor:.6g}",
+        "primary_accelerometer_threshold": f"{(0.1 + (0.3 if raw else 0.0)) * factor:.6g}",
+        "primary_gyroscope_threshold": f"{(0.01 + (0.3 if raw else 0.0)) * factor:.6g}",
     }
     secondary: dict[str, object] = {}
     for name, known, margin in zip(names, factory, (0.1, 0.01), strict=True):

@@ -83,8 +83,8 @@ bool TumbleImu::start()
 {
 	tumble_redundancy_settings settings;
 	tumble_redundancy_defaults(&settings);
-	settings.third_threshold.number = _param_tmb_acc_thr.get();
-	settings.fourth_threshold.number = _param_tmb_gyr_thr.get();
+	settings.secondary_accelerometer_threshold.number = _param_tmb_acc_thr.get();
+	settings.secondary_gyroscope_threshold.number = _param_tmb_gyr_thr.get();
 
 	tumble_unit units[TUMBLE_UNITS];
 

@@ -9,7 +9,7 @@ import stat
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, TypeAlias, TypeVar
+from typing import Annotated, Any, ClassVar, TypeAlias, TypeVar
 
 import numpy as np
 import yaml
@@ -58,6 +58,8 @@ class Document(BaseModel):
         validate_by_name=True,
         validate_by_alias=True,
     )
+    renamed_keys: ClassVar[Mapping[str, str]] = {}
+    """What keys of earlier versions are called now."""
 
     def content(self) -> dict[str, Any]:
         """Plain mappings, lists, numbers and text as they stand in the file; absent parts are left out."""
@@ -199,7 +201,7 @@ def mistake_in(error: ValidationError, model: type[BaseModel]) -> str:
     """Say the first mistake in words: its key, what is wrong, and the known key that comes nearest."""
     first = _first(error)
     key = ".".join(_part(part) for part in first["loc"])
-    return (f"{key} " if key else "") + _in_words(first, _known_keys(model))
+    return (f"{key} " if key else "") + _in_words(first, model)
 
 
 def _has_shape(value: object, shape: tuple[int, ...]) -> bool:
@@ -283,12 +285,15 @@ def _known_keys(model: type[BaseModel]) -> list[str]:
     return sorted({key for part in parts for key in part.get("properties", {})})
 
 
-def _in_words(detail: dict[str, Any], known_keys: list[str]) -> str:
+def _in_words(detail: dict[str, Any], model: type[BaseModel]) -> str:
     match detail["type"]:
         case "missing":
             return "is missing"
         case "extra_forbidden":
-            near = difflib.get_close_matches(_part(detail["loc"][-1]), known_keys, n=1)
+            key = _part(detail["loc"][-1])
+            if issubclass(model, Document) and key in model.renamed_keys:
+                return f"is called {model.renamed_keys[key]} now"
+            near = difflib.get_close_matches(key, _known_keys(model), n=1)
             return "is not a known key" + (f", did you mean {near[0]!r}?" if near else "")
         case "value_error":
             return str(detail["ctx"]["error"])

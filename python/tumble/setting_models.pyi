@@ -7,9 +7,9 @@ from tumble.documents import Document
 class MonitorSettings(Document):
     """All settings of the monitor."""
 
-    first_threshold: float = 0.1
+    rest_specific_force_scatter: float = 0.1
     """Scatter of specific force, and change of its mean, below which a unit is at rest. In m/s^2."""
-    second_threshold: float = 0.02
+    rest_angular_rate_scatter: float = 0.02
     """Scatter of angular rate, and change of its mean, below which a unit is at rest. In rad/s."""
     rest_settle: float = 0.5
     """Rest that is let pass before readings count. In s."""
@@ -28,14 +28,14 @@ class MonitorSettings(Document):
     """Take deviations after stored errors were taken off, or from data as read, with thresholds to match."""
     vector_check: bool = True
     """Compare a secondary also with a valid primary, axis by axis: the norm is blind across gravity."""
-    third_threshold: str = "0.1"
+    secondary_accelerometer_threshold: str = "0.1"
     """Deviation of a secondary's accelerometer above which its calibration is triggered. In m/s^2."""
-    fourth_threshold: str = "0.01"
+    secondary_gyroscope_threshold: str = "0.01"
     """Deviation of a secondary's gyroscope above which its calibration is triggered. In rad/s."""
-    fifth_threshold: str = "0.1"
+    primary_accelerometer_threshold: str = "0.1"
     """Deviation of the primary's accelerometer above which it is invalid; `last` is its last valid one. In
     m/s^2."""
-    sixth_threshold: str = "0.01"
+    primary_gyroscope_threshold: str = "0.01"
     """Deviation of the primary's gyroscope above which it is invalid; `last` is its last valid one. In
     rad/s."""
     gate: Literal["secondary alone", "whole primary", "sensor by sensor"] = "whole primary"

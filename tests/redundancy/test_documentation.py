@@ -65,7 +65,7 @@ def test_the_settings_file_of_the_how_to_is_one():
     # The alignment it names is not here.
     content["units"]["imu3"]["sensor_from_primary"] = [0.0, 0.0, 0.1]
     settings = settings_from(content)
-    assert (settings.third_threshold, settings.evaluate_every) == ("last+0.05", None)
+    assert (settings.secondary_accelerometer_threshold, settings.evaluate_every) == ("last+0.05", None)
 
 
 REASONED = ("withheld", "refused", "abandoned", "record rejected", "unhealthy", "selected")

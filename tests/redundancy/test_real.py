@@ -50,8 +50,8 @@ def known(primary, lever_arms=True):
 # The units are not calibrated, and their norms at rest stray by 0.6 m/s^2 from gravity: the primary is
 # taken as it is. Turns between the rests are short, so that 20 s of motion take 400 s.
 SETTINGS = {
-    "fifth_threshold": 0.8,
-    "sixth_threshold": 0.2,
+    "primary_accelerometer_threshold": 0.8,
+    "primary_gyroscope_threshold": 0.2,
     "collect": 20.0,
     "evaluate_every": 20.0,
 }

@@ -167,10 +167,10 @@ def test_settings_that_differ_from_their_defaults_come_first(pages):
     text = pages["mission"].words.partition("Settings None")[0].rpartition(" Settings ")[2]
     changed, folded, others = text.partition("All other settings")
     assert folded
-    assert "third_threshold last+0.05 (default 0.1)" in changed
+    assert "secondary_accelerometer_threshold last+0.05 (default 0.1)" in changed
     assert "return_after 5 (default none)" in changed
-    assert "first_threshold" in others
-    assert "first_threshold" not in changed
+    assert "rest_specific_force_scatter" in others
+    assert "rest_specific_force_scatter" not in changed
 
 
 def test_names_with_signs_of_html_do_not_become_html(tmp_path):

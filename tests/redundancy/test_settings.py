@@ -101,22 +101,22 @@ def test_every_setting_says_its_meaning_in_one_sentence_and_its_unit():
     [("0.2", "0.2"), ("last+0.1", "last+0.1"), ("last * 1.5", "last*1.5"), ("last+ 1e-3", "last+1e-3")],
 )
 def test_a_threshold_is_a_number_or_refers_to_the_last_error(typed_as, means):
-    assert changed(f"third_threshold={typed_as}").third_threshold == means
+    assert changed(f"secondary_accelerometer_threshold={typed_as}").secondary_accelerometer_threshold == means
 
 
 @given(st.floats(1e-6, 1e3), st.sampled_from(["", "last+", "last*"]))
 def test_every_threshold_that_is_taken_is_one_the_core_takes(number, how):
     if how == "last*":
         number += 1.0
-    settings = changed(f"third_threshold={how}{number!r}")
+    settings = changed(f"secondary_accelerometer_threshold={how}{number!r}")
     units = [_core.RedundancyUnit(1), _core.RedundancyUnit(2)]
     _core.RedundancyMonitor(units, settings.by_name())
 
 
 @pytest.mark.parametrize("text", ["0", "-0.1", "last*1", "last-0.1", "first+0.1", "true", "[1]", "nan"])
 def test_a_threshold_that_everything_or_nothing_exceeds_is_refused(text):
-    with pytest.raises(ProcedureError, match="third_threshold"):
-        changed(f"third_threshold={text}")
+    with pytest.raises(ProcedureError, match="secondary_accelerometer_threshold"):
+        changed(f"secondary_accelerometer_threshold={text}")
 
 
 @pytest.mark.parametrize("text", ["1e-3", "1.0e-3", "1.e-3", "0.001", "+1E-3", "0.1e-2"])
@@ -134,7 +134,9 @@ def test_none_is_never_and_comes_back_as_none():
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ("thrid_threshold=1", "not a known key, did you mean 'third_threshold'?"),
+        ("secondary_gyroscop_threshold=1", "not a known key, did you mean 'secondary_gyroscope_threshold'?"),
+        ("first_threshold=1", "first_threshold is called rest_specific_force_scatter now"),
+        ("sixth_threshold=1", "sixth_threshold is called primary_gyroscope_threshold now"),
         ("gate=whole", "'secondary alone', 'whole primary' or 'sensor by sensor'"),
         ("window=-1", "window needs to be greater than 0"),
         ("fewest_pairs=2.5", "fewest_pairs needs to be a valid integer"),
@@ -167,18 +169,18 @@ def test_a_change_that_makes_no_sense_is_refused_by_name(change, says):
         ({"evaluate_every": 1.0}, ("evaluate_every is 1", "rest_duration is 2"), "longer"),
         (
             {"motion_specific_force": 0.05},
-            ("motion_specific_force is 0.05", "first_threshold is 0.1"),
+            ("motion_specific_force is 0.05", "rest_specific_force_scatter is 0.1"),
             "larger",
         ),
         (
             {"motion_angular_rate": 0.01},
-            ("motion_angular_rate is 0.01", "second_threshold is 0.02"),
+            ("motion_angular_rate is 0.01", "rest_angular_rate_scatter is 0.02"),
             "larger",
         ),
         ({"fewest_pairs": 5000}, ("fewest_pairs is 5000", "collect is 30"), "do not fit"),
         (
-            {"fifth_threshold": "last*2"},
-            ("fifth_threshold is last*2", "data is compensated"),
+            {"primary_accelerometer_threshold": "last*2"},
+            ("primary_accelerometer_threshold is last*2", "data is compensated"),
             "no last error",
         ),
         ({"window": 0.03}, ("window is 0.03",), "a whole number of windows"),
@@ -249,9 +251,16 @@ def test_an_alignment_of_other_units_or_no_file_at_all_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("content", "valid"),
     [
-        ({"third_threshold": 0.1, "fourth_threshold": "last*1.5", "evaluate_every": "none"}, True),
+        (
+            {
+                "secondary_accelerometer_threshold": 0.1,
+                "secondary_gyroscope_threshold": "last*1.5",
+                "evaluate_every": "none",
+            },
+            True,
+        ),
         ({"units": {"a": {"sensor_from_primary": [0, 0, 1], "axes": ["gz"], "lever_arm": [0, 0, 1]}}}, True),
-        ({"third_threshold": "first+1"}, False),
+        ({"secondary_accelerometer_threshold": "first+1"}, False),
         ({"gate": "open"}, False),
         ({"units": {"a": {"arm": 1}}}, False),
     ],

@@ -317,7 +317,9 @@ def test_a_store_that_cannot_be_written_to_is_refused_before_the_replay(flights,
 
 def test_the_sequence_counts_on_over_flights(flights, stored, tmp_path):
     # With so small a threshold imu3 is to be calibrated too, which makes it no better.
-    _, events = second(flights, stored, tmp_path / "out", "--set", "third_threshold=0.0001", code=3)
+    _, events = second(
+        flights, stored, tmp_path / "out", "--set", "secondary_accelerometer_threshold=0.0001", code=3
+    )
     assert {event["figures"]["sequence"] for event in of(events, "imu2", "adopted")} <= {2, 3}
     restored = of(events, "imu2", "restored")
     assert {event["figures"]["sequence"] for event in restored} == {1}

@@ -104,8 +104,8 @@ def error(unit="imu2", sensor="accelerometer", **changes):
 
 def settings(**changes):
     return {
-        "first_threshold": 0.1,
-        "third_threshold": "0.1",
+        "rest_specific_force_scatter": 0.1,
+        "secondary_accelerometer_threshold": "0.1",
         "vector_check": True,
         "return_after": None,
     } | changes
@@ -174,7 +174,7 @@ def mission():
         secondaries=("imu2", "imu3"),
         start=0.0,
         end=100.0,
-        settings=settings(third_threshold="last+0.05", return_after=5.0),
+        settings=settings(secondary_accelerometer_threshold="last+0.05", return_after=5.0),
         events=tuple(events),
         errors=(error(), error(sensor="gyroscope")),
         window_time=time,

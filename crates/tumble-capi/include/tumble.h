@@ -1165,43 +1165,43 @@ typedef struct tumble_redundancy_settings {
     /**
      * Scatter of specific force, and change of its mean, below which a unit is at rest. Default: 0.1 m/s^2.
      */
-    float first_threshold;
+    float rest_specific_force_scatter;
     /**
      * Scatter of angular rate, and change of its mean, below which a unit is at rest. Default: 0.02 rad/s.
      */
-    float second_threshold;
+    float rest_angular_rate_scatter;
     /**
      * Deviation of a secondary's accelerometer above which its calibration is triggered. Default: fixed, 0.1
      * m/s^2.
      */
-    struct tumble_threshold third_threshold;
+    struct tumble_threshold secondary_accelerometer_threshold;
     /**
      * Deviation of a secondary's gyroscope above which its calibration is triggered. Default: fixed, 0.01
      * rad/s.
      */
-    struct tumble_threshold fourth_threshold;
+    struct tumble_threshold secondary_gyroscope_threshold;
     /**
      * Deviation of the primary's accelerometer above which it is invalid; `last` is its last valid one.
      * Default: fixed, 0.1 m/s^2.
      */
-    struct tumble_threshold fifth_threshold;
+    struct tumble_threshold primary_accelerometer_threshold;
     /**
      * Deviation of the primary's gyroscope above which it is invalid; `last` is its last valid one. Default:
      * fixed, 0.01 rad/s.
      */
-    struct tumble_threshold sixth_threshold;
+    struct tumble_threshold primary_gyroscope_threshold;
     /**
      * Local gravity. Default: 9.80665 m/s^2.
      */
     float gravity;
     /**
      * Change of the primary's mean specific force since the rest that counts as motion. Larger than
-     * `first_threshold`. Default: 0.5 m/s^2.
+     * `rest_specific_force_scatter`. Default: 0.5 m/s^2.
      */
     float motion_specific_force;
     /**
      * Change of the primary's mean angular rate since the rest that counts as motion. Larger than
-     * `second_threshold`. Default: 0.2 rad/s.
+     * `rest_angular_rate_scatter`. Default: 0.2 rad/s.
      */
     float motion_angular_rate;
     /**

@@ -89,7 +89,10 @@ fn choose(draw: &mut Draw, settings: &mut RedundancySettings<f32>) {
     settings.collection.scope = draw.pick(&[Scope::AllSensors, Scope::TriggeringSensor]);
     settings.fit.highest_rung = draw.pick(&[Rung::Offset, Rung::Gain, Rung::Affine, Rung::AffineAndLeverArm]);
     let thresholds = &mut settings.evaluation.thresholds;
-    for (threshold, fixed) in [(&mut thresholds.third, 0.1), (&mut thresholds.fourth, 0.01)] {
+    for (threshold, fixed) in [
+        (&mut thresholds.secondary.accelerometer, 0.1),
+        (&mut thresholds.secondary.gyroscope, 0.01),
+    ] {
         *threshold = draw.pick(&[
             Threshold::Fixed(fixed),
             Threshold::Fixed(fixed),
@@ -111,10 +114,12 @@ fn tiny(draw: &mut Draw, settings: &mut RedundancySettings<f32>) {
     settings.collection.collect_timeout = 30 * settings.window;
     settings.collection.motion_timeout = 20 * settings.window;
     settings.collection.fewest_pairs = draw.pick(&[1, 2, 8]);
-    settings.evaluation.thresholds.first = draw.pick(&[0.1, 10.0, 1e18, f32::MAX / 4.0]);
-    settings.evaluation.thresholds.second = draw.pick(&[0.02, 10.0, 1e18, f32::MAX / 4.0]);
-    settings.collection.motion.specific_force = settings.evaluation.thresholds.first * 1.1;
-    settings.collection.motion.angular_rate = settings.evaluation.thresholds.second * 1.1;
+    settings.evaluation.thresholds.rest_scatter.specific_force =
+        draw.pick(&[0.1, 10.0, 1e18, f32::MAX / 4.0]);
+    settings.evaluation.thresholds.rest_scatter.angular_rate = draw.pick(&[0.02, 10.0, 1e18, f32::MAX / 4.0]);
+    settings.collection.motion.specific_force =
+        settings.evaluation.thresholds.rest_scatter.specific_force * 1.1;
+    settings.collection.motion.angular_rate = settings.evaluation.thresholds.rest_scatter.angular_rate * 1.1;
 }
 
 fn spoil_unit(draw: &mut Draw, units: &mut [MountedUnit<f32>; UNITS]) {
@@ -161,11 +166,11 @@ fn numbers(settings: &mut RedundancySettings<f32>) -> [&mut f32; 29] {
         ..
     } = settings;
     let thresholds = &mut evaluation.thresholds;
-    let [third, fourth, fifth, sixth] = [
-        &mut thresholds.third,
-        &mut thresholds.fourth,
-        &mut thresholds.fifth,
-        &mut thresholds.sixth,
+    let [of_secondary, of_secondary_rate, of_primary, of_primary_rate] = [
+        &mut thresholds.secondary.accelerometer,
+        &mut thresholds.secondary.gyroscope,
+        &mut thresholds.primary.accelerometer,
+        &mut thresholds.primary.gyroscope,
     ]
     .map(|threshold| match threshold {
         Threshold::Fixed(number)
@@ -173,12 +178,12 @@ fn numbers(settings: &mut RedundancySettings<f32>) -> [&mut f32; 29] {
         | Threshold::VariableByRatio(number) => number,
     });
     [
-        &mut thresholds.first,
-        &mut thresholds.second,
-        third,
-        fourth,
-        fifth,
-        sixth,
+        &mut thresholds.rest_scatter.specific_force,
+        &mut thresholds.rest_scatter.angular_rate,
+        of_secondary,
+        of_secondary_rate,
+        of_primary,
+        of_primary_rate,
         &mut evaluation.gravity,
         &mut collection.motion.specific_force,
         &mut collection.motion.angular_rate,

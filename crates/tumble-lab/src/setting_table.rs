@@ -187,13 +187,13 @@ pub fn redundancy<T: Real + Field>() -> Vec<Setting<RedundancySettings<T>>> {
     }
     let rest = vec![
         row!(
-            evaluation.thresholds.first as first_threshold,
+            evaluation.thresholds.rest_scatter.specific_force as rest_specific_force_scatter,
             "m/s^2",
             Positive,
             "Scatter of specific force, and change of its mean, below which a unit is at rest."
         ),
         row!(
-            evaluation.thresholds.second as second_threshold,
+            evaluation.thresholds.rest_scatter.angular_rate as rest_angular_rate_scatter,
             "rad/s",
             Positive,
             "Scatter of angular rate, and change of its mean, below which a unit is at rest."
@@ -245,25 +245,25 @@ pub fn redundancy<T: Real + Field>() -> Vec<Setting<RedundancySettings<T>>> {
             "Compare a secondary also with a valid primary, axis by axis: the norm is blind across gravity."
         ),
         row!(
-            evaluation.thresholds.third as third_threshold,
+            evaluation.thresholds.secondary.accelerometer as secondary_accelerometer_threshold,
             "m/s^2",
             Any,
             "Deviation of a secondary's accelerometer above which its calibration is triggered."
         ),
         row!(
-            evaluation.thresholds.fourth as fourth_threshold,
+            evaluation.thresholds.secondary.gyroscope as secondary_gyroscope_threshold,
             "rad/s",
             Any,
             "Deviation of a secondary's gyroscope above which its calibration is triggered."
         ),
         row!(
-            evaluation.thresholds.fifth as fifth_threshold,
+            evaluation.thresholds.primary.accelerometer as primary_accelerometer_threshold,
             "m/s^2",
             Any,
             "Deviation of the primary's accelerometer above which it is invalid; `last` is its last valid one."
         ),
         row!(
-            evaluation.thresholds.sixth as sixth_threshold,
+            evaluation.thresholds.primary.gyroscope as primary_gyroscope_threshold,
             "rad/s",
             Any,
             "Deviation of the primary's gyroscope above which it is invalid; `last` is its last valid one."
@@ -285,13 +285,13 @@ pub fn redundancy<T: Real + Field>() -> Vec<Setting<RedundancySettings<T>>> {
         row!(
             collection.motion.specific_force as motion_specific_force,
             "m/s^2",
-            MoreThan("first_threshold"),
+            MoreThan("rest_specific_force_scatter"),
             "Change of the primary's mean specific force since the rest that counts as motion."
         ),
         row!(
             collection.motion.angular_rate as motion_angular_rate,
             "rad/s",
-            MoreThan("second_threshold"),
+            MoreThan("rest_angular_rate_scatter"),
             "Change of the primary's mean angular rate since the rest that counts as motion."
         ),
         row!(

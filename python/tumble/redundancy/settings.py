@@ -5,9 +5,9 @@ A settings file is YAML: any of the settings by name, and under `units` what is 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import yaml
 from pydantic import Field, ValidationError
@@ -28,6 +28,14 @@ class RedundancySettings(MonitorSettings):
     schema_: Literal["tumble-redundancy/1"] = Field(default=SCHEMA, alias="schema")
     units: dict[str, UnitSettings] = Field(default_factory=dict)
     """What is known of each unit, by its name."""
+    renamed_keys: ClassVar[Mapping[str, str]] = {
+        "first_threshold": "rest_specific_force_scatter",
+        "second_threshold": "rest_angular_rate_scatter",
+        "third_threshold": "secondary_accelerometer_threshold",
+        "fourth_threshold": "secondary_gyroscope_threshold",
+        "fifth_threshold": "primary_accelerometer_threshold",
+        "sixth_threshold": "primary_gyroscope_threshold",
+    }
 
     @classmethod
     def load(cls, path: Path | str) -> RedundancySettings:

@@ -55,28 +55,28 @@ pub struct RedundancySettings {
     /// microseconds, on command only.
     pub return_after: u64,
     /// Scatter of specific force, and change of its mean, below which a unit is at rest. Default: 0.1 m/s^2.
-    pub first_threshold: f32,
+    pub rest_specific_force_scatter: f32,
     /// Scatter of angular rate, and change of its mean, below which a unit is at rest. Default: 0.02 rad/s.
-    pub second_threshold: f32,
+    pub rest_angular_rate_scatter: f32,
     /// Deviation of a secondary's accelerometer above which its calibration is triggered. Default: fixed, 0.1
     /// m/s^2.
-    pub third_threshold: Threshold,
+    pub secondary_accelerometer_threshold: Threshold,
     /// Deviation of a secondary's gyroscope above which its calibration is triggered. Default: fixed, 0.01
     /// rad/s.
-    pub fourth_threshold: Threshold,
+    pub secondary_gyroscope_threshold: Threshold,
     /// Deviation of the primary's accelerometer above which it is invalid; `last` is its last valid one.
     /// Default: fixed, 0.1 m/s^2.
-    pub fifth_threshold: Threshold,
+    pub primary_accelerometer_threshold: Threshold,
     /// Deviation of the primary's gyroscope above which it is invalid; `last` is its last valid one. Default:
     /// fixed, 0.01 rad/s.
-    pub sixth_threshold: Threshold,
+    pub primary_gyroscope_threshold: Threshold,
     /// Local gravity. Default: 9.80665 m/s^2.
     pub gravity: f32,
     /// Change of the primary's mean specific force since the rest that counts as motion. Larger than
-    /// `first_threshold`. Default: 0.5 m/s^2.
+    /// `rest_specific_force_scatter`. Default: 0.5 m/s^2.
     pub motion_specific_force: f32,
     /// Change of the primary's mean angular rate since the rest that counts as motion. Larger than
-    /// `second_threshold`. Default: 0.2 rad/s.
+    /// `rest_angular_rate_scatter`. Default: 0.2 rad/s.
     pub motion_angular_rate: f32,
     /// Standard deviation of specific force along a direction from which on the matrix is fitted along it.
     /// Default: 0.5 m/s^2.
@@ -174,12 +174,14 @@ impl RedundancySettings {
             recovery: core.health.recovery,
             hold: core.selection.hold,
             return_after: core.selection.return_after.unwrap_or_default(),
-            first_threshold: core.evaluation.thresholds.first,
-            second_threshold: core.evaluation.thresholds.second,
-            third_threshold: Threshold::of(core.evaluation.thresholds.third),
-            fourth_threshold: Threshold::of(core.evaluation.thresholds.fourth),
-            fifth_threshold: Threshold::of(core.evaluation.thresholds.fifth),
-            sixth_threshold: Threshold::of(core.evaluation.thresholds.sixth),
+            rest_specific_force_scatter: core.evaluation.thresholds.rest_scatter.specific_force,
+            rest_angular_rate_scatter: core.evaluation.thresholds.rest_scatter.angular_rate,
+            secondary_accelerometer_threshold: Threshold::of(
+                core.evaluation.thresholds.secondary.accelerometer,
+            ),
+            secondary_gyroscope_threshold: Threshold::of(core.evaluation.thresholds.secondary.gyroscope),
+            primary_accelerometer_threshold: Threshold::of(core.evaluation.thresholds.primary.accelerometer),
+            primary_gyroscope_threshold: Threshold::of(core.evaluation.thresholds.primary.gyroscope),
             gravity: core.evaluation.gravity,
             motion_specific_force: core.collection.motion.specific_force,
             motion_angular_rate: core.collection.motion.angular_rate,
@@ -234,12 +236,13 @@ impl RedundancySettings {
         core.health.recovery = self.recovery;
         core.selection.hold = self.hold;
         core.selection.return_after = unless_zero(self.return_after);
-        core.evaluation.thresholds.first = self.first_threshold;
-        core.evaluation.thresholds.second = self.second_threshold;
-        core.evaluation.thresholds.third = self.third_threshold.in_core()?;
-        core.evaluation.thresholds.fourth = self.fourth_threshold.in_core()?;
-        core.evaluation.thresholds.fifth = self.fifth_threshold.in_core()?;
-        core.evaluation.thresholds.sixth = self.sixth_threshold.in_core()?;
+        core.evaluation.thresholds.rest_scatter.specific_force = self.rest_specific_force_scatter;
+        core.evaluation.thresholds.rest_scatter.angular_rate = self.rest_angular_rate_scatter;
+        core.evaluation.thresholds.secondary.accelerometer =
+            self.secondary_accelerometer_threshold.in_core()?;
+        core.evaluation.thresholds.secondary.gyroscope = self.secondary_gyroscope_threshold.in_core()?;
+        core.evaluation.thresholds.primary.accelerometer = self.primary_accelerometer_threshold.in_core()?;
+        core.evaluation.thresholds.primary.gyroscope = self.primary_gyroscope_threshold.in_core()?;
         core.evaluation.gravity = self.gravity;
         core.collection.motion.specific_force = self.motion_specific_force;
         core.collection.motion.angular_rate = self.motion_angular_rate;

@@ -206,7 +206,7 @@ static void settings_that_cannot_be_are_refused(void)
     char nothing[] = "words of before";
     ANSWERS(TUMBLE_OK, tumble_redundancy_check(&settings, nothing, sizeof nothing));
     CHECK(nothing[0] == '\0');
-    settings.first_threshold = NAN;
+    settings.rest_specific_force_scatter = NAN;
     ANSWERS(TUMBLE_ERROR_CONTRADICTION, begin(monitor, &settings));
     ANSWERS(TUMBLE_OK, tumble_redundancy_defaults(&settings));
     settings.gate = (tumble_gate)3;

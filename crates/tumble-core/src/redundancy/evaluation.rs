@@ -6,7 +6,6 @@ use crate::real::{Real, count, real};
 use crate::redundancy::platform::{MountedUnit, PrimaryCalibration};
 use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::sensor::Sensor;
-use crate::redundancy::settings::thresholds::Threshold;
 use crate::redundancy::settings::{Data, EvaluationSettings};
 
 /// A deviation and its threshold, m/s^2 or rad/s.
@@ -85,19 +84,15 @@ pub struct PrimaryAtRest<'a, T: Real> {
 }
 
 impl<T: Real> PrimaryAtRest<'_, T> {
-    /// Against the fifth or sixth threshold.
+    /// Against its threshold.
     pub fn deviation(&self, settings: &EvaluationSettings<T>) -> Deviation<T> {
         let last = match settings.data {
             Data::Raw => (self.mean - self.corrected()).norm(),
             Data::Compensated => self.last_valid,
         };
-        let threshold = match self.sensor {
-            Sensor::Accelerometer => &settings.thresholds.fifth,
-            Sensor::Gyroscope => &settings.thresholds.sixth,
-        };
         Deviation {
             value: self.off_physics(settings.data, settings.gravity),
-            threshold: threshold.value(last),
+            threshold: settings.thresholds.primary.of(self.sensor).value(last),
         }
     }
 
@@ -193,11 +188,7 @@ impl<T: Real> SecondaryAtRest<'_, T> {
                 self.stored.residual * count::<T>(u32::try_from(axes).unwrap_or(3)).sqrt()
             }
         };
-        let threshold: &Threshold<T> = match self.sensor {
-            Sensor::Accelerometer => &settings.thresholds.third,
-            Sensor::Gyroscope => &settings.thresholds.fourth,
-        };
-        threshold.value(last)
+        settings.thresholds.secondary.of(self.sensor).value(last)
     }
 }
 

@@ -78,11 +78,11 @@ fn raw_data_with_thresholds_from_the_last_error_do_not_trigger_again_on_an_error
             0,
         ),
     ];
-    for (third, fourth, triggers) in cases {
+    for (force, rate, triggers) in cases {
         let mut settings = settings();
         settings.evaluation.data = Data::Raw;
-        settings.evaluation.thresholds.third = third;
-        settings.evaluation.thresholds.fourth = fourth;
+        settings.evaluation.thresholds.secondary.accelerometer = force;
+        settings.evaluation.thresholds.secondary.gyroscope = rate;
         let platform = platform(settings, units(&aged()));
         let mut flight = Flight::<f64, 2>::new(mission.seed);
         records
@@ -91,7 +91,7 @@ fn raw_data_with_thresholds_from_the_last_error_do_not_trigger_again_on_an_error
         flight.take(&platform, &mission.samples());
         assert_told!(flight, 1, EventKind::Evaluated { .. });
         let triggered = flight.told(1, |kind| matches!(kind, EventKind::Triggered { .. }));
-        assert_eq!(triggered, triggers, "{third:?} {}", flight.story());
+        assert_eq!(triggered, triggers, "{force:?} {}", flight.story());
     }
 }
 

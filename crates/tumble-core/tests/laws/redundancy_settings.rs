@@ -25,27 +25,31 @@ fn settings_that_cannot_be_meant_are_refused_by_name_and_reason() {
         ("window", NotPositive, |s| s.window = 0),
         ("rest_duration", NotPositive, |s| s.evaluation.rest_duration = 0),
         ("fewest_pairs", NotPositive, |s| s.collection.fewest_pairs = 0),
-        ("first_threshold", NotPositive, |s| {
-            s.evaluation.thresholds.first = 0.0
+        ("rest_specific_force_scatter", NotPositive, |s| {
+            s.evaluation.thresholds.rest_scatter.specific_force = 0.0
         }),
         ("largest_scale_error", NotPositive, |s| {
             s.adoption.largest_scale_error = -0.1
         }),
         ("improvement", NotAShare, |s| s.adoption.improvement = 1.0),
         ("improvement", NotAShare, |s| s.adoption.improvement = f64::NAN),
-        ("third_threshold", AlwaysExceeded, |s| {
-            s.evaluation.thresholds.third = Threshold::VariableByRatio(1.0);
+        ("secondary_accelerometer_threshold", AlwaysExceeded, |s| {
+            s.evaluation.thresholds.secondary.accelerometer = Threshold::VariableByRatio(1.0);
         }),
-        ("sixth_threshold", AlwaysExceeded, |s| {
-            s.evaluation.thresholds.sixth = Threshold::Fixed(0.0);
+        ("primary_gyroscope_threshold", AlwaysExceeded, |s| {
+            s.evaluation.thresholds.primary.gyroscope = Threshold::Fixed(0.0);
         }),
-        ("fifth_threshold", NoLastError, |s| {
+        ("primary_accelerometer_threshold", NoLastError, |s| {
             s.evaluation.data = Data::Compensated;
-            s.evaluation.thresholds.fifth = Threshold::VariableByRatio(1.5);
+            s.evaluation.thresholds.primary.accelerometer = Threshold::VariableByRatio(1.5);
         }),
-        ("motion_specific_force", SmallerThan("first_threshold"), |s| {
-            s.collection.motion.specific_force = 0.1;
-        }),
+        (
+            "motion_specific_force",
+            SmallerThan("rest_specific_force_scatter"),
+            |s| {
+                s.collection.motion.specific_force = 0.1;
+            },
+        ),
         ("window", NotAPartOfASecond, |s| s.window = 30_000),
         ("rest_duration", ShorterThan("window"), |s| {
             s.evaluation.rest_duration = s.window

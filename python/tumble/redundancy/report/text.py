@@ -15,7 +15,10 @@ from tumble.report.text import count_of, join
 from tumble.units import UNITS
 
 _UNFIT = {
-    "primary invalid": "Calibrate the primary and give its calibration, or raise fifth_ and sixth_threshold.",
+    "primary invalid": (
+        "Calibrate the primary and give its calibration, or raise primary_accelerometer_threshold and "
+        "primary_gyroscope_threshold."
+    ),
     "primary unhealthy": "Look at the faults of the primary; nothing is calibrated against it until then.",
     "secondary unhealthy": "Look at the faults of this unit: calibration cannot correct them.",
 }

@@ -110,7 +110,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             };
             voters += 1;
             let whole = unit.axes.covered_by(means.usable);
-            let quiet = at_rest.is_still(&means.mean, means.scatter, thresholds.first, thresholds.second);
+            let quiet = at_rest.is_still(&means.mean, means.scatter, &thresholds.rest_scatter);
             still += usize::from(whole && quiet);
         }
         voters > 0 && 2 * still >= voters

@@ -3,7 +3,8 @@
 use crate::moments::Moments;
 use crate::real::Real;
 use crate::redundancy::samples::window::{Means, Windows};
-use crate::redundancy::sensor::Sensor;
+use crate::redundancy::sensor::SENSORS;
+use crate::redundancy::settings::ForceAndRate;
 use crate::sample::CHANNELS;
 
 /// Windows that are kept of a unit, so that others may be one and a half windows behind.
@@ -85,12 +86,12 @@ impl<T: Real> RestMean<T> {
 
     /// Whether a window is one at rest: little scatter, and means where the rest began. The first window of a rest says
     /// where that is.
-    pub fn is_still(&mut self, mean: &[T; CHANNELS], scatter: [T; 2], first: T, second: T) -> bool {
-        let [force, rate] = scatter;
+    pub fn is_still(&mut self, mean: &[T; CHANNELS], scatter: [T; 2], limits: &ForceAndRate<T>) -> bool {
         let reference = self.reference.get_or_insert(*mean);
-        let apart = |sensor: Sensor| sensor.squared_distance(mean, reference);
-        let quiet = force <= first * first && rate <= second * second;
-        quiet && apart(Sensor::Accelerometer) <= first * first && apart(Sensor::Gyroscope) <= second * second
+        SENSORS.into_iter().zip(scatter).all(|(sensor, scatter)| {
+            let limit = limits.of(sensor) * limits.of(sensor);
+            scatter <= limit && sensor.squared_distance(mean, reference) <= limit
+        })
     }
 
     /// Takes in the means of a window at rest.

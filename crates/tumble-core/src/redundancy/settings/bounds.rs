@@ -12,8 +12,14 @@ impl<T: Real> RedundancySettings<T> {
     /// Looks at numbers first, then at times and counts, then at pairs.
     pub(super) fn validate_bounds(&self) -> Result<(), InvalidSetting> {
         require_positive(&[
-            ("first_threshold", self.evaluation.thresholds.first),
-            ("second_threshold", self.evaluation.thresholds.second),
+            (
+                "rest_specific_force_scatter",
+                self.evaluation.thresholds.rest_scatter.specific_force,
+            ),
+            (
+                "rest_angular_rate_scatter",
+                self.evaluation.thresholds.rest_scatter.angular_rate,
+            ),
             ("gravity", self.evaluation.gravity),
             ("motion_specific_force", self.collection.motion.specific_force),
             ("motion_angular_rate", self.collection.motion.angular_rate),
@@ -61,14 +67,14 @@ impl<T: Real> RedundancySettings<T> {
             (
                 "motion_specific_force",
                 self.collection.motion.specific_force,
-                "first_threshold",
-                self.evaluation.thresholds.first,
+                "rest_specific_force_scatter",
+                self.evaluation.thresholds.rest_scatter.specific_force,
             ),
             (
                 "motion_angular_rate",
                 self.collection.motion.angular_rate,
-                "second_threshold",
-                self.evaluation.thresholds.second,
+                "rest_angular_rate_scatter",
+                self.evaluation.thresholds.rest_scatter.angular_rate,
             ),
         ])?;
         require_longer(&[

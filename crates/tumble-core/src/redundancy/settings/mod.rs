@@ -7,7 +7,7 @@ pub mod validate;
 use crate::gravity;
 use crate::real::{Real, SECOND, real};
 use crate::redundancy::sensor::Sensor;
-use crate::redundancy::settings::thresholds::{Threshold, Thresholds};
+use crate::redundancy::settings::thresholds::{SensorThresholds, Threshold, Thresholds};
 
 crate::vocabulary! {
     /// Which data deviations at rest are taken from.
@@ -81,7 +81,7 @@ impl<T: Real> ForceAndRate<T> {
 /// When and how units are looked at while they rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EvaluationSettings<T: Real> {
-    /// First to sixth.
+    /// What readings are compared with.
     pub thresholds: Thresholds<T>,
     /// Magnitude of gravity, m/s^2.
     pub gravity: T,
@@ -240,17 +240,17 @@ impl<T: Real> Default for RedundancySettings<T> {
             specific_force: real(specific_force),
             angular_rate: real(angular_rate),
         };
-        let fixed = |value| Threshold::Fixed(real(value));
+        let off = SensorThresholds {
+            accelerometer: Threshold::Fixed(real(0.1)),
+            gyroscope: Threshold::Fixed(real(0.01)),
+        };
         Self {
             window: SECOND / 20,
             evaluation: EvaluationSettings {
                 thresholds: Thresholds {
-                    first: real(0.1),
-                    second: real(0.02),
-                    third: fixed(0.1),
-                    fourth: fixed(0.01),
-                    fifth: fixed(0.1),
-                    sixth: fixed(0.01),
+                    rest_scatter: both(0.1, 0.02),
+                    secondary: off,
+                    primary: off,
                 },
                 gravity: real(gravity::STANDARD),
                 rest_settle: SECOND / 2,

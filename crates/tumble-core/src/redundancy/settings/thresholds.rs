@@ -1,6 +1,8 @@
-//! The six thresholds, and what they are measured from.
+//! The thresholds, and what they are measured from.
 
 use crate::real::Real;
+use crate::redundancy::sensor::Sensor;
+use crate::redundancy::settings::ForceAndRate;
 
 /// How a threshold is set.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,21 +36,34 @@ impl<T: Real> Threshold<T> {
     }
 }
 
-/// The thresholds by their names. Those of specific force are in m/s^2, those of angular rate in rad/s.
+/// A threshold for each sensor of a unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorThresholds<T: Real> {
+    /// m/s^2.
+    pub accelerometer: Threshold<T>,
+    /// rad/s.
+    pub gyroscope: Threshold<T>,
+}
+
+impl<T: Real> SensorThresholds<T> {
+    /// The one of a sensor.
+    pub fn of(&self, sensor: Sensor) -> &Threshold<T> {
+        match sensor {
+            Sensor::Accelerometer => &self.accelerometer,
+            Sensor::Gyroscope => &self.gyroscope,
+        }
+    }
+}
+
+/// What readings at rest are compared with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thresholds<T: Real> {
-    /// Scatter of specific force, and change of its mean, below which a unit is at rest.
-    pub first: T,
-    /// Scatter of angular rate, and change of its mean, below which a unit is at rest.
-    pub second: T,
-    /// Deviation of the secondary's accelerometer above which its calibration is triggered.
-    pub third: Threshold<T>,
-    /// Deviation of the secondary's gyroscope above which its calibration is triggered.
-    pub fourth: Threshold<T>,
-    /// Deviation of the primary's accelerometer above which it is invalid.
-    pub fifth: Threshold<T>,
-    /// Deviation of the primary's gyroscope above which it is invalid.
-    pub sixth: Threshold<T>,
+    /// Scatter, and change of the mean, below which a unit is at rest.
+    pub rest_scatter: ForceAndRate<T>,
+    /// Deviations of a secondary above which its calibration is triggered.
+    pub secondary: SensorThresholds<T>,
+    /// Deviations of the primary above which it is invalid.
+    pub primary: SensorThresholds<T>,
 }
 
 #[cfg(test)]

@@ -54,10 +54,16 @@ impl<T: Real> RedundancySettings<T> {
     fn validate_thresholds(&self) -> Result<(), InvalidSetting> {
         let thresholds = &self.evaluation.thresholds;
         let limits = [
-            ("third_threshold", &thresholds.third),
-            ("fourth_threshold", &thresholds.fourth),
-            ("fifth_threshold", &thresholds.fifth),
-            ("sixth_threshold", &thresholds.sixth),
+            (
+                "secondary_accelerometer_threshold",
+                &thresholds.secondary.accelerometer,
+            ),
+            ("secondary_gyroscope_threshold", &thresholds.secondary.gyroscope),
+            (
+                "primary_accelerometer_threshold",
+                &thresholds.primary.accelerometer,
+            ),
+            ("primary_gyroscope_threshold", &thresholds.primary.gyroscope),
         ];
         for (i, (setting, limit)) in limits.into_iter().enumerate() {
             require(limit.is_possible(), setting, SettingError::AlwaysExceeded)?;
