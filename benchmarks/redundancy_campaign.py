@@ -109,6 +109,8 @@ def _adoptions(mission: DrawnMission, simulated: SimulatedSet, replayed: Replay)
                 simulated.units[number],
                 simulated.units[0],
                 name,
+                simulated.body,
+                time,
             )
             for moment in (min(time, start), np.nextafter(time, np.inf))
         )

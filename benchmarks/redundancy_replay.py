@@ -12,7 +12,6 @@ from benchmarks.redundancy_fault import InjectedFault
 from benchmarks.redundancy_judgement import Event, source_spans
 from benchmarks.redundancy_set import SENSORS, Body, Samples, SimulatedSet, Unit
 from tumble import _core
-from tumble.constants import STANDARD_GRAVITY
 from tumble.recording import FloatArray
 from tumble.results import TriadName
 
@@ -22,6 +21,9 @@ FINE_PIECE = 0.01
 """s of the same where samples arrive late: within a piece they go by their stamps."""
 FINE_SECONDS = 3.0
 """s for which pieces are fine; from then on a tenth as fine."""
+
+SPARSE = 100
+"""Steps of the body from one moment to the next at which errors of records are taken."""
 
 Stored = Mapping[tuple[int, str], Mapping[str, object]]
 
@@ -90,20 +92,34 @@ def replay(monitor: _core.RedundancyMonitor, said: Sequence[Samples], until: Flo
     return found
 
 
-POINTS: dict[TriadName, FloatArray] = {
-    "accelerometer": STANDARD_GRAVITY * np.vstack([np.eye(3), -np.eye(3)]),
-    "gyroscope": np.vstack([np.zeros((1, 3)), 0.5 * np.eye(3), -0.5 * np.eye(3)]),
-}
-"""What is measured where the error of a record is taken, m/s^2 and rad/s, in the primary's axes."""
+def error_of(
+    record: Mapping[str, object] | None,
+    unit: Unit,
+    primary: Unit,
+    sensor: TriadName,
+    body: Body,
+    since: float,
+) -> float:
+    """Root mean square of what sets a compensated secondary apart from a faultless primary from a time on, s.
 
-
-def error_of(record: Mapping[str, object] | None, unit: Unit, primary: Unit, sensor: TriadName) -> float:
-    """Give by how much a secondary, compensated, differs from a faultless primary: root mean square."""
+    Of what the body does then, without noise, drift and vibration; that is what the error will matter for.
+    """
+    then = body.part(since, SPARSE)
+    said, wanted = reading(unit, sensor, then), reading(primary, sensor, then)
     matrix = unit.turn if record is None else np.asarray(record["matrix"])
     bias = np.zeros(3) if record is None else np.asarray(record["bias"])
-    reading, wanted = (POINTS[sensor] @ each.matrix[sensor].T + each.bias[sensor] for each in (unit, primary))
-    error = np.linalg.solve(matrix, (reading - bias).T).T - wanted
+    error = np.linalg.solve(matrix, (said - bias).T).T - wanted
+    if sensor == "accelerometer":
+        found = None if record is None else record["lever_arm"]
+        known = found if unit.stated_arm is None else unit.stated_arm
+        error -= then.carried(np.zeros(3) if known is None else np.asarray(known))
     return float(np.sqrt(np.mean(np.sum(error**2, axis=1))))
+
+
+def reading(unit: Unit, sensor: TriadName, body: Body) -> FloatArray:
+    """Give what a unit reads (n, 3), without noise, drift and vibration."""
+    true = body.specific_force + body.carried(unit.arm) if sensor == "accelerometer" else body.angular_rate
+    return np.asarray(true @ unit.matrix[sensor].T + unit.bias[sensor])
 
 
 def gathered(

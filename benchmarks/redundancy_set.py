@@ -7,7 +7,7 @@ jitter and an offset of its clock, a mounting and a place that are not quite tho
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from tumble.recording import FloatArray
 from tumble.results import TriadName
 
 SENSORS: tuple[TriadName, TriadName] = ("accelerometer", "gyroscope")
-STEP = 0.002
+STEP = 0.004
 """s between the moments at which the motion is worked out; linear in between."""
 RAMP = 1.5
 """s in which motion begins and ends."""
@@ -41,6 +41,8 @@ JITTER = 2e-4
 """s, of a time stamp, 1 sigma, cut at twice that."""
 ARM_ERROR = 0.002
 """m an axis, 1 sigma, between a place and what is stated of it."""
+UNSTATED_ARMS = 0.2
+"""Share of the secondaries of which nobody says where they are."""
 VIBRATION = {"weak": (0.6, 0.02), "strong": (3.0, 0.12)}
 """m/s^2 and rad/s of the rotors' tone before the filter of a unit."""
 BROADBAND = 0.1
@@ -109,10 +111,15 @@ class Body:
     level_from_body: FloatArray
     """(n, 3, 3)."""
 
-    def at(self, arm: FloatArray) -> FloatArray:
-        """Specific force (n, 3) at a place, m."""
+    def part(self, since: float, every: int) -> Body:
+        """Give one moment of so many, from a time on, s."""
+        kept = slice(int(np.searchsorted(self.time, since)), None, every)
+        return Body(*(getattr(self, each.name)[kept] for each in fields(self)))
+
+    def carried(self, arm: FloatArray) -> FloatArray:
+        """Specific force (n, 3) that a place has more than the primary's, `arm` m away."""
         w = self.angular_rate
-        return self.specific_force + np.cross(self.angular_acceleration, arm) + np.cross(w, np.cross(w, arm))
+        return np.asarray(np.cross(self.angular_acceleration, arm) + np.cross(w, np.cross(w, arm)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,7 +243,7 @@ def _secondary(random: np.random.Generator) -> Unit:
         bias={name: random.uniform(*each[0]) * direction(random) for name, each in errors.items()},
         noise=_noise(random),
         arm=arm,
-        stated_arm=None if random.random() < 0.3 else stated,
+        stated_arm=None if random.random() < UNSTATED_ARMS else stated,
         offset=float(random.uniform(-LARGEST_OFFSET, LARGEST_OFFSET)),
     )
 
@@ -265,7 +272,7 @@ def _said(random: np.random.Generator, body: Body, unit: Unit, rotors: _Rotors) 
     count = int((body.time[-1] - 0.01) * unit.rate_hz)
     instants = np.asarray((np.arange(count) + random.random()) / unit.rate_hz, dtype=float)
     stamps = instants + unit.offset + np.clip(JITTER * random.standard_normal(count), -2 * JITTER, 2 * JITTER)
-    felt = _between(instants, np.hstack([body.at(unit.arm), body.angular_rate]))
+    felt = _between(instants, np.hstack([body.specific_force + body.carried(unit.arm), body.angular_rate]))
     shaken = rotors.felt(random, instants, unit.rate_hz)
     readings = []
     for sensor, name in enumerate(SENSORS):
@@ -284,9 +291,11 @@ def _between(time: FloatArray, columns: FloatArray) -> FloatArray:
 
 
 def _drift(random: np.random.Generator, time: FloatArray, sensor: int) -> FloatArray:
-    """Give what warming and wander add to a bias, (n, 3)."""
-    warming = np.outer(-np.expm1(-time / WARMING_SECONDS), WARMING[sensor] * random.standard_normal(3))
+    """Give what warming and wander add to a bias, (n, 3); of seconds, and linear in between."""
+    seconds = np.arange(time[-1] + 2.0)
+    warming = np.outer(-np.expm1(-seconds / WARMING_SECONDS), WARMING[sensor] * random.standard_normal(3))
     period = random.uniform(*WANDER_SECONDS, 3)
     phase = random.uniform(0.0, 2.0 * np.pi, 3)
-    wander = np.sin(2.0 * np.pi * time[:, None] / period + phase)
-    return warming + WANDER[sensor] * random.standard_normal(3) * wander
+    wander = np.sin(2.0 * np.pi * seconds[:, None] / period + phase)
+    drift = warming + WANDER[sensor] * random.standard_normal(3) * wander
+    return np.column_stack([np.interp(time, seconds, column) for column in drift.T])
