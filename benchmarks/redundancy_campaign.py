@@ -20,7 +20,8 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict
 from itertools import count, islice
@@ -32,17 +33,16 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 from rich.console import Console
 from rich.progress import track
-from rich.table import Table
 
 from benchmarks.redundancy_draw import DrawnMission, draw, kinds
-from benchmarks.redundancy_judgement import OUTCOMES, judge
+from benchmarks.redundancy_figures import SETS, by_kind, of_health, of_kind, show
+from benchmarks.redundancy_judgement import judge
 from benchmarks.redundancy_replay import Replay, error_of, flown, gathered, source_of
 from benchmarks.redundancy_set import SENSORS, Samples, SimulatedSet
 from benchmarks.results import Content, machine, save
 
 MISSIONS = 2000
 JOBS = max(1, (os.cpu_count() or 2) // 2)
-SETS: dict[str, tuple[int, ...]] = {"N = 2": (2,), "N >= 3": (3, 4)}
 MISLED = {"accelerometer": 0.1, "gyroscope": 0.01}
 """m/s^2 and rad/s. What triggers, too."""
 WORSE = {"accelerometer": 0.03, "gyroscope": 0.003}
@@ -149,100 +149,23 @@ def summary(missions: Sequence[Mapping[str, Any]]) -> Content:
     sets = {}
     for title, units in SETS.items():
         those = [each for each in missions if each["units"] in units]
-        ready = [each for each in those if each["calibrated"]]
         sets[title] = {
-            "kinds": {
-                kind: of_kind([each for each in ready if each["kind"] == kind])
-                for kind in kinds()
-                if kind != "none" and any(each["kind"] == kind for each in ready)
-            },
-            "not calibrated": of_kind(
-                [each for each in those if not each["calibrated"] and each["outcome"] is not None]
-            ),
+            **by_kind([each for each in those if each["calibrated"]]),
+            "not calibrated": of_kind([e for e in those if not e["calibrated"] and e["outcome"] is not None]),
             "health": of_health(those),
         }
-    return {"missions": len(missions), "sets": sets, "outcomes": [_row_of(each) for each in missions]}
+    return {"missions": len(missions), "sets": sets, "seeds": seeds_of(missions)}
 
 
-def of_kind(missions: Sequence[Mapping[str, Any]]) -> Content:
-    """Give the figures of missions with a fault."""
-    primary = [each for each in missions if each["faulty"] == 0]
-    return {
-        "missions": len(missions),
-        "outcomes": {name: sum(each["outcome"] == name for each in missions) for name in OUTCOMES},
-        "also a sound unit": sum(each["also"] > 0 for each in missions),
-        "isolated": percentiles(each["isolated"] for each in missions),
-        "seen": percentiles(each["seen"] for each in missions),
-        "velocity": percentiles(each["velocity"] for each in primary if each["sensor"] == "accelerometer"),
-        "angle": percentiles(each["angle"] for each in primary if each["sensor"] == "gyroscope"),
-        "misled": sum(each["misled"] for each in missions),
-        "changes": percentiles(each["changes"] for each in missions),
-        "without_source": percentiles(each["without_source"] for each in missions),
-    }
-
-
-def of_health(missions: Sequence[Mapping[str, Any]]) -> Content:
-    """Give what was told while all units were sound."""
-    hours = sum(each["health"] for each in missions) / 3600.0
-    counted = {
-        name: sum(each[name] for each in missions)
-        for name in ("guilty_in_health", "disagree_in_health", "changes_in_health")
-    }
-    kept = ("adopted", "wrongly adopted", "refused that were right")
-    return {"hours": hours, **counted, **{name: sum(each[name] for each in missions) for name in kept}}
-
-
-def percentiles(values: Iterable[float | None]) -> Content:
-    """Median, 95 % and largest; nothing of nothing."""
-    known = np.array([value for value in values if value is not None])
-    if not len(known):
-        return {"number": 0}
-    median, high = np.percentile(known, [50.0, 95.0])
-    return {"number": len(known), "median": float(median), "high": float(high), "max": float(known.max())}
-
-
-def _row_of(mission: Mapping[str, Any]) -> list[Any]:
-    return [mission["seed"], mission["outcome"]]
-
-
-def show(figures: Content, console: Console) -> None:
-    """Print the tables."""
-    for title, of in figures["sets"].items():
-        table = Table(
-            *("fault", "n", *OUTCOMES, "also", "isolated, s", "95 %", "seen", "s", "95 %"),
-            *("m/s", "deg", "misled", "changes"),
-            title=title,
-        )
-        for kind, each in {**of["kinds"], "not calibrated": of["not calibrated"]}.items():
-            table.add_row(*cells(kind, each))
-        console.print(table)
-        console.print(_health(of["health"]))
-
-
-def cells(kind: str, of: Content) -> Iterator[str]:
-    """Give a row of the table."""
-    yield from (kind, str(of["missions"]))
-    yield from (str(of["outcomes"][name]) for name in OUTCOMES)
-    yield str(of["also a sound unit"])
-    yield from _two(of["isolated"])
-    yield str(of["seen"]["number"])
-    yield from _two(of["seen"])
-    yield from (_two(of[name])[0] for name in ("velocity", "angle"))
-    yield from (str(of["misled"]), _two(of["changes"])[0])
-
-
-def _two(figures: Content) -> tuple[str, str]:
-    if not figures["number"]:
-        return "", ""
-    return f"{figures['median']:.3g}", f"{figures['high']:.3g}"
-
-
-def _health(of: Content) -> str:
-    return (
-        f"{of['hours']:.1f} h of health: {of['guilty_in_health']} named, {of['disagree_in_health']} "
-        f"disagree, {of['changes_in_health']} changes of the source; {of['adopted']} adopted, "
-        f"{of['wrongly adopted']} wrongly, {of['refused that were right']} refused that were right"
-    )
+def seeds_of(missions: Sequence[Mapping[str, Any]]) -> dict[str, str]:
+    """Give the seeds of what did not come out right, for whoever flies them again."""
+    found: dict[str, list[str]] = defaultdict(list)
+    for each in missions:
+        if each["outcome"] not in (None, "right"):
+            found[f"{each['kind']}, {each['units']} units: {each['outcome']}"].append(str(each["seed"]))
+        elif each["guilty_in_health"]:
+            found[f"{each['units']} units: named in health"].append(str(each["seed"]))
+    return {name: " ".join(seeds) for name, seeds in sorted(found.items())}
 
 
 def show_one(seed: int, console: Console) -> None:
@@ -263,7 +186,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--kinds", type=_list, help=", ".join(kinds()))
     parser.add_argument("--units", type=_list, help="2,3,4")
     parser.add_argument("--jobs", type=int, default=JOBS)
-    parser.add_argument("--list", action="store_true", help="every mission that did not come out right")
+    parser.add_argument("--list", action="store_true", help="seeds of what did not come out right")
     options = parser.parse_args(arguments)
     console = Console()
     if options.only is not None:
@@ -274,9 +197,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     figures = summary(missions)
     show(figures, console)
     if options.list:
-        for each in missions:
-            if each["outcome"] not in ("right", None) or each["guilty_in_health"] or each["misled"]:
-                console.print({name: value for name, value in each.items() if value}, soft_wrap=True)
+        for name, seeds in figures["seeds"].items():
+            console.print(f"{name}: {seeds}", highlight=False, soft_wrap=True)
     if options.missions >= MISSIONS and not (options.kinds or options.units):
         save("redundancy_campaign", {"seed": options.seed, **figures, "machine": machine()})
     return 0

@@ -3,58 +3,35 @@
 from __future__ import annotations
 
 from collections import Counter
-from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmarks import redundancy_board as board
+from benchmarks.redundancy_board import LOG, NUMBERS, SETTINGS, SHAKING
 
 import tumble
-from redundancy_sets import FACING_DOWN, of, refusal, replay
+from redundancy_sets import of, refusal, replay
 from tumble.redundancy.result import RedundancyResult
 
-FOLDER = Path(__file__).parents[3] / "shared" / "data" / "mimu4444"
-LOG = FOLDER / "exp_3.parquet"
-NUMBERS = range(1, 9)
-SHAKING = 490.0
-"""s from which on the board is shaken by hand, at first without and then with saturation."""
 ADOPTED_BEFORE = 440.0
-STANDARD_GRAVITY = 9.80665
 
-pytestmark = pytest.mark.skipif(not LOG.is_file(), reason="the recordings in ../shared/data are not here")
-
-
-def turn(number):
-    """(3, 3) case from sensor: units of even numbers sit on the other side of the board."""
-    return np.eye(3) if number % 2 else FACING_DOWN
-
-
-def places():
-    """(8, 3) m, in the case frame."""
-    return np.loadtxt(FOLDER / "IMU_positions.csv", delimiter=",", skiprows=1, usecols=range(1, 9)).T
+pytestmark = pytest.mark.skipif(not board.is_here(), reason=board.ABSENT)
 
 
 def known(primary, lever_arms=True):
     """What the makers of the board state: mounting, places and ranges, seen from the primary."""
-    at = places()
     units = {}
     for number in NUMBERS:
-        unit = {"specific_force_range": 15.98 * STANDARD_GRAVITY, "angular_rate_range": np.radians(1998.0)}
+        unit = {
+            "specific_force_range": board.SPECIFIC_FORCE_RANGE,
+            "angular_rate_range": board.ANGULAR_RATE_RANGE,
+        }
         if number != primary:
-            unit["sensor_from_primary"] = (turn(number).T @ turn(primary)).tolist()
+            unit["sensor_from_primary"] = board.sensor_from_primary(number, primary).tolist()
             if lever_arms:
-                unit["lever_arm"] = (turn(primary).T @ (at[number - 1] - at[primary - 1])).tolist()
+                unit["lever_arm"] = board.lever_arm(number, primary).tolist()
         units[f"imu{number}"] = unit
     return units
-
-
-# The units are not calibrated, and their norms at rest stray by 0.6 m/s^2 from gravity: the primary is
-# taken as it is. Turns between the rests are short, so that 20 s of motion take 400 s.
-SETTINGS = {
-    "primary_accelerometer_threshold": 0.8,
-    "primary_gyroscope_threshold": 0.2,
-    "collect": 20.0,
-    "evaluate_every": 20.0,
-}
 
 
 @pytest.fixture(scope="module")
@@ -173,12 +150,11 @@ def test_lever_arms_that_are_not_stated_are_found(tmp_path):
         log=LOG,
         settings={**SETTINGS, "units": known(2, lever_arms=False)},
     )
-    at = places()
     off = []
     for error in result.errors:
         if error.sensor == "accelerometer":
             assert error.rung == "affine and lever arm"
-            off.append(error.lever_arm - turn(2).T @ (at[int(error.unit[3]) - 1] - at[1]))
+            off.append(error.lever_arm - board.lever_arm(int(error.unit[3]), 2))
     print(f"largest error of a lever arm {1e3 * np.abs(off).max():.1f} mm")
     # Measured: 3.2 mm, where the units are 19 mm to 27 mm apart.
     assert np.abs(off).max() < 0.005
