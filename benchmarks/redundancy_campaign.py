@@ -35,7 +35,7 @@ from rich.console import Console
 from rich.progress import track
 
 from benchmarks.redundancy_draw import DrawnMission, draw, kinds
-from benchmarks.redundancy_figures import SETS, by_kind, of_health, of_kind, show
+from benchmarks.redundancy_figures import SETS, by_kind, of_health, of_kind, show, wide_console
 from benchmarks.redundancy_judgement import judge
 from benchmarks.redundancy_replay import Replay, error_of, flown, gathered, source_of
 from benchmarks.redundancy_set import SENSORS, Samples, SimulatedSet
@@ -188,7 +188,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--jobs", type=int, default=JOBS)
     parser.add_argument("--list", action="store_true", help="seeds of what did not come out right")
     options = parser.parse_args(arguments)
-    console = Console()
+    console = wide_console()
     if options.only is not None:
         show_one(options.only, console)
         return 0

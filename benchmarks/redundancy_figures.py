@@ -22,10 +22,18 @@ GROUPS: dict[str, tuple[Kind, ...]] = {
     "lost samples": ("dead", "late", "not a number"),
 }
 """Kinds that have a goal together."""
+WIDTH = 160
+"""Characters of a row of the widest table."""
 SOON = 0.3
 """s within which a contradiction is to be seen."""
 LONG = 90.0
 """s after which an answer is of no use."""
+
+
+def wide_console() -> Console:
+    """Give a console on which the tables have room."""
+    console = Console()
+    return Console(width=max(console.width, WIDTH))
 
 
 def by_kind(missions: Sequence[Mapping[str, Any]]) -> Content:

@@ -24,7 +24,7 @@ from rich.table import Table
 
 from benchmarks import redundancy_board as board
 from benchmarks.redundancy_fault import InjectedFault, Kind, draw_fault
-from benchmarks.redundancy_figures import SETS, by_kind, cells, header
+from benchmarks.redundancy_figures import SETS, by_kind, cells, header, wide_console
 from benchmarks.redundancy_judgement import INVALID, Event, judge, source_spans
 from benchmarks.redundancy_replay import Stored, edges, replay, spoilt
 from benchmarks.redundancy_set import Samples
@@ -170,7 +170,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--draws", type=int, default=DRAWS, help="of each kind in each unit")
     parser.add_argument("--no-save", action="store_true")
     options = parser.parse_args(arguments)
-    console = Console()
+    console = wide_console()
     if not board.is_here():
         console.print(f"not run: {board.ABSENT}")
         return 0

@@ -1,0 +1,198 @@
+"""The campaign counts what was told against what was true, on sets whose motion obeys physics."""
+
+from dataclasses import replace
+from typing import get_args
+
+import numpy as np
+import pytest
+from benchmarks import redundancy_campaign, redundancy_recorded
+from benchmarks.redundancy_draw import CYCLE, draw, kinds
+from benchmarks.redundancy_fault import Kind, draw_fault
+from benchmarks.redundancy_figures import of_kind
+from benchmarks.redundancy_judgement import judge, source_spans
+from benchmarks.redundancy_replay import error_of, gathered
+from benchmarks.redundancy_set import SENSORS, STEP, WARMING, simulate_set
+from scipy.spatial.transform import Rotation
+
+from tumble.constants import STANDARD_GRAVITY
+
+SPANS = np.array([[6.0, 30.0], [36.0, 50.0]])
+
+
+def unhealthy(time, unit, reason="out of family"):
+    return (time, unit, "unhealthy", {"reason": reason})
+
+
+def disagree(time):
+    return (time, 0, "disagree", {"sensor": "accelerometer"})
+
+
+def selected(time, unit, reason="primary failed"):
+    return (time, unit, "selected", {"reason": reason})
+
+
+START = selected(0.1, 0, "start")
+FAULTY, ONSET, END = 1, 50.0, 100.0
+
+
+@pytest.mark.parametrize(
+    ("told", "outcome", "isolated", "seen"),
+    [
+        ([], "missed", None, None),
+        ([unhealthy(50.5, 1)], "right", 0.5, 0.5),
+        ([disagree(50.2), unhealthy(53.0, 1)], "right", 3.0, 0.2),
+        ([disagree(50.2)], "unknown", None, 0.2),
+        ([unhealthy(51.0, 2), unhealthy(52.0, 1)], "wrong", None, 1.0),
+        ([unhealthy(51.0, 1), unhealthy(51.0, 0)], "wrong", None, 1.0),
+        ([unhealthy(51.0, 1), unhealthy(52.0, 0)], "right", 1.0, 1.0),
+        ([unhealthy(49.0, 1), unhealthy(51.0, 1)], "too early", None, 1.0),
+        ([unhealthy(20.0, 0), unhealthy(51.0, 1)], "too early", None, 1.0),
+        ([unhealthy(51.0, 0, "saturated"), unhealthy(52.0, 1)], "right", 2.0, 2.0),
+        ([disagree(20.0)], "missed", None, None),
+        ([unhealthy(99.9, 1, "late")], "missed", None, None),
+    ],
+)
+def test_who_is_named_first_after_the_fault_began_decides_the_outcome(told, outcome, isolated, seen):
+    judgement = judge([START, *told], FAULTY, ONSET, END)
+    assert judgement.outcome == outcome
+    assert (judgement.isolated, judgement.seen) == pytest.approx((isolated, seen))
+
+
+def test_in_health_all_that_is_told_is_counted_and_nothing_comes_out():
+    told = [START, unhealthy(20.0, 0), selected(20.1, 1), disagree(30.0)]
+    judgement = judge(told, None, ONSET, END)
+    assert judgement.outcome is None
+    assert (judgement.guilty_in_health, judgement.disagree_in_health) == (1, 1)
+    assert (judgement.changes_in_health, judgement.changes, judgement.health) == (1, 0, END)
+
+
+def test_of_a_mission_with_a_fault_only_the_time_before_it_is_health():
+    told = [START, disagree(30.0), unhealthy(51.0, 1), unhealthy(60.0, 2), selected(70.0, 0, "none fit")]
+    judgement = judge([*told, selected(75.0, 0)], FAULTY, ONSET, END)
+    assert (judgement.health, judgement.disagree_in_health, judgement.guilty_in_health) == (ONSET, 1, 0)
+    assert (judgement.also, judgement.changes, judgement.changes_in_health) == (1, 2, 0)
+    assert judgement.without_source == pytest.approx(5.0)
+
+
+def test_a_unit_is_the_source_until_the_next_is_selected_and_none_where_none_fits():
+    told = [START, selected(40.0, 2), selected(60.0, 2, "none fit"), selected(61.0, 0, "primary proven")]
+    assert source_spans(told, END) == [(0.1, 40.0, 0), (40.0, 60.0, 2), (60.0, 61.0, None), (61.0, END, 0)]
+
+
+def test_every_mission_has_one_outcome_and_percentiles_are_of_those_that_have_one():
+    told = {"right": [unhealthy(52.0, 1)], "missed": [], "unknown": [disagree(51.0)]}
+    known = {"faulty": 0, "sensor": "accelerometer", "velocity": 2.0, "angle": None, "misled": 0}
+    missions = [
+        known | {name: getattr(judge([START, *events], FAULTY, ONSET, END), name) for name in JUDGED}
+        for events in told.values()
+    ]
+    figures = of_kind(missions)
+    assert figures["missions"] == sum(figures["outcomes"].values()) == 3
+    assert (figures["isolated"]["number"], figures["seen"]["number"], figures["right_within"]) == (1, 2, 1)
+    assert figures["velocity"]["median"] == 2.0
+    assert figures["angle"] == {"number": 0}
+
+
+JUDGED = ("outcome", "isolated", "seen", "also", "changes", "without_source")
+
+
+@pytest.fixture(scope="module")
+def ridden():
+    """Three units that ride along for a minute, hardly shaken."""
+    print("seed 5")
+    return simulate_set(np.random.default_rng(5), 3, SPANS, 60.0, "weak")
+
+
+def test_gravity_carried_by_the_angular_rate_is_what_the_body_feels_at_the_next_rest(ridden):
+    body = ridden.body
+    moved = (body.time > 5.0) & (body.time < 33.0)
+    steps = Rotation.from_rotvec(0.5 * STEP * (body.angular_rate[moved][1:] + body.angular_rate[moved][:-1]))
+    turned = Rotation.identity()
+    for step in steps:
+        turned = turned * step
+    force = body.specific_force[moved]
+    np.testing.assert_allclose(np.linalg.norm(force[[0, -1]], axis=1), STANDARD_GRAVITY, rtol=1e-9)
+    np.testing.assert_allclose(turned.inv().apply(force[0]), force[-1], atol=0.002)
+
+
+@pytest.mark.parametrize("number", [0, 1, 2])
+def test_with_its_true_errors_taken_off_a_unit_says_what_the_body_does(ridden, number):
+    unit, said = ridden.units[number], ridden.samples[number]
+    for name, noise, drift in zip(SENSORS, (0.3, 0.03), WARMING, strict=True):
+        true = np.linalg.solve(unit.matrix[name], (said.of(name) - unit.bias[name]).T).T
+        felt = ridden.body.angular_rate
+        if name == "accelerometer":
+            felt = ridden.body.specific_force + ridden.body.carried(unit.arm)
+        felt = np.column_stack([np.interp(said.arrival, ridden.body.time, column) for column in felt.T])
+        assert np.abs((true - felt).mean(axis=0)).max() < 3.0 * drift
+        assert (true - felt).std() < noise
+        record = {"matrix": unit.matrix[name], "bias": unit.bias[name], "lever_arm": unit.arm}
+        assert np.abs(said.time - said.arrival).max() < 0.0015
+        stated = replace(unit, stated_arm=None)
+        truth = replace(
+            ridden.units[0],
+            matrix=dict.fromkeys(SENSORS, np.eye(3)),
+            bias=dict.fromkeys(SENSORS, np.zeros(3)),
+        )
+        assert error_of(record, stated, truth, name, ridden.body, 0.0) < 1e-9
+        worse = record | {"bias": unit.bias[name] + 0.5}
+        assert error_of(worse, stated, truth, name, ridden.body, 0.0) == pytest.approx(0.75**0.5, rel=0.05)
+
+
+@pytest.mark.parametrize("kind", get_args(Kind))
+def test_a_fault_leaves_what_was_said_before_it_alone_and_changes_what_is_said_after(ridden, kind):
+    clean = ridden.samples[1]
+    fault = draw_fault(np.random.default_rng(7), kind, 20.0)
+    faulty = fault.inject(clean)
+    count = int(np.searchsorted(clean.arrival, 20.0))
+    for name in ("time", "arrival", "specific_force", "angular_rate"):
+        np.testing.assert_array_equal(getattr(faulty, name)[:count], getattr(clean, name)[:count])
+    assert any(
+        not np.array_equal(getattr(faulty, name), getattr(clean, name))
+        for name in ("arrival", "specific_force", "angular_rate")
+    )
+
+
+def test_a_jump_of_a_metre_per_second_squared_for_two_seconds_gathers_two_metres_per_second(ridden):
+    fault = replace(draw_fault(np.random.default_rng(7), "jump", 2.0), sensor="accelerometer", size=1.0)
+    clean, unit = ridden.samples[1], ridden.units[1]
+    found = gathered(clean, fault.inject(clean), unit, ridden.body, [(1.0, 4.0)])
+    assert found == {"accelerometer": pytest.approx(2.0, rel=0.01), "gyroscope": 0.0}
+
+
+def test_every_kind_is_drawn_and_a_seed_is_one_mission_whatever_else_is_flown():
+    assert set(CYCLE) == set(kinds())
+    seeds = redundancy_campaign.chosen(4, 100, ["ramp"], [2])
+    assert all((draw(seed).kind, draw(seed).units) == ("ramp", 2) for seed in seeds)
+    assert seeds == redundancy_campaign.chosen(2, 100, ["ramp"], [2]) + redundancy_campaign.chosen(
+        2, seeds[1] + 1, ["ramp"], [2]
+    )
+    first, again = draw(seeds[0]).fly(), draw(seeds[0]).fly()
+    np.testing.assert_array_equal(first.samples[1].specific_force, again.samples[1].specific_force)
+
+
+@pytest.mark.parametrize("kind", ["dead", "late", "not a number"])
+def test_a_unit_that_falls_silent_is_late_or_says_no_number_is_named_at_once(kind):
+    (seed,) = redundancy_campaign.chosen(1, 0, [kind], None)
+    print(f"seed {seed}")
+    mission = redundancy_campaign.judged(seed)
+    assert mission["outcome"] == "right"
+    assert mission["isolated"] < 0.15
+
+
+def test_the_tables_show_every_kind_that_was_flown_and_a_part_of_the_campaign_is_not_kept(tmp_path, capsys):
+    assert redundancy_campaign.main(["--missions", "2", "--kinds", "dead", "--jobs", "1", "--list"]) == 0
+    assert "dead" in capsys.readouterr().out
+
+
+def test_of_a_single_mission_all_events_are_shown(capsys):
+    (seed,) = redundancy_campaign.chosen(1, 0, ["dead"], [2])
+    assert redundancy_campaign.main(["--only", str(seed)]) == 0
+    assert "adopted" in capsys.readouterr().out
+
+
+def test_without_the_recording_its_benchmark_says_so_and_keeps_nothing(monkeypatch, capsys):
+    monkeypatch.setattr(redundancy_recorded.board, "is_here", lambda: False)
+    monkeypatch.setattr(redundancy_recorded, "save", lambda *_: pytest.fail("kept"))
+    assert redundancy_recorded.main([]) == 0
+    assert "not here" in capsys.readouterr().out
