@@ -1,0 +1,131 @@
+"""Three missions of a simulator that is not ours, in which one unit is wrong and the others could know."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from redundancy_sets import of
+from turntable_sessions import typed
+
+FOLDER = Path(__file__).parents[3] / "shared" / "data" / "redundancy_cases"
+SECONDARIES = {"flip": 1, "p5019": 3, "p5037": 2}
+DIES = 53.4
+"""s at which the primary of `flip` says its last."""
+DRIFT = (43.0, 163.0)
+"""s in which the primary of `p5019` drifts by 0.3 m/s^2."""
+JUMP = 46.5
+"""s at which the primary of `p5037` jumps by 1 m/s^2."""
+
+pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason="the missions in ../shared/data are not here")
+
+
+def fails_today(reason):
+    return pytest.mark.xfail(strict=True, reason=reason)
+
+
+def arguments(case):
+    secondaries = range(1, SECONDARIES[case] + 1)
+    logs = [word for n in secondaries for word in ("--secondary", FOLDER / f"{case}_secondary_{n}.parquet")]
+    return ("--primary", FOLDER / f"{case}_primary.parquet", *logs, "--settings", FOLDER / f"{case}.yaml")
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    """Each case as typed: exit code and summary, and the folder of its results."""
+    folders = {case: tmp_path_factory.mktemp(case) for case in SECONDARIES}
+    return {
+        case: (typed("redundancy", *arguments(case), "-o", folder), folder)
+        for case, folder in folders.items()
+    }
+
+
+@pytest.fixture(scope="module")
+def events(done):
+    """Events of each case."""
+    return {
+        case: [json.loads(line) for line in (folder / "events.jsonl").read_text("utf-8").splitlines()]
+        for case, (_, folder) in done.items()
+    }
+
+
+def named(events, unit):
+    """Times at which a unit is told to be wrong."""
+    return [each["time"] for each in of(events, unit, "unhealthy")]
+
+
+def sources(events):
+    """When which unit becomes the source; no unit where none is fit."""
+    return [
+        (each["time"], None if each["figures"]["reason"] == "none fit" else each["unit"])
+        for each in events
+        if each["event"] == "selected"
+    ]
+
+
+@fails_today("a secondary whose calibration is refused is a candidate like any other")
+def test_a_secondary_refuted_by_a_valid_primary_is_never_the_source(events):
+    assert "flip_secondary_1" not in [unit for _, unit in sources(events["flip"])]
+
+
+@fails_today("a secondary whose calibration is refused is a candidate like any other")
+def test_where_the_primary_dies_and_the_rest_is_refuted_no_unit_is_the_source(events):
+    time, unit = sources(events["flip"])[-1]
+    assert unit is None
+    assert DIES < time < DIES + 0.5
+
+
+def test_a_primary_that_says_no_more_is_named_at_once(events):
+    assert DIES < named(events["flip"], "flip_primary")[0] < DIES + 0.2
+
+
+@fails_today("a set without a unit that is fit ends like any other")
+def test_a_set_that_ends_without_a_unit_that_is_fit_ends_with_code_3(done):
+    assert done["flip"][0].code == 3
+
+
+@fails_today("a drift that stays below 1 m/s^2 is followed")
+def test_a_primary_that_drifts_is_named_before_its_drift_ends_and_loses_the_source(events):
+    began, ended = DRIFT
+    first = named(events["p5019"], "p5019_primary")[:1]
+    assert first
+    assert began < first[0] < ended
+    time, unit = sources(events["p5019"])[-1]
+    assert unit != "p5019_primary"
+    assert time < ended
+
+
+def test_secondaries_that_agree_against_a_primary_that_drifts_are_not_named(events):
+    assert not [n for n in (1, 2, 3) if named(events["p5019"], f"p5019_secondary_{n}")]
+
+
+@fails_today("secondaries follow a primary that all of them contradict")
+def test_no_secondary_follows_a_primary_that_its_siblings_contradict(events):
+    followed = [
+        (each["unit"], each["time"])
+        for each in events["p5019"]
+        if each["event"] == "adopted"
+        and each["figures"]["sensor"] == "accelerometer"
+        and each["time"] > DRIFT[0]
+    ]
+    assert followed == []
+
+
+@fails_today("a jump of 1 m/s^2 is below what units may be apart")
+def test_a_primary_that_jumps_loses_the_source_within_a_second(events):
+    assert JUMP < named(events["p5037"], "p5037_primary")[0] < JUMP + 1.0
+    time, unit = sources(events["p5037"])[1]
+    assert unit in ("p5037_secondary_1", "p5037_secondary_2")
+    assert time < JUMP + 1.0
+
+
+def test_secondaries_that_agree_against_a_primary_that_jumps_are_not_named(events):
+    assert not [n for n in (1, 2) if named(events["p5037"], f"p5037_secondary_{n}")]
+
+
+@fails_today("the summary has no word of it")
+def test_a_primary_that_jumps_is_named_in_the_summary(done):
+    summary = done["p5037"][0].out
+    assert [line for line in summary.splitlines() if "nhealthy" in line and "p5037_primary" in line]
