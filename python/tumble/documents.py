@@ -27,7 +27,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from tumble.bounded_yaml import parse, problem_in_words
 from tumble.errors import CalibrationFileError
-from tumble.files import FileKind, note_input, write_text
+from tumble.files import LOG_SUFFIXES, FileKind, name_too_long, note_input, write_text
 from tumble.plain import short
 from tumble.recording import FloatArray
 from tumble.schemas import DocumentSchema, schema_stated
@@ -109,7 +109,7 @@ class ArrayField:
             raise ValueError(f"{wanted}, found {short(numbers)}")
         strays = [number for number in _flatten(numbers) if not self._is_number(number)]
         if strays:
-            raise ValueError(f"{wanted}, found {short(strays[0])}")
+            raise ValueError(f"{wanted}{_bounds(strays[0])}, found {short(strays[0])}")
         array = np.array(numbers, dtype=np.float64)
         array.flags.writeable = False
         return array
@@ -134,13 +134,14 @@ def read_document(path: Path | str, model: type[Model], schema: DocumentSchema) 
     """
     path = Path(path)
     remedy = f"see tumble schema {schema.name}"
+    if too_long := name_too_long(path):
+        raise CalibrationFileError(too_long)
     try:
-        node, data = parse(_read_text(path, schema.what))
-    except yaml.YAMLError as error:
-        raise CalibrationFileError(f"{path}: {problem_in_words(error)}; correct the YAML there") from error
-    if not isinstance(data, Mapping):
-        found = "an empty file" if data is None else short(data)
-        raise CalibrationFileError(f"{path}: not a {schema.what}: {found} where keys are needed; {remedy}")
+        node, data = _read_mapping(path, schema.what, remedy)
+    except CalibrationFileError as error:
+        if path.suffix.lower() in LOG_SUFFIXES and not isinstance(error.__cause__, OSError):
+            raise CalibrationFileError(f"{path}: is a log, not a {schema.what}; give another file") from error
+        raise
     stated = schema_stated(data.get("schema"))
     if stated is not None and stated is not schema:
         raise CalibrationFileError(f"{path}: is a {stated.what}, not a {schema.what}; give another file")
@@ -150,6 +151,17 @@ def read_document(path: Path | str, model: type[Model], schema: DocumentSchema) 
         return model.model_validate(data)
     except ValidationError as error:
         raise CalibrationFileError(f"{path}: {_problem(error, node, model)}; {remedy}") from error
+
+
+def _read_mapping(path: Path, what: str, remedy: str) -> tuple[yaml.Node | None, Mapping[Any, Any]]:
+    try:
+        node, data = parse(_read_text(path, what))
+    except yaml.YAMLError as error:
+        raise CalibrationFileError(f"{path}: {problem_in_words(error)}; correct the YAML there") from error
+    if not isinstance(data, Mapping):
+        found = "an empty file" if data is None else short(data)
+        raise CalibrationFileError(f"{path}: not a {what}: {found} where keys are needed; {remedy}")
+    return node, data
 
 
 def _read_text(path: Path, what: str) -> str:
@@ -216,6 +228,12 @@ def _flatten(value: object) -> list[object]:
     if isinstance(value, Sequence) and not isinstance(value, str):
         return [number for item in value for number in _flatten(item)]
     return [value]
+
+
+def _bounds(stray: object) -> str:
+    """Say up to where numbers are taken, where it is one that goes beyond."""
+    is_too_large = isinstance(stray, int | float) and abs(stray) > LARGEST_NUMBER
+    return f" no larger than {LARGEST_NUMBER:g}" if is_too_large else ""
 
 
 def _plain_numbers(array: FloatArray) -> list[object]:

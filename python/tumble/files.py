@@ -22,6 +22,12 @@ from tumble.errors import OutputError
 FileIdentity: TypeAlias = tuple[int, int]
 """Device and inode: the same for all names of one file."""
 
+LOG_SUFFIXES = frozenset((".csv", ".tsv", ".txt", ".log", ".dat", ".parquet", ".pq", ".bag", ".db3", ".mcap"))
+"""Endings of logs, in lower case."""
+_LONGEST_NAME = 255
+"""Characters of the name of a file or folder, on the file systems in use."""
+_SHOWN = 60
+"""Characters shown of a name that is longer."""
 _HEAD_BYTES = 16_384
 """How much of a file is looked at to tell its kind."""
 _MOST_NAMED = 20
@@ -74,6 +80,13 @@ def files_of_command() -> Iterator[FilesOfCommand]:
         yield _running
     finally:
         _running = outer
+
+
+def name_too_long(path: Path) -> str | None:
+    """Say so where no file system has names as long as one in this path."""
+    if all(len(part) <= _LONGEST_NAME for part in path.parts):
+        return None
+    return f"{str(path)[:_SHOWN]}...: no file has so long a name; check the path"
 
 
 def note_input(path: Path) -> None:

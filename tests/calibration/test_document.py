@@ -179,6 +179,32 @@ def test_a_bias_holds_numbers_only(saved, number):
         Calibration.load(saved)
 
 
+def test_a_number_that_no_sensor_has_is_refused_for_its_size(saved):
+    text = saved.read_text()
+    start = text.index("  b: [") + len("  b: [")
+    saved.write_text(text[:start] + "1.0e+308" + text[text.index(",", start) :])
+    with pytest.raises(CalibrationFileError, match=r"needs 3 numbers no larger than 1e\+30, found 1e\+308"):
+        Calibration.load(saved)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"time,ax,ay\n0,0,0\n", b"# serial: 7\ntime: no\n\ttab\n", b"\x89MCAP0\r\n\xff", b"#" * (5 << 20)],
+)
+@pytest.mark.parametrize("ending", [".csv", ".mcap", ".TXT"])
+def test_a_log_in_place_of_a_calibration_is_named_as_one(tmp_path, content, ending):
+    log = tmp_path / f"drive{ending}"
+    log.write_bytes(content)
+    with pytest.raises(CalibrationFileError) as refused:
+        Calibration.load(log)
+    assert str(refused.value) == f"{log}: is a log, not a calibration file; give another file"
+
+
+def test_a_missing_file_with_the_ending_of_a_log_is_said_to_be_missing(tmp_path):
+    with pytest.raises(CalibrationFileError, match="no such calibration file"):
+        Calibration.load(tmp_path / "drive.csv")
+
+
 def test_a_matrix_that_differs_from_its_factors_is_refused(saved):
     content = yaml.safe_load(saved.read_text())
     content["accelerometer"]["M"][0][0] += 0.01

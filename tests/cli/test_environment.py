@@ -63,12 +63,12 @@ def test_a_name_that_is_no_text_is_read_shown_and_written(tmp_path, log):
     assert typed("apply", path, odd, "-o", folder / os.fsdecode(b"out\xe9.csv")).code == 0
 
 
-def test_a_name_of_5000_characters_is_one_line():
+def test_a_name_of_5000_characters_is_one_short_line():
     name = "n" * 5000
     for words in (("inspect", name), ("apply", name, name), ("spin", name)):
         done = typed(*words)
         assert done.code == 2
-        assert one_line(done.err)
+        assert len(one_line(done.err)) < 200
 
 
 @pytest.mark.parametrize("command", ["inspect", "spin"])

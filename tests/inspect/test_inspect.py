@@ -265,3 +265,11 @@ def test_a_table_of_unknown_names_is_inspected_with_columns(tmp_path, columns):
     assert done.code == 0, done.err
     assert "200 Hz" in done.out
     assert "a second IMU" in done.text
+
+
+def test_a_table_that_is_no_terminals_shows_every_digit(tmp_path):
+    log = write(tmp_path / "drive.csv", made_up(600))
+    done = typed("inspect", log)
+    assert done.code == 0
+    assert "saturated" in done.out
+    assert "\N{HORIZONTAL ELLIPSIS}" not in done.out

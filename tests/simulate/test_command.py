@@ -91,6 +91,11 @@ def test_the_text_says_what_comes_next(tmp_path):
     assert f"Next: tumble turntable {tmp_path}/reference.csv {tmp_path}/target_1.csv" in done.out
 
 
+def test_what_comes_next_fits_what_the_units_respond_to(tmp_path):
+    assert " --g-sensitivity -o results" in simulate(tmp_path, "--grades", "consumer").out
+    assert "--g-sensitivity" not in simulate(tmp_path, "--grades", "consumer", "--no-g-sensitivity").out
+
+
 def test_the_same_command_writes_the_same_bytes_in_another_process(tmp_path):
     options = [*QUICK, "--seed", 4, "--clocks", "apart"]
     assert simulate(tmp_path / "one", *options).code == 0

@@ -7,7 +7,7 @@ import sys
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType
+    from rich.console import Console, RenderableType
 
 FILE_WIDTH = 128
 """What is no terminal has no width of its own, and a table folded to 80 columns is hard to read."""
@@ -21,9 +21,12 @@ def print_json(content: object) -> None:
 
 def print_summary(summary: RenderableType) -> None:
     """Print what is drawn with rich, as wide as the terminal."""
+    result_console().print(summary)
+
+
+def result_console() -> Console:
+    """Give standard output to draw on, as wide as the terminal."""
     from rich.console import Console
 
     console = Console()
-    if not console.is_terminal:
-        console = Console(width=FILE_WIDTH)
-    console.print(summary)
+    return console if console.is_terminal else Console(width=FILE_WIDTH)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tumble.cli.read_options import with_read_options
-from tumble.cli.screen import print_json
+from tumble.cli.screen import print_json, result_console
 from tumble.errors import TumbleError
 from tumble.logs.options import ReadOptions
 
@@ -71,12 +71,11 @@ def _inspect(source: str, options: ReadOptions) -> Iterator[Inspection]:
 
 
 def _show(inspection: Inspection) -> None:
-    from rich.console import Console
     from rich.text import Text
 
     from tumble.inspect.result import head_lines, rest_lines, service_line
 
-    console = Console()
+    console = result_console()
 
     def line(text: str, style: str = "") -> None:
         console.print(Text(f"  {text}", style), soft_wrap=True)

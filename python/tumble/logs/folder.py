@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from tumble.errors import LogError
+from tumble.files import LOG_SUFFIXES
 from tumble.logs.checks import ChunkStream, Counts
-from tumble.logs.formats import LOG_SUFFIXES
 from tumble.recording import Chunk, Recording
 
 _PAUSE = 1.0

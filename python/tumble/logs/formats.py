@@ -12,8 +12,6 @@ from tumble.files import note_input
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import LoggedImu
 
-LOG_SUFFIXES = frozenset((".csv", ".tsv", ".txt", ".log", ".dat", ".parquet", ".pq", ".bag", ".db3", ".mcap"))
-
 _MAGIC = {
     b"PAR1": "parquet",
     b"#ROSBAG V2": "ros1",

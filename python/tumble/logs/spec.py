@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tumble.errors import LogError
-from tumble.files import note_input
+from tumble.files import name_too_long, note_input
 from tumble.logs import standard_input
 
 
@@ -35,14 +35,11 @@ def parse_spec(source: str | Path) -> LogSpec:
             note_input(path)
             return LogSpec(path, text[position + 1 :] or None)
         position = text.rfind(":", 0, position)
-    if len(text) > _LONGEST_SHOWN:
-        raise LogError(f"{text[:_LONGEST_SHOWN]}...: no file has so long a name; check the path")
+    if too_long := name_too_long(Path(text)):
+        raise LogError(too_long)
     parent = Path(text).parent
     hint = "check the path" if parent.is_dir() else f"folder {parent} does not exist either"
     raise LogError(f"{text}: no such file or folder; {hint}")
-
-
-_LONGEST_SHOWN = 1000
 
 
 def _exists(path: Path) -> bool:

@@ -13,9 +13,9 @@ from typing import TypeAlias
 
 from tumble.errors import LogError, ProcedureError, TumbleError
 from tumble.file_names import SUMMARY
-from tumble.files import note_input
+from tumble.files import LOG_SUFFIXES, note_input
 from tumble.logs import open_recording, parse_spec
-from tumble.logs.formats import LOG_SUFFIXES, find_format
+from tumble.logs.formats import find_format
 from tumble.logs.options import ReadOptions
 
 ReadOptionsOf: TypeAlias = Callable[[str], ReadOptions | None]

@@ -164,4 +164,5 @@ def _show(session: SimulatedTurntable, paths: dict[str, str], as_json: bool) -> 
     print(f"{paths['poses']}: {len(session.scenario.poses)} poses, {len(session.rests)} rests")
     print(f"{paths['truth']}: the truth")
     logs = " ".join(paths[name] for name in units)
-    print(f"Next: tumble turntable {logs} --poses {paths['poses']} -o results")
+    fitted = " --g-sensitivity" if session.scenario.g_sensitivity else ""
+    print(f"Next: tumble turntable {logs} --poses {paths['poses']}{fitted} -o results")
