@@ -6,7 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from log_fixtures import made_up, read, refusal, write_text
@@ -201,6 +201,7 @@ def mutated(data, mutations):
 @pytest.mark.parametrize("options", [ReadOptions(), SKIP], ids=["strict", "skipping"])
 @settings(max_examples=60, deadline=None, print_blob=True)
 @given(mutations=MUTATIONS, samples=st.sampled_from([3, 40, 150]))
+@example(mutations=[("huge", 2198, 2), ("swap", 83, 164)], samples=3)  # leaves no sample
 def test_whatever_is_done_to_a_log_it_is_read_or_refused_in_one_line(
     tmp_path_factory, header, options, mutations, samples
 ):

@@ -393,8 +393,8 @@ def _largest(values: FloatArray) -> float:
 
 
 def _largest_each(values: FloatArray) -> FloatArray:
-    """Largest absolute value of each sample, (n,), of (n,) or (n, 3)."""
-    largest: FloatArray = np.abs(values.reshape(len(values), -1)).max(axis=1)
+    """Largest absolute value of each sample, (n,), of (n,) or (n, 3); n may be zero."""
+    largest: FloatArray = np.abs(values).max(axis=tuple(range(1, values.ndim)))
     return largest
 
 

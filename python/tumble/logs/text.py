@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import islice, pairwise
 from pathlib import Path
 
 from tumble.errors import LogError
@@ -150,10 +150,11 @@ def _key_value(text: str) -> dict[str, str]:
 def _named(
     path: Path, lines: Sequence[bytes], number: int, offset: int, names: list[str], preamble: dict[str, str]
 ) -> TextLayout:
-    rows = [_decode(line).strip() for line in lines[number : number + _ROWS_SEARCHED] if line.strip()]
+    full = (line for line in lines[number : number + _ROWS_SEARCHED] if line.strip())
+    rows = [_decode(line).strip() for line in islice(full, _ROWS_COMPARED)]
     if not rows:
         raise LogError(f"{path}: line {number} names columns, but no samples follow")
-    row = max(rows[:_ROWS_COMPARED], key=lambda row: _sound_fields(row, len(names)))
+    row = max(rows, key=lambda row: _sound_fields(row, len(names)))
     delimiter = _row_delimiter(row, len(names))
     skipped = sum(not line.startswith((b"#", b"%")) for line in lines[: number - 1])
     _refuse_repeated(path, number, names)
