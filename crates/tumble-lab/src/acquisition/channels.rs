@@ -172,6 +172,12 @@ impl Levels {
     }
 }
 
+/// Whether all readings lie within the smallest range of any sensor, where they are finite and no end is near.
+#[inline]
+pub(super) fn is_calm(y: &[f64; CHANNELS]) -> bool {
+    (0..CHANNELS).fold(true, |calm, i| calm & (y[i].abs() <= SMALLEST_RANGE[i / 3]))
+}
+
 /// Whether a unit turned at all between two rests: they may be parts of one.
 fn has_turned(turn: &Segment<f64>, before: &Segment<f64>, after: &Segment<f64>) -> bool {
     let gravity = before.specific_force().angle(&after.specific_force());
@@ -202,13 +208,8 @@ impl ChannelMonitor {
         }
     }
 
-    /// Takes in a sample.
-    #[inline]
+    /// Takes in a sample that is not calm.
     pub fn push_sample(&mut self, time: u64, y: &[f64; CHANNELS]) {
-        let calm = (0..CHANNELS).fold(true, |calm, i| calm & (y[i].abs() <= SMALLEST_RANGE[i / 3]));
-        if calm {
-            return;
-        }
         for ([low, high], &y) in self.ends.iter_mut().zip(y) {
             low.push(-y, time);
             high.push(y, time);

@@ -5,7 +5,7 @@ use tumble_core::sample::CHANNELS;
 use tumble_core::segmenter::{FinishedSegment, Segmenter, SegmenterSettings};
 
 use super::acquired::{Acquired, Part};
-use super::channels::ChannelMonitor;
+use super::channels::{ChannelMonitor, is_calm};
 use super::rejection::{leave_out_saturated, reject_rests};
 use super::trace::Trace;
 use super::vibration::soften;
@@ -71,13 +71,13 @@ impl Acquisition {
         let origin = self.origin_of_part(first);
         for ((&t, f), w) in time.iter().zip(force).zip(rate) {
             let y = [f[0], f[1], f[2], w[0], w[1], w[2]];
-            let sum = t + y.iter().sum::<f64>();
-            if !sum.is_finite() {
+            let calm = is_calm(&y);
+            if !(t.is_finite() && (calm || y.iter().all(|y| y.is_finite()))) {
                 self.found.not_finite += 1;
             } else if t <= self.latest {
                 self.found.first_backwards.get_or_insert(t);
             } else {
-                self.push_sample(t, origin, &y);
+                self.push_sample(t, origin, &y, calm);
             }
         }
         for &t in temperature.unwrap_or_default() {
@@ -107,13 +107,15 @@ impl Acquisition {
 
     /// Takes in a finite sample later than the one before.
     #[inline]
-    fn push_sample(&mut self, time: f64, origin: f64, y: &[f64; CHANNELS]) {
+    fn push_sample(&mut self, time: f64, origin: f64, y: &[f64; CHANNELS], calm: bool) {
         self.latest = time;
         self.found.samples += 1;
         // Processors convert to signed integers in one step, to unsigned ones in several.
         #[allow(clippy::cast_possible_truncation)]
         let microseconds = (((time - origin) * 1e6 + 0.5) as i64).max(0).cast_unsigned();
-        self.channels.push_sample(microseconds, y);
+        if !calm {
+            self.channels.push_sample(microseconds, y);
+        }
         let segment = self.segmenter.push_channels(microseconds, y);
         if self.segmenter.has_block() {
             self.look();
