@@ -479,3 +479,10 @@ def test_the_summary_opens_in_a_spreadsheet_with_one_row_a_target(units):
         table = list(csv.reader(file))
     assert len(table) == 4
     assert len({len(row) for row in table}) == 1
+
+
+def test_pages_are_named_where_there_are_some_only(units):
+    none = run(units, "--pages", "none", targets="units/unit_2.csv")
+    assert "Calibration files, summary.csv" in none.out
+    every = run(units, "--pages", "all", targets="units/unit_2.csv")
+    assert "Calibration files, pages, summary.csv" in every.out

@@ -298,12 +298,14 @@ def _print_json(
 
 
 def _say_where(batch: Batch, files: dict[str, Path], unchanged: int) -> None:
-
     from tumble.file_names import ATTEMPTS, SUMMARY
+    from tumble.turntable.batch import PAGE_ENDING
 
     if unchanged:
         print(f"{unchanged} were done and unchanged, and left as they are")
-    print(f"Calibration files, pages, {SUMMARY} and {ATTEMPTS} are in {batch.folder}: {batch.counts()}")
+    has_pages = any((batch.folder / f"{last.stem}{PAGE_ENDING}").exists() for last in batch.last.values())
+    pages = "pages, " if has_pages else ""
+    print(f"Calibration files, {pages}{SUMMARY} and {ATTEMPTS} are in {batch.folder}: {batch.counts()}")
     print(f"Report: {files['report']}")
 
 
