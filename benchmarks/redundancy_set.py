@@ -41,11 +41,11 @@ JITTER = 2e-4
 """s, of a time stamp, 1 sigma, cut at twice that."""
 ARM_ERROR = 0.002
 """m an axis, 1 sigma, between a place and what is stated of it."""
-UNSTATED_ARMS = 0.2
+UNSTATED_ARMS = 0.1
 """Share of the secondaries of which nobody says where they are."""
 VIBRATION = {"weak": (0.6, 0.02), "strong": (3.0, 0.12)}
 """m/s^2 and rad/s of the rotors' tone before the filter of a unit."""
-BROADBAND = 0.1
+BROADBAND = 0.03
 """Of a rotor's tone: white noise that comes with it."""
 FILTER = 0.25
 """Cut-off of the filter of a unit over its rate."""
