@@ -455,13 +455,16 @@ class RedundancyUnit:
         axes: tuple[bool, bool, bool, bool, bool, bool] = (True, True, True, True, True, True),
         specific_force_range: float | None = None,
         angular_rate_range: float | None = None,
-        calibration: Mapping[str, tuple[FloatArray, FloatArray]] | None = None,
+        accelerometer_threshold: str | None = None,
+        gyroscope_threshold: str | None = None,
+        calibration: Mapping[str, tuple[FloatArray, FloatArray, float]] | None = None,
     ) -> None:
         """Describe a unit.
 
         `sensor_from_primary` (3, 3) is the nominal rotation; `lever_arm` (3,) m from the primary, in its case
-        frame, where known; `time_offset` s is added to the unit's time; `calibration` is the primary's own,
-        for each of `accelerometer` and `gyroscope` the M (3, 3) and b (3,) of `y = M u + b`.
+        frame, where known; `time_offset` s is added to the unit's time; thresholds are its own in
+        place of those of the settings; `calibration` is the primary's own, for each of `accelerometer` and
+        `gyroscope` the M (3, 3) and b (3,) of `y = M u + b` and the residual that was left of a channel.
         """
 
 class RedundancyMonitor:
@@ -490,6 +493,8 @@ class RedundancyMonitor:
         """
     def restore(self, record: Mapping[str, object]) -> str | None:
         """Take a stored error of a secondary; says why it was rejected, or `None`."""
+    def restore_factory(self, record: Mapping[str, object]) -> None:
+        """Take the error that a secondary had from the factory, from which thresholds may be counted."""
     def records(self) -> list[dict[str, object]]:
         """Everything stored: identity, sensor, and the fields of `SecondaryError` from matrix to sequence."""
     @staticmethod

@@ -23,7 +23,7 @@ class MonitorSettings(Document):
     evaluate_after_start: bool = True
     """Evaluate the first rest after the start."""
     evaluate_every: float | None = 600.0
-    """Evaluate a rest again once so much time has passed; `none`: on command only. In s."""
+    """Calibrate what deviates at a rest once so much time has passed; `none`: on command only. In s."""
     data: Literal["compensated", "raw"] = "compensated"
     """Take deviations after stored errors were taken off, or from data as read, with thresholds to match."""
     vector_check: bool = True
@@ -33,11 +33,9 @@ class MonitorSettings(Document):
     secondary_gyroscope_threshold: str = "0.01"
     """Deviation of a secondary's gyroscope above which its calibration is triggered. In rad/s."""
     primary_accelerometer_threshold: str = "0.1"
-    """Deviation of the primary's accelerometer above which it is invalid; `last` is its last valid one. In
-    m/s^2."""
+    """Deviation of the primary's accelerometer above which it is invalid. In m/s^2."""
     primary_gyroscope_threshold: str = "0.01"
-    """Deviation of the primary's gyroscope above which it is invalid; `last` is its last valid one. In
-    rad/s."""
+    """Deviation of the primary's gyroscope above which it is invalid. In rad/s."""
     gate: Literal["secondary alone", "whole primary", "sensor by sensor"] = "whole primary"
     """Trigger on the secondary alone, with both sensors of the primary valid, or each with its own kind."""
     scope: Literal["all sensors", "triggering sensor"] = "all sensors"

@@ -18,21 +18,22 @@ LARGEST = 1e9
 LARGEST_COUNT = 2**32 - 1
 
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-_THRESHOLD = re.compile(rf"\s*(?P<last>last\s*(?P<how>[+*])\s*)?(?P<number>{_NUMBER})\s*")
+_KNOWN_ERROR = r"(?:(?:factory|last)\s*\+|last\s*\*)\s*"
+_THRESHOLD = re.compile(rf"\s*(?P<error>{_KNOWN_ERROR})?(?P<number>{_NUMBER})\s*")
 
 
 def _threshold(value: object) -> object:
-    """Read `0.1`, `last+0.1` or `last*1.5`; give it without spaces."""
+    """Read `0.1`, `factory+0.1`, `last+0.1` or `last*1.5`; give it without spaces."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         return value
     match = _THRESHOLD.fullmatch(str(value))
-    smallest = 1.0 if match and match["how"] == "*" else 0.0
+    smallest = 1.0 if match and "*" in (match["error"] or "") else 0.0
     if match is None or not smallest < float(match["number"]) <= LARGEST:
         raise ValueError(
-            "needs to be a number above 0, last+MARGIN, or last*RATIO with a ratio above 1, "
+            "needs to be a number above 0, factory+MARGIN, last+MARGIN, or last*RATIO with a ratio above 1, "
             f"found {short(value)}"
         )
-    return f"last{match['how']}{match['number']}" if match["last"] else match["number"]
+    return "".join((match["error"] or "").split()) + match["number"]
 
 
 def _none(value: object) -> object:
@@ -46,12 +47,13 @@ Threshold: TypeAlias = Annotated[
         {
             "anyOf": [
                 {"type": "number", "exclusiveMinimum": 0.0},
-                {"type": "string", "pattern": rf"^\s*(last\s*[+*]\s*)?{_NUMBER}\s*$"},
+                {"type": "string", "pattern": rf"^\s*({_KNOWN_ERROR})?{_NUMBER}\s*$"},
             ]
         }
     ),
 ]
-"""`0.1`: fixed. `last+0.1`: the last error and a margin. `last*1.5`: the last error times a ratio."""
+"""`0.1`: fixed. `factory+0.1`: the error from the factory and a margin. `last+0.1`, `last*1.5`: the error at
+the last calibration and a margin, or times a ratio."""
 OrNone: TypeAlias = Annotated[
     Annotated[float, Field(gt=0.0, le=LARGEST)] | None,
     BeforeValidator(_none),

@@ -98,13 +98,19 @@ def test_every_setting_says_its_meaning_in_one_sentence_and_its_unit():
 
 @pytest.mark.parametrize(
     ("typed_as", "means"),
-    [("0.2", "0.2"), ("last+0.1", "last+0.1"), ("last * 1.5", "last*1.5"), ("last+ 1e-3", "last+1e-3")],
+    [
+        ("0.2", "0.2"),
+        ("last+0.1", "last+0.1"),
+        ("last * 1.5", "last*1.5"),
+        ("last+ 1e-3", "last+1e-3"),
+        ("factory +0.1", "factory+0.1"),
+    ],
 )
 def test_a_threshold_is_a_number_or_refers_to_the_last_error(typed_as, means):
     assert changed(f"secondary_accelerometer_threshold={typed_as}").secondary_accelerometer_threshold == means
 
 
-@given(st.floats(1e-6, 1e3), st.sampled_from(["", "last+", "last*"]))
+@given(st.floats(1e-6, 1e3), st.sampled_from(["", "factory+", "last+", "last*"]))
 def test_every_threshold_that_is_taken_is_one_the_core_takes(number, how):
     if how == "last*":
         number += 1.0
@@ -113,7 +119,9 @@ def test_every_threshold_that_is_taken_is_one_the_core_takes(number, how):
     _core.RedundancyMonitor(units, settings.by_name())
 
 
-@pytest.mark.parametrize("text", ["0", "-0.1", "last*1", "last-0.1", "first+0.1", "true", "[1]", "nan"])
+@pytest.mark.parametrize(
+    "text", ["0", "-0.1", "last*1", "last-0.1", "first+0.1", "factory*2", "true", "[1]", "nan"]
+)
 def test_a_threshold_that_everything_or_nothing_exceeds_is_refused(text):
     with pytest.raises(ProcedureError, match="secondary_accelerometer_threshold"):
         changed(f"secondary_accelerometer_threshold={text}")
@@ -288,3 +296,11 @@ def test_without_a_secondary_the_command_says_what_is_missing():
     done = typed("redundancy", "flight.csv", "--primary", "imu1")
     assert done.code == 2
     assert one_line(done.err).startswith("--secondary is missing")
+
+
+def test_a_unit_may_have_thresholds_of_its_own():
+    unit = changed("units.imu2.accelerometer_threshold=factory+0.2").units["imu2"]
+    assert (unit.accelerometer_threshold, unit.gyroscope_threshold) == ("factory+0.2", None)
+    _core.RedundancyUnit(1, accelerometer_threshold=unit.accelerometer_threshold)
+    with pytest.raises(ProcedureError, match="accelerometer_threshold needs to be a number above 0"):
+        changed("units.imu2.accelerometer_threshold=last*0.5")

@@ -47,7 +47,7 @@
 /**
  * Words of 8 bytes in the storage of a monitor.
  */
-#define TUMBLE_REDUNDANCY_WORDS (328 + (102 * TUMBLE_UNITS))
+#define TUMBLE_REDUNDANCY_WORDS (328 + (105 * TUMBLE_UNITS))
 
 /**
  * What `output.source` and `tumble_redundancy_get_source()` say where there is no source.
@@ -287,13 +287,21 @@ enum tumble_threshold_kind
      */
     TUMBLE_THRESHOLD_KIND_FIXED,
     /**
-     * The last error and a margin upon it; the number is m/s^2 or rad/s, above 0.
+     * The error at the last calibration and a margin upon it; the number is m/s^2 or rad/s, above 0.
      */
     TUMBLE_THRESHOLD_KIND_BY_MARGIN,
     /**
-     * The last error times a ratio; the number is above 1.
+     * The error at the last calibration times a ratio; the number is above 1.
      */
     TUMBLE_THRESHOLD_KIND_BY_RATIO,
+    /**
+     * The error from the factory and a margin upon it; the number is m/s^2 or rad/s, above 0.
+     */
+    TUMBLE_THRESHOLD_KIND_FACTORY_BY_MARGIN,
+    /**
+     * Of a unit: as the settings have it; the number does not count. Not for settings.
+     */
+    TUMBLE_THRESHOLD_KIND_OF_SETTINGS,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -624,6 +632,10 @@ enum tumble_reason
      * None selected: the source failed, and nobody else is fit.
      */
     TUMBLE_REASON_NONE_FIT,
+    /**
+     * Withheld: nobody asked, and the settings have it calibrated on command only.
+     */
+    TUMBLE_REASON_ON_COMMAND_ONLY,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -1112,8 +1124,8 @@ typedef struct tumble_redundancy_settings {
      */
     uint64_t rest_duration;
     /**
-     * Evaluate a rest again once so much time has passed. Longer than `rest_duration`. Default: 600 000 000
-     * microseconds; 0: on command only.
+     * Calibrate what deviates at a rest once so much time has passed. Longer than `rest_duration`. Default:
+     * 600 000 000 microseconds; 0: on command only.
      */
     uint64_t evaluate_every;
     /**
@@ -1181,13 +1193,11 @@ typedef struct tumble_redundancy_settings {
      */
     struct tumble_threshold secondary_gyroscope_threshold;
     /**
-     * Deviation of the primary's accelerometer above which it is invalid; `last` is its last valid one.
-     * Default: fixed, 0.1 m/s^2.
+     * Deviation of the primary's accelerometer above which it is invalid. Default: fixed, 0.1 m/s^2.
      */
     struct tumble_threshold primary_accelerometer_threshold;
     /**
-     * Deviation of the primary's gyroscope above which it is invalid; `last` is its last valid one. Default:
-     * fixed, 0.01 rad/s.
+     * Deviation of the primary's gyroscope above which it is invalid. Default: fixed, 0.01 rad/s.
      */
     struct tumble_threshold primary_gyroscope_threshold;
     /**
@@ -1357,6 +1367,14 @@ typedef struct tumble_unit {
      * End of the gyroscope's range, rad/s; 0 where nobody knows, the default.
      */
     float angular_rate_range;
+    /**
+     * Its own threshold of the accelerometer's deviation, m/s^2; ::TUMBLE_THRESHOLD_KIND_OF_SETTINGS, the default.
+     */
+    struct tumble_threshold accelerometer_threshold;
+    /**
+     * Its own threshold of the gyroscope's deviation, rad/s; ::TUMBLE_THRESHOLD_KIND_OF_SETTINGS, the default.
+     */
+    struct tumble_threshold gyroscope_threshold;
     /**
      * Whether the lever arm is given; else it is found, the default.
      */

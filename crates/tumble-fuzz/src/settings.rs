@@ -174,6 +174,7 @@ fn numbers(settings: &mut RedundancySettings<f32>) -> [&mut f32; 29] {
     ]
     .map(|threshold| match threshold {
         Threshold::Fixed(number)
+        | Threshold::FactoryByMargin(number)
         | Threshold::VariableByMargin(number)
         | Threshold::VariableByRatio(number) => number,
     });

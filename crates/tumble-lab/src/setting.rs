@@ -9,7 +9,7 @@ use tumble_core::redundancy::settings::{Data, Gate, Rung, Scope};
 pub enum Value {
     /// A number, or a time in s.
     Number(f64),
-    /// One of a few words, or a threshold: `0.1`, `last+0.1` or `last*1.5`.
+    /// One of a few words, or a threshold: `0.1`, `factory+0.1`, `last+0.1` or `last*1.5`.
     Text(String),
     /// Yes or no.
     Flag(bool),
@@ -30,7 +30,7 @@ pub enum SettingKind {
     Flag,
     /// One of a few words, for the variants of a type of this name.
     Choice(&'static str),
-    /// A number above zero, or one that refers to the last error: `0.1`, `last+0.1` or `last*1.5`.
+    /// A number above zero, or one that refers to a known error: `0.1`, `factory+0.1`, `last+0.1` or `last*1.5`.
     Threshold,
 }
 
@@ -315,19 +315,23 @@ impl<T: Real> Field for Threshold<T> {
     }
 }
 
-fn threshold<T: Real>(value: &Value) -> Option<Threshold<T>> {
+/// A threshold as users write it.
+pub fn threshold<T: Real>(value: &Value) -> Option<Threshold<T>> {
     let text = match value {
         Value::Number(number) => return Some(Threshold::Fixed(real(*number))),
         Value::Text(text) => text.trim(),
         Value::Flag(_) | Value::None => return None,
     };
     let parsed = |text: &str| text.trim().parse::<f64>().ok().map(real);
-    let Some(variable) = text.strip_prefix("last") else {
+    let known = ["factory", "last"].into_iter();
+    let variable = known.filter_map(|error| Some((error, text.strip_prefix(error)?.trim_start())));
+    let Some((error, variable)) = variable.last() else {
         return parsed(text).map(Threshold::Fixed);
     };
-    match variable.trim_start().split_at_checked(1)? {
-        ("+", margin) => parsed(margin).map(Threshold::VariableByMargin),
-        ("*", ratio) => parsed(ratio).map(Threshold::VariableByRatio),
+    match (error, variable.split_at_checked(1)?) {
+        ("factory", ("+", margin)) => parsed(margin).map(Threshold::FactoryByMargin),
+        ("last", ("+", margin)) => parsed(margin).map(Threshold::VariableByMargin),
+        ("last", ("*", ratio)) => parsed(ratio).map(Threshold::VariableByRatio),
         _ => None,
     }
 }
@@ -335,6 +339,7 @@ fn threshold<T: Real>(value: &Value) -> Option<Threshold<T>> {
 fn written<T: Real>(threshold: &Threshold<T>) -> String {
     match *threshold {
         Threshold::Fixed(value) => format!("{}", wide(value)),
+        Threshold::FactoryByMargin(margin) => format!("factory+{}", wide(margin)),
         Threshold::VariableByMargin(margin) => format!("last+{}", wide(margin)),
         Threshold::VariableByRatio(ratio) => format!("last*{}", wide(ratio)),
     }
@@ -381,10 +386,12 @@ mod tests {
             ("0.1", Threshold::Fixed(0.1)),
             ("last+0.1", Threshold::VariableByMargin(0.1)),
             ("last * 1.5", Threshold::VariableByRatio(1.5)),
+            ("factory + 0.1", Threshold::FactoryByMargin(0.1)),
+            ("1e+2", Threshold::Fixed(100.0)),
         ] {
             assert_eq!(threshold::<f64>(&Value::Text(text.to_string())), Some(meant));
         }
-        for text in ["", "last", "last-0.1", "first+0.1", "0,1", "last+"] {
+        for text in ["", "last", "last-0.1", "first+0.1", "0,1", "last+", "factory*2"] {
             assert_eq!(threshold::<f64>(&Value::Text(text.to_string())), None, "{text}");
         }
     }

@@ -229,7 +229,7 @@ pub fn redundancy<T: Real + Field>() -> Vec<Setting<RedundancySettings<T>>> {
             evaluation.evaluate_every,
             "s",
             MoreThan("rest_duration"),
-            "Evaluate a rest again once so much time has passed.",
+            "Calibrate what deviates at a rest once so much time has passed.",
             none = "on command only"
         ),
         row!(
@@ -260,13 +260,13 @@ pub fn redundancy<T: Real + Field>() -> Vec<Setting<RedundancySettings<T>>> {
             evaluation.thresholds.primary.accelerometer as primary_accelerometer_threshold,
             "m/s^2",
             Any,
-            "Deviation of the primary's accelerometer above which it is invalid; `last` is its last valid one."
+            "Deviation of the primary's accelerometer above which it is invalid."
         ),
         row!(
             evaluation.thresholds.primary.gyroscope as primary_gyroscope_threshold,
             "rad/s",
             Any,
-            "Deviation of the primary's gyroscope above which it is invalid; `last` is its last valid one."
+            "Deviation of the primary's gyroscope above which it is invalid."
         ),
     ];
     let gate = vec![row!(

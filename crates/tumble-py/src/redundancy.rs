@@ -9,9 +9,10 @@ use tumble_core::redundancy::monitor::Monitor;
 use tumble_core::redundancy::platform::{MountedUnit, Range};
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::{Axes, Sensor};
+use tumble_core::redundancy::settings::thresholds::Threshold;
 use tumble_lab::redundancy::dyn_monitor::{DynMonitor, EventLog, MOST_UNITS, Model, build};
 use tumble_lab::redundancy::replay::{ReplayOptions, ReplayUnit, replay};
-use tumble_lab::setting::in_seconds;
+use tumble_lab::setting::{Value, in_seconds, threshold};
 use tumble_lab::setting_table;
 
 use crate::convert::{matrix, rows};
@@ -32,7 +33,8 @@ pub struct PyUnit {
 impl PyUnit {
     #[new]
     #[pyo3(signature = (identity, *, sensor_from_primary=None, lever_arm=None, time_offset=0.0,
-        axes=[true; 6], specific_force_range=None, angular_rate_range=None, calibration=None))]
+        axes=[true; 6], specific_force_range=None, angular_rate_range=None, accelerometer_threshold=None,
+        gyroscope_threshold=None, calibration=None))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         identity: u64,
@@ -42,11 +44,14 @@ impl PyUnit {
         axes: [bool; 6],
         specific_force_range: Option<f64>,
         angular_rate_range: Option<f64>,
+        accelerometer_threshold: Option<String>,
+        gyroscope_threshold: Option<String>,
         calibration: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let turn = sensor_from_primary.map(|turn| matrix(&turn, "sensor_from_primary"));
         let model = |sensor| calibration.map_or(Ok(None), |found| model(found, sensor));
-        let none = (Matrix3::identity(), Vector3::zeros());
+        let none = (Matrix3::identity(), Vector3::zeros(), 0.0);
+        let own = |text: Option<String>| text.map(own_threshold).transpose();
         Ok(Self {
             unit: MountedUnit {
                 identity,
@@ -58,6 +63,7 @@ impl PyUnit {
                 time_offset: offset(time_offset),
                 sensor_from_primary: turn.transpose()?.unwrap_or(Matrix3::identity()),
                 lever_arm: lever_arm.map(|arm| vector(&arm, "lever_arm")).transpose()?,
+                thresholds: [own(accelerometer_threshold)?, own(gyroscope_threshold)?],
             },
             calibration: [
                 model(Sensor::Accelerometer)?.unwrap_or(none),
@@ -65,6 +71,11 @@ impl PyUnit {
             ],
         })
     }
+}
+
+fn own_threshold(text: String) -> PyResult<Threshold<f64>> {
+    let unfit = || PyValueError::new_err(format!("'{text}' is no threshold"));
+    threshold(&Value::Text(text.clone())).ok_or_else(unfit)
 }
 
 /// A primary and its secondaries.
@@ -133,6 +144,12 @@ impl PyMonitor {
             self.keep(record, None);
         }
         Ok(why)
+    }
+
+    /// Takes the error that a secondary had from the factory, from which thresholds may be counted.
+    fn restore_factory(&mut self, record: &Bound<'_, PyDict>) -> PyResult<()> {
+        self.monitor.restore_factory(&read_record(record)?);
+        Ok(())
     }
 
     /// Everything stored.

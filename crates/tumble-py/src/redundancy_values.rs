@@ -29,7 +29,9 @@ pub(crate) fn platform_error(py: Python<'_>, error: &PlatformError) -> PyErr {
             .and_then(|()| figures.set_item("objection", error.name()))
             .and_then(|()| figures.set_item("other", other_of(error))),
         PlatformError::TooFewUnits | PlatformError::Primary => Ok(()),
-        PlatformError::Mounting(unit) | PlatformError::SameIdentity(unit) => figures.set_item("unit", unit),
+        PlatformError::Mounting(unit)
+        | PlatformError::Threshold(unit)
+        | PlatformError::SameIdentity(unit) => figures.set_item("unit", unit),
     };
     match set {
         Ok(()) => CoreError::new_err((error.name(), figures.unbind())),
@@ -59,13 +61,13 @@ pub(crate) fn command((time, name): &(f64, String)) -> PyResult<(f64, Command)> 
     Ok((*time, command))
 }
 
-/// `M` and `b` of a sensor, where a calibration has them.
+/// `M`, `b` and residual of a sensor, where a calibration has them.
 pub(crate) fn model(calibration: &Bound<'_, PyDict>, sensor: Sensor) -> PyResult<Option<Model>> {
     let Some(found) = calibration.get_item(sensor.name())? else {
         return Ok(None);
     };
-    let (m, b): (PyReadonlyArray2<'_, f64>, PyReadonlyArray1<'_, f64>) = found.extract()?;
-    Ok(Some((matrix(&m, "M")?, vector(&b, "b")?)))
+    let (m, b, residual): (PyReadonlyArray2<'_, f64>, PyReadonlyArray1<'_, f64>, f64) = found.extract()?;
+    Ok(Some((matrix(&m, "M")?, vector(&b, "b")?, residual)))
 }
 
 /// A vector of three.

@@ -155,6 +155,12 @@ class Triad(Document):
                 )
         return self
 
+    @property
+    def residual(self) -> float:
+        """Root mean square of a channel over all residuals, unit of the triad; 0 if there are none."""
+        values = np.array([each.value for each in self.residuals])
+        return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
+
 
 class AccelerometerCalibration(Triad):
     """Three accelerometers, m/s^2."""

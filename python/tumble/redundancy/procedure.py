@@ -233,13 +233,16 @@ def _arguments(unit: UnitSettings, calibration: Calibration | None) -> dict[str,
         "axes": tuple(has),
         "specific_force_range": unit.specific_force_range,
         "angular_rate_range": unit.angular_rate_range,
-        "calibration": None if calibration is None else _matrices(calibration),
+        "accelerometer_threshold": unit.accelerometer_threshold,
+        "gyroscope_threshold": unit.gyroscope_threshold,
+        "calibration": None if calibration is None else _models(calibration),
     }
 
 
-def _matrices(calibration: Calibration) -> dict[str, tuple[FloatArray, FloatArray]]:
+def _models(calibration: Calibration) -> dict[str, tuple[FloatArray, FloatArray, float]]:
+    """Give M, b and what they left of each triad, root mean square of a channel."""
     triads = {"accelerometer": calibration.accelerometer, "gyroscope": calibration.gyroscope}
-    return {name: (triad.M, triad.b) for name, triad in triads.items() if triad is not None}
+    return {name: (triad.M, triad.b, triad.residual) for name, triad in triads.items() if triad is not None}
 
 
 def _restore(
@@ -248,7 +251,10 @@ def _restore(
     """Give the monitor what is stored; what neither store nor monitor takes is set aside by the next save."""
     for unit in secondaries:
         found, rejected = store.load(unit)
-        yield from rejected
+        factory_errors, more = store.load_factory(unit)
+        yield from dict.fromkeys([*rejected, *more])
+        for factory in factory_errors:
+            monitor.restore_factory(_record(factory, unit.identity))
         for error in found:
             why = monitor.restore(_record(error, unit.identity))
             if why is not None:

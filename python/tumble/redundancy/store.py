@@ -116,6 +116,7 @@ class ErrorStore:
         self._fresh = fresh
         self._distrusted: set[Path] = set()
         self._without_serial: list[Path] = []
+        self._in_use: set[Path] = set()
 
     def load(self, unit: Identified) -> tuple[list[SecondaryError], list[Rejected]]:
         """Read the last stored error of each sensor of a unit, or the factory's where the last is damaged.
@@ -132,13 +133,21 @@ class ErrorStore:
                 error = self._read(path, unit, sensor)
                 if isinstance(error, SecondaryError):
                     found.append(error)
+                    self._in_use.add(path)
                     break
                 rejected.append(error)
         return found, rejected
 
+    def load_factory(self, unit: Identified) -> tuple[list[SecondaryError], list[Rejected]]:
+        """Read the first stored error of each sensor of a unit, as `load` reads the last."""
+        paths = {sensor: self._factory_path(unit, sensor) for sensor in SENSORS}
+        read = [self._read(path, unit, sensor) for sensor, path in paths.items() if path.exists()]
+        found = [error for error in read if isinstance(error, SecondaryError)]
+        return found, [error for error in read if isinstance(error, Rejected)]
+
     def notices(self) -> Iterator[str]:
         """Say which files were loaded that state no serial of the unit, or none of its primary."""
-        for path in self._without_serial:
+        for path in (path for path in self._without_serial if path in self._in_use):
             yield f"{path}: does not state the serials of the unit and its primary; taken by their names"
 
     def distrust(self, unit: Identified, sensor: Sensor) -> None:

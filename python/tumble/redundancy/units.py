@@ -14,6 +14,7 @@ from tumble import _core
 from tumble.documents import Document, Vector
 from tumble.plain import short
 from tumble.recording import FloatArray
+from tumble.setting_table import Threshold
 
 Channel: TypeAlias = Literal["ax", "ay", "az", "gx", "gy", "gz"]
 CHANNELS: tuple[Channel, ...] = ("ax", "ay", "az", "gx", "gy", "gz")
@@ -81,6 +82,11 @@ class UnitSettings(Document):
     """Largest reading of the accelerometer, m/s^2, from which on it is saturated."""
     angular_rate_range: float | None = Field(default=None, gt=0.0)
     """Largest reading of the gyroscope, rad/s, from which on it is saturated."""
+    accelerometer_threshold: Threshold | None = None
+    """Its own threshold of the accelerometer's deviation, m/s^2, in place of that of all secondaries,
+    or of the primary."""
+    gyroscope_threshold: Threshold | None = None
+    """Its own threshold of the gyroscope's deviation, rad/s."""
     serial: str | None = Field(default=None, min_length=1)
     """Serial number of the unit; that of its log if not given. Stored errors of another are refused."""
     identity: int | None = Field(default=None, ge=0, lt=2**64)

@@ -6,7 +6,7 @@ use tumble_core::redundancy::settings::thresholds::Threshold as CoreThreshold;
 use tumble_core::redundancy::settings::{Data as CoreData, Gate as CoreGate, Scope as CoreScope};
 
 use crate::code::{Code, code};
-use crate::status::StatusResult;
+use crate::status::{Status, StatusResult};
 
 /// How a threshold is set.
 #[repr(u32)]
@@ -14,10 +14,14 @@ use crate::status::StatusResult;
 pub enum ThresholdKind {
     /// Always the same; the number is m/s^2 or rad/s, above 0.
     Fixed,
-    /// The last error and a margin upon it; the number is m/s^2 or rad/s, above 0.
+    /// The error at the last calibration and a margin upon it; the number is m/s^2 or rad/s, above 0.
     ByMargin,
-    /// The last error times a ratio; the number is above 1.
+    /// The error at the last calibration times a ratio; the number is above 1.
     ByRatio,
+    /// The error from the factory and a margin upon it; the number is m/s^2 or rad/s, above 0.
+    FactoryByMargin,
+    /// Of a unit: as the settings have it; the number does not count. Not for settings.
+    OfSettings,
 }
 
 /// A threshold.
@@ -64,7 +68,7 @@ pub enum Scope {
 
 // SAFETY: repr(u32), numbered from 0.
 unsafe impl Code for ThresholdKind {
-    const COUNT: u32 = 3;
+    const COUNT: u32 = 5;
 }
 
 // SAFETY: repr(u32), numbered from 0.
@@ -89,6 +93,7 @@ impl Threshold {
             CoreThreshold::Fixed(number) => (ThresholdKind::Fixed, number),
             CoreThreshold::VariableByMargin(number) => (ThresholdKind::ByMargin, number),
             CoreThreshold::VariableByRatio(number) => (ThresholdKind::ByRatio, number),
+            CoreThreshold::FactoryByMargin(number) => (ThresholdKind::FactoryByMargin, number),
         };
         Self {
             kind: MaybeUninit::new(kind),
@@ -96,12 +101,27 @@ impl Threshold {
         }
     }
 
-    /// As the core has it.
+    /// None of a unit's own.
+    pub fn of_settings() -> Self {
+        Self {
+            kind: MaybeUninit::new(ThresholdKind::OfSettings),
+            number: 0.0,
+        }
+    }
+
+    /// As the core has it, in settings.
     pub fn in_core(self) -> StatusResult<CoreThreshold<f32>> {
+        self.of_unit()?.ok_or(Status::TumbleErrorCode)
+    }
+
+    /// As the core has it, of a unit.
+    pub fn of_unit(self) -> StatusResult<Option<CoreThreshold<f32>>> {
         Ok(match code(self.kind)? {
-            ThresholdKind::Fixed => CoreThreshold::Fixed(self.number),
-            ThresholdKind::ByMargin => CoreThreshold::VariableByMargin(self.number),
-            ThresholdKind::ByRatio => CoreThreshold::VariableByRatio(self.number),
+            ThresholdKind::Fixed => Some(CoreThreshold::Fixed(self.number)),
+            ThresholdKind::ByMargin => Some(CoreThreshold::VariableByMargin(self.number)),
+            ThresholdKind::ByRatio => Some(CoreThreshold::VariableByRatio(self.number)),
+            ThresholdKind::FactoryByMargin => Some(CoreThreshold::FactoryByMargin(self.number)),
+            ThresholdKind::OfSettings => None,
         })
     }
 }

@@ -33,7 +33,7 @@ use crate::store::{Store, error_of};
 pub const UNITS: usize = units(option_env!("TUMBLE_UNITS"));
 
 /// Words of 8 bytes in the storage of a monitor.
-pub const TUMBLE_REDUNDANCY_WORDS: usize = 328 + 102 * UNITS;
+pub const TUMBLE_REDUNDANCY_WORDS: usize = 328 + 105 * UNITS;
 
 /// What `output.source` and `tumble_redundancy_get_source()` say where there is no source.
 pub const TUMBLE_NO_SOURCE: u32 = u32::MAX;
@@ -363,6 +363,7 @@ fn platform(
         PlatformError::TooFewUnits => Status::TumbleErrorUnits,
         PlatformError::Primary => Status::TumbleErrorPrimary,
         PlatformError::Mounting(_) => Status::TumbleErrorMounting,
+        PlatformError::Threshold(_) => Status::TumbleErrorContradiction,
         PlatformError::SameIdentity(_) => Status::TumbleErrorSameIdentity,
     })
 }

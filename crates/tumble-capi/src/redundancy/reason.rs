@@ -83,6 +83,8 @@ pub enum Reason {
     Command,
     /// None selected: the source failed, and nobody else is fit.
     NoneFit,
+    /// Withheld: nobody asked, and the settings have it calibrated on command only.
+    OnCommandOnly,
 }
 
 /// The twin of a core's reason, which has a variant of the same name.
@@ -99,7 +101,8 @@ macro_rules! twin {
 
 #[rustfmt::skip]
 impl Reason {
-    twin!(of_withheld, Withheld: PrimaryInvalid PrimaryUnhealthy SecondaryUnhealthy AlreadyCalibrating);
+    twin!(of_withheld, Withheld: PrimaryInvalid PrimaryUnhealthy SecondaryUnhealthy AlreadyCalibrating
+        OnCommandOnly);
     twin!(of_abandoned, Abandoned: NoMotion TimedOut PrimaryInvalid PrimaryUnhealthy SecondaryUnhealthy TimeJumped
         RecordReplaced);
     twin!(of_rejected, RecordRejection: OfAnotherUnit NotFinite Implausible);

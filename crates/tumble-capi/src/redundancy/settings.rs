@@ -25,8 +25,8 @@ pub struct RedundancySettings {
     /// Rest over which readings are averaged before units are evaluated. Longer than `window`. Default:
     /// 2 000 000 microseconds.
     pub rest_duration: u64,
-    /// Evaluate a rest again once so much time has passed. Longer than `rest_duration`. Default: 600 000 000
-    /// microseconds; 0: on command only.
+    /// Calibrate what deviates at a rest once so much time has passed. Longer than `rest_duration`. Default:
+    /// 600 000 000 microseconds; 0: on command only.
     pub evaluate_every: u64,
     /// Longest wait for motion; then the calibration is abandoned. Longer than `window`. Default: 300 000 000
     /// microseconds.
@@ -64,11 +64,9 @@ pub struct RedundancySettings {
     /// Deviation of a secondary's gyroscope above which its calibration is triggered. Default: fixed, 0.01
     /// rad/s.
     pub secondary_gyroscope_threshold: Threshold,
-    /// Deviation of the primary's accelerometer above which it is invalid; `last` is its last valid one.
-    /// Default: fixed, 0.1 m/s^2.
+    /// Deviation of the primary's accelerometer above which it is invalid. Default: fixed, 0.1 m/s^2.
     pub primary_accelerometer_threshold: Threshold,
-    /// Deviation of the primary's gyroscope above which it is invalid; `last` is its last valid one. Default:
-    /// fixed, 0.01 rad/s.
+    /// Deviation of the primary's gyroscope above which it is invalid. Default: fixed, 0.01 rad/s.
     pub primary_gyroscope_threshold: Threshold,
     /// Local gravity. Default: 9.80665 m/s^2.
     pub gravity: f32,

@@ -8,6 +8,7 @@ use tumble_core::redundancy::sensor::Axes;
 use crate::code::{truth, unless_zero};
 use crate::model::{matrix, rows, vector};
 use crate::pointer::{Place, answer};
+use crate::redundancy::choice::Threshold;
 use crate::status::{Status, StatusResult};
 
 /// All six axes of a unit: bits 0 to 2 accelerometer, 3 to 5 gyroscope, x y z each.
@@ -29,6 +30,10 @@ pub struct Unit {
     pub specific_force_range: f32,
     /// End of the gyroscope's range, rad/s; 0 where nobody knows, the default.
     pub angular_rate_range: f32,
+    /// Its own threshold of the accelerometer's deviation, m/s^2; ::TUMBLE_THRESHOLD_KIND_OF_SETTINGS, the default.
+    pub accelerometer_threshold: Threshold,
+    /// Its own threshold of the gyroscope's deviation, rad/s; ::TUMBLE_THRESHOLD_KIND_OF_SETTINGS, the default.
+    pub gyroscope_threshold: Threshold,
     /// Whether the lever arm is given; else it is found, the default.
     pub lever_arm_known: MaybeUninit<bool>,
     /// Which axes it has, a bit each; #TUMBLE_AXES_ALL. What a sample says on others is passed over.
@@ -48,6 +53,8 @@ pub unsafe extern "C" fn tumble_unit_defaults(unit: *mut Unit, identity: u64) ->
 impl Unit {
     fn of(core: &Core<f32>) -> Self {
         let Axes(has) = core.axes;
+        let own = |threshold: Option<_>| threshold.map_or_else(Threshold::of_settings, Threshold::of);
+        let [force, rate] = core.thresholds.map(own);
         let bits = (0..).zip(has).map(|(bit, has)| u8::from(has) << bit);
         Self {
             identity: core.identity,
@@ -56,6 +63,8 @@ impl Unit {
             lever_arm: core.lever_arm.unwrap_or_default().into(),
             specific_force_range: core.range.specific_force.unwrap_or(0.0),
             angular_rate_range: core.range.angular_rate.unwrap_or(0.0),
+            accelerometer_threshold: force,
+            gyroscope_threshold: rate,
             lever_arm_known: MaybeUninit::new(core.lever_arm.is_some()),
             axes: bits.fold(0, |all, bit| all | bit),
         }
@@ -82,6 +91,10 @@ impl Unit {
             time_offset: self.time_offset,
             sensor_from_primary: matrix(&self.sensor_from_primary),
             lever_arm: truth(self.lever_arm_known).then(|| vector(&self.lever_arm)),
+            thresholds: [
+                self.accelerometer_threshold.of_unit()?,
+                self.gyroscope_threshold.of_unit()?,
+            ],
         })
     }
 }

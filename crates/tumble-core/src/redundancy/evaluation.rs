@@ -1,11 +1,12 @@
 //! Deviations at rest, where physics says what a sensor has to say: |f| = g and w = 0.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::real::{Real, count, real};
 use crate::redundancy::platform::{MountedUnit, PrimaryCalibration};
 use crate::redundancy::relative_error::RelativeError;
-use crate::redundancy::sensor::Sensor;
+use crate::redundancy::sensor::{Axes, Sensor};
+use crate::redundancy::settings::thresholds::KnownErrors;
 use crate::redundancy::settings::{Data, EvaluationSettings};
 
 /// A deviation and its threshold, m/s^2 or rad/s.
@@ -36,6 +37,8 @@ pub struct StoredCalibration<T: Real> {
     pub sequence: u32,
     /// Whether there was any.
     pub calibrated: bool,
+    /// Of the first calibration there was, as thresholds count it, m/s^2 or rad/s; zero before.
+    pub factory: T,
     /// Its difference to a valid primary at the last rest, m/s^2 or rad/s; infinite before.
     pub apart: T,
     /// Whether that was within the threshold.
@@ -50,9 +53,24 @@ impl<T: Real> StoredCalibration<T> {
             residual: T::zero(),
             sequence: 0,
             calibrated: false,
+            factory: T::zero(),
             apart: real(f64::INFINITY),
             agrees: false,
         }
+    }
+
+    /// Replaces the error, as was adopted or stored; the first is the factory's.
+    pub fn replace(&mut self, error: RelativeError<T>, residual: T, sequence: u32, factory: T) {
+        if !self.calibrated {
+            self.factory = factory;
+        }
+        *self = Self {
+            error,
+            residual,
+            sequence,
+            calibrated: true,
+            ..*self
+        };
     }
 
     /// Takes in how far it was from a valid primary at rest.
@@ -75,24 +93,41 @@ impl<T: Real> StoredCalibration<T> {
 pub struct PrimaryAtRest<'a, T: Real> {
     /// Which.
     pub sensor: Sensor,
+    /// How it is built in.
+    pub unit: &'a MountedUnit<T>,
     /// Its mean, as read.
     pub mean: Vector3<T>,
     /// Its own calibration.
     pub calibration: &'a PrimaryCalibration<T>,
-    /// Its deviation when it was last found valid.
-    pub last_valid: T,
 }
 
 impl<T: Real> PrimaryAtRest<'_, T> {
     /// Against its threshold.
     pub fn deviation(&self, settings: &EvaluationSettings<T>) -> Deviation<T> {
-        let last = match settings.data {
-            Data::Raw => (self.mean - self.corrected()).norm(),
-            Data::Compensated => self.last_valid,
+        let (sensor, axes) = (self.sensor, &self.unit.axes);
+        let model = self.calibration.model(sensor);
+        let error = RelativeError {
+            matrix: model.matrix,
+            bias: model.bias,
+            ..RelativeError::none()
+        };
+        let residual = self.calibration.residual(sensor);
+        let known = KnownErrors {
+            last: match settings.data {
+                Data::Raw => {
+                    let found = off_rest(sensor, &self.mean, settings.gravity);
+                    along(&(self.mean - self.corrected()), &found)
+                }
+                Data::Compensated => of_all_axes(axes, sensor, residual),
+            },
+            factory: factory_error(sensor, axes, &error, residual, settings),
         };
         Deviation {
             value: self.off_physics(settings.data, settings.gravity),
-            threshold: settings.thresholds.primary.of(self.sensor).value(last),
+            threshold: self
+                .unit
+                .threshold(sensor, &settings.thresholds.primary)
+                .value(&known),
         }
     }
 
@@ -125,12 +160,18 @@ pub struct SecondaryAtRest<'a, T: Real> {
 }
 
 impl<T: Real> SecondaryAtRest<'_, T> {
-    /// Against physics; `None` where an axis is missing without which there is no magnitude of gravity. A secondary that
-    /// agrees with its primary deviates as much as that, `primary_deviation`, and no calibration against it helps.
-    pub fn norm(&self, settings: &EvaluationSettings<T>, primary_deviation: T) -> Option<Deviation<T>> {
+    /// Against physics; `None` where an axis is missing without which there is no magnitude of gravity.
+    pub fn norm(&self, settings: &EvaluationSettings<T>) -> Option<Deviation<T>> {
+        let turn = &self.unit.sensor_from_primary;
+        let truth = match self.sensor {
+            Sensor::Accelerometer => turn * self.as_truth(),
+            // At rest the primary says its bias, whichever axes the secondary has.
+            Sensor::Gyroscope => self.compensated() - turn * self.calibration.model(self.sensor).bias,
+        };
+        let found = off_rest(self.sensor, &self.present(&self.mean), settings.gravity);
         Some(Deviation {
             value: self.off_physics(settings.data, settings.gravity)?,
-            threshold: self.threshold(settings) + primary_deviation,
+            threshold: self.threshold(settings, &(self.mean - truth), &found),
         })
     }
 
@@ -141,15 +182,11 @@ impl<T: Real> SecondaryAtRest<'_, T> {
             return None;
         }
         let magnitude = match (data, self.sensor) {
-            (Data::Raw, _) => self.over_axes(&self.mean),
-            (Data::Compensated, Sensor::Accelerometer) => {
-                let as_primary = self.unit.sensor_from_primary.tr_mul(&self.compensated());
-                self.calibration.correct(self.sensor, &as_primary).norm()
-            }
-            // At rest the primary says its bias, whichever axes the secondary has.
+            (Data::Raw, _) => self.present(&self.mean).norm(),
+            (Data::Compensated, Sensor::Accelerometer) => self.as_truth().norm(),
             (Data::Compensated, Sensor::Gyroscope) => {
                 let bias = self.unit.sensor_from_primary * self.calibration.model(self.sensor).bias;
-                self.over_axes(&(self.compensated() - bias))
+                self.present(&(self.compensated() - bias)).norm()
             }
         };
         Some(from_physics(self.sensor, magnitude, gravity))
@@ -161,9 +198,10 @@ impl<T: Real> SecondaryAtRest<'_, T> {
             Data::Raw => self.mean,
             Data::Compensated => self.compensated(),
         };
+        let found = self.present(&(data - self.unit.sensor_from_primary * primary));
         Deviation {
-            value: self.over_axes(&(data - self.unit.sensor_from_primary * primary)),
-            threshold: self.threshold(settings),
+            value: found.norm(),
+            threshold: self.threshold(settings, &(self.mean - self.compensated()), &found),
         }
     }
 
@@ -172,23 +210,74 @@ impl<T: Real> SecondaryAtRest<'_, T> {
         self.stored.error.correct(&self.mean)
     }
 
-    fn over_axes(&self, v: &Vector3<T>) -> T {
-        let present = v.iter().zip(self.unit.axes.of(self.sensor));
-        let squares = present.fold(T::zero(), |sum, (x, has)| if *has { sum + *x * *x } else { sum });
-        squares.sqrt()
+    /// What the primary would say with its own calibration applied, in its case frame.
+    fn as_truth(&self) -> Vector3<T> {
+        let as_primary = self.unit.sensor_from_primary.tr_mul(&self.compensated());
+        self.calibration.correct(self.sensor, &as_primary)
     }
 
-    /// The last error is, of raw data, what the stored error makes of this very reading; of compensated data, what the
-    /// stored error left on held-out pairs.
-    fn threshold(&self, settings: &EvaluationSettings<T>) -> T {
-        let last = match settings.data {
-            Data::Raw => self.over_axes(&(self.mean - self.compensated())),
-            Data::Compensated => {
-                let axes = self.unit.axes.of(self.sensor).iter().filter(|has| **has).count();
-                self.stored.residual * count::<T>(u32::try_from(axes).unwrap_or(3)).sqrt()
-            }
+    /// With zeros where it has no axis.
+    fn present(&self, v: &Vector3<T>) -> Vector3<T> {
+        let [x, y, z] = *self.unit.axes.of(self.sensor);
+        v.zip_map(&Vector3::new(x, y, z), |x, has| if has { x } else { T::zero() })
+    }
+
+    /// The last error is, of raw data, what the stored error makes of this very reading, `stored`, along the deviation
+    /// that was `found`: an error across it is another one. Of compensated data it is what was left on held-out pairs.
+    fn threshold(&self, settings: &EvaluationSettings<T>, stored: &Vector3<T>, found: &Vector3<T>) -> T {
+        let known = KnownErrors {
+            last: match settings.data {
+                Data::Raw => along(stored, found),
+                Data::Compensated => of_all_axes(&self.unit.axes, self.sensor, self.stored.residual),
+            },
+            factory: self.stored.factory,
         };
-        settings.thresholds.secondary.of(self.sensor).value(last)
+        let thresholds = &settings.thresholds.secondary;
+        self.unit.threshold(self.sensor, thresholds).value(&known)
+    }
+}
+
+/// What the error of a sensor counts as one from the factory, m/s^2 or rad/s: of compensated data what it left, of raw
+/// data what it makes of a reading at rest, root mean square over all attitudes.
+pub fn factory_error<T: Real>(
+    sensor: Sensor,
+    axes: &Axes,
+    error: &RelativeError<T>,
+    residual: T,
+    settings: &EvaluationSettings<T>,
+) -> T {
+    let RelativeError { matrix, bias, .. } = error;
+    match (settings.data, sensor) {
+        (Data::Compensated, _) => of_all_axes(axes, sensor, residual),
+        (Data::Raw, Sensor::Gyroscope) => bias.norm(),
+        (Data::Raw, Sensor::Accelerometer) => {
+            let of_gravity = (matrix - Matrix3::identity()) * settings.gravity;
+            (bias.norm_squared() + of_gravity.norm_squared() / real(3.0)).sqrt()
+        }
+    }
+}
+
+/// The length over the axes there are of what is so large on each.
+fn of_all_axes<T: Real>(axes: &Axes, sensor: Sensor, each: T) -> T {
+    let there = axes.of(sensor).iter().filter(|has| **has).count();
+    each * count::<T>(u32::try_from(there).unwrap_or(3)).sqrt()
+}
+
+/// How much of a known error lies in the direction of a deviation (docs/theory/redundancy.md, eq. 15).
+fn along<T: Real>(known: &Vector3<T>, deviation: &Vector3<T>) -> T {
+    let length = deviation.norm();
+    if length > T::zero() {
+        (known.dot(deviation) / length).max(T::zero())
+    } else {
+        T::zero()
+    }
+}
+
+/// The least by which a reading is off what physics says at rest.
+fn off_rest<T: Real>(sensor: Sensor, reading: &Vector3<T>, gravity: T) -> Vector3<T> {
+    match sensor {
+        Sensor::Accelerometer => reading * (T::one() - gravity / reading.norm()),
+        Sensor::Gyroscope => *reading,
     }
 }
 

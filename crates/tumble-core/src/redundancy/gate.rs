@@ -28,6 +28,8 @@ crate::vocabulary! {
         SecondaryUnhealthy = "secondary unhealthy",
         /// A calibration is under way already.
         AlreadyCalibrating = "already calibrating",
+        /// Nobody asked, and the settings have it calibrated on command only.
+        OnCommandOnly = "on command only",
     }
 }
 

@@ -6,6 +6,7 @@ use crate::model::{Correction, ErrorModel};
 use crate::real::{Real, real};
 use crate::redundancy::sensor::{Axes, Sensor};
 use crate::redundancy::settings::RedundancySettings;
+use crate::redundancy::settings::thresholds::{SensorThresholds, Threshold};
 use crate::redundancy::settings::validate::InvalidSetting;
 
 /// Ends of the range of a unit's sensors.
@@ -32,6 +33,8 @@ pub struct MountedUnit<T: Real> {
     pub sensor_from_primary: Matrix3<T>,
     /// From the primary to it, m, primary's case frame; `None` where it is to be found.
     pub lever_arm: Option<Vector3<T>>,
+    /// Its own thresholds of deviation, accelerometer first; `None` where those of the settings do.
+    pub thresholds: [Option<Threshold<T>>; 2],
 }
 
 impl<T: Real> MountedUnit<T> {
@@ -47,12 +50,18 @@ impl<T: Real> MountedUnit<T> {
             time_offset: 0,
             sensor_from_primary: Matrix3::identity(),
             lever_arm: None,
+            thresholds: [None; 2],
         }
     }
 
     /// Time on the common clock.
     pub fn common_time(&self, time: u64) -> u64 {
         time.saturating_add_signed(self.time_offset)
+    }
+
+    /// Its own threshold of a sensor's deviation, or else that of its kind.
+    pub fn threshold<'a>(&'a self, sensor: Sensor, kind: &'a SensorThresholds<T>) -> &'a Threshold<T> {
+        sensor.of(&self.thresholds).as_ref().unwrap_or(kind.of(sensor))
     }
 
     fn is_sound(&self) -> bool {
@@ -69,6 +78,7 @@ impl<T: Real> MountedUnit<T> {
 pub struct PrimaryCalibration<T: Real> {
     models: [ErrorModel<T>; 2],
     corrections: [Correction<T>; 2],
+    residuals: [T; 2],
 }
 
 impl<T: Real> PrimaryCalibration<T> {
@@ -81,6 +91,7 @@ impl<T: Real> PrimaryCalibration<T> {
         Self {
             models: [ErrorModel::identity(); 2],
             corrections: [correction; 2],
+            residuals: [T::zero(); 2],
         }
     }
 
@@ -90,7 +101,18 @@ impl<T: Real> PrimaryCalibration<T> {
         Some(Self {
             models: [accelerometer, gyroscope],
             corrections,
+            residuals: [T::zero(); 2],
         })
+    }
+
+    /// The same with what it left, root mean square of a channel of accelerometer and gyroscope, m/s^2 and rad/s.
+    pub fn with_residuals(self, residuals: [T; 2]) -> Self {
+        Self { residuals, ..self }
+    }
+
+    /// What it left of a sensor's errors, root mean square of a channel, m/s^2 or rad/s; zero where nobody said.
+    pub fn residual(&self, sensor: Sensor) -> T {
+        *sensor.of(&self.residuals)
     }
 
     /// That of a sensor.
@@ -127,6 +149,8 @@ crate::vocabulary! {
         Mounting(usize) = "unfit mounting",
         /// This unit has the identity of one before it.
         SameIdentity(usize) = "same identity",
+        /// A threshold of this unit's own would always be exceeded, or never.
+        Threshold(usize) = "unfit threshold",
     }
 }
 
@@ -151,6 +175,9 @@ impl<T: Real, const UNITS: usize> Platform<T, UNITS> {
         for (i, unit) in units.iter().enumerate() {
             if !unit.is_sound() {
                 return Err(PlatformError::Mounting(i));
+            }
+            if !unit.thresholds.iter().flatten().all(Threshold::is_possible) {
+                return Err(PlatformError::Threshold(i));
             }
             if units.iter().take(i).any(|other| other.identity == unit.identity) {
                 return Err(PlatformError::SameIdentity(i));

@@ -82,6 +82,12 @@ pub trait Storage<T: Real> {
     /// Where there is one but it cannot be read.
     fn load(&mut self, identity: u64, sensor: Sensor) -> Result<Option<Record<T>>, Self::Error>;
 
+    /// The one from the factory, if it is kept.
+    ///
+    /// # Errors
+    /// Where there is one but it cannot be read.
+    fn load_factory(&mut self, identity: u64, sensor: Sensor) -> Result<Option<Record<T>>, Self::Error>;
+
     /// Replaces the record of its sensor and unit: afterwards, whatever happens, the old or the new one is there whole.
     ///
     /// # Errors

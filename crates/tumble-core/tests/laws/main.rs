@@ -15,6 +15,7 @@ mod redundancy_mission;
 mod redundancy_modes;
 mod redundancy_outcomes;
 mod redundancy_settings;
+mod redundancy_thresholds;
 mod redundancy_time;
 mod reference;
 mod regression;

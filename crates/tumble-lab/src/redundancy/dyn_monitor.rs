@@ -16,8 +16,9 @@ use crate::setting::wide;
 /// Most units a set can have.
 pub const MOST_UNITS: usize = 8;
 
-/// What the primary's own calibration says of one sensor, `y = M u + b`.
-pub type Model = (Matrix3<f64>, Vector3<f64>);
+/// What the primary's own calibration says of one sensor, `y = M u + b`, and what it left, root mean square of a
+/// channel, m/s^2 or rad/s.
+pub type Model = (Matrix3<f64>, Vector3<f64>, f64);
 
 /// What happens to whom it is told.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -56,6 +57,8 @@ pub trait DynMonitor: Send + Sync {
     fn push(&mut self, unit: usize, sample: &Sample<f64>, log: &mut EventLog) -> Option<OutputSample>;
     /// Takes a stored record.
     fn restore(&mut self, record: &Record<f64>, log: &mut EventLog);
+    /// Takes a record from the factory, from which thresholds may be counted.
+    fn restore_factory(&mut self, record: &Record<f64>);
     /// Asks for something.
     fn command(&mut self, command: Command);
     /// Number of the window looked at last.
@@ -97,11 +100,13 @@ fn sized<T: Real, const UNITS: usize>(
     [accelerometer, gyroscope]: &[Model; 2],
     settings: RedundancySettings<T>,
 ) -> Result<Box<dyn DynMonitor>, PlatformError> {
-    let model = |(matrix, bias): &Model| ErrorModel {
+    let model = |(matrix, bias, _): &Model| ErrorModel {
         matrix: narrow_matrix(matrix),
         bias: narrow(bias),
     };
-    let calibration = PrimaryCalibration::new(model(accelerometer), model(gyroscope));
+    let residuals = [accelerometer, gyroscope].map(|(_, _, residual)| real(*residual));
+    let calibration = PrimaryCalibration::new(model(accelerometer), model(gyroscope))
+        .map(|calibration| calibration.with_residuals(residuals));
     let units = core::array::from_fn(|i| narrow_unit(&units[i]));
     Ok(Box::new(SizedMonitor::<T, UNITS> {
         platform: Platform::new(settings, calibration.ok_or(PlatformError::Primary)?, units)?,
@@ -136,6 +141,11 @@ impl<T: Real, const UNITS: usize> DynMonitor for SizedMonitor<T, UNITS> {
         self.monitor.restore(&self.platform, &record, &mut |event| {
             log.events.push(event_text(&event))
         });
+    }
+
+    fn restore_factory(&mut self, record: &Record<f64>) {
+        self.monitor
+            .restore_factory(&self.platform, &record.in_numbers(real));
     }
 
     fn command(&mut self, command: Command) {
@@ -190,5 +200,6 @@ fn narrow_unit<T: Real>(unit: &MountedUnit<f64>) -> MountedUnit<T> {
         time_offset: unit.time_offset,
         sensor_from_primary: narrow_matrix(&unit.sensor_from_primary),
         lever_arm: unit.lever_arm.as_ref().map(narrow),
+        thresholds: unit.thresholds.map(|own| own.map(|own| own.in_numbers(real))),
     }
 }

@@ -5,7 +5,7 @@ use tumble_core::real::Real;
 use tumble_core::redundancy::record::{Record, Storage};
 use tumble_core::redundancy::sensor::Sensor;
 
-use crate::flash::{RecordStore, StoreError};
+use crate::flash::{RecordStore, StoreError, Which};
 use crate::record::StoredRecord;
 
 /// A store at a point in time, which saving needs and `Storage` does not pass: as everywhere, time comes with the call.
@@ -20,6 +20,11 @@ impl<T: Real, F: NorFlash> Storage<T> for At<'_, F> {
 
     fn load(&mut self, identity: u64, sensor: Sensor) -> Result<Option<Record<T>>, Self::Error> {
         let stored = self.store.in_force(identity, sensor)?;
+        Ok(stored.map(|stored| stored.record_in()))
+    }
+
+    fn load_factory(&mut self, identity: u64, sensor: Sensor) -> Result<Option<Record<T>>, Self::Error> {
+        let stored = self.store.load(identity, sensor, Which::Factory)?;
         Ok(stored.map(|stored| stored.record_in()))
     }
 

@@ -19,6 +19,7 @@ _UNFIT = {
         "Calibrate the primary and give its calibration, or raise primary_accelerometer_threshold and "
         "primary_gyroscope_threshold."
     ),
+    "on command only": "Give the command evaluate, or set evaluate_every.",
     "primary unhealthy": "Look at the faults of the primary; nothing is calibrated against it until then.",
     "secondary unhealthy": "Look at the faults of this unit: calibration cannot correct them.",
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::real::{Real, real};
-use crate::redundancy::evaluation::StoredCalibration;
+use crate::redundancy::evaluation::{StoredCalibration, factory_error};
 use crate::redundancy::fit::Fit;
 use crate::redundancy::monitor::Report;
 use crate::redundancy::monitor::calibration::{CalibrationRun, FitOutcome};
@@ -57,13 +57,9 @@ pub(super) fn conclude<T: Real>(
             Ok(()) => {
                 let sequence = stored.sequence.saturating_add(1);
                 let record = record(sensor, unit, &outcome, sequence);
-                *stored = StoredCalibration {
-                    error: outcome.fit.error,
-                    residual: outcome.residuals.after,
-                    sequence,
-                    calibrated: true,
-                    ..*stored
-                };
+                let (error, residual) = (outcome.fit.error, outcome.residuals.after);
+                let factory = factory_error(sensor, &unit.axes, &error, residual, &settings.evaluation);
+                stored.replace(error, residual, sequence, factory);
                 replaced = true;
                 tell(EventKind::Adopted { record });
             }

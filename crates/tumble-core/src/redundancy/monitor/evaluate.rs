@@ -5,6 +5,7 @@ use crate::redundancy::evaluation::{Deviation, PrimaryAtRest, SecondaryAtRest};
 use crate::redundancy::gate::{Decision, Findings, Withheld};
 use crate::redundancy::monitor::calibration::{CalibrationRun, RestBefore};
 use crate::redundancy::monitor::event::{Abandoned, Check, Event, EventKind};
+use crate::redundancy::monitor::rest_state::Purpose;
 use crate::redundancy::monitor::{Monitor, Report, abandon};
 use crate::redundancy::platform::Platform;
 use crate::redundancy::samples::history::RestMean;
@@ -37,20 +38,19 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         self.rest_means.iter_mut().for_each(RestMean::restart);
     }
 
-    /// Deviations of all units whose means are of at least so many windows.
+    /// Deviations of all units whose means are of at least so many windows: at every rest for health, now and then to
+    /// tell of them and to calibrate.
     fn evaluate(&mut self, platform: &Platform<T, UNITS>, fewest: u64, time: u64, report: Report<'_, T>) {
-        let due = self.rest.is_due(time, &platform.settings().evaluation);
-        if !due && self.calibrations.iter().all(Option::is_none) {
-            return;
-        }
-        let valid = self.evaluate_primary(platform, fewest, time, report);
+        let purpose = self.rest.purpose(time, &platform.settings().evaluation);
+        let calibrating = self.calibrations.iter().any(Option::is_some);
+        let told = calibrating || purpose > Purpose::Health;
+        let valid = self.evaluate_primary(platform, fewest, time, told, report);
         self.abandon_if_primary_invalid(platform, valid, time, report);
-        if !due {
-            return;
+        if purpose > Purpose::Health {
+            self.rest.evaluated(time);
         }
-        self.rest.evaluated(time);
         for number in 1..UNITS {
-            self.evaluate_secondary(platform, number, fewest, valid, time, report);
+            self.evaluate_secondary(platform, number, fewest, (valid, purpose), time, report);
         }
     }
 
@@ -59,34 +59,34 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         platform: &Platform<T, UNITS>,
         fewest: u64,
         time: u64,
+        told: bool,
         report: Report<'_, T>,
     ) -> [bool; 2] {
         let settings = platform.settings();
-        let (Some(at_rest), Some(health)) = (self.rest_means.first(), self.health.first_mut()) else {
+        let units = platform.units().first().zip(self.rest_means.first());
+        let (Some((unit, at_rest)), Some(health)) = (units, self.health.first_mut()) else {
             return [false; 2];
         };
         if u64::from(at_rest.windows()) < fewest.max(1) {
             return [false; 2];
         }
         SENSORS.map(|sensor| {
-            let last_valid = self.rest.primary_deviation(sensor);
             let primary = PrimaryAtRest {
                 sensor,
+                unit,
                 mean: sensor.triad(at_rest.mean()),
                 calibration: platform.calibration(),
-                last_valid: *last_valid,
             };
             let deviation = primary.deviation(&settings.evaluation);
-            if !deviation.exceeds() {
-                *last_valid = deviation.value;
-            }
             let off = primary.off_physics(Data::Compensated, settings.evaluation.gravity);
             health.at_rest(sensor, off, settings.health.rest.of(sensor));
-            report(Event {
-                time,
-                unit: 0,
-                kind: evaluated(sensor, Check::Norm, &deviation),
-            });
+            if told {
+                report(Event {
+                    time,
+                    unit: 0,
+                    kind: evaluated(sensor, Check::Norm, &deviation),
+                });
+            }
             !deviation.exceeds()
         })
     }
@@ -118,14 +118,13 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         platform: &Platform<T, UNITS>,
         number: usize,
         fewest: u64,
-        primary_valid: [bool; 2],
+        (primary_valid, purpose): ([bool; 2], Purpose),
         time: u64,
         report: Report<'_, T>,
     ) -> Option<()> {
         let settings = platform.settings();
         let primary_healthy = self.health.first()?.healthy_since().is_some();
         let primary = *self.rest_means.first()?.mean();
-        let primary_deviation = SENSORS.map(|sensor| *self.rest.primary_deviation(sensor));
         let (unit, at_rest) = (platform.units().get(number)?, self.rest_means.get(number)?);
         if u64::from(at_rest.windows()) < fewest.max(1) {
             return None;
@@ -145,6 +144,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             };
             let mut tell = |check, deviation: &Deviation<T>| {
                 *exceeded |= deviation.exceeds();
+                if purpose == Purpose::Health {
+                    return;
+                }
                 let kind = evaluated(sensor, check, deviation);
                 report(Event {
                     time,
@@ -152,17 +154,12 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                     kind,
                 });
             };
-            let allowed = if valid {
-                *sensor.of(&primary_deviation)
-            } else {
-                T::zero()
-            };
             // Whichever data trigger: an error that is known and taken off is no fault.
             if let Some(off) = secondary.off_physics(Data::Compensated, settings.evaluation.gravity) {
                 let limit = settings.plausible_at_rest(sensor, secondary.stored.calibrated);
                 health.at_rest(sensor, off, limit);
             }
-            if let Some(deviation) = secondary.norm(&settings.evaluation, allowed) {
+            if let Some(deviation) = secondary.norm(&settings.evaluation) {
                 tell(Check::Norm, &deviation);
             }
             if settings.evaluation.vector_check && valid && primary_healthy {
@@ -180,7 +177,11 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         for (stored, deviation) in self.stored.get_mut(number)?.iter_mut().zip(apart) {
             deviation.iter().for_each(|deviation| stored.compare(deviation));
         }
-        self.trigger(platform, number, &findings, time, report)
+        if purpose == Purpose::Health {
+            return None;
+        }
+        let asked = purpose == Purpose::Calibration;
+        self.trigger(platform, number, &findings, asked, time, report)
     }
 
     fn trigger(
@@ -188,6 +189,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         platform: &Platform<T, UNITS>,
         number: usize,
         findings: &Findings,
+        asked: bool,
         time: u64,
         report: Report<'_, T>,
     ) -> Option<()> {
@@ -199,8 +201,12 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             .any(|secondary| secondary == number);
         let full = self.calibrations.iter().all(Option::is_some);
         for (sensor, decision) in SENSORS.into_iter().zip(&mut decisions) {
-            if *decision == Decision::Trigger && (already || full) {
-                *decision = Decision::Withheld(Withheld::AlreadyCalibrating);
+            if *decision == Decision::Trigger {
+                *decision = match (asked, already || full) {
+                    (false, _) => Decision::Withheld(Withheld::OnCommandOnly),
+                    (true, true) => Decision::Withheld(Withheld::AlreadyCalibrating),
+                    (true, false) => Decision::Trigger,
+                };
             }
             if let Decision::Withheld(why) = *decision {
                 let kind = EventKind::Withheld { sensor, why };

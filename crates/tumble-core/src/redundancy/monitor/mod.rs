@@ -48,7 +48,7 @@ pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize> {
     products: WindowHistory<T>,
     health: [Health<T>; UNITS],
     rest_means: [RestMean<T>; UNITS],
-    rest: RestState<T>,
+    rest: RestState,
     stored: [[StoredCalibration<T>; 2]; UNITS],
     calibrations: [Option<CalibrationRun<T>>; AT_ONCE],
     latest_window: Option<u64>,

@@ -177,9 +177,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                     let replaced = unit.is_some_and(|(unit, stored)| {
                         conclude(settings, calibration, unit, stored, time, report)
                     });
-                    // The next rest shows whether it was right.
                     if replaced {
-                        self.rest.command();
+                        self.rest.adopted();
                     }
                     *slot = None;
                 }

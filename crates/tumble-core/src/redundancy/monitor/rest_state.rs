@@ -1,17 +1,27 @@
 //! The platform at rest, and when it is due to be evaluated.
 
 use crate::real::Real;
-use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::EvaluationSettings;
 
 /// How long the platform has rested, and when it was evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RestState<T: Real> {
+pub struct RestState {
     windows: u64,
     announced: bool,
     evaluated: Option<u64>,
     commanded: bool,
-    primary_deviation: [T; 2],
+    adopted: bool,
+}
+
+/// What the means of a rest are for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Purpose {
+    /// To know who is well.
+    Health,
+    /// To tell of deviations too.
+    Evaluation,
+    /// To calibrate what deviates, too.
+    Calibration,
 }
 
 /// What a window at rest, or in motion, led to.
@@ -27,13 +37,13 @@ pub enum RestTransition {
     Ended,
 }
 
-impl<T: Real> Default for RestState<T> {
+impl Default for RestState {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<T: Real> RestState<T> {
+impl RestState {
     /// Not at rest, and never evaluated.
     pub fn new() -> Self {
         Self {
@@ -41,7 +51,7 @@ impl<T: Real> RestState<T> {
             announced: false,
             evaluated: None,
             commanded: false,
-            primary_deviation: [T::zero(); 2],
+            adopted: false,
         }
     }
 
@@ -76,9 +86,14 @@ impl<T: Real> RestState<T> {
         self.commanded = true;
     }
 
-    /// Whether an evaluation is wanted. Without one after start-up, the first comes as long after it as others after
-    /// one another.
-    pub fn is_due(&mut self, time: u64, settings: &EvaluationSettings<T>) -> bool {
+    /// Something was adopted: the next rest shows whether it was right.
+    pub fn adopted(&mut self) {
+        self.adopted = true;
+    }
+
+    /// What the means of this rest are for. Without an evaluation after start-up, the first comes as long after it as
+    /// others after one another; where none comes by itself, nothing is calibrated that was not asked for.
+    pub fn purpose<T: Real>(&mut self, time: u64, settings: &EvaluationSettings<T>) -> Purpose {
         if self.evaluated.is_none() && !settings.evaluate_after_start {
             self.evaluated = Some(time);
         }
@@ -88,18 +103,19 @@ impl<T: Real> RestState<T> {
                 .evaluate_every
                 .is_some_and(|every| time.saturating_sub(last) >= every),
         };
-        self.commanded || by_itself
+        match (by_itself || self.adopted, settings.evaluate_every) {
+            _ if self.commanded => Purpose::Calibration,
+            (false, _) => Purpose::Health,
+            (true, None) => Purpose::Evaluation,
+            (true, Some(_)) => Purpose::Calibration,
+        }
     }
 
     /// It was evaluated.
     pub fn evaluated(&mut self, time: u64) {
         self.evaluated = Some(time);
         self.commanded = false;
-    }
-
-    /// The deviation of the primary when it was last found valid, m/s^2 or rad/s.
-    pub fn primary_deviation(&mut self, sensor: Sensor) -> &mut T {
-        sensor.of_mut(&mut self.primary_deviation)
+        self.adopted = false;
     }
 
     /// The common clock jumped to this time.

@@ -1,7 +1,7 @@
 //! What was stored before a reset, taken up again.
 
 use crate::real::Real;
-use crate::redundancy::evaluation::StoredCalibration;
+use crate::redundancy::evaluation::factory_error;
 use crate::redundancy::monitor::event::{Abandoned, Event, EventKind, RecordRejection};
 use crate::redundancy::monitor::{Monitor, Report, abandon};
 use crate::redundancy::platform::{MountedUnit, Platform};
@@ -29,9 +29,28 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                     Ok(None) => {}
                     Err(error) => outcome = outcome.and(Err(error)),
                 }
+                match storage.load_factory(unit.identity, sensor) {
+                    Ok(record) => record
+                        .iter()
+                        .for_each(|record| self.restore_factory(platform, record)),
+                    Err(error) => outcome = outcome.and(Err(error)),
+                }
             }
         }
         outcome
+    }
+
+    /// Takes the error that a sensor had from the factory, from which thresholds may be counted; one that cannot be of
+    /// this set is passed over. What is in use stays.
+    pub fn restore_factory(&mut self, platform: &Platform<T, UNITS>, record: &Record<T>) {
+        let (sensor, settings) = (record.sensor, &platform.settings().evaluation);
+        let mut secondaries = platform.units().iter().zip(&mut self.stored).skip(1);
+        if let Some((unit, stored)) = secondaries.find(|(unit, _)| unit.identity == record.identity)
+            && let Ok(error) = accepted(platform, unit, record)
+        {
+            sensor.of_mut(stored).factory =
+                factory_error(sensor, &unit.axes, &error, record.residual, settings);
+        }
     }
 
     /// Takes a stored record of a sensor; says in an event what became of it.
@@ -45,14 +64,10 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             Some((number, (unit, stored))) => match accepted(platform, unit, record) {
                 Err(why) => (number, Some(why)),
                 Ok(error) => {
+                    let (residual, settings) = (record.residual, &platform.settings().evaluation);
+                    let factory = factory_error(sensor, &unit.axes, &error, residual, settings);
                     let stored = sensor.of_mut(stored);
-                    *stored = StoredCalibration {
-                        error,
-                        residual: record.residual,
-                        sequence: record.sequence,
-                        calibrated: true,
-                        ..*stored
-                    };
+                    stored.replace(error, residual, record.sequence, factory);
                     (number, None)
                 }
             },

@@ -9,28 +9,50 @@ use crate::redundancy::settings::ForceAndRate;
 pub enum Threshold<T: Real> {
     /// Always the same: the error a unit may have from the factory with a margin upon it.
     Fixed(T),
-    /// The last error and a margin upon it.
+    /// The error from the factory and a margin upon it, which stays the same too.
+    FactoryByMargin(T),
+    /// The error at the last calibration and a margin upon it.
     VariableByMargin(T),
-    /// The last error times a ratio.
+    /// The error at the last calibration times a ratio.
     VariableByRatio(T),
 }
 
+/// Errors of a sensor that are known, from which thresholds are counted, m/s^2 or rad/s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KnownErrors<T: Real> {
+    /// At the last calibration.
+    pub last: T,
+    /// From the factory.
+    pub factory: T,
+}
+
 impl<T: Real> Threshold<T> {
-    /// The threshold where the last error is `last`.
-    pub fn value(&self, last: T) -> T {
+    /// The threshold where these errors are known.
+    pub fn value(&self, known: &KnownErrors<T>) -> T {
         match *self {
             Threshold::Fixed(value) => value,
-            Threshold::VariableByMargin(margin) => last + margin,
-            Threshold::VariableByRatio(ratio) => last * ratio,
+            Threshold::FactoryByMargin(margin) => known.factory + margin,
+            Threshold::VariableByMargin(margin) => known.last + margin,
+            Threshold::VariableByRatio(ratio) => known.last * ratio,
+        }
+    }
+
+    /// The same threshold in other numbers.
+    pub fn in_numbers<U: Real>(&self, number: impl Fn(T) -> U) -> Threshold<U> {
+        match *self {
+            Threshold::Fixed(value) => Threshold::Fixed(number(value)),
+            Threshold::FactoryByMargin(margin) => Threshold::FactoryByMargin(number(margin)),
+            Threshold::VariableByMargin(margin) => Threshold::VariableByMargin(number(margin)),
+            Threshold::VariableByRatio(ratio) => Threshold::VariableByRatio(number(ratio)),
         }
     }
 
     /// Whether it can ever be met: positive, and a ratio above one.
     pub fn is_possible(&self) -> bool {
         match *self {
-            Threshold::Fixed(number) | Threshold::VariableByMargin(number) => {
-                number.is_finite() && number > T::zero()
-            }
+            Threshold::Fixed(number)
+            | Threshold::FactoryByMargin(number)
+            | Threshold::VariableByMargin(number) => number.is_finite() && number > T::zero(),
             Threshold::VariableByRatio(ratio) => ratio.is_finite() && ratio > T::one(),
         }
     }
@@ -72,9 +94,14 @@ mod tests {
 
     #[test]
     fn a_fixed_threshold_forgets_the_last_error_and_variable_ones_follow_it() {
-        assert_eq!(Threshold::Fixed(0.1).value(5.0), 0.1);
-        assert_eq!(Threshold::VariableByMargin(0.1).value(5.0), 5.1);
-        assert_eq!(Threshold::VariableByRatio(1.5).value(5.0), 7.5);
+        let known = KnownErrors {
+            last: 5.0,
+            factory: 3.0,
+        };
+        assert_eq!(Threshold::Fixed(0.1).value(&known), 0.1);
+        assert_eq!(Threshold::FactoryByMargin(0.1).value(&known), 3.1);
+        assert_eq!(Threshold::VariableByMargin(0.1).value(&known), 5.1);
+        assert_eq!(Threshold::VariableByRatio(1.5).value(&known), 7.5);
     }
 
     #[test]
@@ -82,6 +109,7 @@ mod tests {
         assert!(Threshold::Fixed(0.1).is_possible());
         assert!(!Threshold::Fixed(0.0).is_possible());
         assert!(!Threshold::VariableByMargin(-0.1).is_possible());
+        assert!(!Threshold::FactoryByMargin(0.0).is_possible());
         assert!(!Threshold::VariableByRatio(1.0).is_possible());
         assert!(!Threshold::VariableByRatio(f64::NAN).is_possible());
     }

@@ -1,0 +1,225 @@
+//! What thresholds are counted from, and what they are compared with.
+
+use nalgebra::Vector3;
+use tumble_core::model::ErrorModel;
+use tumble_core::real::Real;
+use tumble_core::redundancy::gate::Withheld;
+use tumble_core::redundancy::health::HealthFault;
+use tumble_core::redundancy::monitor::Command;
+use tumble_core::redundancy::monitor::event::{Check, EventKind};
+use tumble_core::redundancy::platform::MountedUnit;
+use tumble_core::redundancy::record::Record;
+use tumble_core::redundancy::sensor::Sensor;
+use tumble_core::redundancy::settings::thresholds::Threshold;
+use tumble_core::redundancy::settings::{Data, RedundancySettings};
+
+use crate::redundancy_mission::{
+    Flight, Mission, Part, Phase, SECOND, assert_told, platform, settings, units,
+};
+use crate::redundancy_modes::learned;
+
+const SEED: u64 = 23;
+
+fn off(specific_force: [f64; 3]) -> Part {
+    Part::exact().biased(specific_force, [0.0; 3])
+}
+
+/// A record of a secondary's accelerometer that is off by a bias alone.
+fn stored<T: Real>(bias: [f64; 3]) -> Record<T> {
+    let [record, _] = learned::<f64>();
+    let record = Record {
+        model: ErrorModel {
+            bias: Vector3::from(bias),
+            ..ErrorModel::identity()
+        },
+        ..record
+    };
+    record.in_numbers(tumble_core::real::real)
+}
+
+/// Deviations of a unit's accelerometer and their thresholds, in order.
+fn deviations<T: Real>(flight: &Flight<T, 2>, unit: usize, wanted: Check) -> Vec<(T, T)> {
+    let found = flight.events.iter().filter(|event| event.unit == unit);
+    let each = found.filter_map(|event| match event.kind {
+        EventKind::Evaluated {
+            sensor: Sensor::Accelerometer,
+            check,
+            deviation,
+            threshold,
+        } if check == wanted => Some((deviation, threshold)),
+        _ => None,
+    });
+    each.collect()
+}
+
+fn raw(settings: &mut RedundancySettings<f64>) {
+    settings.evaluation.data = Data::Raw;
+    settings.evaluation.vector_check = false;
+    settings.evaluation.thresholds.secondary.accelerometer = Threshold::VariableByMargin(0.1);
+}
+
+fn rested(settings: RedundancySettings<f64>, parts: [Part; 2], records: &[Record<f64>]) -> Flight<f64, 2> {
+    let platform = platform(settings, units(&parts));
+    let mission = Mission::new(SEED, &parts).phases(&[(2.5, Phase::Rest)]);
+    let mut flight = Flight::new(SEED);
+    records
+        .iter()
+        .for_each(|record| flight.restore(&platform, record));
+    flight.take(&platform, &mission.samples());
+    flight
+}
+
+#[test]
+fn the_norm_check_compares_with_the_threshold_as_it_was_set_however_the_primary_deviates() {
+    let parts = [off([0.0, 0.0, 0.05]), off([0.0, 0.0, 0.117])];
+    let flight = rested(settings(), parts, &[]);
+    let found = deviations(&flight, 1, Check::Norm);
+    assert!(
+        !found.is_empty() && found.iter().all(|(_, threshold)| *threshold == 0.1),
+        "{}",
+        flight.story()
+    );
+    assert_told!(flight, 1, 1 x EventKind::Triggered { .. });
+}
+
+#[test]
+fn in_raw_data_a_new_error_does_not_hide_behind_a_known_one_across_it() {
+    for (actual, triggers) in [([0.5, 0.0, 0.4], 1), ([0.5, 0.0, 0.05], 0), ([0.5, 0.0, -0.4], 1)] {
+        let mut settings = settings();
+        raw(&mut settings);
+        let flight = rested(settings, [off([0.0; 3]), off(actual)], &[stored([0.5, 0.0, 0.0])]);
+        let triggered = flight.told(1, |kind| matches!(kind, EventKind::Triggered { .. }));
+        assert_eq!(triggered, triggers, "{actual:?} {}", flight.story());
+    }
+}
+
+#[test]
+fn in_raw_data_the_vector_check_takes_a_known_error_off_along_the_deviation_alone() {
+    for (actual, triggers) in [([0.3, 0.4, 0.0], 1), ([-0.4, 0.0, 0.0], 1), ([0.55, 0.0, 0.0], 0)] {
+        let mut settings = settings();
+        raw(&mut settings);
+        settings.evaluation.vector_check = true;
+        let flight = rested(settings, [off([0.0; 3]), off(actual)], &[stored([0.5, 0.0, 0.0])]);
+        let triggered = flight.told(1, |kind| matches!(kind, EventKind::Triggered { .. }));
+        assert_eq!(triggered, triggers, "{actual:?} {}", flight.story());
+    }
+}
+
+#[test]
+fn a_drifting_primary_becomes_invalid_by_a_threshold_counted_from_its_calibration() {
+    let mut settings = settings::<f64>();
+    settings.evaluation.evaluate_every = Some(2 * SECOND);
+    settings.evaluation.thresholds.primary.accelerometer = Threshold::VariableByMargin(0.1);
+    let parts = [Part::exact(); 2];
+    let mission = Mission::new(SEED, &parts)
+        .phases(&[(20.0, Phase::Rest)])
+        .spoilt(|unit, time, sample| {
+            sample.specific_force.z += if unit == 0 { 0.02 * time } else { 0.0 };
+            true
+        });
+    let platform = platform(settings, units(&parts));
+    let mut flight = Flight::<f64, 2>::new(SEED);
+    flight.take(&platform, &mission.samples());
+    let found = deviations(&flight, 0, Check::Norm);
+    assert!(
+        found.iter().all(|(_, threshold)| *threshold == 0.1),
+        "{}",
+        flight.story()
+    );
+    assert!(
+        found.iter().any(|(deviation, threshold)| deviation > threshold),
+        "{}",
+        flight.story()
+    );
+}
+
+#[test]
+fn a_threshold_from_the_factory_stays_when_a_later_calibration_is_in_use() {
+    let mut settings = settings();
+    raw(&mut settings);
+    settings.evaluation.thresholds.secondary.accelerometer = Threshold::FactoryByMargin(0.1);
+    let parts = [off([0.0; 3]), off([0.0, 0.0, 0.9])];
+    let platform = platform(settings, units(&parts));
+    let mut flight = Flight::<f64, 2>::new(SEED);
+    flight.restore(&platform, &stored([0.0, 0.0, 0.9]));
+    flight
+        .monitor
+        .restore_factory(&platform, &stored([0.0, 0.0, 0.2]));
+    flight.take(
+        &platform,
+        &Mission::new(SEED, &parts).phases(&[(2.5, Phase::Rest)]).samples(),
+    );
+    for (_, threshold) in deviations(&flight, 1, Check::Norm) {
+        assert!((threshold - 0.3).abs() < 1e-12, "{threshold}");
+    }
+    assert_told!(flight, 1, EventKind::Triggered { .. });
+}
+
+#[test]
+fn a_unit_with_a_threshold_of_its_own_is_compared_with_that() {
+    let parts = [off([0.0; 3]), off([0.0, 0.0, 0.2])];
+    for (own, triggers) in [(None, 1), (Some(Threshold::Fixed(0.5)), 0)] {
+        let [primary, secondary] = units::<f64, 2>(&parts);
+        let secondary = MountedUnit {
+            thresholds: [own, None],
+            ..secondary
+        };
+        let platform = platform(settings(), [primary, secondary]);
+        let mut flight = Flight::<f64, 2>::new(SEED);
+        let mission = Mission::new(SEED, &parts).phases(&[(2.5, Phase::Rest)]);
+        flight.take(&platform, &mission.samples());
+        let triggered = flight.told(1, |kind| matches!(kind, EventKind::Triggered { .. }));
+        assert_eq!(triggered, triggers, "{own:?} {}", flight.story());
+    }
+}
+
+#[test]
+fn where_nothing_is_evaluated_by_itself_nothing_is_calibrated_without_a_command() {
+    let parts = [off([0.0; 3]), off([0.3, 0.0, 0.3])];
+    let mission = Mission::new(SEED, &parts).phases(&[
+        (2.5, Phase::Rest),
+        (12.0, Phase::Free(1.0)),
+        (3.0, Phase::Rest),
+    ]);
+    for commanded in [false, true] {
+        let mut settings = settings::<f64>();
+        settings.evaluation.evaluate_every = None;
+        let platform = platform(settings, units(&parts));
+        let mut flight = Flight::<f64, 2>::new(SEED);
+        if commanded {
+            flight.monitor.command(Command::Evaluate);
+        }
+        flight.take(&platform, &mission.samples());
+        let triggered = flight.told(1, |kind| matches!(kind, EventKind::Triggered { .. }));
+        assert_eq!(triggered, usize::from(commanded), "{}", flight.story());
+        let why = Withheld::OnCommandOnly;
+        let withheld = flight.told(
+            1,
+            |kind| matches!(kind, EventKind::Withheld { why: found, .. } if *found == why),
+        );
+        assert_eq!(withheld > 0, !commanded, "{}", flight.story());
+    }
+}
+
+#[test]
+fn health_is_judged_at_every_rest_even_where_nothing_is_evaluated_by_itself() {
+    let mut settings = settings::<f64>();
+    settings.evaluation.evaluate_every = None;
+    let parts = [Part::exact(); 2];
+    let mission = Mission::new(SEED, &parts)
+        .phases(&[(4.0, Phase::Rest), (4.0, Phase::Free(1.0)), (4.0, Phase::Rest)])
+        .spoilt(|unit, time, sample| {
+            sample.specific_force.z += if unit == 1 && time > 6.0 { 6.0 } else { 0.0 };
+            true
+        });
+    let platform = platform(settings, units(&parts));
+    let mut flight = Flight::<f64, 2>::new(SEED);
+    flight.take(&platform, &mission.samples());
+    assert_told!(
+        flight,
+        1,
+        EventKind::Unhealthy {
+            fault: HealthFault::ImplausibleAtRest { .. }
+        }
+    );
+}
