@@ -147,7 +147,7 @@ class ErrorStore:
 
     def notices(self) -> Iterator[str]:
         """Say which files were loaded that state no serial of the unit, or none of its primary."""
-        for path in (path for path in self._without_serial if path in self._in_use):
+        for path in dict.fromkeys(path for path in self._without_serial if path in self._in_use):
             yield f"{path}: does not state the serials of the unit and its primary; taken by their names"
 
     def distrust(self, unit: Identified, sensor: Sensor) -> None:
