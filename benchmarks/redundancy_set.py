@@ -48,7 +48,9 @@ VIBRATION = {"weak": (0.6, 0.02), "strong": (3.0, 0.12)}
 BROADBAND = 0.03
 """Of a rotor's tone: white noise that comes with it."""
 FILTER = 0.25
-"""Cut-off of the filter of a unit over its rate."""
+"""Cut-off of the filter of a unit over its rate; no unit has one above `LARGEST_CUT_OFF`."""
+LARGEST_CUT_OFF = 60.0
+"""Hz."""
 RATES_HZ = (100.0, 200.0, 250.0, 400.0)
 
 
@@ -206,12 +208,13 @@ class _Rotors:
         phase = np.interp(time, self.body.time, self.phase)
         envelope = np.interp(time, self.body.time, self.body.envelope)
         speed = 0.7 + 0.3 * envelope
+        cut_off = min(FILTER * rate_hz, LARGEST_CUT_OFF)
         found = []
         for sensor in range(2):
             near = 1.0 + 0.15 * random.standard_normal((2, 3))
             shaken = BROADBAND * random.standard_normal((len(time), 3))
             for harmonic, direction in enumerate(self.directions[sensor] * near, start=1):
-                passed = 1.0 / (1.0 + (harmonic * self.frequency / (FILTER * rate_hz)) ** 2)
+                passed = 1.0 / (1.0 + (harmonic * self.frequency / cut_off) ** 2)
                 shaken += passed * np.outer(np.sin(harmonic * phase), direction) / harmonic
             found.append(self.strength[sensor] * (speed * envelope)[:, None] * shaken)
         return tuple(found)
