@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import chain
 
 from benchmarks.accuracy import COVERAGE, LARGEST_RATIO
@@ -15,6 +15,7 @@ from benchmarks.memory import LARGEST_GROWTH
 from benchmarks.production import LARGEST_GROWTH as LARGEST_BATCH_GROWTH
 from benchmarks.production import SECONDS
 from benchmarks.redundancy_adoptions import FAILURES
+from benchmarks.redundancy_figures import LONG, SOON
 from benchmarks.results import Content
 from benchmarks.speed import GOALS
 from benchmarks.spin import COVERAGE as SPIN_COVERAGE
@@ -140,7 +141,122 @@ def _adoptions(content: Content) -> Iterator[Goal]:
     counts = content["counts"]
     for name in FAILURES:
         found = counts.get(name, 0)
-        yield Goal(f"redundancy, {content['missions']} missions: {name}", "none", f"{found}", found == 0)
+        yield _none(f"redundancy, {content['missions']} missions: {name}", found)
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What missions with faults are to reach: shares at least, and s until the right unit is named."""
+
+    shares: Mapping[str, float]
+    seconds: Mapping[str, float] = field(default_factory=dict)
+
+
+SHARES = {
+    "right": "right unit named",
+    "right_within": f"right unit named within {LONG:g} s",
+    "seen": "seen",
+    "seen_within": f"seen within {SOON:g} s",
+}
+PERCENTILES = {"median": "median", "high": "95 %"}
+JUDGED: dict[str, dict[str, Wanted]] = {
+    "N >= 3": {
+        "jump, scale": Wanted({"right": 0.98}, {"median": 0.2, "high": 2.5}),
+        "ramp": Wanted({"right": 0.97}, {"median": 15.0, "high": 40.0}),
+        "broken signals": Wanted({"right": 0.98}, {"median": 1.0}),
+        "lost samples": Wanted({"right": 1.0}, {"high": 0.15}),
+    },
+    "N = 2": {
+        "jump, scale": Wanted({"seen_within": 0.97, "right": 0.88}, {"median": 4.0}),
+        "ramp": Wanted({"seen": 0.92, "right_within": 0.8}),
+        "broken signals": Wanted({"right": 0.97}, {"median": 3.0}),
+        "lost samples": Wanted({"right": 1.0}, {"high": 0.15}),
+    },
+}
+"""By number of units and group of kinds."""
+RECORDED = {"N >= 3": Wanted({"right": 0.95}, {"median": 1.0}), "N = 2": Wanted({"seen": 0.95})}
+MOST_WRONG = {"N >= 3": 0.005, "N = 2": 0.01}
+MOST_WRONG_RECORDED = 0.02
+GATHERED = {
+    "N >= 3": {"velocity": (0.1, "m/s"), "angle": (0.4, "deg")},
+    "N = 2": {"velocity": (3.0, "m/s"), "angle": (1.0, "deg")},
+}
+"""What a jump of the primary may add to the output."""
+MOST_IN_HEALTH = {"N >= 3": {"guilty": 0.1, "disagree": 0.5}, "N = 2": {"guilty": 0.0, "disagree": 0.5}}
+"""An hour."""
+MOST_REFUSED = 0.02
+
+
+def _campaign(content: Content) -> Iterator[Goal]:
+    for title, of in content["sets"].items():
+        where = f"redundancy, {title}"
+        for group, wanted in JUDGED[title].items():
+            yield from _judged(f"{where}: {group}", wanted, of["groups"][group])
+        kinds = of["kinds"].values()
+        wrong, faults = (sum(each) for each in zip(*map(_wrong_of, kinds), strict=True))
+        yield _at_most_so_many(f"{where}: a sound unit named first", MOST_WRONG[title], wrong, faults)
+        misled = sum(each["misled"] for each in kinds)
+        yield _none(f"{where}: secondaries that followed a wrong primary", misled)
+        for name, (most, unit) in GATHERED[title].items():
+            what = f"{where}: {name} that a jump of the primary adds to the output, median"
+            yield _reached_at_most(what, most, of["kinds"]["jump"][name], "median", unit)
+        yield from _in_health(where, MOST_IN_HEALTH[title], of["health"])
+
+
+def _judged(what: str, wanted: Wanted, of: Content) -> Iterator[Goal]:
+    counts = {**of, "right": of["outcomes"]["right"], "seen": of["seen"]["number"]}
+    for name, least in wanted.shares.items():
+        share = counts[name] / max(of["missions"], 1)
+        yield Goal(f"{what}: {SHARES[name]}", _percent(least), _percent(share), share >= least)
+    for name, most in wanted.seconds.items():
+        what_then = f"{what}: time to the right unit being named, {PERCENTILES[name]}"
+        yield _reached_at_most(what_then, most, of["isolated"], name, "s")
+
+
+def _in_health(where: str, most: Mapping[str, float], health: Content) -> Iterator[Goal]:
+    for name, limit in most.items():
+        an_hour = health[f"{name}_in_health"] / max(health["hours"], 1e-9)
+        what = f"{where}: {name} in health"
+        yield Goal(what, f"{limit:g} an hour", f"{an_hour:.2f} an hour", an_hour <= limit)
+    yield _none(f"{where}: wrong adoptions", health["wrongly adopted"])
+    refused, adopted = health["refused that were right"], health["adopted"]
+    yield _at_most_so_many(
+        f"{where}: adoptions refused that were right", MOST_REFUSED, refused, refused + adopted
+    )
+
+
+def _recorded(content: Content) -> Iterator[Goal]:
+    for title, of in content["sets"].items():
+        where = f"redundancy, eight recorded units, {title}"
+        for span in ("before", "settled"):
+            yield _none(f"{where}: units named in health ({span})", of["health"][span]["guilty"])
+        faults = of["groups"]["all"]
+        yield from _judged(f"{where}: faults", RECORDED[title], faults)
+        what = f"{where}: a sound unit named first"
+        yield _at_most_so_many(what, MOST_WRONG_RECORDED, *_wrong_of(faults))
+
+
+def _wrong_of(of: Content) -> tuple[int, int]:
+    return of["outcomes"]["wrong"], of["missions"]
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.3g} %"
+
+
+def _none(what: str, found: int) -> Goal:
+    return Goal(what, "none", f"{found}", found == 0)
+
+
+def _at_most_so_many(what: str, share: float, found: int, of: int) -> Goal:
+    return Goal(what, _percent(share), f"{found} of {of}", found <= share * of)
+
+
+def _reached_at_most(what: str, goal: float, of: Content, name: str, unit: str) -> Goal:
+    """Hold a percentile against a goal; what was never reached is missed."""
+    if of["number"]:
+        return _at_most(what, goal, of[name], unit)
+    return Goal(what, f"{goal:g} {unit}", "never", False)
 
 
 def _speed(content: Content) -> Iterator[Goal]:
@@ -214,6 +330,8 @@ GOALS_OF: dict[str, Callable[[Content], Iterator[Goal]]] = {
     "spin_live": _spin_live,
     "redundancy": _redundancy,
     "redundancy_adoptions": _adoptions,
+    "redundancy_campaign": _campaign,
+    "redundancy_recorded": _recorded,
     "speed": _speed,
     "production": _production,
     "memory": _memory,

@@ -36,15 +36,17 @@ def wide_console() -> Console:
     return Console(width=max(console.width, WIDTH))
 
 
-def by_kind(missions: Sequence[Mapping[str, Any]]) -> Content:
+def by_kind(missions: Sequence[Mapping[str, Any]], groups: Mapping[str, Sequence[Kind]] = GROUPS) -> Content:
     """Give the figures of each kind of fault, and of each group of them."""
-    drawn = dict.fromkeys(each["kind"] for each in missions if each["outcome"] is not None)
     return {
-        "kinds": {kind: of_kind(_of(missions, (kind,))) for kind in get_args(Kind) if kind in drawn},
-        "groups": {
-            name: of_kind(_of(missions, group)) for name, group in GROUPS.items() if drawn.keys() & set(group)
-        },
+        "kinds": {kind: of_kind(_of(missions, (kind,))) for kind in get_args(Kind)},
+        "groups": {name: of_kind(_of(missions, group)) for name, group in groups.items()},
     }
+
+
+def flown(kinds: Mapping[str, Content]) -> dict[str, Content]:
+    """Give the kinds of which there were missions."""
+    return {kind: of for kind, of in kinds.items() if of["missions"]}
 
 
 def _of(missions: Sequence[Mapping[str, Any]], kinds: Sequence[str]) -> list[Mapping[str, Any]]:
@@ -74,15 +76,22 @@ def _within(value: float | None, limit: float) -> bool:
     return value is not None and value <= limit
 
 
+IN_HEALTH = {
+    "units named": "guilty_in_health",
+    "disagree": "disagree_in_health",
+    "changes of the source": "changes_in_health",
+    "s without a source": "without_source_in_health",
+    "adopted": "adopted",
+    "wrongly": "wrongly adopted",
+    "refused that were right": "refused that were right",
+}
+"""What is counted while all units are sound, by its title in tables."""
+
+
 def of_health(missions: Sequence[Mapping[str, Any]]) -> Content:
     """Give what was told while all units were sound."""
     hours = sum(each["health"] for each in missions) / 3600.0
-    counted = {
-        name: sum(each[name] for each in missions)
-        for name in ("guilty_in_health", "disagree_in_health", "changes_in_health")
-    }
-    kept = ("adopted", "wrongly adopted", "refused that were right")
-    return {"hours": hours, **counted, **{name: sum(each[name] for each in missions) for name in kept}}
+    return {"hours": hours, **{name: sum(each[name] for each in missions) for name in IN_HEALTH.values()}}
 
 
 def percentiles(values: Iterable[float | None]) -> Content:
@@ -98,10 +107,8 @@ def show(figures: Content, console: Console) -> None:
     """Print the tables."""
     for title, of in figures["sets"].items():
         table = Table(*header(), title=title)
-        for kind, each in of["kinds"].items():
+        for kind, each in flown({**of["kinds"], "not calibrated": of["not calibrated"]}).items():
             table.add_row(*cells(kind, each))
-        if of["not calibrated"]["missions"]:
-            table.add_row(*cells("not calibrated", of["not calibrated"]))
         console.print(table)
         console.print(_health(of["health"]))
 
@@ -110,7 +117,7 @@ def header() -> tuple[str, ...]:
     """Give the titles of the columns of `cells`."""
     return (
         *("fault", "n", *OUTCOMES, "also", "isolated, s", "95 %", "seen", "s", "95 %"),
-        *("m/s", "deg", "misled", "changes"),
+        *("m/s", "deg", "misled", "changes", "none, s"),
     )
 
 
@@ -123,7 +130,7 @@ def cells(kind: str, of: Content) -> Iterator[str]:
     yield str(of["seen"]["number"])
     yield from _two(of["seen"])
     yield from (_two(of[name])[0] for name in ("velocity", "angle"))
-    yield from (str(of["misled"]), _two(of["changes"])[0])
+    yield from (str(of["misled"]), _two(of["changes"])[0], _two(of["without_source"])[1])
 
 
 def _two(figures: Content) -> tuple[str, str]:
@@ -133,8 +140,5 @@ def _two(figures: Content) -> tuple[str, str]:
 
 
 def _health(of: Content) -> str:
-    return (
-        f"{of['hours']:.1f} h of health: {of['guilty_in_health']} named, {of['disagree_in_health']} "
-        f"disagree, {of['changes_in_health']} changes of the source; {of['adopted']} adopted, "
-        f"{of['wrongly adopted']} wrongly, {of['refused that were right']} refused that were right"
-    )
+    counts = ", ".join(f"{title} {of[name]:g}" for title, name in IN_HEALTH.items())
+    return f"{of['hours']:.1f} h of health: {counts}"

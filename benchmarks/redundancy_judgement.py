@@ -41,10 +41,12 @@ class Judgement:
     """s without a fault."""
     changes_in_health: int
     """Times another unit became the source without a fault, and times none was left."""
+    without_source_in_health: float
+    """s in which none was left without a fault."""
     changes: int
-    """The same since there was a fault."""
+    """Changes of the source since there was a fault."""
     without_source: float
-    """s."""
+    """s since then in which none was left."""
 
 
 def judge(events: Sequence[Event], faulty: int | None, onset: float, end: float) -> Judgement:
@@ -69,8 +71,9 @@ def judge(events: Sequence[Event], faulty: int | None, onset: float, end: float)
         disagree_in_health=sum(time < onset for time in disagreed),
         health=onset,
         changes_in_health=sum(event[0] < onset for event in sources),
+        without_source_in_health=without_source(events, 0.0, onset),
         changes=sum(event[0] >= onset for event in sources),
-        without_source=sum(last - first for first, last, unit in source_spans(events, end) if unit is None),
+        without_source=without_source(events, onset, end),
     )
 
 
@@ -101,3 +104,9 @@ def source_spans(events: Iterable[Event], end: float) -> list[tuple[float, float
     ]
     ends = [time for time, _ in selected[1:]] + [end]
     return [(time, until, unit) for (time, unit), until in zip(selected, ends, strict=True)]
+
+
+def without_source(events: Iterable[Event], start: float, end: float) -> float:
+    """Give for how many s between two times no unit was the source; before the first is, nothing is said."""
+    none = [(first, last) for first, last, unit in source_spans(events, end) if unit is None]
+    return sum((max(0.0, min(last, end) - max(first, start)) for first, last in none), 0.0)

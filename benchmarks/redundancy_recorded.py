@@ -24,8 +24,8 @@ from rich.table import Table
 
 from benchmarks import redundancy_board as board
 from benchmarks.redundancy_fault import InjectedFault, Kind, draw_fault
-from benchmarks.redundancy_figures import SETS, by_kind, cells, header, wide_console
-from benchmarks.redundancy_judgement import INVALID, Event, judge, source_spans
+from benchmarks.redundancy_figures import SETS, by_kind, cells, flown, header, wide_console
+from benchmarks.redundancy_judgement import INVALID, Event, judge, without_source
 from benchmarks.redundancy_replay import Stored, edges, replay, spoilt
 from benchmarks.redundancy_set import Samples
 from benchmarks.results import Content, machine, save
@@ -103,15 +103,12 @@ def told_in_health(events: Sequence[Event]) -> dict[str, Any]:
 def _counted(events: Sequence[Event], start: float, end: float) -> Content:
     those = [event for event in events if start <= event[0] < end]
     named = [e for e in those if e[2] == "unhealthy" and e[3]["reason"] not in INVALID]
-    sources = source_spans(events, end)
     return {
         "hours": (end - start) / 3600.0,
         "guilty": len(named),
         "disagree": sum(event[2] == "disagree" for event in those),
         "changes": sum(event[2] == "selected" and event[3]["reason"] != "start" for event in those),
-        "without_source": sum(
-            max(0.0, min(last, end) - max(first, start)) for first, last, unit in sources if unit is None
-        ),
+        "without_source": without_source(events, start, end),
     }
 
 
@@ -143,7 +140,7 @@ def summary(healthy: Sequence[Mapping[str, Any]], faults: Sequence[Mapping[str, 
             "health": {
                 span: _total([each[span] for each in healthy if each["units"] in units]) for span in SPANS
             },
-            **by_kind([each for each in faults if each["units"] in units]),
+            **by_kind([each for each in faults if each["units"] in units], {"all": KINDS}),
         }
         for title, units in SETS.items()
     }
@@ -157,7 +154,7 @@ def show(figures: Content, console: Console) -> None:
     """Print the tables."""
     for title, of in figures.items():
         table = Table(*header(), title=f"recorded, {title}")
-        for kind, each in of["kinds"].items():
+        for kind, each in flown(of["kinds"]).items():
             table.add_row(*cells(kind, each))
         console.print(table)
         for span, each in of["health"].items():

@@ -71,7 +71,7 @@ def test_of_a_mission_with_a_fault_only_the_time_before_it_is_health():
     judgement = judge([*told, selected(75.0, 0)], FAULTY, ONSET, END)
     assert (judgement.health, judgement.disagree_in_health, judgement.guilty_in_health) == (ONSET, 1, 0)
     assert (judgement.also, judgement.changes, judgement.changes_in_health) == (1, 2, 0)
-    assert judgement.without_source == pytest.approx(5.0)
+    assert (judgement.without_source, judgement.without_source_in_health) == (5.0, 0.0)
 
 
 def test_a_unit_is_the_source_until_the_next_is_selected_and_none_where_none_fits():

@@ -1,6 +1,7 @@
 """Each benchmark runs, on next to nothing; no times are judged here."""
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from benchmarks import (  # noqa: E402
     noise,
     redundancy,
     redundancy_adoptions,
+    redundancy_campaign,
     report,
     results,
     speed,
@@ -29,8 +31,9 @@ from benchmarks.settings import cells  # noqa: E402
 
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory):
-    """Figures of every benchmark on its smallest setting, kept in a folder of their own."""
+    """Figures of benchmarks on their smallest setting, or as they are kept, in a folder of their own."""
     folder = tmp_path_factory.mktemp("results")
+    shutil.copytree(results.RESULTS, folder, dirs_exist_ok=True)
     keep = pytest.MonkeyPatch()
     keep.setattr(results.save, "__defaults__", (folder,))
     keep.setattr(results.load, "__defaults__", (folder,))
@@ -42,6 +45,8 @@ def measured(tmp_path_factory):
     memory.main(["--tiny"])
     redundancy.main(["--runs", "2", "--no-push"])
     redundancy_adoptions.main(["--missions", "3", "--cores", "1"])
+    keep.setattr(redundancy_campaign, "MISSIONS", 4)
+    redundancy_campaign.main(["--missions", "4", "--jobs", "1"])
     footprint.main([])
     yield folder
     keep.undo()
@@ -72,6 +77,8 @@ def test_the_pages_show_a_table_for_each_benchmark(measured, tmp_path):
     assert "| gyroscope bias |" in text
     assert "| 10 cm |" in text
     assert "| wrongly adopted |" in text
+    assert "| fault; N = 2 |" in text
+    assert "| N >= 3, shaken |" in text
     assert "| instructions: applying a calibration to both triads |" in text
     assert "`numpy.copyto`" in text
     assert "| ROS 1 bag |" in text
