@@ -3,16 +3,8 @@
 `python -m benchmarks.redundancy_campaign [--missions 2000] [--kinds ramp,jump] [--units 2,3] [--jobs N]`
 
 Missions have successive seeds, and a seed is one mission whatever else is flown: `--only SEED` flies it
-alone and prints its events. What is drawn is in `redundancy_draw.py`, what a unit is like in
-`redundancy_set.py`, what faults are in `redundancy_fault.py`, who is right in `redundancy_judgement.py`.
-Figures are kept where the campaign is whole.
-
-A set is *calibrated* if both sensors of all its sound secondaries had a record when the fault began; others
-are counted apart. *Velocity* and *angle* are what the fault adds to the output, integrated while its unit is
-the source, to the end if it stays so. *Misled* is a sound secondary that was adopted against the faulty
-primary and errs by more than 0.1 m/s^2 or 0.01 rad/s more than at the onset. An adoption is *wrong* if it
-leaves more than was there before, by a tenth and by 0.03 m/s^2 or 0.003 rad/s, both units being sound; one
-is *refused that was right* if both are, and what is stored is off by more than what triggers.
+alone and prints its events. Figures are kept where the campaign is whole. What they mean stands in
+`benchmarks/README.md`.
 """
 
 from __future__ import annotations

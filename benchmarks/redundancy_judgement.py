@@ -1,10 +1,6 @@
 """Who was named wrong, and when, held against who was: counted from the events alone.
 
-*Named* is a unit that is told to be unhealthy, whatever for, save that it is saturated: beyond its range a
-unit is invalid, and nobody's judge. *Right* is the faulty unit named after its fault began and before any
-sound unit is; *wrong* a sound one named first, or at the same time; *unknown* that two were told to disagree
-and nobody was named; *missed* that nothing was told at all. *Too early* is any unit named before there was
-a fault, whatever follows. What is *seen* is told either way.
+What the outcomes mean stands in `benchmarks/README.md`.
 """
 
 from __future__ import annotations

@@ -2,10 +2,7 @@
 
 `python -m benchmarks.redundancy_recorded [--draws 20] [--no-save]`
 
-*Health*: sets of two, three and four, each unit once their primary, from an empty store to the end, hard
-shaking included. *Faults*: records that such a set adopts in health are restored, as they would be from
-flash, and the recording is replayed up to the shaking with a fault in one unit: each unit, each kind,
-`--draws` times. There is no truth but that the units are sound: what is in the output is not counted.
+What is replayed, and what the figures mean, stands in `benchmarks/README.md`.
 """
 
 from __future__ import annotations
