@@ -44,15 +44,21 @@ CUT = ("dead", "late")
 
 
 def judged(seed: int) -> dict[str, Any]:
-    """Fly a mission and count what came of it, plain enough for JSON."""
+    """Fly a mission and count what came of it."""
     mission = draw(seed)
-    simulated, said, replayed = flown(mission)
+    return counted(mission, *flown(mission))
+
+
+def counted(
+    mission: DrawnMission, simulated: SimulatedSet, said: Sequence[Samples], replayed: Replay
+) -> dict[str, Any]:
+    """Count what came of a mission."""
     fault = mission.fault
     judgement = judge(
         replayed.events, None if fault is None else mission.faulty, mission.onset, mission.duration
     )
     return {
-        "seed": seed,
+        "seed": mission.seed,
         "kind": mission.kind,
         "units": mission.units,
         "faulty": mission.faulty,
@@ -164,9 +170,10 @@ def show_one(seed: int, console: Console) -> None:
     """Fly one mission and print all of it."""
     mission = draw(seed)
     console.print(mission)
-    for time, unit, what, figures in flown(mission)[2].events:
+    simulated, said, replayed = flown(mission)
+    for time, unit, what, figures in replayed.events:
         console.print(f"{time:9.3f} s  unit {unit}  {what}", dict(figures), highlight=False)
-    console.print(judged(seed))
+    console.print(counted(mission, simulated, said, replayed))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

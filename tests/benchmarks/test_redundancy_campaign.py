@@ -199,3 +199,19 @@ def test_without_the_recording_its_benchmark_says_so_and_keeps_nothing(monkeypat
     monkeypatch.setattr(redundancy_recorded, "save", lambda *_: pytest.fail("kept"))
     assert redundancy_recorded.main([]) == 0
     assert "not here" in capsys.readouterr().out
+
+
+@pytest.mark.skipif(not redundancy_recorded.board.is_here(), reason=redundancy_recorded.board.ABSENT)
+def test_a_recorded_unit_of_which_an_axis_sticks_is_named_though_it_is_calibrated_from_what_was_stored():
+    mission = redundancy_recorded.faulted("stuck", 3, 0)
+    assert (mission["outcome"], mission["units"]) == ("right", 2)
+    assert mission["guilty_in_health"] == 0
+    figures = redundancy_recorded.summary(HEALTHY, [mission])
+    assert figures["N = 2"]["groups"]["all"]["outcomes"]["right"] == 1
+    assert figures["N >= 3"]["health"]["shaken"] == {"changes": 3}
+
+
+HEALTHY = [
+    {"units": units, **{span: {"changes": changes} for span in redundancy_recorded.SPANS}}
+    for units, changes in ((2, 5), (3, 1), (4, 2))
+]
