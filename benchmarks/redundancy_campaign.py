@@ -29,14 +29,12 @@ from rich.progress import track
 from benchmarks.redundancy_draw import DrawnMission, draw, kinds
 from benchmarks.redundancy_figures import SETS, by_kind, of_health, of_kind, show, wide_console
 from benchmarks.redundancy_judgement import judge
-from benchmarks.redundancy_replay import Replay, error_of, flown, gathered, source_of
+from benchmarks.redundancy_replay import MISLED, Replay, error_of, flown, gathered, source_of
 from benchmarks.redundancy_set import SENSORS, Samples, SimulatedSet
 from benchmarks.results import Content, machine, save
 
 MISSIONS = 2000
 JOBS = max(1, (os.cpu_count() or 2) // 2)
-MISLED = {"accelerometer": 0.1, "gyroscope": 0.01}
-"""m/s^2 and rad/s. What triggers, too."""
 WORSE = {"accelerometer": 0.03, "gyroscope": 0.003}
 WORSE_SHARE = 1.1
 CUT = ("dead", "late")

@@ -23,7 +23,7 @@ from benchmarks import redundancy_board as board
 from benchmarks.redundancy_fault import InjectedFault, Kind, draw_fault
 from benchmarks.redundancy_figures import SETS, by_kind, cells, flown, header, wide_console
 from benchmarks.redundancy_judgement import INVALID, Event, judge, without_source
-from benchmarks.redundancy_replay import Stored, edges, replay, spoilt
+from benchmarks.redundancy_replay import MISLED, Stored, edges, replay, spoilt
 from benchmarks.redundancy_set import Samples
 from benchmarks.results import Content, machine, save
 from tumble import _core
@@ -35,6 +35,8 @@ LEAST = 0.3
 """m/s^2 of a jump or a ramp, and a tenth of it in rad/s."""
 FAULT_SECONDS = (60.0, 360.0)
 END = 600.0
+SPARSE = 20
+"""Samples from one to the next at which records are compared."""
 SPANS = {"before": (0.0, board.SHAKING), "settled": (200.0, board.SHAKING), "shaken": (board.SHAKING, END)}
 """s of the recording: before it is shaken, of that what comes when all is learnt, and shaken."""
 
@@ -116,7 +118,8 @@ def faulted(kind: Kind, number: int, draw: int) -> dict[str, Any]:
     numbers = members(random, number, SIZES[draw % len(SIZES)])
     fault = draw_fault(random, kind, float(random.uniform(*FAULT_SECONDS)), LEAST)
     faulty = numbers.index(number)
-    events, _ = replayed(numbers, board.SHAKING, stored_by(numbers), faulty, fault)
+    restored = stored_by(numbers)
+    events, stored = replayed(numbers, board.SHAKING, restored, faulty, fault)
     judgement = judge(events, faulty, fault.start, board.SHAKING)
     return {
         "kind": kind,
@@ -125,9 +128,31 @@ def faulted(kind: Kind, number: int, draw: int) -> dict[str, Any]:
         "sensor": fault.sensor,
         "velocity": None,
         "angle": None,
-        "misled": 0,
+        "misled": 0 if faulty else misled(numbers, restored, stored),
         **asdict(judgement),
     }
+
+
+def misled(numbers: Sequence[int], before: Stored, after: Stored) -> int:
+    """Count secondaries whose calibration left that of health; where nothing was adopted, it is the same."""
+    left = {
+        unit
+        for (unit, sensor), record in after.items()
+        if (unit, sensor) in before
+        and apart(_recorded()[numbers[unit]], sensor, before[unit, sensor], record) > MISLED[sensor]
+    }
+    return len(left)
+
+
+def apart(said: Samples, sensor: str, *records: Mapping[str, object]) -> float:
+    """Root mean square of what two records make differ of what was recorded before the shaking."""
+    readings = said.specific_force if sensor == "accelerometer" else said.angular_rate
+    readings = readings[said.time < board.SHAKING][::SPARSE]
+    first, second = (
+        np.linalg.solve(np.asarray(each["matrix"]), (readings - np.asarray(each["bias"])).T).T
+        for each in records
+    )
+    return float(np.sqrt(np.mean(np.sum((first - second) ** 2, axis=1))))
 
 
 def summary(healthy: Sequence[Mapping[str, Any]], faults: Sequence[Mapping[str, Any]]) -> Content:

@@ -22,6 +22,8 @@ FINE_PIECE = 0.01
 FINE_SECONDS = 3.0
 """s for which pieces are fine; from then on a tenth as fine."""
 
+MISLED = {"accelerometer": 0.1, "gyroscope": 0.01}
+"""m/s^2 and rad/s by which a calibration that followed a wrong primary errs more. What triggers, too."""
 SPARSE = 100
 """Steps of the body from one moment to the next at which errors of records are taken."""
 
