@@ -37,7 +37,7 @@ MISSIONS = 2000
 JOBS = max(1, (os.cpu_count() or 2) // 2)
 WORSE = {"accelerometer": 0.03, "gyroscope": 0.003}
 WORSE_SHARE = 1.1
-CUT = ("dead", "late")
+CUT = ("dead", "late", "not a number")
 """Kinds that add nothing to the output, but leave it without samples, or with old ones."""
 
 

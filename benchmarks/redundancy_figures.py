@@ -22,7 +22,7 @@ GROUPS: dict[str, tuple[Kind, ...]] = {
     "lost samples": ("dead", "late", "not a number"),
 }
 """Kinds that have a goal together."""
-WIDTH = 160
+WIDTH = 180
 """Characters of a row of the widest table."""
 SOON = 0.3
 """s within which a contradiction is to be seen."""
