@@ -95,12 +95,13 @@ class Mission:
     def _told(self, flight: SimulatedFlight, number: int) -> _core.RedundancyUnit:
         unit = flight.units[number]
         if number == 0:
-            own = self.calibration(flight)
+            own = self.calibration(flight) or {}
+            left = {str(name): (*model, CALIBRATION_SIGMA[name]) for name, model in own.items()}
             return _core.RedundancyUnit(
                 1,
                 specific_force_range=unit.grade.accelerometer.range,
                 angular_rate_range=unit.grade.gyroscope.range,
-                calibration=None if own is None else {str(name): model for name, model in own.items()},
+                calibration=left or None,
             )
         return _core.RedundancyUnit(
             number + 1,
