@@ -13,7 +13,7 @@ import argparse
 import os
 import sys
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict
 from itertools import count, islice
@@ -26,7 +26,7 @@ import numpy as np
 from rich.console import Console
 from rich.progress import track
 
-from benchmarks.redundancy_draw import DrawnMission, draw, kinds
+from benchmarks.redundancy_draw import UNITS, DrawnMission, draw, kinds
 from benchmarks.redundancy_figures import SETS, by_kind, of_health, of_kind, show, wide_console
 from benchmarks.redundancy_judgement import judge
 from benchmarks.redundancy_replay import MISLED, Replay, error_of, flown, gathered, source_of
@@ -34,6 +34,8 @@ from benchmarks.redundancy_set import SENSORS, Samples, SimulatedSet
 from benchmarks.results import Content, machine, save
 
 MISSIONS = 2000
+NUMBERS = tuple(str(number) for number in sorted(set(UNITS)))
+"""Of units, that can be asked for."""
 JOBS = max(1, (os.cpu_count() or 2) // 2)
 WORSE = {"accelerometer": 0.03, "gyroscope": 0.003}
 WORSE_SHARE = 1.1
@@ -121,13 +123,10 @@ def _adoptions(mission: DrawnMission, simulated: SimulatedSet, replayed: Replay)
     return found | {"misled": len(misled)}
 
 
-def chosen(
-    missions: int, first: int, only_kinds: Iterable[str] | None, only_units: Iterable[int] | None
-) -> list[int]:
-    """Give the seeds, from the first on, of as many missions as wanted of the kinds and sizes of a set."""
-    wanted_kinds, wanted_units = set(only_kinds or kinds()), set(only_units or sum(SETS.values(), ()))
+def chosen(missions: int, first: int, wanted: Collection[str], units: Collection[int]) -> list[int]:
+    """Give the seeds, from the first on, of so many missions of these kinds and numbers of units."""
     drawn = map(draw, count(first))
-    fitting = (each.seed for each in drawn if each.kind in wanted_kinds and each.units in wanted_units)
+    fitting = (each.seed for each in drawn if each.kind in wanted and each.units in units)
     return list(islice(fitting, missions))
 
 
@@ -180,8 +179,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--missions", type=int, default=MISSIONS)
     parser.add_argument("--seed", type=int, default=0, help="of the first mission")
     parser.add_argument("--only", type=int, metavar="SEED", help="one mission, with all its events")
-    parser.add_argument("--kinds", type=_list, help=", ".join(kinds()))
-    parser.add_argument("--units", type=_list, help="2,3,4")
+    parser.add_argument("--kinds", type=_some_of(kinds()), default=kinds(), help=", ".join(kinds()))
+    parser.add_argument("--units", type=_some_of(NUMBERS), default=NUMBERS, help=", ".join(NUMBERS))
     parser.add_argument("--jobs", type=int, default=JOBS)
     parser.add_argument("--list", action="store_true", help="seeds of what did not come out right")
     options = parser.parse_args(arguments)
@@ -189,20 +188,29 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.only is not None:
         show_one(options.only, console)
         return 0
-    units = options.units and [int(each) for each in options.units]
-    missions = campaign(chosen(options.missions, options.seed, options.kinds, units), options.jobs, console)
+    seeds = chosen(options.missions, options.seed, options.kinds, tuple(map(int, options.units)))
+    missions = campaign(seeds, options.jobs, console)
     figures = summary(missions)
     show(figures, console)
     if options.list:
         for name, seeds in figures["seeds"].items():
             console.print(f"{name}: {seeds}", highlight=False, soft_wrap=True)
-    if options.missions >= MISSIONS and not (options.kinds or options.units):
+    if options.missions >= MISSIONS and (options.kinds, options.units) == (kinds(), NUMBERS):
         save("redundancy_campaign", {"seed": options.seed, **figures, "machine": machine()})
     return 0
 
 
-def _list(text: str) -> list[str]:
-    return [each.strip() for each in text.split(",")]
+def _some_of(known: tuple[str, ...]) -> Callable[[str], tuple[str, ...]]:
+    """Read words with commas between them."""
+
+    def read(text: str) -> tuple[str, ...]:
+        words = tuple(each.strip() for each in text.split(","))
+        for word in words:
+            if word not in known:
+                raise argparse.ArgumentTypeError(f"{word!r} is none of {', '.join(known)}")
+        return words
+
+    return read
 
 
 if __name__ == "__main__":

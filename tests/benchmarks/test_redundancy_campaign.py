@@ -173,7 +173,7 @@ def test_every_kind_is_drawn_and_a_seed_is_one_mission_whatever_else_is_flown():
 
 @pytest.mark.parametrize("kind", ["dead", "late", "not a number"])
 def test_a_unit_that_falls_silent_is_late_or_says_no_number_is_named_at_once(kind):
-    (seed,) = redundancy_campaign.chosen(1, 0, [kind], None)
+    (seed,) = redundancy_campaign.chosen(1, 0, [kind], [2, 3, 4])
     print(f"seed {seed}")
     mission = redundancy_campaign.judged(seed)
     assert mission["outcome"] == "right"
@@ -186,6 +186,13 @@ def test_the_tables_show_every_kind_that_was_flown_and_a_part_of_the_campaign_is
     monkeypatch.setattr(redundancy_campaign, "save", lambda *_: pytest.fail("kept"))
     assert redundancy_campaign.main(["--missions", "2", "--kinds", "dead", "--jobs", "1", "--list"]) == 0
     assert "dead" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("asked", [("--kinds", "jumps"), ("--units", "5")])
+def test_a_kind_or_a_number_of_units_that_is_never_drawn_is_refused(asked, capsys):
+    with pytest.raises(SystemExit):
+        redundancy_campaign.main(asked)
+    assert f"{asked[1]!r} is none of" in capsys.readouterr().err
 
 
 def test_of_a_single_mission_all_events_are_shown(capsys):
