@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +26,22 @@ from tumble.numbers import number_of
 from tumble.recording import FloatArray
 
 _SMALLEST_BLOCK, _LARGEST_BLOCK = 1 << 16, 1 << 26
+_CORES = os.cpu_count() or 1
+_BLOCKS_AHEAD = min(4, _CORES)
+"""Blocks of one table that are parsed at a time."""
 _LONGEST_SHOWN = 40
 _ODD = re.compile("[^\t\x20-\x7e]")
 _RATE_KEYS = ("fs", "rate", "sample rate", "sample_rate", "sampling rate", "frequency", "sampling frequency")
+
+
+@cache
+def _workers_of(process: int) -> ThreadPoolExecutor:
+    """Give the threads that parse the blocks of all tables a process reads; a forked one has its own.
+
+    They stay as long as the process: a pass that is abandoned may be ended by the garbage collector within a
+    thread that is just starting, and whoever joins threads there waits for ever.
+    """
+    return ThreadPoolExecutor(_CORES, thread_name_prefix=f"tumble-csv-{process}")
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
@@ -137,18 +151,18 @@ class TextTable:
 
     def read(self, use: Callable[[Rows], RawSamples]) -> Iterator[RawSamples]:
         """Pass over the file; blocks are parsed and used in parallel, and given back in order."""
-        workers = min(4, os.cpu_count() or 1)
-        pool = ThreadPoolExecutor(workers, thread_name_prefix="tumble-csv")
+        workers = _workers_of(os.getpid())
         waiting: deque[Future[RawSamples]] = deque()
         try:
             for block in self._blocks():
-                waiting.append(pool.submit(lambda block: use(self._parse(block)), block))
-                if len(waiting) > workers:
+                waiting.append(workers.submit(lambda block: use(self._parse(block)), block))
+                if len(waiting) > _BLOCKS_AHEAD:
                     yield waiting.popleft().result()
             while waiting:
                 yield waiting.popleft().result()
         finally:
-            pool.shutdown(wait=True, cancel_futures=True)
+            for block_read in waiting:
+                block_read.cancel()
 
     def head(self) -> Rows:
         """Parse the first block."""
