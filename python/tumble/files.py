@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 import secrets
+import shutil
 import stat
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -167,6 +168,17 @@ def append_line(path: Path, line: str) -> int:
     except OSError as error:
         raise OutputError(_cannot_write(path, error)) from error
     return place
+
+
+def keep_stream(stream: BinaryIO, path: Path) -> None:
+    """Copy what is piped in to a new file; raises `OutputError` where that cannot be done."""
+    try:
+        with path.open("xb") as file:
+            shutil.copyfileobj(stream, file)
+    except OSError as error:
+        raise OutputError(
+            f"{path}: cannot be kept while it is read: {error.strerror}; name a folder with room by TMPDIR"
+        ) from error
 
 
 def move_into(path: Path, folder: Path, name: str) -> Path:

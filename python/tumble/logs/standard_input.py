@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
 import sys
 import tempfile
 from pathlib import Path
 from typing import IO
 
 from tumble.errors import LogError
+from tumble.files import keep_stream
 
 NAME = "-"
 _FILE_NAME = "standard_input"
@@ -34,7 +34,7 @@ _kept: tuple[IO[str], PipedLog] | None = None
 def piped_log() -> Path:
     """Copy standard input to a file, once, as a log is read more than once; the file goes with the process.
 
-    Raises `LogError` where nothing is piped in.
+    Raises `LogError` where nothing is piped in, `OutputError` where there is no room for it.
     """
     global _folder, _kept
     if _kept is not None and _kept[0] is sys.stdin:
@@ -43,7 +43,6 @@ def piped_log() -> Path:
         raise LogError(f"{NAME}: nothing is piped in; give a file, or pipe a log into the command")
     _folder = tempfile.TemporaryDirectory(prefix="tumble-")
     path = PipedLog(_folder.name, _FILE_NAME)
-    with path.open("wb") as file:
-        shutil.copyfileobj(sys.stdin.buffer, file)
+    keep_stream(sys.stdin.buffer, path)
     _kept = (sys.stdin, path)
     return path
