@@ -99,6 +99,15 @@ def test_the_same_log_gives_the_same_file_byte_for_byte(done, log):
     assert (again / "align.yaml").read_bytes() == (log.parent / "out" / "align.yaml").read_bytes()
 
 
+def test_a_later_run_takes_the_place_of_an_earlier_one_and_says_so(log, tmp_path):
+    for secondary in ("imu2", "imu3"):
+        done = typed("align", log, "--primary", "imu1", "--secondary", secondary, "-o", tmp_path / "out")
+        assert done.code == 0, done.err
+    assert set(RedundancySettings.load(tmp_path / "out" / "align.yaml").units) == {"imu3"}
+    assert "replaced in" in done.err
+    assert "align.yaml" in done.err
+
+
 def test_the_order_of_the_secondaries_changes_nothing_but_their_order(log):
     result = tumble.align("imu1", ["imu2", "imu3"], log)
     turned = tumble.align("imu1", ["imu3", "imu2"], log)

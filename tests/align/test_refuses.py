@@ -39,7 +39,7 @@ def refused(*arguments, folder):
     """The one line, beside results of an earlier run, which stay as they are."""
     out = folder / "out"
     out.mkdir(exist_ok=True)
-    (out / "align.yaml").write_text("of an earlier run\n")
+    (out / "align.yaml").write_text("schema: tumble-redundancy/1\n# of an earlier run\n")
     before = contents(out)
     done = typed(*arguments)
     assert done.code == 2, f"exit code {done.code}: {done.out}{done.err}"

@@ -12,10 +12,12 @@ ROOT = Path(__file__).parents[2]
 from benchmarks import (  # noqa: E402
     accuracy,
     bound,
+    disturbed,
     footprint,
     goals,
     memory,
     noise,
+    production,
     redundancy,
     redundancy_adoptions,
     redundancy_campaign,
@@ -38,10 +40,12 @@ def measured(tmp_path_factory):
     keep.setattr(results.save, "__defaults__", (folder,))
     keep.setattr(results.load, "__defaults__", (folder,))
     accuracy.main(["--sessions", "2", "--cells", "4,13,22,31"])
+    disturbed.main(["--sessions", "1"])
     truths.main(["--sessions", "2"])
     spin.main(["--sessions", "2"])
     spin_live.main(["--sessions", "2"])
     speed.main(["--tiny"])
+    production.main(["--tiny"])
     memory.main(["--tiny"])
     redundancy.main(["--runs", "2", "--no-push"])
     redundancy_adoptions.main(["--missions", "3", "--cores", "1"])
