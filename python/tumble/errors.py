@@ -15,6 +15,10 @@ class TumbleError(Exception):
         self.why = why
 
 
+class CommandError(TumbleError):
+    """What was typed lacks an argument, or holds an option or a value that the command does not know."""
+
+
 class LogError(TumbleError):
     """A log cannot be read, or holds what no IMU says."""
 

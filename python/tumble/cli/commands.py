@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from tumble.cli.abbreviations import AbbreviatingCommand
+from tumble.errors import CommandError
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +64,26 @@ COMMANDS = {
         "Print the JSON Schema of a document; without a name, list the documents.",
     ),
 }
+
+
+_UsageError: Any = typer.BadParameter.__mro__[1]
+"""What typer calls a command that was typed wrongly; the module that has it changed from version to version."""
+
+
+def run_command(words: Sequence[str]) -> int:
+    """Run `tumble WORDS` and give its exit code.
+
+    Raises `CommandError` where an argument or option is missing, unknown or of another kind.
+    """
+    app = command_line([*words, *words_to_complete()])
+    try:
+        code: int | None = app(args=list(words), prog_name="tumble", standalone_mode=False)
+    except _UsageError as error:
+        if message := " ".join(error.format_message().split()).rstrip("."):
+            command = error.ctx.command_path if error.ctx else "tumble"
+            raise CommandError(f"{message[0].lower()}{message[1:]}; see {command} --help") from error
+        code = error.exit_code  # of a command without arguments, whose help was shown
+    return code or 0
 
 
 def command_line(words: Sequence[str]) -> typer.Typer:

@@ -14,24 +14,23 @@ INTERRUPTED = 130
 def main() -> None:
     """Run `tumble` with the arguments of this process."""
     try:
-        _run()
+        code = _run()
     except TumbleError as error:
         for line in str(error).splitlines():
             print(f"tumble: error: {line}", file=sys.stderr)
-        sys.exit(USER_MISTAKE)
+        code = USER_MISTAKE
     except KeyboardInterrupt:
-        sys.exit(INTERRUPTED)
+        code = INTERRUPTED
+    sys.exit(code)
 
 
-def _run() -> None:
+def _run() -> int:
     # Imported late, so that Control-C while libraries are imported ends like any other.
-    from tumble.cli.commands import command_line, words_to_complete
+    from tumble.cli.commands import run_command
     from tumble.cli.standard_output import checked_standard_output
 
     with files_of_command() as files, checked_standard_output():
-        try:
-            command_line([*sys.argv[1:], *words_to_complete()])()
-        except SystemExit:
-            for remark in files.remarks():
-                print(f"tumble: {remark}", file=sys.stderr)
-            raise
+        code = run_command(sys.argv[1:])
+        for remark in files.remarks():
+            print(f"tumble: {remark}", file=sys.stderr)
+    return code
