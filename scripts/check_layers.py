@@ -49,7 +49,7 @@ A folder `report` holds its pages, all other files are the procedure.
 
 DATA = {
     *("constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording", "plain"),
-    *("provenance", "documents", "bounded_yaml", "schemas", "factors", "results"),
+    *("provenance", "documents", "bounded_yaml", "schemas", "factors", "results", "words"),
 }
 """Shared data types and file access, which know nothing of ours above them."""
 
@@ -59,15 +59,16 @@ LAYERS: dict[str, set[str]] = {
     "frames": {"errors"},
     "numbers": set(),
     "units": set(),
+    "words": set(),
     "errors": set(),
-    "files": {"errors"},
+    "files": {"errors", "words"},
     "file_names": set(),
     "arrays": {"errors"},
     "recording": {"errors", "arrays", "units"},
     "plain": set(),
     "bounded_yaml": {"plain"},
     "schemas": set(),
-    "documents": {"bounded_yaml", "errors", "files", "plain", "recording", "schemas"},
+    "documents": {"bounded_yaml", "errors", "files", "plain", "recording", "schemas", "words"},
     "setting_table": {"documents", "plain", "_core"},
     "provenance": {"errors"},
     "setting_models": {"setting_table"},
@@ -75,8 +76,9 @@ LAYERS: dict[str, set[str]] = {
     "results": {"errors", "frames", "recording", "_core"},
     "result": DATA,
     "calibration": DATA | {"result", "_core"},
-    "logs": {"lazy", "constants", "numbers", "units", "errors", "arrays", "files", "recording"},
-    "live": {"numbers", "units", "errors", "recording", "logs"},
+    "logs": {"lazy", "constants", "numbers", "units", "errors", "arrays", "files", "recording"}
+    | {"schemas", "words"},
+    "live": {"numbers", "units", "errors", "recording", "words", "logs"},
     "gravity": {"errors", "constants", "_core"},
     "acquisition": DATA | {"calibration", "logs", "gravity", "_core"},
     "procedure": DATA

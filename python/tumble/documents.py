@@ -31,6 +31,7 @@ from tumble.files import LOG_SUFFIXES, FileKind, name_too_long, note_input, writ
 from tumble.plain import short
 from tumble.recording import FloatArray
 from tumble.schemas import DocumentSchema, schema_stated
+from tumble.words import utf8
 
 try:
     from yaml import CSafeDumper as SafeDumper
@@ -266,7 +267,7 @@ def _represent_mapping(dumper: _Dumper, data: dict[Any, Any]) -> yaml.Node:
 
 def _represent_text(dumper: _Dumper, data: str) -> yaml.Node:
     """Escape what no UTF-8 can say, as in names of files of other encodings: it could not be read again."""
-    text = data.encode("utf-8", "backslashreplace").decode("utf-8")
+    text = utf8(data).decode()
     return dumper.represent_scalar("tag:yaml.org,2002:str", text)
 
 

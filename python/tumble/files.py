@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import BinaryIO, TypeAlias
 
 from tumble.errors import OutputError
+from tumble.words import utf8
 
 FileIdentity: TypeAlias = tuple[int, int]
 """Device and inode: the same for all names of one file."""
@@ -150,7 +151,7 @@ def check_output(
 def write_text(path: Path | str, text: str, kind: FileKind, *, renews: bool = False) -> None:
     """Write text with `replacing`; what UTF-8 cannot say, as in names of files, is written escaped."""
     with replacing(path, kind, renews=renews) as file:
-        file.write(text.encode("utf-8", "backslashreplace"))
+        file.write(utf8(text))
 
 
 def append_line(path: Path, line: str) -> int:
@@ -164,7 +165,7 @@ def append_line(path: Path, line: str) -> int:
             if place:
                 file.seek(place - 1)
                 place += file.read(1) != b"\n"
-            file.write(b"\n" * (place - file.seek(0, 2)) + line.encode("utf-8", "backslashreplace") + b"\n")
+            file.write(b"\n" * (place - file.seek(0, 2)) + utf8(line) + b"\n")
     except OSError as error:
         raise OutputError(_cannot_write(path, error)) from error
     return place

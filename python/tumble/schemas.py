@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
@@ -44,6 +45,12 @@ def schema_stated(content: object) -> DocumentSchema | None:
     """Give the kind of document that `schema: tumble-NAME/VERSION` says, if it says one."""
     name, _, _ = str(content)[:40].removeprefix("tumble-").partition("/")
     return SCHEMAS.get(name)
+
+
+def schema_in(head: bytes) -> DocumentSchema | None:
+    """Give the kind of document that begins like this, if it says one on a line of its own."""
+    line = re.search(rb"^schema:\s*[\"']?(tumble-[\w-]+/)", head, re.MULTILINE)
+    return schema_stated(line[1].decode()) if line else None
 
 
 def schema_text(schema: DocumentSchema) -> str:

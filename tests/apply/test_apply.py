@@ -104,7 +104,7 @@ def test_what_is_left_out_of_the_log_is_warned_of(tmp_path):
     log = write(tmp_path / "log.csv", chunk, serial="SN 1")
     applied = apply(calibration(), open_recording(log), tmp_path / "out.csv")
     assert applied.samples == 2999
-    assert applied.warnings == ("left out 1 samples without a number (ay 1)",)
+    assert applied.warnings == ("left out 1 sample without a number (ay 1)",)
 
 
 def test_the_log_itself_is_never_overwritten(tmp_path):

@@ -124,6 +124,33 @@ def test_the_list_of_commands_says_what_the_command_itself_says(name):
         assert text.splitlines()[0] == entry.summary
 
 
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (("turntable",), "missing argument 'REFERENCE'; see tumble turntable --help"),
+        (("apply", "unit.yaml"), "missing argument 'LOG'; see tumble apply --help"),
+        (("align",), "missing option '--primary'; see tumble align --help"),
+        (("nothing",), "no such command 'nothing'; see tumble --help"),
+        (("simulate", "spin", "--seed", "x"), "invalid value for '--seed': 'x' is not a valid int"),
+        (("simulate", "spin", "--seed"), "option '--seed' requires an argument"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
+)
+def test_what_is_typed_wrongly_is_said_in_one_line(run, words, line):
+    done = run(*words)
+    assert (done.code, done.out) == (2, "")
+    assert done.err.startswith(f"tumble: error: {line}")
+    assert done.err.count("\n") == 1
+
+
+def test_a_command_of_commands_alone_shows_its_help(run):
+    for words in ((), ("simulate",)):
+        done = run(*words)
+        assert done.code == 2
+        assert "Usage: tumble" in done.out + done.err
+        assert "error" not in done.out + done.err
+
+
 LIBRARIES = {
     "jinja2",
     "mcap",

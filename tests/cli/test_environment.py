@@ -57,9 +57,9 @@ def test_a_name_that_is_no_text_is_read_shown_and_written(tmp_path, log):
     assert typed("inspect", odd).code == 0
     assert typed("spin", odd, "-o", folder).code == 0
     (path,) = folder.glob("*.spin.yaml")
-    assert tumble.Calibration.load(path).name == "rob\\udce9t"
+    assert tumble.Calibration.load(path).name == "rob\\xe9t"
     done = subprocess.run([*COMMAND, "inspect", odd], capture_output=True, text=True, check=False)
-    assert "rob\\udce9t.csv" in done.stdout
+    assert "rob\\xe9t.csv" in done.stdout
     assert typed("apply", path, odd, "-o", folder / os.fsdecode(b"out\xe9.csv")).code == 0
 
 

@@ -216,7 +216,7 @@ def test_what_was_left_out_is_counted_in_the_inspection(tmp_path):
     chunk.time[100] = chunk.time[99]
     inspection = inspect(open_recording(write(tmp_path / "log.csv", chunk)))
     assert (inspection.timing.duplicates, inspection.timing.without_number) == (1, 1)
-    assert "left out 1 samples without a number (gx 1)" in inspection.remarks
+    assert "left out 1 sample without a number (gx 1)" in inspection.remarks
 
 
 def test_a_folder_of_poses_is_inspected_part_by_part(tmp_path):

@@ -47,7 +47,7 @@ SPOILT = [
 
 def left_out(source):
     """How many lines and samples a source says that it left out."""
-    counts = [re.match(r"left out (\d+) (?:lines|samples)", remark) for remark in source.remarks]
+    counts = [re.match(r"left out (\d+) (?:line|sample)", remark) for remark in source.remarks]
     return sum(int(count[1]) for count in counts if count)
 
 
@@ -115,7 +115,7 @@ def test_what_only_python_takes_for_a_number_is_no_field(field):
     odd = f"0.305,{field},0,9.8,0,0,0\r\n".encode()
     source = scripted([b"".join([*lines[:32], odd, *lines[32:]])])
     assert np.array_equal(samples_of(source), TABLE)
-    assert "left out 1 lines that hold no sample" in source.remarks
+    assert "left out 1 line without a sample" in source.remarks
 
 
 @pytest.mark.parametrize("place", [0, 30])

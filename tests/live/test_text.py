@@ -101,7 +101,7 @@ def test_lines_torn_on_the_way_are_left_out_and_counted():
     mixed = lines[:50] + torn + lines[50:]
     source = scripted([b"".join(mixed)])
     assert np.array_equal(samples_of(source), TABLE)
-    assert "left out 3 lines that hold no sample" in source.remarks
+    assert "left out 3 lines without a sample" in source.remarks
 
 
 def test_a_line_after_line_that_holds_no_sample_is_refused_with_one_of_them():
@@ -219,7 +219,7 @@ def test_samples_without_a_number_are_left_out_until_there_are_too_many():
     some = text_lines(TABLE[:60]) + b"0.6,,0,9.8,0,0,0\r\n" + text_lines(TABLE[61:], header=None)
     source = scripted([some])
     assert np.array_equal(samples_of(source), np.delete(TABLE, 60, axis=0))
-    assert "left out 1 samples without a number" in source.remarks
+    assert "left out 1 sample without a number" in source.remarks
     broken = TABLE.copy()
     broken[60:, 5] = np.nan
     assert "50 samples in a row are not numbers" in refusal([text_lines(broken)])

@@ -13,6 +13,7 @@ import pytest
 from log_fixtures import made_up, read, refusal, same, write, write_text
 from tumble.logs import ReadOptions, open_recording
 from tumble.recording import Chunk
+from tumble.schemas import SCHEMAS
 
 
 def lines_of(path):
@@ -268,3 +269,11 @@ def test_an_imu_named_twice_in_two_ways_is_refused(tmp_path):
 
 def parts(chunk):
     return chunk.time, chunk.accelerometer, chunk.gyroscope, chunk.temperature
+
+
+@pytest.mark.parametrize("schema", SCHEMAS.values(), ids=SCHEMAS)
+@pytest.mark.parametrize("name", ["unit.yaml", "unit.csv"])
+def test_a_document_given_for_a_log_is_told_what_it_is(tmp_path, schema, name):
+    path = tmp_path / name
+    path.write_text(f"# of a unit\nschema: tumble-{schema.name}/1\nb: [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7]\n")
+    assert f"{name}: is a {schema.what}, not a log" in refusal(path)

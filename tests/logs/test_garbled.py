@@ -55,7 +55,7 @@ def field(index, text):
         (lambda line: line[:9] + b"\r" + line[9:], ["byte 10 is 0x0d"]),
         (field(3, b"1_0"), ["holds '1_0' in column az"]),
         (field(3, "٣".encode()), ["in column az, which is not a number"]),
-        (lambda line: b"\x00" * len(line), ["1 fields", "byte 1 is 0x00"]),
+        (lambda line: b"\x00" * len(line), ["1 field ", "byte 1 is 0x00"]),
     ],
     ids=["nul", "not utf-8", "cut", "joined", "quote", "carriage return", "underscore", "arabic", "nuls"],
 )
@@ -69,7 +69,7 @@ def test_a_garbled_line_is_named_with_its_byte_and_left_out_if_asked(log, at, ch
     stream = open_recording(log, SKIP).chunks()
     rest = np.concatenate([chunk.time for chunk in stream])
     assert np.array_equal(rest, np.delete(whole.time, at - 2))
-    assert f"left out 1 lines that are bad: line {at} " in " ".join(stream.counts.notices())
+    assert f"left out 1 bad line: line {at} " in " ".join(stream.counts.notices())
 
 
 def test_a_log_whose_first_row_is_garbled_is_laid_out_by_those_after_it(tmp_path):
@@ -91,7 +91,7 @@ def test_up_to_one_per_cent_of_bad_lines_is_left_out_and_more_is_refused_with_it
     garble(log, **six)
     assert len(read(log, SKIP)) == SAMPLES - 6
     garble(log, line_200=b"torn")
-    assert "7 of 600 lines are bad, line 100 has 1 fields" in refusal(log, SKIP)
+    assert "7 of 600 lines are bad, line 100 has 1 field " in refusal(log, SKIP)
 
 
 @pytest.mark.parametrize("value", [b"1e30", b"-1e200", b"1.7e308"])
@@ -156,10 +156,10 @@ def test_skip_bad_lines_is_an_option_of_the_commands(log):
     refused = typed("inspect", log)
     assert refused.code == 2
     assert refused.err.count("\n") == 1
-    assert "line 302 has 1 fields where 7 columns are named" in refused.err
+    assert "line 302 has 1 field where 7 columns are named" in refused.err
     done = typed("inspect", log, "--skip-bad-lines")
     assert done.code == 0
-    assert "left out 1 lines that are bad: line 302" in done.text
+    assert "left out 1 bad line: line 302" in done.text
 
 
 MUTATIONS = st.lists(

@@ -43,7 +43,7 @@ def test_what_is_wrong_with_a_piped_log_is_said_of_standard_input(content, monke
     rows = content.split(b"\n")
     rows[100] = b"torn"
     pipe(monkeypatch, b"\n".join(rows))
-    assert one_line(typed("inspect", "-").err).startswith("-: line 101 has 1 fields")
+    assert one_line(typed("inspect", "-").err).startswith("-: line 101 has 1 field ")
 
 
 def test_an_empty_pipe_is_said(monkeypatch):

@@ -319,7 +319,7 @@ def test_remarks_on_the_stream_are_warnings_of_the_result():
     lines = text_lines(session.table).splitlines(keepends=True)
     data = pieces_of(b"".join([*lines[:300], b"torn,line\r\n", *lines[300:]]), 2048)
     _, result = run(scripted(data))
-    assert "left out 1 lines that hold no sample" in result.warnings
+    assert "left out 1 line without a sample" in result.warnings
 
 
 def test_a_device_without_a_clock_is_calibrated_by_the_time_of_arrival(monkeypatch):

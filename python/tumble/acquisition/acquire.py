@@ -21,6 +21,7 @@ from tumble.provenance import LogFacts
 from tumble.recording import Chunk, FloatArray, Recording, SampleProgress
 from tumble.results import Rest, Trace
 from tumble.units import TRIADS, UNITS, Triad
+from tumble.words import count_of
 
 if TYPE_CHECKING:
     from tumble.calibration.document import Calibration
@@ -183,7 +184,7 @@ def _rests(unit: _core.Acquired) -> str:
         for start, end, why in unit.rejected_rests[:3]
     )
     return (
-        f"shows {found} rests, needs at least {FEWEST_RESTS} in different directions{refused}; "
+        f"shows {count_of('rest', found)}, needs at least {FEWEST_RESTS} in different directions{refused}; "
         "hold each pose still for 5 s or longer"
     )
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from tumble.acquisition.imu import Imu
 from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.units import TRIADS
+from tumble.words import count_of
 
 
 def notices(unit: Imu) -> Iterator[str]:
@@ -28,11 +29,11 @@ def notices(unit: Imu) -> Iterator[str]:
     if acquired.missing:
         share = 100.0 * acquired.missing / (acquired.samples + acquired.missing)
         yield (
-            f"{acquired.missing} samples are missing ({share:.2g} %): integrals over turns run straight "
-            "across the pauses, and the sigmas include what that leaves"
+            f"{count_of('sample', acquired.missing)} missing ({share:.2g} %): integrals over turns run "
+            "straight across the pauses, and the sigmas include what that leaves"
         )
     if acquired.not_finite:
-        yield f"{acquired.not_finite} samples are not numbers and were left out"
+        yield f"left out {count_of('sample', acquired.not_finite)} without a number"
 
 
 def _gaps(unit: Imu) -> Iterator[str]:

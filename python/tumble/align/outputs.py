@@ -11,6 +11,7 @@ from tumble import _core
 from tumble.align.result import UnitAlignment
 from tumble.recording import FloatArray
 from tumble.results import INTERVAL, Parameter
+from tumble.words import count_of
 
 LARGEST_ARM_SIGMA = 0.3
 """m; with a larger sigma a lever arm is not observable."""
@@ -174,7 +175,7 @@ def _warnings(figures: _core.AlignFigures, around: float) -> Iterator[str]:
     for whose in ("primary", "secondary"):
         saturated = figures["primary_saturated" if whose == "primary" else "secondary_saturated"]
         if saturated:
-            yield f"left out {saturated} samples of the {whose} that are at the end of its range"
+            yield f"left out {count_of('sample', saturated)} of the {whose} at the end of its range"
     if not figures["one_clock"] and abs(figures["skew"]) > SHOWN * figures["skew_sigma"]:
         yield (
             f"the clocks drift apart by {1e6 * figures['skew']:.1f} ppm: the offset holds at "

@@ -13,6 +13,7 @@ from tumble.errors import ProcedureError
 from tumble.logs import ChunkStream
 from tumble.recording import FloatArray, SampleProgress
 from tumble.redundancy.logs import UnitLog
+from tumble.words import count_of
 
 UNKNOWN_BIAS = 0.1
 """rad/s, 1-sigma of a gyroscope's bias that no rest shows."""
@@ -77,7 +78,7 @@ def _read(unit: UnitLog, progress: SampleProgress) -> UnitSamples:
         samples += len(chunk)
         progress(samples, stream.expected if isinstance(stream, ChunkStream) else None)
     if samples < 2:
-        raise ProcedureError(f"{unit.name}: holds {samples} samples; record again")
+        raise ProcedureError(f"{unit.name}: holds {count_of('sample', samples)}; record again")
     time = np.concatenate(times)
     timed = np.isfinite(time)
     time = time[timed]

@@ -11,6 +11,7 @@ import typer
 from tumble.cli.output import file_named_after, output_path
 from tumble.cli.read_options import with_read_options
 from tumble.logs.options import ReadOptions
+from tumble.words import count_of
 
 
 @with_read_options
@@ -69,4 +70,4 @@ def apply_command(
         )
     for warning in applied.warnings:
         print(f"tumble: warning: {warning}", file=sys.stderr)
-    print(f"{applied.samples} samples corrected: {applied.path}")
+    print(f"{count_of('sample', applied.samples)} corrected: {applied.path}")

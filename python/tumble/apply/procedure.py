@@ -10,6 +10,7 @@ from tumble.calibration.document import Calibration
 from tumble.errors import ProcedureError
 from tumble.logs import ChunkStream, Facts, ReadOptions, open_recording, open_writer, parse_spec
 from tumble.recording import Recording, RecordingSource, SampleProgress
+from tumble.words import count_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,9 +24,8 @@ class Applied:
     """What a user should know before using it."""
 
     def __repr__(self) -> str:
-        return "\n".join(
-            [f"Applied({self.samples} samples to {self.path})", *map("  {}".format, self.warnings)]
-        )
+        head = f"Applied({count_of('sample', self.samples)} to {self.path})"
+        return "\n".join([head, *map("  {}".format, self.warnings)])
 
 
 def apply(

@@ -67,7 +67,7 @@ COMMANDS = {
 
 
 _UsageError: Any = typer.BadParameter.__mro__[1]
-"""What typer calls a command that was typed wrongly; the module that has it changed from version to version."""
+"""What typer calls a command that was typed wrongly; the module it is in changes with the version."""
 
 
 def run_command(words: Sequence[str]) -> int:

@@ -1,4 +1,4 @@
-"""Standard output that says in one line why it takes no more, and escapes what it has no letters for."""
+"""Standard output that says in one line why it takes no more; what a screen cannot show is escaped."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from contextlib import contextmanager, redirect_stdout
 from typing import Any
 
 from tumble.errors import OutputError
+from tumble.words import ESCAPED
 
 
 class _Checked:
@@ -52,10 +53,10 @@ def checked_standard_output() -> Iterator[None]:
     Raises `OutputError` where it cannot be written. A reader that has closed a pipe wants no more: that is no
     mistake.
     """
-    stream = sys.stdout
-    if isinstance(stream, io.TextIOWrapper):
-        stream.reconfigure(errors="backslashreplace")
-    checked = _Checked(stream)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors=ESCAPED)
+    checked = _Checked(sys.stdout)
     with redirect_stdout(checked):
         try:
             yield

@@ -14,6 +14,7 @@ from tumble.inspect.samples import CHANNELS, SampleWatch
 from tumble.inspect.services import directions_of, services_of
 from tumble.logs import ChunkStream, Counts, ReadOptions, open_recording
 from tumble.recording import Metadata, RecordingSource, SampleProgress
+from tumble.words import count_of
 
 _FEW_HZ = 5.0
 
@@ -123,7 +124,7 @@ def _warnings(metadata: Metadata, timing: Timing, channels: tuple[ChannelFacts, 
         )
     warnings += [f"{channel.name} is stuck at {channel.mean:.6g}" for channel in channels if channel.stuck]
     warnings += [
-        f"{channel.name} is saturated in {channel.saturated} samples"
+        f"{channel.name} is saturated in {count_of('sample', channel.saturated)}"
         for channel in channels
         if channel.saturated
     ]

@@ -11,6 +11,7 @@ from tumble.plain import finite
 from tumble.recording import Metadata
 from tumble.results import Rest, Row, Tabular
 from tumble.units import TRIADS
+from tumble.words import count_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,11 +131,11 @@ def head_lines(inspection: Inspection) -> list[str]:
     serial = f", serial {metadata.serial}" if metadata.serial else ""
     lines = [
         f"{metadata.format}, frame {metadata.frame}{serial}, {_corrected(metadata)}",
-        f"{timing.samples} samples over {timing.duration:.6g} s, {timing.rate:.6g} Hz, "
+        f"{count_of('sample', timing.samples)} over {timing.duration:.6g} s, {timing.rate:.6g} Hz, "
         f"jitter {1e6 * timing.jitter:.3f} us",
-        f"{_count(timing.gaps, 'gap')}{_gap_details(timing)}, "
-        f"{_count(timing.duplicates, 'repeated time stamp')}, "
-        f"{_count(timing.without_number, 'sample')} without a number",
+        f"{count_of('gap', timing.gaps)}{_gap_details(timing)}, "
+        f"{count_of('repeated time stamp', timing.duplicates)}, "
+        f"{count_of('sample', timing.without_number)} without a number",
     ]
     for what in (*TRIADS, "time"):
         unit = getattr(metadata, f"{what}_unit")
@@ -150,7 +151,7 @@ def channel_line(channel: ChannelFacts) -> str:
     """Say what one channel shows."""
     step = "no step seen" if channel.step is None else f"step {channel.step:.4g}"
     state = ", stuck" if channel.stuck else ""
-    state += f", {_count(channel.saturated, 'sample')} saturated" if channel.saturated else ""
+    state += f", {count_of('sample', channel.saturated)} saturated" if channel.saturated else ""
     return f"{channel.name}: {channel.low:.5g} to {channel.high:.5g} {channel.unit}, {step}{state}"
 
 
@@ -158,13 +159,13 @@ def rest_lines(inspection: Inspection) -> list[str]:
     """Say how many rests there are, and what only looked like one."""
     total = sum(rest.end - rest.start for rest in inspection.rests)
     where = (
-        f" in {_count(inspection.directions, 'direction')}"
+        f" in {count_of('direction', inspection.directions)}"
         if "accelerometer" in inspection.metadata.triads
         else ""
     )
-    lines = [f"{_count(len(inspection.rests), 'rest')}{where}, {total:.4g} s in all"]
+    lines = [f"{count_of('rest', len(inspection.rests))}{where}, {total:.4g} s in all"]
     reasons = Counter(why for _, _, why in inspection.not_rests)
-    lines += [f"{_count(count, 'segment')} not quite a rest: {why}" for why, count in reasons.items()]
+    lines += [f"{count_of('segment', count)} not quite a rest: {why}" for why, count in reasons.items()]
     return lines
 
 
@@ -179,12 +180,8 @@ def _corrected(metadata: Metadata) -> str:
     return "already corrected" if metadata.already_corrected else "not known to be corrected"
 
 
-def _count(number: int, thing: str) -> str:
-    return f"{number} {thing}{'' if number == 1 else 's'}"
-
-
 def _gap_details(timing: Timing) -> str:
     if not timing.gaps:
         return ""
     longest = f"longest {timing.longest_gap:.4g} s at {timing.longest_gap_at:.6f} s"
-    return f" ({timing.missing} samples missing, {longest})"
+    return f" ({count_of('sample', timing.missing)} missing, {longest})"

@@ -16,6 +16,7 @@ from tumble.logs.options import ReadOptions
 from tumble.logs.track import RawSamples, StatedUnit
 from tumble.logs.units import IMPOSSIBLE_RAD_PER_S
 from tumble.recording import FloatArray
+from tumble.words import count_of
 
 HEAD_SAMPLES = 20
 """Samples, best taken at rest, from which units are decided that nobody stated."""
@@ -74,11 +75,13 @@ class Conditioner:
                 "samples carry no time, so that of their arrival is used: delays on the way count as motion"
             )
         if self.without_number:
-            notices.append(f"left out {self.without_number} samples without a number")
+            notices.append(f"left out {count_of('sample', self.without_number)} without a number")
         if self.impossible:
-            notices.append(f"left out {self.impossible} samples that no sensor reads or no clock says")
+            notices.append(
+                f"left out {count_of('sample', self.impossible)} that no sensor reads or no clock says"
+            )
         if self.late:
-            notices.append(f"left out {self.late} samples that came twice or out of order")
+            notices.append(f"left out {count_of('sample', self.late)} that came twice or out of order")
         return tuple(notices)
 
     def take(self, readings: Readings, facts: StreamFacts, arrival: float) -> LiveChunk:

@@ -19,6 +19,7 @@ from tumble.logs.track import RawSamples, stack
 from tumble.numbers import number_of
 from tumble.recording import FloatArray
 from tumble.units import TRIADS
+from tumble.words import count_of
 
 MOVING = "moving"
 """What the state of the wheels is called in `--columns`."""
@@ -85,7 +86,7 @@ class RowReader:
         """What a user should know of how rows were read."""
         notices = () if self._layout is None else self._layout.notices
         if self.unreadable:
-            notices += (f"left out {self.unreadable} lines that hold no sample",)
+            notices += (f"left out {count_of('line', self.unreadable)} without a sample",)
         return notices
 
     def read(self, lines: Sequence[bytes]) -> Readings | None:

@@ -14,6 +14,7 @@ from tumble.logs.track import LoggedImu, RawSamples
 from tumble.logs.units import IMPOSSIBLE_RAD_PER_S, LARGEST_SI, LARGEST_TIME
 from tumble.recording import Chunk, FloatArray
 from tumble.units import UNITS
+from tumble.words import count_of
 
 CHANNELS = ("ax", "ay", "az", "gx", "gy", "gz")
 
@@ -93,20 +94,27 @@ class Counts:
         """Say what was left out; empty if nothing was."""
         notices = []
         if self.duplicates:
-            notices.append(f"left out {self.duplicates} samples with the time stamp of the one before")
+            notices.append(
+                f"left out {count_of('sample', self.duplicates)} with the time stamp of the one before"
+            )
         if self.without_number:
             channels = ", ".join(f"{name} {count}" for name, count in self.channels.items())
-            notices.append(f"left out {self.without_number} samples without a number ({channels})")
+            notices.append(
+                f"left out {count_of('sample', self.without_number)} without a number ({channels})"
+            )
         if self.bad_lines.count:
-            notices.append(f"left out {self.bad_lines.count} lines that are bad: {self.bad_lines.phrase()}")
+            notices.append(
+                f"left out {count_of('bad line', self.bad_lines.count)}: {self.bad_lines.phrase()}"
+            )
         if self.impossible.count:
             notices.append(
-                f"left out {self.impossible.count} samples that no sensor reads: {self.impossible.phrase()}"
+                f"left out {count_of('sample', self.impossible.count)} that no sensor reads: "
+                f"{self.impossible.phrase()}"
             )
         if self.spikes.count:
             notices.append(
-                f"{self.spikes.count} samples far from those before and after, garbled or knocked: "
-                f"{self.spikes.phrase()}"
+                f"{count_of('sample', self.spikes.count)} far from those before and after, garbled or "
+                f"knocked: {self.spikes.phrase()}"
             )
         return tuple(notices)
 

@@ -24,6 +24,7 @@ from tumble.logs.text import BLANKS, TextLayout, find_layout, is_time_stamp, spl
 from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, StatedUnit, choose, stack
 from tumble.numbers import number_of
 from tumble.recording import FloatArray
+from tumble.words import count_of
 
 _SMALLEST_BLOCK, _LARGEST_BLOCK = 1 << 16, 1 << 26
 _CORES = os.cpu_count() or 1
@@ -280,7 +281,7 @@ class TextTable:
         if fields and len(fields) != wanted:
             if cut_off:
                 return f"breaks off after {len(fields)} of {wanted} fields: the file is cut short"
-            return f"has {len(fields)} fields where {wanted} columns are named{_odd_byte(line)}"
+            return f"has {count_of('field', len(fields))} where {wanted} columns are named{_odd_byte(line)}"
         for name in self._names if fields else ():
             position = self._layout.names.index(name)
             text = fields[position]

@@ -10,6 +10,7 @@ from tumble.errors import LogError
 from tumble.files import LOG_SUFFIXES
 from tumble.logs.checks import ChunkStream, Counts
 from tumble.recording import Chunk, Recording
+from tumble.words import count_of
 
 _PAUSE = 1.0
 """Seconds put between parts whose clocks all start anew."""
@@ -39,7 +40,7 @@ def open_folder(folder: Path, open_part: Callable[[Path], Recording]) -> Recordi
     files = log_files(folder)
     parts = tuple(open_part(path) for path in files)
     ignored = sorted(path.name for path in folder.iterdir() if path.is_file() and path not in files)
-    notices = [f"{len(parts)} files, read one after another"]
+    notices = [f"{count_of('file', len(parts))}, read one after another"]
     if ignored:
         notices.append(f"left out {', '.join(ignored)}")
     metadata = replace(

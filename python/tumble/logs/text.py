@@ -13,6 +13,8 @@ from tumble.errors import LogError
 from tumble.logs.columns import recognise
 from tumble.logs.options import ReadOptions
 from tumble.numbers import number_of
+from tumble.schemas import schema_in
+from tumble.words import count_of
 
 BLANKS = " "
 """Stands for a delimiter of any run of spaces and tabs."""
@@ -89,6 +91,8 @@ def _head_lines(path: Path) -> list[bytes]:
         whole = not file.read(1)
     if not _is_text(head):
         raise LogError(f"{path}: not a log: neither text nor Parquet, ROS bag or MCAP")
+    if (stated := schema_in(head)) is not None:
+        raise LogError(f"{path}: is a {stated.what}, not a log; give another file")
     if head.lstrip()[:1] in (b"{", b"[", b"<"):
         raise LogError(f"{path}: not a log but JSON or XML; expected a table with one sample per line")
     lines = head.splitlines(keepends=True)
@@ -167,7 +171,7 @@ def _named(
         _row_bytes(lines[number:]),
         _decimal_point(row, delimiter),
         preamble,
-        (f"skipped {skipped} lines before the column names",) if skipped else (),
+        (f"skipped {count_of('line', skipped)} before the column names",) if skipped else (),
         _are_quoted(rows),
     )
 

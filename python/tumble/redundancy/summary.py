@@ -18,6 +18,7 @@ from tumble.redundancy.report.text import REMEDIES
 from tumble.redundancy.result import RedundancyEvent, RedundancyResult, SecondaryError, Sensor
 from tumble.report.numbers import NOT_OBSERVABLE, readable_scale, significant
 from tumble.units import UNITS
+from tumble.words import count_of
 
 SENSORS: tuple[Sensor, ...] = ("accelerometer", "gyroscope")
 MOST_SHOWN = 8
@@ -133,7 +134,7 @@ def _sources(result: RedundancyResult) -> Iterator[str]:
         unit = span.unit or "none"
         lengths[unit] = lengths.get(unit, 0.0) + span.end - span.start
     times = ", ".join(f"{unit} for {seconds:.1f} s" for unit, seconds in lengths.items())
-    yield f"Source changed {len(result.selected) - 1} times: {times}"
+    yield f"Source changed {count_of('time', len(result.selected) - 1)}: {times}"
 
 
 _WHY = {

@@ -11,6 +11,7 @@ from typing import Literal
 from tumble.recording import FloatArray
 from tumble.results import INTERVAL, Collection, Parameter, Rest, Row, Tabular, Trace, TriadName, Verdict
 from tumble.units import UNITS
+from tumble.words import count_of
 
 SpinMethod = Literal["level-free", "published"]
 
@@ -217,7 +218,7 @@ class SpinResult(Tabular, Collection[Spin]):
             for each in spin.parameters
             if each.observable
         ]
-        return "\n  ".join([f"SpinResult({self.name}: {len(self.spins)} spins)", *shown])
+        return "\n  ".join([f"SpinResult({self.name}: {count_of('spin', len(self.spins))})", *shown])
 
     def _repr_html_(self) -> str:
         from tumble.spin.report.notebook import spin_html

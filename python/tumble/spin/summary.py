@@ -14,11 +14,11 @@ from rich.text import Text
 from tumble.calibration.document import Calibration
 from tumble.plain import finite
 from tumble.report.numbers import NOT_OBSERVABLE, measurement, readable_scale, significant
-from tumble.report.text import count_of
 from tumble.results import Parameter
 from tumble.spin.report.parameters import is_scale, scale_error
 from tumble.spin.report.text import unobserved
 from tumble.spin.result import BiasEstimate, Spin, SpinResult
+from tumble.words import count_of
 
 MOST_SPINS = 4
 """With more spins than this, only what they agree on is shown; all are in the report."""

@@ -12,6 +12,7 @@ from tumble.acquisition.imu import pose_files
 from tumble.errors import ProcedureError
 from tumble.recording import FloatArray, Recording
 from tumble.turntable.poses import SIX_FACES, Pose, PoseList, angle_between
+from tumble.words import count_of
 
 LARGEST_TIP = 10.0
 """deg between a pose as listed and as recorded, mounting angle included; beyond it the pose is tipped."""
@@ -69,7 +70,8 @@ def match_poses(
     if missing:
         raise ProcedureError(
             f"pose {missing[0]!r} is missing, {len(poses) - len(missing)} of {len(poses)} "
-            f"were found in {len(forces)} rests; record it, take it off the list, or use --poses none",
+            f"were found in {count_of('rest', len(forces))}; record it, take it off the list, "
+            "or use --poses none",
             about=recording.name,
         )
     return _matched(forces, parts, labelled, poses, _extras(nearest))
@@ -95,7 +97,8 @@ def _by_file(recording: Recording, parts: Sequence[int], poses: PoseList) -> dic
         if stem not in stems:
             raise ProcedureError(
                 f"no file for pose {pose.name!r} (looked for {stem}.*); "
-                "record it, take it off the list, or use --poses none",
+                "record it, take it off the list, "
+                "or use --poses none",
                 about=recording.name,
             )
     labelled = ((k, by_stem.get(stems[part])) for k, part in enumerate(parts))

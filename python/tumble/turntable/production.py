@@ -42,6 +42,7 @@ from tumble.turntable.report.records import record_of
 from tumble.turntable.result import GOOD, TargetResult, TurntableResult
 from tumble.turntable.summary import write_summary
 from tumble.turntable.targets import Target
+from tumble.words import utf8
 
 Pages = Literal["all", "failed", "none"]
 Item = TypeVar("Item")
@@ -357,9 +358,7 @@ def print_target(batch: TurntableResult, target: TargetResult, order: PrintOrder
         target,
         "",
         key=order.key,
-        calibration_sha256=hashlib.sha256(text.encode("utf-8", "backslashreplace")).hexdigest()
-        if text
-        else "",
+        calibration_sha256=hashlib.sha256(utf8(text)).hexdigest() if text else "",
         page=order.page,
         columns=order.columns,
     )

@@ -18,10 +18,11 @@ from rich.text import Text
 from tumble.files import FileKind, replacing
 from tumble.plain import finite
 from tumble.report.numbers import NOT_OBSERVABLE, measurement, readable_scale
-from tumble.report.text import VERDICT_TITLES, count_of
+from tumble.report.text import VERDICT_TITLES
 from tumble.turntable.record import RecordedParameter, TargetRecord
 from tumble.turntable.report.text import mounting_sentence
 from tumble.turntable.result import GOOD, TurntableResult
+from tumble.words import count_of, utf8
 
 MOST_SHOWN = 40
 """With more targets than this, only those that need a look are shown, and of these as many."""
@@ -149,7 +150,7 @@ class _Utf8:
     put: Callable[[bytes], object]
 
     def write(self, text: str) -> None:
-        self.put(text.encode("utf-8", "backslashreplace"))
+        self.put(utf8(text))
 
 
 def json_content(

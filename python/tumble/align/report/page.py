@@ -11,8 +11,8 @@ from tumble.align.result import AlignResult, UnitAlignment
 from tumble.report.numbers import fixed, readable_scale, significant
 from tumble.report.page import Picture, ResultPage
 from tumble.report.parameters import ParameterGroup, PrintedMatrix, printed_group
-from tumble.report.text import count_of
 from tumble.results import Parameter
+from tumble.words import count_of
 
 _CLOCK = ("time offset", "clock skew")
 

@@ -11,8 +11,8 @@ from tumble.redundancy.report.difference import QUANTITIES, SENSORS
 from tumble.redundancy.report.timeline import COVERED, number
 from tumble.redundancy.result import RedundancyEvent, RedundancyResult, SecondaryError, Sensor
 from tumble.report.numbers import NOT_OBSERVABLE, readable_scale, significant
-from tumble.report.text import count_of, join
 from tumble.units import UNITS
+from tumble.words import count_of, join
 
 _UNFIT = {
     "primary invalid": (

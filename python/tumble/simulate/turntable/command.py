@@ -12,6 +12,7 @@ from tumble.cli.output import OutputFolder, folder_named_after
 from tumble.cli.screen import print_json
 from tumble.constants import STANDARD_GRAVITY
 from tumble.simulate.options import FAULTS_HELP, Format, faults_by_unit, unit_line
+from tumble.words import count_of
 
 if TYPE_CHECKING:
     from tumble.simulate import SimulatedTurntable
@@ -161,7 +162,8 @@ def _show(session: SimulatedTurntable, paths: dict[str, str], as_json: bool) -> 
         return
     for unit in session.units:
         print(unit_line(paths[unit.name], unit))
-    print(f"{paths['poses']}: {len(session.scenario.poses)} poses, {len(session.rests)} rests")
+    poses, rests = len(session.scenario.poses), len(session.rests)
+    print(f"{paths['poses']}: {count_of('pose', poses)}, {count_of('rest', rests)}")
     print(f"{paths['truth']}: the truth")
     logs = " ".join(paths[name] for name in units)
     fitted = " --g-sensitivity" if session.scenario.g_sensitivity else ""

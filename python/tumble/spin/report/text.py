@@ -6,10 +6,11 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 
 from tumble.report.numbers import measurement, readable_scale, significant
-from tumble.report.text import count_of, join, temperature_sentence
+from tumble.report.text import temperature_sentence
 from tumble.results import NOT_SHOWN, Parameter
 from tumble.spin.report.parameters import turns_text
 from tumble.spin.result import FULL_TURN, BiasEstimate, Spin, SpinResult, misfit
+from tumble.words import count_of, join
 
 
 def found_sentence(result: SpinResult) -> str:

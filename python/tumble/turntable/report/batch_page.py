@@ -14,7 +14,7 @@ from tumble.report.limits import limit_share, used_share
 from tumble.report.numbers import MINUS, measurement, readable_scale, significant
 from tumble.report.page import Picture
 from tumble.report.rests import RestRow, rest_rows
-from tumble.report.text import VERDICT_TITLES, count_of, temperature_sentence
+from tumble.report.text import VERDICT_TITLES, temperature_sentence
 from tumble.turntable.record import TargetRecord
 from tumble.turntable.report import text
 from tumble.turntable.report.batch_figures import (
@@ -27,6 +27,7 @@ from tumble.turntable.report.batch_figures import (
 from tumble.turntable.report.improvement import Improvement
 from tumble.turntable.report.target_page import PoseRow, method, pose_rows, recording_caption
 from tumble.turntable.result import GOOD, ReferenceResult, TurntableResult
+from tumble.words import count_of
 
 _SEVERITY = {"not calibrated": 0, "model not met": 1, "fail": 2, "calibrated": 3, "pass": 4}
 

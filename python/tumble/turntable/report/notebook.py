@@ -6,11 +6,12 @@ from markupsafe import Markup
 
 from tumble.report.notebook import figures, paragraphs, row
 from tumble.report.parameters import parameter_groups
-from tumble.report.text import VERDICT_TITLES, count_of
+from tumble.report.text import VERDICT_TITLES
 from tumble.results import TriadResult
 from tumble.turntable.report import text
 from tumble.turntable.report.improvement import improvement
 from tumble.turntable.result import TargetResult, TurntableResult
+from tumble.words import count_of
 
 
 def target_html(target: TargetResult) -> str:

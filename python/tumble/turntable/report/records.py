@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 from tumble.report.numbers import significant
-from tumble.report.text import count_of
 from tumble.results import Parameter, TriadResult
 from tumble.turntable.record import RecordedParameter, TargetRecord
 from tumble.turntable.report import text
 from tumble.turntable.report.improvement import improvement
 from tumble.turntable.result import TargetResult, TurntableResult
+from tumble.words import count_of
 
 
 def record_of(

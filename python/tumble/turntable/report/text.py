@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from tumble.report.groups import groups_of
 from tumble.report.limits import limit_share, used_share
 from tumble.report.numbers import exact, measurement, readable_scale, significant
-from tumble.report.text import count_of, join
 from tumble.results import NOT_SHOWN, LimitCheck, Parameter, TriadResult
 from tumble.turntable.result import ClockFit, ReferenceResult, TargetResult, TruthSource, TurntableResult
+from tumble.words import count_of, join
 
 TRUTHS: dict[TruthSource, str] = {
     "reference": "what the reference measured at the same rest, less its bias",

@@ -1,0 +1,37 @@
+"""Words that messages, screens, files and pages share: counted nouns, lists, and names that are no text."""
+
+from __future__ import annotations
+
+import codecs
+from collections.abc import Sequence
+
+ESCAPED = "tumble-escaped"
+"""Name, for `errors` of `str.encode`, of the way to write what an encoding cannot say: `rob\\xe9t`."""
+
+
+def count_of(thing: str, count: int) -> str:
+    """Print `1 target`, `5 targets`."""
+    return f"{count} {thing}{'' if count == 1 else 's'}"
+
+
+def join(names: Sequence[str]) -> str:
+    """Join to `a`, `a and b`, `a, b and c`."""
+    return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
+
+
+def utf8(text: str) -> bytes:
+    """Encode text; bytes of names that are no UTF-8 are escaped, as a shell would show them."""
+    return text.encode("utf-8", ESCAPED)
+
+
+def _escape(error: UnicodeError) -> tuple[str | bytes, int]:
+    """Escape a byte of a name, which Python keeps as a lone surrogate, by its value, others by number."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    letter = error.object[error.start]
+    byte = ord(letter) - 0xDC00
+    shown = f"\\x{byte:02x}" if 0x80 <= byte <= 0xFF else letter.encode("ascii", "backslashreplace").decode()
+    return shown, error.start + 1
+
+
+codecs.register_error(ESCAPED, _escape)
