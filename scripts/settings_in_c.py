@@ -75,7 +75,7 @@ MIRRORS = (
         call="tumble_redundancy_defaults",
         conversion="As the core has them; whether they contradict each other the core finds out.",
         checked=False,
-        imports=("record::Rung", "redundancy::choice::{Data, Gate, Scope, Threshold}"),
+        imports=("record::Rung", "redundancy::choice::{Adoption, Data, Gate, Scope, Threshold}"),
         choices=True,
         moved={"window": "rest_settle", "gravity": "motion_specific_force"},
     ),

@@ -514,6 +514,8 @@ class RedundancyReplay(TypedDict):
     """(n,) s; empty unless asked for, like the other outputs."""
     output_unit: FloatArray
     """(n,) index of the source."""
+    output_flags: FloatArray
+    """(n,) 1 where the source is known to be wrong, else 0."""
     output_specific_force: FloatArray
     output_angular_rate: FloatArray
     seconds: float

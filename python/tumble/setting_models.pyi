@@ -63,6 +63,8 @@ class MonitorSettings(Document):
     excitation_lever_arm: float = 2.0
     """Specific force for each metre of lever arm, root mean square, from which on the lever arm is fitted. In
     1/s^2."""
+    adoption: Literal["if better", "always"] = "if better"
+    """Replace what is stored where the fit is plausible and better, or by each calibration."""
     improvement: float = 0.02
     """Share by which its residual on held-out pairs has to be smaller than the stored one's."""
     largest_specific_force_bias: float = 3.0

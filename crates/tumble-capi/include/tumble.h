@@ -55,6 +55,11 @@
 #define TUMBLE_NO_SOURCE UINT32_MAX
 
 /**
+ * Flag of an output: its source is known to be wrong, and nobody is there in its place.
+ */
+#define TUMBLE_OUTPUT_DEGRADED 1
+
+/**
  * All six axes of a unit: bits 0 to 2 accelerometer, 3 to 5 gyroscope, x y z each.
  */
 #define TUMBLE_AXES_ALL 63
@@ -387,6 +392,31 @@ enum tumble_scope
 typedef enum tumble_scope tumble_scope;
 #else
 typedef uint32_t tumble_scope;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Which fits replace what is stored.
+ */
+enum Adoption
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * One that is plausible and explains held-out pairs better than what is stored.
+     */
+    ADOPTION_IF_BETTER,
+    /**
+     * Each, as in the literature: what is stored is that of the last calibration.
+     */
+    ADOPTION_ALWAYS,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum Adoption Adoption;
+#else
+typedef uint32_t Adoption;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -1325,6 +1355,11 @@ typedef struct tumble_redundancy_settings {
      */
     tumble_rung highest_rung;
     /**
+     * Replace what is stored where the fit is plausible and better, or by each calibration. Default:
+     * ::TUMBLE_ADOPTION_IF_BETTER.
+     */
+    Adoption adoption;
+    /**
      * Evaluate the first rest after the start. Default: true.
      */
     bool evaluate_after_start;
@@ -1483,6 +1518,10 @@ typedef struct tumble_output {
      * The unit it comes from, 0 the primary; #TUMBLE_NO_SOURCE if this sample makes no output, and nothing else counts.
      */
     uint32_t source;
+    /**
+     * What is to be known of it: 0, or #TUMBLE_OUTPUT_DEGRADED.
+     */
+    uint32_t flags;
 } tumble_output;
 
 /**

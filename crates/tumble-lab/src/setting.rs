@@ -2,7 +2,7 @@
 
 use tumble_core::real::{Real, real};
 use tumble_core::redundancy::settings::thresholds::Threshold;
-use tumble_core::redundancy::settings::{Data, Gate, Rung, Scope};
+use tumble_core::redundancy::settings::{Adoption, Data, Gate, Rung, Scope};
 
 /// What a setting is set to.
 #[derive(Clone, Debug, PartialEq)]
@@ -298,6 +298,7 @@ macro_rules! choice_field {
     };
 }
 
+choice_field!(Adoption);
 choice_field!(Data);
 choice_field!(Gate);
 choice_field!(Scope);

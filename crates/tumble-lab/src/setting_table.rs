@@ -347,6 +347,12 @@ pub fn redundancy<T: Real + Field>() -> Vec<Setting<RedundancySettings<T>>> {
     ];
     let adoption = vec![
         row!(
+            adoption.adoption,
+            "",
+            Any,
+            "Replace what is stored where the fit is plausible and better, or by each calibration."
+        ),
+        row!(
             adoption.improvement,
             "",
             Share,

@@ -208,6 +208,11 @@ pub(crate) fn results<'py>(
     let time = output.iter().map(|said| in_seconds(said.time) + origin).collect();
     #[allow(clippy::cast_precision_loss)]
     let source = output.iter().map(|said| said.source as f64).collect();
+    let flags = output
+        .iter()
+        .map(|said| f64::from(u8::from(said.degraded)))
+        .collect();
+    dict.set_item("output_flags", PyArray1::<f64>::from_vec(py, flags))?;
     dict.set_item("output_time", PyArray1::<f64>::from_vec(py, time))?;
     dict.set_item("output_unit", PyArray1::<f64>::from_vec(py, source))?;
     let flat = |part: fn(&OutputSample) -> &[f64; 3]| array_of(py, output.iter().flat_map(part).copied());

@@ -89,6 +89,23 @@ def redundancy_command(
             "--allow-missing", help="Replay a unit whose log cannot be read as one that sends nothing."
         ),
     ] = False,
+    output_log: Annotated[
+        Path | None,
+        typer.Option(
+            "--output-log",
+            metavar="FILE",
+            help="Write what the platform would have used, sample by sample: time, specific force, "
+            "angular rate, source, flags; .csv or .parquet.",
+        ),
+    ] = None,
+    as_published: Annotated[
+        bool,
+        typer.Option(
+            "--as-published",
+            help="Begin from the settings of the literature: thresholds on the norm, an offset an axis, "
+            "and each calibration replaces the last.",
+        ),
+    ] = False,
     exceptions: ExceptionsOption = None,
     explain: Annotated[
         bool,
@@ -119,7 +136,7 @@ def redundancy_command(
     from tumble.cli.progress import sample_progress
     from tumble.file_names import EVENTS, REDUNDANCY_PAGE
     from tumble.files import PAGE, check_output, prepare_folder
-    from tumble.redundancy.command_files import EVENTS_KIND, stale_files, write_results
+    from tumble.redundancy.command_files import EVENTS_KIND, output_format, stale_files, write_results
     from tumble.redundancy.procedure import redundancy
 
     chosen = _settings(settings or [], changes or [])
@@ -129,6 +146,8 @@ def redundancy_command(
     folder = prepare_folder(output or folder_for(log or primary))
     check_output(folder / EVENTS, EVENTS_KIND)
     check_output(folder / REDUNDANCY_PAGE, PAGE)
+    if output_log is not None:
+        output_format(output_log)
     with sample_progress("replaying") as advance:
         result = redundancy(
             primary,
@@ -140,10 +159,14 @@ def redundancy_command(
             commands=commands,
             precision=precision.value,
             allow_missing=allow_missing,
+            as_published=as_published,
+            keep_output=output_log is not None,
             read=read,
             progress=advance,
         )
     files = write_results(result, folder)
+    if output_log is not None and result.output is not None:
+        files["output"] = result.output.save(output_log)
     for path in stale_files(result, folder):
         print(
             f"tumble: warning: {path} is of an earlier run, this one has no calibration for it",

@@ -9,14 +9,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tumble.calibration.document import Calibration
+from tumble.errors import OutputError
 from tumble.file_names import EVENTS, REDUNDANCY_PAGE, STORE, unit_stem
 from tumble.files import FileKind, prepare_folder, replacing
+from tumble.logs.writers import FORMATS
 from tumble.plain import finite
 from tumble.redundancy.procedure import keep_adopted
 from tumble.redundancy.store import ErrorStore
 
 if TYPE_CHECKING:
-    from tumble.redundancy.result import RedundancyResult
+    from tumble.redundancy.result import RedundancyResult, SetOutput
 
 EVENTS_KIND = FileKind("events of tumble redundancy", re.compile(rb'\A\{"time": '))
 
@@ -57,6 +59,35 @@ def _stored(result: RedundancyResult, folder: Path) -> Path:
     store = folder / STORE
     keep_adopted(ErrorStore(store, result.identities[0], fresh=True), result.errors, result.identities)
     return store
+
+
+def write_output(output: SetOutput, path: Path | str) -> Path:
+    """Write what the set said as CSV or Parquet, by the extension; raises `OutputError` where it cannot."""
+    import pyarrow as pa  # type: ignore[import-untyped]
+    import pyarrow.csv  # type: ignore[import-untyped]
+    import pyarrow.parquet  # type: ignore[import-untyped]
+
+    path = Path(path)
+    kind = output_format(path)
+    axes = {f"a{axis}": output.specific_force[:, i] for i, axis in enumerate("xyz")}
+    axes |= {f"g{axis}": output.angular_rate[:, i] for i, axis in enumerate("xyz")}
+    source = pa.DictionaryArray.from_arrays(pa.array(output.source), pa.array(output.units))
+    named = {"source": source.cast(pa.string()), "flags": output.flags}
+    table = pa.table({"time": output.time} | axes | named)
+    with replacing(path, FORMATS[kind]) as file:
+        if kind == "csv":
+            pa.csv.write_csv(table, file, pa.csv.WriteOptions(quoting_style="none"))
+        else:
+            pa.parquet.write_table(table, file, compression="zstd", write_page_checksum=True)
+    return path
+
+
+def output_format(path: Path) -> str:
+    """Give the format of a file of the output; raises `OutputError` where it is none that holds it."""
+    kind = path.suffix.removeprefix(".").lower()
+    if kind not in ("csv", "parquet"):
+        raise OutputError(f"{path}: the output of a set is written as .csv or .parquet; give such a name")
+    return kind
 
 
 def write_events(result: RedundancyResult, path: Path) -> None:

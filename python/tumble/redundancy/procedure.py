@@ -40,6 +40,8 @@ def redundancy(
     commands: Sequence[tuple[float, Command]] = (),
     precision: Precision = "f64",
     allow_missing: bool = False,
+    as_published: bool = False,
+    keep_output: bool = True,
     read: ReadOptions | Mapping[str, ReadOptions] | None = None,
     progress: SampleProgress | None = None,
 ) -> RedundancyResult:
@@ -49,7 +51,9 @@ def redundancy(
     are a settings file or its content. `calibration` is the primary's own. `store` is a folder with the
     errors stored before, where what is adopted replaces them. `commands` are given to the monitor at their
     times, s of the common clock. With `precision` `f32` it computes as a device would. With `allow_missing`,
-    a unit that cannot be read is replayed as one that never says anything. `read` says how to read all
+    a unit that cannot be read is replayed as one that never says anything. With `as_published` settings begin
+    from `RedundancySettings.as_published()`, and `settings` override them. `keep_output` keeps what the
+    platform would have used, 72 bytes a sample. `read` says how to read all
     logs, or each by what names its unit. `progress` is told samples done, and samples expected where known.
 
     Raises `TumbleError`, in one line, where settings or logs make no sense; `store` is then as it was.
@@ -57,6 +61,8 @@ def redundancy(
     Method: docs/theory/redundancy.md.
     """
     chosen = settings_from(settings)
+    if as_published:
+        chosen = RedundancySettings.as_published().and_then(chosen)
     applied = Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
     _refuse_unknown_commands(commands)
     units = open_units((primary, *sources_of(secondaries)), log, read, allow_missing)
@@ -67,7 +73,7 @@ def redundancy(
     errors = None if store is None else ErrorStore(prepare_folder(store), identities[0])
     rejected = [] if errors is None else list(_restore(monitor, errors, identities[1:]))
     blocks = SideBySide(units, [own.time_offset for own in known], progress)
-    replayed = replay(monitor, blocks, commands, tuple(unit.name for unit in units))
+    replayed = replay(monitor, blocks, commands, tuple(unit.name for unit in units), keep_output=keep_output)
     events = (*_rejections(rejected, blocks.start), *replayed.events)
     found = tuple(_errors(monitor, identities))
     if errors is not None:
@@ -96,6 +102,8 @@ def redundancy(
         identities=identities,
         applied=applied.content() if applied else {},
         store=None if store is None else Path(store),
+        output=replayed.output() if keep_output else None,
+        preset="as published" if as_published else "",
     )
 
 

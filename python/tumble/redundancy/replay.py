@@ -12,7 +12,7 @@ from tumble import _core
 from tumble.errors import ProcedureError
 from tumble.recording import FloatArray
 from tumble.redundancy.logs import SampleArrays, SideBySide
-from tumble.redundancy.result import RedundancyEvent, Selected, UnitTrace
+from tumble.redundancy.result import RedundancyEvent, Selected, SetOutput, UnitTrace
 
 Command: TypeAlias = Literal["evaluate", "return to primary"]
 COMMANDS: tuple[Command, ...] = ("evaluate", "return to primary")
@@ -20,6 +20,7 @@ NONE_FIT = "none fit"
 """Reason of `selected` where nobody is the source any more."""
 
 _TRACES = ("specific_force", "angular_rate", "specific_force_compensated", "angular_rate_compensated")
+_OUTPUT = ("time", "unit", "specific_force", "angular_rate", "flags")
 _MOST_PARTS = 256
 """Parts kept before they are joined: thousands of short ones would take more memory than what they hold."""
 
@@ -35,6 +36,8 @@ class Replayed:
     """Time the replay took."""
     blocks: int = 0
     _times: list[FloatArray] = field(default_factory=lambda: [np.empty(0)])
+    _output: dict[str, list[FloatArray]] = field(default_factory=dict)
+    """Parts of each column of the output."""
     _parts: dict[tuple[str, int], list[FloatArray]] = field(default_factory=dict)
     """Parts of each trace of each unit."""
 
@@ -46,6 +49,9 @@ class Replayed:
             RedundancyEvent(time, self.names[unit], event, figures)
             for time, unit, event, figures in block["events"]
         ]
+        for column in _OUTPUT:
+            part = block[f"output_{column}"]  # type: ignore[literal-required]
+            self._output[column] = _with(self._output.get(column, []), part)
         times, before = block["window_time"], self._times[-1]
         # A window that lies across two blocks is told of in both.
         new = slice(int(len(times) > 0 and len(before) > 0 and times[0] == before[-1]), None)
@@ -68,6 +74,11 @@ class Replayed:
             UnitTrace(name, *(np.concatenate(self._parts.get((which, unit), nothing)) for which in _TRACES))
             for unit, name in enumerate(self.names)
         )
+
+    def output(self) -> SetOutput:
+        """Join what the set said."""
+        time, source, force, rate, flags = (np.concatenate(self._output[column]) for column in _OUTPUT)
+        return SetOutput(self.names, time, source.astype(np.int64), force, rate, flags.astype(np.int64))
 
     def selected(self, end: float) -> Iterator[Selected]:
         """Give the spans in which one unit was the source, up to the end, s; cut where time jumped."""
@@ -101,6 +112,8 @@ def replay(
     blocks: SideBySide,
     commands: Sequence[tuple[float, Command]],
     names: tuple[str, ...],
+    *,
+    keep_output: bool = False,
 ) -> Replayed:
     """Push all blocks into the monitor, with commands at their times, s of the common clock.
 
@@ -114,7 +127,7 @@ def replay(
         latest = max(float(time.max()) for time, _, _ in block if len(time))
         due = [command for command in waiting if command[0] <= latest]
         waiting = waiting[len(due) :]
-        replayed.add(_push(monitor, block, due))
+        replayed.add(_push(monitor, block, due, keep_output=keep_output))
     if not replayed.blocks:
         raise ProcedureError(f"{', '.join(names)}: none of these units has a sample; check the logs")
     if waiting:
@@ -123,10 +136,14 @@ def replay(
 
 
 def _push(
-    monitor: _core.RedundancyMonitor, block: Sequence[SampleArrays], commands: Sequence[tuple[float, Command]]
+    monitor: _core.RedundancyMonitor,
+    block: Sequence[SampleArrays],
+    commands: Sequence[tuple[float, Command]],
+    *,
+    keep_output: bool,
 ) -> _core.RedundancyReplay:
     times, specific_forces, angular_rates = zip(*block, strict=True)
-    return monitor.replay(times, specific_forces, angular_rates, commands)
+    return monitor.replay(times, specific_forces, angular_rates, commands, keep_output)
 
 
 def _refuse_early(commands: Sequence[tuple[float, Command]], start: float) -> None:

@@ -8,6 +8,9 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from tumble.recording import FloatArray
 from tumble.results import INTERVAL, NOT_SHOWN, Collection, Parameter, Row, Tabular, Verdict
 from tumble.units import UNITS
@@ -119,6 +122,43 @@ class Selected:
     reason: str
 
 
+FLAGS = {"degraded": 1}
+"""Bits of the flags of an output: its source is known to be wrong, and nobody is there in its place."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SetOutput:
+    """What the platform would have used: the compensated readings of whichever unit was the source.
+
+    At the primary's place, in its case frame, with its own calibration applied last (redundancy.md, eq. 14).
+    """
+
+    units: tuple[str, ...]
+    """Primary first."""
+    time: FloatArray
+    """(n,) s of the recordings' common clock."""
+    source: NDArray[np.int64]
+    """(n,) index in `units` of the unit that was the source."""
+    specific_force: FloatArray
+    """(n, 3) m/s^2."""
+    angular_rate: FloatArray
+    """(n, 3) rad/s."""
+    flags: NDArray[np.int64]
+    """(n,) 0, or the sum of `FLAGS`."""
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def save(self, path: Path | str) -> Path:
+        """Write CSV or Parquet, by the extension: time, ax ay az, gx gy gz, source, flags.
+
+        Raises `OutputError` where it cannot be written; what stood there before is untouched.
+        """
+        from tumble.redundancy.command_files import write_output
+
+        return write_output(self, path)
+
+
 @dataclass(frozen=True, slots=True)
 class Identified:
     """A unit by its name, by the number stored errors know it by, and by its serial, empty if unknown."""
@@ -174,6 +214,10 @@ class RedundancyResult(Tabular, Collection[SecondaryError]):
     """Content of the primary's own calibration; empty if it had none."""
     store: Path | None = None
     """Folder in which adopted errors were stored already; None if in none."""
+    output: SetOutput | None = field(default=None, repr=False)
+    """What the platform would have used; None where it was not kept."""
+    preset: str = ""
+    """`as published` where settings began from those of the literature."""
 
     def _items(self) -> Sequence[SecondaryError]:
         return self.errors

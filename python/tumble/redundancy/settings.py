@@ -38,6 +38,11 @@ class RedundancySettings(MonitorSettings):
     }
 
     @classmethod
+    def as_published(cls) -> RedundancySettings:
+        """Give those of the literature: thresholds on the norm, an offset an axis, which always replaces."""
+        return cls(vector_check=False, highest_rung="offset", adoption="always")
+
+    @classmethod
     def load(cls, path: Path | str) -> RedundancySettings:
         """Read a settings file, and the files it names, from its folder.
 

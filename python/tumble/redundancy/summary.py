@@ -32,14 +32,15 @@ def show_results(result: RedundancyResult, files: dict[str, Path], as_json: bool
         return
     print_summary(screen_summary(result))
     for what, path in files.items():
-        print(f"{what.capitalize() if what in ('events', 'store', 'report') else what}: {path}")
+        print(f"{what.capitalize() if what in ('events', 'store', 'report', 'output') else what}: {path}")
 
 
 def screen_summary(result: RedundancyResult) -> RenderableType:
     """Say what a person wants to know at once: what became of each secondary, who was the source, and why."""
+    preset = f"; settings {result.preset}" if result.preset else ""
     head = (
         f"Primary {result.primary}; {result.end - result.start:.1f} s replayed, "
-        f"{result.replay_rate:,.0f} times faster than real time"
+        f"{result.replay_rate:,.0f} times faster than real time{preset}"
     )
     notes = [Text(line, "yellow") for line in [*_refusals(result), *_faults(result)]]
     notes += [Text(f"Warning: {line}", "yellow") for line in result.warnings]
@@ -54,6 +55,7 @@ def json_content(result: RedundancyResult, files: dict[str, Path]) -> dict[str, 
         "start": result.start,
         "end": result.end,
         "settings": result.settings,
+        "preset": result.preset,
         "events": dict(Counter(event.event for event in result.events)),
         "errors": [_error_content(error) for error in result.errors],
         "selected": [

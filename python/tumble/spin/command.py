@@ -69,6 +69,10 @@ def spin_command(
         bool,
         typer.Option("--level-floor", help="Assume that the floor is level, as the published method does."),
     ] = False,
+    as_published: Annotated[
+        bool,
+        typer.Option("--as-published", help="As the literature has it: the same as --level-floor."),
+    ] = False,
     at: Annotated[
         list[str] | None,
         typer.Option(
@@ -129,6 +133,7 @@ def spin_command(
     with --at cannot be used, 2 if nothing could be done.
     """
     check_gravity(latitude, height, gravity)
+    level_floor = level_floor or as_published
     _check_source(log, live, at, sender)
     seconds = None if still is None else _seconds("--still", still)
     duration = None if spin_duration is None else _seconds("--spin-duration", spin_duration)

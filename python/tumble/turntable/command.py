@@ -83,6 +83,10 @@ def turntable_command(
     truth: Annotated[
         TruthOption, typer.Option(help="What is used as truth for the targets.")
     ] = TruthOption.REFERENCE,
+    as_published: Annotated[
+        bool,
+        typer.Option("--as-published", help="As in the literature: the same as --truth rotate-measurement."),
+    ] = False,
     latitude: LatitudeOption = None,
     height: HeightOption = None,
     gravity: GravityOption = None,
@@ -152,6 +156,8 @@ def turntable_command(
     from tumble.turntable.targets import find_targets
 
     check_gravity(latitude, height, gravity)
+    if as_published:
+        truth = _published(truth)
     wanted_poses = _poses(poses)
     wanted_limits = Limits.load(limits) if limits else None
     applied = Calibration.load(reference_calibration) if reference_calibration else None
@@ -201,6 +207,13 @@ def turntable_command(
     screen = _run(production, found.targets, Voice(quiet, verbose, as_json))
     if screen.failed:
         raise typer.Exit(SOME_FAILED)
+
+
+def _published(truth: TruthOption) -> TruthOption:
+    """Give the truth of the literature, unless another was asked for."""
+    if truth not in (TruthOption.REFERENCE, TruthOption.ROTATE_MEASUREMENT):
+        raise TumbleError(f"--as-published is --truth rotate-measurement, not {truth.value}; leave one out")
+    return TruthOption.ROTATE_MEASUREMENT
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,9 @@
 use core::mem::MaybeUninit;
 
 use tumble_core::redundancy::settings::thresholds::Threshold as CoreThreshold;
-use tumble_core::redundancy::settings::{Data as CoreData, Gate as CoreGate, Scope as CoreScope};
+use tumble_core::redundancy::settings::{
+    Adoption as CoreAdoption, Data as CoreData, Gate as CoreGate, Scope as CoreScope,
+};
 
 use crate::code::{Code, code};
 use crate::status::{Status, StatusResult};
@@ -79,6 +81,21 @@ unsafe impl Code for Data {
 // SAFETY: repr(u32), numbered from 0.
 unsafe impl Code for Gate {
     const COUNT: u32 = 3;
+}
+
+/// Which fits replace what is stored.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Adoption {
+    /// One that is plausible and explains held-out pairs better than what is stored.
+    IfBetter,
+    /// Each, as in the literature: what is stored is that of the last calibration.
+    Always,
+}
+
+// SAFETY: repr(u32), numbered from 0.
+unsafe impl Code for Adoption {
+    const COUNT: u32 = 2;
 }
 
 // SAFETY: repr(u32), numbered from 0.
@@ -178,6 +195,24 @@ impl Scope {
         match self {
             Self::AllSensors => CoreScope::AllSensors,
             Self::TriggeringSensor => CoreScope::TriggeringSensor,
+        }
+    }
+}
+
+impl Adoption {
+    /// As C has it.
+    pub fn of(adoption: CoreAdoption) -> Self {
+        match adoption {
+            CoreAdoption::IfBetter => Self::IfBetter,
+            CoreAdoption::Always => Self::Always,
+        }
+    }
+
+    /// As the core has it.
+    pub fn in_core(self) -> CoreAdoption {
+        match self {
+            Self::IfBetter => CoreAdoption::IfBetter,
+            Self::Always => CoreAdoption::Always,
         }
     }
 }

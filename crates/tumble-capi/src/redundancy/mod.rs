@@ -15,7 +15,7 @@ use tumble_core::redundancy::platform::{
     MountedUnit as CoreUnit, Platform, PlatformError, PrimaryCalibration,
 };
 
-pub use crate::redundancy::choice::{Data, Gate, Scope, Threshold, ThresholdKind};
+pub use crate::redundancy::choice::{Adoption, Data, Gate, Scope, Threshold, ThresholdKind};
 pub use crate::redundancy::event::{Check, Event, EventKind, OnEvent};
 pub use crate::redundancy::reason::Reason;
 pub use crate::redundancy::settings::{RedundancySettings, tumble_redundancy_defaults};
@@ -37,6 +37,9 @@ pub const TUMBLE_REDUNDANCY_WORDS: usize = 328 + 105 * UNITS;
 
 /// What `output.source` and `tumble_redundancy_get_source()` say where there is no source.
 pub const TUMBLE_NO_SOURCE: u32 = u32::MAX;
+
+/// Flag of an output: its source is known to be wrong, and nobody is there in its place.
+pub const TUMBLE_OUTPUT_DEGRADED: u32 = 1;
 
 /// Storage of a monitor. The caller owns it and may put it anywhere; what is in it is the library's.
 #[repr(C)]
@@ -78,6 +81,8 @@ pub struct Output {
     pub angular_rate: [f32; 3],
     /// The unit it comes from, 0 the primary; #TUMBLE_NO_SOURCE if this sample makes no output, and nothing else counts.
     pub source: u32,
+    /// What is to be known of it: 0, or #TUMBLE_OUTPUT_DEGRADED.
+    pub flags: u32,
 }
 
 /// What a monitor knows of one sensor of a unit.
@@ -170,6 +175,7 @@ pub unsafe extern "C" fn tumble_redundancy_push(
                 specific_force: said.specific_force.into(),
                 angular_rate: said.angular_rate.into(),
                 source: source(Some(said.source)),
+                flags: u32::from(said.degraded) * TUMBLE_OUTPUT_DEGRADED,
             }));
         }
         Ok(())
@@ -299,6 +305,7 @@ impl Output {
         specific_force: [0.0; 3],
         angular_rate: [0.0; 3],
         source: TUMBLE_NO_SOURCE,
+        flags: 0,
     };
 }
 

@@ -8,7 +8,7 @@ use tumble_core::redundancy::settings::RedundancySettings as Core;
 use crate::code::{code, truth, unless_zero};
 use crate::pointer::{Place, answer};
 use crate::record::Rung;
-use crate::redundancy::choice::{Data, Gate, Scope, Threshold};
+use crate::redundancy::choice::{Adoption, Data, Gate, Scope, Threshold};
 use crate::status::{Status, StatusResult};
 
 /// How a redundant set watches, calibrates and replaces its units. Fill it with
@@ -136,6 +136,9 @@ pub struct RedundancySettings {
     /// Top of the ladder: the highest rung up to it that the motion shows is used. Default:
     /// ::TUMBLE_RUNG_AFFINE_AND_LEVER_ARM.
     pub highest_rung: MaybeUninit<Rung>,
+    /// Replace what is stored where the fit is plausible and better, or by each calibration. Default:
+    /// ::TUMBLE_ADOPTION_IF_BETTER.
+    pub adoption: MaybeUninit<Adoption>,
     /// Evaluate the first rest after the start. Default: true.
     pub evaluate_after_start: MaybeUninit<bool>,
     /// Compare a secondary also with a valid primary, axis by axis: the norm is blind across gravity.
@@ -208,6 +211,7 @@ impl RedundancySettings {
             gate: MaybeUninit::new(Gate::of(core.evaluation.gate)),
             scope: MaybeUninit::new(Scope::of(core.collection.scope)),
             highest_rung: MaybeUninit::new(Rung::of(core.fit.highest_rung)),
+            adoption: MaybeUninit::new(Adoption::of(core.adoption.adoption)),
             evaluate_after_start: MaybeUninit::new(core.evaluation.evaluate_after_start),
             vector_check: MaybeUninit::new(core.evaluation.vector_check),
             calibrated_only: MaybeUninit::new(core.selection.calibrated_only),
@@ -269,6 +273,7 @@ impl RedundancySettings {
         core.evaluation.gate = code(self.gate)?.in_core();
         core.collection.scope = code(self.scope)?.in_core();
         core.fit.highest_rung = code(self.highest_rung)?.in_core();
+        core.adoption.adoption = code(self.adoption)?.in_core();
         core.evaluation.evaluate_after_start = truth(self.evaluate_after_start);
         core.evaluation.vector_check = truth(self.vector_check);
         core.selection.calibrated_only = truth(self.calibrated_only);

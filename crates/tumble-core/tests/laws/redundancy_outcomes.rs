@@ -2,14 +2,17 @@
 
 use tumble_core::real::Real;
 use tumble_core::redundancy::fit::adoption::{AdoptionRefusal, RefusalReason};
-use tumble_core::redundancy::monitor::event::EventKind;
+use tumble_core::redundancy::health::HealthFault;
+use tumble_core::redundancy::monitor::event::{Abandoned, EventKind};
+use tumble_core::redundancy::platform::{MountedUnit, Range};
 use tumble_core::redundancy::selection::SelectionReason;
 use tumble_core::redundancy::sensor::Sensor;
-use tumble_core::redundancy::settings::RedundancySettings;
+use tumble_core::redundancy::settings::thresholds::Threshold;
+use tumble_core::redundancy::settings::{Adoption, RedundancySettings};
 
 use crate::common::{apart, double};
 use crate::redundancy_mission::{
-    Flight, Mission, Part, Phase, SECOND, assert_told, fly, platform, seconds, settings, units,
+    Flight, Mission, Part, Phase, SECOND, assert_holds, assert_told, fly, platform, seconds, settings, units,
 };
 use crate::redundancy_modes::learned;
 
@@ -144,4 +147,82 @@ fn before_any_calibration_the_secondary_that_agreed_at_rest_takes_over() {
     let flight: Flight<f64, 3> = fly(&platform(settings(), units(&parts)), &mission);
     assert_told!(flight, 2, 1 x EventKind::Selected { reason: SelectionReason::PrimaryFailed });
     assert_told!(flight, 1, 0 x EventKind::Selected { .. });
+}
+
+#[test]
+fn a_calibration_that_found_no_motion_is_triggered_again_without_being_asked() {
+    let mut settings = settings::<f64>();
+    settings.collection.motion_timeout = 4 * SECOND;
+    let parts = [Part::exact(), Part::aged()];
+    let mission =
+        Mission::new(5, &parts).phases(&[(10.0, Phase::Rest), (12.0, Phase::Free(1.0)), (2.5, Phase::Rest)]);
+    let flight = fly(&platform(settings, units(&parts)), &mission);
+    assert_told!(
+        flight,
+        1,
+        EventKind::Abandoned {
+            why: Abandoned::NoMotion
+        }
+    );
+    assert_told!(flight, 1, 2 x EventKind::Adopted { .. });
+}
+
+#[test]
+fn a_trigger_outlasts_a_unit_that_is_dead_for_a_while() {
+    let parts = [Part::exact(), Part::aged()];
+    let mission = Mission::new(6, &parts)
+        .phases(&[
+            (2.5, Phase::Rest),
+            (5.0, Phase::Free(1.0)),
+            (4.0, Phase::Rest),
+            (12.0, Phase::Free(1.0)),
+            (2.5, Phase::Rest),
+        ])
+        .spoilt(|unit, time, _| unit != 1 || !(4.0..5.0).contains(&time));
+    let flight = fly::<f64, 2>(&platform(settings(), units(&parts)), &mission);
+    assert_told!(flight, 1, 1 x EventKind::Abandoned { why: Abandoned::SecondaryUnhealthy });
+    assert_told!(flight, 1, 2 x EventKind::Triggered { .. });
+    assert_told!(flight, 1, 2 x EventKind::Adopted { .. });
+}
+
+#[test]
+fn a_moment_of_saturation_costs_its_windows_and_not_the_calibration() {
+    let parts = [Part::exact(), Part::aged()];
+    let mission = Mission::new(7, &parts).spoilt(|unit, time, sample| {
+        if unit == 1 && (8.0..8.3).contains(&time) {
+            sample.specific_force.x = 40.0;
+        }
+        true
+    });
+    let [primary, secondary] = units::<f64, 2>(&parts);
+    let secondary = MountedUnit {
+        range: Range {
+            specific_force: Some(40.0),
+            angular_rate: None,
+        },
+        ..secondary
+    };
+    let flight = fly(&platform(settings(), [primary, secondary]), &mission);
+    assert_told!(flight, 1, 1 x EventKind::Unhealthy { fault: HealthFault::Saturated { .. } });
+    assert_told!(flight, 1, 0 x EventKind::Abandoned { .. });
+    for record in flight.adopted(1, Sensor::Accelerometer) {
+        assert_holds(&record, &parts[1], 7);
+    }
+    assert_told!(flight, 1, 2 x EventKind::Adopted { .. });
+}
+
+#[test]
+fn each_calibration_replaces_the_last_where_that_is_set_and_not_where_it_is_no_better() {
+    let parts = [Part::exact(), Part::exact()];
+    for (adoption, adopted) in [(Adoption::IfBetter, 0), (Adoption::Always, 2)] {
+        let mut settings = settings::<f64>();
+        settings.adoption.adoption = adoption;
+        let thresholds = &mut settings.evaluation.thresholds.secondary;
+        thresholds.accelerometer = Threshold::Fixed(1e-6);
+        thresholds.gyroscope = Threshold::Fixed(1e-6);
+        let flight = fly(&platform(settings, units(&parts)), &Mission::new(8, &parts));
+        assert_told!(flight, 1, EventKind::Triggered { .. });
+        let found = flight.told(1, |kind| matches!(kind, EventKind::Adopted { .. }));
+        assert_eq!(found, adopted, "{adoption:?} {}", flight.story());
+    }
 }

@@ -40,6 +40,8 @@ pub struct OutputSample {
     pub specific_force: [f64; 3],
     /// rad/s.
     pub angular_rate: [f64; 3],
+    /// Whether the source is known to be wrong.
+    pub degraded: bool,
 }
 
 /// Means of a unit over a window.
@@ -133,6 +135,7 @@ impl<T: Real, const UNITS: usize> DynMonitor for SizedMonitor<T, UNITS> {
             source: output.source,
             specific_force: output.specific_force.map(wide).into(),
             angular_rate: output.angular_rate.map(wide).into(),
+            degraded: output.degraded,
         })
     }
 

@@ -272,6 +272,7 @@ def _setting(value: object) -> str:
 def _method(result: RedundancyResult) -> tuple[tuple[str, str], ...]:
     own = f"hash {result.calibration_hash}" if result.calibration_hash else "none: it is assumed to be right"
     lines = [
+        ("Settings", result.preset),
         ("Errors", "of each secondary against the primary: y_secondary = M y_primary + b"),
         ("Residuals", "root mean square per channel on held-out pairs"),
         ("Sigmas", "of scale, non-orthogonality and mounting: the elements of M count as independent"),

@@ -7,7 +7,7 @@ use crate::redundancy::fit::Fit;
 use crate::redundancy::fit::residual::{Layout, PairMoments, RowResidual};
 use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::sensor::Sensor;
-use crate::redundancy::settings::AdoptionSettings;
+use crate::redundancy::settings::{Adoption, AdoptionSettings};
 
 crate::vocabulary! {
     /// Why a new calibration was refused; the stored one stays.
@@ -154,6 +154,9 @@ impl<T: Real> FitCandidate<'_, T> {
         settings: &AdoptionSettings<T>,
     ) -> Result<(), AdoptionRefusal<T>> {
         let sensor = self.sensor;
+        if settings.adoption == Adoption::Always {
+            return Ok(());
+        }
         Excess::refuse(
             residuals.after,
             settings.residual.of(sensor),

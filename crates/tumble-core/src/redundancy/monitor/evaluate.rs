@@ -41,7 +41,10 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
     /// Deviations of all units whose means are of at least so many windows: at every rest for health, now and then to
     /// tell of them and to calibrate.
     fn evaluate(&mut self, platform: &Platform<T, UNITS>, fewest: u64, time: u64, report: Report<'_, T>) {
-        let purpose = self.rest.purpose(time, &platform.settings().evaluation);
+        let under_way = self.calibrations.iter().flatten().map(CalibrationRun::secondary);
+        let purpose = self
+            .rest
+            .purpose(time, under_way, &platform.settings().evaluation);
         let calibrating = self.calibrations.iter().any(Option::is_some);
         let told = calibrating || purpose > Purpose::Health;
         let valid = self.evaluate_primary(platform, fewest, time, told, report);
@@ -219,6 +222,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         }
         let triggers = decisions.map(|decision| decision == Decision::Trigger);
         if triggers == [false; 2] {
+            if decisions == [Decision::Quiet; 2] {
+                self.rest.settled(number);
+            }
             return None;
         }
         let unit = platform.units().get(number)?;
@@ -236,6 +242,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         };
         let slot = self.calibrations.iter_mut().find(|slot| slot.is_none())?;
         *slot = Some(CalibrationRun::new(number, sensors, time, rest));
+        self.rest.triggered(number);
         let kind = EventKind::Triggered { sensors };
         report(Event {
             time,

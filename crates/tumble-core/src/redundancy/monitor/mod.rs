@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 
 use crate::real::Real;
 use crate::redundancy::evaluation::StoredCalibration;
-use crate::redundancy::health::Health;
+use crate::redundancy::health::{Health, HealthFault};
 use crate::redundancy::monitor::calibration::CalibrationRun;
 use crate::redundancy::monitor::event::{Abandoned, Event, EventKind};
 use crate::redundancy::monitor::rest_state::RestState;
@@ -236,7 +236,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             *known = fault.is_none();
             let kind = fault.map_or(EventKind::Healthy, |fault| EventKind::Unhealthy { fault });
             report(Event { time, unit, kind });
-            if *known {
+            // Readings at the end of the range are left out of pairs; what else was collected is as good as before.
+            if matches!(fault, None | Some(HealthFault::Saturated { .. })) {
                 continue;
             }
             for slot in &mut self.calibrations {
@@ -321,6 +322,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             specific_force: self.lever_arm_correction.apply(sample.time, &reading, &arm),
             angular_rate: reading.angular_rate,
             source: number,
+            degraded: false,
         };
         if !output.is_finite() {
             // Readings may be finite and their squares not: nothing of them may stay in what comes after.

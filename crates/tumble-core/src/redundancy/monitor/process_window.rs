@@ -170,9 +170,13 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             let Some(calibration) = slot else { continue };
             match calibration.check(time, &settings.collection, settings.window) {
                 CalibrationProgress::GoesOn => {}
-                CalibrationProgress::Abandoned(why) => abandon(slot, time, why, report),
+                CalibrationProgress::Abandoned(why) => {
+                    abandon(slot, time, why, report);
+                    self.rest.retry();
+                }
                 CalibrationProgress::Complete => {
                     let number = calibration.secondary();
+                    self.rest.settled(number);
                     let unit = platform.units().get(number).zip(self.stored.get_mut(number));
                     let replaced = unit.is_some_and(|(unit, stored)| {
                         conclude(settings, calibration, unit, stored, time, report)

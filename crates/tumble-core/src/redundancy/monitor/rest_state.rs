@@ -11,6 +11,10 @@ pub struct RestState {
     evaluated: Option<u64>,
     commanded: bool,
     adopted: bool,
+    /// A bit for each unit whose trigger has led to no fit yet.
+    owed: u32,
+    /// Whether this rest was evaluated for what is owed.
+    tried: bool,
 }
 
 /// What the means of a rest are for.
@@ -52,6 +56,8 @@ impl RestState {
             evaluated: None,
             commanded: false,
             adopted: false,
+            owed: 0,
+            tried: false,
         }
     }
 
@@ -73,6 +79,7 @@ impl RestState {
             return RestTransition::Moving;
         }
         self.announced = true;
+        self.tried = false;
         RestTransition::Began
     }
 
@@ -91,9 +98,31 @@ impl RestState {
         self.adopted = true;
     }
 
+    /// A unit is to be calibrated; that stays so, whatever comes in between, until it is settled.
+    pub fn triggered(&mut self, unit: usize) {
+        self.owed |= bit(unit);
+    }
+
+    /// A fit was made of a unit, or none is wanted any more.
+    pub fn settled(&mut self, unit: usize) {
+        self.owed &= !bit(unit);
+    }
+
+    /// The wait for motion was in vain: what is owed is tried again at this very rest.
+    pub fn retry(&mut self) {
+        self.tried = false;
+    }
+
     /// What the means of this rest are for. Without an evaluation after start-up, the first comes as long after it as
     /// others after one another; where none comes by itself, nothing is calibrated that was not asked for.
-    pub fn purpose<T: Real>(&mut self, time: u64, settings: &EvaluationSettings<T>) -> Purpose {
+    /// `calibrated` are the units that are being calibrated.
+    pub fn purpose<T: Real>(
+        &mut self,
+        time: u64,
+        calibrated: impl Iterator<Item = usize>,
+        settings: &EvaluationSettings<T>,
+    ) -> Purpose {
+        let owed = calibrated.fold(self.owed, |owed, unit| owed & !bit(unit));
         if self.evaluated.is_none() && !settings.evaluate_after_start {
             self.evaluated = Some(time);
         }
@@ -104,7 +133,7 @@ impl RestState {
                 .is_some_and(|every| time.saturating_sub(last) >= every),
         };
         match (by_itself || self.adopted, settings.evaluate_every) {
-            _ if self.commanded => Purpose::Calibration,
+            _ if self.commanded || (owed != 0 && !self.tried) => Purpose::Calibration,
             (false, _) => Purpose::Health,
             (true, None) => Purpose::Evaluation,
             (true, Some(_)) => Purpose::Calibration,
@@ -116,6 +145,7 @@ impl RestState {
         self.evaluated = Some(time);
         self.commanded = false;
         self.adopted = false;
+        self.tried = true;
     }
 
     /// The common clock jumped to this time.
@@ -126,4 +156,12 @@ impl RestState {
             *evaluated = time;
         }
     }
+}
+
+/// The bit of a unit; none for those beyond count, which are not owed anything.
+fn bit(unit: usize) -> u32 {
+    u32::try_from(unit)
+        .ok()
+        .and_then(|unit| 1_u32.checked_shl(unit))
+        .unwrap_or(0)
 }

@@ -73,6 +73,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             },
         };
         let time = self.clock.now().unwrap_or(0);
+        if why.is_none() {
+            self.rest.settled(unit);
+        }
         for slot in &mut self.calibrations {
             let concerned = slot.as_ref().is_some_and(|slot| slot.secondary() == unit);
             if concerned && why.is_none() {

@@ -45,6 +45,17 @@ crate::vocabulary! {
 }
 
 crate::vocabulary! {
+    /// Which fits replace what is stored.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Adoption {
+        /// One that is plausible and explains held-out pairs better than what is stored.
+        IfBetter = "if better",
+        /// Each, as in the literature: what is stored is that of the last calibration.
+        Always = "always",
+    }
+}
+
+crate::vocabulary! {
     /// How much a fit may find; each includes those before.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
     pub enum Rung {
@@ -133,6 +144,8 @@ pub struct FitSettings<T: Real> {
 /// What a new calibration has to be to replace the stored one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdoptionSettings<T: Real> {
+    /// Whether it has to be anything.
+    pub adoption: Adoption,
     /// Share by which its root mean square residual on held-out pairs has to be smaller than the stored one's.
     pub improvement: T,
     /// Largest bias.
@@ -275,6 +288,7 @@ impl<T: Real> Default for RedundancySettings<T> {
                 excitation_lever_arm: real(2.0),
             },
             adoption: AdoptionSettings {
+                adoption: Adoption::IfBetter,
                 improvement: real(0.02),
                 bias: both(3.0, 1.0),
                 largest_scale_error: real(0.1),
