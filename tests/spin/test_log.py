@@ -190,9 +190,10 @@ def test_turns_known_of_one_direction_say_nothing_of_the_other(tmp_path):
     assert hidden["value"] is None
 
 
-def test_a_level_floor_taken_for_granted_is_the_published_method(tmp_path):
+@pytest.mark.parametrize("option", ["--level-floor", "--as-published"])
+def test_a_level_floor_taken_for_granted_is_the_published_method(tmp_path, option):
     session = record(BOTH_WAYS, 32, floor_tilt=0.0)
-    found = spun(session, tmp_path, "--level-floor")
+    found = spun(session, tmp_path, option)
     assert found["spins"][0]["method"] == "published"
     assert_recovered(found, session.robot)
     assert not any("tilts" in warning for warning in found["spins"][0]["warnings"])

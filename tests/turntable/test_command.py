@@ -125,6 +125,14 @@ def test_the_calibration_file_names_the_truth_used(session, tmp_path, run, truth
     assert tumble.Calibration.load(tmp_path / "out/target_1.yaml").method.truth == truth_name
 
 
+def test_as_published_is_the_published_truth_and_no_other(session, tmp_path, run):
+    assert run("turntable", *logs(session), "--as-published", "-o", tmp_path / "out").code == 0
+    assert tumble.Calibration.load(tmp_path / "out/target_1.yaml").method.truth == "rotate-measurement"
+    done = run("turntable", *logs(session), "--as-published", "--truth", "ideal", "-o", tmp_path / "out")
+    assert done.code == 2
+    assert "--as-published is --truth rotate-measurement, not ideal" in done.err
+
+
 def test_gravity_follows_from_latitude_and_height(session, tmp_path, run):
     done = run("turntable", *logs(session), "--latitude", 48.1, "--height", 520, "-o", tmp_path / "out")
     assert done.code == 0, done.err

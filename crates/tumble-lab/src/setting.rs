@@ -325,8 +325,8 @@ pub fn threshold<T: Real>(value: &Value) -> Option<Threshold<T>> {
     };
     let parsed = |text: &str| text.trim().parse::<f64>().ok().map(real);
     let known = ["factory", "last"].into_iter();
-    let variable = known.filter_map(|error| Some((error, text.strip_prefix(error)?.trim_start())));
-    let Some((error, variable)) = variable.last() else {
+    let mut variable = known.filter_map(|error| Some((error, text.strip_prefix(error)?.trim_start())));
+    let Some((error, variable)) = variable.next() else {
         return parsed(text).map(Threshold::Fixed);
     };
     match (error, variable.split_at_checked(1)?) {
