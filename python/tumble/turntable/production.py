@@ -11,7 +11,6 @@ import json
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import chain, islice
 from multiprocessing import get_context
@@ -81,10 +80,10 @@ class Production:
         nothing is written then; `OutputError` where a file cannot be written.
         """
         workers = min(self.jobs, len(targets) // FEWEST_FOR_PROCESSES + 1)
-        with ThreadPoolExecutor(self.jobs) as readers, _printers(workers, self.session.batch) as printers:
+        with ThreadPoolExecutor(self.jobs) as readers, _printers(workers) as printers:
             read = ahead(readers, self._read, targets, AHEAD * self.jobs)
             calibrated = self._after_the_first_of_use(map(self._calibrate, self._none_swapped(read)))
-            for printed in ahead(printers, _print, map(self._order, calibrated), AHEAD * workers):
+            for printed in ahead(printers, print_target, map(self._order, calibrated), AHEAD * workers):
                 yield keep(self.batch, printed)
 
     def _read(self, target: Target) -> ReadTarget:
@@ -148,12 +147,12 @@ class Production:
             refuse_if_all_failed([each.result for each in failed if each.result])
         yield from results
 
-    def _order(self, each: Calibrated) -> PrintOrder:
+    def _order(self, each: Calibrated) -> PrintOrder | Printed:
         target, result = each.read.target, each.result
         if result is None:
-            return PrintOrder(None, TargetRecord.line(self.batch.record(target.name)), False, {})
+            return Printed(self.batch.record(target.name), fresh=False)
         wanted = self.pages == "all" or (self.pages == "failed" and result.verdict not in GOOD)
-        return PrintOrder(result, each.read.key, wanted, target.columns)
+        return PrintOrder(self.session.batch, result, each.read.key, wanted, target.columns)
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,10 +176,10 @@ class Calibrated:
 class PrintOrder:
     """What is needed to print the files of a target."""
 
-    result: TargetResult | None
-    """None if it is done already."""
+    batch: TurntableResult
+    """What it shares with all targets."""
+    target: TargetResult
     key: str
-    """Or the line on record if it is done already."""
     page: bool
     columns: dict[str, str]
 
@@ -254,7 +253,7 @@ def save(result: TurntableResult, folder: Path | str) -> dict[str, Path]:
     shared, pages = replace(result, targets=()), pages_for(len(result.targets))
     for target in result.targets:
         wanted = pages == "all" or target.verdict not in GOOD
-        keep(batch, print_target(shared, target, PrintOrder(target, "", wanted, {})))
+        keep(batch, print_target(PrintOrder(shared, target, "", wanted, {})))
     saved = [target.name for target in result.targets if not target.failure]
     calibrations = {name: batch.folder / f"{batch.stem(name)}{CALIBRATION_ENDING}" for name in saved}
     return calibrations | write_views(shared, batch)
@@ -321,35 +320,15 @@ class _Here(Executor):
         return done
 
 
-_batch: TurntableResult | None = None
-"""What all targets share that this process prints."""
+def _printers(workers: int) -> Executor:
+    return _Here() if workers == 1 else ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
 
 
-@contextmanager
-def _printers(workers: int, batch: TurntableResult) -> Iterator[Executor]:
-    if workers == 1:
-        _share(batch)
-        yield _Here()
-        return
-    context = get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=context, initializer=_share, initargs=(batch,)) as pool:
-        yield pool
-
-
-def _share(batch: TurntableResult) -> None:
-    global _batch
-    _batch = batch
-
-
-def _print(order: PrintOrder) -> Printed:
-    if order.result is None:
-        return Printed(TargetRecord.from_line(order.key), fresh=False)
-    assert _batch is not None
-    return print_target(_batch, order.result, order)
-
-
-def print_target(batch: TurntableResult, target: TargetResult, order: PrintOrder) -> Printed:
-    """Print the files of a target of `batch`, and what is to be recorded of it."""
+def print_target(order: PrintOrder | Printed) -> Printed:
+    """Print the files of a target, and what is to be recorded of it, unless that is done already."""
+    if isinstance(order, Printed):
+        return order
+    batch, target = order.batch, order.target
     calibration = None if target.failure else Calibration.from_target(target, batch)
     text = calibration.text() if calibration else ""
     page = render_target(batch, target) if order.page else ""
