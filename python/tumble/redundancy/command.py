@@ -15,6 +15,7 @@ from tumble.errors import ProcedureError
 from tumble.logs.options import ReadOptions
 
 if TYPE_CHECKING:
+    from tumble.redundancy.factory import Factory
     from tumble.redundancy.replay import Command
     from tumble.redundancy.settings import RedundancySettings
 
@@ -70,6 +71,14 @@ def redundancy_command(
             metavar="DIR",
             help="Folder of stored errors; adopted errors are written there. Without it there are none "
             "at the start, and adopted errors go to the folder store of the results.",
+        ),
+    ] = None,
+    factory: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="[UNIT=]FILE",
+            help="Turntable calibration of a secondary, which becomes its first error in --store; of the "
+            "unit that it names, or UNIT; repeatable.",
         ),
     ] = None,
     command: Annotated[
@@ -156,6 +165,7 @@ def redundancy_command(
             settings=chosen,
             calibration=applied,
             store=store,
+            factory=_factory(factory or []),
             commands=commands,
             precision=precision.value,
             allow_missing=allow_missing,
@@ -186,6 +196,21 @@ def _settings(paths: list[Path], changes: list[str]) -> RedundancySettings:
     for path in paths:
         stated = stated.and_then(RedundancySettings.load(path))
     return stated.changed(changes)
+
+
+def _factory(texts: list[str]) -> Factory:
+    """Read `UNIT=FILE`, or files alone; of both at once each file is given the name that it states."""
+    from tumble.calibration.document import Calibration
+
+    parted = [text.rpartition("=") for text in texts]
+    if not any(name for name, _, _ in parted):
+        return texts
+    named: dict[str, Calibration] = {}
+    for name, _, path in parted:
+        calibration = Calibration.load(path)
+        if named.setdefault(name or calibration.name, calibration) is not calibration:
+            raise ProcedureError(f"--factory {path}: {name or calibration.name} has a calibration already")
+    return named
 
 
 def _command(text: str) -> tuple[float, Command]:

@@ -17,6 +17,7 @@ from tumble.file_names import file_stem, unit_stem
 from tumble.files import prepare_folder
 from tumble.logs import ReadOptions, parse_spec
 from tumble.recording import FloatArray, Recording, RecordingSource, SampleProgress, sources_of
+from tumble.redundancy.factory import Factory, by_unit, factory_errors
 from tumble.redundancy.logs import SideBySide, UnitLog, open_units
 from tumble.redundancy.messages import explain
 from tumble.redundancy.replay import COMMANDS, Command, replay
@@ -37,6 +38,7 @@ def redundancy(
     settings: Settings | None = None,
     calibration: Calibration | str | Path | None = None,
     store: str | Path | None = None,
+    factory: Factory = (),
     commands: Sequence[tuple[float, Command]] = (),
     precision: Precision = "f64",
     allow_missing: bool = False,
@@ -47,14 +49,16 @@ def redundancy(
 ) -> RedundancyResult:
     """Replay the logs of a redundant set, sample by sample, through the monitor.
 
-    Units are names of IMUs in `log`, or `LOG:NAME` of logs stamped by one clock, or recordings. `settings`
-    are a settings file or its content. `calibration` is the primary's own. `store` is a folder with the
-    errors stored before, where what is adopted replaces them. `commands` are given to the monitor at their
-    times, s of the common clock. With `precision` `f32` it computes as a device would. With `allow_missing`,
-    a unit that cannot be read is replayed as one that never says anything. With `as_published` settings begin
-    from `RedundancySettings.as_published()`, and `settings` override them. `keep_output` keeps what the
-    platform would have used, 72 bytes a sample. `read` says how to read all
-    logs, or each by what names its unit. `progress` is told samples done, and samples expected where known.
+    Units are names of IMUs in `log`, or `LOG:NAME` of logs stamped by one clock, or recordings.
+    `settings` are a settings file or its content. `calibration` is the primary's own. `store` is a folder
+    with the errors stored before, where what is adopted replaces them. `factory` are turntable
+    calibrations of secondaries, by name or in files that state whose they are, which become the first
+    errors in it. `commands` are given to the monitor at their times, s of the common clock. With
+    `precision` `f32` it computes as a device would. With `allow_missing`, a unit that cannot be read is
+    replayed as one that never says anything. With `as_published` settings begin from
+    `RedundancySettings.as_published()`, and `settings` override them. `keep_output` keeps what the
+    platform would have used, 72 bytes a sample. `read` says how to read all logs, or each by what names
+    its unit. `progress` is told samples done, and samples expected where known.
 
     Raises `TumbleError`, in one line, where settings or logs make no sense; `store` is then as it was.
 
@@ -72,11 +76,14 @@ def redundancy(
     monitor = _monitor(identities, known, applied, chosen, precision)
     errors = None if store is None else ErrorStore(prepare_folder(store), identities[0])
     rejected = [] if errors is None else list(_restore(monitor, errors, identities[1:]))
+    begun = _from_factory(factory, errors, monitor, dict(zip(identities, known, strict=True)), applied)
     blocks = SideBySide(units, [own.time_offset for own in known], progress)
     replayed = replay(monitor, blocks, commands, tuple(unit.name for unit in units), keep_output=keep_output)
     events = (*_rejections(rejected, blocks.start), *replayed.events)
     found = tuple(_errors(monitor, identities))
     if errors is not None:
+        for unit, error in begun:
+            errors.save(unit, error)
         keep_adopted(errors, found, identities)
     return RedundancyResult(
         primary=units[0].name,
@@ -267,6 +274,39 @@ def _restore(
             why = monitor.restore(_record(error, unit.identity))
             if why is not None:
                 store.distrust(unit, error.sensor)
+
+
+def _from_factory(
+    factory: Factory,
+    store: ErrorStore | None,
+    monitor: _core.RedundancyMonitor,
+    known: Mapping[Identified, UnitSettings],
+    primary: Calibration | None,
+) -> list[tuple[Identified, SecondaryError]]:
+    """Give the monitor the errors from the factory that the store does not hold yet, and list them.
+
+    Raises `TumbleError` where there is no store, it holds others, or they cannot be of the unit.
+    """
+    if not factory:
+        return []
+    if store is None:
+        raise ProcedureError("--factory: needs --store, the folder that keeps the errors")
+    secondaries = {unit.name: unit for unit in list(known)[1:]}
+    begun = []
+    calibrations = by_unit(factory, {name: unit.serial for name, unit in secondaries.items()})
+    for name, calibration in calibrations.items():
+        unit = secondaries[name]
+        for error in factory_errors(name, calibration, known[unit], primary):
+            if not store.lacks_factory(unit, error):
+                continue
+            why = monitor.restore(_record(error, unit.identity))
+            if why is not None:
+                raise ProcedureError(
+                    f"--factory: {name}: its {error.sensor} is {why} for a unit mounted as stated; check "
+                    "sensor_from_primary, the axes of the log and the largest_... settings"
+                )
+            begun.append((unit, error))
+    return begun
 
 
 def _record(error: SecondaryError, identity: int) -> dict[str, object]:

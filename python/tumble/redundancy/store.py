@@ -171,6 +171,21 @@ class ErrorStore:
         write_document(last, _HEADER, content, renews=True)
         return last
 
+    def lacks_factory(self, unit: Identified, error: SecondaryError) -> bool:
+        """Whether none is there from the factory; raises `CalibrationFileError` where there is another."""
+        path = self._factory_path(unit, error.sensor)
+        if not path.exists():
+            return True
+        stored = self._read(path, unit, error.sensor)
+        if isinstance(stored, SecondaryError):
+            pairs = ((stored.matrix, error.matrix), (stored.bias, error.bias))
+            if all(np.allclose(one, other, rtol=0.0, atol=1e-9) for one, other in pairs):
+                return False
+        raise CalibrationFileError(
+            f"{path}: holds another error from the factory than that of --factory; give a new --store, or "
+            "leave --factory out"
+        )
+
     def _read(self, path: Path, unit: Identified, sensor: Sensor) -> SecondaryError | Rejected:
         try:
             stored = read_document(path, StoredError, STORED_ERROR)
