@@ -19,7 +19,6 @@ _UNFIT = {
         "Calibrate the primary and give its calibration, or raise primary_accelerometer_threshold and "
         "primary_gyroscope_threshold."
     ),
-    "on command only": "Give the command evaluate, or set evaluate_every.",
     "primary unhealthy": "Look at the faults of the primary; nothing is calibrated against it until then.",
     "secondary unhealthy": "Look at the faults of this unit: calibration cannot correct them.",
 }
@@ -31,6 +30,7 @@ REMEDIES: dict[str, dict[str, str]] = {
     "withheld": {
         **_UNFIT,
         COVERED: "Nothing: the calibration under way covers it.",
+        "on command only": "Give the command evaluate, or set evaluate_every.",
     },
     "refused": {
         "unsolvable": "Check whether readings of the unit do not change; then move about more axes.",
