@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from tumble.errors import LogError
 from tumble.live.address import Address
 from tumble.live.optional import optional
+from tumble.words import count_of
 
 if TYPE_CHECKING:
     import serial
@@ -123,7 +124,7 @@ class DatagramSocket:
         """Say that others sent as well: samples of two devices in turn would be those of none."""
         sender = self._wanted or (self._sender and self._sender[0])
         return (
-            (f"left out {self._from_others} datagrams that were not from {sender}",)
+            (f"left out {count_of('datagram', self._from_others)} not from {sender}",)
             if self._from_others
             else ()
         )

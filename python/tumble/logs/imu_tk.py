@@ -16,6 +16,7 @@ from tumble.logs.options import ReadOptions
 from tumble.logs.text import find_layout
 from tumble.logs.track import LoggedImu, RawSamples, Transform, stack
 from tumble.recording import FloatArray
+from tumble.words import count_of
 
 _COLUMNS = ("1", "2", "3", "4")
 _PARTNERS = (("accelerometer", "gyroscope"), ("accel", "gyro"), ("acc", "gyro"), ("acc", "gyr"))
@@ -97,7 +98,7 @@ def _even(
     if len(left) or len(right):
         shorter, longer = (pair[1], pair[0]) if len(left) else (pair[0], pair[1])
         raise LogError(
-            f"{shorter}: ends {len(left) + len(right)} rows before {longer.name}; "
+            f"{shorter}: ends {count_of('row', len(left) + len(right))} before {longer.name}; "
             "copy it again, or cut the longer file to the same rows"
         )
 

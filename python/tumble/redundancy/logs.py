@@ -13,6 +13,7 @@ from tumble.acquisition.twins import GyroscopeHead, twins
 from tumble.errors import LogError, ProcedureError
 from tumble.logs import ChunkStream, ReadOptions, list_imus, open_recording, options_for, parse_spec
 from tumble.recording import Chunk, FloatArray, Recording, RecordingSource, SampleProgress
+from tumble.words import count_of
 
 MOST_SECONDARIES = 7
 SHORT_BLOCK = 0.02
@@ -120,8 +121,8 @@ def _open_unit(
 def _whole(recording: Recording) -> Recording:
     if recording.parts:
         raise ProcedureError(
-            f"{recording.name}: is a folder of {len(recording.parts)} logs, one per pose; give one log of "
-            "the whole time"
+            f"{recording.name}: is a folder of {count_of('log', len(recording.parts))}, one per pose; "
+            "give one log of the whole time"
         )
     recording.need_both_triads("comparing units in motion")
     return recording

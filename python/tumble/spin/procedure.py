@@ -45,6 +45,7 @@ from tumble.spin.segments import (
 )
 from tumble.spin.settings import core_settings
 from tumble.spin.turns import TrueTurns
+from tumble.words import count_of
 
 SHORTEST_STILL = 2.0
 """s that at least one rest of a spin lasts, if not said otherwise."""
@@ -155,8 +156,8 @@ def _acquired(
     """Read the recording for the first time: where it stood still, and whether it can serve."""
     if recording.parts:
         raise ProcedureError(
-            f"{recording.name}: is a folder of {len(recording.parts)} logs, one per pose; give the one log "
-            "in which the robot stands and turns"
+            f"{recording.name}: is a folder of {count_of('log', len(recording.parts))}, one per pose; "
+            "give the one log in which the robot stands and turns"
         )
     recording.need_both_triads("a spin")
     unit = acquire(recording, applied, _first_half(progress))

@@ -7,6 +7,7 @@ from typing import TypeAlias
 
 from tumble import _core
 from tumble.results import Figures
+from tumble.words import count_of
 
 PoseNames: TypeAlias = Mapping[int, str]
 
@@ -34,8 +35,8 @@ def _moved_during_rest(figures: Figures, pose_names: PoseNames) -> str:
 
 MESSAGES: dict[str, Callable[[Figures, PoseNames], str]] = {
     "too few rests": lambda figures, _: (
-        f"{figures['found']:.0f} rests can be used, {figures['needed']:.0f} in different directions are "
-        "needed; hold each pose still for 5 s or longer"
+        f"{count_of('rest', round(figures['found']))} found that can be used, "
+        f"{figures['needed']:.0f} in different directions are needed; hold each pose still for 5 s or longer"
     ),
     "directions too alike": lambda _, __: (
         "the rests point in too few directions to separate scale from bias; add poses that show each "

@@ -18,6 +18,7 @@ from tumble.documents import Document, Vector, read_document, write_document
 from tumble.errors import CalibrationFileError
 from tumble.recording import FloatArray
 from tumble.schemas import POSES
+from tumble.words import count_of
 
 SCHEMA: Literal["tumble-poses/1"] = "tumble-poses/1"
 
@@ -146,7 +147,8 @@ def _stays_inside(file: str) -> bool:
 def _problem(poses: tuple[Pose, ...]) -> str:
     """First thing wrong with the list as a whole, empty if nothing is."""
     if len(poses) < FEWEST_POSES:
-        return f"holds {len(poses)} poses, needs at least {FEWEST_POSES}; six faces up in turn are best"
+        held = count_of("pose", len(poses))
+        return f"holds {held}, needs at least {FEWEST_POSES}; six faces up in turn are best"
     for one, other in combinations(poses, 2):
         if one.name == other.name:
             return f"two poses are named {one.name!r}; give each its own name"

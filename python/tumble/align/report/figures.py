@@ -14,6 +14,7 @@ from tumble.report.figures import HALF_WIDTH, LABEL_ROOM, box
 from tumble.report.numbers import Scale, readable_scale
 from tumble.report.panel import horizontal_axis, value_axis
 from tumble.report.svg import ALARM, INK, SOFT, X_AXIS, inline_svg
+from tumble.words import count_of
 
 _HEIGHT = 2.6
 """Inches of a panel."""
@@ -46,7 +47,7 @@ def places_figure(primary: str, units: Sequence[UnitAlignment], prefix: str) -> 
         _mark(axes, np.zeros(2), primary, INK, "s", above=True)
         for number, unit in enumerate(units):
             _place(axes, unit, (right, up), scale, above=number % 2 == 1)
-    return inline_svg(figure, prefix, f"Places of {len(units)} units relative to {primary}")
+    return inline_svg(figure, prefix, f"Places of {count_of('unit', len(units))} relative to {primary}")
 
 
 def _place(axes: Axes, unit: UnitAlignment, view: tuple[int, int], scale: Scale, *, above: bool) -> None:

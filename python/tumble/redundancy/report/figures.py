@@ -28,6 +28,7 @@ from tumble.report.numbers import readable_unit, significant
 from tumble.report.panel import LABEL_SIZE, horizontal_axis, numbered_value_axis, row_label, short
 from tumble.report.svg import ALARM, GRID, INK, REST, SOFT, UNUSED, X_AXIS, Z_AXIS, inline_svg
 from tumble.units import UNITS
+from tumble.words import count_of
 
 MOST_POINTS = 400
 """Points of one line or kind in a panel; more cannot be told apart, and make the page heavy."""
@@ -178,7 +179,9 @@ def deviations_figure(result: RedundancyResult, line: TimeLine, prefix: str) -> 
                     _draw_evaluations(
                         axes, series[check], marker, colour, hollow, MOST_POINTS_OF_ALL // len(units)
                     )
-    return inline_svg(figure, prefix, f"Deviations of {len(units)} units at rest against their thresholds")
+    return inline_svg(
+        figure, prefix, f"Deviations of {count_of('unit', len(units))} at rest against their thresholds"
+    )
 
 
 def _draw_evaluations(

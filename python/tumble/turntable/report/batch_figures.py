@@ -20,6 +20,7 @@ from tumble.results import LimitCheck
 from tumble.turntable.record import TargetRecord
 from tumble.turntable.report.improvement import Improvement, improvement
 from tumble.turntable.result import TurntableResult
+from tumble.words import count_of
 
 _FEW = 30
 """Up to so many targets each is a dot; beyond, a thin line."""
@@ -171,7 +172,9 @@ def improvement_figure(pairs: Sequence[tuple[str, Improvement]], prefix: str) ->
     figure = Figure(FULL_WIDTH, height + 0.6)
     axes = figure.add_axes((left, 0.5, FULL_WIDTH - left - 0.2, height))
     draw_improvement(axes, pairs, named=named)
-    label = f"Error of |specific force| at rest of {len(pairs)} targets, before and after calibration"
+    label = (
+        f"Error of |specific force| at rest of {count_of('target', len(pairs))}, before and after calibration"
+    )
     return inline_svg(figure, prefix, label)
 
 

@@ -12,6 +12,7 @@ from tumble.report.svg import GRID, INK, SOFT, standalone_svg
 from tumble.turntable.report.batch_figures import draw_improvement, improvements
 from tumble.turntable.report.readings import LOOKS, deviations, draw_states, rms
 from tumble.turntable.result import MountingResult, TargetResult, TurntableResult
+from tumble.words import count_of
 
 WIDTH, HEIGHT = 10.4, 4.2
 PAPER = "#ffffff"
@@ -37,7 +38,9 @@ def figure_overview(result: TurntableResult) -> str:
     _card(figure)
     _draw_axis(*_panel_and_key(figure, 0.85, 4.5), shown, mounting)
     _draw_targets(*_panel_and_key(figure, 6.75, 3.3), result)
-    return standalone_svg(figure, f"Tumble: {shown.name} and {len(result.targets)} targets calibrated")
+    return standalone_svg(
+        figure, f"Tumble: {shown.name} and {count_of('target', len(result.targets))} calibrated"
+    )
 
 
 def _card(figure: Figure) -> None:
