@@ -45,11 +45,13 @@ def listed(tmp_path):
     return tmp_path / "poses.yaml"
 
 
-@pytest.mark.parametrize("visits", [FACES[:1], FACES[:3]], ids=["one pose", "three poses"])
-def test_fewer_poses_than_unknowns_need_are_refused_with_their_number(tmp_path, visits):
+@pytest.mark.parametrize(
+    ("visits", "shown"), [(FACES[:1], "1 rest"), (FACES[:3], "3 rests")], ids=["one pose", "three poses"]
+)
+def test_fewer_poses_than_unknowns_need_are_refused_with_their_number(tmp_path, visits, shown):
     logs = write(simulate(122, grades=("industrial",), visits=visits), tmp_path)
     line = refusal(*logs, "-o", tmp_path / "out")
-    assert line.startswith(f"reference: shows {len(visits)} rests, needs at least 4 in different directions")
+    assert line.startswith(f"reference: shows {shown}, needs at least 4 in different directions")
     assert "hold each pose still for 5 s or longer" in line
 
 
