@@ -157,11 +157,23 @@ pub struct SecondaryAtRest<'a, T: Real> {
     pub stored: &'a StoredCalibration<T>,
     /// The primary's own calibration.
     pub calibration: &'a PrimaryCalibration<T>,
+    /// Where a valid primary has up, in its case frame, length one: an accelerometer that lacks axes has no magnitude of
+    /// gravity, but its share of it.
+    pub up: Option<Vector3<T>>,
 }
 
 impl<T: Real> SecondaryAtRest<'_, T> {
-    /// Against physics; `None` where an axis is missing without which there is no magnitude of gravity.
+    /// Against physics; `None` where an axis is missing without which there is no magnitude of gravity, nor is it known
+    /// where up is.
     pub fn norm(&self, settings: &EvaluationSettings<T>) -> Option<Deviation<T>> {
+        if self.has_share_of_gravity() {
+            let [truth, expected] = self.share_of_gravity(settings.gravity)?;
+            let found = self.present(&(self.mean - self.of_data(settings.data, truth, expected)));
+            return Some(Deviation {
+                value: found.norm(),
+                threshold: self.threshold(settings, &(expected - truth), &found),
+            });
+        }
         let turn = &self.unit.sensor_from_primary;
         let truth = match self.sensor {
             Sensor::Accelerometer => turn * self.as_truth(),
@@ -177,9 +189,12 @@ impl<T: Real> SecondaryAtRest<'_, T> {
 
     /// How far these data are from what physics says, m/s^2 or rad/s; `None` as of [`Self::norm`].
     pub fn off_physics(&self, data: Data, gravity: T) -> Option<T> {
-        let complete = self.unit.axes.complete(self.sensor);
-        if self.sensor == Sensor::Accelerometer && !complete {
-            return None;
+        if self.has_share_of_gravity() {
+            let [truth, expected] = self.share_of_gravity(gravity)?;
+            return Some(
+                self.present(&(self.mean - self.of_data(data, truth, expected)))
+                    .norm(),
+            );
         }
         let magnitude = match (data, self.sensor) {
             (Data::Raw, _) => self.present(&self.mean).norm(),
@@ -202,6 +217,24 @@ impl<T: Real> SecondaryAtRest<'_, T> {
         Deviation {
             value: found.norm(),
             threshold: self.threshold(settings, &(self.mean - self.compensated()), &found),
+        }
+    }
+
+    fn has_share_of_gravity(&self) -> bool {
+        self.sensor == Sensor::Accelerometer && !self.unit.axes.complete(self.sensor)
+    }
+
+    /// Gravity in the axes of the secondary, and what its stored error makes of it.
+    fn share_of_gravity(&self, gravity: T) -> Option<[Vector3<T>; 2]> {
+        let (turn, gravity) = (&self.unit.sensor_from_primary, self.up? * gravity);
+        let of_primary = self.calibration.model(self.sensor).measure(&gravity);
+        Some([turn * gravity, self.stored.error.predict(&(turn * of_primary))])
+    }
+
+    fn of_data(&self, data: Data, truth: Vector3<T>, expected: Vector3<T>) -> Vector3<T> {
+        match data {
+            Data::Raw => truth,
+            Data::Compensated => expected,
         }
     }
 

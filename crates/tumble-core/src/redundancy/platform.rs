@@ -4,7 +4,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::model::{Correction, ErrorModel};
 use crate::real::{Real, real};
-use crate::redundancy::sensor::{Axes, Sensor};
+use crate::redundancy::record::{Record, Storage};
+use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
 use crate::redundancy::settings::RedundancySettings;
 use crate::redundancy::settings::thresholds::{SensorThresholds, Threshold};
 use crate::redundancy::settings::validate::InvalidSetting;
@@ -113,6 +114,26 @@ impl<T: Real> PrimaryCalibration<T> {
     /// What it left of a sensor's errors, root mean square of a channel, m/s^2 or rad/s; zero where nobody said.
     pub fn residual(&self, sensor: Sensor) -> T {
         *sensor.of(&self.residuals)
+    }
+
+    /// As it was stored for the primary, whose records relate its readings to the truth; `None` where none is stored
+    /// that can be inverted. A sensor without a record is taken to be right.
+    ///
+    /// # Errors
+    /// What storage gives.
+    pub fn stored<S: Storage<T>>(identity: u64, storage: &mut S) -> Result<Option<Self>, S::Error> {
+        let mut records = [None; 2];
+        for sensor in SENSORS {
+            *sensor.of_mut(&mut records) = storage.load(identity, sensor)?;
+        }
+        if records == [None; 2] {
+            return Ok(None);
+        }
+        let model = |record: Option<Record<T>>| record.map_or(ErrorModel::identity(), |record| record.model);
+        let [accelerometer, gyroscope] = records;
+        let calibration = Self::new(model(accelerometer), model(gyroscope));
+        let residuals = records.map(|record| record.map_or(T::zero(), |record| record.residual));
+        Ok(calibration.map(|calibration| calibration.with_residuals(residuals)))
     }
 
     /// That of a sensor.

@@ -9,12 +9,12 @@ use tumble_core::redundancy::monitor::Command;
 use tumble_core::redundancy::monitor::event::{Check, EventKind};
 use tumble_core::redundancy::platform::MountedUnit;
 use tumble_core::redundancy::record::Record;
-use tumble_core::redundancy::sensor::Sensor;
+use tumble_core::redundancy::sensor::{Axes, Sensor};
 use tumble_core::redundancy::settings::thresholds::Threshold;
 use tumble_core::redundancy::settings::{Data, RedundancySettings};
 
 use crate::redundancy_mission::{
-    Flight, Mission, Part, Phase, SECOND, assert_told, platform, settings, units,
+    Flight, Mission, Part, Phase, SECOND, assert_told, fly, platform, settings, units,
 };
 use crate::redundancy_modes::learned;
 
@@ -221,5 +221,58 @@ fn health_is_judged_at_every_rest_even_where_nothing_is_evaluated_by_itself() {
         EventKind::Unhealthy {
             fault: HealthFault::ImplausibleAtRest { .. }
         }
+    );
+}
+
+#[test]
+fn a_secondary_with_one_accelerometer_axis_is_compared_with_its_share_of_gravity_without_the_vector_check() {
+    let only_z = Axes([false, false, true, true, true, true]);
+    for data in [Data::Compensated, Data::Raw] {
+        for (bias, triggers) in [(0.05, 0), (0.3, 1)] {
+            let parts = [off([0.0; 3]), off([0.0, 0.0, bias])];
+            let mut settings = settings::<f64>();
+            settings.evaluation.vector_check = false;
+            settings.evaluation.data = data;
+            let thresholds = &mut settings.evaluation.thresholds.secondary;
+            thresholds.accelerometer = Threshold::VariableByMargin(0.1);
+            let [primary, secondary] = units::<f64, 2>(&parts);
+            let secondary = MountedUnit {
+                axes: only_z,
+                ..secondary
+            };
+            let flight = fly(
+                &platform(settings, [primary, secondary]),
+                &Mission::new(SEED, &parts),
+            );
+            let found = deviations(&flight, 1, Check::Norm);
+            assert!((found[0].0 - bias).abs() < 0.01, "{found:?}");
+            let triggered = flight.told(1, |kind| matches!(kind, EventKind::Triggered { .. }));
+            assert_eq!(triggered, triggers, "{bias} {}", flight.story());
+            if triggers > 0 && data == Data::Compensated {
+                let last = found.last().expect("the last rest is evaluated");
+                assert!(last.0 < 0.03, "{found:?} {}", flight.story());
+            }
+        }
+    }
+}
+
+#[test]
+fn an_accelerometer_that_lacks_axes_is_not_judged_by_an_invalid_primary() {
+    let parts = [off([0.0, 0.0, 0.5]), off([0.0, 0.0, 0.3])];
+    let mut settings = settings::<f64>();
+    settings.evaluation.vector_check = false;
+    let [primary, secondary] = units::<f64, 2>(&parts);
+    let secondary = MountedUnit {
+        axes: Axes([false, false, true, true, true, true]),
+        ..secondary
+    };
+    let flight = fly(
+        &platform(settings, [primary, secondary]),
+        &Mission::new(SEED, &parts),
+    );
+    assert!(
+        deviations(&flight, 1, Check::Norm).is_empty(),
+        "{}",
+        flight.story()
     );
 }

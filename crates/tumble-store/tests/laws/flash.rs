@@ -1,12 +1,15 @@
 //! What the store keeps, refuses and spares.
 
+use nalgebra::{Matrix3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
+use tumble_core::model::ErrorModel;
 use tumble_core::real::Real;
+use tumble_core::redundancy::platform::PrimaryCalibration;
 use tumble_core::redundancy::record::{Record, Storage};
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_store::flash::{RecordStore, Saved, StoreError, Which, WriteLimit};
-use tumble_store::record::{DecodeError, EncodeError, Field};
+use tumble_store::record::{DecodeError, EncodeError, Field, StoredRecord};
 
 use crate::common::history::{Model, Update, drawn, make, numbered, open, whole};
 use crate::common::sign;
@@ -358,4 +361,27 @@ fn it_is_the_storage_of_a_monitor_in_single_and_double_precision() {
     assert_eq!(loaded.model.bias[2], f64::from(0.1_f32));
     double.model.bias[2] = loaded.model.bias[2];
     assert_eq!(loaded, double);
+}
+
+#[test]
+fn the_calibration_of_the_primary_comes_back_from_flash_with_what_it_left() {
+    let mut store = open(Simulated::<4>::new(2));
+    let none = PrimaryCalibration::<f32>::stored(UNIT, &mut store.at(0, None)).unwrap();
+    assert_eq!(none, None);
+    let record = Record {
+        model: ErrorModel {
+            matrix: Matrix3::identity() * 1.01,
+            bias: Vector3::new(0.1, -0.2, 0.3),
+        },
+        residual: 0.004,
+        ..numbered(UNIT, SENSOR, 1).record_in::<f32>()
+    };
+    store.save_factory(0, &StoredRecord::of(&record, None)).unwrap();
+    let found = PrimaryCalibration::<f32>::stored(UNIT, &mut store.at(0, None)).unwrap();
+    let found = found.expect("there is one");
+    assert_eq!(found.model(SENSOR), &record.model);
+    assert_eq!(found.residual(SENSOR), 0.004);
+    assert_eq!(found.model(Sensor::Gyroscope), &ErrorModel::identity());
+    let gone = PrimaryCalibration::<f32>::stored(UNIT + 1, &mut store.at(0, None)).unwrap();
+    assert_eq!(gone, None);
 }

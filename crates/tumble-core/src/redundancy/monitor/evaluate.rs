@@ -132,6 +132,12 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         if u64::from(at_rest.windows()) < fewest.max(1) {
             return None;
         }
+        let [force_valid, _] = primary_valid;
+        let force = Sensor::Accelerometer;
+        let up = platform.calibration().correct(force, &force.triad(&primary));
+        let up = up
+            .try_normalize(T::default_epsilon())
+            .filter(|_| force_valid && primary_healthy);
         let (stored, health) = (self.stored.get(number)?, self.health.get_mut(number)?);
         let (mut exceeded, mut apart) = ([false; 2], [None; 2]);
         for ((sensor, exceeded), valid) in SENSORS.into_iter().zip(&mut exceeded).zip(primary_valid) {
@@ -144,6 +150,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                 mean: sensor.triad(at_rest.mean()),
                 stored: sensor.of(stored),
                 calibration: platform.calibration(),
+                up,
             };
             let mut tell = |check, deviation: &Deviation<T>| {
                 *exceeded |= deviation.exceeds();
