@@ -14,6 +14,7 @@ from tumble.redundancy.units import UnitSettings
 from turntable_sessions import one_line
 
 STILL = motion(moving=2.0, swing=(0.0, 0.0, 0.0), push=0.0)
+SENSORS = ("accelerometer", "gyroscope")
 OWN = replace(PRIMARY, accelerometer_bias=(0.03, -0.02, 0.04))
 
 
@@ -52,9 +53,8 @@ def test_a_secondary_calibrated_in_the_factory_is_not_calibrated_again(typed_set
     assert {error["sequence"] for error in result["errors"]} == {0}
     names = sorted(path.name for path in (tmp_path / "kept").iterdir())
     assert names == [
-        f"imu2-{sensor}{which}.yaml"
-        for sensor in ("accelerometer", "gyroscope")
-        for which in ("-factory", "")
+        "imu1-calibration.yaml",
+        *(f"imu2-{sensor}{which}.yaml" for sensor in SENSORS for which in ("-factory", "")),
     ]
     again, events = replay(*words)
     assert len(of(events, "imu2", "restored")) == 2
@@ -133,3 +133,28 @@ def test_an_error_from_the_factory_relates_the_readings_of_both_and_carries_both
     sigma = 1e-3 * np.linalg.norm(np.column_stack(columns), axis=1)
     found = np.concatenate([error.matrix_sigma.ravel(), error.bias_sigma])
     np.testing.assert_allclose(found, sigma, rtol=1e-4)
+
+
+def test_the_calibration_of_the_primary_is_kept_in_the_store_and_used_again(typed_set, tmp_path):
+    first, _ = replay(*typed_set, code=None)
+    at = typed_set.index("--calibration")
+    later = (*typed_set[:at], *typed_set[at + 2 :])
+    again, _ = replay(*later, code=None)
+    assert again["calibration_hash"] == first["calibration_hash"] != ""
+    path = tmp_path / "kept" / "imu1-calibration.yaml"
+    assert f"the primary's own calibration is that of the store, {path}" in again["warnings"]
+    other = calibration(OWN, serial="S-9")
+    other.save(path)
+    done = typed("redundancy", *later, "--set", "units.imu1.serial=S-8")
+    assert done.code == 2
+    assert "serial S-9" in one_line(done.err)
+
+
+def test_a_damaged_calibration_in_the_store_is_one_line(typed_set, tmp_path):
+    replay(*typed_set, code=None)
+    path = tmp_path / "kept" / "imu1-calibration.yaml"
+    path.write_text("schema: tumble-calibration/1\n: [")
+    at = typed_set.index("--calibration")
+    done = typed("redundancy", *typed_set[:at], *typed_set[at + 2 :])
+    assert done.code == 2
+    assert str(path) in one_line(done.err)

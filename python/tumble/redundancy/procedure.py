@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from tumble import _core
 from tumble.calibration.document import Calibration
 from tumble.documents import mistake_in
-from tumble.errors import ProcedureError
+from tumble.errors import CalibrationFileError, ProcedureError
 from tumble.file_names import file_stem, unit_stem
 from tumble.files import prepare_folder
 from tumble.logs import ReadOptions, parse_spec
@@ -51,14 +51,15 @@ def redundancy(
 
     Units are names of IMUs in `log`, or `LOG:NAME` of logs stamped by one clock, or recordings.
     `settings` are a settings file or its content. `calibration` is the primary's own. `store` is a folder
-    with the errors stored before, where what is adopted replaces them. `factory` are turntable
-    calibrations of secondaries, by name or in files that state whose they are, which become the first
-    errors in it. `commands` are given to the monitor at their times, s of the common clock. With
-    `precision` `f32` it computes as a device would. With `allow_missing`, a unit that cannot be read is
-    replayed as one that never says anything. With `as_published` settings begin from
-    `RedundancySettings.as_published()`, and `settings` override them. `keep_output` keeps what the
-    platform would have used, 72 bytes a sample. `read` says how to read all logs, or each by what names
-    its unit. `progress` is told samples done, and samples expected where known.
+    with the errors stored before, where what is adopted replaces them, and with the primary's own
+    calibration, which it keeps for runs without one. `factory` are turntable calibrations of secondaries,
+    by name or in files that state whose they are, which become the first errors in it. `commands` are
+    given to the monitor at their times, s of the common clock. With `precision` `f32` it computes as a
+    device would. With `allow_missing`, a unit that cannot be read is replayed as one that never says
+    anything. With `as_published` settings begin from `RedundancySettings.as_published()`, and `settings`
+    override them. `keep_output` keeps what the platform would have used, 72 bytes a sample. `read` says
+    how to read all logs, or each by what names its unit. `progress` is told samples done, and samples
+    expected where known.
 
     Raises `TumbleError`, in one line, where settings or logs make no sense; `store` is then as it was.
 
@@ -73,8 +74,11 @@ def redundancy(
     known = _known_units(chosen, units)
     serials = _serials(units, known)
     identities = identities_of(tuple(unit.name for unit in units), chosen, serials)
-    monitor = _monitor(identities, known, applied, chosen, precision)
     errors = None if store is None else ErrorStore(prepare_folder(store), identities[0])
+    given = applied
+    if errors is not None and applied is None:
+        applied = _stored_calibration(errors, identities[0])
+    monitor = _monitor(identities, known, applied, chosen, precision)
     rejected = [] if errors is None else list(_restore(monitor, errors, identities[1:]))
     begun = _from_factory(factory, errors, monitor, dict(zip(identities, known, strict=True)), applied)
     blocks = SideBySide(units, [own.time_offset for own in known], progress)
@@ -82,6 +86,8 @@ def redundancy(
     events = (*_rejections(rejected, blocks.start), *replayed.events)
     found = tuple(_errors(monitor, identities))
     if errors is not None:
+        if given is not None:
+            _keep_calibration(errors, given)
         for unit, error in begun:
             errors.save(unit, error)
         keep_adopted(errors, found, identities)
@@ -99,6 +105,7 @@ def redundancy(
         replay_rate=(blocks.end - blocks.start) / max(replayed.seconds, 1e-9),
         warnings=(
             *_warnings(units, applied, rejected),
+            *(_from_store(errors) if errors is not None and given is not applied else ()),
             *(() if errors is None else (*_without_serial(identities), *errors.notices())),
             *blocks.notices(),
         ),
@@ -258,6 +265,31 @@ def _models(calibration: Calibration) -> dict[str, tuple[FloatArray, FloatArray,
     """Give M, b and what they left of each triad, root mean square of a channel."""
     triads = {"accelerometer": calibration.accelerometer, "gyroscope": calibration.gyroscope}
     return {name: (triad.M, triad.b, triad.residual) for name, triad in triads.items() if triad is not None}
+
+
+def _stored_calibration(store: ErrorStore, primary: Identified) -> Calibration | None:
+    """Read the primary's own calibration of an earlier run; raises `CalibrationFileError` if unfit."""
+    path = store.primary_path
+    if not path.exists():
+        return None
+    stored = Calibration.load(path)
+    if stored.serial and primary.serial and stored.serial != primary.serial:
+        raise CalibrationFileError(
+            f"{path}: is of the unit with serial {stored.serial}, but the log is of {primary.name} with "
+            f"serial {primary.serial}; give each set a --store of its own"
+        )
+    return stored
+
+
+def _keep_calibration(store: ErrorStore, calibration: Calibration) -> None:
+    """Store the primary's own calibration for later runs, unless it is there."""
+    path = store.primary_path
+    if not path.exists() or Calibration.load(path).hash() != calibration.hash():
+        calibration.save(path)
+
+
+def _from_store(store: ErrorStore) -> Iterator[str]:
+    yield f"the primary's own calibration is that of the store, {store.primary_path}"
 
 
 def _restore(

@@ -145,6 +145,11 @@ class ErrorStore:
         found = [error for error in read if isinstance(error, SecondaryError)]
         return found, [error for error in read if isinstance(error, Rejected)]
 
+    @property
+    def primary_path(self) -> Path:
+        """Where the primary's own calibration is kept."""
+        return self.folder / f"{file_stem(self._primary.name)}-calibration.yaml"
+
     def notices(self) -> Iterator[str]:
         """Say which files were loaded that state no serial of the unit, or none of its primary."""
         for path in dict.fromkeys(path for path in self._without_serial if path in self._in_use):
