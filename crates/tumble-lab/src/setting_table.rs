@@ -441,28 +441,22 @@ pub fn redundancy<T: Real + Field>() -> Vec<Setting<RedundancySettings<T>>> {
             "Angular rate that leaves by more, and is back with the next sample, is a spike."
         ),
         row!(
-            health.family.specific_force as family_specific_force,
+            health.tolerated.specific_force as tolerated_specific_force,
             "m/s^2",
             Positive,
-            "Distance from the median of all units, from three up, beyond which specific force is out of family."
+            "Drift of specific force that is within specification: a difference of two units that is none."
         ),
         row!(
-            health.family.angular_rate as family_angular_rate,
+            health.tolerated.angular_rate as tolerated_angular_rate,
             "rad/s",
             Positive,
-            "Distance from the median of all units, from three up, beyond which angular rate is out of family."
-        ),
-        row!(
-            health.family_time,
-            "s",
-            Positive,
-            "Time out of family, or too noisy, after which a unit is unhealthy."
+            "Drift of angular rate that is within specification: a difference of two units that is none."
         ),
         row!(
             health.noise_ratio,
             "",
             AboveOne,
-            "Scatter of a unit, as a multiple of the median of all, beyond which it is noisy."
+            "Scatter of a unit, as a multiple of what the others make one expect, beyond which it is noisy."
         ),
         row!(
             health.rest.specific_force as rest_specific_force,

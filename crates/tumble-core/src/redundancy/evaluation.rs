@@ -39,6 +39,10 @@ pub struct StoredCalibration<T: Real> {
     pub calibrated: bool,
     /// Of the first calibration there was, as thresholds count it, m/s^2 or rad/s; zero before.
     pub factory: T,
+    /// Whether motion showed all directions of its matrix.
+    pub matrix_shown: bool,
+    /// Whether its lever arm is known, as given or as found.
+    pub place_known: bool,
     /// Its difference to a valid primary at the last rest, m/s^2 or rad/s; infinite before.
     pub apart: T,
     /// Whether that was within the threshold.
@@ -54,6 +58,8 @@ impl<T: Real> StoredCalibration<T> {
             sequence: 0,
             calibrated: false,
             factory: T::zero(),
+            matrix_shown: false,
+            place_known: false,
             apart: real(f64::INFINITY),
             agrees: false,
         }

@@ -12,8 +12,10 @@ pub struct Findings {
     pub primary_valid: [bool; 2],
     /// Whether the primary is in health.
     pub primary_healthy: bool,
-    /// Whether the secondary is.
+    /// Whether the secondary is, or may be mended.
     pub secondary_healthy: bool,
+    /// Sensors of which it is not known whether the primary is right.
+    pub disputed: [bool; 2],
 }
 
 crate::vocabulary! {
@@ -26,6 +28,8 @@ crate::vocabulary! {
         PrimaryUnhealthy = "primary unhealthy",
         /// The secondary is not in health: there is more wrong with it than calibration mends.
         SecondaryUnhealthy = "secondary unhealthy",
+        /// Units contradict each other, and nobody knows which is wrong.
+        Disputed = "disputed",
         /// A calibration is under way already.
         AlreadyCalibrating = "already calibrating",
         /// Nobody asked, and the settings have it calibrated on command only.
@@ -54,6 +58,8 @@ impl Gate {
                 Decision::Withheld(Withheld::SecondaryUnhealthy)
             } else if !findings.primary_healthy {
                 Decision::Withheld(Withheld::PrimaryUnhealthy)
+            } else if *sensor.of(&findings.disputed) {
+                Decision::Withheld(Withheld::Disputed)
             } else if !self.trusts(findings.primary_valid, sensor) {
                 Decision::Withheld(Withheld::PrimaryInvalid)
             } else {
@@ -81,6 +87,7 @@ mod tests {
         primary_valid: [true, true],
         primary_healthy: true,
         secondary_healthy: true,
+        disputed: [false; 2],
     };
 
     fn first(gate: Gate, findings: Findings) -> Decision {

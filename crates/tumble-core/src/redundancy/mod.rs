@@ -17,6 +17,7 @@ pub mod evaluation;
 pub mod fit;
 pub mod gate;
 pub mod health;
+pub mod judgement;
 mod leaky;
 pub mod monitor;
 pub mod output;

@@ -40,6 +40,16 @@ pub struct Record<T: Real> {
 }
 
 impl<T: Real> Record<T> {
+    /// Whether motion showed all directions of M.
+    pub fn shows_matrix(&self) -> bool {
+        self.rung >= Rung::Affine && self.directions >= 3
+    }
+
+    /// Whether the lever arm is known.
+    pub fn shows_place(&self) -> bool {
+        self.lever_arm_sigma.iter().all(|sigma| sigma.is_finite())
+    }
+
     /// Whether all that is used of it are numbers.
     pub fn is_finite(&self) -> bool {
         let vectors = self.model.bias.iter().chain(self.lever_arm.iter());

@@ -17,6 +17,8 @@ pub enum Figure {
     Number(f64),
     /// How many, or which.
     Count(u32),
+    /// Units, a bit each, the primary's the lowest.
+    Units(u32),
     /// In words.
     Text(&'static str),
     /// Yes or no.
@@ -106,6 +108,19 @@ fn figures<T: Real>(kind: &EventKind<T>) -> Figures {
         EventKind::Refused { sensor, why } => [vec![of(*sensor)], refusal(why)].concat(),
         EventKind::Abandoned { why } => vec![reason(why.name())],
         EventKind::Unhealthy { fault } => fault_figures(fault),
+        EventKind::Disagree {
+            sensor,
+            other,
+            apart,
+            limit,
+            scale,
+        } => [
+            vec![of(*sensor), ("other", unit(*other))],
+            value_and_limit(*apart, *limit),
+            vec![("scale", number(*scale))],
+        ]
+        .concat(),
+        EventKind::Agree { sensor, other } => vec![of(*sensor), ("other", unit(*other))],
         EventKind::Selected { reason: why } => vec![reason(why.name())],
         EventKind::NoneSelected => vec![reason(SelectionReason::NoneFit.name())],
         EventKind::Restored { sensor, sequence } => {
@@ -115,6 +130,16 @@ fn figures<T: Real>(kind: &EventKind<T>) -> Figures {
         #[allow(clippy::cast_precision_loss)]
         EventKind::TimeJumped { by } => vec![("by", Figure::Number(*by as f64 * 1e-6))],
     }
+}
+
+/// One unit, in the form of several.
+fn unit(number: usize) -> Figure {
+    Figure::Units(
+        u32::try_from(number)
+            .ok()
+            .and_then(|number| 1_u32.checked_shl(number))
+            .unwrap_or(0),
+    )
 }
 
 fn number<T: Real>(value: T) -> Figure {
@@ -170,12 +195,37 @@ fn fault_figures<T: Real>(fault: &HealthFault<T>) -> Figures {
         HealthFault::NotFinite { channel: at } => vec![channel(at)],
         HealthFault::OutOfFamily {
             sensor,
-            apart: value,
+            apart,
+            limit,
+            scale,
+            agreeing,
+        } => [
+            vec![of(*sensor)],
+            value_and_limit(*apart, *limit),
+            vec![
+                ("scale", number(*scale)),
+                ("agreeing", Figure::Units((*agreeing).into())),
+            ],
+        ]
+        .concat(),
+        HealthFault::Blamed {
+            sensor,
+            ground,
+            value,
+            limit,
+        } => [
+            vec![of(*sensor), ("ground", Figure::Text(ground.name()))],
+            value_and_limit(*value, *limit),
+        ]
+        .concat(),
+        HealthFault::Noisy {
+            sensor,
+            scatter: value,
             limit,
         }
-        | HealthFault::Noisy {
+        | HealthFault::Refuted {
             sensor,
-            ratio: value,
+            deviation: value,
             limit,
         }
         | HealthFault::ImplausibleAtRest {

@@ -1,6 +1,7 @@
 //! What is wrong with a unit, with the figures.
 
 use crate::real::Real;
+use crate::redundancy::judgement::attribution::Ground;
 use crate::redundancy::sensor::Sensor;
 
 crate::vocabulary! {
@@ -45,24 +46,48 @@ crate::vocabulary! {
             /// How far the last of them was away, m/s^2 or rad/s.
             value: T,
         } = "spikes",
-        /// A sensor is far from the median of the units.
+        /// Without it, the other units agree.
         OutOfFamily {
-            /// Which.
+            /// In this sensor.
             sensor: Sensor,
-            /// How far, m/s^2 or rad/s.
+            /// How far it is from that of them that it contradicts most, m/s^2 or rad/s.
             apart: T,
             /// How far it may be.
             limit: T,
+            /// Time over which it shows, s.
+            scale: T,
+            /// The units that agree, a bit each, the primary's the lowest.
+            agreeing: u8,
         } = "out of family",
-        /// The readings of a sensor scatter much more than those of the other units.
+        /// The readings of a sensor scatter much more than those of the other units make one expect.
         Noisy {
             /// Which.
             sensor: Sensor,
-            /// How many times as much.
-            ratio: T,
-            /// How many it may be.
+            /// Scatter from sample to sample, m/s^2 or rad/s.
+            scatter: T,
+            /// What it may be.
             limit: T,
         } = "noisy",
+        /// Of two units that disagree, it is the one that is wrong.
+        Blamed {
+            /// In this sensor.
+            sensor: Sensor,
+            /// What proves it.
+            ground: Ground,
+            /// The figure that does.
+            value: T,
+            /// What it had to exceed.
+            limit: T,
+        } = "blamed",
+        /// It is farther from a valid primary at rest than any error that calibration can find.
+        Refuted {
+            /// In this sensor.
+            sensor: Sensor,
+            /// How far, m/s^2 or rad/s.
+            deviation: T,
+            /// How far it may be.
+            limit: T,
+        } = "refuted",
         /// At rest a sensor does not say what physics says.
         ImplausibleAtRest {
             /// Which.
@@ -83,6 +108,8 @@ impl<T: Real> HealthFault<T> {
         match self {
             Self::OutOfFamily { .. }
             | Self::Noisy { .. }
+            | Self::Blamed { .. }
+            | Self::Refuted { .. }
             | Self::ImplausibleAtRest { .. }
             | Self::Spikes { .. } => true,
             Self::Late { .. }
@@ -92,5 +119,18 @@ impl<T: Real> HealthFault<T> {
             | Self::NotFinite { .. }
             | Self::ClockJumped => false,
         }
+    }
+
+    /// Whether it was found by comparing units: what the unit says goes on being compared, or nothing would ever absolve it.
+    pub fn is_judged(&self) -> bool {
+        matches!(
+            self,
+            Self::OutOfFamily { .. } | Self::Noisy { .. } | Self::Blamed { .. }
+        )
+    }
+
+    /// Whether a calibration may mend it.
+    pub fn may_be_mended(&self) -> bool {
+        matches!(self, Self::OutOfFamily { .. } | Self::Blamed { .. })
     }
 }

@@ -1,5 +1,5 @@
-//! The health of one unit, at all times: late, frozen, at the end of its range, not finite, with spikes, unlike the
-//! others, implausible at rest, with a clock of its own.
+//! The health of one unit, at all times: late, frozen, at the end of its range, not finite, with spikes, contradicted
+//! by the others, implausible at rest, with a clock of its own.
 //!
 //! * One bad reading condemns nobody. Time with bad readings is counted, and drains slowly while readings are good.
 //! * A sensor is frozen when all its axes repeat their readings bit by bit for a time. One axis may repeat by chance:
@@ -11,22 +11,17 @@
 //! * A unit is healthy again when nothing has been wrong for a while. Only a later rest clears what a rest has shown.
 
 mod fault;
-pub mod median_vote;
 mod watch;
 
 pub use fault::HealthFault;
 
-use crate::real::{Real, real, seconds};
-use crate::redundancy::health::median_vote::Comparison;
+use crate::real::{Real, seconds};
 use crate::redundancy::health::watch::{Reading, SensorWatch};
-use crate::redundancy::leaky::{Lapse, ticks};
+use crate::redundancy::leaky::Lapse;
 use crate::redundancy::platform::Range;
 use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
 use crate::redundancy::settings::HealthSettings;
 use crate::sample::Sample;
-
-/// A unit is out of its family where it is beyond the limit, and so many times as far from the median as is usual there.
-const TIMES_USUAL: f64 = 4.0;
 
 /// Whether accelerometer and gyroscope of a sample may be used in a mean.
 pub type Usable = [bool; 2];
@@ -52,6 +47,8 @@ pub struct Health<T: Real> {
     watches: [SensorWatch<T>; 2],
     fault: Option<HealthFault<T>>,
     implausible: [bool; 2],
+    contradicted: [bool; 2],
+    refuted: [bool; 2],
     presence: Presence,
 }
 
@@ -70,6 +67,8 @@ impl<T: Real> Health<T> {
             watches: [SensorWatch::new(); 2],
             fault: None,
             implausible: [false; 2],
+            contradicted: [false; 2],
+            refuted: [false; 2],
             presence: Presence::Unknown,
         }
     }
@@ -136,42 +135,40 @@ impl<T: Real> Health<T> {
         self.find_late(now, settings);
     }
 
-    /// Takes in how a sensor compared with the other units over a window of `span` microseconds.
-    pub fn compare(
-        &mut self,
-        sensor: Sensor,
-        comparison: &Comparison<T>,
-        span: u64,
-        settings: &HealthSettings<T>,
-    ) {
-        // Where the whole family is at odds, as under hard shaking, the median says little of any of them.
-        let (apart, usual) = (comparison.apart, comparison.usual_apart * real(TIMES_USUAL));
-        let limit = settings.family.of(sensor).max(usual);
-        let ratio = comparison.scatter / settings.usual_scatter(sensor, comparison.usual_scatter);
-        let fault = if apart > limit {
-            Some(HealthFault::OutOfFamily { sensor, apart, limit })
-        } else if ratio > settings.noise_ratio {
-            Some(HealthFault::Noisy {
-                sensor,
-                ratio,
-                limit: settings.noise_ratio,
-            })
-        } else {
-            None
-        };
-        let watch = sensor.of_mut(&mut self.watches);
-        let limit = ticks(settings.family_time);
-        match fault {
-            Some(_) => watch.odd.fill(ticks(span), limit, 1),
-            None => watch.odd.drain(ticks(span)),
+    /// Takes in that a sensor was found wrong beside the other units; it stays so until it is absolved.
+    pub fn contradict(&mut self, sensor: Sensor, fault: HealthFault<T>) {
+        *sensor.of_mut(&mut self.contradicted) = true;
+        self.condemn(fault, self.time);
+    }
+
+    /// What it was found wrong for is gone.
+    pub fn absolve(&mut self, sensor: Sensor) {
+        if core::mem::replace(sensor.of_mut(&mut self.contradicted), false) {
+            self.since = self.since.max(self.time);
         }
-        if !watch.odd.is_over(limit) {
-            return;
+    }
+
+    /// Takes in how far a sensor is from a valid primary at rest, m/s^2 or rad/s, and how far anything that calibration can
+    /// find could bring it.
+    pub fn refute(&mut self, sensor: Sensor, deviation: T, limit: T) {
+        let possible = deviation <= limit;
+        let refuted = core::mem::replace(sensor.of_mut(&mut self.refuted), !possible);
+        if !possible && !refuted {
+            self.condemn(
+                HealthFault::Refuted {
+                    sensor,
+                    deviation,
+                    limit,
+                },
+                self.time,
+            );
         }
-        match fault {
-            Some(fault) => self.condemn(fault, self.time),
-            None => self.since = self.since.max(self.time),
-        }
+    }
+
+    /// Whether a calibration may mend what is wrong with it, if anything is.
+    pub fn may_be_calibrated(&self) -> bool {
+        let mendable = self.fault.as_ref().is_none_or(HealthFault::may_be_mended);
+        mendable && self.presence == Presence::Seen
     }
 
     /// Takes in how far a sensor at rest deviates from gravity, m/s^2, or from zero, rad/s, and how far it may: one that
@@ -229,13 +226,19 @@ impl<T: Real> Health<T> {
 
     /// The latest finding is shown, except that what a rest has shown stays.
     fn condemn(&mut self, fault: HealthFault<T>, now: u64) {
-        let at_rest = |fault: &HealthFault<T>| matches!(fault, HealthFault::ImplausibleAtRest { .. });
+        let at_rest = |fault: &HealthFault<T>| {
+            matches!(
+                fault,
+                HealthFault::ImplausibleAtRest { .. } | HealthFault::Refuted { .. }
+            )
+        };
         self.since = if self.fault.is_some() {
             self.since.max(now)
         } else {
             now
         };
-        let stays = self.implausible != [false; 2] && self.fault.as_ref().is_some_and(at_rest);
+        let shown = self.implausible != [false; 2] || self.refuted != [false; 2];
+        let stays = shown && self.fault.as_ref().is_some_and(at_rest);
         if !stays || at_rest(&fault) {
             self.fault = Some(fault);
         }
@@ -244,21 +247,11 @@ impl<T: Real> Health<T> {
     /// Nothing was wrong for long enough.
     fn settle(&mut self, now: u64, settings: &HealthSettings<T>) {
         let gone = now.saturating_sub(self.since) >= settings.recovery;
-        if self.fault.is_some() && gone && self.implausible == [false; 2] {
+        let stands = [self.implausible, self.contradicted, self.refuted] != [[false; 2]; 3];
+        if self.fault.is_some() && gone && !stands {
             self.fault = None;
             self.since = now;
         }
-    }
-}
-
-/// Share of the distance allowed from the median that a scatter may have whatever that of the others is: units of
-/// different grades at rest differ in noise by more than any ratio worth having, and none of it matters.
-const QUIET: f64 = 0.05;
-
-impl<T: Real> HealthSettings<T> {
-    /// What a scatter is compared with.
-    fn usual_scatter(&self, sensor: Sensor, median: T) -> T {
-        median.max(self.family.of(sensor) * real(QUIET))
     }
 }
 

@@ -111,8 +111,6 @@ pub(super) struct SensorWatch<T: Real> {
     useless: Leaky,
     /// A fixed time for each spike.
     spiking: Leaky,
-    /// Time away from the other units.
-    pub odd: Leaky,
     /// Readings that each axis repeated while another axis moved.
     stuck: [u8; 3],
     /// The axis on which the latest reading left and has not come back yet, [`NONE`] if it did not.
@@ -160,7 +158,6 @@ impl<T: Real> SensorWatch<T> {
             repeating: Leaky::default(),
             useless: Leaky::default(),
             spiking: Leaky::default(),
-            odd: Leaky::default(),
             stuck: [0; 3],
             departed: NONE,
         }

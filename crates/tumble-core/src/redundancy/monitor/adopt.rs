@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::real::{Real, real};
 use crate::redundancy::evaluation::{StoredCalibration, factory_error};
 use crate::redundancy::fit::Fit;
+use crate::redundancy::fit::adoption::{AdoptionRefusal, Excess, RefusalReason};
 use crate::redundancy::monitor::Report;
 use crate::redundancy::monitor::calibration::{CalibrationRun, FitOutcome};
 use crate::redundancy::monitor::event::{Event, EventKind};
@@ -16,7 +17,33 @@ use crate::redundancy::settings::RedundancySettings;
 /// Share of an axis that has to lie in the directions shown for its figures to count as shown.
 const SHOWN: f64 = 0.75;
 
-/// Fits what was collected, replaces what is stored where that is better, and says whether anything was replaced.
+/// What became of a sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Conclusion<T: Real> {
+    /// What is stored stays.
+    NothingNew,
+    /// What is stored was replaced.
+    Replaced,
+    /// It is beyond what any calibration may be.
+    Refuted(Excess<T>),
+}
+
+impl<T: Real> Conclusion<T> {
+    fn refused(why: &AdoptionRefusal<T>) -> Self {
+        match why {
+            AdoptionRefusal::Exceeds(
+                RefusalReason::ImplausibleBias
+                | RefusalReason::ImplausibleScale
+                | RefusalReason::ImplausibleMisalignment,
+                excess,
+            ) => Self::Refuted(*excess),
+            _ => Self::NothingNew,
+        }
+    }
+}
+
+/// Fits what was collected, replaces what is stored where that is better, and says what became of each
+/// sensor.
 pub(super) fn conclude<T: Real>(
     settings: &RedundancySettings<T>,
     calibration: &CalibrationRun<T>,
@@ -24,8 +51,8 @@ pub(super) fn conclude<T: Real>(
     stored: &mut [StoredCalibration<T>; 2],
     time: u64,
     report: Report<'_, T>,
-) -> bool {
-    let mut replaced = false;
+) -> [Conclusion<T>; 2] {
+    let mut conclusions = [Conclusion::NothingNew; 2];
     let number = calibration.secondary();
     let wanted = SENSORS.into_iter().zip(calibration.sensors());
     for (sensor, _) in wanted.filter(|(_, wanted)| *wanted) {
@@ -41,6 +68,7 @@ pub(super) fn conclude<T: Real>(
             Ok(outcome) => outcome,
             Err(why) => {
                 tell(EventKind::Refused { sensor, why });
+                *sensor.of_mut(&mut conclusions) = Conclusion::refused(&why);
                 continue;
             }
         };
@@ -53,19 +81,24 @@ pub(super) fn conclude<T: Real>(
             residual_before: outcome.residuals.before,
         });
         match outcome.verdict {
-            Err(why) => tell(EventKind::Refused { sensor, why }),
+            Err(why) => {
+                *sensor.of_mut(&mut conclusions) = Conclusion::refused(&why);
+                tell(EventKind::Refused { sensor, why });
+            }
             Ok(()) => {
                 let sequence = stored.sequence.saturating_add(1);
                 let record = record(sensor, unit, &outcome, sequence);
                 let (error, residual) = (outcome.fit.error, outcome.residuals.after);
                 let factory = factory_error(sensor, &unit.axes, &error, residual, &settings.evaluation);
                 stored.replace(error, residual, sequence, factory);
-                replaced = true;
+                stored.matrix_shown = record.shows_matrix();
+                stored.place_known = record.shows_place();
+                *sensor.of_mut(&mut conclusions) = Conclusion::Replaced;
                 tell(EventKind::Adopted { record });
             }
         }
     }
-    replaced
+    conclusions
 }
 
 /// What is to be stored, in the frames of records: the nominal rotation is part of M there.

@@ -182,7 +182,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             exceeded,
             primary_valid,
             primary_healthy,
-            secondary_healthy: health.healthy_since().is_some(),
+            secondary_healthy: health.may_be_calibrated(),
+            disputed: SENSORS.map(|sensor| self.judge.is_disputed(sensor)),
         };
         for (stored, deviation) in self.stored.get_mut(number)?.iter_mut().zip(apart) {
             deviation.iter().for_each(|deviation| stored.compare(deviation));

@@ -45,6 +45,8 @@ crate::vocabulary! {
         PrimaryUnhealthy = "primary unhealthy",
         /// The secondary failed.
         SecondaryUnhealthy = "secondary unhealthy",
+        /// The primary contradicts another unit, and nobody knows yet which is wrong.
+        Disputed = "disputed",
         /// The common clock jumped.
         TimeJumped = "time jumped",
         /// What was stored of the secondary was replaced from outside.
@@ -137,6 +139,26 @@ crate::vocabulary! {
         } = "unhealthy",
         /// A unit is in health again.
         Healthy = "healthy",
+        /// It contradicts another, and nobody knows yet which is wrong.
+        Disagree {
+            /// In this sensor.
+            sensor: Sensor,
+            /// The other unit.
+            other: usize,
+            /// How far apart they are, m/s^2 or rad/s.
+            apart: T,
+            /// How far they may be.
+            limit: T,
+            /// Time over which it shows, s.
+            scale: T,
+        } = "disagree",
+        /// It agrees with that unit again.
+        Agree {
+            /// In this sensor.
+            sensor: Sensor,
+            /// The other unit.
+            other: usize,
+        } = "agree",
         /// The source of the output is this unit now.
         Selected {
             /// Why.

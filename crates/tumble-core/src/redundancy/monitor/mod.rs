@@ -4,6 +4,7 @@ mod adopt;
 pub mod calibration;
 mod evaluate;
 pub mod event;
+mod judge;
 mod process_window;
 pub mod rest_state;
 mod restore;
@@ -13,6 +14,7 @@ use nalgebra::Vector3;
 use crate::real::Real;
 use crate::redundancy::evaluation::StoredCalibration;
 use crate::redundancy::health::{Health, HealthFault};
+use crate::redundancy::judgement::Judge;
 use crate::redundancy::monitor::calibration::CalibrationRun;
 use crate::redundancy::monitor::event::{Abandoned, Event, EventKind};
 use crate::redundancy::monitor::rest_state::RestState;
@@ -47,6 +49,7 @@ pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize> {
     histories: [WindowHistory<T>; UNITS],
     products: WindowHistory<T>,
     health: [Health<T>; UNITS],
+    judge: Judge<T, UNITS>,
     rest_means: [RestMean<T>; UNITS],
     rest: RestState,
     stored: [[StoredCalibration<T>; 2]; UNITS],
@@ -71,6 +74,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             histories: [WindowHistory::new(); UNITS],
             products: WindowHistory::new(),
             health: [Health::new(); UNITS],
+            judge: Judge::new(),
             rest_means: [RestMean::new(); UNITS],
             rest: RestState::new(),
             stored: [[StoredCalibration::nothing(); 2]; UNITS],
@@ -213,6 +217,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         self.latest_window = None;
         self.lever_arm_correction = LeverArmCorrection::new();
         self.rest.restart_time(time);
+        self.judge.restart_time();
         self.selection.restart_time();
         for health in &mut self.health {
             health.restart_time(time);

@@ -1,10 +1,9 @@
 //! What the monitor does with each window: the vote, rest and its evaluation, calibration mode.
 
-use crate::real::{Real, SECOND, real, seconds};
-use crate::redundancy::health::median_vote::{UnitMean, vote};
-use crate::redundancy::monitor::adopt::conclude;
+use crate::real::{Real, SECOND, seconds};
+use crate::redundancy::monitor::adopt::{Conclusion, conclude};
 use crate::redundancy::monitor::calibration::{CalibrationPhase, CalibrationProgress};
-use crate::redundancy::monitor::event::{Event, EventKind};
+use crate::redundancy::monitor::event::{Abandoned, Event, EventKind};
 use crate::redundancy::monitor::rest_state::RestTransition;
 use crate::redundancy::monitor::{Monitor, Report, abandon};
 use crate::redundancy::output::{Compensated, lever_arm};
@@ -12,7 +11,7 @@ use crate::redundancy::platform::Platform;
 use crate::redundancy::samples::history::RestMean;
 use crate::redundancy::samples::pair::{MotionPair, PrimaryMeans};
 use crate::redundancy::samples::window::Means;
-use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
+use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::sample::CHANNELS;
 
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONCE> {
@@ -25,7 +24,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
     ) {
         let settings = platform.settings();
         let time = window.saturating_add(1).saturating_mul(settings.window);
-        self.compare(platform, window);
+        self.judge(platform, window, time, report);
         let still = self.is_still(platform, window);
         match self
             .rest
@@ -37,7 +36,10 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                 report(of_all(time, EventKind::RestBegan));
                 self.rest_means.iter_mut().for_each(RestMean::restart);
             }
-            RestTransition::Resting => self.rest_on(platform, window, time, report),
+            RestTransition::Resting => {
+                self.rest_on(platform, window, time, report);
+                self.accept_or_refute(platform);
+            }
             RestTransition::Ended => {
                 report(of_all(time, EventKind::RestEnded));
                 self.rest_means = [RestMean::new(); UNITS];
@@ -47,31 +49,6 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             self.follow(platform, window, time, report);
         }
         self.give_up_in_time(platform, time, report);
-    }
-
-    /// The vote of three or more units, each compensated and brought to the primary's place. What was never calibrated
-    /// has no say in what the set measures, and is not blamed for it.
-    fn compare(&mut self, platform: &Platform<T, UNITS>, window: u64) {
-        let settings = platform.settings();
-        let members: [Option<UnitMean<T>>; UNITS] = core::array::from_fn(|i| {
-            let means = self.histories[i].window(window)?;
-            let here = self.at_primary(platform, i, window)?;
-            let (f, w) = (&here.specific_force, &here.angular_rate);
-            let [accelerometer, gyroscope] = &self.stored[i];
-            let knows = [i == 0 || accelerometer.calibrated, i == 0 || gyroscope.calibrated];
-            Some(UnitMean {
-                mean: known([f.x, f.y, f.z, w.x, w.y, w.z], knows),
-                scatter: means.scatter.map(|variance| variance.sqrt()),
-                axes: comparable(&platform.units()[i].axes, means.usable),
-            })
-        });
-        for (health, compared) in self.health.iter_mut().zip(vote(&members)) {
-            for (sensor, comparison) in SENSORS.into_iter().zip(compared) {
-                if let Some(comparison) = comparison {
-                    health.compare(sensor, &comparison, settings.window, &settings.health);
-                }
-            }
-        }
     }
 
     /// What a unit said over a window, compensated and brought to the primary's place by its own change of rate.
@@ -168,6 +145,14 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         let settings = platform.settings();
         for slot in &mut self.calibrations {
             let Some(calibration) = slot else { continue };
+            let wanted = SENSORS.into_iter().zip(calibration.sensors());
+            let doubted = wanted.filter(|(_, wanted)| *wanted).any(|(sensor, _)| {
+                self.judge.is_disputed(sensor) || self.judge.is_doubted(sensor, 0)
+            });
+            if doubted {
+                abandon(slot, time, Abandoned::Disputed, report);
+                continue;
+            }
             match calibration.check(time, &settings.collection, settings.window) {
                 CalibrationProgress::GoesOn => {}
                 CalibrationProgress::Abandoned(why) => {
@@ -178,11 +163,23 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                     let number = calibration.secondary();
                     self.rest.settled(number);
                     let unit = platform.units().get(number).zip(self.stored.get_mut(number));
-                    let replaced = unit.is_some_and(|(unit, stored)| {
+                    let conclusions = unit.map_or([Conclusion::NothingNew; 2], |(unit, stored)| {
                         conclude(settings, calibration, unit, stored, time, report)
                     });
-                    if replaced {
-                        self.rest.adopted();
+                    // The next rest shows whether it was right.
+                    for (sensor, conclusion) in SENSORS.into_iter().zip(conclusions) {
+                        let health = self.health.get_mut(number);
+                        match (conclusion, health) {
+                            (Conclusion::NothingNew, _) | (_, None) => {}
+                            (Conclusion::Replaced, Some(health)) => {
+                                self.rest.adopted();
+                                self.judge.recalibrated(sensor, number);
+                                health.absolve(sensor);
+                            }
+                            (Conclusion::Refuted(excess), Some(health)) => {
+                                health.refute(sensor, excess.value, excess.limit);
+                            }
+                        }
                     }
                     *slot = None;
                 }
@@ -200,23 +197,4 @@ fn of_all<T: Real>(time: u64, kind: EventKind<T>) -> Event<T> {
 fn both(a: [bool; 2], b: [bool; 2]) -> [bool; 2] {
     let ([a0, a1], [b0, b1]) = (a, b);
     [a0 && b0, a1 && b1]
-}
-
-/// The channels of sensors of which something is known; not a number for others.
-fn known<T: Real>(mut mean: [T; CHANNELS], usable: [bool; 2]) -> [T; CHANNELS] {
-    for (channel, x) in mean.iter_mut().enumerate() {
-        if !Sensor::of_channel(channel).of(&usable) {
-            *x = real(f64::NAN);
-        }
-    }
-    mean
-}
-
-/// The axes there are, of the sensors that may be used.
-fn comparable(axes: &Axes, usable: [bool; 2]) -> Axes {
-    let mut comparable = *axes;
-    for (channel, has) in comparable.0.iter_mut().enumerate() {
-        *has &= Sensor::of_channel(channel).of(&usable);
-    }
-    comparable
 }

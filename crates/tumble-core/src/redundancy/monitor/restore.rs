@@ -68,6 +68,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                     let factory = factory_error(sensor, &unit.axes, &error, residual, settings);
                     let stored = sensor.of_mut(stored);
                     stored.replace(error, residual, record.sequence, factory);
+                    stored.matrix_shown = record.shows_matrix();
+                    stored.place_known = record.shows_place();
                     (number, None)
                 }
             },

@@ -2,7 +2,7 @@
 
 use crate::moments::Moments;
 use crate::real::Real;
-use crate::redundancy::samples::window::{Means, Windows};
+use crate::redundancy::samples::window::{LargestSteps, Means, Windows};
 use crate::redundancy::sensor::SENSORS;
 use crate::redundancy::settings::ForceAndRate;
 use crate::sample::CHANNELS;
@@ -54,6 +54,11 @@ impl<T: Real> WindowHistory<T> {
     /// This window and the one before.
     pub fn pair(&self, index: u64) -> Option<(&Means<T, CHANNELS>, &Means<T, CHANNELS>)> {
         Some((self.window(index.checked_sub(1)?)?, self.window(index)?))
+    }
+
+    /// The largest steps over the newest window.
+    pub fn largest_steps(&self) -> &LargestSteps<T> {
+        self.windows.largest_steps()
     }
 
     /// Number of the newest window.

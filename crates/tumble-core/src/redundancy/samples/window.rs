@@ -42,6 +42,26 @@ struct Latest<T: Real, const K: usize> {
     usable: [bool; 2],
 }
 
+/// The largest step from one sample to the next within a window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LargestSteps<T: Real> {
+    /// Of the first three channels, and of the second three.
+    pub steps: [[T; 3]; 2],
+    squares: [T; 2],
+    /// From sample to sample, on average, as a share of the window; zero where no window is complete.
+    pub interval: T,
+}
+
+impl<T: Real> LargestSteps<T> {
+    fn none() -> Self {
+        Self {
+            steps: [[T::zero(); 3]; 2],
+            squares: [T::zero(); 2],
+            interval: T::zero(),
+        }
+    }
+}
+
 /// Sums over the window at hand, of differences to its first reading so that they lose no digits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct WindowSums<T: Real, const K: usize> {
@@ -51,6 +71,7 @@ struct WindowSums<T: Real, const K: usize> {
     integral: [T; K],
     rising: [T; K],
     squares: [T; 2],
+    largest: LargestSteps<T>,
     steps: T,
     usable: [bool; 2],
     whole: bool,
@@ -61,6 +82,7 @@ struct WindowSums<T: Real, const K: usize> {
 pub struct Windows<T: Real, const K: usize> {
     latest: Option<Latest<T, K>>,
     sums: WindowSums<T, K>,
+    closed: LargestSteps<T>,
 }
 
 /// A piece of a straight line within a window: from position `s[0]` to `s[1]`, 0 to 1.
@@ -82,7 +104,13 @@ impl<T: Real, const K: usize> Windows<T, K> {
         Self {
             latest: None,
             sums: WindowSums::starting(0, &[T::zero(); K], false),
+            closed: LargestSteps::none(),
         }
+    }
+
+    /// The largest steps over the window that was completed last.
+    pub fn largest_steps(&self) -> &LargestSteps<T> {
+        &self.closed
     }
 
     /// Takes in the next reading, and gives the window it completes: never more than one, since a pause longer than a
@@ -136,6 +164,10 @@ impl<T: Real, const K: usize> Windows<T, K> {
             to: &crossing,
         });
         let closed = self.sums.whole.then(|| self.sums.means(start / length.max(1)));
+        self.closed = LargestSteps {
+            interval: T::one() / self.sums.steps.max(T::one()),
+            ..self.sums.largest
+        };
         self.sums = WindowSums::starting(end, &crossing, true);
         self.sums.spoil(before.usable, now.usable);
         self.sums.add(&Piece {
@@ -162,12 +194,12 @@ fn triads<T>(channels: &[T]) -> Option<(&[T; 3], &[T; 3])> {
     Some((first, rest.first_chunk()?))
 }
 
-/// Adds the squared steps of three channels.
-fn add_squares<T: Real>(sum: &mut T, from: &[T; 3], to: &[T; 3]) {
+/// The step of three channels, and its square.
+fn step<T: Real>(from: &[T; 3], to: &[T; 3]) -> ([T; 3], T) {
     let ([x, y, z], [next_x, next_y, next_z]) = (from, to);
-    for step in [*next_x - *x, *next_y - *y, *next_z - *z] {
-        *sum += step * step;
-    }
+    let step = [*next_x - *x, *next_y - *y, *next_z - *z];
+    let [x, y, z] = step;
+    (step, x * x + y * y + z * z)
 }
 
 impl<T: Real, const K: usize> WindowSums<T, K> {
@@ -178,6 +210,7 @@ impl<T: Real, const K: usize> WindowSums<T, K> {
             integral: [T::zero(); K],
             rising: [T::zero(); K],
             squares: [T::zero(); 2],
+            largest: LargestSteps::none(),
             steps: T::zero(),
             usable: [true; 2],
             whole,
@@ -207,10 +240,16 @@ impl<T: Real, const K: usize> WindowSums<T, K> {
 
     fn step(&mut self, from: &[T; K], to: &[T; K]) {
         self.steps += T::one();
-        let [first, second] = &mut self.squares;
-        if let (Some((f, w)), Some((next_f, next_w))) = (triads(from), triads(to)) {
-            add_squares(first, f, next_f);
-            add_squares(second, w, next_w);
+        let (Some((f, w)), Some((next_f, next_w))) = (triads(from), triads(to)) else {
+            return;
+        };
+        let largest = self.largest.steps.iter_mut().zip(&mut self.largest.squares);
+        let taken = [step(f, next_f), step(w, next_w)];
+        for ((sum, (largest, most)), (step, square)) in self.squares.iter_mut().zip(largest).zip(taken) {
+            *sum += square;
+            if square > *most {
+                (*largest, *most) = (step, square);
+            }
         }
     }
 

@@ -43,8 +43,8 @@ impl<T: Real> RedundancySettings<T> {
             ),
             ("spike_specific_force", self.health.spike.specific_force),
             ("spike_angular_rate", self.health.spike.angular_rate),
-            ("family_specific_force", self.health.family.specific_force),
-            ("family_angular_rate", self.health.family.angular_rate),
+            ("tolerated_specific_force", self.health.tolerated.specific_force),
+            ("tolerated_angular_rate", self.health.tolerated.angular_rate),
             ("noise_ratio", self.health.noise_ratio),
             ("rest_specific_force", self.health.rest.specific_force),
             ("rest_angular_rate", self.health.rest.angular_rate),
@@ -61,7 +61,6 @@ impl<T: Real> RedundancySettings<T> {
             ("late", self.health.late),
             ("frozen", self.health.frozen),
             ("saturated", self.health.saturated),
-            ("family_time", self.health.family_time),
         ])?;
         require_larger(&[
             (

@@ -175,11 +175,9 @@ pub struct HealthSettings<T: Real> {
     pub saturated: u64,
     /// A reading that leaves by more, m/s^2 or rad/s, and comes back at once, is a spike.
     pub spike: ForceAndRate<T>,
-    /// Largest distance from the median of the units, m/s^2 and rad/s.
-    pub family: ForceAndRate<T>,
-    /// How much longer than within it a unit may be beyond that distance, or noisier than is allowed.
-    pub family_time: u64,
-    /// Largest ratio of the scatter of a unit to the median of the units.
+    /// Drift of a calibrated unit that is within its specification: a difference of two units that is none.
+    pub tolerated: ForceAndRate<T>,
+    /// Largest scatter of a unit as a multiple of what the others, by its usual ratio to them, make one expect.
     pub noise_ratio: T,
     /// Largest deviation at rest from gravity, m/s^2, and from zero, rad/s.
     pub rest: ForceAndRate<T>,
@@ -198,9 +196,8 @@ impl<T: Real> Default for HealthSettings<T> {
             frozen: 100_000,
             saturated: 50_000,
             spike: both(40.0, 10.0),
-            family: both(1.0, 0.1),
-            family_time: 500_000,
-            noise_ratio: real(5.0),
+            tolerated: both(0.05, 0.005),
+            noise_ratio: real(9.0),
             rest: both(1.5, 0.2),
             recovery: 500_000,
         }

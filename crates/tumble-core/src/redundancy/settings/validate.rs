@@ -86,7 +86,6 @@ impl<T: Real> RedundancySettings<T> {
         for (setting, time, most) in [
             ("frozen", self.health.frozen, LONGEST / 3),
             ("saturated", self.health.saturated, LONGEST),
-            ("family_time", self.health.family_time, LONGEST),
         ] {
             require(time <= most, setting, SettingError::TooLong(most))?;
         }

@@ -1,0 +1,311 @@
+//! Who is wrong: one sequential test on all pairs of units, over four scales of time, at rest and in motion.
+//!
+//! Every window, all units are compared as the primary would read, at its place. A pair disagrees when it is farther apart
+//! than drift within specification, noise, motion and the uncertainty of its calibrations explain together. Of three
+//! units and more, the one is at fault without which the others agree; of two, what each says against itself decides, or
+//! nobody can know.
+//!
+//! Derivation: docs/theory/judgement.md.
+
+pub mod attribution;
+pub mod isolation;
+pub mod motion;
+pub mod noise;
+pub mod pair;
+pub mod scales;
+mod sensor_judge;
+pub mod unit;
+
+use nalgebra::Vector3;
+
+use crate::real::{Real, real};
+use crate::redundancy::judgement::attribution::Proof;
+use crate::redundancy::judgement::motion::SetMotion;
+use crate::redundancy::judgement::pair::{Disagreement, ShownByPairs};
+use crate::redundancy::judgement::sensor_judge::SensorJudge;
+use crate::redundancy::judgement::unit::{CarriedGravity, Steps};
+use crate::redundancy::sensor::{SENSORS, Sensor};
+use crate::redundancy::settings::ForceAndRate;
+
+/// What a unit says over a window, as the primary would at its place, with everything taken off that is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UnitReading<T: Real> {
+    /// Specific force, m/s^2, and angular rate, rad/s.
+    pub reading: [Vector3<T>; 2],
+    /// Standard deviation of white noise and vibration from sample to sample, m/s^2 and rad/s.
+    pub scatter: [T; 2],
+    /// Largest change from one sample to the next, m/s^2 and rad/s.
+    pub step: [Vector3<T>; 2],
+    /// Whether each sensor may be compared.
+    pub votes: [bool; 2],
+    /// Whether each was calibrated: what it is known by.
+    pub calibrated: [bool; 2],
+    /// Whether motion showed all directions of each calibration.
+    pub matrix_shown: [bool; 2],
+    /// Whether its lever arm is known.
+    pub place_known: bool,
+    /// Variance of what its calibration leaves, `(m/s^2)^2` and `(rad/s)^2`.
+    pub left: [T; 2],
+    /// From sample to sample, s.
+    pub interval: T,
+    /// `|f| - g`, m/s^2, and `|w|`, rad/s, over this rest; `None` in motion, and until the rest has lasted.
+    pub at_rest: Option<[T; 2]>,
+}
+
+/// A window of the whole set.
+pub struct SetWindow<'a, T: Real, const UNITS: usize> {
+    /// `None` for a unit that said nothing.
+    pub units: &'a [Option<UnitReading<T>>; UNITS],
+    /// Its length, s.
+    pub length: T,
+    /// Magnitude of gravity, m/s^2.
+    pub gravity: T,
+    /// Drift within specification, m/s^2 and rad/s.
+    pub tolerated: ForceAndRate<T>,
+    /// Scatter of a unit over what the others make one expect that condemns it.
+    pub noise_ratio: T,
+}
+
+/// What the judge finds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Judgement<T: Real> {
+    /// This unit is wrong: the others agree without it.
+    OutOfFamily {
+        /// Number of the unit.
+        unit: usize,
+        /// Its worst pair.
+        figures: Disagreement<T>,
+        /// Time over which it shows, s.
+        scale: T,
+        /// Units that agree with each other, a bit each.
+        agreeing: u8,
+    },
+    /// This unit is noisier than it was beside the others.
+    Noisy {
+        /// Number of the unit.
+        unit: usize,
+        /// Scatter, m/s^2 or rad/s.
+        scatter: T,
+        /// What it may be.
+        limit: T,
+    },
+    /// Of two units that disagree, this one is wrong.
+    Blamed {
+        /// Number of the unit.
+        unit: usize,
+        /// What proves it.
+        proof: Proof<T>,
+    },
+    /// Two units disagree, and nobody knows yet which is wrong.
+    Disagree {
+        /// Their numbers.
+        units: [usize; 2],
+        /// How far apart.
+        figures: Disagreement<T>,
+        /// Time over which it shows, s.
+        scale: T,
+    },
+    /// They agree again.
+    Agree {
+        /// Their numbers.
+        units: [usize; 2],
+    },
+    /// A unit that was wrong has agreed with all others for long enough.
+    Redeemed {
+        /// Number of the unit.
+        unit: usize,
+    },
+}
+
+/// What is kept of a unit to hold against itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct UnitEvidence<T: Real> {
+    steps: [Steps<T>; 2],
+    gravity: CarriedGravity<T>,
+    /// `|f| - g` and `|w|` at the last rest in health.
+    at_rest: [Option<T>; 2],
+}
+
+/// Judges a set of `UNITS` units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Judge<T: Real, const UNITS: usize> {
+    motion: SetMotion<T>,
+    shown: ShownByPairs<T, UNITS>,
+    sensors: [SensorJudge<T, UNITS>; 2],
+    evidence: [UnitEvidence<T>; UNITS],
+    /// Angular rate of the set at the last rest in health, rad/s: what is no turning.
+    resting_rate: Vector3<T>,
+    /// Usual variance of what accelerometers say beyond carried gravity, `(m/s^2)^2`.
+    usual_error: Option<T>,
+}
+
+/// Share of what a pair may be apart from which on nobody follows either of the two.
+const DOUBTED: f64 = 0.9;
+
+/// Time over which the usual error of carried gravity is learnt, s.
+const USUAL_ERROR_OVER: f64 = 60.0;
+
+impl<T: Real, const UNITS: usize> Default for Judge<T, UNITS> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
+    /// Nothing seen.
+    pub fn new() -> Self {
+        let unit = UnitEvidence {
+            steps: [Steps::new(); 2],
+            gravity: CarriedGravity::new(),
+            at_rest: [None; 2],
+        };
+        Self {
+            motion: SetMotion::new(),
+            shown: ShownByPairs::new(),
+            sensors: [SensorJudge::new(); 2],
+            evidence: [unit; UNITS],
+            resting_rate: Vector3::zeros(),
+            usual_error: None,
+        }
+    }
+
+    /// What a unit says has another meaning from now on: it was calibrated.
+    pub fn recalibrated(&mut self, sensor: Sensor, unit: usize) {
+        sensor.of_mut(&mut self.sensors).recalibrated(unit);
+        self.shown.forget(unit);
+        if let Some(evidence) = self.evidence.get_mut(unit) {
+            *sensor.of_mut(&mut evidence.at_rest) = None;
+        }
+    }
+
+    /// A unit that was never calibrated was found to agree with the primary: it has a vote from now on, and what it is off
+    /// by is no fault.
+    pub fn accept(&mut self, sensor: Sensor, unit: usize) {
+        sensor.of_mut(&mut self.sensors).accept(unit);
+    }
+
+    /// Whether it has that vote.
+    pub fn is_accepted(&self, sensor: Sensor, unit: usize) -> bool {
+        sensor.of(&self.sensors).is_accepted(unit)
+    }
+
+    /// Median over units of angular rates as the primary would read them, rad/s; of those that are not at fault.
+    pub fn set_rate(&self, rates: &[Option<Vector3<T>>; UNITS]) -> Option<Vector3<T>> {
+        let [_, judge] = &self.sensors;
+        judge.median_of(|unit| rates.get(unit).copied().flatten())
+    }
+
+    /// The time of the set jumped: means begin anew, verdicts stay.
+    pub fn restart_time(&mut self) {
+        self.motion = SetMotion::new();
+        self.sensors.iter_mut().for_each(SensorJudge::restart_time);
+    }
+
+    /// Whether a sensor of a unit was found wrong and has not been redeemed.
+    pub fn is_guilty(&self, sensor: Sensor, unit: usize) -> bool {
+        sensor.of(&self.sensors).is_guilty(unit)
+    }
+
+    /// Whether units disagree of which nobody knows yet who is wrong.
+    pub fn is_disputed(&self, sensor: Sensor) -> bool {
+        sensor.of(&self.sensors).is_disputed()
+    }
+
+    /// Whether others contradict a unit, or nearly so, though nobody was found wrong.
+    pub fn is_doubted(&self, sensor: Sensor, unit: usize) -> bool {
+        sensor.of(&self.sensors).worst(unit) > real(DOUBTED)
+    }
+
+    /// Looks at the next window, and tells what it finds.
+    pub fn look(&mut self, window: &SetWindow<'_, T, UNITS>, tell: &mut dyn FnMut(Sensor, Judgement<T>)) {
+        let said = SENSORS.map(|sensor| sensor.of(&self.sensors).set_reading(sensor, window.units));
+        let [Some(f), Some(w)] = said else { return };
+        let vibration = SENSORS.map(|sensor| self.vibration(sensor, window.units));
+        let strains = self.motion.push(&[f, w], vibration, window.length);
+        self.witness_themselves(window);
+        for sensor in SENSORS {
+            let said = match sensor {
+                Sensor::Accelerometer => &f,
+                Sensor::Gyroscope => &w,
+            };
+            let judge = sensor.of_mut(&mut self.sensors);
+            judge.take(sensor, window, said, sensor.of(&strains));
+            let case = sensor_judge::Case {
+                sensor,
+                window,
+                evidence: &self.evidence,
+                usual_error: self.usual_error,
+                direction: f / f.norm().max(real(1e-3)),
+            };
+            judge.judge(&case, &mut self.shown, &mut |judgement| tell(sensor, judgement));
+        }
+        self.learn(window, &w);
+    }
+
+    /// Steps and carried gravity of each unit.
+    fn witness_themselves(&mut self, window: &SetWindow<'_, T, UNITS>) {
+        for (evidence, unit) in self.evidence.iter_mut().zip(window.units) {
+            let Some(unit) = unit else { continue };
+            for (steps, step) in evidence.steps.iter_mut().zip(&unit.step) {
+                steps.push(step);
+            }
+            let [f, w] = &unit.reading;
+            evidence
+                .gravity
+                .push(f, &(w - self.resting_rate), window.gravity, window.length);
+        }
+    }
+
+    /// What health looks like, while nobody disagrees.
+    fn learn(&mut self, window: &SetWindow<'_, T, UNITS>, rate: &Vector3<T>) {
+        if self.sensors.iter().any(|judge| !judge.is_calm(window.length)) {
+            return;
+        }
+        let mut rests = false;
+        for (number, (evidence, unit)) in self.evidence.iter_mut().zip(window.units).enumerate() {
+            let Some(unit) = unit else { continue };
+            for (sensor, judge) in SENSORS.into_iter().zip(&self.sensors) {
+                if !*sensor.of(&unit.votes) || judge.is_guilty(number) {
+                    continue;
+                }
+                if let Some(at_rest) = unit.at_rest {
+                    *sensor.of_mut(&mut evidence.at_rest) = Some(*sensor.of(&at_rest));
+                    rests = true;
+                } else if sensor == Sensor::Accelerometer {
+                    let square = evidence.gravity.error().norm_squared() / real(3.0);
+                    let usual = self.usual_error.get_or_insert(square);
+                    *usual += (square - *usual) * (window.length / real(USUAL_ERROR_OVER));
+                }
+            }
+        }
+        if rests {
+            self.resting_rate += (rate - self.resting_rate) * window.length;
+        }
+    }
+
+    /// The second smallest variance, or of two units the smaller: one that shakes alone is no vibration of the set.
+    fn vibration(&self, sensor: Sensor, units: &[Option<UnitReading<T>>; UNITS]) -> T {
+        let mut least = [real::<T>(f64::INFINITY); 2];
+        let mut voters = 0_u8;
+        for unit in units.iter().flatten().filter(|unit| *sensor.of(&unit.votes)) {
+            voters = voters.saturating_add(1);
+            let scatter = *sensor.of(&unit.scatter);
+            let [first, second] = least;
+            least = if scatter < first {
+                [scatter, first]
+            } else {
+                [first, second.min(scatter)]
+            };
+        }
+        let [first, second] = least;
+        let vibration = match voters {
+            0 => T::zero(),
+            1 | 2 => first,
+            _ => second,
+        };
+        vibration * vibration
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,652 @@
+//! One kind of sensor over all units: means, verdicts, disputes, and what is learnt in health.
+
+use nalgebra::Vector3;
+
+use crate::real::{Real, count, real};
+use crate::redundancy::judgement::attribution::{Evidence, Proof, by_rest, by_step};
+use crate::redundancy::judgement::isolation::{DWELL, Finding, isolate};
+use crate::redundancy::judgement::motion::{Strain, StrainMeans, Tolerance};
+use crate::redundancy::judgement::noise::{UsualScatter, limit};
+use crate::redundancy::judgement::pair::{Disagreement, Knowledge, Lesson, ShownByPairs, compare};
+use crate::redundancy::judgement::scales::{SCALES, SECONDS, shares};
+use crate::redundancy::judgement::unit::SensorDeviation;
+use crate::redundancy::judgement::{Judgement, SetWindow, UnitEvidence, UnitReading};
+use crate::redundancy::sensor::Sensor;
+
+/// Tolerances of clocks, s, and, where not known and known of both units, of the lever arm, m, and the matrix (docs/theory/judgement.md, table 1).
+const CLOCKS: f64 = 1e-3;
+const PLACE: [f64; 2] = [0.15, 0.005];
+const MATRIX: [f64; 2] = [0.02, 0.002];
+
+/// Scales over which units are compared of which one was never calibrated: what a matrix is off by stays as long as the
+/// attitude does.
+const SCALES_UNCALIBRATED: usize = 2;
+
+/// A pair learns while it is within this share of its thresholds, has been so for a time and no disagreement was lately, s.
+const LEARNS_WITHIN: f64 = 0.7;
+const QUIET: f64 = 1.0;
+const AFTER_DISAGREEMENT: f64 = 60.0;
+
+/// A guilty unit is believed again after so long within so much, s.
+const REDEEMED_WITHIN: f64 = 0.5;
+const REDEEMED_AFTER: f64 = 10.0;
+
+/// A dispute is over when the two have agreed for so long, s: what shows in some motions only comes and goes.
+const SETTLED_AFTER: f64 = 10.0;
+
+/// An own step has to show within so long of the disagreement, s.
+const STEP_WITHIN: f64 = 0.6;
+
+/// Of three units and more, nobody has to be the odd one for so long before two of them are looked at by themselves, s.
+const AMBIGUOUS_FOR: f64 = 2.0;
+
+/// Ratios of all pairs over all scales.
+type Ratios<T, const UNITS: usize> = [[[Option<Disagreement<T>>; SCALES]; UNITS]; UNITS];
+
+/// Windows that name the same finding in succession, over one scale.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Streak {
+    finding: Finding,
+    windows: u8,
+}
+
+impl Streak {
+    const NONE: Self = Self {
+        finding: Finding::Agreement,
+        windows: 0,
+    };
+
+    /// Whether a finding has lasted as long as it has to.
+    fn push(&mut self, finding: Finding, dwell: u8) -> bool {
+        let same = match (self.finding, finding) {
+            (Finding::Ambiguous(..), Finding::Ambiguous(..)) => true,
+            (before, now) => before == now,
+        };
+        self.windows = if same { self.windows.saturating_add(1) } else { 1 };
+        self.finding = finding;
+        self.windows >= dwell
+    }
+}
+
+/// Two units that disagree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Dispute<T: Real> {
+    units: [u8; 2],
+    windows: u16,
+    /// Windows since the two agree again.
+    calm: u16,
+    /// How far the first came away from the second when it began, m/s^2 or rad/s.
+    apart: Vector3<T>,
+}
+
+/// Judges one kind of sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct SensorJudge<T: Real, const UNITS: usize> {
+    deviations: [SensorDeviation<T>; UNITS],
+    scatters: [UsualScatter<T>; UNITS],
+    strains: StrainMeans<T>,
+    streaks: [Streak; SCALES],
+    guilty: [bool; UNITS],
+    accepted: [bool; UNITS],
+    /// Windows that a guilty unit has agreed with all others.
+    redeemed: [u16; UNITS],
+    /// Worst ratio of each unit with those that are not guilty.
+    worst: [T; UNITS],
+    dispute: Option<Dispute<T>>,
+    evidence: Evidence<T>,
+    /// Windows since any pair disagreed, and whether any ever did.
+    calm: u16,
+    disagreed: bool,
+    learnt: u16,
+    windows: u16,
+}
+
+/// What a sensor is judged on.
+pub(super) struct Case<'a, T: Real, const UNITS: usize> {
+    pub sensor: Sensor,
+    pub window: &'a SetWindow<'a, T, UNITS>,
+    pub evidence: &'a [UnitEvidence<T>; UNITS],
+    pub usual_error: Option<T>,
+    /// Of gravity, upwards, as the set feels it: at rest.
+    pub direction: Vector3<T>,
+}
+
+impl<T: Real, const UNITS: usize> Case<'_, T, UNITS> {
+    fn unit(&self, number: usize) -> Option<&UnitReading<T>> {
+        self.window.units.get(number)?.as_ref()
+    }
+
+    fn votes(&self, number: usize) -> bool {
+        self.unit(number)
+            .is_some_and(|unit| *self.sensor.of(&unit.votes))
+    }
+}
+
+type Tell<'a, T> = &'a mut dyn FnMut(Judgement<T>);
+
+impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
+    pub fn new() -> Self {
+        Self {
+            deviations: [SensorDeviation::new(); UNITS],
+            scatters: [UsualScatter::new(); UNITS],
+            strains: StrainMeans::new(),
+            streaks: [Streak::NONE; SCALES],
+            guilty: [false; UNITS],
+            accepted: [false; UNITS],
+            redeemed: [0; UNITS],
+            worst: [T::zero(); UNITS],
+            dispute: None,
+            evidence: Evidence::none(),
+            calm: 0,
+            disagreed: false,
+            learnt: 0,
+            windows: 0,
+        }
+    }
+
+    pub fn is_guilty(&self, unit: usize) -> bool {
+        self.guilty.get(unit).copied().unwrap_or(false)
+    }
+
+    pub fn is_disputed(&self) -> bool {
+        self.dispute.is_some()
+    }
+
+    pub fn worst(&self, unit: usize) -> T {
+        self.worst.get(unit).copied().unwrap_or(T::zero())
+    }
+
+    /// Whether all pairs have agreed for long enough to learn from them.
+    pub fn is_calm(&self, window: T) -> bool {
+        let after = if self.disagreed { AFTER_DISAGREEMENT } else { QUIET };
+        self.dispute.is_none() && window * count::<T>(self.calm.into()) >= real(after)
+    }
+
+    pub fn is_accepted(&self, unit: usize) -> bool {
+        self.accepted.get(unit).copied().unwrap_or(false)
+    }
+
+    pub fn recalibrated(&mut self, unit: usize) {
+        if let Some(accepted) = self.accepted.get_mut(unit) {
+            *accepted = true;
+        }
+        if let Some(deviation) = self.deviations.get_mut(unit) {
+            *deviation = SensorDeviation::new();
+        }
+        self.clear(unit);
+    }
+
+    pub fn accept(&mut self, unit: usize) {
+        if let Some(deviation) = self.deviations.get_mut(unit) {
+            deviation.accept();
+        }
+        if let Some(accepted) = self.accepted.get_mut(unit) {
+            *accepted = true;
+        }
+        self.clear(unit);
+    }
+
+    fn clear(&mut self, unit: usize) {
+        if let Some(guilty) = self.guilty.get_mut(unit) {
+            *guilty = false;
+        }
+        let concerns = |dispute: &Dispute<T>| dispute.units.iter().any(|other| usize::from(*other) == unit);
+        if self.dispute.as_ref().is_some_and(concerns) {
+            self.dispute = None;
+        }
+        self.streaks = [Streak::NONE; SCALES];
+    }
+
+    pub fn restart_time(&mut self) {
+        for deviation in &mut self.deviations {
+            deviation.restart();
+        }
+        self.strains = StrainMeans::new();
+        self.streaks = [Streak::NONE; SCALES];
+        self.windows = 0;
+        self.calm = 0;
+    }
+
+    /// Median of each axis over the units that vote and are not at fault.
+    pub fn set_reading(&self, sensor: Sensor, units: &[Option<UnitReading<T>>; UNITS]) -> Option<Vector3<T>> {
+        self.median_of(|unit| {
+            let unit = units.get(unit)?.as_ref()?;
+            (*sensor.of(&unit.votes)).then_some(*sensor.of(&unit.reading))
+        })
+    }
+
+    /// Median of each axis of what units say that are not at fault.
+    pub fn median_of(&self, said: impl Fn(usize) -> Option<Vector3<T>>) -> Option<Vector3<T>> {
+        let innocent = |unit: &usize| !self.is_guilty(*unit);
+        let axis = |axis: usize| {
+            let values = (0..UNITS).filter(innocent).filter_map(&said);
+            median::<T, UNITS>(values.filter_map(|value| value.get(axis).copied()))
+        };
+        Some(Vector3::new(axis(0)?, axis(1)?, axis(2)?))
+    }
+
+    /// Takes in how far each unit is from what the set says.
+    pub fn take(
+        &mut self,
+        sensor: Sensor,
+        window: &SetWindow<'_, T, UNITS>,
+        said: &Vector3<T>,
+        strain: &Strain<T>,
+    ) {
+        self.windows = self.windows.saturating_add(1);
+        self.strains
+            .push(strain, &shares(window.length, self.windows.into()));
+        for (deviation, unit) in self.deviations.iter_mut().zip(window.units) {
+            if let Some(unit) = unit {
+                deviation.push(&(sensor.of(&unit.reading) - said), window.length);
+            }
+        }
+    }
+
+    /// Compares all pairs, names who is wrong, and learns where nobody is.
+    pub fn judge(
+        &mut self,
+        case: &Case<'_, T, UNITS>,
+        shown: &mut ShownByPairs<T, UNITS>,
+        tell: Tell<'_, T>,
+    ) {
+        let ratios = self.ratios(case, shown);
+        self.find_noisy(case, tell);
+        let disagrees = self.find_odd(case, &ratios, tell);
+        self.settle_dispute(case, &ratios, tell);
+        self.redeem(case, &ratios, tell);
+        self.learn(case, &ratios, shown, disagrees);
+    }
+
+    /// How far all pairs are apart, on each scale that both have filled; of units that vote.
+    fn ratios(&self, case: &Case<'_, T, UNITS>, shown: &ShownByPairs<T, UNITS>) -> Ratios<T, UNITS> {
+        core::array::from_fn(|i| {
+            core::array::from_fn(|j| {
+                let units = case.unit(i).zip(case.unit(j));
+                match units.filter(|_| i < j && case.votes(i) && case.votes(j)) {
+                    Some((a, b)) => self.pair(case, [i, j], [a, b], shown),
+                    None => [None; SCALES],
+                }
+            })
+        })
+    }
+
+    fn pair(
+        &self,
+        case: &Case<'_, T, UNITS>,
+        [i, j]: [usize; 2],
+        units: [&UnitReading<T>; 2],
+        shown: &ShownByPairs<T, UNITS>,
+    ) -> [Option<Disagreement<T>>; SCALES] {
+        let sensor = case.sensor;
+        let known = known(sensor, units);
+        let calibrated = units.iter().all(|unit| *sensor.of(&unit.calibrated));
+        let compared = if calibrated { SCALES } else { SCALES_UNCALIBRATED };
+        core::array::from_fn(|scale| {
+            if scale >= compared {
+                return None;
+            }
+            let mean = |unit: usize| self.deviations.get(unit)?.mean(scale, case.window.length);
+            let difference = mean(i)? - mean(j)?;
+            Some(compare(
+                sensor,
+                scale,
+                case.window.tolerated.of(sensor),
+                &difference,
+                &self.strains,
+                &known,
+                shown.of(sensor, i, j)?,
+            ))
+        })
+    }
+
+    /// Who scatters more than the others make one expect.
+    fn find_noisy(&mut self, case: &Case<'_, T, UNITS>, tell: Tell<'_, T>) {
+        let sensor = case.sensor;
+        for unit in (0..UNITS).filter(|unit| case.votes(*unit)) {
+            let others = (0..UNITS).filter(|other| *other != unit && case.votes(*other) && !self.is_guilty(*other));
+            let scatter_of = |unit: usize| case.unit(unit).map(|reading| *sensor.of(&reading.scatter));
+            let usual_of = |unit: usize| self.scatters.get(unit).and_then(UsualScatter::usual);
+            let others = others.filter_map(|other| Some((scatter_of(other)?, usual_of(other)?)));
+            let Some((scatter, usual)) = scatter_of(unit).zip(usual_of(unit)) else {
+                continue;
+            };
+            let Some(limit) = limit(sensor, usual, others, case.window.noise_ratio) else {
+                continue;
+            };
+            let noisy = self
+                .scatters
+                .get_mut(unit)
+                .is_some_and(|scatters| scatters.is_noisy(scatter, limit));
+            if noisy && self.condemn(unit) {
+                tell(Judgement::Noisy { unit, scatter, limit });
+            }
+        }
+    }
+
+    /// The unit without which the others agree; whether any pair of voters disagrees.
+    fn find_odd(&mut self, case: &Case<'_, T, UNITS>, ratios: &Ratios<T, UNITS>, tell: Tell<'_, T>) -> bool {
+        let voters: [bool; UNITS] = core::array::from_fn(|unit| case.votes(unit) && !self.is_guilty(unit));
+        let (mut disagrees, mut worst) = (false, [T::zero(); UNITS]);
+        for scale in 0..SCALES {
+            let ratio = |i, j| at(ratios, i, j, scale).map(|pair| pair.ratio());
+            let finding = isolate(&voters, ratio);
+            for (i, worst) in worst.iter_mut().enumerate() {
+                let others = (0..UNITS).filter(|j| *j != i && voters.get(*j).copied().unwrap_or(false));
+                *worst = others
+                    .filter_map(|j| ratio(i, j))
+                    .fold(*worst, |a, b| a.max(b));
+            }
+            disagrees |= finding != Finding::Agreement;
+            let dwell = DWELL.get(scale).copied().unwrap_or(u8::MAX);
+            let lasted = self
+                .streaks
+                .get_mut(scale)
+                .is_some_and(|streak| streak.push(finding, dwell));
+            if !lasted {
+                continue;
+            }
+            match finding {
+                Finding::Agreement => {}
+                Finding::Odd(unit) => self.find_out_of_family(usize::from(unit), scale, &voters, ratios, tell),
+                Finding::Ambiguous(i, j) => self.begin_dispute([i, j], scale, case, ratios, tell),
+            }
+        }
+        self.worst = worst;
+        self.disagreed |= disagrees;
+        disagrees
+    }
+
+    fn find_out_of_family(
+        &mut self,
+        unit: usize,
+        scale: usize,
+        voters: &[bool; UNITS],
+        ratios: &Ratios<T, UNITS>,
+        tell: Tell<'_, T>,
+    ) {
+        let others = voters.iter().enumerate().filter(|(other, votes)| **votes && *other != unit);
+        let (mut agreeing, mut worst) = (0_u8, None::<Disagreement<T>>);
+        for (other, _) in others {
+            agreeing |= u32::try_from(other).map_or(0, |bit| 1_u8.checked_shl(bit).unwrap_or(0));
+            if let Some(pair) = at(ratios, unit, other, scale)
+                && worst.is_none_or(|worst| pair.ratio() > worst.ratio())
+            {
+                worst = Some(pair);
+            }
+        }
+        if let Some(figures) = worst
+            && self.condemn(unit)
+        {
+            self.end_dispute();
+            tell(Judgement::OutOfFamily {
+                unit,
+                figures,
+                scale: seconds_of(scale),
+                agreeing,
+            });
+        }
+    }
+
+    fn begin_dispute(
+        &mut self,
+        units: [u8; 2],
+        scale: usize,
+        case: &Case<'_, T, UNITS>,
+        ratios: &Ratios<T, UNITS>,
+        tell: Tell<'_, T>,
+    ) {
+        if self.dispute.is_some() {
+            return;
+        }
+        let [i, j] = units.map(usize::from);
+        let Some(figures) = at(ratios, i, j, scale) else { return };
+        self.dispute = Some(Dispute {
+            units,
+            windows: 0,
+            calm: 0,
+            apart: self.came_apart(i, j, case.window.length).unwrap_or(Vector3::zeros()),
+        });
+        tell(Judgement::Disagree {
+            units: [i, j],
+            figures,
+            scale: seconds_of(scale),
+        });
+    }
+
+    /// How far the first came away from the second lately, beyond what they were apart before: docs/theory/judgement.md, eq. 12.
+    fn came_apart(&self, i: usize, j: usize, window: T) -> Option<Vector3<T>> {
+        let (a, b) = (self.deviations.get(i)?, self.deviations.get(j)?);
+        let now = a.mean(0, window)? - b.mean(0, window)?;
+        let before = a.mean(2, window).zip(b.mean(2, window));
+        Some(now - before.map_or(Vector3::zeros(), |(a, b)| a - b))
+    }
+
+    /// Looks for what names one of two, and ends the dispute where that is found or where they agree again.
+    fn settle_dispute(&mut self, case: &Case<'_, T, UNITS>, ratios: &Ratios<T, UNITS>, tell: Tell<'_, T>) {
+        let Some(mut dispute) = self.dispute else { return };
+        let units = dispute.units.map(usize::from);
+        let [i, j] = units;
+        dispute.windows = dispute.windows.saturating_add(1);
+        let apart = (0..SCALES)
+            .filter_map(|scale| at(ratios, i, j, scale))
+            .any(|pair| pair.ratio() > T::one());
+        dispute.calm = if apart { 0 } else { dispute.calm.saturating_add(1) };
+        self.dispute = Some(dispute);
+        let span = |windows: u16| case.window.length * count::<T>(windows.into());
+        if span(dispute.calm) >= real(SETTLED_AFTER) {
+            self.end_dispute();
+            tell(Judgement::Agree { units });
+            return;
+        }
+        let voters = (0..UNITS).filter(|unit| case.votes(*unit) && !self.is_guilty(*unit));
+        if voters.count() > 2 && span(dispute.windows) < real(AMBIGUOUS_FOR) {
+            return;
+        }
+        if let Some((unit, proof)) = self.attribute(&dispute, case, span(dispute.windows))
+            && self.condemn(unit)
+        {
+            self.end_dispute();
+            tell(Judgement::Blamed { unit, proof });
+        }
+    }
+
+    /// The first ground that decides, of two units that disagree.
+    fn attribute(
+        &mut self,
+        dispute: &Dispute<T>,
+        case: &Case<'_, T, UNITS>,
+        lasting: T,
+    ) -> Option<(usize, Proof<T>)> {
+        let [i, j] = dispute.units.map(usize::from);
+        let (a, b) = (case.evidence.get(i)?, case.evidence.get(j)?);
+        let sensor = case.sensor;
+        if lasting < real(STEP_WITHIN) {
+            let (own, other) = (sensor.of(&a.steps), sensor.of(&b.steps));
+            let apart = self.came_apart(i, j, case.window.length)?;
+            if let Some(proof) = by_step(&apart, own, other) {
+                return Some((i, proof));
+            }
+            if let Some(proof) = by_step(&-apart, other, own) {
+                return Some((j, proof));
+            }
+        }
+        let calibrated = |unit: usize| case.unit(unit).is_some_and(|unit| *sensor.of(&unit.calibrated));
+        if !calibrated(i) || !calibrated(j) {
+            return None;
+        }
+        if let Some(found) = self.by_rest([i, j], case) {
+            return Some(found);
+        }
+        let variance = case.usual_error?;
+        self.evidence
+            .push(a.gravity.error(), b.gravity.error(), variance, case.window.length);
+        let (wrong, proof) = self.evidence.decides()?;
+        Some((if wrong == 0 { i } else { j }, proof))
+    }
+
+    fn by_rest(&self, [i, j]: [usize; 2], case: &Case<'_, T, UNITS>) -> Option<(usize, Proof<T>)> {
+        let sensor = case.sensor;
+        let left = |unit: usize| {
+            let now = *sensor.of(&case.unit(unit)?.at_rest?);
+            let before = (*sensor.of(&case.evidence.get(unit)?.at_rest))?;
+            Some(now - before)
+        };
+        let (a, b) = (left(i)?, left(j)?);
+        let mean = |unit: usize| self.deviations.get(unit)?.mean(1, case.window.length);
+        let along = (mean(i)? - mean(j)?).dot(&case.direction);
+        let along = (sensor == Sensor::Accelerometer).then_some(along);
+        let first = by_rest(sensor, a, b, along).map(|proof| (i, proof));
+        first.or_else(|| by_rest(sensor, b, a, along.map(|along| -along)).map(|proof| (j, proof)))
+    }
+
+    fn end_dispute(&mut self) {
+        self.dispute = None;
+    }
+
+    /// Whether a unit was not at fault before.
+    fn condemn(&mut self, unit: usize) -> bool {
+        let Some(guilty) = self.guilty.get_mut(unit) else {
+            return false;
+        };
+        let before = core::mem::replace(guilty, true);
+        if let Some(redeemed) = self.redeemed.get_mut(unit) {
+            *redeemed = 0;
+        }
+        self.streaks = [Streak::NONE; SCALES];
+        !before
+    }
+
+    /// Units at fault that have agreed with all others for long enough are so no more.
+    fn redeem(&mut self, case: &Case<'_, T, UNITS>, ratios: &Ratios<T, UNITS>, tell: Tell<'_, T>) {
+        let guilty = self.guilty;
+        let units = self.guilty.iter_mut().zip(&mut self.redeemed).enumerate();
+        for (unit, (is, redeemed)) in units.filter(|(_, (is, _))| **is) {
+            let (mut compared, mut within) = (false, true);
+            for (other, _) in guilty.iter().enumerate().filter(|(other, guilty)| *other != unit && !**guilty) {
+                for pair in (0..SCALES).filter_map(|scale| at(ratios, unit, other, scale)) {
+                    compared = true;
+                    within &= pair.ratio() < real(REDEEMED_WITHIN);
+                }
+            }
+            let quiet = self.scatters.get(unit).is_none_or(|scatter| !scatter.was_noisy());
+            *redeemed = if compared && within && quiet { redeemed.saturating_add(1) } else { 0 };
+            if case.window.length * count::<T>((*redeemed).into()) >= real(REDEEMED_AFTER) {
+                *is = false;
+                tell(Judgement::Redeemed { unit });
+            }
+        }
+    }
+
+    fn learn(
+        &mut self,
+        case: &Case<'_, T, UNITS>,
+        ratios: &Ratios<T, UNITS>,
+        shown: &mut ShownByPairs<T, UNITS>,
+        disagrees: bool,
+    ) {
+        let window = case.window.length;
+        self.calm = if disagrees { 0 } else { self.calm.saturating_add(1) };
+        if !self.is_calm(window) {
+            return;
+        }
+        self.disagreed = false;
+        self.learnt = self.learnt.saturating_add(1);
+        for i in 0..UNITS {
+            for j in i.saturating_add(1)..UNITS {
+                let units = case.unit(i).zip(case.unit(j));
+                let fit = !self.is_guilty(i) && !self.is_guilty(j);
+                if let Some((a, b)) = units.filter(|_| fit) {
+                    self.learn_pair(case, [i, j], [a, b], ratios, shown);
+                }
+            }
+        }
+        for unit in 0..UNITS {
+            let fit = case.votes(unit) && !self.is_guilty(unit);
+            let within = fit && self.worst(unit) < real(LEARNS_WITHIN);
+            let known = self.deviations.get_mut(unit).zip(self.scatters.get_mut(unit));
+            let Some(((deviation, scatters), reading)) = known.zip(case.unit(unit)).filter(|_| within) else {
+                continue;
+            };
+            deviation.follow(case.sensor, window);
+            scatters.learn(*case.sensor.of(&reading.scatter), window);
+        }
+    }
+
+    fn learn_pair(
+        &self,
+        case: &Case<'_, T, UNITS>,
+        [i, j]: [usize; 2],
+        units: [&UnitReading<T>; 2],
+        ratios: &Ratios<T, UNITS>,
+        shown: &mut ShownByPairs<T, UNITS>,
+    ) {
+        let pairs: [Option<Disagreement<T>>; SCALES] = core::array::from_fn(|scale| at(ratios, i, j, scale));
+        let beyond = |pair: &Disagreement<T>| pair.ratio() >= real(LEARNS_WITHIN);
+        if pairs.iter().flatten().any(beyond) {
+            return;
+        }
+        let tolerance = known(case.sensor, units).tolerance;
+        let lesson = Lesson {
+            apart: pairs.map(|pair| pair.map(|pair| pair.apart)),
+            strain: core::array::from_fn(|scale| tolerance.variance(&self.strains.at(scale))),
+            age: case.window.length * count::<T>(self.learnt.into()),
+            window: case.window.length,
+        };
+        if let Some(shown) = shown.of_mut(case.sensor, i, j) {
+            shown.learn(case.sensor, &lesson);
+        }
+    }
+}
+
+fn seconds_of<T: Real>(scale: usize) -> T {
+    real(SECONDS.get(scale).copied().unwrap_or(0.0))
+}
+
+fn at<T: Real, const UNITS: usize>(
+    ratios: &Ratios<T, UNITS>,
+    i: usize,
+    j: usize,
+    scale: usize,
+) -> Option<Disagreement<T>> {
+    let (i, j) = (i.min(j), i.max(j));
+    ratios.get(i)?.get(j)?.get(scale).copied().flatten()
+}
+
+/// What is known of two units (docs/theory/judgement.md, table 1).
+fn known<T: Real>(sensor: Sensor, [a, b]: [&UnitReading<T>; 2]) -> Knowledge<T> {
+    let by = |[unknown, known]: [f64; 2], is_known: bool| {
+        let value = real::<T>(if is_known { known } else { unknown });
+        value * value
+    };
+    let matrix_shown = *sensor.of(&a.matrix_shown) && *sensor.of(&b.matrix_shown);
+    let clocks = real::<T>(CLOCKS);
+    let interpolation = (a.interval * a.interval + b.interval * b.interval) / real(12.0);
+    Knowledge {
+        tolerance: Tolerance {
+            time: clocks * clocks,
+            place: by(PLACE, a.place_known && b.place_known),
+            matrix: by(MATRIX, matrix_shown),
+            interpolation: interpolation * interpolation,
+        },
+        calibration: *sensor.of(&a.left) + *sensor.of(&b.left),
+    }
+}
+
+/// The middle one, or the mean of the middle two; `None` of nothing.
+fn median<T: Real, const UNITS: usize>(values: impl Iterator<Item = T>) -> Option<T> {
+    let mut sorted = [T::zero(); UNITS];
+    let mut found = 0_usize;
+    for value in values {
+        let mut carried = value;
+        for slot in sorted.iter_mut().take(found) {
+            if carried < *slot {
+                core::mem::swap(slot, &mut carried);
+            }
+        }
+        *sorted.get_mut(found)? = carried;
+        found = found.saturating_add(1);
+    }
+    let (lower, upper) = (sorted.get(found.checked_sub(1)? / 2)?, sorted.get(found / 2)?);
+    Some(*lower * real(0.5) + *upper * real(0.5))
+}

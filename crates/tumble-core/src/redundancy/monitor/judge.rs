@@ -1,0 +1,213 @@
+//! What the monitor hands to the judge, and what becomes of its verdicts.
+
+use nalgebra::Vector3;
+
+use crate::real::{Real, count, real, seconds};
+use crate::redundancy::evaluation::StoredCalibration;
+use crate::redundancy::health::HealthFault;
+use crate::redundancy::judgement::{Judgement, SetWindow, UnitReading};
+use crate::redundancy::monitor::event::{Event, EventKind};
+use crate::redundancy::monitor::{Monitor, Report};
+use crate::redundancy::output::lever_arm;
+use crate::redundancy::platform::Platform;
+use crate::redundancy::samples::window::Means;
+use crate::redundancy::sensor::{SENSORS, Sensor};
+use crate::sample::CHANNELS;
+
+/// Rest after which what units say at it is held against them, windows.
+const RESTED: u32 = 16;
+
+/// Residuals of a channel that stand for what a calibration leaves.
+const RESIDUALS: f64 = 2.0;
+
+/// Pairs over which the residual of a calibration is averaged where it is held against a disagreement: a second of them.
+const AVERAGED_RESIDUALS: f64 = 10.0;
+
+impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONCE> {
+    /// Has all units judged over a window.
+    pub(super) fn judge(
+        &mut self,
+        platform: &Platform<T, UNITS>,
+        window: u64,
+        time: u64,
+        report: Report<'_, T>,
+    ) {
+        let settings = platform.settings();
+        let readings = self.readings(platform, window);
+        let set = SetWindow {
+            units: &readings,
+            length: seconds(settings.window),
+            gravity: settings.evaluation.gravity,
+            noise_ratio: settings.health.noise_ratio,
+            tolerated: settings.health.tolerated,
+        };
+        let health = &mut self.health;
+        self.judge.look(&set, &mut |sensor, judgement| {
+            let mut contradict = |unit: usize, fault| {
+                if let Some(health) = health.get_mut(unit) {
+                    health.contradict(sensor, fault);
+                }
+            };
+            match judgement {
+                Judgement::OutOfFamily {
+                    unit,
+                    figures,
+                    scale,
+                    agreeing,
+                } => {
+                    let (apart, limit) = (figures.apart, figures.threshold);
+                    contradict(
+                        unit,
+                        HealthFault::OutOfFamily {
+                            sensor,
+                            apart,
+                            limit,
+                            scale,
+                            agreeing,
+                        },
+                    );
+                }
+                Judgement::Noisy { unit, scatter, limit } => {
+                    contradict(unit, HealthFault::Noisy { sensor, scatter, limit });
+                }
+                Judgement::Blamed { unit, proof } => contradict(
+                    unit,
+                    HealthFault::Blamed {
+                        sensor,
+                        ground: proof.ground,
+                        value: proof.value,
+                        limit: proof.limit,
+                    },
+                ),
+                Judgement::Redeemed { unit } => {
+                    if let Some(health) = health.get_mut(unit) {
+                        health.absolve(sensor);
+                    }
+                }
+                Judgement::Disagree {
+                    units: [unit, other],
+                    figures,
+                    scale,
+                } => report(Event {
+                    time,
+                    unit,
+                    kind: EventKind::Disagree {
+                        sensor,
+                        other,
+                        apart: figures.apart,
+                        limit: figures.threshold,
+                        scale,
+                    },
+                }),
+                Judgement::Agree { units: [unit, other] } => report(Event {
+                    time,
+                    unit,
+                    kind: EventKind::Agree { sensor, other },
+                }),
+            }
+        });
+    }
+
+    /// What each unit says over a window, at the primary's place; `None` for one that said nothing or cannot be compared.
+    fn readings(&self, platform: &Platform<T, UNITS>, window: u64) -> [Option<UnitReading<T>>; UNITS] {
+        let turning = self.turning(platform, window);
+        core::array::from_fn(|number| {
+            let (unit, stored) = (platform.units().get(number)?, self.stored.get(number)?);
+            let (history, health) = (self.histories.get(number)?, self.health.get(number)?);
+            let means = history.window(window)?;
+            let said = |sensor: Sensor| self.compensated(platform, number, sensor, &sensor.triad(&means.mean));
+            let (f, w) = (said(Sensor::Accelerometer)?, said(Sensor::Gyroscope)?);
+            let arm = lever_arm(unit, stored);
+            let carried = turning.map_or(Vector3::zeros(), |(rate, change)| {
+                change.cross(&arm) + rate.cross(&rate.cross(&arm))
+            });
+            let steps = history.largest_steps();
+            let [force_step, rate_step] = steps.steps.map(Vector3::from);
+            let lives = health.fault().is_none_or(|fault| fault.is_judged());
+            let of_sensors = |fact: &dyn Fn(Sensor) -> bool| SENSORS.map(fact);
+            Some(UnitReading {
+                reading: [f - carried, w],
+                scatter: means.scatter.map(|variance| variance.sqrt()),
+                step: [force_step, rate_step].map(|step| unit.sensor_from_primary.tr_mul(&step)),
+                votes: of_sensors(&|sensor| {
+                    lives
+                        && *sensor.of(&means.usable)
+                        && unit.axes.complete(sensor)
+                        && self.is_known(sensor, number)
+                }),
+                calibrated: of_sensors(&|sensor| number == 0 || sensor.of(stored).calibrated),
+                matrix_shown: of_sensors(&|sensor| number == 0 || sensor.of(stored).matrix_shown),
+                place_known: number == 0 || Sensor::Accelerometer.of(stored).place_known || unit.lever_arm.is_some(),
+                left: SENSORS.map(|sensor| left(sensor.of(stored))),
+                interval: steps.interval * seconds(platform.settings().window),
+                at_rest: self.at_rest(platform, number),
+            })
+        })
+    }
+
+    /// Angular rate, rad/s, and angular acceleration, rad/s^2, of the set: medians over what is known of the units.
+    fn turning(&self, platform: &Platform<T, UNITS>, window: u64) -> Option<(Vector3<T>, Vector3<T>)> {
+        let length = seconds::<T>(platform.settings().window);
+        let rates = |window: u64| {
+            self.judge.set_rate(&core::array::from_fn(|number| {
+                let fit = self.is_known(Sensor::Gyroscope, number)
+                    && self.health.get(number)?.fault().is_none_or(|fault| fault.is_judged());
+                let means: &Means<T, CHANNELS> = self.histories.get(number)?.window(window)?;
+                let reading = Sensor::Gyroscope.triad(&means.mean);
+                fit.then(|| self.compensated(platform, number, Sensor::Gyroscope, &reading))
+                    .flatten()
+            }))
+        };
+        let now = rates(window)?;
+        let before = rates(window.checked_sub(1)?)?;
+        Some((now, (now - before) / length))
+    }
+
+    /// Whether enough is known of a unit for what it says to count: it was calibrated against the primary or agreed with it,
+    /// or it comes calibrated and so does another beside it.
+    fn is_known(&self, sensor: Sensor, number: usize) -> bool {
+        let calibrated = |stored: &[StoredCalibration<T>; 2]| sensor.of(stored).calibrated;
+        let secondaries = self.stored.iter().skip(1);
+        let comes_calibrated = self.stored.get(number).is_some_and(calibrated)
+            && secondaries.filter(|stored| calibrated(stored)).count() > 1;
+        number == 0 || comes_calibrated || self.judge.is_accepted(sensor, number)
+    }
+
+    /// `|f| - g` and `|w|` of a unit over this rest.
+    fn at_rest(&self, platform: &Platform<T, UNITS>, number: usize) -> Option<[T; 2]> {
+        let at_rest = self.rest_means.get(number).filter(|at_rest| at_rest.windows() >= RESTED)?;
+        let said = |sensor: Sensor| self.compensated(platform, number, sensor, &sensor.triad(at_rest.mean()));
+        let force = said(Sensor::Accelerometer)?.norm() - platform.settings().evaluation.gravity;
+        Some([force, said(Sensor::Gyroscope)?.norm()])
+    }
+
+    /// Lets units in that agreed with a valid primary at this rest, and holds against others that they cannot be what they
+    /// are said to be.
+    pub(super) fn accept_or_refute(&mut self, platform: &Platform<T, UNITS>) {
+        for sensor in SENSORS {
+            for number in 1..UNITS {
+                let Some(stored) = self.stored.get(number) else { continue };
+                let stored = sensor.of(stored);
+                if !stored.apart.is_finite() {
+                    continue;
+                }
+                if stored.agrees && !self.judge.is_accepted(sensor, number) {
+                    self.judge.accept(sensor, number);
+                }
+                let limit = platform.settings().plausible_at_rest(sensor, false);
+                if let Some(health) = self.health.get_mut(number) {
+                    health.refute(sensor, stored.apart, limit);
+                }
+            }
+        }
+    }
+}
+
+/// Variance of what a calibration leaves, `(m/s^2)^2` or `(rad/s)^2` (docs/theory/judgement.md, eq. 7).
+fn left<T: Real>(stored: &StoredCalibration<T>) -> T {
+    if !stored.calibrated {
+        return T::zero();
+    }
+    let residual = stored.residual * real(RESIDUALS);
+    residual * residual * count::<T>(3) / real(AVERAGED_RESIDUALS) // eq. 7
+}
