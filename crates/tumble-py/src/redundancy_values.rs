@@ -154,6 +154,10 @@ pub(crate) fn figures<'py>(py: Python<'py>, event: &EventText) -> PyResult<Bound
         match figure {
             Figure::Number(number) => dict.set_item(name, number)?,
             Figure::Count(count) => dict.set_item(name, count)?,
+            Figure::Units(units) => {
+                let numbers: Vec<u32> = (0..u32::BITS).filter(|unit| units >> unit & 1 == 1).collect();
+                dict.set_item(name, numbers)?;
+            }
             Figure::Text(text) => dict.set_item(name, text)?,
             Figure::Flag(flag) => dict.set_item(name, flag)?,
         }

@@ -146,6 +146,21 @@ pub fn event(out: &mut dyn Write, event: &Event<f32>) -> Result {
             write!(out, "{name}, {}", found.name())?;
             fault(out, found)
         }
+        EventKind::Disagree {
+            sensor,
+            other,
+            apart,
+            limit,
+            scale,
+        } => writeln!(
+            out,
+            "{} {name}s with unit {other}: {} over {}, in {} s",
+            sensor.name(),
+            Bits(*apart),
+            Bits(*limit),
+            Bits(*scale)
+        ),
+        EventKind::Agree { sensor, other } => writeln!(out, "{} {name}s with unit {other}", sensor.name()),
         EventKind::Selected { reason } => writeln!(out, "is the source: {}", reason.name()),
         EventKind::NoneSelected => writeln!(out, "there is no source"),
         EventKind::Restored { sensor, sequence } => {
@@ -192,12 +207,39 @@ fn fault(out: &mut dyn Write, fault: &HealthFault<f32>) -> Result {
         HealthFault::NotFinite { channel } => writeln!(out, ": channel {channel}"),
         HealthFault::OutOfFamily {
             sensor,
-            apart: value,
+            apart,
+            limit,
+            scale,
+            agreeing,
+        } => writeln!(
+            out,
+            ": {} {} over {}, in {} s, units {agreeing:#b} agree",
+            sensor.name(),
+            Bits(*apart),
+            Bits(*limit),
+            Bits(*scale)
+        ),
+        HealthFault::Blamed {
+            sensor,
+            ground,
+            value,
+            limit,
+        } => writeln!(
+            out,
+            ": {} by {}: {} over {}",
+            sensor.name(),
+            ground.name(),
+            Bits(*value),
+            Bits(*limit)
+        ),
+        HealthFault::Noisy {
+            sensor,
+            scatter: value,
             limit,
         }
-        | HealthFault::Noisy {
+        | HealthFault::Refuted {
             sensor,
-            ratio: value,
+            deviation: value,
             limit,
         }
         | HealthFault::ImplausibleAtRest {

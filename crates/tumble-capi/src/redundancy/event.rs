@@ -40,6 +40,11 @@ pub enum EventKind {
     Unhealthy,
     /// A unit is in health again.
     Healthy,
+    /// It contradicts another unit, `units`, and nobody knows yet which is wrong: they are `value` apart over `scale` s, and may
+    /// be `limit`, m/s^2 or rad/s.
+    Disagree,
+    /// It agrees with that unit again: `units`.
+    Agree,
     /// The source of the output is this unit now: `reason`.
     Selected,
     /// There is no source any more: no unit is fit.
@@ -93,10 +98,15 @@ pub struct Event {
     pub value: f32,
     /// What it is compared with.
     pub limit: f32,
+    /// Time over which a contradiction between units shows, s.
+    pub scale: f32,
     /// 0 to 2 accelerometer, 3 to 5 gyroscope, x y z each.
     pub channel: u8,
     /// Directions of motion along which the matrix was fitted.
     pub directions: u8,
+    /// Other units, a bit each, the primary's the lowest: of ::TUMBLE_REASON_OUT_OF_FAMILY those that agree with each other,
+    /// of ::TUMBLE_EVENT_KIND_DISAGREE and ::TUMBLE_EVENT_KIND_AGREE the other one.
+    pub units: u8,
     /// Whether it concerns the accelerometer.
     pub accelerometer: bool,
     /// Whether it concerns the gyroscope.
@@ -131,6 +141,14 @@ impl Listener {
     }
 }
 
+/// A unit among units.
+fn bit(unit: usize) -> u8 {
+    u32::try_from(unit)
+        .ok()
+        .and_then(|unit| 1_u8.checked_shl(unit))
+        .unwrap_or(0)
+}
+
 impl Event {
     const NOTHING: Self = Self {
         time: 0,
@@ -145,8 +163,10 @@ impl Event {
         sequence: 0,
         value: 0.0,
         limit: 0.0,
+        scale: 0.0,
         channel: 0,
         directions: 0,
+        units: 0,
         accelerometer: false,
         gyroscope: false,
     };
@@ -212,6 +232,21 @@ impl Event {
             CoreKind::Abandoned { why } => of(EventKind::Abandoned).because(Reason::of_abandoned(why)),
             CoreKind::Unhealthy { fault } => of(EventKind::Unhealthy).failed(&fault),
             CoreKind::Healthy => of(EventKind::Healthy),
+            CoreKind::Disagree {
+                sensor,
+                other,
+                apart,
+                limit,
+                scale,
+            } => Self {
+                scale,
+                units: bit(other),
+                ..of(EventKind::Disagree).sensor(sensor).figures(apart, limit)
+            },
+            CoreKind::Agree { sensor, other } => Self {
+                units: bit(other),
+                ..of(EventKind::Agree).sensor(sensor)
+            },
             CoreKind::Selected { reason } => of(EventKind::Selected).because(Reason::of_selection(reason)),
             CoreKind::NoneSelected => of(EventKind::NoneSelected).because(Reason::NoneFit),
             CoreKind::Restored { sensor, sequence } => Self {
@@ -278,13 +313,42 @@ impl Event {
             }
             HealthFault::NotFinite { channel } => self.because(Reason::NotFinite).channel(channel, 0.0),
             HealthFault::Spikes { channel, value } => self.because(Reason::Spikes).channel(channel, value),
-            HealthFault::OutOfFamily { sensor, apart, limit } => self
-                .because(Reason::OutOfFamily)
+            HealthFault::OutOfFamily {
+                sensor,
+                apart,
+                limit,
+                scale,
+                agreeing,
+            } => Self {
+                scale,
+                units: agreeing,
+                ..self
+                    .because(Reason::OutOfFamily)
+                    .sensor(sensor)
+                    .figures(apart, limit)
+            },
+            HealthFault::Noisy {
+                sensor,
+                scatter,
+                limit,
+            } => self.because(Reason::Noisy).sensor(sensor).figures(scatter, limit),
+            HealthFault::Blamed {
+                sensor,
+                ground,
+                value,
+                limit,
+            } => self
+                .because(Reason::of_ground(ground))
                 .sensor(sensor)
-                .figures(apart, limit),
-            HealthFault::Noisy { sensor, ratio, limit } => {
-                self.because(Reason::Noisy).sensor(sensor).figures(ratio, limit)
-            }
+                .figures(value, limit),
+            HealthFault::Refuted {
+                sensor,
+                deviation,
+                limit,
+            } => self
+                .because(Reason::Refuted)
+                .sensor(sensor)
+                .figures(deviation, limit),
             HealthFault::ImplausibleAtRest {
                 sensor,
                 deviation,

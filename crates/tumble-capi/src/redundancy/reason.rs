@@ -2,6 +2,7 @@
 
 use tumble_core::redundancy::fit::adoption::RefusalReason;
 use tumble_core::redundancy::gate::Withheld;
+use tumble_core::redundancy::judgement::attribution::Ground;
 use tumble_core::redundancy::monitor::event::{Abandoned, RecordRejection};
 use tumble_core::redundancy::selection::SelectionReason;
 
@@ -17,6 +18,8 @@ pub enum Reason {
     PrimaryUnhealthy,
     /// Withheld, abandoned: the secondary is not in health.
     SecondaryUnhealthy,
+    /// Withheld, abandoned: units contradict each other, and nobody knows which is wrong.
+    Disputed,
     /// Withheld: a calibration is under way already.
     AlreadyCalibrating,
     /// Abandoned: nothing moved in time.
@@ -63,10 +66,22 @@ pub enum Reason {
     Saturated,
     /// Unhealthy: readings of `channel` leave and come back too often, the last by `value`, m/s^2 or rad/s.
     Spikes,
-    /// Unhealthy: a sensor is `value` from the median of the units, m/s^2 or rad/s.
+    /// Unhealthy: `units` agree with each other without it; a sensor is `value` from one of them, m/s^2 or rad/s.
     OutOfFamily,
-    /// Unhealthy: a sensor scatters `value` times as much as the others.
+    /// Unhealthy: a sensor scatters by `value`, m/s^2 or rad/s, more than the others make one expect.
     Noisy,
+    /// Unhealthy: of two units that disagree, a sensor of this one stepped from one sample to the next; `value`: by this share of
+    /// what they are apart.
+    OwnStep,
+    /// Unhealthy: of two units that disagree, this one left at rest what it said in health by `value`, m/s^2 or rad/s.
+    Rest,
+    /// Unhealthy: of two units that disagree, gravity as its own gyroscope carries it is not where its accelerometer finds it;
+    /// `value`: logarithm of the ratio of likelihoods.
+    OwnGyroscope,
+    /// Unhealthy: a witness from outside contradicts it; `value`: logarithm of the ratio of likelihoods.
+    Witness,
+    /// Unhealthy: it is `value` from a valid primary at rest, more than any error that calibration can find, m/s^2 or rad/s.
+    Refuted,
     /// Unhealthy: at rest a sensor does not say what physics says, by `value`, m/s^2 or rad/s.
     ImplausibleAtRest,
     /// Unhealthy: its clock left that of the other units.
@@ -101,10 +116,20 @@ macro_rules! twin {
 
 #[rustfmt::skip]
 impl Reason {
-    twin!(of_withheld, Withheld: PrimaryInvalid PrimaryUnhealthy SecondaryUnhealthy AlreadyCalibrating
-        OnCommandOnly);
-    twin!(of_abandoned, Abandoned: NoMotion TimedOut PrimaryInvalid PrimaryUnhealthy SecondaryUnhealthy TimeJumped
-        RecordReplaced);
+    /// As C knows it.
+    pub fn of_ground(ground: Ground) -> Self {
+        match ground {
+            Ground::Step => Self::OwnStep,
+            Ground::Rest => Self::Rest,
+            Ground::Gravity => Self::OwnGyroscope,
+            Ground::Witness => Self::Witness,
+        }
+    }
+
+    twin!(of_withheld, Withheld: PrimaryInvalid PrimaryUnhealthy SecondaryUnhealthy Disputed
+        AlreadyCalibrating OnCommandOnly);
+    twin!(of_abandoned, Abandoned: NoMotion TimedOut PrimaryInvalid PrimaryUnhealthy SecondaryUnhealthy Disputed
+        TimeJumped RecordReplaced);
     twin!(of_rejected, RecordRejection: OfAnotherUnit NotFinite Implausible);
     twin!(of_selection, SelectionReason: Start PrimaryFailed SourceFailed PrimaryProven Command NoneFit);
     twin!(of_refusal, RefusalReason: Unsolvable TooFewPairs ResidualTooLarge ImplausibleBias ImplausibleScale

@@ -44,8 +44,6 @@ pub struct RedundancySettings {
     /// Time at the end of its range, or without finite numbers, that a sensor may spend; forgiven slowly.
     /// Default: 50 000 microseconds.
     pub saturated: u64,
-    /// Time out of family, or too noisy, after which a unit is unhealthy. Default: 500 000 microseconds.
-    pub family_time: u64,
     /// Time in which nothing may have been wrong until a unit is healthy again. Default: 500 000
     /// microseconds.
     pub recovery: u64,
@@ -109,13 +107,13 @@ pub struct RedundancySettings {
     pub spike_specific_force: f32,
     /// Angular rate that leaves by more, and is back with the next sample, is a spike. Default: 10 rad/s.
     pub spike_angular_rate: f32,
-    /// Distance from the median of all units, from three up, beyond which specific force is out of family.
-    /// Default: 1 m/s^2.
-    pub family_specific_force: f32,
-    /// Distance from the median of all units, from three up, beyond which angular rate is out of family.
-    /// Default: 0.1 rad/s.
-    pub family_angular_rate: f32,
-    /// Scatter of a unit, as a multiple of the median of all, beyond which it is noisy. Default: 5.
+    /// Drift of specific force that is within specification: a difference of two units that is none.
+    /// Default: 0.05 m/s^2.
+    pub tolerated_specific_force: f32,
+    /// Drift of angular rate that is within specification: a difference of two units that is none.
+    /// Default: 0.005 rad/s.
+    pub tolerated_angular_rate: f32,
+    /// Scatter of a unit, as a multiple of what the others make one expect, beyond which it is noisy. Default: 9.
     pub noise_ratio: f32,
     /// Deviation of specific force from gravity at rest that no error of a working unit explains. Default:
     /// 1.5 m/s^2.
@@ -171,7 +169,6 @@ impl RedundancySettings {
             late: core.health.late,
             frozen: core.health.frozen,
             saturated: core.health.saturated,
-            family_time: core.health.family_time,
             recovery: core.health.recovery,
             hold: core.selection.hold,
             return_after: core.selection.return_after.unwrap_or_default(),
@@ -201,8 +198,8 @@ impl RedundancySettings {
             largest_angular_rate_residual: core.adoption.residual.angular_rate,
             spike_specific_force: core.health.spike.specific_force,
             spike_angular_rate: core.health.spike.angular_rate,
-            family_specific_force: core.health.family.specific_force,
-            family_angular_rate: core.health.family.angular_rate,
+            tolerated_specific_force: core.health.tolerated.specific_force,
+            tolerated_angular_rate: core.health.tolerated.angular_rate,
             noise_ratio: core.health.noise_ratio,
             rest_specific_force: core.health.rest.specific_force,
             rest_angular_rate: core.health.rest.angular_rate,
@@ -234,7 +231,6 @@ impl RedundancySettings {
         core.health.late = self.late;
         core.health.frozen = self.frozen;
         core.health.saturated = self.saturated;
-        core.health.family_time = self.family_time;
         core.health.recovery = self.recovery;
         core.selection.hold = self.hold;
         core.selection.return_after = unless_zero(self.return_after);
@@ -263,8 +259,8 @@ impl RedundancySettings {
         core.adoption.residual.angular_rate = self.largest_angular_rate_residual;
         core.health.spike.specific_force = self.spike_specific_force;
         core.health.spike.angular_rate = self.spike_angular_rate;
-        core.health.family.specific_force = self.family_specific_force;
-        core.health.family.angular_rate = self.family_angular_rate;
+        core.health.tolerated.specific_force = self.tolerated_specific_force;
+        core.health.tolerated.angular_rate = self.tolerated_angular_rate;
         core.health.noise_ratio = self.noise_ratio;
         core.health.rest.specific_force = self.rest_specific_force;
         core.health.rest.angular_rate = self.rest_angular_rate;

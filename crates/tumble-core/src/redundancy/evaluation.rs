@@ -41,8 +41,8 @@ pub struct StoredCalibration<T: Real> {
     pub factory: T,
     /// Whether motion showed all directions of its matrix.
     pub matrix_shown: bool,
-    /// Whether its lever arm is known, as given or as found.
-    pub place_known: bool,
+    /// Sigma of the lever arm that was found, m; infinite where none was.
+    pub place_sigma: T,
     /// Its difference to a valid primary at the last rest, m/s^2 or rad/s; infinite before.
     pub apart: T,
     /// Whether that was within the threshold.
@@ -59,7 +59,7 @@ impl<T: Real> StoredCalibration<T> {
             calibrated: false,
             factory: T::zero(),
             matrix_shown: false,
-            place_known: false,
+            place_sigma: real(f64::INFINITY),
             apart: real(f64::INFINITY),
             agrees: false,
         }

@@ -45,11 +45,6 @@ impl<T: Real> Record<T> {
         self.rung >= Rung::Affine && self.directions >= 3
     }
 
-    /// Whether the lever arm is known.
-    pub fn shows_place(&self) -> bool {
-        self.lever_arm_sigma.iter().all(|sigma| sigma.is_finite())
-    }
-
     /// Whether all that is used of it are numbers.
     pub fn is_finite(&self) -> bool {
         let vectors = self.model.bias.iter().chain(self.lever_arm.iter());

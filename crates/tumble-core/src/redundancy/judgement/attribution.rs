@@ -72,7 +72,8 @@ const STAYED: [f64; 2] = [0.04, 0.004];
 /// two have come apart along gravity, m/s^2; `None` for gyroscopes (docs/theory/judgement.md, eq. 13).
 pub fn by_rest<T: Real>(sensor: Sensor, own: T, other: T, along_gravity: Option<T>) -> Option<Proof<T>> {
     let (left, stayed) = (real::<T>(*sensor.of(&LEFT)), real::<T>(*sensor.of(&STAYED)));
-    let fits = along_gravity.is_none_or(|apart| (own - other - apart).abs() < stayed.max(own.abs() * real(0.5)));
+    let fits =
+        along_gravity.is_none_or(|apart| (own - other - apart).abs() < stayed.max(own.abs() * real(0.5)));
     let proves = own.abs() > left && other.abs() < stayed && fits;
     proves.then_some(Proof {
         ground: Ground::Rest,
@@ -83,12 +84,12 @@ pub fn by_rest<T: Real>(sensor: Sensor, own: T, other: T, along_gravity: Option<
 
 /// Time over which evidence of carried gravity is independent, s; the most that one such time may say, and how long it is
 /// remembered, s.
-const INDEPENDENT: f64 = 3.0;
+const INDEPENDENT: f64 = 5.0;
 const MOST: f64 = 1.5;
 const REMEMBERED: f64 = 60.0;
 
-/// Logarithm of the ratio of likelihoods that decides: one in ninety of errors.
-const DECIDES: f64 = 4.5;
+/// Logarithm of the ratio of likelihoods that decides: one in a hundred and fifty is wrong.
+const DECIDES: f64 = 5.0;
 
 /// Evidence that the first of two units is wrong, less that the second is.
 #[derive(Clone, Copy, Debug, PartialEq)]

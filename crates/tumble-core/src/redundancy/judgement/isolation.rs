@@ -9,7 +9,7 @@ const REST_AGREES: f64 = 0.8;
 const BETTER: f64 = 0.6;
 
 /// Successive windows, over each scale, that name the same unit before it is believed.
-pub const DWELL: [u8; 4] = [2, 3, 8, 20];
+pub const DWELL: [u8; 4] = [3, 3, 8, 20];
 
 /// What all pairs together say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,7 +53,11 @@ pub fn isolate<T: Real, const UNITS: usize>(
     if voters.iter().filter(|voter| **voter).count() < 3 {
         return ambiguous;
     }
-    let mut ranked = voters.iter().zip(&without).enumerate().filter(|(_, (voter, _))| **voter);
+    let mut ranked = voters
+        .iter()
+        .zip(&without)
+        .enumerate()
+        .filter(|(_, (voter, _))| **voter);
     let Some((mut best, (_, first))) = ranked.next() else {
         return ambiguous;
     };

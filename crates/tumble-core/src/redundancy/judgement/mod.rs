@@ -42,8 +42,8 @@ pub struct UnitReading<T: Real> {
     pub calibrated: [bool; 2],
     /// Whether motion showed all directions of each calibration.
     pub matrix_shown: [bool; 2],
-    /// Whether its lever arm is known.
-    pub place_known: bool,
+    /// Sigma of its lever arm, m; infinite where it is not known.
+    pub place: T,
     /// Variance of what its calibration leaves, `(m/s^2)^2` and `(rad/s)^2`.
     pub left: [T; 2],
     /// From sample to sample, s.

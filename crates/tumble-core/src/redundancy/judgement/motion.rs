@@ -23,7 +23,13 @@ pub struct Strain<T: Real> {
 
 impl<T: Real> Strain<T> {
     const fn fields(&self) -> [&T; 5] {
-        [&self.change, &self.place, &self.reading, &self.curvature, &self.vibration]
+        [
+            &self.change,
+            &self.place,
+            &self.reading,
+            &self.curvature,
+            &self.vibration,
+        ]
     }
 }
 
@@ -48,7 +54,13 @@ impl<T: Real> StrainMeans<T> {
     pub fn at(&self, scale: usize) -> Strain<T> {
         let [change, place, reading, curvature, vibration] =
             self.0.map(|means| means.get(scale).copied().unwrap_or(T::zero()));
-        Strain { change, place, reading, curvature, vibration }
+        Strain {
+            change,
+            place,
+            reading,
+            curvature,
+            vibration,
+        }
     }
 }
 
@@ -94,7 +106,10 @@ const USUAL: f64 = 60.0;
 impl<T: Real> SetMotion<T> {
     /// Nothing seen.
     pub fn new() -> Self {
-        Self { before: [[None; 2]; 2], usual: None }
+        Self {
+            before: [[None; 2]; 2],
+            usual: None,
+        }
     }
 
     /// Takes in what the set reads over the next window, specific force and angular rate, and the variance of vibration

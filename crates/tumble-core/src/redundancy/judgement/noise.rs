@@ -50,22 +50,21 @@ impl<T: Real> UsualScatter<T> {
 
     /// Whether a scatter has been beyond a limit, m/s^2 or rad/s, for long enough.
     pub fn is_noisy(&mut self, scatter: T, limit: T) -> bool {
-        self.noisy = if scatter > limit { self.noisy.saturating_add(1) } else { 0 };
+        self.noisy = if scatter > limit {
+            self.noisy.saturating_add(1)
+        } else {
+            0
+        };
         self.noisy >= WINDOWS
     }
 }
 
 /// The scatter a unit may have: `times` what the others, each by its usual ratio to it, make one expect, and no less than
-/// what does not matter (docs/theory/judgement.md, eq. 11).
-pub fn limit<T: Real>(
-    sensor: Sensor,
-    usual: T,
-    others: impl Iterator<Item = (T, T)>,
-    times: T,
-) -> Option<T> {
+/// what does not matter; a unit may be as loud as the others where all shake (docs/theory/judgement.md, eq. 11).
+pub fn limit<T: Real>(sensor: Sensor, usual: T, others: impl Iterator<Item = (T, T)>, times: T) -> Option<T> {
     let expected = others
         .filter(|(_, usual)| *usual > T::zero())
-        .map(|(scatter, usual_of_other)| scatter * usual / usual_of_other)
+        .map(|(scatter, usual_of_other)| scatter * (usual / usual_of_other).max(T::one()))
         .reduce(|a, b| a.max(b))?;
     Some((expected * times).max(real(*sensor.of(&QUIET)))) // eq. 11
 }

@@ -21,7 +21,7 @@ const TAIL: [f64; SCALES] = [5.0, 5.0, 4.5, 4.0];
 const SHOWN_AT_FIRST: [f64; SCALES] = [1.0, 0.5, 0.1, 0.03];
 
 /// Least and most of it: what a pair has shown is believed within these only. The most keeps a fault from being learnt.
-const SHOWN_LEAST: [f64; SCALES] = [0.02, 0.02, 0.005, 0.002];
+const SHOWN_LEAST: [f64; SCALES] = [0.05, 0.03, 0.005, 0.002];
 const SHOWN_MOST: [f64; SCALES] = [9.0, 2.0, 0.15, 0.05];
 
 /// Shortest time over which it is learnt, s, beyond two of the scale.
@@ -63,7 +63,9 @@ impl<T: Real> Shown<T> {
     pub fn share(&self, scale: usize) -> T {
         let sums = self.squares.get(scale).zip(self.strains.get(scale));
         let shown = sums.filter(|(_, strains)| **strains > T::zero());
-        let share = shown.map_or(at(&SHOWN_AT_FIRST, scale), |(squares, strains)| *squares / *strains);
+        let share = shown.map_or(at(&SHOWN_AT_FIRST, scale), |(squares, strains)| {
+            *squares / *strains
+        });
         share.max(at(&SHOWN_LEAST, scale)).min(at(&SHOWN_MOST, scale))
     }
 

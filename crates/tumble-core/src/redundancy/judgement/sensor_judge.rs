@@ -117,8 +117,7 @@ impl<T: Real, const UNITS: usize> Case<'_, T, UNITS> {
     }
 
     fn votes(&self, number: usize) -> bool {
-        self.unit(number)
-            .is_some_and(|unit| *self.sensor.of(&unit.votes))
+        self.unit(number).is_some_and(|unit| *self.sensor.of(&unit.votes))
     }
 }
 
@@ -304,7 +303,8 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     fn find_noisy(&mut self, case: &Case<'_, T, UNITS>, tell: Tell<'_, T>) {
         let sensor = case.sensor;
         for unit in (0..UNITS).filter(|unit| case.votes(*unit)) {
-            let others = (0..UNITS).filter(|other| *other != unit && case.votes(*other) && !self.is_guilty(*other));
+            let others =
+                (0..UNITS).filter(|other| *other != unit && case.votes(*other) && !self.is_guilty(*other));
             let scatter_of = |unit: usize| case.unit(unit).map(|reading| *sensor.of(&reading.scatter));
             let usual_of = |unit: usize| self.scatters.get(unit).and_then(UsualScatter::usual);
             let others = others.filter_map(|other| Some((scatter_of(other)?, usual_of(other)?)));
@@ -333,9 +333,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             let finding = isolate(&voters, ratio);
             for (i, worst) in worst.iter_mut().enumerate() {
                 let others = (0..UNITS).filter(|j| *j != i && voters.get(*j).copied().unwrap_or(false));
-                *worst = others
-                    .filter_map(|j| ratio(i, j))
-                    .fold(*worst, |a, b| a.max(b));
+                *worst = others.filter_map(|j| ratio(i, j)).fold(*worst, |a, b| a.max(b));
             }
             disagrees |= finding != Finding::Agreement;
             let dwell = DWELL.get(scale).copied().unwrap_or(u8::MAX);
@@ -348,7 +346,9 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             }
             match finding {
                 Finding::Agreement => {}
-                Finding::Odd(unit) => self.find_out_of_family(usize::from(unit), scale, &voters, ratios, tell),
+                Finding::Odd(unit) => {
+                    self.find_out_of_family(usize::from(unit), scale, &voters, ratios, tell)
+                }
                 Finding::Ambiguous(i, j) => self.begin_dispute([i, j], scale, case, ratios, tell),
             }
         }
@@ -365,7 +365,10 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         ratios: &Ratios<T, UNITS>,
         tell: Tell<'_, T>,
     ) {
-        let others = voters.iter().enumerate().filter(|(other, votes)| **votes && *other != unit);
+        let others = voters
+            .iter()
+            .enumerate()
+            .filter(|(other, votes)| **votes && *other != unit);
         let (mut agreeing, mut worst) = (0_u8, None::<Disagreement<T>>);
         for (other, _) in others {
             agreeing |= u32::try_from(other).map_or(0, |bit| 1_u8.checked_shl(bit).unwrap_or(0));
@@ -400,12 +403,16 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             return;
         }
         let [i, j] = units.map(usize::from);
-        let Some(figures) = at(ratios, i, j, scale) else { return };
+        let Some(figures) = at(ratios, i, j, scale) else {
+            return;
+        };
         self.dispute = Some(Dispute {
             units,
             windows: 0,
             calm: 0,
-            apart: self.came_apart(i, j, case.window.length).unwrap_or(Vector3::zeros()),
+            apart: self
+                .came_apart(i, j, case.window.length)
+                .unwrap_or(Vector3::zeros()),
         });
         tell(Judgement::Disagree {
             units: [i, j],
@@ -523,14 +530,22 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         let units = self.guilty.iter_mut().zip(&mut self.redeemed).enumerate();
         for (unit, (is, redeemed)) in units.filter(|(_, (is, _))| **is) {
             let (mut compared, mut within) = (false, true);
-            for (other, _) in guilty.iter().enumerate().filter(|(other, guilty)| *other != unit && !**guilty) {
+            for (other, _) in guilty
+                .iter()
+                .enumerate()
+                .filter(|(other, guilty)| *other != unit && !**guilty)
+            {
                 for pair in (0..SCALES).filter_map(|scale| at(ratios, unit, other, scale)) {
                     compared = true;
                     within &= pair.ratio() < real(REDEEMED_WITHIN);
                 }
             }
             let quiet = self.scatters.get(unit).is_none_or(|scatter| !scatter.was_noisy());
-            *redeemed = if compared && within && quiet { redeemed.saturating_add(1) } else { 0 };
+            *redeemed = if compared && within && quiet {
+                redeemed.saturating_add(1)
+            } else {
+                0
+            };
             if case.window.length * count::<T>((*redeemed).into()) >= real(REDEEMED_AFTER) {
                 *is = false;
                 tell(Judgement::Redeemed { unit });
@@ -615,18 +630,19 @@ fn at<T: Real, const UNITS: usize>(
 
 /// What is known of two units (docs/theory/judgement.md, table 1).
 fn known<T: Real>(sensor: Sensor, [a, b]: [&UnitReading<T>; 2]) -> Knowledge<T> {
-    let by = |[unknown, known]: [f64; 2], is_known: bool| {
-        let value = real::<T>(if is_known { known } else { unknown });
-        value * value
-    };
-    let matrix_shown = *sensor.of(&a.matrix_shown) && *sensor.of(&b.matrix_shown);
+    let [matrix_unknown, matrix_known] = MATRIX.map(real::<T>);
+    let shown = *sensor.of(&a.matrix_shown) && *sensor.of(&b.matrix_shown);
+    let matrix = if shown { matrix_known } else { matrix_unknown };
+    let [place_unknown, place_known] = PLACE.map(real::<T>);
+    let place = |sigma: T| sigma.min(place_unknown);
+    let places = place(a.place) * place(a.place) + place(b.place) * place(b.place);
     let clocks = real::<T>(CLOCKS);
     let interpolation = (a.interval * a.interval + b.interval * b.interval) / real(12.0);
     Knowledge {
         tolerance: Tolerance {
             time: clocks * clocks,
-            place: by(PLACE, a.place_known && b.place_known),
-            matrix: by(MATRIX, matrix_shown),
+            place: places + place_known * place_known,
+            matrix: matrix * matrix,
             interpolation: interpolation * interpolation,
         },
         calibration: *sensor.of(&a.left) + *sensor.of(&b.left),

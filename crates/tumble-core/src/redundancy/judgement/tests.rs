@@ -10,7 +10,10 @@ struct Draw(u64);
 
 impl Draw {
     fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        self.0 = self
+            .0
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
         (self.0 >> 11) as f64 / (1_u64 << 53) as f64
     }
 
@@ -21,16 +24,25 @@ impl Draw {
 
 fn flight(t: f64) -> [Vector3<f64>; 2] {
     let w = Vector3::new((0.9 * t).sin(), 0.7 * (1.3 * t).cos(), 0.4 * (0.31 * t).sin());
-    let f = Vector3::new(2.0 * (0.7 * t).sin(), 1.5 * (1.1 * t).sin(), 9.8 + (0.5 * t).cos());
+    let f = Vector3::new(
+        2.0 * (0.7 * t).sin(),
+        1.5 * (1.1 * t).sin(),
+        9.8 + (0.5 * t).cos(),
+    );
     [f, w]
 }
 
 /// Seconds from a fault until somebody is found guilty, and who; none for ten minutes without.
-fn fly<const N: usize>(seed: u64, fault: impl Fn(usize, f64) -> [Vector3<f64>; 2], until: f64) -> Vec<(f64, usize, Sensor)> {
+fn fly<const N: usize>(
+    seed: u64,
+    fault: impl Fn(usize, f64) -> [Vector3<f64>; 2],
+    until: f64,
+) -> Vec<(f64, usize, Sensor)> {
     let mut judge = Judge::<f64, N>::new();
     let mut draw = Draw(seed);
     let mut found = Vec::new();
-    let scale: [Vector3<f64>; N] = core::array::from_fn(|_| Vector3::new(draw.normal(), draw.normal(), draw.normal()) * 5e-4);
+    let scale: [Vector3<f64>; N] =
+        core::array::from_fn(|_| Vector3::new(draw.normal(), draw.normal(), draw.normal()) * 5e-4);
     for k in 0..(until / H) as u64 {
         let t = k as f64 * H;
         let [f, w] = flight(t);
@@ -47,7 +59,7 @@ fn fly<const N: usize>(seed: u64, fault: impl Fn(usize, f64) -> [Vector3<f64>; 2
                 votes: [true; 2],
                 calibrated: [true; 2],
                 matrix_shown: [true; 2],
-                place_known: true,
+                place: 0.0,
                 left: [1e-5, 1e-8],
                 interval: 0.005,
             })
@@ -88,7 +100,10 @@ fn a_jump_is_found_within_a_second_and_so_is_its_unit() {
             [Vector3::new(x, 0.0, 0.0), Vector3::zeros()]
         };
         let found = fly::<4>(seed, jump, 110.0);
-        assert!(matches!(found[..], [(t, found, Sensor::Accelerometer), ..] if found == unit && t < 101.0), "seed {seed}: {found:?}");
+        assert!(
+            matches!(found[..], [(t, found, Sensor::Accelerometer), ..] if found == unit && t < 101.0),
+            "seed {seed}: {found:?}"
+        );
     }
 }
 
@@ -97,10 +112,17 @@ fn a_ramp_is_found_before_it_is_large() {
     for seed in 0..10 {
         let unit = seed as usize % 3;
         let ramp = |i: usize, t: f64| {
-            let x = if i == unit { 0.005 * (t - 100.0).max(0.0) } else { 0.0 };
+            let x = if i == unit {
+                0.005 * (t - 100.0).max(0.0)
+            } else {
+                0.0
+            };
             [Vector3::new(0.0, x, 0.0), Vector3::zeros()]
         };
         let found = fly::<3>(seed, ramp, 200.0);
-        assert!(matches!(found[..], [(t, found, Sensor::Accelerometer), ..] if found == unit && t < 140.0), "seed {seed}: {found:?}");
+        assert!(
+            matches!(found[..], [(t, found, Sensor::Accelerometer), ..] if found == unit && t < 140.0),
+            "seed {seed}: {found:?}"
+        );
     }
 }

@@ -161,7 +161,8 @@ impl<T: Real> CarriedGravity<T> {
         let carried: &mut Vector3<T> = self.gravity.get_or_insert(*f);
         // A rotation by -w h, to second order.
         let turn: Vector3<T> = w * -window;
-        let turned: Vector3<T> = *carried + turn.cross(carried) + turn.cross(&turn.cross(carried)) * real::<T>(0.5);
+        let turned: Vector3<T> =
+            *carried + turn.cross(carried) + turn.cross(&turn.cross(carried)) * real::<T>(0.5);
         let error: Vector3<T> = f - turned;
         let next: Vector3<T> = turned + error * (window / real::<T>(CARRIED_OVER));
         let size = next.norm();

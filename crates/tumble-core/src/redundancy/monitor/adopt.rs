@@ -92,7 +92,7 @@ pub(super) fn conclude<T: Real>(
                 let factory = factory_error(sensor, &unit.axes, &error, residual, &settings.evaluation);
                 stored.replace(error, residual, sequence, factory);
                 stored.matrix_shown = record.shows_matrix();
-                stored.place_known = record.shows_place();
+                stored.place_sigma = record.lever_arm_sigma.norm();
                 *sensor.of_mut(&mut conclusions) = Conclusion::Replaced;
                 tell(EventKind::Adopted { record });
             }

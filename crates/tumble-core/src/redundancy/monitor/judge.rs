@@ -4,13 +4,13 @@ use nalgebra::Vector3;
 
 use crate::real::{Real, count, real, seconds};
 use crate::redundancy::evaluation::StoredCalibration;
-use crate::redundancy::health::HealthFault;
+use crate::redundancy::health::{Health, HealthFault};
 use crate::redundancy::judgement::{Judgement, SetWindow, UnitReading};
 use crate::redundancy::monitor::event::{Event, EventKind};
 use crate::redundancy::monitor::{Monitor, Report};
 use crate::redundancy::output::lever_arm;
 use crate::redundancy::platform::Platform;
-use crate::redundancy::samples::window::Means;
+use crate::redundancy::samples::pair::TwoWindows;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::sample::CHANNELS;
 
@@ -68,7 +68,14 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                     );
                 }
                 Judgement::Noisy { unit, scatter, limit } => {
-                    contradict(unit, HealthFault::Noisy { sensor, scatter, limit });
+                    contradict(
+                        unit,
+                        HealthFault::Noisy {
+                            sensor,
+                            scatter,
+                            limit,
+                        },
+                    );
                 }
                 Judgement::Blamed { unit, proof } => contradict(
                     unit,
@@ -114,8 +121,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         core::array::from_fn(|number| {
             let (unit, stored) = (platform.units().get(number)?, self.stored.get(number)?);
             let (history, health) = (self.histories.get(number)?, self.health.get(number)?);
-            let means = history.window(window)?;
-            let said = |sensor: Sensor| self.compensated(platform, number, sensor, &sensor.triad(&means.mean));
+            let (before, means) = history.pair(window)?;
+            let triangle = before.triangle(means);
+            let said = |sensor: Sensor| self.compensated(platform, number, sensor, &sensor.triad(&triangle));
             let (f, w) = (said(Sensor::Accelerometer)?, said(Sensor::Gyroscope)?);
             let arm = lever_arm(unit, stored);
             let carried = turning.map_or(Vector3::zeros(), |(rate, change)| {
@@ -131,13 +139,18 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                 step: [force_step, rate_step].map(|step| unit.sensor_from_primary.tr_mul(&step)),
                 votes: of_sensors(&|sensor| {
                     lives
+                        && *sensor.of(&before.usable)
                         && *sensor.of(&means.usable)
                         && unit.axes.complete(sensor)
                         && self.is_known(sensor, number)
                 }),
                 calibrated: of_sensors(&|sensor| number == 0 || sensor.of(stored).calibrated),
                 matrix_shown: of_sensors(&|sensor| number == 0 || sensor.of(stored).matrix_shown),
-                place_known: number == 0 || Sensor::Accelerometer.of(stored).place_known || unit.lever_arm.is_some(),
+                place: if number == 0 || unit.lever_arm.is_some() {
+                    T::zero()
+                } else {
+                    Sensor::Accelerometer.of(stored).place_sigma
+                },
                 left: SENSORS.map(|sensor| left(sensor.of(stored))),
                 interval: steps.interval * seconds(platform.settings().window),
                 at_rest: self.at_rest(platform, number),
@@ -145,22 +158,23 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         })
     }
 
-    /// Angular rate, rad/s, and angular acceleration, rad/s^2, of the set: medians over what is known of the units.
+    /// Angular rate, rad/s, and angular acceleration, rad/s^2, of the set over two windows: medians over what is known of the
+    /// units. Under a triangle, the change of the mean rate is the mean angular acceleration (docs/theory/redundancy.md, eq. 3).
     fn turning(&self, platform: &Platform<T, UNITS>, window: u64) -> Option<(Vector3<T>, Vector3<T>)> {
         let length = seconds::<T>(platform.settings().window);
-        let rates = |window: u64| {
+        let of_all = |said: &dyn Fn(TwoWindows<'_, T>) -> [T; CHANNELS]| {
             self.judge.set_rate(&core::array::from_fn(|number| {
-                let fit = self.is_known(Sensor::Gyroscope, number)
-                    && self.health.get(number)?.fault().is_none_or(|fault| fault.is_judged());
-                let means: &Means<T, CHANNELS> = self.histories.get(number)?.window(window)?;
-                let reading = Sensor::Gyroscope.triad(&means.mean);
-                fit.then(|| self.compensated(platform, number, Sensor::Gyroscope, &reading))
-                    .flatten()
+                let lives = |health: &Health<T>| health.fault().is_none_or(|fault| fault.is_judged());
+                let fit =
+                    self.is_known(Sensor::Gyroscope, number) && self.health.get(number).is_some_and(lives);
+                let pair = self.histories.get(number)?.pair(window).filter(|_| fit)?;
+                let rate = Sensor::Gyroscope.triad(&said(pair));
+                self.compensated(platform, number, Sensor::Gyroscope, &rate)
             }))
         };
-        let now = rates(window)?;
-        let before = rates(window.checked_sub(1)?)?;
-        Some((now, (now - before) / length))
+        let rate = of_all(&|(before, now)| before.triangle(now))?;
+        let change = of_all(&|(_, now)| now.mean)? - of_all(&|(before, _)| before.mean)?;
+        Some((rate, change / length))
     }
 
     /// Whether enough is known of a unit for what it says to count: it was calibrated against the primary or agreed with it,
@@ -175,7 +189,10 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
 
     /// `|f| - g` and `|w|` of a unit over this rest.
     fn at_rest(&self, platform: &Platform<T, UNITS>, number: usize) -> Option<[T; 2]> {
-        let at_rest = self.rest_means.get(number).filter(|at_rest| at_rest.windows() >= RESTED)?;
+        let at_rest = self
+            .rest_means
+            .get(number)
+            .filter(|at_rest| at_rest.windows() >= RESTED)?;
         let said = |sensor: Sensor| self.compensated(platform, number, sensor, &sensor.triad(at_rest.mean()));
         let force = said(Sensor::Accelerometer)?.norm() - platform.settings().evaluation.gravity;
         Some([force, said(Sensor::Gyroscope)?.norm()])
@@ -186,7 +203,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
     pub(super) fn accept_or_refute(&mut self, platform: &Platform<T, UNITS>) {
         for sensor in SENSORS {
             for number in 1..UNITS {
-                let Some(stored) = self.stored.get(number) else { continue };
+                let Some(stored) = self.stored.get(number) else {
+                    continue;
+                };
                 let stored = sensor.of(stored);
                 if !stored.apart.is_finite() {
                     continue;

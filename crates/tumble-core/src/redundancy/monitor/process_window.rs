@@ -146,9 +146,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         for slot in &mut self.calibrations {
             let Some(calibration) = slot else { continue };
             let wanted = SENSORS.into_iter().zip(calibration.sensors());
-            let doubted = wanted.filter(|(_, wanted)| *wanted).any(|(sensor, _)| {
-                self.judge.is_disputed(sensor) || self.judge.is_doubted(sensor, 0)
-            });
+            let doubted = wanted
+                .filter(|(_, wanted)| *wanted)
+                .any(|(sensor, _)| self.judge.is_disputed(sensor) || self.judge.is_doubted(sensor, 0));
             if doubted {
                 abandon(slot, time, Abandoned::Disputed, report);
                 continue;

@@ -69,7 +69,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                     let stored = sensor.of_mut(stored);
                     stored.replace(error, residual, record.sequence, factory);
                     stored.matrix_shown = record.shows_matrix();
-                    stored.place_known = record.shows_place();
+                    stored.place_sigma = record.lever_arm_sigma.norm();
                     (number, None)
                 }
             },
