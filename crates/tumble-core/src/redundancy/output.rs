@@ -18,7 +18,8 @@ pub struct Output<T: Real> {
     pub angular_rate: Vector3<T>,
     /// The unit it comes from, 0 the primary.
     pub source: usize,
-    /// Whether the source is known to be wrong, and nobody is there in its place.
+    /// Whether the source is known to be wrong and nobody is there in its place, or two units contradict each other and nobody
+    /// knows which is right.
     pub degraded: bool,
 }
 

@@ -6,12 +6,31 @@
 use crate::real::Real;
 use crate::redundancy::settings::SelectionSettings;
 
+/// What is left of a unit that is not healthy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Condition {
+    /// Nothing that could be used.
+    Useless,
+    /// Its readings are at the end of their range now and then.
+    Saturated,
+    /// Readings that are wrong, but better than none.
+    Doubtful,
+}
+
+/// A source that saturates is kept for so long, microseconds: what shakes one shakes all.
+const SATURATED_HOLD: u64 = 200_000;
+
+/// How long another has to have been healthy to take over from one that saturates, microseconds.
+const CALM: u64 = 2_000_000;
+
 /// A unit that may become the source.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SourceCandidate<T: Real> {
     /// Whether it is.
     pub healthy: bool,
-    /// For how long, microseconds.
+    /// What it is like where it is not.
+    pub condition: Condition,
+    /// For how long it has been healthy, microseconds.
     pub healthy_for: u64,
     /// Whether it is the primary, was calibrated against it, or agreed with it at the last rest.
     pub calibrated: bool,
@@ -126,12 +145,27 @@ impl Selection {
                 return Some(self.change(Some(0), SelectionReason::PrimaryProven));
             }
         }
-        if candidate(source).is_some_and(|source| source.healthy) {
+        let current = candidate(source);
+        if current.as_ref().is_some_and(|source| source.healthy) {
             self.failing_since = None;
             return None;
         }
-        self.has_failed(now, settings)
-            .then(|| self.replace(source, &candidate, settings))
+        let condition = current.map_or(Condition::Useless, |source| source.condition);
+        let (hold, calm) = match condition {
+            Condition::Saturated => (settings.hold.max(SATURATED_HOLD), CALM),
+            Condition::Useless | Condition::Doubtful => (settings.hold, 0),
+        };
+        if !self.has_failed(now, hold) {
+            return None;
+        }
+        let fit = |unit: usize| {
+            let candidate = candidate(unit)?;
+            Some(SourceCandidate {
+                healthy: candidate.healthy && candidate.healthy_for >= calm,
+                ..candidate
+            })
+        };
+        self.replace(source, condition, &fit, settings)
     }
 
     /// Until there is a source, whoever is fit becomes it; the primary is waited for at the very start.
@@ -145,7 +179,7 @@ impl Selection {
             return Some(self.change(Some(0), SelectionReason::Start));
         }
         let starting = self.source == SelectedSource::Unset;
-        if starting && !self.has_failed(now, settings) {
+        if starting && !self.has_failed(now, settings.hold) {
             return None;
         }
         match best_secondary(candidate, settings) {
@@ -154,24 +188,27 @@ impl Selection {
         }
     }
 
-    fn has_failed(&mut self, now: u64, settings: &SelectionSettings) -> bool {
+    fn has_failed(&mut self, now: u64, hold: u64) -> bool {
         let since = self.failing_since.get_or_insert(now);
         *since = now.min(*since);
-        now - *since >= settings.hold
+        now - *since >= hold
     }
 
-    /// Other secondaries first: a primary that failed before and was not called back comes last.
+    /// Other secondaries first: a primary that failed before and was not called back comes last. Where nobody is fit, what still
+    /// says something stays.
     fn replace<T: Real>(
         &mut self,
         failed: usize,
+        condition: Condition,
         candidate: &impl Fn(usize) -> Option<SourceCandidate<T>>,
         settings: &SelectionSettings,
-    ) -> Change {
+    ) -> Option<Change> {
         let primary = candidate(0).filter(|primary| primary.healthy).map(|_| 0);
         match best_secondary(candidate, settings).or(primary) {
-            Some(next) if failed == 0 => self.change(Some(next), SelectionReason::PrimaryFailed),
-            Some(next) => self.change(Some(next), SelectionReason::SourceFailed),
-            None => self.change(None, SelectionReason::NoneFit),
+            Some(next) if failed == 0 => Some(self.change(Some(next), SelectionReason::PrimaryFailed)),
+            Some(next) => Some(self.change(Some(next), SelectionReason::SourceFailed)),
+            None if condition == Condition::Useless => Some(self.change(None, SelectionReason::NoneFit)),
+            None => None,
         }
     }
 

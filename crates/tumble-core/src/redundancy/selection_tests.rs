@@ -3,6 +3,7 @@ use crate::redundancy::settings::RedundancySettings;
 
 const FIT: SourceCandidate<f32> = SourceCandidate {
     healthy: true,
+    condition: Condition::Useless,
     healthy_for: 0,
     calibrated: true,
     residual: 0.1,
@@ -222,4 +223,37 @@ fn a_return_sooner_than_the_failover_is_refused() {
     assert!(returning(Some(HOLD)).is_err());
     assert!(returning(Some(HOLD + 1)).is_ok());
     assert!(returning(None).is_ok());
+}
+
+fn ill_as(condition: Condition) -> SourceCandidate<f32> {
+    SourceCandidate { condition, ..ILL }
+}
+
+#[test]
+fn a_source_that_is_wrong_but_speaks_stays_while_nobody_else_is_fit() {
+    let mut selection = started(&settings(None));
+    let set = [ill_as(Condition::Doubtful), ILL, ILL];
+    for time in (0..10 * HOLD).step_by(1000) {
+        assert_eq!(selection.update(time, among(&set), &settings(None)), None);
+    }
+    let set = [ill_as(Condition::Doubtful), ILL, FIT];
+    let change = selection.update(10 * HOLD, among(&set), &settings(None));
+    assert_eq!(change, to(2, SelectionReason::PrimaryFailed));
+}
+
+#[test]
+fn a_source_that_saturates_is_left_only_for_one_that_has_been_calm() {
+    let mut selection = started(&settings(None));
+    let calm_for = |healthy_for| {
+        [
+            ill_as(Condition::Saturated),
+            SourceCandidate { healthy_for, ..FIT },
+        ]
+    };
+    for time in (0..2 * SATURATED_HOLD).step_by(1000) {
+        let set = calm_for(CALM - 1);
+        assert_eq!(selection.update(time, among(&set), &settings(None)), None);
+    }
+    let change = selection.update(2 * SATURATED_HOLD, among(&calm_for(CALM)), &settings(None));
+    assert_eq!(change, to(1, SelectionReason::PrimaryFailed));
 }

@@ -2,6 +2,7 @@
 
 use crate::real::Real;
 use crate::redundancy::judgement::attribution::Ground;
+use crate::redundancy::selection::Condition;
 use crate::redundancy::sensor::Sensor;
 
 crate::vocabulary! {
@@ -118,6 +119,24 @@ impl<T: Real> HealthFault<T> {
             | Self::Saturated { .. }
             | Self::NotFinite { .. }
             | Self::ClockJumped => false,
+        }
+    }
+
+    /// What is left of the unit.
+    pub fn condition(&self) -> Condition {
+        match self {
+            Self::Saturated { .. } => Condition::Saturated,
+            Self::OutOfFamily { .. }
+            | Self::Noisy { .. }
+            | Self::Blamed { .. }
+            | Self::Spikes { .. }
+            | Self::ImplausibleAtRest { .. } => Condition::Doubtful,
+            Self::Late { .. }
+            | Self::Frozen { .. }
+            | Self::Stuck { .. }
+            | Self::NotFinite { .. }
+            | Self::Refuted { .. }
+            | Self::ClockJumped => Condition::Useless,
         }
     }
 

@@ -19,6 +19,7 @@ use crate::real::{Real, seconds};
 use crate::redundancy::health::watch::{Reading, SensorWatch};
 use crate::redundancy::leaky::Lapse;
 use crate::redundancy::platform::Range;
+use crate::redundancy::selection::Condition;
 use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
 use crate::redundancy::settings::HealthSettings;
 use crate::sample::Sample;
@@ -81,6 +82,15 @@ impl<T: Real> Health<T> {
     /// Whether nothing is wrong with it, as far as is known.
     pub fn is_sound(&self) -> bool {
         self.fault.is_none()
+    }
+
+    /// What could still be used of it where it is not healthy.
+    pub fn condition(&self) -> Condition {
+        match self.fault {
+            None if self.presence == Presence::Seen => Condition::Doubtful,
+            None => Condition::Useless,
+            Some(fault) => fault.condition(),
+        }
     }
 
     /// Since when the unit has been healthy, microseconds; `None` while it is not.

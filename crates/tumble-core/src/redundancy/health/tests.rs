@@ -306,86 +306,51 @@ fn a_step_is_no_spike_and_used_from_its_second_reading_on() {
     assert_eq!(bench.health.fault(), None);
 }
 
-fn comparison(apart: f32, scatter: f32) -> Comparison<f32> {
-    Comparison {
-        apart,
-        usual_apart: 0.0,
-        scatter,
-        usual_scatter: 0.3,
-    }
-}
+const FOUND: HealthFault<f32> = HealthFault::OutOfFamily {
+    sensor: Sensor::Accelerometer,
+    apart: 1.5,
+    limit: 0.1,
+    scale: 0.1,
+    agreeing: 0b110,
+};
 
 #[test]
-fn a_unit_as_far_from_the_median_as_is_usual_in_its_family_is_not_out_of_it() {
+fn a_unit_found_wrong_beside_others_stays_so_until_it_is_absolved() {
     let mut bench = Bench::running();
-    let settings = bench.settings;
-    for _ in 0..100 {
-        bench.run(10, |_, _| {});
-        let shaken = Comparison {
-            usual_apart: 3.0,
-            ..comparison(9.0, 0.3)
-        };
-        bench
-            .health
-            .compare(Sensor::Accelerometer, &shaken, 50_000, &settings);
-    }
+    bench.health.contradict(Sensor::Accelerometer, FOUND);
+    bench.run(1000, |_, _| {});
+    assert_eq!(bench.health.fault(), Some(FOUND));
+    bench.health.absolve(Sensor::Gyroscope);
+    bench.run(1000, |_, _| {});
+    assert_eq!(bench.health.fault(), Some(FOUND));
+    bench.health.absolve(Sensor::Accelerometer);
+    bench.run(1000, |_, _| {});
     assert_eq!(bench.health.fault(), None);
 }
 
 #[test]
-fn a_unit_away_from_its_family_for_long_enough_is_condemned_and_clears_when_back() {
+fn a_calibration_may_mend_what_others_contradict_and_nothing_else() {
     let mut bench = Bench::running();
-    let settings = bench.settings;
-    let window = |bench: &mut Bench, apart, scatter| {
-        bench.run(10, |_, _| {});
-        bench.health.compare(
-            Sensor::Accelerometer,
-            &comparison(apart, scatter),
-            50_000,
-            &settings,
-        );
-        bench.health.fault()
-    };
-    for _ in 0..9 {
-        assert_eq!(window(&mut bench, 1.5, 0.3), None);
-    }
-    // One window in the family does not absolve.
-    assert_eq!(window(&mut bench, 0.5, 0.3), None);
-    window(&mut bench, 1.5, 0.3);
-    window(&mut bench, 1.5, 0.3);
-    let found = HealthFault::OutOfFamily {
-        sensor: Sensor::Accelerometer,
-        apart: 1.5,
-        limit: 1.0,
-    };
-    assert_eq!(window(&mut bench, 1.5, 0.3), Some(found));
-    for _ in 0..40 {
-        window(&mut bench, 0.1, 0.3);
-    }
-    assert_eq!(bench.health.fault(), None);
-    for _ in 0..12 {
-        window(&mut bench, 0.1, 2.0);
-    }
-    assert!(matches!(bench.health.fault(), Some(HealthFault::Noisy { ratio, .. }) if ratio > 6.0));
+    assert!(bench.health.may_be_calibrated());
+    bench.health.contradict(Sensor::Accelerometer, FOUND);
+    assert!(bench.health.may_be_calibrated());
+    bench.health.absolve(Sensor::Accelerometer);
+    bench.health.refute(Sensor::Accelerometer, 19.4, 4.0);
+    assert!(!bench.health.may_be_calibrated());
 }
 
 #[test]
-fn a_unit_of_lower_grade_is_not_noisy_at_rest() {
+fn a_unit_that_is_refuted_stays_so_until_a_later_rest_says_otherwise() {
     let mut bench = Bench::running();
-    let settings = bench.settings;
-    let beside_better_ones = Comparison {
-        apart: 0.0,
-        usual_apart: 0.0,
-        scatter: 0.1,
-        usual_scatter: 0.001,
-    };
-    for _ in 0..100 {
-        bench.run(10, |_, _| {});
-        bench
-            .health
-            .compare(Sensor::Accelerometer, &beside_better_ones, 50_000, &settings);
-        assert_eq!(bench.health.fault(), None);
-    }
+    bench.health.refute(Sensor::Accelerometer, 3.9, 4.0);
+    assert_eq!(bench.health.fault(), None);
+    bench.health.refute(Sensor::Accelerometer, f32::NAN, 4.0);
+    assert!(matches!(bench.health.fault(), Some(HealthFault::Refuted { .. })));
+    bench.run(1000, |_, _| {});
+    assert!(matches!(bench.health.fault(), Some(HealthFault::Refuted { .. })));
+    bench.health.refute(Sensor::Accelerometer, 0.1, 4.0);
+    bench.run(1000, |_, _| {});
+    assert_eq!(bench.health.fault(), None);
 }
 
 #[test]
@@ -437,7 +402,7 @@ type Spoil = fn(&mut HealthSettings<f32>);
 fn settings_that_cannot_be_meant_are_refused_by_name() {
     let good = RedundancySettings::<f32>::default();
     assert_eq!(good.validate(), Ok(()));
-    let cases: [(&str, SettingError, Spoil); 6] = [
+    let cases: [(&str, SettingError, Spoil); 5] = [
         ("late", SettingError::NotPositive, |s| s.late = 0),
         ("spike_angular_rate", SettingError::NotPositive, |s| {
             s.spike.angular_rate = f32::NAN
@@ -451,9 +416,6 @@ fn settings_that_cannot_be_meant_are_refused_by_name() {
         ("frozen", SettingError::TooLong(leaky::LONGEST / 3), |s| {
             s.frozen = 3_000_000
         }),
-        ("family_time", SettingError::TooLong(leaky::LONGEST), |s| {
-            s.family_time = u64::MAX
-        }),
     ];
     for (setting, error, spoil) in cases {
         let mut settings = good;
@@ -464,6 +426,6 @@ fn settings_that_cannot_be_meant_are_refused_by_name() {
 }
 
 #[test]
-fn a_unit_takes_less_than_a_hundred_bytes() {
-    assert!(size_of::<Health<f32>>() <= 96, "{}", size_of::<Health<f32>>());
+fn a_unit_takes_little_more_than_a_hundred_bytes() {
+    assert!(size_of::<Health<f32>>() <= 104, "{}", size_of::<Health<f32>>());
 }

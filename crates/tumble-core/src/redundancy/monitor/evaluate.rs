@@ -47,7 +47,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             .purpose(time, under_way, &platform.settings().evaluation);
         let calibrating = self.calibrations.iter().any(Option::is_some);
         let told = calibrating || purpose > Purpose::Health;
-        let valid = self.evaluate_primary(platform, fewest, time, told, report);
+        let deviations = self.evaluate_primary(platform, fewest, time, told, report);
+        self.hold_rest_against_primary(platform, &deviations);
+        let valid = deviations.map(|deviation| deviation.is_some_and(|deviation| !deviation.exceeds()));
         self.abandon_if_primary_invalid(platform, valid, time, report);
         if purpose > Purpose::Health {
             self.rest.evaluated(time);
@@ -64,14 +66,14 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         time: u64,
         told: bool,
         report: Report<'_, T>,
-    ) -> [bool; 2] {
+    ) -> [Option<Deviation<T>>; 2] {
         let settings = platform.settings();
         let units = platform.units().first().zip(self.rest_means.first());
         let (Some((unit, at_rest)), Some(health)) = (units, self.health.first_mut()) else {
-            return [false; 2];
+            return [None; 2];
         };
         if u64::from(at_rest.windows()) < fewest.max(1) {
-            return [false; 2];
+            return [None; 2];
         }
         SENSORS.map(|sensor| {
             let primary = PrimaryAtRest {
@@ -90,7 +92,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                     kind: evaluated(sensor, Check::Norm, &deviation),
                 });
             }
-            !deviation.exceeds()
+            Some(deviation)
         })
     }
 

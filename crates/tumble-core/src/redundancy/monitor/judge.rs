@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::real::{Real, count, real, seconds};
-use crate::redundancy::evaluation::StoredCalibration;
+use crate::redundancy::evaluation::{Deviation, StoredCalibration};
 use crate::redundancy::health::{Health, HealthFault};
 use crate::redundancy::judgement::{Judgement, SetWindow, UnitReading};
 use crate::redundancy::monitor::event::{Event, EventKind};
@@ -16,6 +16,9 @@ use crate::sample::CHANNELS;
 
 /// Rest after which what units say at it is held against them, windows.
 const RESTED: u32 = 16;
+
+/// Share of the primary's deviation at rest that a secondary may have to be held against it.
+const MUCH_LESS: f64 = 0.5;
 
 /// Residuals of a channel that stand for what a calibration leaves.
 const RESIDUALS: f64 = 2.0;
@@ -196,6 +199,35 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         let said = |sensor: Sensor| self.compensated(platform, number, sensor, &sensor.triad(at_rest.mean()));
         let force = said(Sensor::Accelerometer)?.norm() - platform.settings().evaluation.gravity;
         Some([force, said(Sensor::Gyroscope)?.norm()])
+    }
+
+    /// A primary that deviates at rest, beside a calibrated secondary that does not, is wrong by itself.
+    pub(super) fn hold_rest_against_primary(
+        &mut self,
+        platform: &Platform<T, UNITS>,
+        deviations: &[Option<Deviation<T>>; 2],
+    ) {
+        for (sensor, deviation) in SENSORS.into_iter().zip(deviations) {
+            let Some(deviation) = deviation.filter(Deviation::exceeds) else {
+                continue;
+            };
+            let better = (1..UNITS).any(|number| {
+                let stored = self
+                    .stored
+                    .get(number)
+                    .is_some_and(|stored| sensor.of(stored).calibrated);
+                let healthy = self.health.get(number).is_some_and(Health::is_sound);
+                let off = self
+                    .at_rest(platform, number)
+                    .map(|at_rest| sensor.of(&at_rest).abs());
+                let within = off
+                    .is_some_and(|off| off < deviation.threshold && off < deviation.value * real(MUCH_LESS));
+                stored && healthy && within
+            });
+            if let Some(health) = self.health.first_mut().filter(|_| better) {
+                health.at_rest(sensor, deviation.value, deviation.threshold);
+            }
+        }
     }
 
     /// Lets units in that agreed with a valid primary at this rest, and holds against others that they cannot be what they

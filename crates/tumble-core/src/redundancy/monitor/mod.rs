@@ -24,7 +24,7 @@ use crate::redundancy::samples::clock::{ClockSettings, CommonClock, Verdict};
 use crate::redundancy::samples::history::{RestMean, WindowHistory};
 use crate::redundancy::samples::pair::products;
 use crate::redundancy::selection::{Selection, SourceCandidate};
-use crate::redundancy::sensor::{Axes, Sensor};
+use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
 use crate::sample::{CHANNELS, Sample};
 
 /// Who is told of what happened.
@@ -245,6 +245,10 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             if matches!(fault, None | Some(HealthFault::Saturated { .. })) {
                 continue;
             }
+            // What a calibration may mend does not end it.
+            if unit != 0 && health.may_be_calibrated() {
+                continue;
+            }
             for slot in &mut self.calibrations {
                 let concerns = slot.as_ref().map(CalibrationRun::secondary);
                 match concerns {
@@ -265,6 +269,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             let stored = stored.get(unit)?;
             Some(SourceCandidate {
                 healthy: healthy_since.is_some() && units.get(unit)?.axes == Axes::ALL,
+                condition: health.get(unit)?.condition(),
                 healthy_for: healthy_since.map_or(0, |since| now.saturating_sub(since)),
                 calibrated: stored.iter().all(|stored| stored.calibrated || stored.agrees),
                 residual: Sensor::Accelerometer.of(stored).error_left(),
@@ -309,6 +314,12 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         Some(compensate(sensor, unit, stored, calibration, y))
     }
 
+    /// Whether a unit is known to be wrong, or contradicts another and nobody knows which is right.
+    fn is_degraded(&self, number: usize) -> bool {
+        let sound = self.health.get(number).is_some_and(Health::is_sound);
+        !sound || SENSORS.into_iter().any(|sensor| self.judge.is_disputed(sensor))
+    }
+
     fn output(
         &mut self,
         platform: &Platform<T, UNITS>,
@@ -327,7 +338,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             specific_force: self.lever_arm_correction.apply(sample.time, &reading, &arm),
             angular_rate: reading.angular_rate,
             source: number,
-            degraded: false,
+            degraded: self.is_degraded(number),
         };
         if !output.is_finite() {
             // Readings may be finite and their squares not: nothing of them may stay in what comes after.
