@@ -203,8 +203,8 @@ fn numbers(settings: &mut RedundancySettings<f32>) -> [&mut f32; 29] {
         &mut adoption.residual.angular_rate,
         &mut health.spike.specific_force,
         &mut health.spike.angular_rate,
-        &mut health.family.specific_force,
-        &mut health.family.angular_rate,
+        &mut health.tolerated.specific_force,
+        &mut health.tolerated.angular_rate,
         &mut health.noise_ratio,
         &mut health.rest.specific_force,
         &mut health.rest.angular_rate,
@@ -212,7 +212,7 @@ fn numbers(settings: &mut RedundancySettings<f32>) -> [&mut f32; 29] {
 }
 
 /// Every length of time that can be set.
-fn times(settings: &mut RedundancySettings<f32>) -> [&mut u64; 12] {
+fn times(settings: &mut RedundancySettings<f32>) -> [&mut u64; 11] {
     let RedundancySettings {
         window,
         evaluation,
@@ -232,7 +232,6 @@ fn times(settings: &mut RedundancySettings<f32>) -> [&mut u64; 12] {
         &mut health.late,
         &mut health.frozen,
         &mut health.saturated,
-        &mut health.family_time,
         &mut selection.hold,
     ]
 }

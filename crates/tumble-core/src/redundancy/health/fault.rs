@@ -150,6 +150,9 @@ impl<T: Real> HealthFault<T> {
 
     /// Whether a calibration may mend it.
     pub fn may_be_mended(&self) -> bool {
-        matches!(self, Self::OutOfFamily { .. } | Self::Blamed { .. })
+        matches!(
+            self,
+            Self::OutOfFamily { .. } | Self::Blamed { .. } | Self::Refuted { .. }
+        )
     }
 }

@@ -27,6 +27,15 @@ use crate::sample::Sample;
 /// Whether accelerometer and gyroscope of a sample may be used in a mean.
 pub type Usable = [bool; 2];
 
+/// What refutes a unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RefutedBy {
+    /// A rest beside a valid primary; a later one may clear it.
+    Rest,
+    /// A fit beyond anything that a calibration may be; only one that is adopted clears it.
+    Fit,
+}
+
 /// What is known of a unit's presence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Presence {
@@ -49,7 +58,7 @@ pub struct Health<T: Real> {
     fault: Option<HealthFault<T>>,
     implausible: [bool; 2],
     contradicted: [bool; 2],
-    refuted: [bool; 2],
+    refuted: [[bool; 2]; 2],
     presence: Presence,
 }
 
@@ -69,7 +78,7 @@ impl<T: Real> Health<T> {
             fault: None,
             implausible: [false; 2],
             contradicted: [false; 2],
-            refuted: [false; 2],
+            refuted: [[false; 2]; 2],
             presence: Presence::Unknown,
         }
     }
@@ -158,11 +167,24 @@ impl<T: Real> Health<T> {
         }
     }
 
+    /// A calibration against the primary was adopted: nothing of what was found before holds.
+    pub fn calibrated(&mut self, sensor: Sensor) {
+        self.absolve(sensor);
+        for refuted in &mut self.refuted {
+            *sensor.of_mut(refuted) = false;
+        }
+    }
+
     /// Takes in how far a sensor is from a valid primary at rest, m/s^2 or rad/s, and how far anything that calibration can
     /// find could bring it.
-    pub fn refute(&mut self, sensor: Sensor, deviation: T, limit: T) {
+    pub fn refute(&mut self, sensor: Sensor, by: RefutedBy, deviation: T, limit: T) {
         let possible = deviation <= limit;
-        let refuted = core::mem::replace(sensor.of_mut(&mut self.refuted), !possible);
+        let [at_rest, by_fit] = &mut self.refuted;
+        let refuted = match by {
+            RefutedBy::Rest => at_rest,
+            RefutedBy::Fit => by_fit,
+        };
+        let refuted = core::mem::replace(sensor.of_mut(refuted), !possible);
         if !possible && !refuted {
             self.condemn(
                 HealthFault::Refuted {
@@ -247,7 +269,7 @@ impl<T: Real> Health<T> {
         } else {
             now
         };
-        let shown = self.implausible != [false; 2] || self.refuted != [false; 2];
+        let shown = self.implausible != [false; 2] || self.refuted != [[false; 2]; 2];
         let stays = shown && self.fault.as_ref().is_some_and(at_rest);
         if !stays || at_rest(&fault) {
             self.fault = Some(fault);
@@ -257,7 +279,8 @@ impl<T: Real> Health<T> {
     /// Nothing was wrong for long enough.
     fn settle(&mut self, now: u64, settings: &HealthSettings<T>) {
         let gone = now.saturating_sub(self.since) >= settings.recovery;
-        let stands = [self.implausible, self.contradicted, self.refuted] != [[false; 2]; 3];
+        let stands =
+            [self.implausible, self.contradicted] != [[false; 2]; 2] || self.refuted != [[false; 2]; 2];
         if self.fault.is_some() && gone && !stands {
             self.fault = None;
             self.since = now;

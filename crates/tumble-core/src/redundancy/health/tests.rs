@@ -335,20 +335,40 @@ fn a_calibration_may_mend_what_others_contradict_and_nothing_else() {
     bench.health.contradict(Sensor::Accelerometer, FOUND);
     assert!(bench.health.may_be_calibrated());
     bench.health.absolve(Sensor::Accelerometer);
-    bench.health.refute(Sensor::Accelerometer, 19.4, 4.0);
+    bench.health.at_rest(Sensor::Accelerometer, 1.6, 1.5);
     assert!(!bench.health.may_be_calibrated());
 }
 
 #[test]
 fn a_unit_that_is_refuted_stays_so_until_a_later_rest_says_otherwise() {
     let mut bench = Bench::running();
-    bench.health.refute(Sensor::Accelerometer, 3.9, 4.0);
+    bench
+        .health
+        .refute(Sensor::Accelerometer, RefutedBy::Rest, 3.9, 4.0);
     assert_eq!(bench.health.fault(), None);
-    bench.health.refute(Sensor::Accelerometer, f32::NAN, 4.0);
+    bench
+        .health
+        .refute(Sensor::Accelerometer, RefutedBy::Rest, f32::NAN, 4.0);
     assert!(matches!(bench.health.fault(), Some(HealthFault::Refuted { .. })));
     bench.run(1000, |_, _| {});
     assert!(matches!(bench.health.fault(), Some(HealthFault::Refuted { .. })));
-    bench.health.refute(Sensor::Accelerometer, 0.1, 4.0);
+    bench
+        .health
+        .refute(Sensor::Accelerometer, RefutedBy::Rest, 0.1, 4.0);
+    bench.run(1000, |_, _| {});
+    assert_eq!(bench.health.fault(), None);
+}
+
+#[test]
+fn a_unit_that_a_fit_refuted_stays_so_until_a_calibration_is_adopted() {
+    let mut bench = Bench::running();
+    bench.health.refute(Sensor::Gyroscope, RefutedBy::Fit, 2.0, 0.1);
+    bench
+        .health
+        .refute(Sensor::Gyroscope, RefutedBy::Rest, 0.001, 1.0);
+    bench.run(1000, |_, _| {});
+    assert!(matches!(bench.health.fault(), Some(HealthFault::Refuted { .. })));
+    bench.health.calibrated(Sensor::Gyroscope);
     bench.run(1000, |_, _| {});
     assert_eq!(bench.health.fault(), None);
 }
@@ -427,5 +447,5 @@ fn settings_that_cannot_be_meant_are_refused_by_name() {
 
 #[test]
 fn a_unit_takes_little_more_than_a_hundred_bytes() {
-    assert!(size_of::<Health<f32>>() <= 104, "{}", size_of::<Health<f32>>());
+    assert!(size_of::<Health<f32>>() <= 112, "{}", size_of::<Health<f32>>());
 }

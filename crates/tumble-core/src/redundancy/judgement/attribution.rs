@@ -55,7 +55,7 @@ pub fn by_step<T: Real>(apart: &Vector3<T>, own: &Steps<T>, other: &Steps<T>) ->
     let limit = (size * real(STEP_LEAST))
         .max(along.max(against) * real(STEP_TIMES_OTHER))
         .max(own.usual()? * real(STEP_TIMES_USUAL));
-    let stepped = step > limit && step < size * real(STEP_MOST);
+    let stepped = step > limit && step < size * real(STEP_MOST); // judgement.md, eq. 12
     stepped.then(|| Proof {
         ground: Ground::Step,
         value: step / size,
@@ -74,7 +74,7 @@ pub fn by_rest<T: Real>(sensor: Sensor, own: T, other: T, along_gravity: Option<
     let (left, stayed) = (real::<T>(*sensor.of(&LEFT)), real::<T>(*sensor.of(&STAYED)));
     let fits =
         along_gravity.is_none_or(|apart| (own - other - apart).abs() < stayed.max(own.abs() * real(0.5)));
-    let proves = own.abs() > left && other.abs() < stayed && fits;
+    let proves = own.abs() > left && other.abs() < stayed && fits; // judgement.md, eq. 13
     proves.then_some(Proof {
         ground: Ground::Rest,
         value: own,
@@ -111,6 +111,11 @@ impl<T: Real> Evidence<T> {
         let most = real::<T>(MOST);
         let said = more.max(-most).min(most) * (window / real(INDEPENDENT));
         self.0 += said - self.0 * (window / real(REMEMBERED)); // eq. 15
+    }
+
+    /// Forgets, while nothing is taken in.
+    pub fn fade(&mut self, window: T) {
+        self.0 -= self.0 * (window / real(REMEMBERED));
     }
 
     /// The wrong one of two, 0 or 1, where it is decided.

@@ -181,7 +181,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
     /// A unit that was never calibrated was found to agree with the primary: it has a vote from now on, and what it is off
     /// by is no fault.
     pub fn accept(&mut self, sensor: Sensor, unit: usize) {
-        sensor.of_mut(&mut self.sensors).accept(unit);
+        sensor.of_mut(&mut self.sensors).accept(sensor, unit);
     }
 
     /// Whether it has that vote.

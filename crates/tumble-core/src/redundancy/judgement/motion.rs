@@ -46,7 +46,7 @@ impl<T: Real> StrainMeans<T> {
     /// Takes in that of a window.
     pub fn push(&mut self, strain: &Strain<T>, shares: &[T; SCALES]) {
         for (means, value) in self.0.iter_mut().zip(strain.fields()) {
-            follow(means, *value, shares);
+            follow(means, *value, shares); // judgement.md, eq. 5
         }
     }
 
@@ -87,7 +87,7 @@ impl<T: Real> Tolerance<T> {
             + self.place * strain.place
             + self.matrix * strain.reading
             + self.interpolation * strain.curvature
-            + strain.vibration * real(VIBRATION_LEFT)
+            + strain.vibration * real(VIBRATION_LEFT) // judgement.md, eq. 3, 4
     }
 }
 

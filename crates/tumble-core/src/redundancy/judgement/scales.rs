@@ -18,7 +18,7 @@ pub fn shares<T: Real>(window: T, windows: u32) -> [T; SCALES] {
         let x = window / real(scale);
         // 1 - exp(-x), to second order.
         let forgetting = x / (T::one() + x * real(0.5));
-        forgetting.max(plain)
+        forgetting.max(plain) // judgement.md, eq. 2
     })
 }
 

@@ -94,6 +94,8 @@ pub(super) struct SensorJudge<T: Real, const UNITS: usize> {
     worst: [T; UNITS],
     dispute: Option<Dispute<T>>,
     evidence: Evidence<T>,
+    /// Whose evidence it is.
+    evidence_of: [u8; 2],
     /// Windows since any pair disagreed, and whether any ever did.
     calm: u16,
     disagreed: bool,
@@ -136,6 +138,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             worst: [T::zero(); UNITS],
             dispute: None,
             evidence: Evidence::none(),
+            evidence_of: [0; 2],
             calm: 0,
             disagreed: false,
             learnt: 0,
@@ -175,9 +178,9 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         self.clear(unit);
     }
 
-    pub fn accept(&mut self, unit: usize) {
+    pub fn accept(&mut self, sensor: Sensor, unit: usize) {
         if let Some(deviation) = self.deviations.get_mut(unit) {
-            deviation.accept();
+            deviation.accept(sensor);
         }
         if let Some(accepted) = self.accepted.get_mut(unit) {
             *accepted = true;
@@ -186,6 +189,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     }
 
     fn clear(&mut self, unit: usize) {
+        self.evidence = Evidence::none();
         if let Some(guilty) = self.guilty.get_mut(unit) {
             *guilty = false;
         }
@@ -286,7 +290,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
                 return None;
             }
             let mean = |unit: usize| self.deviations.get(unit)?.mean(scale, case.window.length);
-            let difference = mean(i)? - mean(j)?;
+            let difference = mean(i)? - mean(j)?; // judgement.md, eq. 1
             Some(compare(
                 sensor,
                 scale,
@@ -406,6 +410,9 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         let Some(figures) = at(ratios, i, j, scale) else {
             return;
         };
+        if self.evidence_of != units {
+            (self.evidence, self.evidence_of) = (Evidence::none(), units);
+        }
         self.dispute = Some(Dispute {
             units,
             windows: 0,
@@ -431,7 +438,10 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
 
     /// Looks for what names one of two, and ends the dispute where that is found or where they agree again.
     fn settle_dispute(&mut self, case: &Case<'_, T, UNITS>, ratios: &Ratios<T, UNITS>, tell: Tell<'_, T>) {
-        let Some(mut dispute) = self.dispute else { return };
+        let Some(mut dispute) = self.dispute else {
+            self.evidence.fade(case.window.length);
+            return;
+        };
         let units = dispute.units.map(usize::from);
         let [i, j] = units;
         dispute.windows = dispute.windows.saturating_add(1);
@@ -444,10 +454,6 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         if span(dispute.calm) >= real(SETTLED_AFTER) {
             self.end_dispute();
             tell(Judgement::Agree { units });
-            return;
-        }
-        let voters = (0..UNITS).filter(|unit| case.votes(*unit) && !self.is_guilty(*unit));
-        if voters.count() > 2 && span(dispute.windows) < real(AMBIGUOUS_FOR) {
             return;
         }
         if let Some((unit, proof)) = self.attribute(&dispute, case, span(dispute.windows))
@@ -477,6 +483,10 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             if let Some(proof) = by_step(&-apart, other, own) {
                 return Some((j, proof));
             }
+        }
+        let voters = (0..UNITS).filter(|unit| case.votes(*unit) && !self.is_guilty(*unit));
+        if voters.count() > 2 && lasting < real(AMBIGUOUS_FOR) {
+            return None;
         }
         let calibrated = |unit: usize| case.unit(unit).is_some_and(|unit| *sensor.of(&unit.calibrated));
         if !calibrated(i) || !calibrated(j) {
@@ -517,6 +527,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             return false;
         };
         let before = core::mem::replace(guilty, true);
+        self.evidence = Evidence::none();
         if let Some(redeemed) = self.redeemed.get_mut(unit) {
             *redeemed = 0;
         }

@@ -61,10 +61,17 @@ impl<T: Real> SensorDeviation<T> {
     }
 
     /// Begins anew, with what it is off by over a second for its slow offset: a unit that needs no calibration.
-    pub fn accept(&mut self) {
+    pub fn accept(&mut self, sensor: Sensor) {
         let [_, second, ..] = self.means;
+        let offset = self.offset + second;
+        let most = real::<T>(*sensor.of(&SLOW_OFFSET));
+        let size = offset.norm();
         *self = Self {
-            offset: self.offset + second,
+            offset: if size > most {
+                offset * (most / size)
+            } else {
+                offset
+            },
             ..Self::new()
         };
     }
@@ -163,7 +170,7 @@ impl<T: Real> CarriedGravity<T> {
         let turn: Vector3<T> = w * -window;
         let turned: Vector3<T> =
             *carried + turn.cross(carried) + turn.cross(&turn.cross(carried)) * real::<T>(0.5);
-        let error: Vector3<T> = f - turned;
+        let error: Vector3<T> = f - turned; // judgement.md, eq. 14
         let next: Vector3<T> = turned + error * (window / real::<T>(CARRIED_OVER));
         let size = next.norm();
         *carried = if size > T::zero() { next * (g / size) } else { *f };

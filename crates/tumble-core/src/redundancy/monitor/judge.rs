@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::real::{Real, count, real, seconds};
 use crate::redundancy::evaluation::{Deviation, StoredCalibration};
-use crate::redundancy::health::{Health, HealthFault};
+use crate::redundancy::health::{Health, HealthFault, RefutedBy};
 use crate::redundancy::judgement::{Judgement, SetWindow, UnitReading};
 use crate::redundancy::monitor::event::{Event, EventKind};
 use crate::redundancy::monitor::{Monitor, Report};
@@ -247,7 +247,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                 }
                 let limit = platform.settings().plausible_at_rest(sensor, false);
                 if let Some(health) = self.health.get_mut(number) {
-                    health.refute(sensor, stored.apart, limit);
+                    health.refute(sensor, RefutedBy::Rest, stored.apart, limit);
                 }
             }
         }
@@ -260,5 +260,5 @@ fn left<T: Real>(stored: &StoredCalibration<T>) -> T {
         return T::zero();
     }
     let residual = stored.residual * real(RESIDUALS);
-    residual * residual * count::<T>(3) / real(AVERAGED_RESIDUALS) // eq. 7
+    residual * residual * count::<T>(3) / real(AVERAGED_RESIDUALS) // judgement.md, eq. 7
 }

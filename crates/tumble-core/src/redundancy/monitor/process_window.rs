@@ -1,6 +1,7 @@
 //! What the monitor does with each window: the vote, rest and its evaluation, calibration mode.
 
 use crate::real::{Real, SECOND, seconds};
+use crate::redundancy::health::RefutedBy;
 use crate::redundancy::monitor::adopt::{Conclusion, conclude};
 use crate::redundancy::monitor::calibration::{CalibrationPhase, CalibrationProgress};
 use crate::redundancy::monitor::event::{Abandoned, Event, EventKind};
@@ -174,10 +175,10 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                             (Conclusion::Replaced, Some(health)) => {
                                 self.rest.adopted();
                                 self.judge.recalibrated(sensor, number);
-                                health.absolve(sensor);
+                                health.calibrated(sensor);
                             }
                             (Conclusion::Refuted(excess), Some(health)) => {
-                                health.refute(sensor, excess.value, excess.limit);
+                                health.refute(sensor, RefutedBy::Fit, excess.value, excess.limit);
                             }
                         }
                     }
