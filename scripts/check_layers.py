@@ -39,7 +39,7 @@ PROCEDURES = {"align", "apply", "inspect", "redundancy", "simulate", "spin", "tu
 FOLDERS_OF_PROCEDURES = {"simulate"}
 """Procedures that hold a folder for each thing they do."""
 
-FILES_OF_A_RESULT = {"result", "record", "poses", "limits"}
+FILES_OF_A_RESULT = {"result", "record", "poses", "limits", "spans", "known_faults"}
 """Plain data of a procedure; files that users write of it among them."""
 FILES_OF_A_COMMAND = {"command", "options", "summary", "explain", "targets", "batch", "production"}
 """What a procedure's command is made of; `command_live` is a command too.

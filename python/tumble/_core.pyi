@@ -503,13 +503,17 @@ class RedundancyMonitor:
 class RedundancyReplay(TypedDict):
     """What a replay gave, besides what the monitor now holds."""
 
-    events: list[tuple[float, int, str, dict[str, float | int | str | bool | tuple[float, ...]]]]
-    """Time s, unit, event, figures."""
+    events: list[tuple[float, int, str, dict[str, float | int | str | bool | list[int]]]]
+    """Time s, unit, event, figures; units by their numbers."""
     window_time: FloatArray
     specific_force: list[FloatArray]
     angular_rate: list[FloatArray]
     specific_force_compensated: list[FloatArray]
     angular_rate_compensated: list[FloatArray]
+    said: int
+    """Samples of the output, asked for or not."""
+    degraded: int
+    """Those of a source that is known to be wrong."""
     output_time: FloatArray
     """(n,) s; empty unless asked for, like the other outputs."""
     output_unit: FloatArray

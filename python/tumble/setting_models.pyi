@@ -97,16 +97,14 @@ class MonitorSettings(Document):
     """Specific force that leaves by more, and is back with the next sample, is a spike. In m/s^2."""
     spike_angular_rate: float = 10.0
     """Angular rate that leaves by more, and is back with the next sample, is a spike. In rad/s."""
-    family_specific_force: float = 1.0
-    """Distance from the median of all units, from three up, beyond which specific force is out of family. In
+    tolerated_specific_force: float = 0.05
+    """Drift of specific force that is within specification: a difference of two units that is none. In
     m/s^2."""
-    family_angular_rate: float = 0.1
-    """Distance from the median of all units, from three up, beyond which angular rate is out of family. In
+    tolerated_angular_rate: float = 0.005
+    """Drift of angular rate that is within specification: a difference of two units that is none. In
     rad/s."""
-    family_time: float = 0.5
-    """Time out of family, or too noisy, after which a unit is unhealthy. In s."""
-    noise_ratio: float = 5.0
-    """Scatter of a unit, as a multiple of the median of all, beyond which it is noisy."""
+    noise_ratio: float = 9.0
+    """Scatter of a unit, as a multiple of what the others make one expect, beyond which it is noisy."""
     rest_specific_force: float = 1.5
     """Deviation of specific force from gravity at rest that no error of a working unit explains. In m/s^2."""
     rest_angular_rate: float = 0.2

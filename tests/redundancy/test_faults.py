@@ -145,10 +145,11 @@ def test_a_unit_that_is_missing_is_refused_or_replayed_as_silent_on_request(said
 
 def test_a_primary_that_is_missing_is_replaced_from_the_start(said, tmp_path):
     paths = [tmp_path / "gone.csv", *logs(said, tmp_path)[1:]]
-    result, events = replay(*units(paths), "--allow-missing", "-o", tmp_path / "out")
-    assert {span["unit"] for span in result["selected"]} == {"imu2"} or {
-        span["unit"] for span in result["selected"]
-    } == {"imu3"}
+    result, events = replay(*units(paths), "--allow-missing", "-o", tmp_path / "out", code=3)
+    (source,) = {span["unit"] for span in result["selected"]}
+    assert source in ("imu2", "imu3")
+    assert f"{source} was the source since" in result["known_faults"][0]
+    assert "without having been calibrated" in result["known_faults"][0]
     assert result["selected"][0]["reason"] == "primary failed"
     assert [event for event in events if event["event"] == "triggered"] == []
 
@@ -195,8 +196,9 @@ def test_a_primary_that_deviates_itself_calibrates_nobody(tmp_path):
     wrong = Imu("imu1", accelerometer_bias=(0.0, 0.0, 0.4))
     said = record([wrong, BIASED], 44, MOVED)
     log = write_table(tmp_path / "flight.csv", said)
-    result, events = replay(log, *units(said), *QUICK, "-o", tmp_path / "out")
+    result, events = replay(log, *units(said), *QUICK, "-o", tmp_path / "out", code=3)
     assert {event["figures"]["reason"] for event in of(events, "imu2", "withheld")} == {"primary invalid"}
+    assert "imu1 deviated at rest and stayed the source" in result["known_faults"][0]
     assert result["errors"] == []
     alone, _ = replay(
         log, *units(said), *QUICK, "--set", "gate=secondary alone", "-o", tmp_path / "alone", code=None

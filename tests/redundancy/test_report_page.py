@@ -17,7 +17,7 @@ from tumble.report.numbers import MINUS
 
 RESULTS = {
     name: getattr(cases, name)
-    for name in ("mission", "quiet", "untriggered", "missing", "unfit", "everything", "unseen")
+    for name in ("mission", "quiet", "untriggered", "missing", "unfit", "disputed", "everything", "unseen")
 }
 
 
@@ -67,7 +67,7 @@ def test_the_top_says_who_is_primary_who_was_calibrated_who_took_over_when_and_w
     assert "imu1 is the primary of 2 secondary units" in top
     assert "Calibrated: imu2, with 4.00 mm/s² of specific force and 0.500 mrad/s of angular rate left." in top
     assert "Refused (not better): imu3." in top
-    assert "At 90.00 s imu2 took over from imu1 (primary failed: late (0.110 s))." in top
+    assert "imu1: late (0.110 s), since 89.98 s; imu2 took over at 90.00 s." in top
 
 
 @pytest.mark.parametrize(
@@ -244,10 +244,11 @@ def test_a_notebook_shows_the_summary_and_every_error():
     ("name", "verdict", "all_well"),
     [
         ("mission", "not calibrated", False),
-        ("quiet", "not calibrated", False),
+        ("quiet", "fail", False),
         ("untriggered", "pass", True),
-        ("missing", "calibrated", True),
-        ("unfit", "not calibrated", False),
+        ("missing", "not calibrated", False),
+        ("unfit", "fail", False),
+        ("disputed", "fail", False),
     ],
 )
 def test_the_badge_says_what_the_exit_code_says(pages, name, verdict, all_well):

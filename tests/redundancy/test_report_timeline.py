@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import report_redundancy_cases as cases
 from tumble.redundancy.report.difference import agreements, thinned
 from tumble.redundancy.report.figures import decades
-from tumble.redundancy.report.timeline import COLLECTING, WAITING, LaneSpan, evaluations, merged, time_line
+from tumble.redundancy.report.timeline import COLLECTING, WAITING, Span, evaluations, merged, time_line
 
 
 def lane(result, unit):
@@ -22,13 +22,13 @@ def lane(result, unit):
 
 def test_a_secondary_waits_from_its_trigger_and_collects_from_motion_to_its_fit():
     modes = lane(cases.mission(), "imu2").modes
-    assert modes == (LaneSpan(2.6, 10.2, WAITING), LaneSpan(10.2, cases.ADOPTED, COLLECTING))
+    assert modes == (Span(2.6, 10.2, WAITING), Span(10.2, cases.ADOPTED, COLLECTING))
 
 
 @pytest.mark.parametrize("ending", ["fitted", "adopted", "refused", "abandoned"])
 def test_whatever_ends_a_calibration_ends_its_mode(ending):
     events = (cases.event(1.0, "imu2", "triggered", sensors="both"), cases.event(4.0, "imu2", ending))
-    assert lane(replace(cases.mission(), events=events), "imu2").modes == (LaneSpan(1.0, 4.0, WAITING),)
+    assert lane(replace(cases.mission(), events=events), "imu2").modes == (Span(1.0, 4.0, WAITING),)
 
 
 def test_what_is_open_at_the_end_lasts_to_the_end():
@@ -38,9 +38,9 @@ def test_what_is_open_at_the_end_lasts_to_the_end():
         cases.event(3.0, "imu1", "rest began"),
     )
     result = replace(cases.mission(), events=events)
-    assert lane(result, "imu2").modes == (LaneSpan(1.0, 100.0, WAITING),)
-    assert lane(result, "imu2").unhealthy == (LaneSpan(2.0, 100.0),)
-    assert time_line(result).rests == (LaneSpan(3.0, 100.0),)
+    assert lane(result, "imu2").modes == (Span(1.0, 100.0, WAITING),)
+    assert lane(result, "imu2").unhealthy == (Span(2.0, 100.0),)
+    assert time_line(result).rests == (Span(3.0, 100.0),)
 
 
 def test_several_faults_are_one_span_that_ends_when_the_unit_is_healthy():
@@ -48,15 +48,15 @@ def test_several_faults_are_one_span_that_ends_when_the_unit_is_healthy():
         cases.event(at, "imu2", name, reason="late")
         for at, name in ((1.0, "unhealthy"), (2.0, "unhealthy"), (5.0, "healthy"), (7.0, "healthy"))
     )
-    assert lane(replace(cases.mission(), events=events), "imu2").unhealthy == (LaneSpan(1.0, 5.0),)
+    assert lane(replace(cases.mission(), events=events), "imu2").unhealthy == (Span(1.0, 5.0),)
 
 
 def test_each_unit_is_the_source_where_it_was_selected():
     result = cases.mission()
-    assert lane(result, "imu1").source == (LaneSpan(0.0, cases.TOOK_OVER),)
-    assert lane(result, "imu2").source == (LaneSpan(cases.TOOK_OVER, 100.0),)
+    assert lane(result, "imu1").source == (Span(0.0, cases.TOOK_OVER),)
+    assert lane(result, "imu2").source == (Span(cases.TOOK_OVER, 100.0),)
     assert lane(result, "imu3").source == ()
-    assert time_line(cases.unfit()).no_source == (LaneSpan(0.12, 100.0),)
+    assert time_line(cases.unfit()).no_source == (Span(0.12, 100.0),)
 
 
 def test_a_threshold_is_shown_as_it_was_at_each_evaluation():
@@ -68,7 +68,7 @@ def test_a_threshold_is_shown_as_it_was_at_each_evaluation():
 
 
 spans = st.lists(st.tuples(st.floats(0, 1e4), st.floats(0, 50)), max_size=40).map(
-    lambda drawn: [LaneSpan(start, start + length) for start, length in sorted(drawn)]
+    lambda drawn: [Span(start, start + length) for start, length in sorted(drawn)]
 )
 
 

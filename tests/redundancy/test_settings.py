@@ -144,6 +144,8 @@ def test_none_is_never_and_comes_back_as_none():
     [
         ("secondary_gyroscop_threshold=1", "not a known key, did you mean 'secondary_gyroscope_threshold'?"),
         ("first_threshold=1", "first_threshold is called rest_specific_force_scatter now"),
+        ("family_specific_force=1", "family_specific_force is called tolerated_specific_force now"),
+        ("family_angular_rate=0.1", "family_angular_rate is called tolerated_angular_rate now"),
         ("sixth_threshold=1", "sixth_threshold is called primary_gyroscope_threshold now"),
         ("gate=whole", "'secondary alone', 'whole primary' or 'sensor by sensor'"),
         ("window=-1", "window needs to be greater than 0"),

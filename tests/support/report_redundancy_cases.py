@@ -55,8 +55,26 @@ EVERY_EVENT = {
     "unhealthy": [
         {"reason": reason, "channel": "angular rate z", "value": 12.0, "limit": 10.0}
         for reason in VOCABULARY["unhealthy"]
+    ]
+    + [
+        {
+            "sensor": "accelerometer",
+            "reason": "out of family",
+            "value": 1.02,
+            "limit": 0.21,
+            "scale": 0.1,
+            "agreeing": ("imu1", "imu3"),
+        }
+    ]
+    + [
+        {"sensor": "gyroscope", "reason": "blamed", "ground": ground, "value": 0.93, "limit": 0.5}
+        for ground in VOCABULARY["ground"]
     ],
     "healthy": [{}],
+    "disagree": [
+        {"sensor": "accelerometer", "other": ("imu3",), "value": 1.02, "limit": 0.21, "scale": 10.0}
+    ],
+    "agree": [{"sensor": "accelerometer", "other": ("imu3",)}],
     "selected": [{"reason": reason} for reason in VOCABULARY["selected"]],
     "restored": [{"sensor": "gyroscope", "sequence": 3}],
     "record rejected": [
@@ -235,6 +253,13 @@ def unfit():
         event(0.12, "imu1", "selected", reason="none fit"),
     ]
     return replace(quiet(), events=tuple(events), selected=(Selected(0.12, 100.0, "", "none fit"),))
+
+
+def disputed():
+    """Two units disagree from some time on, to the end."""
+    apart = {"sensor": "accelerometer", "other": ("imu2",), "value": 1.02, "limit": 0.21, "scale": 0.1}
+    made = untriggered()
+    return replace(made, events=(*made.events, event(46.6, "imu1", "disagree", **apart)))
 
 
 def everything():

@@ -216,6 +216,8 @@ pub(crate) fn results<'py>(
         .iter()
         .map(|said| f64::from(u8::from(said.degraded)))
         .collect();
+    dict.set_item("said", replay.said)?;
+    dict.set_item("degraded", replay.degraded)?;
     dict.set_item("output_flags", PyArray1::<f64>::from_vec(py, flags))?;
     dict.set_item("output_time", PyArray1::<f64>::from_vec(py, time))?;
     dict.set_item("output_unit", PyArray1::<f64>::from_vec(py, source))?;

@@ -5,6 +5,7 @@ use pyo3::types::{PyDict, PyTuple};
 use tumble_core::redundancy::fit::adoption::RefusalReason;
 use tumble_core::redundancy::gate::Withheld;
 use tumble_core::redundancy::health::HealthFault;
+use tumble_core::redundancy::judgement::attribution::Ground;
 use tumble_core::redundancy::monitor::Command;
 use tumble_core::redundancy::monitor::event::{Abandoned, Check, EventKind, RecordRejection};
 use tumble_core::redundancy::platform::PlatformError;
@@ -21,7 +22,7 @@ use tumble_lab::turntable::{PairingError, TurntableError};
 use tumble_lab::verdict::Verdict;
 
 /// Every kind of word, and its words in the core's order.
-const KINDS: [(&str, &[&str]); 25] = [
+const KINDS: [(&str, &[&str]); 26] = [
     ("event", EventKind::<f64>::NAMES),
     ("check", Check::NAMES),
     ("withheld", Withheld::NAMES),
@@ -29,6 +30,7 @@ const KINDS: [(&str, &[&str]); 25] = [
     ("abandoned", Abandoned::NAMES),
     ("record rejected", RecordRejection::NAMES),
     ("unhealthy", HealthFault::<f64>::NAMES),
+    ("ground", Ground::NAMES),
     ("selected", SelectionReason::NAMES),
     ("command", Command::NAMES),
     ("sensor", Sensor::NAMES),

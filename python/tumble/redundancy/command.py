@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from tumble.redundancy.settings import RedundancySettings
 
 NOT_ALL_WELL = 3
-"""Exit code where a secondary was to be calibrated and was not, or no unit was ever fit."""
+"""Exit code where something is known to be wrong and stayed so."""
 
 
 class PrecisionOption(str, Enum):
@@ -130,8 +130,9 @@ def redundancy_command(
 
     At rest the secondaries are evaluated, in motion those that deviate are calibrated against the primary,
     and when the primary fails one of them takes over. Writes events.jsonl, a calibration file for each
-    secondary, the stored errors and redundancy.html. The exit code is 0 if all went well, 3 if a secondary
-    was to be calibrated and was not or no unit was ever fit, 2 if nothing could be done.
+    secondary, the stored errors and redundancy.html. The exit code is 0 if all went well, 3 if something is
+    known to be wrong and stayed so: the source, two units that disagree, a secondary that is not calibrated;
+    2 if nothing could be done.
     """
     if explain:
         from tumble.redundancy.explain import show_settings

@@ -117,6 +117,7 @@ def redundancy(
         applied=applied.content() if applied else {},
         store=None if store is None else Path(store),
         output=replayed.output() if keep_output else None,
+        degraded=replayed.degraded,
         preset="as published" if as_published else "",
     )
 

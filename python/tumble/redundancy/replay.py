@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal, TypeAlias
 
@@ -12,7 +12,7 @@ from tumble import _core
 from tumble.errors import ProcedureError
 from tumble.recording import FloatArray
 from tumble.redundancy.logs import SampleArrays, SideBySide
-from tumble.redundancy.result import RedundancyEvent, Selected, SetOutput, UnitTrace
+from tumble.redundancy.result import Figure, RedundancyEvent, Selected, SetOutput, UnitTrace
 
 Command: TypeAlias = Literal["evaluate", "return to primary"]
 COMMANDS: tuple[Command, ...] = ("evaluate", "return to primary")
@@ -35,6 +35,10 @@ class Replayed:
     seconds: float = 0.0
     """Time the replay took."""
     blocks: int = 0
+    said: int = 0
+    """Samples of the output."""
+    degraded_samples: int = 0
+    """Those of a source that was known to be wrong."""
     _times: list[FloatArray] = field(default_factory=lambda: [np.empty(0)])
     _output: dict[str, list[FloatArray]] = field(default_factory=dict)
     """Parts of each column of the output."""
@@ -45,8 +49,10 @@ class Replayed:
         """Take in what one block gave."""
         self.blocks += 1
         self.seconds += block["seconds"]
+        self.said += block["said"]
+        self.degraded_samples += block["degraded"]
         self.events += [
-            RedundancyEvent(time, self.names[unit], event, figures)
+            RedundancyEvent(time, self.names[unit], event, self._named(figures))
             for time, unit, event, figures in block["events"]
         ]
         for column in _OUTPUT:
@@ -61,6 +67,18 @@ class Replayed:
         for which in _TRACES:
             for unit, means in enumerate(block[which]):  # type: ignore[literal-required]
                 self._parts[which, unit] = _with(self._parts.get((which, unit), []), means[new])
+
+    def _named(self, figures: Mapping[str, float | int | str | bool | list[int]]) -> dict[str, Figure]:
+        """Put names in the place of the numbers of units."""
+        return {
+            name: tuple(self.names[unit] for unit in figure) if isinstance(figure, list) else figure
+            for name, figure in figures.items()
+        }
+
+    @property
+    def degraded(self) -> float:
+        """Share of the output whose source was known to be wrong."""
+        return self.degraded_samples / max(self.said, 1)
 
     @property
     def window_time(self) -> FloatArray:

@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.recording import FloatArray
+from tumble.redundancy.known_faults import OF_THE_SET, KnownFault, known_faults
 from tumble.results import INTERVAL, NOT_SHOWN, Collection, Parameter, Row, Tabular, Verdict
 from tumble.units import UNITS
 
 Sensor = Literal["accelerometer", "gyroscope"]
 Rung = Literal["offset", "gain", "affine", "affine and lever arm"]
-Figure = float | int | str | bool | tuple[float, ...]
+Figure = float | int | str | bool | tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +32,7 @@ class RedundancyEvent:
     event: str
     """Such as `rest began`, `evaluated`, `triggered`, `adopted`, `selected`."""
     figures: Mapping[str, Figure]
-    """Its figures and reasons in words, SI units."""
+    """Its figures and reasons in words, SI units; several units by their names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,6 +217,8 @@ class RedundancyResult(Tabular, Collection[SecondaryError]):
     """Folder in which adopted errors were stored already; None if in none."""
     output: SetOutput | None = field(default=None, repr=False)
     """What the platform would have used; None where it was not kept."""
+    degraded: float = 0.0
+    """Share of the output, 0 to 1, whose source was known to be wrong while nobody could take its place."""
     preset: str = ""
     """`as published` where settings began from those of the literature."""
 
@@ -240,15 +243,25 @@ class RedundancyResult(Tabular, Collection[SecondaryError]):
                 yield {"secondary": error.unit, "sensor": error.sensor} | parameter.row()
 
     @property
+    def known_faults(self) -> tuple[KnownFault, ...]:
+        """What was known to be wrong and stayed so, the worst first."""
+        return tuple(known_faults(self))
+
+    @property
     def all_well(self) -> bool:
-        """Whether every secondary that was to be calibrated was, and some unit was fit to be the source."""
-        calibrated = self._units("triggered") <= self._units("adopted")
-        return calibrated and any(span.unit for span in self.selected)
+        """Whether nothing is known to be wrong that stayed so; a failover that worked is well."""
+        return not self.known_faults
 
     @property
     def verdict(self) -> Verdict:
-        """`pass` where secondaries were evaluated and none deviated enough to be calibrated."""
-        if not self.all_well or not self._units("evaluated") & set(self.secondaries):
+        """`fail` where what the platform would have used is known to be wrong, or may be.
+
+        `not calibrated` where a secondary is not, `pass` where all were evaluated and none had to be.
+        """
+        kinds = {fault.kind for fault in self.known_faults}
+        if kinds & set(OF_THE_SET):
+            return "fail"
+        if kinds:
             return "not calibrated"
         return "calibrated" if self._units("adopted") else "pass"
 

@@ -35,6 +35,8 @@ class RedundancySettings(MonitorSettings):
         "fourth_threshold": "secondary_gyroscope_threshold",
         "fifth_threshold": "primary_accelerometer_threshold",
         "sixth_threshold": "primary_gyroscope_threshold",
+        "family_specific_force": "tolerated_specific_force",
+        "family_angular_rate": "tolerated_angular_rate",
     }
 
     @classmethod

@@ -14,7 +14,7 @@ from rich.text import Text
 
 from tumble.cli.screen import print_json, print_summary
 from tumble.plain import finite
-from tumble.redundancy.report.text import REMEDIES
+from tumble.redundancy.report.text import REMEDIES, failover_sentences, known_fault_sentences
 from tumble.redundancy.result import RedundancyEvent, RedundancyResult, SecondaryError, Sensor
 from tumble.report.numbers import NOT_OBSERVABLE, readable_scale, significant
 from tumble.units import UNITS
@@ -42,9 +42,11 @@ def screen_summary(result: RedundancyResult) -> RenderableType:
         f"Primary {result.primary}; {result.end - result.start:.1f} s replayed, "
         f"{result.replay_rate:,.0f} times faster than real time{preset}"
     )
+    first = [Text(line, "bold red") for line in known_fault_sentences(result)]
+    first += [Text(line, "yellow") for line in failover_sentences(result)]
     notes = [Text(line, "yellow") for line in [*_refusals(result), *_faults(result)]]
     notes += [Text(f"Warning: {line}", "yellow") for line in result.warnings]
-    return Group(Text(head), "", _table(result), "", *map(Text, _sources(result)), *notes)
+    return Group(*first, Text(head), "", _table(result), "", *map(Text, _sources(result)), *notes)
 
 
 def json_content(result: RedundancyResult, files: dict[str, Path]) -> dict[str, Any]:
@@ -57,6 +59,10 @@ def json_content(result: RedundancyResult, files: dict[str, Path]) -> dict[str, 
         "settings": result.settings,
         "preset": result.preset,
         "events": dict(Counter(event.event for event in result.events)),
+        "verdict": result.verdict,
+        "known_faults": known_fault_sentences(result),
+        "failovers": failover_sentences(result),
+        "degraded": result.degraded,
         "errors": [_error_content(error) for error in result.errors],
         "selected": [
             {"start": span.start, "end": span.end, "unit": span.unit, "reason": span.reason}

@@ -135,8 +135,9 @@ class Axes:
         opacity: float = 1.0,
         order: float = _LINES,
         clipped: bool = True,
+        titles: Sequence[str] = (),
     ) -> None:
-        """Draw unconnected markers at (n,) places, those that are finite."""
+        """Draw unconnected markers at (n,) places, those that are finite; `titles` show under the pointer."""
         across, up = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
 
         def draw(paint: Paint, definitions: Definitions) -> str:
@@ -144,10 +145,15 @@ class Axes:
             name = paint(colour)
             style = f"fill:{'none' if hollow or marker == 'x' else name};stroke:{name}"
             seen = f";opacity:{_short(opacity)}" if opacity < 1.0 else ""
-            places = zip(self._right(across).tolist(), self._down(up).tolist(), strict=True)
+            places = zip(
+                self._right(across).tolist(),
+                self._down(up).tolist(),
+                titles or [""] * len(across),
+                strict=True,
+            )
             uses = "".join(
-                f'<use href="#{shape}" x="{_short(right)}" y="{_short(down)}"/>'
-                for right, down in places
+                f'<use href="#{shape}" x="{_short(right)}" y="{_short(down)}"{_titled("use", title)}'
+                for right, down, title in places
                 if np.isfinite(right + down)
             )
             return f'<g style="{style};stroke-width:{_short(edge)}{seen}">{uses}</g>'
@@ -164,8 +170,12 @@ class Axes:
         *,
         ink: str = "",
         order: float = 1.0,
+        title: str = "",
     ) -> None:
-        """Fill what lies between two places across, over one height; `hatch` is drawn on it in `ink`."""
+        """Fill what lies between two places across, over one height; `hatch` is drawn on it in `ink`.
+
+        The title shows under the pointer.
+        """
         spans = list(spans)
 
         def draw(paint: Paint, definitions: Definitions) -> str:
@@ -176,7 +186,7 @@ class Axes:
             shapes = "".join(
                 f"M{left:.1f} {top:.1f}H{right:.1f}V{bottom:.1f}H{left:.1f}Z" for left, right in rows
             )
-            return f'<path d="{shapes}" style="fill:{fill or paint(colour)}"/>'
+            return f'<path d="{shapes}" style="fill:{fill or paint(colour)}"{_titled("path", title)}'
 
         self._inside.append((order, draw))
 
@@ -317,6 +327,11 @@ class Figure:
 
 def _order(mark: tuple[float, Mark]) -> float:
     return mark[0]
+
+
+def _titled(element: str, title: str) -> str:
+    """Close an element, around its title if it has one."""
+    return f"><title>{escape(title)}</title></{element}>" if title else "/>"
 
 
 def _short(number: float) -> str:

@@ -107,13 +107,14 @@ pub struct RedundancySettings {
     pub spike_specific_force: f32,
     /// Angular rate that leaves by more, and is back with the next sample, is a spike. Default: 10 rad/s.
     pub spike_angular_rate: f32,
-    /// Drift of specific force that is within specification: a difference of two units that is none.
-    /// Default: 0.05 m/s^2.
+    /// Drift of specific force that is within specification: a difference of two units that is none. Default:
+    /// 0.05 m/s^2.
     pub tolerated_specific_force: f32,
-    /// Drift of angular rate that is within specification: a difference of two units that is none.
-    /// Default: 0.005 rad/s.
+    /// Drift of angular rate that is within specification: a difference of two units that is none. Default:
+    /// 0.005 rad/s.
     pub tolerated_angular_rate: f32,
-    /// Scatter of a unit, as a multiple of what the others make one expect, beyond which it is noisy. Default: 9.
+    /// Scatter of a unit, as a multiple of what the others make one expect, beyond which it is noisy.
+    /// Default: 9.
     pub noise_ratio: f32,
     /// Deviation of specific force from gravity at rest that no error of a working unit explains. Default:
     /// 1.5 m/s^2.

@@ -37,6 +37,10 @@ pub struct Replay {
     pub windows: Vec<ReplayWindow>,
     /// The output, where it was asked for.
     pub output: Vec<OutputSample>,
+    /// Samples of the output, kept or not.
+    pub said: u64,
+    /// Those of a source that is known to be wrong.
+    pub degraded: u64,
 }
 
 /// What to do besides pushing samples.
@@ -85,6 +89,8 @@ pub fn replay(
             angular_rate: Vector3::from(samples.angular_rate[row]),
         };
         let output = monitor.push(unit, &sample, &mut replay.log);
+        replay.said += u64::from(output.is_some());
+        replay.degraded += u64::from(output.as_ref().is_some_and(|said| said.degraded));
         replay.output.extend(output.filter(|_| options.keep_output));
         replay.keep_window(monitor, units.len(), &mut latest);
     }

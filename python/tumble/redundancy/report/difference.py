@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from tumble.recording import FloatArray
-from tumble.redundancy.report.timeline import inside, rests, unhealthy_spans
+from tumble.redundancy.report.timeline import inside, rests
 from tumble.redundancy.result import RedundancyResult, Sensor, UnitTrace
+from tumble.redundancy.spans import unhealthy_spans
 
 SENSORS: tuple[Sensor, ...] = ("accelerometer", "gyroscope")
 QUANTITIES: dict[Sensor, str] = {"accelerometer": "specific force", "gyroscope": "angular rate"}

@@ -11,22 +11,23 @@ from markupsafe import Markup
 
 from tumble.recording import FloatArray
 from tumble.redundancy.report.difference import QUANTITIES, SENSORS, difference, thinned
-from tumble.redundancy.report.text import mark_text
+from tumble.redundancy.report.text import event_details, mark_text
 from tumble.redundancy.report.timeline import (
     WAITING,
     Evaluations,
     Lane,
-    LaneSpan,
     TimeLine,
     evaluations,
+    is_verdict,
     merged,
 )
 from tumble.redundancy.result import RedundancyEvent, RedundancyResult, Sensor
+from tumble.redundancy.spans import Span
 from tumble.report.canvas import Axes, Figure, Side
 from tumble.report.figures import COMPENSATED, FULL_WIDTH, RIGHT, UNCOMPENSATED, shade
 from tumble.report.numbers import readable_unit, significant
 from tumble.report.panel import LABEL_SIZE, horizontal_axis, numbered_value_axis, row_label, short
-from tumble.report.svg import ALARM, GRID, INK, REST, SOFT, UNUSED, X_AXIS, Z_AXIS, inline_svg
+from tumble.report.svg import ALARM, GRID, INK, REST, SOFT, UNUSED, X_AXIS, Y_AXIS, Z_AXIS, inline_svg
 from tumble.units import UNITS
 from tumble.words import count_of
 
@@ -51,6 +52,7 @@ MARKS = {
     "withheld": ("o", SOFT, True),
     "restored": ("^", Z_AXIS, True),
     "record rejected": ("P", ALARM, True),
+    "found wrong": ("x", ALARM, False),
 }
 """Marker, colour and whether hollow, of each event: told apart by shape alone."""
 
@@ -76,6 +78,7 @@ def timeline_figure(line: TimeLine, prefix: str) -> Markup:
     shade(axes, [(span.start, span.end) for span in merged(line.rests, gap)], REST, "")
     for place, lane in enumerate(line.lanes):
         _draw_lane(axes, line, lane, float(place), gap)
+    _draw_disagreements(axes, line, gap)
     _draw_key(figure, height)
     _bars(axes, merged(line.no_source, gap), 0.0, 0.07, ALARM, "")
     for jump in line.jumps[:MOST_MARKS]:
@@ -98,15 +101,16 @@ def _draw_lane(axes: Axes, line: TimeLine, lane: Lane, top: float, gap: float) -
 def _draw_marks(axes: Axes, line: TimeLine, lane: Lane, place: float) -> None:
     shown: dict[tuple[float, str], RedundancyEvent] = {}
     for kind, (marker, colour, hollow) in MARKS.items():
-        own = {event.time: event for event in lane.marks if event.event == kind}
+        own = {event.time: event for event in lane.marks if _kind(event) == kind}
         times = list(own)[:: max(1, -(-len(own) // MOST_MARKS))]
         shown |= {(time, kind): own[time] for time in times}
-        _points(axes, times, [place] * len(times), marker, colour, hollow, 5.0)
+        titles = [f"{time:.2f} s: {mark_text(own[time])}, {event_details(own[time])}" for time in times]
+        _points(axes, times, [place] * len(times), marker, colour, hollow, 5.0, titles)
     # A text is written where it has room up to the next mark; refusals go before what went well.
     inches = (FULL_WIDTH - NAME_ROOM - RIGHT) / (line.end - line.start)
     taken = [(time * inches - 0.06, time * inches + 0.06) for time, _ in shown]
     for (time, _), event in sorted(
-        shown.items(), key=lambda item: item[1].event not in ("refused", "abandoned")
+        shown.items(), key=lambda item: item[1].event not in ("unhealthy", "refused", "abandoned")
     ):
         text, at = mark_text(event), time * inches
         for side, start in _sides(at, text):
@@ -127,6 +131,26 @@ def _draw_marks(axes: Axes, line: TimeLine, lane: Lane, place: float) -> None:
                 break
 
 
+def _kind(event: RedundancyEvent) -> str:
+    """Give which of `MARKS` an event is."""
+    return "found wrong" if is_verdict(event) else event.event
+
+
+def _draw_disagreements(axes: Axes, line: TimeLine, gap: float) -> None:
+    """Draw a bar on the lanes of both units and, where it begins, a line from one to the other."""
+    places = {lane.unit: float(place) for place, lane in enumerate(line.lanes)}
+    for dispute in line.disagreements[:MOST_MARKS]:
+        tops = sorted(places[unit] for unit in dispute.units if unit in places)
+        title = (
+            f"{dispute.start:.2f} to {dispute.end:.2f} s: {dispute.units[0]}: {event_details(dispute.cause)}"
+        )
+        shown = _wide_enough([Span(dispute.start, dispute.end)], 2 * gap)
+        for top in tops:
+            _bars(axes, shown, top + 0.25, 0.07, Y_AXIS, "", title)
+        if len(tops) == 2:
+            axes.line([dispute.start] * 2, [tops[0] + 0.25, tops[1] + 0.32], Y_AXIS, 0.9, order=1.4)
+
+
 def _sides(at: float, text: str) -> tuple[tuple[Side, float], ...]:
     """Give where a text begins, in inches, that stands right or left of a mark, and its end that is there."""
     return ("left", at + 0.07), ("right", at - 0.07 - _LETTER * len(text))
@@ -144,12 +168,11 @@ def _draw_key(figure: Figure, height: float) -> None:
         ("waiting for motion", UNUSED, "////"),
         ("collecting", X_AXIS, ""),
         ("unhealthy", ALARM, "xxxx"),
+        ("disagree", Y_AXIS, ""),
     )
     for name, colour, hatch in swatches:
-        thin = name.endswith("source")
-        _bars(
-            key, [LaneSpan(left, left + 0.24)], 0.42 if thin else 0.28, 0.18 if thin else 0.46, colour, hatch
-        )
+        thin = name.endswith("source") or name == "disagree"
+        _bars(key, [Span(left, left + 0.24)], 0.42 if thin else 0.28, 0.18 if thin else 0.46, colour, hatch)
         key.text(left + 0.29, 0.5, name, va="center", size=LABEL_SIZE, color=SOFT)
         left += 0.55 + _LETTER * len(name)
     left = NAME_ROOM
@@ -286,13 +309,16 @@ def _time_axis(axes: Axes, line: TimeLine, *, last: bool) -> None:
         horizontal_axis(axes, line.start, line.end, "time, s", most=8)
 
 
-def _wide_enough(spans: Iterable[LaneSpan], shortest: float) -> list[LaneSpan]:
+def _wide_enough(spans: Iterable[Span], shortest: float) -> list[Span]:
     """Widen what is too short to be seen, so that no fault is overlooked."""
-    return [LaneSpan(span.start, max(span.end, span.start + shortest), span.kind) for span in spans]
+    return [Span(span.start, max(span.end, span.start + shortest), span.kind) for span in spans]
 
 
-def _bars(axes: Axes, spans: Sequence[LaneSpan], top: float, height: float, colour: str, hatch: str) -> None:
-    axes.bars([(span.start, span.end) for span in spans], top, height, colour, hatch, ink=SOFT, order=1.5)
+def _bars(
+    axes: Axes, spans: Sequence[Span], top: float, height: float, colour: str, hatch: str, title: str = ""
+) -> None:
+    ends = [(span.start, span.end) for span in spans]
+    axes.bars(ends, top, height, colour, hatch, ink=SOFT, order=1.5, title=title)
 
 
 def _points(
@@ -303,5 +329,6 @@ def _points(
     colour: str,
     hollow: bool,
     size: float,
+    titles: Sequence[str] = (),
 ) -> None:
-    axes.points(x, y, colour, marker, size, hollow=hollow, edge=0.9, clipped=False)
+    axes.points(x, y, colour, marker, size, hollow=hollow, edge=0.9, clipped=False, titles=titles)

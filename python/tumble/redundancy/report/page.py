@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from tumble.redundancy.known_faults import COVERED
 from tumble.redundancy.report import text
 from tumble.redundancy.report.difference import SENSORS, agreements
 from tumble.redundancy.report.figures import deviations_figure, difference_figure, timeline_figure
 from tumble.redundancy.report.parameters import error_groups
-from tumble.redundancy.report.timeline import COVERED, TimeLine, time_line
+from tumble.redundancy.report.timeline import TimeLine, is_verdict, time_line
 from tumble.redundancy.result import RedundancyEvent, RedundancyResult
 from tumble.report.page import Picture, ResultPage
 from tumble.report.parameters import ParameterGroup
@@ -181,19 +182,20 @@ def _one_row(rows: Sequence[EventRow]) -> EventRow:
 def _table_of(event: RedundancyEvent) -> str:
     if event.event == "evaluated" or event.figures.get("reason") == COVERED:
         return "evaluations"
-    return "health" if event.event in _HEALTH else "events"
+    return "health" if event.event in _HEALTH and not is_verdict(event) else "events"
 
 
 def _is_alarm(event: RedundancyEvent) -> bool:
     if event.event in ("evaluated", "selected"):
         return bool(event.figures.get("exceeded")) or event.figures.get("reason") == "none fit"
-    return event.event in ("refused", "abandoned", "unhealthy", "record rejected", "time jumped")
+    return event.event in ("refused", "abandoned", "unhealthy", "disagree", "record rejected", "time jumped")
 
 
 def _time_line_caption(line: TimeLine) -> str:
     jumps = " Dotted lines: the common clock jumped." if line.jumps else ""
     return (
-        "A lane for each unit, the primary on top; the table of events explains each mark. Spans "
+        "A lane for each unit, the primary on top; the table of events explains each mark, as does the "
+        "pointer on it. A bar on two lanes, with a line between them: these units disagreed. Spans "
         f"are drawn as one where the gap between them is too short to see.{jumps}"
     )
 

@@ -4,15 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 import numpy as np
 
+from tumble.redundancy.known_faults import COVERED, KnownFault
 from tumble.redundancy.report.difference import QUANTITIES, SENSORS
-from tumble.redundancy.report.timeline import COVERED, number
-from tumble.redundancy.result import RedundancyEvent, RedundancyResult, SecondaryError, Sensor
+from tumble.redundancy.report.timeline import number
+from tumble.redundancy.result import Figure, RedundancyEvent, RedundancyResult, SecondaryError, Sensor
 from tumble.report.numbers import NOT_OBSERVABLE, readable_scale, significant
 from tumble.units import UNITS
 from tumble.words import count_of, join
+
+_TELL_APART = (
+    "Let the platform rest, or turn it about its horizontal axes: that may show which unit is wrong; two "
+    "units alone cannot always tell."
+)
+"""What to do where units contradict each other and nobody knows which is wrong."""
 
 _UNFIT = {
     "primary invalid": (
@@ -21,6 +29,7 @@ _UNFIT = {
     ),
     "primary unhealthy": "Look at the faults of the primary; nothing is calibrated against it until then.",
     "secondary unhealthy": "Look at the faults of this unit: calibration cannot correct them.",
+    "disputed": _TELL_APART,
 }
 """With such units no calibration begins, and one under way ends."""
 
@@ -71,8 +80,10 @@ REMEDIES: dict[str, dict[str, str]] = {
         "saturated": "Choose a larger range, or reduce the vibration.",
         "not finite": "Look at its driver and its log: its readings are not numbers.",
         "spikes": "Look at its bus and its power supply.",
-        "out of family": "Compare it with the others: its readings are outliers.",
+        "out of family": "Look at the unit and how it is mounted: the others agree without it.",
         "noisy": "Look at how it is mounted, and at its power supply.",
+        "blamed": "Look at the unit and how it is mounted: what it says contradicts itself.",
+        "refuted": ("Check the axes and units of its log; if they are right, state sensor_from_primary."),
         "implausible at rest": "Look at the unit and the units of its log: no working one deviates as much.",
         "clock jumped": "Repair its time stamps.",
     },
@@ -92,6 +103,8 @@ _EVENTS = {
     "abandoned": "Calibration abandoned",
     "unhealthy": "Unhealthy",
     "healthy": "Healthy again",
+    "disagree": "Disagree, and nobody knows which is wrong",
+    "agree": "Agree again",
     "selected": "Selected as source",
     "restored": "Stored error restored",
     "record rejected": "Stored error rejected",
@@ -125,13 +138,22 @@ _UNITS_BY_REASON = {
     "late": "s",
     "frozen": "s",
     "clock jumped": "s",
-    "noisy": "",
     "too few pairs": "pairs",
     "implausible scale": "",
     "implausible misalignment": "rad",
     "implausible lever arm": "m",
 }
 """Units of value and limit; of all other reasons they are those of the sensor."""
+
+_GROUNDS = {
+    "own step": "it stepped by what the two are apart, as a share of that",
+    "rest": "at rest it left what it said in health",
+    "own gyroscope": "gravity, carried by its own gyroscope, is not where it says; logarithm of likelihoods",
+    "witness": "a witness from outside contradicts it",
+}
+"""Grounds on which one of two units is found wrong, and what their figures are."""
+_IN_UNITS_OF_THE_SENSOR = ("rest",)
+"""Grounds whose figures are; those of the others are ratios."""
 
 _MOST_REASONS = 5
 """Reasons told at the top of the page."""
@@ -147,7 +169,74 @@ def summary(result: RedundancyResult) -> list[str]:
     ]
     if not result.events:
         return [*sentences, "Nothing happened: the monitor found no rest, no fault and no source to select."]
-    return [*sentences, _calibrated(result), *_not_calibrated(result), *_sources(result)]
+    first = [*known_fault_sentences(result), *failover_sentences(result)]
+    return [*first, *sentences, _calibrated(result), *_not_calibrated(result), *_sources(result)]
+
+
+def known_fault_sentences(result: RedundancyResult) -> list[str]:
+    """Say what was known to be wrong and stayed so: what is the same of a unit once, with its first time."""
+    alike: dict[tuple[str, tuple[str, ...]], list[KnownFault]] = {}
+    for fault in result.known_faults:
+        alike.setdefault((fault.kind, fault.units), []).append(fault)
+    sentences = [_known_fault(result, faults) for faults in alike.values()]
+    if result.degraded > 0:
+        share = significant(100 * result.degraded, 2)
+        sentences.append(
+            f"The output was degraded for {share} % of its samples: its source was known to be wrong."
+        )
+    return sentences
+
+
+def _known_fault(result: RedundancyResult, faults: Sequence[KnownFault]) -> str:
+    first = faults[0]
+    who, cause = " and ".join(first.units), first.cause
+    details = event_details(cause) if cause is not None else ""
+    when = _when(result, faults)
+    match first.kind:
+        case "no source":
+            if not any(span.unit for span in result.selected):
+                return "No unit was ever healthy enough to be the source."
+            return f"No unit was healthy enough to be the source {when}."
+        case "source unhealthy":
+            return f"{who} was unhealthy and stayed the source {when}: {details}."
+        case "source deviates":
+            return f"{who} deviated at rest and stayed the source {when}: {details}."
+        case "disagreement":
+            return f"{who} disagree {when}, and nobody knows which is wrong: {details}. {_TELL_APART}"
+        case "source not calibrated":
+            return f"{who} was the source {when} without having been calibrated."
+        case "refuted":
+            return f"{who} cannot be calibrated {when}: {details}."
+        case "not calibrated":
+            return f"{who} was not calibrated{f' ({cause.event}: {details})' if cause else ''}."
+
+
+def _when(result: RedundancyResult, faults: Sequence[KnownFault]) -> str:
+    first = faults[0]
+    if len(faults) > 1:
+        lasted = sum(fault.end - fault.start for fault in faults)
+        return f"{len(faults)} times from {first.start:.2f} s on, {significant(lasted)} s in all"
+    if first.end >= result.end:
+        return f"since {first.start:.2f} s"
+    return f"from {first.start:.2f} to {first.end:.2f} s"
+
+
+def failover_sentences(result: RedundancyResult) -> list[str]:
+    """Say which source failed, how, and who took over when."""
+    told = []
+    for before, after in pairwise(result.selected):
+        if before.unit and after.unit and after.reason in ("primary failed", "source failed"):
+            cause = _last_fault(result, before.unit, after.start)
+            how = f"{event_details(cause)}, since {cause.time:.2f} s" if cause else "unhealthy"
+            told.append(f"{before.unit}: {how}; {after.unit} took over at {after.start:.2f} s.")
+    left = len(told) - _MOST_REASONS
+    more = [f"{count_of('more failover', left)} below, under Events."] if left > 0 else []
+    return [*told[:_MOST_REASONS], *more]
+
+
+def _last_fault(result: RedundancyResult, unit: str, time: float) -> RedundancyEvent | None:
+    own = (event for event in reversed(result.events) if event.unit == unit and event.time <= time)
+    return next((event for event in own if event.event == "unhealthy"), None)
 
 
 def unit_state(result: RedundancyResult, unit: str) -> tuple[str, str]:
@@ -185,6 +274,7 @@ def event_details(event: RedundancyEvent) -> str:
         reason = str(figures.get("reason", ""))
         parts.append("" if reason == "none fit" else _SELECTED.get(reason, reason))
     parts += _fit_figures(event)
+    parts += _judged_figures(event)
     if "detail" in figures:
         parts.append(str(figures["detail"]))
     if "by" in figures:
@@ -196,6 +286,8 @@ def remedy(event: RedundancyEvent) -> str:
     """Say what to do about an event; empty where nothing is to be done."""
     if event.event == "selected":
         return "Look at the faults of all units." if event.figures.get("reason") == "none fit" else ""
+    if event.event == "disagree":
+        return _TELL_APART
     if event.event == "time jumped":
         return REMEDIES["abandoned"]["time jumped"]
     reason = str(event.figures.get("reason", ""))
@@ -205,6 +297,8 @@ def remedy(event: RedundancyEvent) -> str:
 def mark_text(event: RedundancyEvent) -> str:
     """Say in a few words, beside a mark of the time line, what happened."""
     reason = str(event.figures.get("reason", ""))
+    if event.event == "unhealthy":
+        return reason
     return f"{event.event}: {reason}" if reason else event.event
 
 
@@ -310,27 +404,8 @@ def _not_calibrated(result: RedundancyResult) -> Iterator[str]:
 
 def _sources(result: RedundancyResult) -> Iterator[str]:
     spans = result.selected
-    if not any(span.unit for span in spans):
-        yield "No unit was ever healthy enough to be the source."
-        return
-    if len(spans) == 1:
+    if len(spans) == 1 and spans[0].unit:
         yield f"{spans[0].unit} was the source all the time."
-        return
-    second = spans[1]
-    who = f"{second.unit} took over" if second.unit else "no unit was healthy enough"
-    fault = next(
-        (
-            f": {event_details(event)}"
-            for event in reversed(result.events)
-            if event.event == "unhealthy" and event.unit == spans[0].unit and event.time <= second.start
-        ),
-        "",
-    )
-    yield (
-        f"At {second.start:.2f} s {who} from {spans[0].unit or 'none'} ({second.reason}{fault})."
-        if second.unit
-        else f"At {second.start:.2f} s {who} after {spans[0].unit}{fault}."
-    )
     if len(spans) > 2:
         last = spans[-1].unit or "none"
         yield f"The source changed {len(spans) - 1} times in all; at the end it is {last}."
@@ -342,6 +417,7 @@ def _value_and_limit(event: RedundancyEvent) -> str:
     if not math.isfinite(value):
         return ""
     shown = _with_unit(value, event)
+    shown += " apart" if "scale" in event.figures else ""
     return f" ({shown} against {_with_unit(limit, event)})" if math.isfinite(limit) else f" ({shown})"
 
 
@@ -350,7 +426,29 @@ def _with_unit(value: float, event: RedundancyEvent) -> str:
     if reason in _UNITS_BY_REASON:
         return f"{_plain(value)} {_UNITS_BY_REASON[reason]}".strip()
     whose = event.figures.get("sensor", event.figures.get("channel"))
+    ground = event.figures.get("ground")
+    if ground is not None and ground not in _IN_UNITS_OF_THE_SENSOR:
+        return _plain(value)
     return _plain(value) if whose is None else quantity(value, str(whose))
+
+
+def _judged_figures(event: RedundancyEvent) -> Iterator[str]:
+    """Say with whom a unit disagrees or which agree without it, over what time, and on which ground."""
+    figures = event.figures
+    if "other" in figures:
+        yield f"with {_named(figures['other'])}"
+        if "reason" not in figures:
+            yield _value_and_limit(event).strip()
+    if "ground" in figures:
+        yield f"on the ground of {figures['ground']}: {_GROUNDS[str(figures['ground'])]}"
+    if "scale" in figures:
+        yield f"over {_plain(number(figures['scale']))} s"
+    if "agreeing" in figures:
+        yield f"agreeing: {_named(figures['agreeing'])}"
+
+
+def _named(units: Figure) -> str:
+    return _list_of(units) if isinstance(units, tuple) else str(units)
 
 
 def _fit_figures(event: RedundancyEvent) -> Iterator[str]:

@@ -9,25 +9,23 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tumble.recording import FloatArray
+from tumble.redundancy.known_faults import COVERED
 from tumble.redundancy.result import Figure, RedundancyEvent, RedundancyResult
+from tumble.redundancy.spans import (
+    JUDGED,
+    Disagreement,
+    Span,
+    between,
+    disagreements,
+    of_unit,
+    unhealthy_spans,
+)
 
 WAITING, COLLECTING = "waiting for motion", "collecting"
 MARKED = ("triggered", "adopted", "refused", "abandoned", "withheld", "restored", "record rejected")
 """Events that stand as a mark on the time line."""
 
-COVERED = "already calibrating"
-"""Why nothing more is done about a deviation: a calibration under way covers it, so it is no news."""
-
 _ENDS_A_CALIBRATION = ("fitted", "adopted", "refused", "abandoned")
-
-
-@dataclass(frozen=True, slots=True)
-class LaneSpan:
-    """A stretch of time; s."""
-
-    start: float
-    end: float
-    kind: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,10 +33,10 @@ class Lane:
     """What one unit went through."""
 
     unit: str
-    modes: tuple[LaneSpan, ...]
+    modes: tuple[Span, ...]
     """`WAITING` and `COLLECTING`; none for the primary."""
-    unhealthy: tuple[LaneSpan, ...]
-    source: tuple[LaneSpan, ...]
+    unhealthy: tuple[Span, ...]
+    source: tuple[Span, ...]
     """Where it was the source of the output."""
     marks: tuple[RedundancyEvent, ...]
 
@@ -49,12 +47,13 @@ class TimeLine:
 
     start: float
     end: float
-    rests: tuple[LaneSpan, ...]
-    no_source: tuple[LaneSpan, ...]
+    rests: tuple[Span, ...]
+    no_source: tuple[Span, ...]
     lanes: tuple[Lane, ...]
     """Primary first."""
     jumps: tuple[float, ...]
     """Where the common clock jumped."""
+    disagreements: tuple[Disagreement, ...] = ()
 
 
 @dataclass(slots=True)
@@ -74,9 +73,10 @@ def time_line(result: RedundancyResult) -> TimeLine:
         start=start,
         end=end,
         rests=rests(result.events, end),
-        no_source=tuple(LaneSpan(span.start, span.end) for span in result.selected if not span.unit),
+        no_source=tuple(Span(span.start, span.end) for span in result.selected if not span.unit),
         lanes=tuple(_lane(result, unit, end) for unit in (result.primary, *result.secondaries)),
         jumps=tuple(event.time for event in result.events if event.event == "time jumped"),
+        disagreements=tuple(disagreements(result.events, end)),
     )
 
 
@@ -88,20 +88,15 @@ def shown_range(result: RedundancyResult) -> tuple[float, float]:
     return start, end if end > start else start + 1.0
 
 
-def rests(events: Sequence[RedundancyEvent], end: float) -> tuple[LaneSpan, ...]:
+def rests(events: Sequence[RedundancyEvent], end: float) -> tuple[Span, ...]:
     """Return where the platform stood still; a rest without an end lasts to the end of the replay."""
-    return _between(events, ("rest began",), ("rest ended", "time jumped"), end)
-
-
-def unhealthy_spans(events: Sequence[RedundancyEvent], unit: str, end: float) -> tuple[LaneSpan, ...]:
-    """Return where something was wrong with a unit."""
-    return _between(_of(events, unit), ("unhealthy",), ("healthy",), end)
+    return between(events, ("rest began",), ("rest ended", "time jumped"), end)
 
 
 def evaluations(result: RedundancyResult, unit: str, sensor: str) -> dict[str, Evaluations]:
     """Gather the evaluations of one sensor by check (`norm`, `vector`); magnitudes, SI."""
     found: dict[str, Evaluations] = {}
-    for event in _of(result.events, unit):
+    for event in of_unit(result.events, unit):
         if event.event != "evaluated" or event.figures.get("sensor") != sensor:
             continue
         series = found.setdefault(str(event.figures.get("check", "norm")), Evaluations())
@@ -112,23 +107,28 @@ def evaluations(result: RedundancyResult, unit: str, sensor: str) -> dict[str, E
     return found
 
 
+def is_verdict(event: RedundancyEvent) -> bool:
+    """Whether an event says that a unit was found wrong, and on which ground."""
+    return event.event == "unhealthy" and event.figures.get("reason") in (*JUDGED, "refuted")
+
+
 def number(figure: Figure | None) -> float:
     """Return a figure as a number; NaN where it is none."""
     return float(figure) if isinstance(figure, (int, float)) else math.nan
 
 
-def merged(spans: Iterable[LaneSpan], shortest_gap: float) -> list[LaneSpan]:
+def merged(spans: Iterable[Span], shortest_gap: float) -> list[Span]:
     """Join spans of a kind whose gaps are too short to be seen, so that thousands stay drawable."""
-    joined: list[LaneSpan] = []
+    joined: list[Span] = []
     for span in spans:
         if joined and joined[-1].kind == span.kind and span.start - joined[-1].end < shortest_gap:
             last = joined.pop()
-            span = LaneSpan(last.start, max(last.end, span.end), span.kind)
+            span = Span(last.start, max(last.end, span.end), span.kind)
         joined.append(span)
     return joined
 
 
-def inside(time: FloatArray, spans: Iterable[LaneSpan]) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def inside(time: FloatArray, spans: Iterable[Span]) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     """Say which times (n,) lie in any of the spans."""
     found = np.zeros(len(time), dtype=np.bool_)
     for span in spans:
@@ -139,28 +139,28 @@ def inside(time: FloatArray, spans: Iterable[LaneSpan]) -> np.ndarray[tuple[int]
 def _lane(result: RedundancyResult, unit: str, end: float) -> Lane:
     return Lane(
         unit=unit,
-        modes=tuple(_modes(_of(result.events, unit), end)),
+        modes=tuple(_modes(of_unit(result.events, unit), end)),
         unhealthy=unhealthy_spans(result.events, unit, end),
-        source=tuple(LaneSpan(span.start, span.end) for span in result.selected if span.unit == unit),
+        source=tuple(Span(span.start, span.end) for span in result.selected if span.unit == unit),
         marks=tuple(
             event
-            for event in _of(result.events, unit)
-            if event.event in MARKED and event.figures.get("reason") != COVERED
+            for event in of_unit(result.events, unit)
+            if is_verdict(event) or (event.event in MARKED and event.figures.get("reason") != COVERED)
         ),
     )
 
 
-def _modes(events: Iterable[RedundancyEvent], end: float) -> Iterable[LaneSpan]:
+def _modes(events: Iterable[RedundancyEvent], end: float) -> Iterable[Span]:
     """Follow a secondary through its modes; one that is open at the end lasts to the end."""
     mode, since = "", 0.0
     for event in events:
         after = _mode_after(event.event, mode)
         if after != mode:
             if mode:
-                yield LaneSpan(since, event.time, mode)
+                yield Span(since, event.time, mode)
             mode, since = after, event.time
     if mode:
-        yield LaneSpan(since, max(since, end), mode)
+        yield Span(since, max(since, end), mode)
 
 
 def _mode_after(event: str, mode: str) -> str:
@@ -169,22 +169,3 @@ def _mode_after(event: str, mode: str) -> str:
     if event == "motion began" and mode == WAITING:
         return COLLECTING
     return "" if event in _ENDS_A_CALIBRATION else mode
-
-
-def _of(events: Iterable[RedundancyEvent], unit: str) -> list[RedundancyEvent]:
-    return [event for event in events if event.unit == unit]
-
-
-def _between(
-    events: Iterable[RedundancyEvent], opening: Sequence[str], closing: Sequence[str], end: float
-) -> tuple[LaneSpan, ...]:
-    found: list[LaneSpan] = []
-    since: float | None = None
-    for event in events:
-        if event.event in opening and since is None:
-            since = event.time
-        elif event.event in closing and since is not None:
-            # What closes a span may carry the time of a clock that went back.
-            found.append(LaneSpan(since, max(since, event.time)))
-            since = None
-    return (*found, LaneSpan(since, max(since, end))) if since is not None else tuple(found)
