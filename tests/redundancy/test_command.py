@@ -221,7 +221,7 @@ def test_the_command_evaluate_evaluates_a_rest_that_would_not_be(flown, tmp_path
     folder, said, _, _ = flown
     log = folder / "flight.csv"
     never = ("--set", "evaluate_every=none", "--set", "evaluate_after_start=false")
-    _, without = replay(log, *units(said), *never, "-o", tmp_path / "a")
+    _, without = replay(log, *units(said), *never, "-o", tmp_path / "a", code=3)
     assert of(without, "imu2", "evaluated") == []
     _, events = replay(log, *units(said), *never, "--command", "37:evaluate", "-o", tmp_path / "b", code=3)
     assert min(event["time"] for event in of(events, "imu2", "evaluated")) >= 37.0

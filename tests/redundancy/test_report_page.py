@@ -78,6 +78,7 @@ def test_the_top_says_who_is_primary_who_was_calibrated_who_took_over_when_and_w
         ("untriggered", "imu1 was the source all the time"),
         ("missing", "imu3 sent nothing"),
         ("unfit", "No unit was ever healthy enough to be the source"),
+        ("disputed", "imu1 and imu2 disagree since 46.60 s, and nobody knows which is wrong"),
         ("unfit", "the platform never rested long enough"),
     ],
 )
@@ -123,6 +124,18 @@ def test_figures_of_a_refusal_carry_the_unit_of_what_was_exceeded():
     assert "0.400 rad against 0.100 rad" in said(sensor="gyroscope", reason="implausible misalignment")
     assert "0.400 m against 0.100 m" in said(sensor="accelerometer", reason="implausible lever arm")
     assert "(0.400 against 0.100)" in said(sensor="gyroscope", reason="implausible scale")
+
+
+def test_figures_of_a_verdict_carry_the_unit_of_what_decided_its_time_and_who_agrees():
+    def said(**figures):
+        return words.event_details(cases.event(0.0, "imu2", "unhealthy", value=0.4, limit=0.1, **figures))
+
+    assert said(sensor="gyroscope", reason="noisy") == "gyroscope, noisy (0.400 rad/s against 0.100 rad/s)"
+    assert "(0.400 m/s² against" in said(sensor="accelerometer", reason="blamed", ground="rest")
+    assert "(0.400 against 0.100)" in said(sensor="accelerometer", reason="blamed", ground="own step")
+    assert "(0.400 against 0.100)" in said(sensor="accelerometer", reason="blamed", ground="own gyroscope")
+    outlier = said(sensor="accelerometer", reason="out of family", scale=10.0, agreeing=("imu1", "imu3"))
+    assert "(0.400 m/s² apart against 0.100 m/s²), over 10.0 s, agreeing: imu1 and imu3" in outlier
 
 
 def test_every_error_found_is_on_the_page_with_its_sigma(pages):

@@ -151,7 +151,9 @@ def _of_secondary(result: RedundancyResult, unit: str) -> Iterator[KnownFault]:
     last = wanted[-1] if wanted else None
     absolved = last is not None and last.event == "withheld" and _agrees(own, str(last.figures["sensor"]))
     if not adopted and (not known or (last is not None and not absolved)):
-        yield KnownFault("not calibrated", last.time if last else result.start, result.end, (unit,), last)
+        ending = [event for event in own if event.event in ("triggered", "withheld", "refused", "abandoned")]
+        start = last.time if last is not None else result.start
+        yield KnownFault("not calibrated", start, result.end, (unit,), ending[-1] if ending else None)
 
 
 def _refuted(own: Sequence[RedundancyEvent]) -> RedundancyEvent | None:

@@ -175,9 +175,10 @@ def summary(result: RedundancyResult) -> list[str]:
 
 def known_fault_sentences(result: RedundancyResult) -> list[str]:
     """Say what was known to be wrong and stayed so: what is the same of a unit once, with its first time."""
-    alike: dict[tuple[str, tuple[str, ...]], list[KnownFault]] = {}
+    alike: dict[tuple[object, ...], list[KnownFault]] = {}
     for fault in result.known_faults:
-        alike.setdefault((fault.kind, fault.units), []).append(fault)
+        sensor = fault.cause.figures.get("sensor") if fault.cause else None
+        alike.setdefault((fault.kind, fault.units, sensor), []).append(fault)
     sentences = [_known_fault(result, faults) for faults in alike.values()]
     if result.degraded > 0:
         share = significant(100 * result.degraded, 2)
@@ -436,9 +437,7 @@ def _judged_figures(event: RedundancyEvent) -> Iterator[str]:
     """Say with whom a unit disagrees or which agree without it, over what time, and on which ground."""
     figures = event.figures
     if "other" in figures:
-        yield f"with {_named(figures['other'])}"
-        if "reason" not in figures:
-            yield _value_and_limit(event).strip()
+        yield f"with {_named(figures['other'])}{_value_and_limit(event)}"
     if "ground" in figures:
         yield f"on the ground of {figures['ground']}: {_GROUNDS[str(figures['ground'])]}"
     if "scale" in figures:

@@ -1,0 +1,164 @@
+"""What is known to be wrong is said first and ends with code 3, unless another unit took over."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import report_redundancy_cases as cases
+from redundancy_sets import BIASED, PRIMARY, QUICK, motion, record, units, write_table
+from tumble.redundancy.report.timeline import time_line
+from tumble.redundancy.result import Selected
+from turntable_sessions import typed
+
+FAULT = 40.0
+"""s at which the primary goes wrong, in motion, when all secondaries are calibrated."""
+FLIGHT = motion(moving=55.0, after=0.0)
+
+
+def flown(folder, secondaries, spoil):
+    """Fly a calibrated set whose primary `spoil` changes from `FAULT` on; outcome as typed."""
+    said = record([PRIMARY, *secondaries], 61, FLIGHT)
+    primary = said["imu1"]
+    late = primary.time >= FAULT
+    primary.readings[late] += spoil(primary.time[late] - FAULT)
+    log = write_table(folder / "flight.csv", said)
+    return typed("redundancy", log, *units(said), *QUICK, "-o", folder / "out"), folder / "out"
+
+
+def along_x(values):
+    return np.outer(values, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+
+
+def test_a_primary_that_jumps_beside_two_secondaries_is_named_with_its_successor_and_ends_with_code_0(
+    tmp_path,
+):
+    third = replace(BIASED, name="imu3", accelerometer_bias=(-0.2, 0.3, 0.2))
+    done, _ = flown(tmp_path, [BIASED, third], lambda since: along_x(np.full_like(since, 3.0)))
+    said = " ".join(done.out.split())
+    assert done.code == 0
+    assert said.startswith("imu1: accelerometer, out of family (")
+    assert "agreeing: imu2 and imu3, since 40." in said
+    assert "took over at 40." in said
+
+
+def test_two_units_that_disagree_across_gravity_are_told_first_and_end_with_code_3(tmp_path):
+    """A smooth change shows no step, and one across gravity equals a tilt."""
+    done, folder = flown(tmp_path, [BIASED], lambda since: along_x(np.clip(since, 0.0, 3.0)))
+    said = " ".join(done.out.split())
+    assert done.code == 3
+    assert said.startswith(("imu1 and imu2 disagree since 4", "imu2 and imu1 disagree since 4"))
+    assert "nobody knows which is wrong: accelerometer, with imu" in said
+    page = (folder / "redundancy.html").read_text("utf-8")
+    assert "disagree since 4" in page
+
+
+def with_events(*events, **changes):
+    made = cases.untriggered()
+    return replace(made, events=(*made.events, *events), **changes)
+
+
+def kinds(result):
+    return [fault.kind for fault in result.known_faults]
+
+
+DISAGREE = cases.event(
+    40.0, "imu1", "disagree", sensor="accelerometer", other=("imu2",), value=1.0, limit=0.2, scale=0.1
+)
+
+
+def test_a_disagreement_that_ends_with_agreement_or_with_a_name_is_no_fault_that_stayed():
+    agree = cases.event(45.0, "imu1", "agree", sensor="accelerometer", other=("imu2",))
+    named = cases.event(
+        45.0,
+        "imu3",
+        "unhealthy",
+        sensor="accelerometer",
+        reason="blamed",
+        ground="rest",
+        value=1.0,
+        limit=0.1,
+    )
+    assert kinds(with_events(DISAGREE)) == ["disagreement"]
+    assert kinds(with_events(DISAGREE, agree)) == []
+    assert kinds(with_events(DISAGREE, named)) == []
+
+
+def test_a_disagreement_of_one_sensor_does_not_end_with_agreement_of_the_other():
+    agree = cases.event(45.0, "imu1", "agree", sensor="gyroscope", other=("imu2",))
+    assert kinds(with_events(DISAGREE, agree)) == ["disagreement"]
+
+
+def test_an_unhealthy_source_is_a_fault_unless_another_unit_takes_over():
+    late = cases.event(40.0, "imu1", "unhealthy", reason="late", value=0.1)
+    assert kinds(with_events(late)) == ["source unhealthy"]
+    took_over = (Selected(0.0, 40.1, "imu1", "start"), Selected(40.1, 100.0, "imu2", "primary failed"))
+    assert kinds(with_events(late, selected=took_over)) == []
+    healthy = cases.event(50.0, "imu1", "healthy")
+    (fault,) = with_events(late, healthy).known_faults
+    assert (fault.start, fault.end) == (40.0, 50.0)
+
+
+def test_a_primary_that_deviates_at_rest_and_stays_the_source_is_a_fault_until_a_rest_shows_otherwise():
+    found = cases.evaluated(40.0, "imu1", 0.4, 0.001, True)
+    (fault,) = with_events(found[0]).known_faults
+    assert (fault.kind, fault.start, fault.end) == ("source deviates", 40.0, 100.0)
+    (fault,) = with_events(found[0], *cases.evaluated(60.0, "imu1", 0.01, 0.001, False)).known_faults
+    assert (fault.start, fault.end) == (40.0, 60.0)
+
+
+@pytest.mark.parametrize("reason", ["primary invalid", "disputed", "on command only"])
+def test_a_secondary_whose_calibration_is_withheld_is_not_calibrated(reason):
+    withheld = cases.event(40.0, "imu3", "withheld", sensor="accelerometer", reason=reason)
+    made = with_events(*cases.evaluated(40.0, "imu3", 0.3, 0.001, True), withheld)
+    assert kinds(made) == ["not calibrated"]
+    within = cases.evaluated(60.0, "imu3", 0.01, 0.001, False)
+    assert kinds(replace(made, events=(*made.events, *within))) == []
+
+
+def test_a_refuted_secondary_is_a_fault_until_it_is_healthy():
+    refuted = cases.event(
+        40.0, "imu3", "unhealthy", sensor="accelerometer", reason="refuted", value=19.4, limit=4.0
+    )
+    assert kinds(with_events(refuted)) == ["refuted"]
+    assert with_events(refuted).verdict == "not calibrated"
+    assert kinds(with_events(refuted, cases.event(60.0, "imu3", "healthy"))) == []
+
+
+def test_a_secondary_that_becomes_the_source_without_an_error_or_a_rest_is_told():
+    made = with_events()
+    unseen = tuple(event for event in made.events if event.unit != "imu2")
+    spans = (Selected(0.0, 50.0, "imu1", "start"), Selected(50.0, 100.0, "imu2", "primary failed"))
+    assert "source not calibrated" in kinds(replace(made, events=unseen, selected=spans))
+    assert kinds(replace(made, selected=spans)) == []
+
+
+def test_a_degraded_output_is_told_with_its_share():
+    from tumble.redundancy.report.text import known_fault_sentences
+
+    (sentence,) = known_fault_sentences(with_events(degraded=0.125))
+    assert sentence == "The output was degraded for 12 % of its samples: its source was known to be wrong."
+
+
+def test_the_time_line_has_disagreements_between_units_and_verdicts_as_marks_with_figures():
+    from tumble.redundancy.report.figures import timeline_figure
+
+    blamed = cases.event(
+        45.0,
+        "imu2",
+        "unhealthy",
+        sensor="accelerometer",
+        reason="blamed",
+        ground="own step",
+        value=0.93,
+        limit=0.5,
+    )
+    line = time_line(with_events(DISAGREE, blamed))
+    (dispute,) = line.disagreements
+    assert (dispute.start, dispute.end, dispute.units) == (40.0, 45.0, ("imu1", "imu2"))
+    assert [event.event for event in line.lanes[1].marks] == ["unhealthy"]
+    drawn = str(timeline_figure(line, "line"))
+    assert drawn.count("<title>40.00 to 45.00 s: imu1: accelerometer, with imu2 (1.00 m/s² apart") == 2
+    assert "<title>45.00 s: blamed, accelerometer, blamed (0.930 against 0.500)" in drawn
