@@ -207,7 +207,7 @@ def _known_fault(result: RedundancyResult, faults: Sequence[KnownFault]) -> str:
         case "source not calibrated":
             return f"{who} was the source {when} without having been calibrated."
         case "refuted":
-            return f"{who} cannot be calibrated {when}: {details}."
+            return f"{who} cannot be calibrated {when}: {details}. {REMEDIES['unhealthy']['refuted']}"
         case "not calibrated":
             return f"{who} was not calibrated{f' ({cause.event}: {details})' if cause else ''}."
 
