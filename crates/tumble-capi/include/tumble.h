@@ -47,7 +47,7 @@
 /**
  * Words of 8 bytes in the storage of a monitor.
  */
-#define TUMBLE_REDUNDANCY_WORDS (328 + (105 * TUMBLE_UNITS))
+#define TUMBLE_REDUNDANCY_WORDS ((388 + (158 * TUMBLE_UNITS)) + ((4 * TUMBLE_UNITS) * TUMBLE_UNITS))
 
 /**
  * What `output.source` and `tumble_redundancy_get_source()` say where there is no source.
@@ -478,6 +478,15 @@ enum tumble_event_kind
      */
     TUMBLE_EVENT_KIND_HEALTHY,
     /**
+     * It contradicts another unit, `units`, and nobody knows yet which is wrong: they are `value` apart over `scale` s, and may
+     * be `limit`, m/s^2 or rad/s.
+     */
+    TUMBLE_EVENT_KIND_DISAGREE,
+    /**
+     * It agrees with that unit again: `units`.
+     */
+    TUMBLE_EVENT_KIND_AGREE,
+    /**
      * The source of the output is this unit now: `reason`.
      */
     TUMBLE_EVENT_KIND_SELECTED,
@@ -530,6 +539,10 @@ enum tumble_reason
      * Withheld, abandoned: the secondary is not in health.
      */
     TUMBLE_REASON_SECONDARY_UNHEALTHY,
+    /**
+     * Withheld, abandoned: units contradict each other, and nobody knows which is wrong.
+     */
+    TUMBLE_REASON_DISPUTED,
     /**
      * Withheld: a calibration is under way already.
      */
@@ -623,13 +636,35 @@ enum tumble_reason
      */
     TUMBLE_REASON_SPIKES,
     /**
-     * Unhealthy: a sensor is `value` from the median of the units, m/s^2 or rad/s.
+     * Unhealthy: `units` agree with each other without it; a sensor is `value` from one of them, m/s^2 or rad/s.
      */
     TUMBLE_REASON_OUT_OF_FAMILY,
     /**
-     * Unhealthy: a sensor scatters `value` times as much as the others.
+     * Unhealthy: a sensor scatters by `value`, m/s^2 or rad/s, more than the others make one expect.
      */
     TUMBLE_REASON_NOISY,
+    /**
+     * Unhealthy: of two units that disagree, a sensor of this one stepped from one sample to the next; `value`: by this share of
+     * what they are apart.
+     */
+    TUMBLE_REASON_OWN_STEP,
+    /**
+     * Unhealthy: of two units that disagree, this one left at rest what it said in health by `value`, m/s^2 or rad/s.
+     */
+    TUMBLE_REASON_REST,
+    /**
+     * Unhealthy: of two units that disagree, gravity as its own gyroscope carries it is not where its accelerometer finds it;
+     * `value`: logarithm of the ratio of likelihoods.
+     */
+    TUMBLE_REASON_OWN_GYROSCOPE,
+    /**
+     * Unhealthy: a witness from outside contradicts it; `value`: logarithm of the ratio of likelihoods.
+     */
+    TUMBLE_REASON_WITNESS,
+    /**
+     * Unhealthy: it is `value` from a valid primary at rest, more than any error that calibration can find, m/s^2 or rad/s.
+     */
+    TUMBLE_REASON_REFUTED,
     /**
      * Unhealthy: at rest a sensor does not say what physics says, by `value`, m/s^2 or rad/s.
      */
@@ -1187,10 +1222,6 @@ typedef struct tumble_redundancy_settings {
      */
     uint64_t saturated;
     /**
-     * Time out of family, or too noisy, after which a unit is unhealthy. Default: 500 000 microseconds.
-     */
-    uint64_t family_time;
-    /**
      * Time in which nothing may have been wrong until a unit is healthy again. Default: 500 000
      * microseconds.
      */
@@ -1308,17 +1339,18 @@ typedef struct tumble_redundancy_settings {
      */
     float spike_angular_rate;
     /**
-     * Distance from the median of all units, from three up, beyond which specific force is out of family.
-     * Default: 1 m/s^2.
+     * Drift of specific force that is within specification: a difference of two units that is none. Default:
+     * 0.05 m/s^2.
      */
-    float family_specific_force;
+    float tolerated_specific_force;
     /**
-     * Distance from the median of all units, from three up, beyond which angular rate is out of family.
-     * Default: 0.1 rad/s.
+     * Drift of angular rate that is within specification: a difference of two units that is none. Default:
+     * 0.005 rad/s.
      */
-    float family_angular_rate;
+    float tolerated_angular_rate;
     /**
-     * Scatter of a unit, as a multiple of the median of all, beyond which it is noisy. Default: 5.
+     * Scatter of a unit, as a multiple of what the others make one expect, beyond which it is noisy.
+     * Default: 9.
      */
     float noise_ratio;
     /**
@@ -1474,6 +1506,10 @@ typedef struct tumble_event {
      */
     float limit;
     /**
+     * Time over which a contradiction between units shows, s.
+     */
+    float scale;
+    /**
      * 0 to 2 accelerometer, 3 to 5 gyroscope, x y z each.
      */
     uint8_t channel;
@@ -1481,6 +1517,11 @@ typedef struct tumble_event {
      * Directions of motion along which the matrix was fitted.
      */
     uint8_t directions;
+    /**
+     * Other units, a bit each, the primary's the lowest: of ::TUMBLE_REASON_OUT_OF_FAMILY those that agree with each other,
+     * of ::TUMBLE_EVENT_KIND_DISAGREE and ::TUMBLE_EVENT_KIND_AGREE the other one.
+     */
+    uint8_t units;
     /**
      * Whether it concerns the accelerometer.
      */
