@@ -4,10 +4,9 @@
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use tumble_core::real::{Real, real};
-use tumble_core::redundancy::health::median_vote::Comparison;
-use tumble_core::redundancy::health::{Health, HealthFault, Usable};
+use tumble_core::redundancy::health::{Health, HealthFault, RefutedBy, Usable};
 use tumble_core::redundancy::platform::Range;
-use tumble_core::redundancy::selection::{Selection, SourceCandidate};
+use tumble_core::redundancy::selection::{Condition, Selection, SourceCandidate};
 use tumble_core::redundancy::sensor::{Axes, SENSORS, Sensor};
 use tumble_core::redundancy::settings::{HealthSettings, SelectionSettings};
 use tumble_core::sample::{CHANNELS, Sample};
@@ -69,7 +68,9 @@ impl<T: Real> MountedUnit<T> {
 enum Act {
     Push(u64, [f64; CHANNELS]),
     Tick(u64),
-    Family(bool, [f64; 3], u64),
+    Contradict(bool, f64, f64),
+    Absolve(bool),
+    Refute(bool, bool, f64),
     RestMean(bool, f64),
     ClockJumped,
     Restart(u64),
@@ -88,11 +89,12 @@ fn wild() -> impl Strategy<Value = f64> {
 
 fn act() -> impl Strategy<Value = Act> {
     let wait = || prop_oneof![8 => 0..20_000_u64, 1 => 0..2_000_000_u64, 1 => any::<u64>()];
-    let wild_three = prop::array::uniform3(wild());
     prop_oneof![
         12 => (wait(), prop::array::uniform6(wild())).prop_map(|(wait, y)| Act::Push(wait, y)),
         2 => wait().prop_map(Act::Tick),
-        2 => (any::<bool>(), wild_three, wait()).prop_map(|(sensor, y, span)| Act::Family(sensor, y, span)),
+        2 => (any::<bool>(), wild(), wild()).prop_map(|(sensor, apart, limit)| Act::Contradict(sensor, apart, limit)),
+        2 => any::<bool>().prop_map(Act::Absolve),
+        2 => (any::<bool>(), any::<bool>(), wild()).prop_map(|(sensor, fit, by)| Act::Refute(sensor, fit, by)),
         1 => (any::<bool>(), wild()).prop_map(|(sensor, deviation)| Act::RestMean(sensor, deviation)),
         1 => Just(Act::ClockJumped),
         1 => any::<u64>().prop_map(Act::Restart),
@@ -126,14 +128,20 @@ fn perform<T: Real>(unit: &mut MountedUnit<T>, act: &Act) -> Result<(), TestCase
             }
         }
         Act::Tick(wait) => unit.health.tick(unit.time.saturating_add(wait), &settings),
-        Act::Family(sensor, [apart, scatter, usual_scatter], span) => {
-            let comparison = Comparison {
+        Act::Contradict(sensor, apart, limit) => {
+            let fault = HealthFault::OutOfFamily {
+                sensor: of(sensor),
                 apart: real(apart),
-                usual_apart: real(scatter),
-                scatter: real(scatter),
-                usual_scatter: real(usual_scatter),
+                limit: real(limit),
+                scale: real(0.1),
+                agreeing: 0b110,
             };
-            unit.health.compare(of(sensor), &comparison, span, &settings);
+            unit.health.contradict(of(sensor), fault);
+        }
+        Act::Absolve(sensor) => unit.health.absolve(of(sensor)),
+        Act::Refute(sensor, fit, deviation) => {
+            let by = if fit { RefutedBy::Fit } else { RefutedBy::Rest };
+            unit.health.refute(of(sensor), by, real(deviation), real(4.0));
         }
         Act::RestMean(sensor, deviation) => {
             let limit = settings.rest.of(of(sensor));
@@ -358,6 +366,7 @@ impl Candidates {
             *since = healthy[i].then(|| since.unwrap_or(now));
             SourceCandidate {
                 healthy: healthy[i],
+                condition: Condition::Useless,
                 healthy_for: since.map_or(0, |since| now - since),
                 calibrated: true,
                 residual: 0.1,
