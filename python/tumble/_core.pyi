@@ -513,7 +513,7 @@ class RedundancyReplay(TypedDict):
     said: int
     """Samples of the output, asked for or not."""
     degraded: int
-    """Those of a source that is known to be wrong."""
+    """Those of a source that is known to be wrong, or contradicted."""
     output_time: FloatArray
     """(n,) s; empty unless asked for, like the other outputs."""
     output_unit: FloatArray

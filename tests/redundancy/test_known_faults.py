@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import report_redundancy_cases as cases
 from tumble.redundancy.report.timeline import time_line
 from tumble.redundancy.result import Selected
+from tumble.redundancy.spans import disagreements
 from turntable_sessions import typed
 
 SEED = 7
@@ -91,6 +95,30 @@ def test_a_disagreement_of_one_sensor_does_not_end_with_agreement_of_the_other()
     assert kinds(with_events(DISAGREE, agree)) == ["disagreement"]
 
 
+told = st.lists(
+    st.tuples(
+        st.sampled_from(["disagree", "agree", "unhealthy"]), st.sampled_from(["accelerometer", "gyroscope"])
+    ),
+    max_size=30,
+)
+
+
+@given(told)
+def test_disagreements_of_a_sensor_follow_each_other_and_only_the_last_may_be_open(drawn):
+    events = [
+        cases.event(float(time), "imu1", name, sensor=sensor, other=("imu2",), reason="blamed")
+        for time, (name, sensor) in enumerate(drawn)
+    ]
+    found = list(disagreements(events, 100.0))
+    assert len(found) == sum(name == "disagree" for name, _ in drawn)
+    for sensor in ("accelerometer", "gyroscope"):
+        own = sorted((d for d in found if d.cause.figures["sensor"] == sensor), key=lambda d: d.start)
+        assert all(first.end <= second.start for first, second in pairwise(own))
+        assert not any(dispute.is_open for dispute in own[:-1])
+        last = next((name for name, of in reversed(drawn) if of == sensor), "")
+        assert [d.is_open for d in own[-1:]] in ([], [last == "disagree"])
+
+
 def test_an_unhealthy_source_is_a_fault_unless_another_unit_takes_over():
     late = cases.event(40.0, "imu1", "unhealthy", reason="late", value=0.1)
     assert kinds(with_events(late)) == ["source unhealthy"]
@@ -136,10 +164,11 @@ def test_a_secondary_that_becomes_the_source_without_an_error_or_a_rest_is_told(
 
 
 def test_a_degraded_output_is_told_with_its_share():
-    from tumble.redundancy.report.text import known_fault_sentences
+    from tumble.redundancy.report.text import output_sentences
 
-    (sentence,) = known_fault_sentences(with_events(degraded=0.125))
-    assert sentence == "The output was degraded for 12 % of its samples: its source was known to be wrong."
+    assert output_sentences(with_events()) == []
+    (sentence,) = output_sentences(with_events(degraded=0.25))
+    assert sentence.startswith("Of the output 25 % are degraded")
 
 
 def test_the_time_line_has_disagreements_between_units_and_verdicts_as_marks_with_figures():

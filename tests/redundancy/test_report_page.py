@@ -278,6 +278,12 @@ def test_the_top_says_of_each_unit_how_it_stood_at_the_end(pages):
     assert re.search(r"imu3\s+○\s+Refused\s+not better, at \d", top)
 
 
+def test_the_top_says_of_both_units_that_disagree_at_the_end_with_whom(pages):
+    top = headline(pages["disputed"])
+    assert re.search(r"imu1\s+≠\s+Disagree\s+with imu2, since 46\.60 s", top)
+    assert re.search(r"imu2\s+≠\s+Disagree\s+with imu1, since 46\.60 s", top)
+
+
 def test_a_faster_machine_writes_the_same_page():
     made = cases.mission()
     faster = replace(made, replay_rate=10.0 * made.replay_rate)

@@ -124,7 +124,7 @@ class Selected:
 
 
 FLAGS = {"degraded": 1}
-"""Bits of the flags of an output: its source is known to be wrong, and nobody is there in its place."""
+"""Bits of the flags of an output: its source is known to be wrong, or contradicted by another unit."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -218,7 +218,7 @@ class RedundancyResult(Tabular, Collection[SecondaryError]):
     output: SetOutput | None = field(default=None, repr=False)
     """What the platform would have used; None where it was not kept."""
     degraded: float = 0.0
-    """Share of the output, 0 to 1, whose source was known to be wrong while nobody could take its place."""
+    """Share of the samples of the output, 0 to 1, whose source was known to be wrong, or contradicted."""
     preset: str = ""
     """`as published` where settings began from those of the literature."""
 

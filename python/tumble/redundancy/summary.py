@@ -14,7 +14,7 @@ from rich.text import Text
 
 from tumble.cli.screen import print_json, print_summary
 from tumble.plain import finite
-from tumble.redundancy.report.text import REMEDIES, failover_sentences, known_fault_sentences
+from tumble.redundancy.report.text import REMEDIES, known_fault_sentences, output_sentences
 from tumble.redundancy.result import RedundancyEvent, RedundancyResult, SecondaryError, Sensor
 from tumble.report.numbers import NOT_OBSERVABLE, readable_scale, significant
 from tumble.units import UNITS
@@ -43,7 +43,7 @@ def screen_summary(result: RedundancyResult) -> RenderableType:
         f"{result.replay_rate:,.0f} times faster than real time{preset}"
     )
     first = [Text(line, "bold red") for line in known_fault_sentences(result)]
-    first += [Text(line, "yellow") for line in failover_sentences(result)]
+    first += [Text(line, "yellow") for line in output_sentences(result)]
     notes = [Text(line, "yellow") for line in [*_refusals(result), *_faults(result)]]
     notes += [Text(f"Warning: {line}", "yellow") for line in result.warnings]
     return Group(*first, Text(head), "", _table(result), "", *map(Text, _sources(result)), *notes)
@@ -61,7 +61,7 @@ def json_content(result: RedundancyResult, files: dict[str, Path]) -> dict[str, 
         "events": dict(Counter(event.event for event in result.events)),
         "verdict": result.verdict,
         "known_faults": known_fault_sentences(result),
-        "failovers": failover_sentences(result),
+        "output": output_sentences(result),
         "degraded": result.degraded,
         "errors": [_error_content(error) for error in result.errors],
         "selected": [

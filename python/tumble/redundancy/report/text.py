@@ -12,6 +12,7 @@ from tumble.redundancy.known_faults import COVERED, KnownFault
 from tumble.redundancy.report.difference import QUANTITIES, SENSORS
 from tumble.redundancy.report.timeline import number
 from tumble.redundancy.result import Figure, RedundancyEvent, RedundancyResult, SecondaryError, Sensor
+from tumble.redundancy.spans import disagreements
 from tumble.report.numbers import NOT_OBSERVABLE, readable_scale, significant
 from tumble.units import UNITS
 from tumble.words import count_of, join
@@ -115,6 +116,7 @@ _EVENTS = {
 STATE_SIGNS = {
     "healthy": "✓",
     "unhealthy": "✕",
+    "disagree": "≠",
     "adopted": "●",
     "restored": "●",
     "refused": "○",
@@ -169,7 +171,7 @@ def summary(result: RedundancyResult) -> list[str]:
     ]
     if not result.events:
         return [*sentences, "Nothing happened: the monitor found no rest, no fault and no source to select."]
-    first = [*known_fault_sentences(result), *failover_sentences(result)]
+    first = [*known_fault_sentences(result), *output_sentences(result)]
     return [*first, *sentences, _calibrated(result), *_not_calibrated(result), *_sources(result)]
 
 
@@ -179,13 +181,7 @@ def known_fault_sentences(result: RedundancyResult) -> list[str]:
     for fault in result.known_faults:
         sensor = fault.cause.figures.get("sensor") if fault.cause else None
         alike.setdefault((fault.kind, fault.units, sensor), []).append(fault)
-    sentences = [_known_fault(result, faults) for faults in alike.values()]
-    if result.degraded > 0:
-        share = significant(100 * result.degraded, 2)
-        sentences.append(
-            f"The output was degraded for {share} % of its samples: its source was known to be wrong."
-        )
-    return sentences
+    return [_known_fault(result, faults) for faults in alike.values()]
 
 
 def _known_fault(result: RedundancyResult, faults: Sequence[KnownFault]) -> str:
@@ -222,8 +218,8 @@ def _when(result: RedundancyResult, faults: Sequence[KnownFault]) -> str:
     return f"from {first.start:.2f} to {first.end:.2f} s"
 
 
-def failover_sentences(result: RedundancyResult) -> list[str]:
-    """Say which source failed, how, and who took over when."""
+def output_sentences(result: RedundancyResult) -> list[str]:
+    """Say which source failed, how, and who took over when; and for what share the output is degraded."""
     told = []
     for before, after in pairwise(result.selected):
         if before.unit and after.unit and after.reason in ("primary failed", "source failed"):
@@ -232,6 +228,9 @@ def failover_sentences(result: RedundancyResult) -> list[str]:
             told.append(f"{before.unit}: {how}; {after.unit} took over at {after.start:.2f} s.")
     left = len(told) - _MOST_REASONS
     more = [f"{count_of('more failover', left)} below, under Events."] if left > 0 else []
+    if result.degraded > 0:
+        share = significant(100 * result.degraded, 2)
+        more.append(f"Of the output {share} % are degraded: its source was wrong, or contradicted.")
     return [*told[:_MOST_REASONS], *more]
 
 
@@ -246,6 +245,10 @@ def unit_state(result: RedundancyResult, unit: str) -> tuple[str, str]:
     health = next((event for event in reversed(own) if event.event in ("unhealthy", "healthy")), None)
     if health is not None and health.event == "unhealthy":
         return "unhealthy", f"{event_details(health)}, since {health.time:.2f} s"
+    for dispute in disagreements(result.events, result.end):
+        if dispute.is_open and unit in dispute.units:
+            (other,) = set(dispute.units) - {unit}
+            return "disagree", f"with {other}, since {dispute.start:.2f} s"
     last = next((event for event in reversed(own) if event.event in STATE_SIGNS), None)
     if last is None:
         return "healthy", ""
