@@ -163,6 +163,16 @@ def test_a_secondary_that_becomes_the_source_without_an_error_or_a_rest_is_told(
     assert kinds(replace(made, selected=spans)) == []
 
 
+def test_a_secondary_that_is_unhealthy_at_the_end_is_told_though_the_source_is_well():
+    from tumble.redundancy.report.text import output_sentences, unit_state
+
+    blamed = {"reason": "blamed", "ground": "own step", "value": 0.93, "limit": 0.5}
+    made = with_events(DISAGREE, cases.event(45.0, "imu2", "unhealthy", sensor="accelerometer", **blamed))
+    (sentence,) = output_sentences(made)
+    assert sentence.startswith("imu2 does not count at the end: accelerometer, blamed")
+    assert unit_state(made, "imu1") == ("healthy", "")
+
+
 def test_a_degraded_output_is_told_with_its_share():
     from tumble.redundancy.report.text import output_sentences
 

@@ -228,10 +228,21 @@ def output_sentences(result: RedundancyResult) -> list[str]:
             told.append(f"{before.unit}: {how}; {after.unit} took over at {after.start:.2f} s.")
     left = len(told) - _MOST_REASONS
     more = [f"{count_of('more failover', left)} below, under Events."] if left > 0 else []
+    more += _unhealthy_at_the_end(result)
     if result.degraded > 0:
         share = significant(100 * result.degraded, 2)
         more.append(f"Of the output {share} % are degraded: its source was wrong, or contradicted.")
     return [*told[:_MOST_REASONS], *more]
+
+
+def _unhealthy_at_the_end(result: RedundancyResult) -> Iterator[str]:
+    """Say which secondaries no longer count that neither were the source nor are told of as known faults."""
+    told = {unit for fault in result.known_faults for unit in fault.units}
+    told |= {span.unit for span in result.selected}
+    for unit in result.secondaries:
+        word, details = unit_state(result, unit)
+        if word == "unhealthy" and unit not in told:
+            yield f"{unit} does not count at the end: {details}."
 
 
 def _last_fault(result: RedundancyResult, unit: str, time: float) -> RedundancyEvent | None:
@@ -249,7 +260,8 @@ def unit_state(result: RedundancyResult, unit: str) -> tuple[str, str]:
         if dispute.is_open and unit in dispute.units:
             (other,) = set(dispute.units) - {unit}
             return "disagree", f"with {other}, since {dispute.start:.2f} s"
-    last = next((event for event in reversed(own) if event.event in STATE_SIGNS), None)
+    stood = STATE_SIGNS.keys() - {"disagree"}
+    last = next((event for event in reversed(own) if event.event in stood), None)
     if last is None:
         return "healthy", ""
     reason = str(last.figures.get("reason", ""))
