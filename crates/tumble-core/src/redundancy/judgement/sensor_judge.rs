@@ -506,7 +506,8 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         let sensor = case.sensor;
         let left = |unit: usize| {
             let now = *sensor.of(&case.unit(unit)?.at_rest?);
-            let before = (*sensor.of(&case.evidence.get(unit)?.at_rest))?;
+            // What never rested in health is held against physics alone.
+            let before = sensor.of(&case.evidence.get(unit)?.at_rest).unwrap_or(T::zero());
             Some(now - before)
         };
         let (a, b) = (left(i)?, left(j)?);
