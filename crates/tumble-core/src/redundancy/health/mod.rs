@@ -185,7 +185,9 @@ impl<T: Real> Health<T> {
             RefutedBy::Fit => by_fit,
         };
         let refuted = core::mem::replace(sensor.of_mut(refuted), !possible);
-        if !possible && !refuted {
+        // That physics contradicts it says more.
+        let known = refuted || *sensor.of(&self.implausible);
+        if !possible && !known {
             self.condemn(
                 HealthFault::Refuted {
                     sensor,
