@@ -43,7 +43,7 @@ const STEP_TIMES_OTHER: f64 = 2.5;
 const STEP_TIMES_USUAL: f64 = 4.0;
 
 /// Whether a unit stepped by `apart` (m/s^2 or rad/s, from the other unit to it) and the other did not: docs/theory/judgement.md, eq. 12.
-pub fn by_step<T: Real>(apart: &Vector3<T>, own: &Steps<T>, other: &Steps<T>) -> Option<Proof<T>> {
+pub(super) fn by_step<T: Real>(apart: &Vector3<T>, own: &Steps<T>, other: &Steps<T>) -> Option<Proof<T>> {
     let size = apart.norm();
     if size <= T::zero() {
         return None;
@@ -70,7 +70,12 @@ const STAYED: [f64; 2] = [0.04, 0.004];
 
 /// Whether a unit at rest left what physics says and the other did not: changes of `|f|` or `|w|` since health, and how far the
 /// two have come apart along gravity, m/s^2; `None` for gyroscopes (docs/theory/judgement.md, eq. 13).
-pub fn by_rest<T: Real>(sensor: Sensor, own: T, other: T, along_gravity: Option<T>) -> Option<Proof<T>> {
+pub(super) fn by_rest<T: Real>(
+    sensor: Sensor,
+    own: T,
+    other: T,
+    along_gravity: Option<T>,
+) -> Option<Proof<T>> {
     let (left, stayed) = (real::<T>(*sensor.of(&LEFT)), real::<T>(*sensor.of(&STAYED)));
     let fits =
         along_gravity.is_none_or(|apart| (own - other - apart).abs() < stayed.max(own.abs() * real(0.5)));
@@ -93,7 +98,7 @@ const DECIDES: f64 = 5.0;
 
 /// Evidence that the first of two units is wrong, less that the second is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Evidence<T: Real>(T);
+pub(super) struct Evidence<T: Real>(T);
 
 impl<T: Real> Evidence<T> {
     /// None.

@@ -8,20 +8,22 @@
 //! Derivation: docs/theory/judgement.md.
 
 pub mod attribution;
-pub mod isolation;
-pub mod motion;
-pub mod noise;
-pub mod pair;
-pub mod scales;
+mod isolation;
+mod motion;
+mod noise;
+mod pair;
+mod scales;
 mod sensor_judge;
-pub mod unit;
+mod unit;
+
+pub use pair::Disagreement;
 
 use nalgebra::Vector3;
 
 use crate::real::{Real, real};
 use crate::redundancy::judgement::attribution::Proof;
 use crate::redundancy::judgement::motion::SetMotion;
-use crate::redundancy::judgement::pair::{Disagreement, ShownByPairs};
+use crate::redundancy::judgement::pair::ShownByPairs;
 use crate::redundancy::judgement::sensor_judge::SensorJudge;
 use crate::redundancy::judgement::unit::{CarriedGravity, Steps};
 use crate::redundancy::sensor::{SENSORS, Sensor};
