@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from live_fixtures import HEADER, resting, samples_of, scripted, text_lines
 from mavlink_fixtures import highres
 from mavlink_fixtures import scripted as mavlink_scripted
+from tumble.live.clock import STALL
 
 TABLE = resting(60)
 GOOD = [json.dumps(dict(zip(HEADER.split(","), row, strict=True))).encode() for row in TABLE.tolist()]
@@ -40,9 +41,14 @@ SPOILT = [
     b'{"time": 0.305, "ax": 0, "ay": 0, "az": 9.8, "gx": 1e6, "gy": 0, "gz": 0}',
     b'{"time": 1e300, "ax": 0, "ay": 0, "az": 9.8, "gx": 0, "gy": 0, "gz": 0}',
     b'{"time": -9e15, "ax": 0, "ay": 0, "az": 9.8, "gx": 0, "gy": 0, "gz": 0}',
+    b'{"time": 5.305, "ax": 0, "ay": 0, "az": 9.8, "gx": 0, "gy": 0, "gz": 0}',
     b'{"time": NaN, "ax": 0, "ay": 0, "az": 9.8, "gx": 0, "gy": 0, "gz": 0}',
     b'{"time": 0.305, "ax": [[[0]]], "ay": {}, "az": "9.8", "gx": true, "gy": null, "gz": 0}',
 ]
+
+
+WILD = b'{"time": 0.305, "ax": 0, "ay": 0, "az": 9.8, "gx": 1e4, "gy": 0, "gz": 0}'
+"""Faster than anything turns."""
 
 
 def left_out(source):
@@ -67,9 +73,15 @@ def hostile():
     return (
         st.binary(max_size=200)
         | st.text(max_size=60).map(str.encode)
-        | json_values().map(lambda value: json.dumps(value).encode())
+        | json_values().filter(is_no_sample).map(lambda value: json.dumps(value).encode())
         | st.sampled_from(SPOILT)
     )
+
+
+def is_no_sample(value):
+    """Tell whether nobody could take a JSON value for a sample of the table: one that could hides others."""
+    stamp = value.get("time") if isinstance(value, dict) else None
+    return not (isinstance(stamp, int | float) and 0.0 <= stamp <= TABLE[-1, 0] + STALL)
 
 
 @pytest.mark.parametrize("first", AT_FIRST, ids=lambda piece: piece[:12].decode())
@@ -88,15 +100,37 @@ def test_one_spoilt_datagram_costs_no_other_sample(piece):
     assert left_out(source) >= 1
 
 
+@pytest.mark.parametrize("stamp", [-9e15, 5.0, 1e300])
+def test_a_spoilt_first_stamp_costs_no_other_sample(stamp):
+    spoilt = json.dumps(dict.fromkeys(HEADER.split(","), 0.0) | {"time": stamp}).encode()
+    assert np.array_equal(samples_of(scripted([spoilt, *GOOD], whole=True)), TABLE)
+
+
+def test_a_stamp_ahead_costs_only_the_samples_that_it_hides():
+    ahead = json.dumps(dict.fromkeys(HEADER.split(","), 0.0) | {"time": 0.455}).encode()
+    found = samples_of(scripted([*GOOD[:30], ahead, *GOOD[30:]], whole=True))
+    assert np.array_equal(found[found[:, 0] != 0.455], TABLE[(TABLE[:, 0] < 0.3) | (TABLE[:, 0] > 0.455)])
+
+
+@pytest.mark.parametrize("stall", [0.2, 3.0, 9.0])
+def test_a_stall_costs_one_sample_at_most(stall):
+    later = TABLE[30:] + np.array([stall, 0, 0, 0, 0, 0, 0])
+    pieces = [json.dumps(dict(zip(HEADER.split(","), row, strict=True))).encode() for row in later.tolist()]
+    found = samples_of(scripted([*GOOD[:30], *pieces], whole=True))
+    assert np.array_equal(found, np.concatenate([TABLE[:30], later[1 if stall > STALL else 0 :]]))
+
+
 @settings(deadline=None, max_examples=60)
 @given(st.lists(st.tuples(st.integers(0, len(GOOD)), hostile()), max_size=5))
 @example([(0, b"[" * 5000), (30, b"\xff\xfe")])
+@example([(0, WILD), (1, b'{"ax": 0}')])
+@example([(0, WILD), (5, WILD), (10, WILD)])
 def test_no_datagram_however_hostile_ends_the_run(spoilt):
     pieces = list(GOOD)
     for place, piece in sorted(spoilt, key=lambda each: -each[0]):
         pieces.insert(place, piece)
     found = samples_of(scripted(pieces, whole=True))
-    # One that is a sample, however strange, may come to stand before another.
+    # One whose stamp nobody can tell from the clock's may come to stand before another.
     assert len(found) >= len(TABLE) - len(spoilt)
 
 

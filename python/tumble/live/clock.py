@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from tumble.recording import FloatArray
 
+STALL, STALL_STEPS = 0.25, 20.0
+"""s, and usual steps, ahead of the newest at which a stamp is taken only when the next one bears it out."""
 LEAP = 10.0
 """s ahead of the newest at which a stamp is strange: robots and radio links stall for less."""
 RESTARTED = 1.0
@@ -51,25 +53,32 @@ class StampGate:
     """s, of all that were believed."""
     ran_back: float = 0.0
     """s by which the clock itself ran back; 0 if it did not."""
+    _stall: float = np.nan
     _strange: float = np.nan
     _leap: float = 0.0
     _successive: int = 0
 
     def believed(self, time: FloatArray) -> NDArray[np.bool_]:
-        """Tell which of (n,) stamps, s, are those of the clock; one that is not finite is none."""
+        """Tell which of (n,) stamps, s, are those of the clock; one that is not finite is none.
+
+        The usual step is that of the first stamps.
+        """
+        if np.isnan(self._stall):
+            steps = np.diff(time[np.isfinite(time)])
+            self._stall = max(STALL, STALL_STEPS * float(np.median(steps))) if len(steps) else LEAP
         return np.array([self._is_believed(stamp) for stamp in time.tolist()], dtype=np.bool_)
 
     def _is_believed(self, stamp: float) -> bool:
         if not np.isfinite(stamp):
             return False
-        if np.isinf(self.newest) or -RESTARTED <= stamp - self.newest <= LEAP:
+        if np.isinf(self.newest) or -RESTARTED <= stamp - self.newest <= self._stall:
             self.newest, self._successive = max(self.newest, stamp), 0
             return True
         if not 0.0 < stamp - self._strange <= LEAP:
             self._successive, self._leap = 0, stamp - self.newest
         self._strange = stamp
         self._successive += 1
-        if self._successive < STAMPS_TO_BELIEVE:
+        if self._successive < (2 if 0.0 < self._leap <= LEAP else STAMPS_TO_BELIEVE):
             return False
         self.ran_back = max(0.0, -self._leap)
         self.newest, self._successive = stamp, 0

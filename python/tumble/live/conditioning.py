@@ -28,8 +28,10 @@ IMPOSSIBLE_READING = 1e4, 1e3
 """m/s^2 and rad/s that no sensor on a robot reads."""
 FASTEST_TO_REFUSE = 5
 """Successive samples too fast for rad/s; a single one was spoilt on the way."""
-STRAY_STAMPS = 1000.0
-"""Times the usual distance of the first stamps from their median beyond which one is spoilt."""
+STRAY_STAMPS = 20.0
+"""Times the usual distance of the first stamps from their median beyond which one is spoilt; even: 2."""
+STRAY_READINGS = 1000.0
+"""The same of the first readings, beyond which one says nothing of its unit."""
 
 _ARRIVAL = "arrival"
 
@@ -100,7 +102,7 @@ class Conditioner:
             return EMPTY
         head, self._head = self._without_stray_stamps(_joined(self._head)), []
         self._facts = facts
-        self._conversion = self._decide(head.samples, facts)
+        self._conversion = self._decide(_without_stray_readings(head.samples), facts)
         return self._checked(head, self._conversion)
 
     def _stamped(self, samples: RawSamples, arrival: float) -> RawSamples:
@@ -148,9 +150,7 @@ class Conditioner:
         """Leave out first samples whose stamp is nowhere near those of the others."""
         stamps = head.samples.time
         assert stamps is not None, "every sample was stamped"
-        off = np.abs(stamps - np.nanmedian(stamps)) if np.isfinite(stamps).any() else np.zeros(len(stamps))
-        usual = float(np.nanmedian(off)) if np.isfinite(off).any() else 0.0
-        stray = off > STRAY_STAMPS * usual if usual > 0.0 else np.zeros(len(stamps), dtype=np.bool_)
+        stray = _stray(stamps, STRAY_STAMPS)
         self.impossible += int(stray.sum())
         return _where(head, ~stray)
 
@@ -208,6 +208,26 @@ def _without_absurd(samples: RawSamples) -> RawSamples:
         known(samples.gyroscope),
         None if samples.temperature is None else known(samples.temperature),
     )
+
+
+def _without_stray_readings(samples: RawSamples) -> RawSamples:
+    """Make NaN of the readings of a triad that is far faster or stronger for a moment than it usually is."""
+
+    def usual(triad: FloatArray) -> FloatArray:
+        return np.where(_stray(np.abs(triad).max(axis=1), STRAY_READINGS)[:, np.newaxis], np.nan, triad)
+
+    return replace(samples, accelerometer=usual(samples.accelerometer), gyroscope=usual(samples.gyroscope))
+
+
+def _stray(values: FloatArray, times: float) -> NDArray[np.bool_]:
+    """Tell which of (n,) values are so many times their usual distance from the median."""
+    if not np.isfinite(values).any():
+        return np.zeros(len(values), dtype=np.bool_)
+    off = np.abs(values - np.nanmedian(values))
+    usual = float(np.nanmedian(off))
+    # Where most values are the same nothing is usual.
+    stray: NDArray[np.bool_] = off > times * usual if usual > 0.0 else np.zeros(len(off), dtype=np.bool_)
+    return stray
 
 
 def _where(readings: Readings, kept: NDArray[np.bool_]) -> Readings:
