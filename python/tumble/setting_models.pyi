@@ -100,7 +100,7 @@ class MonitorSettings(Document):
     tolerated_specific_force: float = 0.05
     """Drift of specific force that is within specification: a difference of two units that is none. In
     m/s^2."""
-    tolerated_angular_rate: float = 0.005
+    tolerated_angular_rate: float = 0.0075
     """Drift of angular rate that is within specification: a difference of two units that is none. In
     rad/s."""
     noise_ratio: float = 9.0

@@ -1345,7 +1345,7 @@ typedef struct tumble_redundancy_settings {
     float tolerated_specific_force;
     /**
      * Drift of angular rate that is within specification: a difference of two units that is none. Default:
-     * 0.005 rad/s.
+     * 0.0075 rad/s.
      */
     float tolerated_angular_rate;
     /**

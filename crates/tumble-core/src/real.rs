@@ -11,6 +11,9 @@ pub trait Real: RealField + Copy {
     /// The number closest to a count.
     fn of_count(count: u32) -> Self;
 
+    /// A number of single precision.
+    fn of_single(value: f32) -> Self;
+
     /// Seconds in a span of microseconds.
     fn of_microseconds(span: u64) -> Self;
 }
@@ -19,6 +22,10 @@ impl Real for f32 {
     #[allow(clippy::cast_precision_loss)]
     fn of_count(count: u32) -> Self {
         count as f32
+    }
+
+    fn of_single(value: f32) -> Self {
+        value
     }
 
     #[allow(clippy::cast_precision_loss)]
@@ -32,6 +39,10 @@ impl Real for f64 {
         f64::from(count)
     }
 
+    fn of_single(value: f32) -> Self {
+        f64::from(value)
+    }
+
     #[allow(clippy::cast_precision_loss)]
     fn of_microseconds(span: u64) -> Self {
         // Processors convert signed integers in one step, and 2^63 microseconds are 292 000 years.
@@ -42,6 +53,12 @@ impl Real for f64 {
 /// A constant of the text, in the number type at hand.
 pub fn real<T: Real>(value: f64) -> T {
     nalgebra::convert(value)
+}
+
+/// A constant out of a table that is read at a place known only at run time. Tables stand in single precision, since a
+/// device would have to convert doubles as it reads them.
+pub fn tabulated<T: Real>(value: f32) -> T {
+    T::of_single(value)
 }
 
 /// A count as a number.

@@ -111,7 +111,7 @@ pub struct RedundancySettings {
     /// 0.05 m/s^2.
     pub tolerated_specific_force: f32,
     /// Drift of angular rate that is within specification: a difference of two units that is none. Default:
-    /// 0.005 rad/s.
+    /// 0.0075 rad/s.
     pub tolerated_angular_rate: f32,
     /// Scatter of a unit, as a multiple of what the others make one expect, beyond which it is noisy.
     /// Default: 9.

@@ -6,7 +6,7 @@
 
 use nalgebra::Vector3;
 
-use crate::real::{Real, real};
+use crate::real::{Real, real, tabulated};
 use crate::redundancy::judgement::unit::Steps;
 use crate::redundancy::sensor::Sensor;
 
@@ -65,8 +65,8 @@ pub(super) fn by_step<T: Real>(apart: &Vector3<T>, own: &Steps<T>, other: &Steps
 
 /// At rest, a unit that left what it said in health by more than the first, beside one that did not leave it by the
 /// second: m/s^2 and rad/s.
-const LEFT: [f64; 2] = [0.08, 0.008];
-const STAYED: [f64; 2] = [0.04, 0.004];
+const LEFT: [f32; 2] = [0.08, 0.008];
+const STAYED: [f32; 2] = [0.04, 0.004];
 
 /// Whether a unit at rest left what physics says and the other did not: changes of `|f|` or `|w|` since health, and how far the
 /// two have come apart along gravity, m/s^2; `None` for gyroscopes (docs/theory/judgement.md, eq. 13).
@@ -76,7 +76,10 @@ pub(super) fn by_rest<T: Real>(
     other: T,
     along_gravity: Option<T>,
 ) -> Option<Proof<T>> {
-    let (left, stayed) = (real::<T>(*sensor.of(&LEFT)), real::<T>(*sensor.of(&STAYED)));
+    let (left, stayed) = (
+        tabulated::<T>(*sensor.of(&LEFT)),
+        tabulated::<T>(*sensor.of(&STAYED)),
+    );
     let fits =
         along_gravity.is_none_or(|apart| (own - other - apart).abs() < stayed.max(own.abs() * real(0.5)));
     let proves = own.abs() > left && other.abs() < stayed && fits; // judgement.md, eq. 13

@@ -1,10 +1,10 @@
 //! Who is noisier than it used to be beside the others.
 
-use crate::real::{Real, count, real};
+use crate::real::{Real, count, real, tabulated};
 use crate::redundancy::sensor::Sensor;
 
 /// Scatter of a sample below which nobody is noisy, whatever that of the others: m/s^2 and rad/s.
-const QUIET: [f64; 2] = [0.15, 0.015];
+const QUIET: [f32; 2] = [0.15, 0.015];
 
 /// Time over which the usual scatter is taken, s.
 const USUAL_OVER: f64 = 30.0;
@@ -66,5 +66,5 @@ pub fn limit<T: Real>(sensor: Sensor, usual: T, others: impl Iterator<Item = (T,
         .filter(|(_, usual)| *usual > T::zero())
         .map(|(scatter, usual_of_other)| scatter * (usual / usual_of_other).max(T::one()))
         .reduce(|a, b| a.max(b))?;
-    Some((expected * times).max(real(*sensor.of(&QUIET)))) // eq. 11
+    Some((expected * times).max(tabulated(*sensor.of(&QUIET)))) // eq. 11
 }

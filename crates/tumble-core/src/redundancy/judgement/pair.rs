@@ -2,27 +2,27 @@
 
 use nalgebra::Vector3;
 
-use crate::real::{Real, real};
+use crate::real::{Real, real, tabulated};
 use crate::redundancy::judgement::motion::{StrainMeans, Tolerance};
 use crate::redundancy::judgement::scales::{SCALES, SECONDS};
 use crate::redundancy::sensor::Sensor;
 
 /// What is left of the noise of samples over each scale, of accelerometers, m/s^2, and of gyroscopes, rad/s
 /// (docs/theory/judgement.md, table 1).
-const NOISE: [[f64; SCALES]; 2] = [[0.02, 0.008, 0.003, 0.001], [0.0015, 0.0006, 0.0002, 0.0001]];
+const NOISE: [[f32; SCALES]; 2] = [[0.02, 0.008, 0.003, 0.001], [0.0015, 0.0006, 0.0002, 0.0001]];
 
 /// Multiple of drift within specification that is let pass over each scale.
-const TOLERATED: [f64; SCALES] = [1.6, 1.0, 1.0, 1.0];
+const TOLERATED: [f32; SCALES] = [1.6, 1.0, 1.0, 1.0];
 
 /// Standard deviations of what motion explains that a sound pair stays within: its tail is heavier than a normal one.
-const TAIL: [f64; SCALES] = [5.0, 5.0, 4.5, 4.0];
+const TAIL: [f32; SCALES] = [5.0, 5.0, 4.5, 4.0];
 
 /// Share of what motion could make that a pair is taken to show before it has shown any.
-const SHOWN_AT_FIRST: [f64; SCALES] = [1.0, 0.5, 0.1, 0.03];
+const SHOWN_AT_FIRST: [f32; SCALES] = [1.0, 0.5, 0.1, 0.03];
 
 /// Least and most of it: what a pair has shown is believed within these only. The most keeps a fault from being learnt.
-const SHOWN_LEAST: [f64; SCALES] = [0.05, 0.03, 0.005, 0.002];
-const SHOWN_MOST: [f64; SCALES] = [9.0, 2.0, 0.15, 0.05];
+const SHOWN_LEAST: [f32; SCALES] = [0.05, 0.03, 0.005, 0.002];
+const SHOWN_MOST: [f32; SCALES] = [9.0, 2.0, 0.15, 0.05];
 
 /// Shortest time over which it is learnt, s, beyond two of the scale.
 const LEARNT_OVER: f64 = 30.0;
@@ -93,8 +93,8 @@ impl<T: Real> Shown<T> {
     }
 }
 
-fn at<T: Real>(table: &[f64; SCALES], scale: usize) -> T {
-    real(table.get(scale).copied().unwrap_or(1.0))
+fn at<T: Real>(table: &[f32; SCALES], scale: usize) -> T {
+    tabulated(table.get(scale).copied().unwrap_or(1.0))
 }
 
 fn at_scale<T: Real>(values: &[T; SCALES], scale: usize) -> T {

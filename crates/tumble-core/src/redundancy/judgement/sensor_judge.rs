@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::real::{Real, count, real};
+use crate::real::{Real, count, real, tabulated};
 use crate::redundancy::judgement::attribution::{Evidence, Proof, by_rest, by_step};
 use crate::redundancy::judgement::isolation::{DWELL, Finding, isolate};
 use crate::redundancy::judgement::motion::{Strain, StrainMeans, Tolerance};
@@ -15,8 +15,8 @@ use crate::redundancy::sensor::Sensor;
 
 /// Tolerances of clocks, s, and, where not known and known of both units, of the lever arm, m, and the matrix (docs/theory/judgement.md, table 1).
 const CLOCKS: f64 = 1e-3;
-const PLACE: [f64; 2] = [0.15, 0.005];
-const MATRIX: [f64; 2] = [0.02, 0.002];
+const PLACE: [f32; 2] = [0.15, 0.005];
+const MATRIX: [f32; 2] = [0.02, 0.002];
 
 /// Scales over which units are compared of which one was never calibrated: what a matrix is off by stays as long as the
 /// attitude does.
@@ -627,7 +627,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
 }
 
 fn seconds_of<T: Real>(scale: usize) -> T {
-    real(SECONDS.get(scale).copied().unwrap_or(0.0))
+    tabulated(SECONDS.get(scale).copied().unwrap_or(0.0))
 }
 
 fn at<T: Real, const UNITS: usize>(
@@ -642,10 +642,10 @@ fn at<T: Real, const UNITS: usize>(
 
 /// What is known of two units (docs/theory/judgement.md, table 1).
 fn known<T: Real>(sensor: Sensor, [a, b]: [&UnitReading<T>; 2]) -> Knowledge<T> {
-    let [matrix_unknown, matrix_known] = MATRIX.map(real::<T>);
+    let [matrix_unknown, matrix_known] = MATRIX.map(tabulated::<T>);
     let shown = *sensor.of(&a.matrix_shown) && *sensor.of(&b.matrix_shown);
     let matrix = if shown { matrix_known } else { matrix_unknown };
-    let [place_unknown, place_known] = PLACE.map(real::<T>);
+    let [place_unknown, place_known] = PLACE.map(tabulated::<T>);
     let place = |sigma: T| sigma.min(place_unknown);
     let places = place(a.place) * place(a.place) + place(b.place) * place(b.place);
     let clocks = real::<T>(CLOCKS);

@@ -2,13 +2,13 @@
 
 use nalgebra::Vector3;
 
-use crate::real::{Real, real};
+use crate::real::{Real, real, tabulated};
 use crate::redundancy::judgement::scales::{SCALES, filled, follow_vector, shares};
 use crate::redundancy::sensor::Sensor;
 
 /// Fastest that a slow offset follows, and the most it may become: m/s^2 and rad/s, per second and in all.
-const SLEW: [f64; 2] = [1e-4, 3e-5];
-const SLOW_OFFSET: [f64; 2] = [0.1, 0.01];
+const SLEW: [f32; 2] = [1e-4, 3e-5];
+const SLOW_OFFSET: [f32; 2] = [0.1, 0.01];
 
 /// One sensor of a unit against the set.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,9 +45,9 @@ impl<T: Real> SensorDeviation<T> {
         if size <= T::zero() {
             return;
         }
-        let step = mean * ((real::<T>(*sensor.of(&SLEW)) * window).min(size) / size);
+        let step = mean * ((tabulated::<T>(*sensor.of(&SLEW)) * window).min(size) / size);
         let moved = self.offset + step;
-        let most = real::<T>(*sensor.of(&SLOW_OFFSET));
+        let most = tabulated::<T>(*sensor.of(&SLOW_OFFSET));
         let size = moved.norm();
         self.offset = if size > most { moved * (most / size) } else { moved };
     }
@@ -64,7 +64,7 @@ impl<T: Real> SensorDeviation<T> {
     pub fn accept(&mut self, sensor: Sensor) {
         let [_, second, ..] = self.means;
         let offset = self.offset + second;
-        let most = real::<T>(*sensor.of(&SLOW_OFFSET));
+        let most = tabulated::<T>(*sensor.of(&SLOW_OFFSET));
         let size = offset.norm();
         *self = Self {
             offset: if size > most {

@@ -196,7 +196,7 @@ impl<T: Real> Default for HealthSettings<T> {
             frozen: 100_000,
             saturated: 50_000,
             spike: both(40.0, 10.0),
-            tolerated: both(0.05, 0.005),
+            tolerated: both(0.05, 0.0075),
             noise_ratio: real(9.0),
             rest: both(1.5, 0.2),
             recovery: 500_000,
