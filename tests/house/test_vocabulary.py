@@ -40,6 +40,7 @@ TABLES = {
     "refused": text.REMEDIES["refused"],
     "abandoned": text.REMEDIES["abandoned"],
     "record rejected": text.REMEDIES["record rejected"].keys() - STORE,
+    "witness left out": text.REMEDIES["witness left out"],
     "unhealthy": text.REMEDIES["unhealthy"],
     # Where no unit is fit, the title says it all.
     "selected": {*text._SELECTED, "none fit"},

@@ -45,6 +45,13 @@ pub enum EventKind {
     Disagree,
     /// It agrees with that unit again: `units`.
     Agree,
+    /// What a witness from outside said was left out: `reason`; told once for each.
+    WitnessLeftOut,
+    /// A witness contradicts all units, and decides nothing until it fits again: mean square misfit `value` with the one that
+    /// fits best, in sigmas, above `limit`.
+    WitnessDistrusted,
+    /// It fits again.
+    WitnessTrusted,
     /// The source of the output is this unit now: `reason`.
     Selected,
     /// There is no source any more: no unit is fit.
@@ -247,6 +254,13 @@ impl Event {
                 units: bit(other),
                 ..of(EventKind::Agree).sensor(sensor)
             },
+            CoreKind::WitnessLeftOut { why } => {
+                of(EventKind::WitnessLeftOut).because(Reason::of_left_out(why))
+            }
+            CoreKind::WitnessDistrusted { misfit, limit } => {
+                of(EventKind::WitnessDistrusted).figures(misfit, limit)
+            }
+            CoreKind::WitnessTrusted => of(EventKind::WitnessTrusted),
             CoreKind::Selected { reason } => of(EventKind::Selected).because(Reason::of_selection(reason)),
             CoreKind::NoneSelected => of(EventKind::NoneSelected).because(Reason::NoneFit),
             CoreKind::Restored { sensor, sequence } => Self {

@@ -5,6 +5,7 @@ mod event;
 mod reason;
 mod settings;
 mod unit;
+mod witness;
 
 use core::ffi::c_void;
 use core::mem::MaybeUninit;
@@ -20,6 +21,7 @@ pub use crate::redundancy::event::{Check, Event, EventKind, OnEvent};
 pub use crate::redundancy::reason::Reason;
 pub use crate::redundancy::settings::{RedundancySettings, tumble_redundancy_defaults};
 pub use crate::redundancy::unit::{TUMBLE_AXES_ALL, Unit, tumble_unit_defaults};
+pub use crate::redundancy::witness::{Witness, WitnessKind};
 
 use crate::code::{Code, code};
 use crate::model::{Calibration, Sample, rows};
@@ -178,6 +180,33 @@ pub unsafe extern "C" fn tumble_redundancy_push(
                 flags: u32::from(said.degraded) * TUMBLE_OUTPUT_DEGRADED,
             }));
         }
+        Ok(())
+    };
+    // SAFETY: the same.
+    status(unsafe { change(redundancy, work) })
+}
+
+/// Takes in what something else on board says of the motion of the set at `time`, microseconds of the common clock: of the time at
+/// which it was so, up to a second ago, not of that at which it came. It settles which of two units is wrong that disagree.
+/// What cannot be used is left out, and ::TUMBLE_EVENT_KIND_WITNESS_LEFT_OUT says why. `on_event` may be null.
+///
+/// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_CODE,
+/// ::TUMBLE_ERROR_NO_SUCH_UNIT of a score.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tumble_redundancy_witness(
+    redundancy: *mut Redundancy,
+    time: u64,
+    witness: *const Witness,
+    on_event: OnEvent,
+    context: *mut c_void,
+) -> Status {
+    // SAFETY: as the header asks of all pointers.
+    let witness = unsafe { read(witness) };
+    let listener = Listener { on_event, context };
+    let work = |watched: &mut Watched| {
+        let witness = witness?.in_core()?;
+        let Watched { platform, monitor } = watched;
+        monitor.witness(platform, time, &witness, &mut |event| listener.tell(&event));
         Ok(())
     };
     // SAFETY: the same.

@@ -5,6 +5,7 @@ use tumble_core::redundancy::gate::Withheld;
 use tumble_core::redundancy::judgement::attribution::Ground;
 use tumble_core::redundancy::monitor::event::{Abandoned, RecordRejection};
 use tumble_core::redundancy::selection::SelectionReason;
+use tumble_core::redundancy::witness::WitnessRejection;
 
 /// Why it happened.
 #[repr(u32)]
@@ -32,7 +33,8 @@ pub enum Reason {
     RecordReplaced,
     /// Record rejected: no secondary has its identity, or the secondary has no such sensor.
     OfAnotherUnit,
-    /// Record rejected: not all of it are numbers. Unhealthy: nor are too many readings, the last on `channel`.
+    /// Record rejected, witness left out: not all of it are numbers. Unhealthy: nor are too many readings, the last on
+    /// `channel`.
     NotFinite,
     /// Record rejected: it lies outside what the settings allow a calibration to be.
     Implausible,
@@ -56,7 +58,15 @@ pub enum Reason {
     DisagreesWithRest,
     /// Refused: the stored one explains the pairs kept from the fit as well, or better, m/s^2 or rad/s.
     NotBetter,
-    /// Unhealthy: no sample came for `value` s.
+    /// Witness left out: a sigma is not above zero, or no axis is measured.
+    NoSigma,
+    /// Witness left out: a score below zero.
+    NegativeScore,
+    /// Witness left out: there is no unit of that number.
+    NoSuchUnit,
+    /// Witness left out: it is of a time that has yet to come.
+    Early,
+    /// Unhealthy: no sample came for `value` s. Witness left out: it is of a time that is not kept any more.
     Late,
     /// Unhealthy: all axes of a sensor repeated their readings for `value` s.
     Frozen,
@@ -130,6 +140,7 @@ impl Reason {
         AlreadyCalibrating OnCommandOnly);
     twin!(of_abandoned, Abandoned: NoMotion TimedOut PrimaryInvalid PrimaryUnhealthy SecondaryUnhealthy Disputed
         TimeJumped RecordReplaced);
+    twin!(of_left_out, WitnessRejection: NotFinite NoSigma NegativeScore NoSuchUnit Late Early);
     twin!(of_rejected, RecordRejection: OfAnotherUnit NotFinite Implausible);
     twin!(of_selection, SelectionReason: Start PrimaryFailed SourceFailed PrimaryProven Command NoneFit);
     twin!(of_refusal, RefusalReason: Unsolvable TooFewPairs ResidualTooLarge ImplausibleBias ImplausibleScale

@@ -27,6 +27,7 @@ tumble_flash flash;
 tumble_calibration calibration;
 tumble_sample sample;
 tumble_record record;
+tumble_witness witness;
 
 static void correct(void)
 {
@@ -94,6 +95,7 @@ static void watch(void)
     answers += tumble_redundancy_restore_from(&monitor, &store, on_event, NULL);
     answers += tumble_redundancy_restore(&monitor, &record, on_event, NULL);
     answers += tumble_redundancy_push(&monitor, 0, &sample, on_event, NULL, &output);
+    answers += tumble_redundancy_witness(&monitor, sample.time, &witness, on_event, NULL);
     answers += tumble_redundancy_command(&monitor, TUMBLE_COMMAND_EVALUATE);
     answers += tumble_redundancy_get_source(&monitor, &source);
     answers += tumble_redundancy_get_stored(&monitor, 1, TUMBLE_SENSOR_GYROSCOPE, &knowledge);

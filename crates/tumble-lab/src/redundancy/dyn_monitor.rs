@@ -8,6 +8,7 @@ use tumble_core::redundancy::monitor::{Command, Monitor};
 use tumble_core::redundancy::platform::{MountedUnit, Platform, PlatformError, PrimaryCalibration, Range};
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::settings::RedundancySettings;
+use tumble_core::redundancy::witness::Witness;
 use tumble_core::sample::Sample;
 
 use crate::redundancy::event_text::{EventText, event_text};
@@ -57,6 +58,8 @@ pub struct WindowMeans {
 pub trait DynMonitor: Send + Sync {
     /// Takes in a sample.
     fn push(&mut self, unit: usize, sample: &Sample<f64>, log: &mut EventLog) -> Option<OutputSample>;
+    /// Takes in what a witness from outside says of a time, microseconds of the common clock.
+    fn witness(&mut self, time: u64, witness: &Witness<f64>, log: &mut EventLog);
     /// Takes a stored record.
     fn restore(&mut self, record: &Record<f64>, log: &mut EventLog);
     /// Takes a record from the factory, from which thresholds may be counted.
@@ -137,6 +140,27 @@ impl<T: Real, const UNITS: usize> DynMonitor for SizedMonitor<T, UNITS> {
             angular_rate: output.angular_rate.map(wide).into(),
             degraded: output.degraded,
         })
+    }
+
+    fn witness(&mut self, time: u64, witness: &Witness<f64>, log: &mut EventLog) {
+        let witness = match witness {
+            Witness::Velocity { value, sigma } => Witness::Velocity {
+                value: narrow(value),
+                sigma: narrow(sigma),
+            },
+            Witness::BodyVelocity { value, sigma } => Witness::BodyVelocity {
+                value: narrow(value),
+                sigma: narrow(sigma),
+            },
+            Witness::Score { unit, value } => Witness::Score {
+                unit: *unit,
+                value: real(*value),
+            },
+        };
+        self.monitor
+            .witness(&self.platform, time, &witness, &mut |event| {
+                log.events.push(event_text(&event))
+            });
     }
 
     fn restore(&mut self, record: &Record<f64>, log: &mut EventLog) {

@@ -61,7 +61,11 @@ type Figures = Vec<(&'static str, Figure)>;
 
 fn figures<T: Real>(kind: &EventKind<T>) -> Figures {
     match kind {
-        EventKind::RestBegan | EventKind::RestEnded | EventKind::MotionBegan | EventKind::Healthy => vec![],
+        EventKind::RestBegan
+        | EventKind::RestEnded
+        | EventKind::MotionBegan
+        | EventKind::Healthy
+        | EventKind::WitnessTrusted => vec![],
         EventKind::Evaluated {
             sensor,
             check,
@@ -121,6 +125,8 @@ fn figures<T: Real>(kind: &EventKind<T>) -> Figures {
         ]
         .concat(),
         EventKind::Agree { sensor, other } => vec![of(*sensor), ("other", unit(*other))],
+        EventKind::WitnessLeftOut { why } => vec![reason(why.name())],
+        EventKind::WitnessDistrusted { misfit, limit } => value_and_limit(*misfit, *limit),
         EventKind::Selected { reason: why } => vec![reason(why.name())],
         EventKind::NoneSelected => vec![reason(SelectionReason::NoneFit.name())],
         EventKind::Restored { sensor, sequence } => {

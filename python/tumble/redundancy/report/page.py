@@ -19,6 +19,10 @@ MOST_ROWS = 300
 """Events in a table; of more, the page says how many it leaves to the file of events."""
 
 _HEALTH = ("unhealthy", "healthy", "rest began", "rest ended")
+_ALARMS = (
+    *("refused", "abandoned", "unhealthy", "disagree", "record rejected", "time jumped"),
+    *("witness left out", "witness distrusted"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,7 +192,7 @@ def _table_of(event: RedundancyEvent) -> str:
 def _is_alarm(event: RedundancyEvent) -> bool:
     if event.event in ("evaluated", "selected"):
         return bool(event.figures.get("exceeded")) or event.figures.get("reason") == "none fit"
-    return event.event in ("refused", "abandoned", "unhealthy", "disagree", "record rejected", "time jumped")
+    return event.event in _ALARMS
 
 
 def _time_line_caption(line: TimeLine) -> str:

@@ -74,6 +74,14 @@ REMEDIES: dict[str, dict[str, str]] = {
         "implausible": _RECORD,
         "corrupt": _RECORD,
     },
+    "witness left out": {
+        "not finite": "Give no measurement where there is none, or an infinite sigma of axes that are not measured.",
+        "no sigma": "Give a sigma above zero of every axis that is measured.",
+        "negative score": "Give innovations squared over their variance.",
+        "no such unit": "Name a unit of the set.",
+        "late": "Give it within a second, or with the time at which it was measured on the clock of the primary.",
+        "early": "Give it with the time at which it was measured on the clock of the primary.",
+    },
     "unhealthy": {
         "late": "Look for gaps in its log, its cable and its bus.",
         "frozen": "Restart the unit; it repeats its readings.",
@@ -106,6 +114,9 @@ _EVENTS = {
     "healthy": "Healthy again",
     "disagree": "Disagree, and nobody knows which is wrong",
     "agree": "Agree again",
+    "witness left out": "What the witness said was left out",
+    "witness distrusted": "The witness contradicts all units, and decides nothing",
+    "witness trusted": "The witness fits again",
     "selected": "Selected as source",
     "restored": "Stored error restored",
     "record rejected": "Stored error rejected",
@@ -304,6 +315,8 @@ def remedy(event: RedundancyEvent) -> str:
         return "Look at the faults of all units." if event.figures.get("reason") == "none fit" else ""
     if event.event == "disagree":
         return _TELL_APART
+    if event.event == "witness distrusted":
+        return "Look at the witness, its sigma and its time: no unit fits what it says."
     if event.event == "time jumped":
         return REMEDIES["abandoned"]["time jumped"]
     reason = str(event.figures.get("reason", ""))
@@ -455,6 +468,8 @@ def _judged_figures(event: RedundancyEvent) -> Iterator[str]:
         yield f"with {_named(figures['other'])}{_value_and_limit(event)}"
     if "ground" in figures:
         yield f"on the ground of {figures['ground']}: {_GROUNDS[str(figures['ground'])]}"
+    if event.event == "witness distrusted":
+        yield f"mean square misfit with the unit that fits best, in sigmas{_value_and_limit(event)}"
     if "scale" in figures:
         yield f"over {_plain(number(figures['scale']))} s"
     if "agreeing" in figures:

@@ -97,7 +97,7 @@ const MOST: f64 = 1.5;
 const REMEMBERED: f64 = 60.0;
 
 /// Logarithm of the ratio of likelihoods that decides: one in a hundred and fifty is wrong.
-const DECIDES: f64 = 5.0;
+pub(crate) const DECIDES: f64 = 5.0;
 
 /// Evidence that the first of two units is wrong, less that the second is.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -28,6 +28,7 @@ use crate::redundancy::judgement::sensor_judge::SensorJudge;
 use crate::redundancy::judgement::unit::{CarriedGravity, Steps};
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::ForceAndRate;
+use crate::redundancy::witness::{Surroundings, Testimony, Trust, Witness, WitnessRejection};
 
 /// What a unit says over a window, as the primary would at its place, with everything taken off that is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,7 +59,11 @@ pub struct UnitReading<T: Real> {
 pub struct SetWindow<'a, T: Real, const UNITS: usize> {
     /// `None` for a unit that said nothing.
     pub units: &'a [Option<UnitReading<T>>; UNITS],
-    /// Its length, s.
+    /// Its number on the common clock, and the length of one, microseconds.
+    pub number: u64,
+    /// Microseconds.
+    pub span: u64,
+    /// The same, s.
     pub length: T,
     /// Magnitude of gravity, m/s^2.
     pub gravity: T,
@@ -139,6 +144,8 @@ pub struct Judge<T: Real, const UNITS: usize> {
     resting_rate: Vector3<T>,
     /// Usual variance of what accelerometers say beyond carried gravity, `(m/s^2)^2`.
     usual_error: Option<T>,
+    /// What witnesses from outside say, once there were any.
+    testimony: Option<Testimony<T, UNITS>>,
 }
 
 /// Share of what a pair may be apart from which on nobody follows either of the two.
@@ -168,7 +175,24 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             evidence: [unit; UNITS],
             resting_rate: Vector3::zeros(),
             usual_error: None,
+            testimony: None,
         }
+    }
+
+    /// Takes in what a witness from outside says of a time, microseconds of the common clock; gives whether it is no longer
+    /// believed, or is again.
+    ///
+    /// # Errors
+    /// Why it was left out.
+    pub(crate) fn listen(
+        &mut self,
+        time: u64,
+        witness: &Witness<T>,
+    ) -> Result<Option<Trust<T>>, WitnessRejection> {
+        witness.check(UNITS)?;
+        self.testimony
+            .get_or_insert_with(Testimony::new)
+            .take(time, witness)
     }
 
     /// What a unit says has another meaning from now on: it was calibrated.
@@ -225,6 +249,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         let vibration = SENSORS.map(|sensor| self.vibration(sensor, window.units));
         let strains = self.motion.push(&[f, w], vibration, window.length);
         self.witness_themselves(window);
+        self.hear_testimony(window, [&f, &w]);
         for sensor in SENSORS {
             let said = match sensor {
                 Sensor::Accelerometer => &f,
@@ -236,12 +261,34 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
                 sensor,
                 window,
                 evidence: &self.evidence,
+                testimony: self.testimony.as_ref(),
                 usual_error: self.usual_error,
                 direction: f / f.norm().max(real(1e-3)),
             };
             judge.judge(&case, &mut self.shown, &mut |judgement| tell(sensor, judgement));
         }
         self.learn(window, &w);
+    }
+
+    /// What the witness makes of the window, where there ever was one.
+    fn hear_testimony(&mut self, window: &SetWindow<'_, T, UNITS>, said: [&Vector3<T>; 2]) {
+        let Some(testimony) = &mut self.testimony else {
+            return;
+        };
+        let sensors = &self.sensors;
+        testimony.advance(&Surroundings {
+            units: window.units,
+            said,
+            resting_rate: &self.resting_rate,
+            guilty: core::array::from_fn(|unit| SENSORS.map(|sensor| sensor.of(sensors).is_guilty(unit))),
+            worst: core::array::from_fn(|unit| SENSORS.map(|sensor| sensor.of(sensors).worst(unit))),
+            calm: sensors.iter().all(|judge| judge.is_calm(window.length)),
+            number: window.number,
+            span: window.span,
+            length: window.length,
+            gravity: window.gravity,
+            tolerated: window.tolerated,
+        });
     }
 
     /// Steps and carried gravity of each unit.

@@ -12,6 +12,7 @@ use crate::redundancy::judgement::scales::{SCALES, SECONDS, shares};
 use crate::redundancy::judgement::unit::SensorDeviation;
 use crate::redundancy::judgement::{Judgement, SetWindow, UnitEvidence, UnitReading};
 use crate::redundancy::sensor::Sensor;
+use crate::redundancy::witness::Testimony;
 
 /// Tolerances of clocks, s, and, where not known and known of both units, of the lever arm, m, and the matrix (docs/theory/judgement.md, table 1).
 const CLOCKS: f64 = 1e-3;
@@ -39,6 +40,9 @@ const STEP_WITHIN: f64 = 0.6;
 
 /// Of three units and more, nobody has to be the odd one for so long before two of them are looked at by themselves, s.
 const AMBIGUOUS_FOR: f64 = 2.0;
+
+/// Share of what a pair may be apart beyond which a witness is asked.
+const WITNESSED_APART: f64 = 0.5;
 
 /// Ratios of all pairs over all scales.
 type Ratios<T, const UNITS: usize> = [[[Option<Disagreement<T>>; SCALES]; UNITS]; UNITS];
@@ -108,6 +112,7 @@ pub(super) struct Case<'a, T: Real, const UNITS: usize> {
     pub sensor: Sensor,
     pub window: &'a SetWindow<'a, T, UNITS>,
     pub evidence: &'a [UnitEvidence<T>; UNITS],
+    pub testimony: Option<&'a Testimony<T, UNITS>>,
     pub usual_error: Option<T>,
     /// Of gravity, upwards, as the set feels it: at rest.
     pub direction: Vector3<T>,
@@ -256,6 +261,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         let ratios = self.ratios(case, shown);
         self.find_noisy(case, tell);
         let disagrees = self.find_odd(case, &ratios, tell);
+        self.find_witnessed(case, &ratios, tell);
         self.settle_dispute(case, &ratios, tell);
         self.redeem(case, &ratios, tell);
         self.learn(case, &ratios, shown, disagrees);
@@ -359,6 +365,29 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         self.worst = worst;
         self.disagreed |= disagrees;
         disagrees
+    }
+
+    /// Of three units and more, the one that a witness contradicts, and no other, and without which the others agree closely.
+    fn find_witnessed(&mut self, case: &Case<'_, T, UNITS>, ratios: &Ratios<T, UNITS>, tell: Tell<'_, T>) {
+        let Some(testimony) = case.testimony else { return };
+        let voters: [bool; UNITS] = core::array::from_fn(|unit| case.votes(unit) && !self.is_guilty(unit));
+        for scale in 0..SCALES {
+            // What is half as far apart, but otherwise the same as without a witness.
+            let ratio = |i, j| at(ratios, i, j, scale).map(|pair| pair.ratio() / real(WITNESSED_APART));
+            let Finding::Odd(unit) = isolate(&voters, ratio) else {
+                continue;
+            };
+            let unit = usize::from(unit);
+            let votes = |other: &usize| *other != unit && voters.get(*other).copied().unwrap_or(false);
+            let proof = testimony.speaks_against(case.sensor, unit, (0..UNITS).filter(votes));
+            if let Some(proof) = proof
+                && self.condemn(unit)
+            {
+                self.end_dispute();
+                tell(Judgement::Blamed { unit, proof });
+                return;
+            }
+        }
     }
 
     fn find_out_of_family(
@@ -494,6 +523,9 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         }
         if let Some(found) = self.by_rest([i, j], case) {
             return Some(found);
+        }
+        if let Some((wrong, proof)) = case.testimony.and_then(|said| said.decides(sensor, [i, j])) {
+            return Some((if wrong == 0 { i } else { j }, proof));
         }
         let variance = case.usual_error?;
         self.evidence

@@ -66,6 +66,8 @@ fn fly<const N: usize>(
         });
         let window = SetWindow {
             units: &units,
+            number: k,
+            span: 50_000,
             length: H,
             gravity: 9.8,
             noise_ratio: 9.0,

@@ -8,6 +8,7 @@ use crate::redundancy::record::Record;
 use crate::redundancy::selection::SelectionReason;
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::Rung;
+use crate::redundancy::witness::WitnessRejection;
 
 /// One event.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -159,6 +160,20 @@ crate::vocabulary! {
             /// The other unit.
             other: usize,
         } = "agree",
+        /// What a witness from outside said was left out; told once for each reason.
+        WitnessLeftOut {
+            /// Why.
+            why: WitnessRejection,
+        } = "witness left out",
+        /// A witness contradicts all units: it decides nothing until it fits again.
+        WitnessDistrusted {
+            /// Mean square misfit with the unit that fits best, in sigmas.
+            misfit: T,
+            /// What it had to exceed.
+            limit: T,
+        } = "witness distrusted",
+        /// It fits again.
+        WitnessTrusted = "witness trusted",
         /// The source of the output is this unit now.
         Selected {
             /// Why.

@@ -39,6 +39,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         let readings = self.readings(platform, window);
         let set = SetWindow {
             units: &readings,
+            number: window,
+            span: settings.window,
             length: seconds(settings.window),
             gravity: settings.evaluation.gravity,
             noise_ratio: settings.health.noise_ratio,

@@ -8,6 +8,7 @@ mod judge;
 mod process_window;
 pub mod rest_state;
 mod restore;
+mod witness;
 
 use nalgebra::Vector3;
 
@@ -58,6 +59,9 @@ pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize> {
     known_healthy: [bool; UNITS],
     selection: Selection,
     lever_arm_correction: LeverArmCorrection<T>,
+    /// What witnesses said that was left out: how often, and a bit for each reason that was told of.
+    witnesses_left_out: u32,
+    left_out_told: u8,
 }
 
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Default for Monitor<T, UNITS, AT_ONCE> {
@@ -83,6 +87,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             known_healthy: [true; UNITS],
             selection: Selection::new(),
             lever_arm_correction: LeverArmCorrection::new(),
+            witnesses_left_out: 0,
+            left_out_told: 0,
         }
     }
 

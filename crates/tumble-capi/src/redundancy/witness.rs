@@ -1,0 +1,58 @@
+//! What something else on board says of the motion of the set.
+
+use core::mem::MaybeUninit;
+
+use tumble_core::redundancy::witness::Witness as Core;
+
+use crate::code::{Code, code};
+use crate::redundancy::number;
+use crate::status::StatusResult;
+
+/// What a witness speaks of.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WitnessKind {
+    /// Velocity of the primary's place in a level frame whose heading does not change and need not be known: x and y horizontal,
+    /// z up. Of a receiver, an estimator without these units, or, with `sigma` of x and y infinite, a climb rate.
+    Velocity,
+    /// Velocity of the primary's place in the primary's axes, as of wheels.
+    BodyVelocity,
+    /// How badly an estimator that runs on `unit` fits its other sensors: `score`.
+    Score,
+}
+
+/// What a witness says.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct Witness {
+    /// What it speaks of; nothing else counts than what that says.
+    pub kind: MaybeUninit<WitnessKind>,
+    /// The unit of a score.
+    pub unit: u32,
+    /// Velocity, m/s.
+    pub velocity: [f32; 3],
+    /// Standard deviation of each axis, m/s, above 0; infinite where an axis is not measured.
+    pub sigma: [f32; 3],
+    /// Innovation squared over its variance, a degree of freedom: 1 in health.
+    pub score: f32,
+}
+
+// SAFETY: repr(u32), numbered from 0.
+unsafe impl Code for WitnessKind {
+    const COUNT: u32 = 3;
+}
+
+impl Witness {
+    /// As the core has it.
+    pub fn in_core(self) -> StatusResult<Core<f32>> {
+        let (value, sigma) = (self.velocity.into(), self.sigma.into());
+        Ok(match code(self.kind)? {
+            WitnessKind::Velocity => Core::Velocity { value, sigma },
+            WitnessKind::BodyVelocity => Core::BodyVelocity { value, sigma },
+            WitnessKind::Score => Core::Score {
+                unit: number(self.unit)?,
+                value: self.score,
+            },
+        })
+    }
+}

@@ -1,0 +1,90 @@
+//! A witness from outside: what something else on board says of the motion of the set, and what that says of its units.
+//!
+//! Two units that disagree may leave open which is wrong. A satellite receiver, wheels, a barometer or the innovations
+//! of an estimator know nothing of either, and settle it (docs/theory/judgement.md, section 12).
+
+mod errors;
+mod navigation;
+mod testimony;
+mod track;
+
+pub(crate) use testimony::{Surroundings, Testimony, Trust};
+
+use nalgebra::Vector3;
+
+use crate::real::Real;
+
+/// What something else on board says of the motion of the set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Witness<T: Real> {
+    /// Velocity of the primary's place in a level frame whose heading does not change and need not be known, m/s: x and y
+    /// horizontal, z up. The sigma of an axis that is not measured is infinite, as of x and y of a climb rate.
+    Velocity {
+        /// m/s.
+        value: Vector3<T>,
+        /// Standard deviation of each axis, m/s.
+        sigma: Vector3<T>,
+    },
+    /// Velocity of the primary's place in the primary's axes, as of wheels, m/s; sigmas as of a velocity.
+    BodyVelocity {
+        /// m/s.
+        value: Vector3<T>,
+        /// Standard deviation of each axis, m/s.
+        sigma: Vector3<T>,
+    },
+    /// How badly an estimator that runs on one unit fits its other sensors.
+    Score {
+        /// Number of the unit.
+        unit: usize,
+        /// Innovation squared over its variance, a degree of freedom: 1 in health.
+        value: T,
+    },
+}
+
+crate::vocabulary! {
+    /// Why what a witness said was left out.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum WitnessRejection {
+        /// Not all that it measures are numbers.
+        NotFinite = "not finite",
+        /// A sigma is not above zero, or no axis is measured.
+        NoSigma = "no sigma",
+        /// A score below zero.
+        NegativeScore = "negative score",
+        /// There is no unit of that number.
+        NoSuchUnit = "no such unit",
+        /// It is of a time that is not kept any more.
+        Late = "late",
+        /// It is of a time that has yet to come.
+        Early = "early",
+    }
+}
+
+#[cfg(test)]
+mod tests;
+
+impl<T: Real> Witness<T> {
+    /// Whether it can be listened to, of a set of so many units.
+    pub(crate) fn check(&self, units: usize) -> Result<(), WitnessRejection> {
+        match self {
+            Self::Velocity { value, sigma } | Self::BodyVelocity { value, sigma } => {
+                let axes = || value.iter().zip(sigma.iter());
+                let not_finite =
+                    |(value, sigma): (&T, &T)| *sigma != *sigma || (sigma.is_finite() && !value.is_finite());
+                if axes().any(not_finite) {
+                    Err(WitnessRejection::NotFinite)
+                } else if axes().any(|(_, sigma)| *sigma <= T::zero())
+                    || !axes().any(|(_, sigma)| sigma.is_finite())
+                {
+                    Err(WitnessRejection::NoSigma)
+                } else {
+                    Ok(())
+                }
+            }
+            Self::Score { unit, .. } if *unit >= units => Err(WitnessRejection::NoSuchUnit),
+            Self::Score { value, .. } if !value.is_finite() => Err(WitnessRejection::NotFinite),
+            Self::Score { value, .. } if *value < T::zero() => Err(WitnessRejection::NegativeScore),
+            Self::Score { .. } => Ok(()),
+        }
+    }
+}

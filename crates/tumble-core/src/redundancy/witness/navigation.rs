@@ -1,0 +1,487 @@
+//! Attitude and velocity of the set between what a witness says, and what they would be by each unit alone.
+//!
+//! One error-state filter runs on what the set says. What a sensor of a unit would make of it is linear in how far that is
+//! from the set, so that each needs ten numbers beside, and all share one covariance.
+
+use nalgebra::{UnitQuaternion, Vector2, Vector3};
+
+use crate::real::{Real, real, tabulated};
+use crate::redundancy::sensor::{SENSORS, Sensor};
+use crate::redundancy::settings::ForceAndRate;
+use crate::redundancy::witness::errors::{Covariance, Errors, Moves};
+use crate::redundancy::witness::track::Track;
+use crate::rotation::rotation_of;
+
+/// Noise of the set's angular rate, rad/s, and of its specific force, m/s^2, over the square root of a Hz; at rest, and as a share of
+/// the angular rate and of the specific force beyond gravity (docs/theory/judgement.md, table 2).
+const RATE_NOISE: [f64; 2] = [2e-4, 1e-3];
+const FORCE_NOISE: [f64; 2] = [0.01, 0.01];
+
+/// How fast errors within specification change, rad/s and m/s^2 over the square root of a second.
+const RATE_WANDERS: f64 = 5e-5;
+const FORCE_WANDERS: f64 = 5e-4;
+
+/// Sigma of the attitude at first, rad; of the rate's error where the set has just rested, rad/s.
+const LEVELLED: f64 = 0.3;
+const RATE_AT_REST: f64 = 5e-4;
+
+/// Horizontal acceleration of a platform, m/s^2, over times of a second, in motion and at rest: levels the set while its
+/// horizontal velocity is not known.
+const ACCELERATES: [f32; 2] = [3.0, 0.05];
+
+/// The heading is found once the horizontal velocity has changed by so many sigmas of it, within this time, s; and by
+/// integration and by the witness by as much, but for so many sigmas.
+const CHANGED: f64 = 8.0;
+const WITHIN: f64 = 10.0;
+const ALIKE: f64 = 3.0;
+
+/// Where the horizontal velocity of the witness points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Heading<T: Real> {
+    /// Nobody knows.
+    Sought {
+        /// Horizontal velocity as integrated and as witnessed at a time, m/s.
+        integrated: Vector2<T>,
+        witnessed: Vector2<T>,
+        /// Time since then, s.
+        since: T,
+    },
+    /// As the level frame has it.
+    Known,
+}
+
+/// A window of the set, and of each sensor of each unit.
+pub(super) struct Step<'a, T: Real, const UNITS: usize> {
+    /// What the set says, m/s^2 and rad/s.
+    pub said: [&'a Vector3<T>; 2],
+    /// How far each unit is from it; zero where it says nothing, or is at fault.
+    pub deviations: &'a [[Vector3<T>; 2]; UNITS],
+    /// Length of the window, s.
+    pub length: T,
+    /// m/s^2.
+    pub gravity: T,
+    /// Whether the set rests.
+    pub rests: bool,
+}
+
+/// A measurement of one number.
+pub(super) struct Innovation<T: Real> {
+    /// What was measured, less what the set makes one expect.
+    pub of_set: T,
+    /// Its variance.
+    pub variance: T,
+    /// How it changes with each error.
+    row: Errors<T>,
+    across: Errors<T>,
+}
+
+/// A velocity as witnessed.
+#[derive(Clone, Copy)]
+pub(super) struct Witnessed<T: Real> {
+    /// m/s.
+    pub value: Vector3<T>,
+    /// m/s; infinite where it was not measured.
+    pub sigma: Vector3<T>,
+    /// How many windows ago, below zero if yet to come.
+    pub windows: T,
+    /// Length of a window, s.
+    pub length: T,
+}
+
+impl<T: Real> Witnessed<T> {
+    fn is_level(&self) -> bool {
+        self.sigma.x.is_finite() && self.sigma.y.is_finite()
+    }
+}
+
+/// The state of the set, by what all of it says and what its witnesses do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Navigation<T: Real, const UNITS: usize> {
+    level_from_primary: UnitQuaternion<T>,
+    /// Level frame, m/s.
+    velocity: Vector3<T>,
+    /// Errors of the set: of angular rate, rad/s, and of vertical specific force, m/s^2.
+    rate_error: Vector3<T>,
+    vertical_error: T,
+    covariance: Covariance<T>,
+    /// By how much the state would be another with one sensor of one unit in place of the set's.
+    deviations: [[Errors<T>; 2]; UNITS],
+    /// Rotation vector of the latest window, rad.
+    turn: Vector3<T>,
+    track: Track<T>,
+    heading: Heading<T>,
+    /// Whether any velocity was taken in, and whether any along the primary's axes.
+    begun: bool,
+    along_primary: bool,
+}
+
+impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
+    /// Level by what the set feels, at a heading of its own; `rate_error` is what it turns by at rest, rad/s.
+    pub fn start(
+        force: &Vector3<T>,
+        rate_error: &Vector3<T>,
+        rests: bool,
+        tolerated: &ForceAndRate<T>,
+    ) -> Self {
+        let up = Vector3::z();
+        let level = UnitQuaternion::rotation_between(force, &up).unwrap_or(UnitQuaternion::identity());
+        let levelled = real::<T>(LEVELLED) * real(LEVELLED);
+        let rate = if rests {
+            real(RATE_AT_REST)
+        } else {
+            tolerated.angular_rate
+        };
+        let variances = Errors {
+            attitude: Vector3::new(levelled, levelled, T::zero()),
+            rate: Vector3::repeat(rate * rate),
+            vertical: tolerated.specific_force * tolerated.specific_force,
+            ..Errors::none()
+        };
+        Self {
+            level_from_primary: level,
+            velocity: Vector3::zeros(),
+            rate_error: *rate_error,
+            vertical_error: T::zero(),
+            covariance: Covariance::of_variances(&variances),
+            deviations: [[Errors::none(); 2]; UNITS],
+            turn: Vector3::zeros(),
+            track: Track::new(),
+            heading: Heading::Sought {
+                integrated: Vector2::zeros(),
+                witnessed: Vector2::zeros(),
+                since: T::zero(),
+            },
+            begun: false,
+            along_primary: false,
+        }
+    }
+
+    /// Carries all on over a window.
+    pub fn advance(&mut self, step: &Step<'_, T, UNITS>) {
+        let ([f, w], h) = (step.said, step.length);
+        let turn: Vector3<T> = (w - self.rate_error) * h;
+        let coning: Vector3<T> = self.turn.cross(&turn) * real::<T>(1.0 / 12.0);
+        let half: Vector3<T> = turn * real::<T>(0.5);
+        let middle = self.level_from_primary * rotation_of(&half);
+        self.level_from_primary = middle * rotation_of(&(half + coning)); // judgement.md, eq. 16
+        self.turn = turn;
+        let force: Vector3<T> = middle * *f;
+        let acceleration: Vector3<T> = force - Vector3::z() * (step.gravity + self.vertical_error);
+        self.velocity += acceleration * h; // judgement.md, eq. 16
+        self.track.push(&self.velocity, &acceleration);
+        let level = *middle.to_rotation_matrix().matrix();
+        let moves = Moves {
+            velocity_by_attitude: force.cross_matrix() * -h,
+            attitude_by_rate: level * -h,
+            velocity_by_vertical: -h,
+        };
+        self.covariance
+            .spread(&moves, &noise(&(turn / h), &acceleration, h));
+        for (deviations, said) in self.deviations.iter_mut().zip(step.deviations) {
+            let [of_force, of_rate] = deviations;
+            let [force, rate] = said;
+            *of_force = moves.carry(of_force);
+            of_force.velocity += level * force * h; // judgement.md, eq. 18
+            *of_rate = moves.carry(of_rate);
+            of_rate.attitude += level * rate * h; // judgement.md, eq. 18
+        }
+        if let Heading::Sought { since, .. } = &mut self.heading {
+            *since += h;
+            if !self.along_primary {
+                self.level(&force, step.rests, h);
+            }
+        }
+    }
+
+    /// Levels the set by what it feels over a window of `length` s.
+    fn level(&mut self, force: &Vector3<T>, rests: bool, length: T) {
+        let [moving, resting] = ACCELERATES.map(tabulated::<T>);
+        let sigma = if rests { resting } else { moving };
+        for axis in [Vector3::x(), Vector3::y()] {
+            let row = Errors {
+                attitude: force.cross(&axis),
+                ..Errors::none()
+            };
+            let innovation = self.measured(row, -force.dot(&axis), sigma * sigma / length);
+            self.update(&innovation);
+        }
+    }
+
+    /// A sensor of a unit is at fault: the set goes on as without it, by the mean of the others.
+    pub fn leave_out(&mut self, sensor: Sensor, unit: usize, innocent: impl Fn(usize) -> bool) {
+        let own = self.deviations.get(unit).map(|deviations| sensor.of(deviations));
+        if own.is_none_or(|own| *own == Errors::none()) {
+            return;
+        }
+        let (mut sum, mut others) = (Errors::none(), T::zero());
+        for (_, deviations) in self
+            .deviations
+            .iter()
+            .enumerate()
+            .filter(|(other, _)| innocent(*other))
+        {
+            sum = sum.plus(sensor.of(deviations), T::one());
+            others += T::one();
+        }
+        let mean = Errors::none().plus(&sum, T::one() / others.max(T::one()));
+        self.correct(&mean);
+        for (number, deviations) in self.deviations.iter_mut().enumerate() {
+            let deviation = sensor.of_mut(deviations);
+            *deviation = if number == unit {
+                Errors::none()
+            } else {
+                deviation.plus(&mean, -T::one())
+            };
+        }
+    }
+
+    /// What a measurement would have been off by less, with a unit's sensor in place of the set's.
+    pub fn share(&self, innovation: &Innovation<T>, sensor: Sensor, unit: usize) -> T {
+        let deviations = self.deviations.get(unit);
+        deviations.map_or(T::zero(), |deviations| innovation.row.dot(sensor.of(deviations)))
+    }
+
+    /// Takes in a measurement.
+    pub fn update(&mut self, innovation: &Innovation<T>) {
+        let Innovation {
+            of_set,
+            variance,
+            row,
+            across,
+        } = innovation;
+        for deviation in self.deviations.iter_mut().flatten() {
+            *deviation = deviation.plus(across, -row.dot(deviation) / *variance); // judgement.md, eq. 19
+        }
+        self.covariance.narrow(across, *variance);
+        self.correct(&Errors::none().plus(across, *of_set / *variance)); // judgement.md, eq. 19
+    }
+
+    fn correct(&mut self, errors: &Errors<T>) {
+        self.level_from_primary = rotation_of(&errors.attitude) * self.level_from_primary;
+        self.level_from_primary.renormalize_fast();
+        self.velocity += errors.velocity;
+        self.track.change(|before| before + errors.velocity);
+        self.rate_error += errors.rate;
+        self.vertical_error += errors.vertical;
+    }
+
+    /// Whether all of it are numbers.
+    pub fn is_finite(&self) -> bool {
+        let state = self.velocity.iter().chain(self.rate_error.iter());
+        state
+            .chain(self.level_from_primary.coords.iter())
+            .all(T::is_finite)
+    }
+
+    fn measured(&self, row: Errors<T>, of_set: T, variance: T) -> Innovation<T> {
+        let across = self.covariance.across(&row);
+        Innovation {
+            of_set,
+            variance: row.dot(&across) + variance, // judgement.md, eq. 19
+            row,
+            across,
+        }
+    }
+
+    /// One axis of a velocity in the level frame: a unit vector along it, what was measured, m/s, and its sigma, m/s.
+    pub fn along_level(&self, axis: &Vector3<T>, witnessed: &Witnessed<T>) -> Option<Innovation<T>> {
+        let usable = axis.z != T::zero() || matches!(self.heading, Heading::Known);
+        let sigma = along(axis, &witnessed.sigma)?;
+        let velocity = self
+            .track
+            .at(witnessed.windows, &self.velocity, witnessed.length)?;
+        let row = Errors {
+            velocity: *axis,
+            ..Errors::none()
+        };
+        let value = along(axis, &witnessed.value)?;
+        usable.then(|| self.measured(row, value - velocity.dot(axis), sigma * sigma))
+    }
+
+    /// The same of a velocity in the primary's axes.
+    pub fn along_primary(&self, axis: &Vector3<T>, witnessed: &Witnessed<T>) -> Option<Innovation<T>> {
+        let sigma = along(axis, &witnessed.sigma)?;
+        let velocity = self
+            .track
+            .at(witnessed.windows, &self.velocity, witnessed.length)?;
+        // The set has turned since.
+        let turned = self.level_from_primary * rotation_of(&(self.turn * -witnessed.windows));
+        let level: Vector3<T> = turned * *axis;
+        let row = Errors {
+            attitude: level.cross(&velocity),
+            velocity: level,
+            ..Errors::none()
+        };
+        let value = along(axis, &witnessed.value)?;
+        Some(self.measured(row, value - level.dot(&velocity), sigma * sigma))
+    }
+
+    /// Begins with a velocity in the primary's axes, and otherwise leaves it alone.
+    pub fn begin_along_primary(&mut self, witnessed: &Witnessed<T>) {
+        if !self.along_primary {
+            self.along_primary = true;
+            self.begun = true;
+            self.heading = Heading::Sought {
+                integrated: Vector2::zeros(),
+                witnessed: Vector2::zeros(),
+                since: T::zero(),
+            };
+            let value = self.level_from_primary * finite(&witnessed.value);
+            self.begin(value, &Vector3::repeat(largest(&witnessed.sigma)), witnessed);
+        }
+    }
+
+    /// Begins with a velocity in the level frame, and looks for its heading.
+    pub fn begin_along_level(&mut self, witnessed: &Witnessed<T>) {
+        if !self.begun {
+            self.begun = true;
+            self.begin(
+                finite(&witnessed.value),
+                &Vector3::repeat(largest(&witnessed.sigma)),
+                witnessed,
+            );
+            self.seek_again(witnessed);
+            return;
+        }
+        let Heading::Sought {
+            integrated,
+            witnessed: before,
+            since,
+        } = self.heading
+        else {
+            return;
+        };
+        if !witnessed.is_level() {
+            return;
+        }
+        let Some(velocity) = self.track.at(witnessed.windows, &self.velocity, witnessed.length) else {
+            return;
+        };
+        let change = witnessed.value.xy() - before;
+        let integrated = velocity.xy() - integrated;
+        let (by_witness, by_set) = (change.norm(), integrated.norm());
+        let own = self.covariance.variances().velocity;
+        let of_witness = witnessed.sigma.x.max(witnessed.sigma.y);
+        let variance = own.x.max(own.y) + of_witness * of_witness * real(2.0);
+        let sigma = variance.sqrt();
+        let changed = by_witness > sigma * real(CHANGED);
+        if changed && (by_witness - by_set).abs() < sigma * real(ALIKE) {
+            let angle = integrated.perp(&change).atan2(integrated.dot(&change));
+            self.turn_to(angle, variance / (by_witness * by_witness));
+            self.begin(witnessed.value, &witnessed.sigma, witnessed);
+        } else if changed || since > real(WITHIN) {
+            self.seek_again(witnessed);
+        }
+    }
+
+    /// The heading is sought from this velocity on.
+    fn seek_again(&mut self, witnessed: &Witnessed<T>) {
+        if self.along_primary {
+            return;
+        }
+        let Some(velocity) = self.track.at(witnessed.windows, &self.velocity, witnessed.length) else {
+            return;
+        };
+        self.heading = Heading::Sought {
+            integrated: velocity.xy(),
+            witnessed: finite(&witnessed.value).xy(),
+            since: T::zero(),
+        };
+        let horizontal = Errors {
+            velocity: Vector3::new(T::one(), T::one(), T::zero()),
+            ..Errors::none()
+        };
+        self.covariance.replace(&horizontal, &Errors::none());
+    }
+
+    /// The level frame is that of the witness, turned about the vertical by an angle, rad, of a variance, rad^2.
+    fn turn_to(&mut self, angle: T, variance: T) {
+        let turn = rotation_of(&(Vector3::z() * angle));
+        self.level_from_primary = turn * self.level_from_primary;
+        self.velocity = turn * self.velocity;
+        self.track.change(|before| turn * before);
+        for deviation in self.deviations.iter_mut().flatten() {
+            deviation.attitude = turn * deviation.attitude;
+            deviation.velocity = turn * deviation.velocity;
+        }
+        self.heading = Heading::Known;
+        // What is known of level directions turns along; both horizontal ones are known alike.
+        let own = self.covariance.variances();
+        let level = own.attitude.x.max(own.attitude.y);
+        let attitude = Errors {
+            attitude: Vector3::repeat(T::one()),
+            ..Errors::none()
+        };
+        let variances = Errors {
+            attitude: Vector3::new(level, level, variance),
+            ..Errors::none()
+        };
+        self.covariance.replace(&attitude, &variances);
+    }
+
+    /// The velocity is what was witnessed.
+    fn begin(&mut self, value: Vector3<T>, sigma: &Vector3<T>, witnessed: &Witnessed<T>) {
+        let at = self.track.at(witnessed.windows, &self.velocity, witnessed.length);
+        let change = value - at.unwrap_or(self.velocity);
+        self.velocity += change;
+        self.track.change(|before| before + change);
+        let velocity = Errors {
+            velocity: Vector3::repeat(T::one()),
+            ..Errors::none()
+        };
+        let largest = largest(sigma);
+        let variance = sigma.map(|sigma| {
+            if sigma.is_finite() {
+                sigma * sigma
+            } else {
+                largest * largest
+            }
+        });
+        let variances = Errors {
+            velocity: variance,
+            ..Errors::none()
+        };
+        self.covariance.replace(&velocity, &variances);
+    }
+}
+
+/// Variances that a window adds, given angular rate, rad/s, and acceleration, m/s^2, of the set (docs/theory/judgement.md, table 2).
+fn noise<T: Real>(rate: &Vector3<T>, acceleration: &Vector3<T>, window: T) -> Errors<T> {
+    let density = |[least, share]: [f64; 2], size: T| {
+        let (least, more) = (real::<T>(least), size * real::<T>(share));
+        Vector3::repeat((least * least + more * more) * window)
+    };
+    let wanders = |wanders: f64| real::<T>(wanders) * real::<T>(wanders) * window;
+    Errors {
+        attitude: density(RATE_NOISE, rate.norm()),
+        velocity: density(FORCE_NOISE, acceleration.norm()),
+        rate: Vector3::repeat(wanders(RATE_WANDERS)),
+        vertical: wanders(FORCE_WANDERS),
+    }
+}
+
+/// The one of three numbers along an axis, if it is finite: others may be anything.
+fn along<T: Real>(axis: &Vector3<T>, values: &Vector3<T>) -> Option<T> {
+    let mut found = axis
+        .iter()
+        .zip(values.iter())
+        .filter(|(axis, _)| **axis != T::zero());
+    found
+        .next()
+        .map(|(_, value)| *value)
+        .filter(|value| value.is_finite())
+}
+
+fn finite<T: Real>(values: &Vector3<T>) -> Vector3<T> {
+    values.map(|value| if value.is_finite() { value } else { T::zero() })
+}
+
+fn largest<T: Real>(sigma: &Vector3<T>) -> T {
+    let finite = sigma.iter().filter(|sigma| sigma.is_finite());
+    finite.fold(T::zero(), |largest, sigma| largest.max(*sigma))
+}
+
+/// The sensors whose deviations are kept, with the unit's number.
+pub(super) fn candidates<const UNITS: usize>() -> impl Iterator<Item = (Sensor, usize)> {
+    (0..UNITS).flat_map(|unit| SENSORS.into_iter().map(move |sensor| (sensor, unit)))
+}

@@ -1,0 +1,423 @@
+//! What witnesses say against units, and whether they can be believed.
+
+use nalgebra::Vector3;
+
+use crate::real::{Real, real, seconds};
+use crate::redundancy::judgement::UnitReading;
+use crate::redundancy::judgement::attribution::{DECIDES, Ground, Proof};
+use crate::redundancy::sensor::{SENSORS, Sensor};
+use crate::redundancy::settings::ForceAndRate;
+use crate::redundancy::witness::navigation::{Innovation, Navigation, Step, Witnessed, candidates};
+use crate::redundancy::witness::track::{EARLY, LATE};
+use crate::redundancy::witness::{Witness, WitnessRejection};
+
+/// Time for which evidence is remembered, s.
+const REMEMBERED: f64 = 60.0;
+
+/// Most that is gathered: what is certain may be revised.
+const MOST: f64 = 15.0;
+
+/// Share of what a unit may be apart from the others below which nothing is held against it.
+const APART: f64 = 0.3;
+
+/// Sigmas beyond which a measurement fits nobody, and is left out.
+const FITS_NOBODY: f64 = 4.0;
+
+/// Measurements over which misfits are averaged, and mean misfit, sigmas, of one who fits.
+const AVERAGED: f64 = 20.0;
+const FITS: f64 = 0.75;
+
+/// Mean square misfit of the best, sigmas squared, from which on a witness is not believed, and below which it is, once it has been
+/// so for a number of measurements.
+const DISTRUSTED: f64 = 5.0;
+const TRUSTED: f64 = 2.5;
+const TRUSTED_AFTER: u16 = 25;
+
+/// Measurements without trust after which all begins anew.
+const ANEW_AFTER: u16 = 150;
+
+/// Usual mean square of misfits: learnt over so many measurements, at most so much.
+const USUAL_OVER: f64 = 300.0;
+const USUAL_MOST: f64 = 9.0;
+
+/// Silence after which what was integrated is worth nothing, s.
+const SILENT: f64 = 10.0;
+
+/// A score counts for so long, s; a span of it that is one observation, s, and the most that this may say.
+const SCORE_COUNTS: f64 = 1.5;
+const SCORE_SPAN: f64 = 5.0;
+const SCORE_MOST: f64 = 1.5;
+
+/// Whether a witness is believed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Trust<T: Real> {
+    /// It contradicts all units: mean square misfit of the best of them, and what it had to exceed.
+    Lost { misfit: T, limit: T },
+    /// It fits again.
+    Regained,
+}
+
+/// A window of the set, as a witness needs it.
+pub(crate) struct Surroundings<'a, T: Real, const UNITS: usize> {
+    pub units: &'a [Option<UnitReading<T>>; UNITS],
+    /// What the set says, m/s^2 and rad/s.
+    pub said: [&'a Vector3<T>; 2],
+    /// What the set turned by at its last rest, rad/s.
+    pub resting_rate: &'a Vector3<T>,
+    /// Of each unit, accelerometer first: whether it is at fault.
+    pub guilty: [[bool; 2]; UNITS],
+    /// How far each is from the others, as a share of what it may be.
+    pub worst: [[T; 2]; UNITS],
+    /// Whether nobody disagrees, so that what is usual may be learnt.
+    pub calm: bool,
+    /// Number of the window, and the length of one, microseconds and s.
+    pub number: u64,
+    pub span: u64,
+    pub length: T,
+    /// m/s^2.
+    pub gravity: T,
+    pub tolerated: ForceAndRate<T>,
+}
+
+/// What is held against one sensor of a unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Testified<T: Real> {
+    /// Logarithm of the ratio of likelihoods that it is wrong, against that the set is.
+    evidence: T,
+    /// Mean misfit with it in place of the set's, along each axis, sigmas.
+    misfit: Vector3<T>,
+}
+
+/// What witnesses have said.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Testimony<T: Real, const UNITS: usize> {
+    navigation: Option<Navigation<T, UNITS>>,
+    /// Number of the latest window, and the length of one, microseconds.
+    number: u64,
+    span: u64,
+    against: [[Testified<T>; 2]; UNITS],
+    /// Score of each unit, and the time since it was given, s.
+    scores: [Option<(T, T)>; UNITS],
+    /// Since the latest velocity, s.
+    silent: T,
+    calm: bool,
+    /// Mean square misfit of the best, sigmas squared: usually, and lately in units of that.
+    usual: T,
+    lately: T,
+    trusted: bool,
+    /// Whether the latest measurement left it fit to be, and how many in succession did or did not.
+    fit: bool,
+    streak: u16,
+    /// Whether it was said that there is none.
+    told: bool,
+}
+
+impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
+    pub fn new() -> Self {
+        let nothing = Testified {
+            evidence: T::zero(),
+            misfit: Vector3::zeros(),
+        };
+        Self {
+            navigation: None,
+            number: 0,
+            span: 1,
+            against: [[nothing; 2]; UNITS],
+            scores: [None; UNITS],
+            silent: real(f64::INFINITY),
+            calm: false,
+            usual: T::one(),
+            lately: T::one(),
+            trusted: false,
+            fit: false,
+            streak: 0,
+            told: false,
+        }
+    }
+
+    /// Goes on over a window.
+    pub fn advance(&mut self, around: &Surroundings<'_, T, UNITS>) {
+        let follows = around.number == self.number.saturating_add(1);
+        (self.number, self.span, self.calm) = (around.number, around.span.max(1), around.calm);
+        self.silent += around.length;
+        let listens = self.silent <= real(SILENT);
+        self.navigation = self.navigation.filter(|_| follows && listens);
+        if listens {
+            self.navigate(around);
+        }
+        self.weigh_scores(around.length);
+        self.forget(around);
+    }
+
+    fn navigate(&mut self, around: &Surroundings<'_, T, UNITS>) {
+        let [force, _] = around.said;
+        let rests = around.units.iter().flatten().any(|unit| unit.at_rest.is_some());
+        let deviations: [[Vector3<T>; 2]; UNITS] = core::array::from_fn(|number| {
+            SENSORS.map(|sensor| {
+                let unit = around.units.get(number).and_then(Option::as_ref);
+                let guilty = around.guilty.get(number).is_none_or(|guilty| *sensor.of(guilty));
+                let unit = unit.filter(|unit| *sensor.of(&unit.votes) && !guilty);
+                unit.map_or(Vector3::zeros(), |unit| {
+                    sensor.of(&unit.reading) - *sensor.of(&around.said)
+                })
+            })
+        });
+        let start = || Navigation::start(force, around.resting_rate, rests, &around.tolerated);
+        let navigation = self.navigation.get_or_insert_with(start);
+        for (sensor, number) in candidates::<UNITS>() {
+            let is_guilty = |number: usize| around.guilty.get(number).is_none_or(|guilty| *sensor.of(guilty));
+            if is_guilty(number) {
+                navigation.leave_out(sensor, number, |other| !is_guilty(other));
+            }
+        }
+        navigation.advance(&Step {
+            said: around.said,
+            deviations: &deviations,
+            length: around.length,
+            gravity: around.gravity,
+            rests,
+        });
+    }
+
+    /// Evidence fades, and does so at once where nothing is apart, or where it has done what it was for.
+    fn forget(&mut self, around: &Surroundings<'_, T, UNITS>) {
+        let units = self.against.iter_mut().zip(&around.guilty).zip(&around.worst);
+        for ((against, guilty), worst) in units {
+            for (sensor, against) in SENSORS.into_iter().zip(against) {
+                let apart = *sensor.of(worst) > real(APART);
+                against.evidence = if apart && !*sensor.of(guilty) {
+                    against.evidence - against.evidence * (around.length / real(REMEMBERED))
+                } else {
+                    T::zero()
+                };
+            }
+        }
+    }
+
+    /// Scores of units' own estimators, as long as they are new.
+    fn weigh_scores(&mut self, window: T) {
+        for (score, against) in self.scores.iter_mut().zip(&mut self.against) {
+            let Some((value, age)) = score else { continue };
+            *age += window;
+            if *age > real(SCORE_COUNTS) {
+                *score = None;
+                continue;
+            }
+            let beyond = (*value - T::one()) * real(0.5);
+            let said = beyond.max(T::zero()).min(real(SCORE_MOST)) * (window / real(SCORE_SPAN)); // judgement.md, eq. 22
+            for against in against {
+                against.evidence = (against.evidence + said).min(real(MOST));
+            }
+        }
+    }
+
+    /// Takes in what a witness says of a time, microseconds of the common clock.
+    pub fn take(&mut self, time: u64, witness: &Witness<T>) -> Result<Option<Trust<T>>, WitnessRejection> {
+        match witness {
+            Witness::Score { unit, value } => {
+                if let Some(score) = self.scores.get_mut(*unit) {
+                    *score = Some((*value, T::zero()));
+                }
+                Ok(None)
+            }
+            Witness::Velocity { value, sigma } | Witness::BodyVelocity { value, sigma } => {
+                let Some(mut navigation) = self.navigation else {
+                    self.silent = T::zero();
+                    return Ok(None);
+                };
+                let witnessed = Witnessed {
+                    value: *value,
+                    sigma: *sigma,
+                    windows: self.windows_ago(time)?,
+                    length: seconds(self.span),
+                };
+                self.silent = T::zero();
+                let level = matches!(witness, Witness::Velocity { .. });
+                if level {
+                    navigation.begin_along_level(&witnessed);
+                } else {
+                    navigation.begin_along_primary(&witnessed);
+                }
+                let change = self.listen(&mut navigation, &witnessed, level);
+                let lost = !self.trusted && !self.fit && self.streak >= ANEW_AFTER;
+                self.navigation = Some(navigation).filter(|navigation| navigation.is_finite() && !lost);
+                if lost {
+                    self.streak = 0;
+                }
+                Ok(change)
+            }
+        }
+    }
+
+    /// How many windows ago a time was.
+    fn windows_ago(&self, time: u64) -> Result<T, WitnessRejection> {
+        let now = self
+            .number
+            .saturating_mul(self.span)
+            .saturating_add(self.span / 2);
+        let span = |microseconds: u64| seconds::<T>(microseconds) / seconds(self.span);
+        let (late, early) = (now.saturating_sub(time), time.saturating_sub(now));
+        if late > self.span.saturating_mul(LATE) {
+            Err(WitnessRejection::Late)
+        } else if early > self.span.saturating_mul(EARLY) {
+            Err(WitnessRejection::Early)
+        } else {
+            Ok(span(late) - span(early))
+        }
+    }
+
+    /// Holds a velocity against what each unit makes of it, axis by axis.
+    fn listen(
+        &mut self,
+        navigation: &mut Navigation<T, UNITS>,
+        witnessed: &Witnessed<T>,
+        level: bool,
+    ) -> Option<Trust<T>> {
+        let mut worst = None;
+        for axis in [Vector3::x(), Vector3::y(), Vector3::z()] {
+            let innovation = if level {
+                navigation.along_level(&axis, witnessed)
+            } else {
+                navigation.along_primary(&axis, witnessed)
+            };
+            let Some(innovation) = innovation else { continue };
+            let best = self.weigh(navigation, &innovation, &axis);
+            if best.abs() < real(FITS_NOBODY) {
+                navigation.update(&innovation);
+            }
+            worst = Some(best.abs().max(worst.unwrap_or(T::zero())));
+        }
+        self.trust(worst?)
+    }
+
+    /// Takes in one axis, and gives the misfit of the best, sigmas.
+    fn weigh(
+        &mut self,
+        navigation: &Navigation<T, UNITS>,
+        innovation: &Innovation<T>,
+        axis: &Vector3<T>,
+    ) -> T {
+        let sigma = (innovation.variance * self.usual).sqrt();
+        let of_set = innovation.of_set / sigma;
+        let mut best = of_set;
+        for (sensor, unit) in candidates::<UNITS>() {
+            let own = of_set - navigation.share(innovation, sensor, unit) / sigma;
+            if own.abs() < best.abs() {
+                best = own;
+            }
+        }
+        let (fits_somebody, most) = (best.abs() < real(FITS_NOBODY), real::<T>(FITS_NOBODY + 1.0));
+        for (sensor, unit) in candidates::<UNITS>() {
+            let own = of_set - navigation.share(innovation, sensor, unit) / sigma;
+            let Some(against) = self.against.get_mut(unit).map(|against| sensor.of_mut(against)) else {
+                continue;
+            };
+            let own_within = own.max(-most).min(most);
+            let before = against.misfit.dot(axis);
+            against.misfit += axis * ((own_within - before) / real(AVERAGED));
+            if fits_somebody && self.trusted {
+                let set_within = of_set.max(-most).min(most);
+                let said = (own_within * own_within - set_within * set_within) * real(0.5); // judgement.md, eq. 20
+                against.evidence = (against.evidence + said).max(real(-MOST)).min(real(MOST));
+            }
+        }
+        if self.calm {
+            let square = (best * best * self.usual).min(real(4.0 * USUAL_MOST));
+            self.usual += (square - self.usual) / real(USUAL_OVER);
+            self.usual = self.usual.max(T::one()).min(real(USUAL_MOST));
+        }
+        best
+    }
+
+    /// Whether the witness is believed, after a misfit of the best, sigmas.
+    fn trust(&mut self, best: T) -> Option<Trust<T>> {
+        let most = real::<T>(FITS_NOBODY + 1.0);
+        let square = best.min(most) * best.min(most);
+        self.lately += (square - self.lately) / real(AVERAGED);
+        let limit = real::<T>(if self.trusted { DISTRUSTED } else { TRUSTED });
+        let fits = self.lately <= limit;
+        self.streak = if fits == self.fit {
+            self.streak.saturating_add(1)
+        } else {
+            1
+        };
+        self.fit = fits;
+        match (self.trusted, fits) {
+            (true, true) | (false, false) => None,
+            (true, false) => {
+                self.trusted = false;
+                self.told = true;
+                self.acquit();
+                Some(Trust::Lost {
+                    misfit: self.lately,
+                    limit,
+                })
+            }
+            (false, true) => {
+                if self.streak < TRUSTED_AFTER {
+                    return None;
+                }
+                self.trusted = true;
+                core::mem::take(&mut self.told).then_some(Trust::Regained)
+            }
+        }
+    }
+
+    fn acquit(&mut self) {
+        for against in self.against.iter_mut().flatten() {
+            against.evidence = T::zero();
+        }
+    }
+
+    fn evidence(&self, sensor: Sensor, unit: usize) -> Option<&Testified<T>> {
+        self.against.get(unit).map(|against| sensor.of(against))
+    }
+
+    /// Whether a unit's sensor fits what the witness says.
+    fn fits(&self, sensor: Sensor, unit: usize) -> bool {
+        let limit = real::<T>(FITS);
+        self.evidence(sensor, unit)
+            .is_some_and(|against| against.misfit.iter().all(|misfit| misfit.abs() < limit))
+    }
+
+    /// The wrong one of two units, 0 or 1, where it is decided.
+    pub fn decides(&self, sensor: Sensor, [first, second]: [usize; 2]) -> Option<(usize, Proof<T>)> {
+        let of = |unit: usize| self.evidence(sensor, unit).map(|against| against.evidence);
+        let apart = of(first)? - of(second)?;
+        let (wrong, right) = if apart > T::zero() {
+            (0, second)
+        } else {
+            (1, first)
+        };
+        self.proof(apart.abs())
+            .filter(|_| self.fits(sensor, right))
+            .map(|proof| (wrong, proof))
+    }
+
+    /// Whether it speaks against a unit, and for all others.
+    pub fn speaks_against(
+        &self,
+        sensor: Sensor,
+        unit: usize,
+        mut others: impl Iterator<Item = usize>,
+    ) -> Option<Proof<T>> {
+        let own = self.evidence(sensor, unit)?.evidence;
+        let least = others.try_fold(own, |least, other| {
+            let evidence = self
+                .evidence(sensor, other)
+                .filter(|_| self.fits(sensor, other))?
+                .evidence;
+            Some(least.min(own - evidence))
+        })?;
+        self.proof(least)
+    }
+
+    fn proof(&self, value: T) -> Option<Proof<T>> {
+        let limit = real(DECIDES);
+        (value > limit).then_some(Proof {
+            ground: Ground::Witness,
+            value,
+            limit,
+        })
+    }
+}
