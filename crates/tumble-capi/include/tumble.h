@@ -47,7 +47,7 @@
 /**
  * Words of 8 bytes in the storage of a monitor.
  */
-#define TUMBLE_REDUNDANCY_WORDS ((388 + (158 * TUMBLE_UNITS)) + ((4 * TUMBLE_UNITS) * TUMBLE_UNITS))
+#define TUMBLE_REDUNDANCY_WORDS ((448 + (174 * TUMBLE_UNITS)) + ((4 * TUMBLE_UNITS) * TUMBLE_UNITS))
 
 /**
  * What `output.source` and `tumble_redundancy_get_source()` say where there is no source.
@@ -487,6 +487,19 @@ enum tumble_event_kind
      */
     TUMBLE_EVENT_KIND_AGREE,
     /**
+     * What a witness from outside said was left out: `reason`; told once for each.
+     */
+    TUMBLE_EVENT_KIND_WITNESS_LEFT_OUT,
+    /**
+     * A witness contradicts all units, and decides nothing until it fits again: mean square misfit `value` with the one that
+     * fits best, in sigmas, above `limit`.
+     */
+    TUMBLE_EVENT_KIND_WITNESS_DISTRUSTED,
+    /**
+     * It fits again.
+     */
+    TUMBLE_EVENT_KIND_WITNESS_TRUSTED,
+    /**
      * The source of the output is this unit now: `reason`.
      */
     TUMBLE_EVENT_KIND_SELECTED,
@@ -568,7 +581,8 @@ enum tumble_reason
      */
     TUMBLE_REASON_OF_ANOTHER_UNIT,
     /**
-     * Record rejected: not all of it are numbers. Unhealthy: nor are too many readings, the last on `channel`.
+     * Record rejected, witness left out: not all of it are numbers. Unhealthy: nor are too many readings, the last on
+     * `channel`.
      */
     TUMBLE_REASON_NOT_FINITE,
     /**
@@ -616,7 +630,23 @@ enum tumble_reason
      */
     TUMBLE_REASON_NOT_BETTER,
     /**
-     * Unhealthy: no sample came for `value` s.
+     * Witness left out: a sigma is not above zero, or no axis is measured.
+     */
+    TUMBLE_REASON_NO_SIGMA,
+    /**
+     * Witness left out: a score below zero.
+     */
+    TUMBLE_REASON_NEGATIVE_SCORE,
+    /**
+     * Witness left out: there is no unit of that number.
+     */
+    TUMBLE_REASON_NO_SUCH_UNIT,
+    /**
+     * Witness left out: it is of a time that has yet to come.
+     */
+    TUMBLE_REASON_EARLY,
+    /**
+     * Unhealthy: no sample came for `value` s. Witness left out: it is of a time that is not kept any more.
      */
     TUMBLE_REASON_LATE,
     /**
@@ -736,6 +766,36 @@ enum tumble_check
 typedef enum tumble_check tumble_check;
 #else
 typedef uint32_t tumble_check;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * What a witness speaks of.
+ */
+enum tumble_witness_kind
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * Velocity of the primary's place in a level frame whose heading does not change and need not be known: x and y horizontal,
+     * z up. Of a receiver, an estimator without these units, or, with `sigma` of x and y infinite, a climb rate.
+     */
+    TUMBLE_WITNESS_KIND_VELOCITY,
+    /**
+     * Velocity of the primary's place in the primary's axes, as of wheels.
+     */
+    TUMBLE_WITNESS_KIND_BODY_VELOCITY,
+    /**
+     * How badly an estimator that runs on `unit` fits its other sensors: `score`.
+     */
+    TUMBLE_WITNESS_KIND_SCORE,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum tumble_witness_kind tumble_witness_kind;
+#else
+typedef uint32_t tumble_witness_kind;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -1566,6 +1626,32 @@ typedef struct tumble_output {
 } tumble_output;
 
 /**
+ * What a witness says.
+ */
+typedef struct tumble_witness {
+    /**
+     * What it speaks of; nothing else counts than what that says.
+     */
+    tumble_witness_kind kind;
+    /**
+     * The unit of a score.
+     */
+    uint32_t unit;
+    /**
+     * Velocity, m/s.
+     */
+    float velocity[3];
+    /**
+     * Standard deviation of each axis, m/s, above 0; infinite where an axis is not measured.
+     */
+    float sigma[3];
+    /**
+     * Innovation squared over its variance, a degree of freedom: 1 in health.
+     */
+    float score;
+} tumble_witness;
+
+/**
  * What a monitor knows of one sensor of a unit.
  */
 typedef struct tumble_knowledge {
@@ -2090,6 +2176,20 @@ tumble_status tumble_redundancy_push(struct tumble_redundancy *redundancy,
                                      tumble_on_event on_event,
                                      void *context,
                                      struct tumble_output *output);
+
+/**
+ * Takes in what something else on board says of the motion of the set at `time`, microseconds of the common clock: of the time at
+ * which it was so, up to a second ago, not of that at which it came. It settles which of two units is wrong that disagree.
+ * What cannot be used is left out, and ::TUMBLE_EVENT_KIND_WITNESS_LEFT_OUT says why. `on_event` may be null.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_CODE,
+ * ::TUMBLE_ERROR_NO_SUCH_UNIT of a score.
+ */
+tumble_status tumble_redundancy_witness(struct tumble_redundancy *redundancy,
+                                        uint64_t time,
+                                        const struct tumble_witness *witness,
+                                        tumble_on_event on_event,
+                                        void *context);
 
 /**
  * Asks for something, from now on.

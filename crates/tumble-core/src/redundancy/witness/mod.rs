@@ -69,8 +69,10 @@ impl<T: Real> Witness<T> {
         match self {
             Self::Velocity { value, sigma } | Self::BodyVelocity { value, sigma } => {
                 let axes = || value.iter().zip(sigma.iter());
-                let not_finite =
-                    |(value, sigma): (&T, &T)| *sigma != *sigma || (sigma.is_finite() && !value.is_finite());
+                let not_finite = |(value, sigma): (&T, &T)| {
+                    let no_number = sigma.partial_cmp(&T::zero()).is_none();
+                    no_number || (sigma.is_finite() && !value.is_finite())
+                };
                 if axes().any(not_finite) {
                     Err(WitnessRejection::NotFinite)
                 } else if axes().any(|(_, sigma)| *sigma <= T::zero())
