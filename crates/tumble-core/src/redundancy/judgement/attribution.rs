@@ -4,10 +4,10 @@
 //! health, or that its own gyroscope and accelerometer no longer fit each other. Where none of it decides, nobody knows
 //! (docs/theory/judgement.md, section 5).
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::real::{Real, real, tabulated};
-use crate::redundancy::judgement::unit::Steps;
+use crate::redundancy::samples::steps::LargestSteps;
 use crate::redundancy::sensor::Sensor;
 
 crate::vocabulary! {
@@ -42,8 +42,27 @@ const STEP_MOST: f64 = 2.5;
 const STEP_TIMES_OTHER: f64 = 2.5;
 const STEP_TIMES_USUAL: f64 = 4.0;
 
+/// Changes of a sensor from sample to sample, and how its unit is mounted.
+pub(super) struct MountedSteps<'a, T: Real> {
+    /// In its own axes.
+    pub steps: &'a LargestSteps<T>,
+    /// To these from the primary's case frame.
+    pub sensor_from_primary: &'a Matrix3<T>,
+}
+
+impl<T: Real> MountedSteps<'_, T> {
+    /// The largest along a direction in the primary's case frame, and against it.
+    fn along(&self, direction: &Vector3<T>) -> (T, T) {
+        self.steps.along(&(self.sensor_from_primary * direction))
+    }
+}
+
 /// Whether a unit stepped by `apart` (m/s^2 or rad/s, from the other unit to it) and the other did not: docs/theory/judgement.md, eq. 12.
-pub(super) fn by_step<T: Real>(apart: &Vector3<T>, own: &Steps<T>, other: &Steps<T>) -> Option<Proof<T>> {
+pub(super) fn by_step<T: Real>(
+    apart: &Vector3<T>,
+    own: &MountedSteps<'_, T>,
+    other: &MountedSteps<'_, T>,
+) -> Option<Proof<T>> {
     let size = apart.norm();
     if size <= T::zero() {
         return None;
@@ -54,7 +73,7 @@ pub(super) fn by_step<T: Real>(apart: &Vector3<T>, own: &Steps<T>, other: &Steps
     let (along, against) = other.along(&direction);
     let limit = (size * real(STEP_LEAST))
         .max(along.max(against) * real(STEP_TIMES_OTHER))
-        .max(own.usual()? * real(STEP_TIMES_USUAL));
+        .max(own.steps.usual()? * real(STEP_TIMES_USUAL));
     let stepped = step > limit && step < size * real(STEP_MOST); // judgement.md, eq. 12
     stepped.then(|| Proof {
         ground: Ground::Step,

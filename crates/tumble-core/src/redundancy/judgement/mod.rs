@@ -25,7 +25,9 @@ use crate::redundancy::judgement::attribution::Proof;
 use crate::redundancy::judgement::motion::SetMotion;
 use crate::redundancy::judgement::pair::ShownByPairs;
 use crate::redundancy::judgement::sensor_judge::SensorJudge;
-use crate::redundancy::judgement::unit::{CarriedGravity, Steps};
+use crate::redundancy::judgement::unit::CarriedGravity;
+use crate::redundancy::platform::MountedUnit;
+use crate::redundancy::samples::steps::UnitSteps;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::ForceAndRate;
 use crate::redundancy::witness::{Surroundings, Testimony, Trust, Witness, WitnessRejection};
@@ -37,8 +39,6 @@ pub struct UnitReading<T: Real> {
     pub reading: [Vector3<T>; 2],
     /// Standard deviation of white noise and vibration from sample to sample, m/s^2 and rad/s.
     pub scatter: [T; 2],
-    /// Largest change from one sample to the next, m/s^2 and rad/s.
-    pub step: [Vector3<T>; 2],
     /// Whether each sensor may be compared.
     pub votes: [bool; 2],
     /// Whether each was calibrated: what it is known by.
@@ -59,6 +59,10 @@ pub struct UnitReading<T: Real> {
 pub struct SetWindow<'a, T: Real, const UNITS: usize> {
     /// `None` for a unit that said nothing.
     pub units: &'a [Option<UnitReading<T>>; UNITS],
+    /// Changes from sample to sample of each unit, in its own axes.
+    pub steps: &'a [UnitSteps<T>; UNITS],
+    /// How each is built in.
+    pub mounted: &'a [MountedUnit<T>; UNITS],
     /// Its number on the common clock, and the length of one, microseconds.
     pub number: u64,
     /// Microseconds.
@@ -127,10 +131,9 @@ pub enum Judgement<T: Real> {
 /// What is kept of a unit to hold against itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct UnitEvidence<T: Real> {
-    steps: [Steps<T>; 2],
     gravity: CarriedGravity<T>,
-    /// `|f| - g` and `|w|` at the last rest in health.
-    at_rest: [Option<T>; 2],
+    /// `|f| - g` and `|w|` at the last rest in health; zero before: physics alone.
+    at_rest: [T; 2],
 }
 
 /// Judges a set of `UNITS` units.
@@ -164,9 +167,8 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
     /// Nothing seen.
     pub fn new() -> Self {
         let unit = UnitEvidence {
-            steps: [Steps::new(); 2],
             gravity: CarriedGravity::new(),
-            at_rest: [None; 2],
+            at_rest: [T::zero(); 2],
         };
         Self {
             motion: SetMotion::new(),
@@ -200,7 +202,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         sensor.of_mut(&mut self.sensors).recalibrated(unit);
         self.shown.forget(unit);
         if let Some(evidence) = self.evidence.get_mut(unit) {
-            *sensor.of_mut(&mut evidence.at_rest) = None;
+            *sensor.of_mut(&mut evidence.at_rest) = T::zero();
         }
     }
 
@@ -216,9 +218,9 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
     }
 
     /// Median over units of angular rates as the primary would read them, rad/s; of those that are not at fault.
-    pub fn set_rate(&self, rates: &[Option<Vector3<T>>; UNITS]) -> Option<Vector3<T>> {
+    pub fn set_rate(&self, rate: impl Fn(usize) -> Option<Vector3<T>>) -> Option<Vector3<T>> {
         let [_, judge] = &self.sensors;
-        judge.median_of(|unit| rates.get(unit).copied().flatten())
+        judge.median_of(rate)
     }
 
     /// The time of the set jumped: means begin anew, verdicts stay.
@@ -248,7 +250,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         let [Some(f), Some(w)] = said else { return };
         let vibration = SENSORS.map(|sensor| self.vibration(sensor, window.units));
         let strains = self.motion.push(&[f, w], vibration, window.length);
-        self.witness_themselves(window);
+        self.carry_gravity(window);
         self.hear_testimony(window, [&f, &w]);
         for sensor in SENSORS {
             let said = match sensor {
@@ -291,13 +293,10 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         });
     }
 
-    /// Steps and carried gravity of each unit.
-    fn witness_themselves(&mut self, window: &SetWindow<'_, T, UNITS>) {
+    /// Each unit's own gyroscope carries its gravity.
+    fn carry_gravity(&mut self, window: &SetWindow<'_, T, UNITS>) {
         for (evidence, unit) in self.evidence.iter_mut().zip(window.units) {
             let Some(unit) = unit else { continue };
-            for (steps, step) in evidence.steps.iter_mut().zip(&unit.step) {
-                steps.push(step);
-            }
             let [f, w] = &unit.reading;
             evidence
                 .gravity
@@ -318,7 +317,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
                     continue;
                 }
                 if let Some(at_rest) = unit.at_rest {
-                    *sensor.of_mut(&mut evidence.at_rest) = Some(*sensor.of(&at_rest));
+                    *sensor.of_mut(&mut evidence.at_rest) = *sensor.of(&at_rest);
                     rests = true;
                 } else if sensor == Sensor::Accelerometer {
                     let square = evidence.gravity.error().norm_squared() / real(3.0);

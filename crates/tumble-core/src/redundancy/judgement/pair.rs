@@ -3,26 +3,61 @@
 use nalgebra::Vector3;
 
 use crate::real::{Real, real, tabulated};
-use crate::redundancy::judgement::motion::{StrainMeans, Tolerance};
+use crate::redundancy::judgement::motion::{Strain, Tolerance};
 use crate::redundancy::judgement::scales::{SCALES, SECONDS};
 use crate::redundancy::sensor::Sensor;
 
-/// What is left of the noise of samples over each scale, of accelerometers, m/s^2, and of gyroscopes, rad/s
-/// (docs/theory/judgement.md, table 1).
-const NOISE: [[f32; SCALES]; 2] = [[0.02, 0.008, 0.003, 0.001], [0.0015, 0.0006, 0.0002, 0.0001]];
+/// Constants of one scale (docs/theory/judgement.md, table 1).
+struct ScaleConstants {
+    /// What is left of the noise of samples, of accelerometers, m/s^2, and of gyroscopes, rad/s.
+    noise: [f32; 2],
+    /// Multiple of drift within specification that is let pass.
+    tolerated: f32,
+    /// Standard deviations of what motion explains that a sound pair stays within: its tail is heavier than a normal one.
+    tail: f32,
+    /// Share of what motion could make that a pair is taken to show before it has shown any.
+    shown_at_first: f32,
+    /// Least and most of it: what a pair has shown is believed within these only. The most keeps a fault from being learnt.
+    shown: [f32; 2],
+}
 
-/// Multiple of drift within specification that is let pass over each scale.
-const TOLERATED: [f32; SCALES] = [1.6, 1.0, 1.0, 1.0];
+const CONSTANTS: [ScaleConstants; SCALES] = [
+    ScaleConstants {
+        noise: [0.02, 0.0015],
+        tolerated: 1.6,
+        tail: 5.0,
+        shown_at_first: 1.0,
+        shown: [0.05, 9.0],
+    },
+    ScaleConstants {
+        noise: [0.008, 0.0006],
+        tolerated: 1.0,
+        tail: 5.0,
+        shown_at_first: 0.5,
+        shown: [0.03, 2.0],
+    },
+    ScaleConstants {
+        noise: [0.003, 0.0002],
+        tolerated: 1.0,
+        tail: 4.5,
+        shown_at_first: 0.1,
+        shown: [0.005, 0.15],
+    },
+    ScaleConstants {
+        noise: [0.001, 0.0001],
+        tolerated: 1.0,
+        tail: 4.0,
+        shown_at_first: 0.03,
+        shown: [0.002, 0.05],
+    },
+];
 
-/// Standard deviations of what motion explains that a sound pair stays within: its tail is heavier than a normal one.
-const TAIL: [f32; SCALES] = [5.0, 5.0, 4.5, 4.0];
-
-/// Share of what motion could make that a pair is taken to show before it has shown any.
-const SHOWN_AT_FIRST: [f32; SCALES] = [1.0, 0.5, 0.1, 0.03];
-
-/// Least and most of it: what a pair has shown is believed within these only. The most keeps a fault from being learnt.
-const SHOWN_LEAST: [f32; SCALES] = [0.05, 0.03, 0.005, 0.002];
-const SHOWN_MOST: [f32; SCALES] = [9.0, 2.0, 0.15, 0.05];
+impl ScaleConstants {
+    fn noise_variance<T: Real>(&self, sensor: Sensor) -> T {
+        let noise = tabulated::<T>(*sensor.of(&self.noise));
+        noise * noise
+    }
+}
 
 /// Shortest time over which it is learnt, s, beyond two of the scale.
 const LEARNT_OVER: f64 = 30.0;
@@ -30,20 +65,52 @@ const LEARNT_OVER: f64 = 30.0;
 /// Head start, s: the first windows are not all of what is known.
 const HEAD_START: f64 = 5.0;
 
-/// What a pair of sensors has shown of the strain of motion: a ratio of sums, over each scale
-/// (docs/theory/judgement.md, eq. 6).
+/// What a pair of sensors has shown of the strain of motion over one scale: a ratio of sums.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shown<T: Real> {
-    squares: [T; SCALES],
-    strains: [T; SCALES],
+struct ShownOverScale<T: Real> {
+    square: T,
+    strain: T,
 }
 
-/// A window that a pair may learn from, over each scale.
-pub struct Lesson<T: Real> {
-    /// How far apart it is; `None` over a scale that is not filled, m/s^2 or rad/s.
-    pub apart: [Option<T>; SCALES],
-    /// Variance that motion could have made of it.
-    pub strain: [T; SCALES],
+impl<T: Real> ShownOverScale<T> {
+    /// Share of the strain that the pair shows.
+    fn share(&self, of: &ScaleConstants) -> T {
+        let share = if self.strain > T::zero() {
+            self.square / self.strain
+        } else {
+            tabulated(of.shown_at_first)
+        };
+        let [least, most] = of.shown.map(tabulated::<T>);
+        share.max(least).min(most)
+    }
+
+    fn learn(&mut self, of: &ScaleConstants, noise: T, strain: T, apart: T, gain: T) {
+        if strain <= noise {
+            return;
+        }
+        let share = self.share(of);
+        let most = share * strain * real(2.0) + noise;
+        let square = (apart * apart - noise).max(T::zero()).min(most);
+        if self.strain == T::zero() {
+            (self.square, self.strain) = (share * strain, strain);
+        }
+        self.square += (square - self.square) * gain; // eq. 6
+        self.strain += (strain - self.strain) * gain; // eq. 6
+    }
+}
+
+/// What a pair of sensors has shown, over each scale (docs/theory/judgement.md, eq. 6).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shown<T: Real>([ShownOverScale<T>; SCALES]);
+
+/// A window that a pair may learn from.
+pub struct Lesson<'a, T: Real> {
+    /// How it compares.
+    pub comparison: &'a Comparison<T>,
+    /// What motion could have made of it.
+    pub strains: &'a [Strain<T>; SCALES],
+    /// How far it may be apart in what makes it differ in motion.
+    pub tolerance: &'a Tolerance<T>,
     /// Time of learning so far, s, and length of the window, s.
     pub age: T,
     /// s.
@@ -53,52 +120,24 @@ pub struct Lesson<T: Real> {
 impl<T: Real> Shown<T> {
     /// Nothing.
     pub fn new() -> Self {
-        Self {
-            squares: [T::zero(); SCALES],
-            strains: [T::zero(); SCALES],
-        }
-    }
-
-    /// Share of the strain that the pair shows, over one scale.
-    pub fn share(&self, scale: usize) -> T {
-        let sums = self.squares.get(scale).zip(self.strains.get(scale));
-        let shown = sums.filter(|(_, strains)| **strains > T::zero());
-        let share = shown.map_or(at(&SHOWN_AT_FIRST, scale), |(squares, strains)| {
-            *squares / *strains
-        });
-        share.max(at(&SHOWN_LEAST, scale)).min(at(&SHOWN_MOST, scale))
+        let nothing = ShownOverScale {
+            square: T::zero(),
+            strain: T::zero(),
+        };
+        Self([nothing; SCALES])
     }
 
     /// Learns from a window in health.
-    pub fn learn(&mut self, sensor: Sensor, lesson: &Lesson<T>) {
-        for scale in 0..SCALES {
-            let share = self.share(scale);
-            let noise: T = at(sensor.of(&NOISE), scale);
-            let (noise, strain) = (noise * noise, at_scale(&lesson.strain, scale));
-            let apart = lesson.apart.get(scale).copied().flatten();
-            let sums = self.squares.get_mut(scale).zip(self.strains.get_mut(scale));
-            let (Some(apart), Some((squares, strains))) = (apart.filter(|_| strain > noise), sums) else {
-                continue;
-            };
-            let most = share * strain * real(2.0) + noise;
-            let square = (apart * apart - noise).max(T::zero()).min(most);
-            let longest: T = real::<T>(LEARNT_OVER).max(at::<T>(&SECONDS, scale) * real(2.0));
+    pub fn learn(&mut self, sensor: Sensor, lesson: &Lesson<'_, T>) {
+        let scales = self.0.iter_mut().zip(&CONSTANTS).zip(SECONDS);
+        let windows = lesson.comparison.iter().flatten().zip(lesson.strains);
+        for (((shown, of), seconds), (disagreement, strain)) in scales.zip(windows) {
+            let longest = real::<T>(LEARNT_OVER).max(tabulated::<T>(seconds) * real(2.0));
             let gain = lesson.window / (lesson.age + real(HEAD_START)).min(longest);
-            if *strains == T::zero() {
-                (*squares, *strains) = (share * strain, strain);
-            }
-            *squares += (square - *squares) * gain; // eq. 6
-            *strains += (strain - *strains) * gain; // eq. 6
+            let strain = lesson.tolerance.variance(strain);
+            shown.learn(of, of.noise_variance(sensor), strain, disagreement.apart, gain);
         }
     }
-}
-
-fn at<T: Real>(table: &[f32; SCALES], scale: usize) -> T {
-    tabulated(table.get(scale).copied().unwrap_or(1.0))
-}
-
-fn at_scale<T: Real>(values: &[T; SCALES], scale: usize) -> T {
-    values.get(scale).copied().unwrap_or(T::zero())
 }
 
 /// What all pairs of a set have shown: of pair `(i, j)`, `i < j`, accelerometers at row `i`, gyroscopes at row `j`.
@@ -166,22 +205,28 @@ pub struct Knowledge<T: Real> {
     pub calibration: T,
 }
 
-/// Compares two means over one scale (docs/theory/judgement.md, eq. 8).
+/// How two sensors compare over each scale, the shortest first; `None` over those that are not filled, or do not count.
+pub type Comparison<T> = [Option<Disagreement<T>>; SCALES];
+
+/// Compares means over scales, the shortest first (docs/theory/judgement.md, eq. 8).
 pub fn compare<T: Real>(
     sensor: Sensor,
-    scale: usize,
     tolerated: T,
-    difference: &Vector3<T>,
-    strains: &StrainMeans<T>,
+    differences: impl Iterator<Item = Vector3<T>>,
+    strains: &[Strain<T>; SCALES],
     known: &Knowledge<T>,
     shown: &Shown<T>,
-) -> Disagreement<T> {
-    let (noise, tail) = (at::<T>(sensor.of(&NOISE), scale), at::<T>(&TAIL, scale));
-    let drift = tolerated * at(&TOLERATED, scale);
-    let strain = known.tolerance.variance(&strains.at(scale));
-    let explained = noise * noise + shown.share(scale) * strain;
-    Disagreement {
-        apart: difference.norm(),
-        threshold: (drift * drift + tail * tail * explained + known.calibration).sqrt(), // eq. 8
+) -> Comparison<T> {
+    let mut comparison = [None; SCALES];
+    let scales = CONSTANTS.iter().zip(strains).zip(&shown.0);
+    for ((slot, difference), ((of, strain), shown)) in comparison.iter_mut().zip(differences).zip(scales) {
+        let drift = tolerated * tabulated(of.tolerated);
+        let tail = tabulated::<T>(of.tail);
+        let explained = of.noise_variance::<T>(sensor) + shown.share(of) * known.tolerance.variance(strain);
+        *slot = Some(Disagreement {
+            apart: difference.norm(),
+            threshold: (drift * drift + tail * tail * explained + known.calibration).sqrt(), // eq. 8
+        });
     }
+    comparison
 }

@@ -10,29 +10,34 @@ pub const SCALES: usize = 4;
 /// What each forgets over, s: a jump shows on the first, a drift on the last.
 pub const SECONDS: [f32; SCALES] = [0.1, 1.0, 10.0, 60.0];
 
-/// Share by which each mean moves towards a new window, that of the first windows being that of a plain mean
-/// (docs/theory/judgement.md, eq. 2).
-pub fn shares<T: Real>(window: T, windows: u32) -> [T; SCALES] {
-    let plain = T::one() / count::<T>(windows.max(1));
-    SECONDS.map(|scale| {
-        let x = window / tabulated(scale);
-        // 1 - exp(-x), to second order.
-        let forgetting = x / (T::one() + x * real(0.5));
-        forgetting.max(plain) // judgement.md, eq. 2
-    })
-}
+/// Shares by which means move towards a new window (docs/theory/judgement.md, eq. 2).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shares<T: Real>([T; SCALES]);
 
-/// Which scales have been filled by so many windows.
-pub fn filled<T: Real>(window: T, windows: u32) -> [bool; SCALES] {
-    let seen = window * count::<T>(windows);
-    SECONDS.map(|scale| seen >= tabulated(scale))
-}
-
-/// Moves each of four means towards a value.
-pub fn follow<T: Real>(means: &mut [T; SCALES], value: T, shares: &[T; SCALES]) {
-    for (mean, share) in means.iter_mut().zip(shares) {
-        *mean += (value - *mean) * *share;
+impl<T: Real> Shares<T> {
+    /// Of windows of a length, s.
+    pub fn of(window: T) -> Self {
+        Self(SECONDS.map(|scale| {
+            let x = window / tabulated(scale);
+            // 1 - exp(-x), to second order.
+            x / (T::one() + x * real(0.5))
+        }))
     }
+
+    /// With so many windows taken in, the new one among them: those of the first windows are of a plain mean.
+    pub fn after(&self, windows: u16) -> [T; SCALES] {
+        let plain = T::one() / count::<T>(u32::from(windows.max(1)));
+        self.0.map(|forgetting| forgetting.max(plain)) // judgement.md, eq. 2
+    }
+}
+
+/// How many scales, the shortest first, have been filled by so many windows.
+pub fn filled<T: Real>(window: T, windows: u16) -> usize {
+    let seen = window * count::<T>(windows.into());
+    SECONDS
+        .iter()
+        .take_while(|scale| seen >= tabulated(**scale))
+        .count()
 }
 
 /// Moves each of four means towards a vector.

@@ -3,19 +3,20 @@
 use nalgebra::Vector3;
 
 use crate::real::{Real, count, real, tabulated};
-use crate::redundancy::judgement::attribution::{Evidence, Proof, by_rest, by_step};
+use crate::redundancy::judgement::attribution::{Evidence, MountedSteps, Proof, by_rest, by_step};
 use crate::redundancy::judgement::isolation::{DWELL, Finding, isolate};
 use crate::redundancy::judgement::motion::{Strain, StrainMeans, Tolerance};
 use crate::redundancy::judgement::noise::{UsualScatter, limit};
-use crate::redundancy::judgement::pair::{Disagreement, Knowledge, Lesson, ShownByPairs, compare};
-use crate::redundancy::judgement::scales::{SCALES, SECONDS, shares};
+use crate::redundancy::judgement::pair::{
+    Comparison, Disagreement, Knowledge, Lesson, ShownByPairs, compare,
+};
+use crate::redundancy::judgement::scales::{SCALES, SECONDS, Shares};
 use crate::redundancy::judgement::unit::SensorDeviation;
 use crate::redundancy::judgement::{Judgement, SetWindow, UnitEvidence, UnitReading};
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::witness::Testimony;
 
-/// Tolerances of clocks, s, and, where not known and known of both units, of the lever arm, m, and the matrix (docs/theory/judgement.md, table 1).
-const CLOCKS: f64 = 1e-3;
+/// Tolerances, where not known and known of both units, of the lever arm, m, and the matrix (docs/theory/judgement.md, table 1).
 const PLACE: [f32; 2] = [0.15, 0.005];
 const MATRIX: [f32; 2] = [0.02, 0.002];
 
@@ -45,7 +46,7 @@ const AMBIGUOUS_FOR: f64 = 2.0;
 const WITNESSED_APART: f64 = 0.5;
 
 /// Ratios of all pairs over all scales.
-type Ratios<T, const UNITS: usize> = [[[Option<Disagreement<T>>; SCALES]; UNITS]; UNITS];
+type Ratios<T, const UNITS: usize> = [[Comparison<T>; UNITS]; UNITS];
 
 /// Windows that name the same finding in succession, over one scale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -121,6 +122,13 @@ pub(super) struct Case<'a, T: Real, const UNITS: usize> {
 impl<T: Real, const UNITS: usize> Case<'_, T, UNITS> {
     fn unit(&self, number: usize) -> Option<&UnitReading<T>> {
         self.window.units.get(number)?.as_ref()
+    }
+
+    fn steps(&self, number: usize) -> Option<MountedSteps<'_, T>> {
+        Some(MountedSteps {
+            steps: self.sensor.of(self.window.steps.get(number)?.sensors()),
+            sensor_from_primary: &self.window.mounted.get(number)?.sensor_from_primary,
+        })
     }
 
     fn votes(&self, number: usize) -> bool {
@@ -225,12 +233,16 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
 
     /// Median of each axis of what units say that are not at fault.
     pub fn median_of(&self, said: impl Fn(usize) -> Option<Vector3<T>>) -> Option<Vector3<T>> {
-        let innocent = |unit: &usize| !self.is_guilty(*unit);
-        let axis = |axis: usize| {
-            let values = (0..UNITS).filter(innocent).filter_map(&said);
-            median::<T, UNITS>(values.filter_map(|value| value.get(axis).copied()))
-        };
-        Some(Vector3::new(axis(0)?, axis(1)?, axis(2)?))
+        let mut axes = [[T::zero(); UNITS]; 3];
+        let mut found = 0_usize;
+        for said in (0..UNITS).filter(|unit| !self.is_guilty(*unit)).filter_map(said) {
+            for (sorted, value) in axes.iter_mut().zip(said.iter()) {
+                insert(sorted, found, *value);
+            }
+            found = found.saturating_add(1);
+        }
+        let [x, y, z] = axes.map(|sorted| middle(&sorted, found));
+        Some(Vector3::new(x?, y?, z?))
     }
 
     /// Takes in how far each unit is from what the set says.
@@ -242,11 +254,11 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         strain: &Strain<T>,
     ) {
         self.windows = self.windows.saturating_add(1);
-        self.strains
-            .push(strain, &shares(window.length, self.windows.into()));
+        let shares = Shares::of(window.length);
+        self.strains.push(strain, &shares.after(self.windows));
         for (deviation, unit) in self.deviations.iter_mut().zip(window.units) {
             if let Some(unit) = unit {
-                deviation.push(&(sensor.of(&unit.reading) - said), window.length);
+                deviation.push(&(sensor.of(&unit.reading) - said), &shares);
             }
         }
     }
@@ -286,27 +298,23 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         [i, j]: [usize; 2],
         units: [&UnitReading<T>; 2],
         shown: &ShownByPairs<T, UNITS>,
-    ) -> [Option<Disagreement<T>>; SCALES] {
+    ) -> Comparison<T> {
         let sensor = case.sensor;
-        let known = known(sensor, units);
         let calibrated = units.iter().all(|unit| *sensor.of(&unit.calibrated));
         let compared = if calibrated { SCALES } else { SCALES_UNCALIBRATED };
-        core::array::from_fn(|scale| {
-            if scale >= compared {
-                return None;
-            }
-            let mean = |unit: usize| self.deviations.get(unit)?.mean(scale, case.window.length);
-            let difference = mean(i)? - mean(j)?; // judgement.md, eq. 1
-            Some(compare(
-                sensor,
-                scale,
-                case.window.tolerated.of(sensor),
-                &difference,
-                &self.strains,
-                &known,
-                shown.of(sensor, i, j)?,
-            ))
-        })
+        let means = |unit: usize| self.deviations.get(unit).map(|of| of.means(case.window.length));
+        let (Some(first), Some(second), Some(shown)) = (means(i), means(j), shown.of(sensor, i, j)) else {
+            return [None; SCALES];
+        };
+        let differences = first.iter().zip(second).map(|(a, b)| a - b); // judgement.md, eq. 1
+        compare(
+            sensor,
+            case.window.tolerated.of(sensor),
+            differences.take(compared),
+            self.strains.scales(),
+            &known(sensor, units),
+            shown,
+        )
     }
 
     /// Who scatters more than the others make one expect.
@@ -504,12 +512,12 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         let (a, b) = (case.evidence.get(i)?, case.evidence.get(j)?);
         let sensor = case.sensor;
         if lasting < real(STEP_WITHIN) {
-            let (own, other) = (sensor.of(&a.steps), sensor.of(&b.steps));
+            let (first, second) = (case.steps(i)?, case.steps(j)?);
             let apart = self.came_apart(i, j, case.window.length)?;
-            if let Some(proof) = by_step(&apart, own, other) {
+            if let Some(proof) = by_step(&apart, &first, &second) {
                 return Some((i, proof));
             }
-            if let Some(proof) = by_step(&-apart, other, own) {
+            if let Some(proof) = by_step(&-apart, &second, &first) {
                 return Some((j, proof));
             }
         }
@@ -538,9 +546,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         let sensor = case.sensor;
         let left = |unit: usize| {
             let now = *sensor.of(&case.unit(unit)?.at_rest?);
-            // What never rested in health is held against physics alone.
-            let before = sensor.of(&case.evidence.get(unit)?.at_rest).unwrap_or(T::zero());
-            Some(now - before)
+            Some(now - *sensor.of(&case.evidence.get(unit)?.at_rest))
         };
         let (a, b) = (left(i)?, left(j)?);
         let mean = |unit: usize| self.deviations.get(unit)?.mean(1, case.window.length);
@@ -640,15 +646,17 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         ratios: &Ratios<T, UNITS>,
         shown: &mut ShownByPairs<T, UNITS>,
     ) {
-        let pairs: [Option<Disagreement<T>>; SCALES] = core::array::from_fn(|scale| at(ratios, i, j, scale));
+        let Some(comparison) = ratios.get(i).and_then(|row| row.get(j)) else {
+            return;
+        };
         let beyond = |pair: &Disagreement<T>| pair.ratio() >= real(LEARNS_WITHIN);
-        if pairs.iter().flatten().any(beyond) {
+        if comparison.iter().flatten().any(beyond) {
             return;
         }
-        let tolerance = known(case.sensor, units).tolerance;
         let lesson = Lesson {
-            apart: pairs.map(|pair| pair.map(|pair| pair.apart)),
-            strain: core::array::from_fn(|scale| tolerance.variance(&self.strains.at(scale))),
+            comparison,
+            strains: self.strains.scales(),
+            tolerance: &known(case.sensor, units).tolerance,
             age: case.window.length * count::<T>(self.learnt.into()),
             window: case.window.length,
         };
@@ -680,11 +688,9 @@ fn known<T: Real>(sensor: Sensor, [a, b]: [&UnitReading<T>; 2]) -> Knowledge<T> 
     let [place_unknown, place_known] = PLACE.map(tabulated::<T>);
     let place = |sigma: T| sigma.min(place_unknown);
     let places = place(a.place) * place(a.place) + place(b.place) * place(b.place);
-    let clocks = real::<T>(CLOCKS);
     let interpolation = (a.interval * a.interval + b.interval * b.interval) / real(12.0);
     Knowledge {
         tolerance: Tolerance {
-            time: clocks * clocks,
             place: places + place_known * place_known,
             matrix: matrix * matrix,
             interpolation: interpolation * interpolation,
@@ -693,20 +699,21 @@ fn known<T: Real>(sensor: Sensor, [a, b]: [&UnitReading<T>; 2]) -> Knowledge<T> 
     }
 }
 
-/// The middle one, or the mean of the middle two; `None` of nothing.
-fn median<T: Real, const UNITS: usize>(values: impl Iterator<Item = T>) -> Option<T> {
-    let mut sorted = [T::zero(); UNITS];
-    let mut found = 0_usize;
-    for value in values {
-        let mut carried = value;
-        for slot in sorted.iter_mut().take(found) {
-            if carried < *slot {
-                core::mem::swap(slot, &mut carried);
-            }
+/// Puts a value among as many sorted ones as were found.
+fn insert<T: Real, const UNITS: usize>(sorted: &mut [T; UNITS], found: usize, value: T) {
+    let mut carried = value;
+    for slot in sorted.iter_mut().take(found) {
+        if carried < *slot {
+            core::mem::swap(slot, &mut carried);
         }
-        *sorted.get_mut(found)? = carried;
-        found = found.saturating_add(1);
     }
+    if let Some(slot) = sorted.get_mut(found) {
+        *slot = carried;
+    }
+}
+
+/// The middle one of as many as were found, or the mean of the middle two; `None` of nothing.
+fn middle<T: Real, const UNITS: usize>(sorted: &[T; UNITS], found: usize) -> Option<T> {
     let (lower, upper) = (sorted.get(found.checked_sub(1)? / 2)?, sorted.get(found / 2)?);
     Some(*lower * real(0.5) + *upper * real(0.5))
 }

@@ -54,7 +54,6 @@ fn fly<const N: usize>(
             Some(UnitReading {
                 reading: [f, w],
                 scatter: [0.02, 0.0014],
-                step: [Vector3::zeros(); 2],
                 at_rest: None,
                 votes: [true; 2],
                 calibrated: [true; 2],
@@ -68,6 +67,8 @@ fn fly<const N: usize>(
             units: &units,
             number: k,
             span: 50_000,
+            steps: &[UnitSteps::none(); N],
+            mounted: &core::array::from_fn(|i| MountedUnit::new(i as u64)),
             length: H,
             gravity: 9.8,
             noise_ratio: 9.0,

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::real::{Real, real, tabulated};
-use crate::redundancy::judgement::scales::{SCALES, filled, follow_vector, shares};
+use crate::redundancy::judgement::scales::{SCALES, Shares, filled, follow_vector};
 use crate::redundancy::sensor::Sensor;
 
 /// Fastest that a slow offset follows, and the most it may become: m/s^2 and rad/s, per second and in all.
@@ -31,11 +31,14 @@ impl<T: Real> SensorDeviation<T> {
         }
     }
 
-    /// Takes in how far it is from the set over the next window. `window` is its length, s.
-    pub fn push(&mut self, deviation: &Vector3<T>, window: T) {
+    /// Takes in how far it is from the set over the next window.
+    pub fn push(&mut self, deviation: &Vector3<T>, shares: &Shares<T>) {
         self.windows = self.windows.saturating_add(1);
-        let shares = shares(window, self.windows.into());
-        follow_vector(&mut self.means, &(deviation - self.offset), &shares);
+        follow_vector(
+            &mut self.means,
+            &(deviation - self.offset),
+            &shares.after(self.windows),
+        );
     }
 
     /// Lets the offset follow, as it may while nothing is wrong.
@@ -76,77 +79,24 @@ impl<T: Real> SensorDeviation<T> {
         };
     }
 
+    /// Over each scale that is filled, the shortest first. `window` is the length of one, s.
+    pub fn means(&self, window: T) -> &[Vector3<T>] {
+        self.means
+            .get(..filled(window, self.windows))
+            .unwrap_or(&self.means)
+    }
+
     /// Over one scale; `None` until it is filled.
     pub fn mean(&self, scale: usize, window: T) -> Option<&Vector3<T>> {
-        let filled = filled(window, self.windows.into());
-        filled.get(scale).filter(|filled| **filled)?;
-        self.means.get(scale)
-    }
-}
-
-/// Largest changes from sample to sample of one sensor, over the latest spans.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Steps<T: Real> {
-    spans: [Vector3<T>; SPANS],
-    usual: Option<T>,
-    windows: u8,
-}
-
-/// Spans that are kept, and windows in each: 1.2 s at 50 ms.
-const SPANS: usize = 4;
-const WINDOWS_A_SPAN: u8 = 6;
-
-/// Share by which the usual largest change moves, a span.
-const USUAL_SHARE: f64 = 0.1;
-
-impl<T: Real> Steps<T> {
-    /// None.
-    pub fn new() -> Self {
-        Self {
-            spans: [Vector3::zeros(); SPANS],
-            usual: None,
-            windows: 0,
-        }
-    }
-
-    /// Takes in the largest change from sample to sample over the next window.
-    pub fn push(&mut self, largest: &Vector3<T>) {
-        if self.windows >= WINDOWS_A_SPAN {
-            self.windows = 0;
-            let [a, b, c, d] = self.spans;
-            let left = d.norm();
-            if left > T::zero() {
-                let usual = self.usual.get_or_insert(left);
-                *usual += (left - *usual) * real(USUAL_SHARE);
-            }
-            self.spans = [Vector3::zeros(), a, b, c];
-        }
-        self.windows = self.windows.saturating_add(1);
-        if let Some(span) = self.spans.first_mut()
-            && largest.norm_squared() > span.norm_squared()
-        {
-            *span = *largest;
-        }
-    }
-
-    /// The largest change along a direction over the latest spans, and the largest against it.
-    pub fn along(&self, direction: &Vector3<T>) -> (T, T) {
-        let changes = self.spans.iter().map(|step| step.dot(direction));
-        changes.fold((T::zero(), T::zero()), |(along, against), change| {
-            (along.max(change), against.max(-change))
-        })
-    }
-
-    /// The largest change of a usual span, once it is known, m/s^2 or rad/s.
-    pub fn usual(&self) -> Option<T> {
-        self.usual
+        self.means(window).get(scale)
     }
 }
 
 /// Gravity as a unit's own gyroscope carries it, against what its accelerometer says.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CarriedGravity<T: Real> {
-    gravity: Option<Vector3<T>>,
+    /// Zero until it is known.
+    gravity: Vector3<T>,
     error: Vector3<T>,
 }
 
@@ -158,14 +108,17 @@ impl<T: Real> CarriedGravity<T> {
     /// Not known.
     pub fn new() -> Self {
         Self {
-            gravity: None,
+            gravity: Vector3::zeros(),
             error: Vector3::zeros(),
         }
     }
 
     /// Takes in a window of compensated readings; `g` is the magnitude of gravity, m/s^2 (docs/theory/judgement.md, eq. 14).
     pub fn push(&mut self, f: &Vector3<T>, w: &Vector3<T>, g: T, window: T) {
-        let carried: &mut Vector3<T> = self.gravity.get_or_insert(*f);
+        if self.gravity == Vector3::zeros() {
+            self.gravity = *f;
+        }
+        let carried = &mut self.gravity;
         // A rotation by -w h, to second order.
         let turn: Vector3<T> = w * -window;
         let turned: Vector3<T> =

@@ -41,6 +41,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             units: &readings,
             number: window,
             span: settings.window,
+            steps: &self.steps,
+            mounted: platform.units(),
             length: seconds(settings.window),
             gravity: settings.evaluation.gravity,
             noise_ratio: settings.health.noise_ratio,
@@ -122,26 +124,21 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
 
     /// What each unit says over a window, at the primary's place; `None` for one that said nothing or cannot be compared.
     fn readings(&self, platform: &Platform<T, UNITS>, window: u64) -> [Option<UnitReading<T>>; UNITS] {
-        let turning = self.turning(platform, window);
+        let said = core::array::from_fn(|number| self.triangle(platform, number, window));
+        let turning = self.turning(platform, window, &said);
         core::array::from_fn(|number| {
+            let [f, w] = said.get(number).copied().flatten()?;
             let (unit, stored) = (platform.units().get(number)?, self.stored.get(number)?);
-            let (history, health) = (self.histories.get(number)?, self.health.get(number)?);
-            let (before, means) = history.pair(window)?;
-            let triangle = before.triangle(means);
-            let said = |sensor: Sensor| self.compensated(platform, number, sensor, &sensor.triad(&triangle));
-            let (f, w) = (said(Sensor::Accelerometer)?, said(Sensor::Gyroscope)?);
+            let (before, means) = self.histories.get(number)?.pair(window)?;
             let arm = lever_arm(unit, stored);
             let carried = turning.map_or(Vector3::zeros(), |(rate, change)| {
                 change.cross(&arm) + rate.cross(&rate.cross(&arm))
             });
-            let steps = history.largest_steps();
-            let [force_step, rate_step] = steps.steps.map(Vector3::from);
-            let lives = health.fault().is_none_or(|fault| fault.is_judged());
+            let lives = self.lives(number);
             let of_sensors = |fact: &dyn Fn(Sensor) -> bool| SENSORS.map(fact);
             Some(UnitReading {
                 reading: [f - carried, w],
                 scatter: means.scatter.map(|variance| variance.sqrt()),
-                step: [force_step, rate_step].map(|step| unit.sensor_from_primary.tr_mul(&step)),
                 votes: of_sensors(&|sensor| {
                     lives
                         && *sensor.of(&before.usable)
@@ -157,29 +154,51 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                     Sensor::Accelerometer.of(stored).place_sigma
                 },
                 left: SENSORS.map(|sensor| left(sensor.of(stored))),
-                interval: steps.interval * seconds(platform.settings().window),
+                interval: self.steps.get(number)?.interval() * seconds(platform.settings().window),
                 at_rest: self.at_rest(platform, number),
             })
         })
     }
 
+    /// Specific force, m/s^2, and angular rate, rad/s, of a unit over two windows, at its own place.
+    fn triangle(&self, platform: &Platform<T, UNITS>, number: usize, window: u64) -> Option<[Vector3<T>; 2]> {
+        let (before, means) = self.histories.get(number)?.pair(window)?;
+        let triangle = before.triangle(means);
+        let said = |sensor: Sensor| self.compensated(platform, number, sensor, &sensor.triad(&triangle));
+        Some([said(Sensor::Accelerometer)?, said(Sensor::Gyroscope)?])
+    }
+
     /// Angular rate, rad/s, and angular acceleration, rad/s^2, of the set over two windows: medians over what is known of the
     /// units. Under a triangle, the change of the mean rate is the mean angular acceleration (docs/theory/redundancy.md, eq. 3).
-    fn turning(&self, platform: &Platform<T, UNITS>, window: u64) -> Option<(Vector3<T>, Vector3<T>)> {
-        let length = seconds::<T>(platform.settings().window);
-        let of_all = |said: &dyn Fn(TwoWindows<'_, T>) -> [T; CHANNELS]| {
-            self.judge.set_rate(&core::array::from_fn(|number| {
-                let lives = |health: &Health<T>| health.fault().is_none_or(|fault| fault.is_judged());
-                let fit =
-                    self.is_known(Sensor::Gyroscope, number) && self.health.get(number).is_some_and(lives);
-                let pair = self.histories.get(number)?.pair(window).filter(|_| fit)?;
-                let rate = Sensor::Gyroscope.triad(&said(pair));
-                self.compensated(platform, number, Sensor::Gyroscope, &rate)
-            }))
+    fn turning(
+        &self,
+        platform: &Platform<T, UNITS>,
+        window: u64,
+        said: &[Option<[Vector3<T>; 2]>; UNITS],
+    ) -> Option<(Vector3<T>, Vector3<T>)> {
+        let fit = |number: usize| self.is_known(Sensor::Gyroscope, number) && self.lives(number);
+        let rate = |number: usize, of: &dyn Fn(TwoWindows<'_, T>) -> [T; CHANNELS]| {
+            let means = of(self.histories.get(number)?.pair(window)?);
+            let rate = Sensor::Gyroscope.triad(&means);
+            self.compensated(platform, number, Sensor::Gyroscope, &rate)
         };
-        let rate = of_all(&|(before, now)| before.triangle(now))?;
-        let change = of_all(&|(_, now)| now.mean)? - of_all(&|(before, _)| before.mean)?;
-        Some((rate, change / length))
+        let of_set = |rate: &dyn Fn(usize) -> Option<Vector3<T>>| {
+            self.judge
+                .set_rate(|number| fit(number).then(|| rate(number)).flatten())
+        };
+        let now = of_set(&|number| rate(number, &|(_, now)| now.mean))?;
+        let before = of_set(&|number| rate(number, &|(before, _)| before.mean))?;
+        let over_both = of_set(&|number| said.get(number)?.map(|[_, rate]| rate))?;
+        Some((
+            over_both,
+            (now - before) / seconds::<T>(platform.settings().window),
+        ))
+    }
+
+    /// Whether what a unit says counts, but for what is found here.
+    fn lives(&self, number: usize) -> bool {
+        let lives = |health: &Health<T>| health.fault().is_none_or(|fault| fault.is_judged());
+        self.health.get(number).is_some_and(lives)
     }
 
     /// Whether enough is known of a unit for what it says to count: it was calibrated against the primary or agreed with it,

@@ -24,6 +24,7 @@ use crate::redundancy::platform::Platform;
 use crate::redundancy::samples::clock::{ClockSettings, CommonClock, Verdict};
 use crate::redundancy::samples::history::{RestMean, WindowHistory};
 use crate::redundancy::samples::pair::products;
+use crate::redundancy::samples::steps::UnitSteps;
 use crate::redundancy::selection::{Selection, SourceCandidate};
 use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
 use crate::sample::{CHANNELS, Sample};
@@ -49,6 +50,7 @@ pub struct Monitor<T: Real, const UNITS: usize, const AT_ONCE: usize> {
     clock: CommonClock<UNITS>,
     histories: [WindowHistory<T>; UNITS],
     products: WindowHistory<T>,
+    steps: [UnitSteps<T>; UNITS],
     health: [Health<T>; UNITS],
     judge: Judge<T, UNITS>,
     rest_means: [RestMean<T>; UNITS],
@@ -77,6 +79,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             clock: CommonClock::new(),
             histories: [WindowHistory::new(); UNITS],
             products: WindowHistory::new(),
+            steps: [UnitSteps::none(); UNITS],
             health: [Health::new(); UNITS],
             judge: Judge::new(),
             rest_means: [RestMean::new(); UNITS],
@@ -182,13 +185,19 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         let length = platform.settings().window;
         if number == 0 {
             let products = products(platform.calibration(), &sample.angular_rate);
-            self.products.push(sample.time, &products, usable, length);
+            self.products.push(sample.time, &products, usable, length, None);
         }
         let Some(history) = self.histories.get_mut(number) else {
             return;
         };
         if history
-            .push(sample.time, &sample.channels(), usable, length)
+            .push(
+                sample.time,
+                &sample.channels(),
+                usable,
+                length,
+                self.steps.get_mut(number),
+            )
             .is_some()
         {
             self.catch_up(platform, report);

@@ -2,7 +2,8 @@
 
 use crate::moments::Moments;
 use crate::real::Real;
-use crate::redundancy::samples::window::{LargestSteps, Means, Windows};
+use crate::redundancy::samples::steps::UnitSteps;
+use crate::redundancy::samples::window::{Means, Windows};
 use crate::redundancy::sensor::SENSORS;
 use crate::redundancy::settings::ForceAndRate;
 use crate::sample::CHANNELS;
@@ -32,15 +33,16 @@ impl<T: Real> WindowHistory<T> {
         }
     }
 
-    /// Takes in a reading; gives the number of the window it completes.
+    /// Takes in a reading; gives the number of the window it completes. Changes from sample to sample are told to `steps`.
     pub fn push(
         &mut self,
         time: u64,
         channels: &[T; CHANNELS],
         usable: [bool; 2],
         length: u64,
+        steps: Option<&mut UnitSteps<T>>,
     ) -> Option<u64> {
-        let means = self.windows.push(time, channels, usable, length)?;
+        let means = self.windows.push(time, channels, usable, length, steps)?;
         let [latest, before, _] = self.recent;
         self.recent = [Some(means), latest, before];
         Some(means.index)
@@ -54,11 +56,6 @@ impl<T: Real> WindowHistory<T> {
     /// This window and the one before.
     pub fn pair(&self, index: u64) -> Option<(&Means<T, CHANNELS>, &Means<T, CHANNELS>)> {
         Some((self.window(index.checked_sub(1)?)?, self.window(index)?))
-    }
-
-    /// The largest steps over the newest window.
-    pub fn largest_steps(&self) -> &LargestSteps<T> {
-        self.windows.largest_steps()
     }
 
     /// Number of the newest window.

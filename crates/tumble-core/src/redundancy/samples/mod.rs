@@ -3,4 +3,5 @@
 pub mod clock;
 pub mod history;
 pub mod pair;
+pub mod steps;
 pub mod window;

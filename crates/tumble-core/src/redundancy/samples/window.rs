@@ -5,6 +5,7 @@
 //! of them is synchronous by construction (docs/theory/redundancy.md, eq. 1 and 2).
 
 use crate::real::{Real, count, real};
+use crate::redundancy::samples::steps::{Step, UnitSteps};
 
 /// What is kept of K channels over one window.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,26 +43,6 @@ struct Latest<T: Real, const K: usize> {
     usable: [bool; 2],
 }
 
-/// The largest step from one sample to the next within a window.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LargestSteps<T: Real> {
-    /// Of the first three channels, and of the second three.
-    pub steps: [[T; 3]; 2],
-    squares: [T; 2],
-    /// From sample to sample, on average, as a share of the window; zero where no window is complete.
-    pub interval: T,
-}
-
-impl<T: Real> LargestSteps<T> {
-    fn none() -> Self {
-        Self {
-            steps: [[T::zero(); 3]; 2],
-            squares: [T::zero(); 2],
-            interval: T::zero(),
-        }
-    }
-}
-
 /// Sums over the window at hand, of differences to its first reading so that they lose no digits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct WindowSums<T: Real, const K: usize> {
@@ -71,8 +52,7 @@ struct WindowSums<T: Real, const K: usize> {
     integral: [T; K],
     rising: [T; K],
     squares: [T; 2],
-    largest: LargestSteps<T>,
-    steps: T,
+    steps: u16,
     usable: [bool; 2],
     whole: bool,
 }
@@ -82,7 +62,6 @@ struct WindowSums<T: Real, const K: usize> {
 pub struct Windows<T: Real, const K: usize> {
     latest: Option<Latest<T, K>>,
     sums: WindowSums<T, K>,
-    closed: LargestSteps<T>,
 }
 
 /// A piece of a straight line within a window: from position `s[0]` to `s[1]`, 0 to 1.
@@ -104,23 +83,18 @@ impl<T: Real, const K: usize> Windows<T, K> {
         Self {
             latest: None,
             sums: WindowSums::starting(0, &[T::zero(); K], false),
-            closed: LargestSteps::none(),
         }
     }
 
-    /// The largest steps over the window that was completed last.
-    pub fn largest_steps(&self) -> &LargestSteps<T> {
-        &self.closed
-    }
-
     /// Takes in the next reading, and gives the window it completes: never more than one, since a pause longer than a
-    /// window spoils those it touches. `length` is that of a window, microseconds.
+    /// window spoils those it touches. `length` is that of a window, microseconds. Changes from sample to sample are told to `steps`.
     pub fn push(
         &mut self,
         time: u64,
         channels: &[T; K],
         usable: [bool; 2],
         length: u64,
+        steps: Option<&mut UnitSteps<T>>,
     ) -> Option<Means<T, K>> {
         let now = Latest {
             time,
@@ -130,8 +104,15 @@ impl<T: Real, const K: usize> Windows<T, K> {
         let before = self.latest.replace(now);
         match before {
             Some(before) if time > before.time && time - before.time <= length => {
+                let samples = self.sums.steps;
                 let closed = self.advance(&before, &now, length);
-                self.sums.step(&before.channels, channels);
+                let taken = self.sums.step(&before.channels, channels);
+                if let Some((steps, taken)) = steps.zip(taken) {
+                    if closed.is_some() {
+                        steps.complete(samples);
+                    }
+                    steps.take(&taken);
+                }
                 closed
             }
             _ => {
@@ -164,10 +145,6 @@ impl<T: Real, const K: usize> Windows<T, K> {
             to: &crossing,
         });
         let closed = self.sums.whole.then(|| self.sums.means(start / length.max(1)));
-        self.closed = LargestSteps {
-            interval: T::one() / self.sums.steps.max(T::one()),
-            ..self.sums.largest
-        };
         self.sums = WindowSums::starting(end, &crossing, true);
         self.sums.spoil(before.usable, now.usable);
         self.sums.add(&Piece {
@@ -195,7 +172,7 @@ fn triads<T>(channels: &[T]) -> Option<(&[T; 3], &[T; 3])> {
 }
 
 /// The step of three channels, and its square.
-fn step<T: Real>(from: &[T; 3], to: &[T; 3]) -> ([T; 3], T) {
+fn step<T: Real>(from: &[T; 3], to: &[T; 3]) -> Step<T> {
     let ([x, y, z], [next_x, next_y, next_z]) = (from, to);
     let step = [*next_x - *x, *next_y - *y, *next_z - *z];
     let [x, y, z] = step;
@@ -210,8 +187,7 @@ impl<T: Real, const K: usize> WindowSums<T, K> {
             integral: [T::zero(); K],
             rising: [T::zero(); K],
             squares: [T::zero(); 2],
-            largest: LargestSteps::none(),
-            steps: T::zero(),
+            steps: 0,
             usable: [true; 2],
             whole,
         }
@@ -238,19 +214,15 @@ impl<T: Real, const K: usize> WindowSums<T, K> {
         }
     }
 
-    fn step(&mut self, from: &[T; K], to: &[T; K]) {
-        self.steps += T::one();
-        let (Some((f, w)), Some((next_f, next_w))) = (triads(from), triads(to)) else {
-            return;
-        };
-        let largest = self.largest.steps.iter_mut().zip(&mut self.largest.squares);
+    /// Takes in the change from one sample to the next, and gives it.
+    fn step(&mut self, from: &[T; K], to: &[T; K]) -> Option<[Step<T>; 2]> {
+        self.steps = self.steps.saturating_add(1);
+        let ((f, w), (next_f, next_w)) = (triads(from)?, triads(to)?);
         let taken = [step(f, next_f), step(w, next_w)];
-        for ((sum, (largest, most)), (step, square)) in self.squares.iter_mut().zip(largest).zip(taken) {
-            *sum += square;
-            if square > *most {
-                (*largest, *most) = (step, square);
-            }
+        for (sum, (_, square)) in self.squares.iter_mut().zip(&taken) {
+            *sum += *square;
         }
+        Some(taken)
     }
 
     fn means(&self, index: u64) -> Means<T, K> {
@@ -260,7 +232,7 @@ impl<T: Real, const K: usize> WindowSums<T, K> {
             rising: self.integral,
             scatter: self
                 .squares
-                .map(|squares| squares / (self.steps.max(T::one()) * real(6.0))),
+                .map(|squares| squares / (count::<T>(self.steps.max(1).into()) * real(6.0))),
             usable: self.usable,
         };
         let half = real::<T>(0.5);

@@ -11,7 +11,7 @@ const LENGTH: u64 = 50_000;
 fn windows(times: impl Iterator<Item = u64>, signal: impl Fn(f64) -> f64) -> Vec<Means<f64, 1>> {
     let mut windows = Windows::new();
     times
-        .filter_map(|time| windows.push(time, &[signal(time as f64 * 1e-6)], [true; 2], LENGTH))
+        .filter_map(|time| windows.push(time, &[signal(time as f64 * 1e-6)], [true; 2], LENGTH, None))
         .collect()
 }
 
@@ -92,7 +92,7 @@ fn a_reading_unfit_to_be_used_marks_its_window_for_its_own_sensor() {
     let mut found = Vec::new();
     for i in 0..60_u64 {
         let usable = [i != 25, true];
-        found.extend(windows.push(i * 5000, &[1.0; 6], usable, LENGTH));
+        found.extend(windows.push(i * 5000, &[1.0; 6], usable, LENGTH, None));
     }
     for means in found {
         assert_eq!(means.usable, [means.index != 2, true], "{}", means.index);
@@ -113,6 +113,7 @@ fn scatter_is_the_variance_of_white_noise_and_small_for_smooth_motion() {
             &[sign, sign, sign, smooth, smooth, smooth],
             [true; 2],
             LENGTH,
+            None,
         ));
     }
     for means in noisy {

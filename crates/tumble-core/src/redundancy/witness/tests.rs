@@ -7,6 +7,8 @@ use nalgebra::{Rotation3, Vector3};
 use super::*;
 use crate::redundancy::judgement::attribution::Ground;
 use crate::redundancy::judgement::{Judge, Judgement, SetWindow, UnitReading};
+use crate::redundancy::platform::MountedUnit;
+use crate::redundancy::samples::steps::UnitSteps;
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::ForceAndRate;
 
@@ -117,7 +119,6 @@ impl<const N: usize> Flight<N> {
                 Some(UnitReading {
                     reading: [f + draw.vector(0.004) + df, w + draw.vector(0.0003) + dw],
                     scatter: [0.02, 0.0014],
-                    step: [Vector3::zeros(); 2],
                     at_rest: None,
                     votes: [true; 2],
                     calibrated: [true; 2],
@@ -129,6 +130,8 @@ impl<const N: usize> Flight<N> {
             });
             let window = SetWindow {
                 units: &units,
+                steps: &[UnitSteps::none(); N],
+                mounted: &core::array::from_fn(|i| MountedUnit::new(i as u64)),
                 number: k,
                 span: SPAN,
                 length: H,

@@ -1,0 +1,111 @@
+//! The largest changes of a unit from one sample to the next, over the latest spans.
+
+use nalgebra::Vector3;
+
+use crate::real::{Real, count, real};
+
+/// Spans that are kept, and windows in each: 1.2 s at 50 ms.
+const SPANS: usize = 4;
+const WINDOWS_A_SPAN: u8 = 6;
+
+/// Share by which the usual largest change moves, a span.
+const USUAL_SHARE: f64 = 0.1;
+
+/// The change of three channels from one sample to the next, and its square.
+pub(super) type Step<T> = ([T; 3], T);
+
+/// The largest changes of one sensor, in its own axes, m/s^2 or rad/s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LargestSteps<T: Real> {
+    /// Over each span, the one at hand first.
+    spans: [Vector3<T>; SPANS],
+    /// Of a usual span; zero until one is known.
+    usual: T,
+}
+
+impl<T: Real> LargestSteps<T> {
+    fn none() -> Self {
+        Self {
+            spans: [Vector3::zeros(); SPANS],
+            usual: T::zero(),
+        }
+    }
+
+    fn take(&mut self, (step, square): &Step<T>) {
+        let [span, ..] = &mut self.spans;
+        if *square > span.norm_squared() && square.is_finite() {
+            *span = Vector3::from(*step);
+        }
+    }
+
+    fn end_span(&mut self) {
+        let [a, b, c, d] = self.spans;
+        let left = d.norm();
+        if left > T::zero() {
+            let before = if self.usual > T::zero() { self.usual } else { left };
+            self.usual = before + (left - before) * real(USUAL_SHARE);
+        }
+        self.spans = [Vector3::zeros(), a, b, c];
+    }
+
+    /// The largest change along a direction over the latest spans, and the largest against it.
+    pub fn along(&self, direction: &Vector3<T>) -> (T, T) {
+        let changes = self.spans.iter().map(|step| step.dot(direction));
+        changes.fold((T::zero(), T::zero()), |(along, against), change| {
+            (along.max(change), against.max(-change))
+        })
+    }
+
+    /// The largest change of a usual span, once it is known.
+    pub fn usual(&self) -> Option<T> {
+        (self.usual > T::zero()).then_some(self.usual)
+    }
+}
+
+/// Steps of both sensors of a unit, accelerometer first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UnitSteps<T: Real> {
+    sensors: [LargestSteps<T>; 2],
+    /// Windows of the span at hand.
+    windows: u8,
+    /// Samples of the window that was completed last.
+    samples: u16,
+}
+
+impl<T: Real> UnitSteps<T> {
+    /// None.
+    pub fn none() -> Self {
+        Self {
+            sensors: [LargestSteps::none(); 2],
+            windows: 0,
+            samples: 0,
+        }
+    }
+
+    /// Takes in the change to the next sample.
+    pub(super) fn take(&mut self, steps: &[Step<T>; 2]) {
+        for (sensor, step) in self.sensors.iter_mut().zip(steps) {
+            sensor.take(step);
+        }
+    }
+
+    /// A window of so many samples is complete.
+    pub(super) fn complete(&mut self, samples: u16) {
+        self.samples = samples;
+        self.windows = self.windows.saturating_add(1);
+        if self.windows >= WINDOWS_A_SPAN {
+            self.windows = 0;
+            self.sensors.iter_mut().for_each(LargestSteps::end_span);
+        }
+    }
+
+    /// Of both sensors.
+    pub fn sensors(&self) -> &[LargestSteps<T>; 2] {
+        &self.sensors
+    }
+
+    /// From sample to sample, on average, as a share of a window.
+    pub fn interval(&self) -> T {
+        T::one() / count(u32::from(self.samples.max(1)))
+    }
+}
