@@ -22,11 +22,11 @@ pub enum Finding {
     Ambiguous(u8, u8),
 }
 
-/// Finds the odd one among voters. `ratio` gives how far each pair of two different voters is apart, over what it may be
+/// Finds the odd one among voters. `squared` gives the square of how far each pair of two different voters is apart, over what it may be
 /// (docs/theory/judgement.md, eq. 9 and 10).
 pub fn isolate<T: Real, const UNITS: usize>(
     voters: &[bool; UNITS],
-    ratio: impl Fn(usize, usize) -> Option<T>,
+    squared: impl Fn(usize, usize) -> Option<T>,
 ) -> Finding {
     let (mut worst, mut worst_pair) = (T::zero(), (0, 0));
     let mut without = [T::zero(); UNITS];
@@ -35,7 +35,7 @@ pub fn isolate<T: Real, const UNITS: usize>(
             if !is_in(voters, i) || !is_in(voters, j) {
                 continue;
             }
-            let Some(ratio) = ratio(i, j) else { continue };
+            let Some(ratio) = squared(i, j) else { continue };
             if ratio > worst {
                 (worst, worst_pair) = (ratio, (i, j));
             }
@@ -69,7 +69,7 @@ pub fn isolate<T: Real, const UNITS: usize>(
             second = second.min(*most);
         }
     }
-    if least < real(REST_AGREES) && least < second * real(BETTER) {
+    if least < real(REST_AGREES * REST_AGREES) && least < second * real(BETTER * BETTER) {
         Finding::Odd(number(best)) // eq. 10
     } else {
         ambiguous

@@ -241,7 +241,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
 
     /// Whether others contradict a unit, or nearly so, though nobody was found wrong.
     pub fn is_doubted(&self, sensor: Sensor, unit: usize) -> bool {
-        sensor.of(&self.sensors).worst(unit) > real(DOUBTED)
+        sensor.of(&self.sensors).worst_squared(unit) > real(DOUBTED * DOUBTED)
     }
 
     /// Looks at the next window, and tells what it finds.
@@ -265,7 +265,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
                 evidence: &self.evidence,
                 testimony: self.testimony.as_ref(),
                 usual_error: self.usual_error,
-                direction: f / f.norm().max(real(1e-3)),
+                force: f,
             };
             judge.judge(&case, &mut self.shown, &mut |judgement| tell(sensor, judgement));
         }
@@ -283,7 +283,9 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             said,
             resting_rate: &self.resting_rate,
             guilty: core::array::from_fn(|unit| SENSORS.map(|sensor| sensor.of(sensors).is_guilty(unit))),
-            worst: core::array::from_fn(|unit| SENSORS.map(|sensor| sensor.of(sensors).worst(unit))),
+            worst_squared: core::array::from_fn(|unit| {
+                SENSORS.map(|sensor| sensor.of(sensors).worst_squared(unit))
+            }),
             calm: sensors.iter().all(|judge| judge.is_calm(window.length)),
             number: window.number,
             span: window.span,

@@ -48,6 +48,11 @@ impl<T: Real> UsualScatter<T> {
         self.noisy > 0
     }
 
+    /// The latest window cannot have been beyond any limit.
+    pub fn was_quiet(&mut self) {
+        self.noisy = 0;
+    }
+
     /// Whether a scatter has been beyond a limit, m/s^2 or rad/s, for long enough.
     pub fn is_noisy(&mut self, scatter: T, limit: T) -> bool {
         self.noisy = if scatter > limit {
@@ -57,6 +62,11 @@ impl<T: Real> UsualScatter<T> {
         };
         self.noisy >= WINDOWS
     }
+}
+
+/// Whether a scatter, m/s^2 or rad/s, is so small that it does not matter, whatever that of the others.
+pub fn is_quiet<T: Real>(sensor: Sensor, scatter: T) -> bool {
+    scatter <= tabulated(*sensor.of(&QUIET))
 }
 
 /// The scatter a unit may have: `times` what the others, each by its usual ratio to it, make one expect, and no less than

@@ -84,13 +84,14 @@ impl<T: Real> ShownOverScale<T> {
         share.max(least).min(most)
     }
 
-    fn learn(&mut self, of: &ScaleConstants, noise: T, strain: T, apart: T, gain: T) {
+    fn learn(&mut self, of: &ScaleConstants, noise: T, squares: &Squares<T>, gain: T) {
+        let strain = squares.strain;
         if strain <= noise {
             return;
         }
         let share = self.share(of);
         let most = share * strain * real(2.0) + noise;
-        let square = (apart * apart - noise).max(T::zero()).min(most);
+        let square = (squares.apart - noise).max(T::zero()).min(most);
         if self.strain == T::zero() {
             (self.square, self.strain) = (share * strain, strain);
         }
@@ -103,18 +104,17 @@ impl<T: Real> ShownOverScale<T> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shown<T: Real>([ShownOverScale<T>; SCALES]);
 
-/// A window that a pair may learn from.
-pub struct Lesson<'a, T: Real> {
-    /// How it compares.
-    pub comparison: &'a Comparison<T>,
-    /// What motion could have made of it.
-    pub strains: &'a [Strain<T>; SCALES],
-    /// How far it may be apart in what makes it differ in motion.
-    pub tolerance: &'a Tolerance<T>,
-    /// Time of learning so far, s, and length of the window, s.
-    pub age: T,
-    /// s.
-    pub window: T,
+/// By how much what pairs have shown moves in a window, over each scale.
+pub struct Gains<T: Real>([T; SCALES]);
+
+impl<T: Real> Gains<T> {
+    /// After so long a time of learning, s; `window` is the length of one, s.
+    pub fn after(age: T, window: T) -> Self {
+        Self(SECONDS.map(|seconds| {
+            let longest = real::<T>(LEARNT_OVER).max(tabulated::<T>(seconds) * real(2.0));
+            window / (age + real(HEAD_START)).min(longest)
+        }))
+    }
 }
 
 impl<T: Real> Shown<T> {
@@ -128,14 +128,10 @@ impl<T: Real> Shown<T> {
     }
 
     /// Learns from a window in health.
-    pub fn learn(&mut self, sensor: Sensor, lesson: &Lesson<'_, T>) {
-        let scales = self.0.iter_mut().zip(&CONSTANTS).zip(SECONDS);
-        let windows = lesson.comparison.iter().flatten().zip(lesson.strains);
-        for (((shown, of), seconds), (disagreement, strain)) in scales.zip(windows) {
-            let longest = real::<T>(LEARNT_OVER).max(tabulated::<T>(seconds) * real(2.0));
-            let gain = lesson.window / (lesson.age + real(HEAD_START)).min(longest);
-            let strain = lesson.tolerance.variance(strain);
-            shown.learn(of, of.noise_variance(sensor), strain, disagreement.apart, gain);
+    pub fn learn(&mut self, sensor: Sensor, comparison: &Comparison<T>, gains: &Gains<T>) {
+        let scales = self.0.iter_mut().zip(&CONSTANTS).zip(&gains.0);
+        for (((shown, of), gain), squares) in scales.zip(comparison.filled()) {
+            shown.learn(of, of.noise_variance(sensor), squares, *gain);
         }
     }
 }
@@ -181,7 +177,7 @@ fn place(sensor: Sensor, i: usize, j: usize) -> (usize, usize) {
     }
 }
 
-/// How two sensors compare over one scale.
+/// How far two sensors that disagree are apart over one scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disagreement<T: Real> {
     /// How far apart, m/s^2 or rad/s.
@@ -190,10 +186,98 @@ pub struct Disagreement<T: Real> {
     pub threshold: T,
 }
 
-impl<T: Real> Disagreement<T> {
-    /// Their ratio: beyond one the pair disagrees.
-    pub fn ratio(&self) -> T {
-        self.apart / self.threshold
+/// How two sensors compare over one scale, in squares: a device takes no roots in hardware that can be had here.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Squares<T: Real> {
+    /// Of how far they are apart, (m/s^2)^2 or (rad/s)^2.
+    apart: T,
+    /// Of that over how far they may be: beyond one they disagree.
+    ratio: T,
+    /// What motion could have made of it.
+    strain: T,
+}
+
+/// How two sensors compare over the scales that both have filled, the shortest first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Comparison<T: Real> {
+    scales: usize,
+    squares: [Squares<T>; SCALES],
+}
+
+impl<T: Real> Comparison<T> {
+    /// Nothing to compare.
+    pub fn none() -> Self {
+        let nothing = Squares {
+            apart: T::zero(),
+            ratio: T::zero(),
+            strain: T::zero(),
+        };
+        Self {
+            scales: 0,
+            squares: [nothing; SCALES],
+        }
+    }
+
+    fn filled(&self) -> &[Squares<T>] {
+        self.squares.get(..self.scales).unwrap_or(&self.squares)
+    }
+
+    /// Whether there is anything to compare.
+    pub fn is_some(&self) -> bool {
+        self.scales > 0
+    }
+
+    /// Square of how far they are apart, over how far they may be.
+    pub fn ratio_squared(&self, scale: usize) -> Option<T> {
+        self.filled().get(scale).map(|squares| squares.ratio)
+    }
+
+    /// The largest over all scales; zero where there is nothing to compare.
+    pub fn worst_squared(&self) -> T {
+        let ratios = self.filled().iter().map(|squares| squares.ratio);
+        ratios.fold(T::zero(), |worst, ratio| worst.max(ratio))
+    }
+
+    /// The figures over one scale.
+    pub fn figures(&self, scale: usize) -> Option<Disagreement<T>> {
+        let squares = self.filled().get(scale)?;
+        Some(Disagreement {
+            apart: squares.apart.sqrt(),
+            threshold: (squares.apart / squares.ratio).sqrt(),
+        })
+    }
+}
+
+/// Comparisons of all pairs of a set: of pair `(i, j)`, `i < j`, at row `i`.
+pub struct Comparisons<T: Real, const UNITS: usize>([[Comparison<T>; UNITS]; UNITS]);
+
+impl<T: Real, const UNITS: usize> Comparisons<T, UNITS> {
+    /// None.
+    pub fn none() -> Self {
+        Self([[Comparison::none(); UNITS]; UNITS])
+    }
+
+    /// Of a pair, in either order.
+    pub fn of(&self, i: usize, j: usize) -> Option<&Comparison<T>> {
+        self.0.get(i.min(j))?.get(i.max(j))
+    }
+
+    /// All pairs, each once, to be filled.
+    pub fn pairs_mut(&mut self) -> impl Iterator<Item = ([usize; 2], &mut Comparison<T>)> {
+        let rows = self.0.iter_mut().enumerate();
+        rows.flat_map(|(i, row)| {
+            let later = row.iter_mut().enumerate().skip(i + 1);
+            later.map(move |(j, comparison)| ([i, j], comparison))
+        })
+    }
+
+    /// All pairs, each once.
+    pub fn pairs(&self) -> impl Iterator<Item = ([usize; 2], &Comparison<T>)> {
+        let rows = self.0.iter().enumerate();
+        rows.flat_map(|(i, row)| {
+            let later = row.iter().enumerate().skip(i + 1);
+            later.map(move |(j, comparison)| ([i, j], comparison))
+        })
     }
 }
 
@@ -205,9 +289,6 @@ pub struct Knowledge<T: Real> {
     pub calibration: T,
 }
 
-/// How two sensors compare over each scale, the shortest first; `None` over those that are not filled, or do not count.
-pub type Comparison<T> = [Option<Disagreement<T>>; SCALES];
-
 /// Compares means over scales, the shortest first (docs/theory/judgement.md, eq. 8).
 pub fn compare<T: Real>(
     sensor: Sensor,
@@ -217,16 +298,22 @@ pub fn compare<T: Real>(
     known: &Knowledge<T>,
     shown: &Shown<T>,
 ) -> Comparison<T> {
-    let mut comparison = [None; SCALES];
+    let mut comparison = Comparison::none();
     let scales = CONSTANTS.iter().zip(strains).zip(&shown.0);
-    for ((slot, difference), ((of, strain), shown)) in comparison.iter_mut().zip(differences).zip(scales) {
+    let places = comparison.squares.iter_mut().zip(differences).zip(scales);
+    for ((squares, difference), ((of, strain), shown)) in places {
         let drift = tolerated * tabulated(of.tolerated);
         let tail = tabulated::<T>(of.tail);
-        let explained = of.noise_variance::<T>(sensor) + shown.share(of) * known.tolerance.variance(strain);
-        *slot = Some(Disagreement {
-            apart: difference.norm(),
-            threshold: (drift * drift + tail * tail * explained + known.calibration).sqrt(), // eq. 8
-        });
+        let strain = known.tolerance.variance(strain);
+        let explained = of.noise_variance::<T>(sensor) + shown.share(of) * strain;
+        let threshold = drift * drift + tail * tail * explained + known.calibration; // eq. 8
+        let apart = difference.norm_squared();
+        *squares = Squares {
+            apart,
+            ratio: apart / threshold,
+            strain,
+        };
+        comparison.scales += 1;
     }
     comparison
 }

@@ -6,10 +6,8 @@ use crate::real::{Real, count, real, tabulated};
 use crate::redundancy::judgement::attribution::{Evidence, MountedSteps, Proof, by_rest, by_step};
 use crate::redundancy::judgement::isolation::{DWELL, Finding, isolate};
 use crate::redundancy::judgement::motion::{Strain, StrainMeans, Tolerance};
-use crate::redundancy::judgement::noise::{UsualScatter, limit};
-use crate::redundancy::judgement::pair::{
-    Comparison, Disagreement, Knowledge, Lesson, ShownByPairs, compare,
-};
+use crate::redundancy::judgement::noise::{UsualScatter, is_quiet, limit};
+use crate::redundancy::judgement::pair::{Comparison, Comparisons, Gains, Knowledge, ShownByPairs, compare};
 use crate::redundancy::judgement::scales::{SCALES, SECONDS, Shares};
 use crate::redundancy::judgement::unit::SensorDeviation;
 use crate::redundancy::judgement::{Judgement, SetWindow, UnitEvidence, UnitReading};
@@ -44,9 +42,6 @@ const AMBIGUOUS_FOR: f64 = 2.0;
 
 /// Share of what a pair may be apart beyond which a witness is asked.
 const WITNESSED_APART: f64 = 0.5;
-
-/// Ratios of all pairs over all scales.
-type Ratios<T, const UNITS: usize> = [[Comparison<T>; UNITS]; UNITS];
 
 /// Windows that name the same finding in succession, over one scale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,8 +90,8 @@ pub(super) struct SensorJudge<T: Real, const UNITS: usize> {
     accepted: [bool; UNITS],
     /// Windows that a guilty unit has agreed with all others.
     redeemed: [u16; UNITS],
-    /// Worst ratio of each unit with those that are not guilty.
-    worst: [T; UNITS],
+    /// Square of the worst ratio of each unit with those that are not guilty.
+    worst_squared: [T; UNITS],
     dispute: Option<Dispute<T>>,
     evidence: Evidence<T>,
     /// Whose evidence it is.
@@ -115,8 +110,8 @@ pub(super) struct Case<'a, T: Real, const UNITS: usize> {
     pub evidence: &'a [UnitEvidence<T>; UNITS],
     pub testimony: Option<&'a Testimony<T, UNITS>>,
     pub usual_error: Option<T>,
-    /// Of gravity, upwards, as the set feels it: at rest.
-    pub direction: Vector3<T>,
+    /// What the set feels, m/s^2: at rest, gravity, upwards.
+    pub force: Vector3<T>,
 }
 
 impl<T: Real, const UNITS: usize> Case<'_, T, UNITS> {
@@ -148,7 +143,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             guilty: [false; UNITS],
             accepted: [false; UNITS],
             redeemed: [0; UNITS],
-            worst: [T::zero(); UNITS],
+            worst_squared: [T::zero(); UNITS],
             dispute: None,
             evidence: Evidence::none(),
             evidence_of: [0; 2],
@@ -167,8 +162,9 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         self.dispute.is_some()
     }
 
-    pub fn worst(&self, unit: usize) -> T {
-        self.worst.get(unit).copied().unwrap_or(T::zero())
+    /// Square of its worst ratio with those that are not guilty.
+    pub fn worst_squared(&self, unit: usize) -> T {
+        self.worst_squared.get(unit).copied().unwrap_or(T::zero())
     }
 
     /// Whether all pairs have agreed for long enough to learn from them.
@@ -245,7 +241,8 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         Some(Vector3::new(x?, y?, z?))
     }
 
-    /// Takes in how far each unit is from what the set says.
+    /// Takes in how far each unit is from what the set says. One copy for both kinds of sensor.
+    #[inline(never)]
     pub fn take(
         &mut self,
         sensor: Sensor,
@@ -263,33 +260,33 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         }
     }
 
-    /// Compares all pairs, names who is wrong, and learns where nobody is.
+    /// Compares all pairs, names who is wrong, and learns where nobody is. One copy for both kinds of sensor.
+    #[inline(never)]
     pub fn judge(
         &mut self,
         case: &Case<'_, T, UNITS>,
         shown: &mut ShownByPairs<T, UNITS>,
         tell: Tell<'_, T>,
     ) {
-        let ratios = self.ratios(case, shown);
+        let comparisons = self.compare(case, shown);
         self.find_noisy(case, tell);
-        let disagrees = self.find_odd(case, &ratios, tell);
-        self.find_witnessed(case, &ratios, tell);
-        self.settle_dispute(case, &ratios, tell);
-        self.redeem(case, &ratios, tell);
-        self.learn(case, &ratios, shown, disagrees);
+        let disagrees = self.find_odd(case, &comparisons, tell);
+        self.find_witnessed(case, &comparisons, tell);
+        self.settle_dispute(case, &comparisons, tell);
+        self.redeem(case, &comparisons, tell);
+        self.learn(case, &comparisons, shown, disagrees);
     }
 
     /// How far all pairs are apart, on each scale that both have filled; of units that vote.
-    fn ratios(&self, case: &Case<'_, T, UNITS>, shown: &ShownByPairs<T, UNITS>) -> Ratios<T, UNITS> {
-        core::array::from_fn(|i| {
-            core::array::from_fn(|j| {
-                let units = case.unit(i).zip(case.unit(j));
-                match units.filter(|_| i < j && case.votes(i) && case.votes(j)) {
-                    Some((a, b)) => self.pair(case, [i, j], [a, b], shown),
-                    None => [None; SCALES],
-                }
-            })
-        })
+    fn compare(&self, case: &Case<'_, T, UNITS>, shown: &ShownByPairs<T, UNITS>) -> Comparisons<T, UNITS> {
+        let mut comparisons = Comparisons::none();
+        for ([i, j], comparison) in comparisons.pairs_mut() {
+            let units = case.unit(i).zip(case.unit(j));
+            if let Some((a, b)) = units.filter(|_| case.votes(i) && case.votes(j)) {
+                *comparison = self.pair(case, [i, j], [a, b], shown);
+            }
+        }
+        comparisons
     }
 
     fn pair(
@@ -304,7 +301,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         let compared = if calibrated { SCALES } else { SCALES_UNCALIBRATED };
         let means = |unit: usize| self.deviations.get(unit).map(|of| of.means(case.window.length));
         let (Some(first), Some(second), Some(shown)) = (means(i), means(j), shown.of(sensor, i, j)) else {
-            return [None; SCALES];
+            return Comparison::none();
         };
         let differences = first.iter().zip(second).map(|(a, b)| a - b); // judgement.md, eq. 1
         compare(
@@ -329,6 +326,10 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             let Some((scatter, usual)) = scatter_of(unit).zip(usual_of(unit)) else {
                 continue;
             };
+            if is_quiet(sensor, scatter) {
+                self.scatters.get_mut(unit).map(UsualScatter::was_quiet);
+                continue;
+            }
             let Some(limit) = limit(sensor, usual, others, case.window.noise_ratio) else {
                 continue;
             };
@@ -343,17 +344,21 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     }
 
     /// The unit without which the others agree; whether any pair of voters disagrees.
-    fn find_odd(&mut self, case: &Case<'_, T, UNITS>, ratios: &Ratios<T, UNITS>, tell: Tell<'_, T>) -> bool {
+    fn find_odd(
+        &mut self,
+        case: &Case<'_, T, UNITS>,
+        comparisons: &Comparisons<T, UNITS>,
+        tell: Tell<'_, T>,
+    ) -> bool {
         let voters: [bool; UNITS] = core::array::from_fn(|unit| case.votes(unit) && !self.is_guilty(unit));
-        let (mut disagrees, mut worst) = (false, [T::zero(); UNITS]);
+        if !self.note_worst(&voters, comparisons) {
+            self.streaks = [Streak::NONE; SCALES];
+            return false;
+        }
+        self.disagreed = true;
         for scale in 0..SCALES {
-            let ratio = |i, j| at(ratios, i, j, scale).map(|pair| pair.ratio());
-            let finding = isolate(&voters, ratio);
-            for (i, worst) in worst.iter_mut().enumerate() {
-                let others = (0..UNITS).filter(|j| *j != i && voters.get(*j).copied().unwrap_or(false));
-                *worst = others.filter_map(|j| ratio(i, j)).fold(*worst, |a, b| a.max(b));
-            }
-            disagrees |= finding != Finding::Agreement;
+            let squared = |i, j| comparisons.of(i, j)?.ratio_squared(scale);
+            let finding = isolate(&voters, squared);
             let dwell = DWELL.get(scale).copied().unwrap_or(u8::MAX);
             let lasted = self
                 .streaks
@@ -365,24 +370,47 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             match finding {
                 Finding::Agreement => {}
                 Finding::Odd(unit) => {
-                    self.find_out_of_family(usize::from(unit), scale, &voters, ratios, tell)
+                    self.find_out_of_family(usize::from(unit), scale, &voters, comparisons, tell);
                 }
-                Finding::Ambiguous(i, j) => self.begin_dispute([i, j], scale, case, ratios, tell),
+                Finding::Ambiguous(i, j) => self.begin_dispute([i, j], scale, case, comparisons, tell),
             }
         }
-        self.worst = worst;
-        self.disagreed |= disagrees;
-        disagrees
+        true
+    }
+
+    /// Keeps the worst of each unit with those that are not guilty; whether any two of these disagree.
+    fn note_worst(&mut self, voters: &[bool; UNITS], comparisons: &Comparisons<T, UNITS>) -> bool {
+        let votes = |unit: usize| voters.get(unit).copied().unwrap_or(false);
+        self.worst_squared = [T::zero(); UNITS];
+        let mut disagree = false;
+        for ([i, j], comparison) in comparisons.pairs() {
+            let worst = comparison.worst_squared();
+            disagree |= votes(i) && votes(j) && worst > T::one();
+            for (unit, other) in [(i, j), (j, i)] {
+                if let Some(most) = self.worst_squared.get_mut(unit).filter(|_| votes(other)) {
+                    *most = most.max(worst);
+                }
+            }
+        }
+        disagree
     }
 
     /// Of three units and more, the one that a witness contradicts, and no other, and without which the others agree closely.
-    fn find_witnessed(&mut self, case: &Case<'_, T, UNITS>, ratios: &Ratios<T, UNITS>, tell: Tell<'_, T>) {
+    fn find_witnessed(
+        &mut self,
+        case: &Case<'_, T, UNITS>,
+        comparisons: &Comparisons<T, UNITS>,
+        tell: Tell<'_, T>,
+    ) {
         let Some(testimony) = case.testimony else { return };
         let voters: [bool; UNITS] = core::array::from_fn(|unit| case.votes(unit) && !self.is_guilty(unit));
         for scale in 0..SCALES {
             // What is half as far apart, but otherwise the same as without a witness.
-            let ratio = |i, j| at(ratios, i, j, scale).map(|pair| pair.ratio() / real(WITNESSED_APART));
-            let Finding::Odd(unit) = isolate(&voters, ratio) else {
+            let squared = |i, j| {
+                let squared = comparisons.of(i, j)?.ratio_squared(scale)?;
+                Some(squared / real(WITNESSED_APART * WITNESSED_APART))
+            };
+            let Finding::Odd(unit) = isolate(&voters, squared) else {
                 continue;
             };
             let unit = usize::from(unit);
@@ -403,23 +431,25 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         unit: usize,
         scale: usize,
         voters: &[bool; UNITS],
-        ratios: &Ratios<T, UNITS>,
+        comparisons: &Comparisons<T, UNITS>,
         tell: Tell<'_, T>,
     ) {
         let others = voters
             .iter()
             .enumerate()
             .filter(|(other, votes)| **votes && *other != unit);
-        let (mut agreeing, mut worst) = (0_u8, None::<Disagreement<T>>);
+        let (mut agreeing, mut worst) = (0_u8, None::<(usize, T)>);
         for (other, _) in others {
             agreeing |= u32::try_from(other).map_or(0, |bit| 1_u8.checked_shl(bit).unwrap_or(0));
-            if let Some(pair) = at(ratios, unit, other, scale)
-                && worst.is_none_or(|worst| pair.ratio() > worst.ratio())
+            let pair = comparisons.of(unit, other);
+            if let Some(squared) = pair.and_then(|pair| pair.ratio_squared(scale))
+                && worst.is_none_or(|(_, worst)| squared > worst)
             {
-                worst = Some(pair);
+                worst = Some((other, squared));
             }
         }
-        if let Some(figures) = worst
+        let figures = worst.and_then(|(other, _)| comparisons.of(unit, other)?.figures(scale));
+        if let Some(figures) = figures
             && self.condemn(unit)
         {
             self.end_dispute();
@@ -437,14 +467,14 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         units: [u8; 2],
         scale: usize,
         case: &Case<'_, T, UNITS>,
-        ratios: &Ratios<T, UNITS>,
+        comparisons: &Comparisons<T, UNITS>,
         tell: Tell<'_, T>,
     ) {
         if self.dispute.is_some() {
             return;
         }
         let [i, j] = units.map(usize::from);
-        let Some(figures) = at(ratios, i, j, scale) else {
+        let Some(figures) = comparisons.of(i, j).and_then(|pair| pair.figures(scale)) else {
             return;
         };
         if self.evidence_of != units {
@@ -474,7 +504,12 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     }
 
     /// Looks for what names one of two, and ends the dispute where that is found or where they agree again.
-    fn settle_dispute(&mut self, case: &Case<'_, T, UNITS>, ratios: &Ratios<T, UNITS>, tell: Tell<'_, T>) {
+    fn settle_dispute(
+        &mut self,
+        case: &Case<'_, T, UNITS>,
+        comparisons: &Comparisons<T, UNITS>,
+        tell: Tell<'_, T>,
+    ) {
         let Some(mut dispute) = self.dispute else {
             self.evidence.fade(case.window.length);
             return;
@@ -482,9 +517,9 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         let units = dispute.units.map(usize::from);
         let [i, j] = units;
         dispute.windows = dispute.windows.saturating_add(1);
-        let apart = (0..SCALES)
-            .filter_map(|scale| at(ratios, i, j, scale))
-            .any(|pair| pair.ratio() > T::one());
+        let apart = comparisons
+            .of(i, j)
+            .is_some_and(|pair| pair.worst_squared() > T::one());
         dispute.calm = if apart { 0 } else { dispute.calm.saturating_add(1) };
         self.dispute = Some(dispute);
         let span = |windows: u16| case.window.length * count::<T>(windows.into());
@@ -550,8 +585,9 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         };
         let (a, b) = (left(i)?, left(j)?);
         let mean = |unit: usize| self.deviations.get(unit)?.mean(1, case.window.length);
-        let along = (mean(i)? - mean(j)?).dot(&case.direction);
-        let along = (sensor == Sensor::Accelerometer).then_some(along);
+        let apart = mean(i)? - mean(j)?;
+        let along = || apart.dot(&case.force) / case.force.norm().max(real(1e-3));
+        let along = (sensor == Sensor::Accelerometer).then(along);
         let first = by_rest(sensor, a, b, along).map(|proof| (i, proof));
         first.or_else(|| by_rest(sensor, b, a, along.map(|along| -along)).map(|proof| (j, proof)))
     }
@@ -575,7 +611,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     }
 
     /// Units at fault that have agreed with all others for long enough are so no more.
-    fn redeem(&mut self, case: &Case<'_, T, UNITS>, ratios: &Ratios<T, UNITS>, tell: Tell<'_, T>) {
+    fn redeem(&mut self, case: &Case<'_, T, UNITS>, comparisons: &Comparisons<T, UNITS>, tell: Tell<'_, T>) {
         let guilty = self.guilty;
         let units = self.guilty.iter_mut().zip(&mut self.redeemed).enumerate();
         for (unit, (is, redeemed)) in units.filter(|(_, (is, _))| **is) {
@@ -585,9 +621,9 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
                 .enumerate()
                 .filter(|(other, guilty)| *other != unit && !**guilty)
             {
-                for pair in (0..SCALES).filter_map(|scale| at(ratios, unit, other, scale)) {
+                if let Some(pair) = comparisons.of(unit, other).filter(|pair| pair.is_some()) {
                     compared = true;
-                    within &= pair.ratio() < real(REDEEMED_WITHIN);
+                    within &= pair.worst_squared() < real(REDEEMED_WITHIN * REDEEMED_WITHIN);
                 }
             }
             let quiet = self.scatters.get(unit).is_none_or(|scatter| !scatter.was_noisy());
@@ -606,7 +642,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     fn learn(
         &mut self,
         case: &Case<'_, T, UNITS>,
-        ratios: &Ratios<T, UNITS>,
+        comparisons: &Comparisons<T, UNITS>,
         shown: &mut ShownByPairs<T, UNITS>,
         disagrees: bool,
     ) {
@@ -617,18 +653,17 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         }
         self.disagreed = false;
         self.learnt = self.learnt.saturating_add(1);
-        for i in 0..UNITS {
-            for j in i.saturating_add(1)..UNITS {
-                let units = case.unit(i).zip(case.unit(j));
-                let fit = !self.is_guilty(i) && !self.is_guilty(j);
-                if let Some((a, b)) = units.filter(|_| fit) {
-                    self.learn_pair(case, [i, j], [a, b], ratios, shown);
-                }
+        let gains = Gains::after(window * count::<T>(self.learnt.into()), window);
+        for ([i, j], comparison) in comparisons.pairs() {
+            let within = comparison.worst_squared() < real(LEARNS_WITHIN * LEARNS_WITHIN);
+            let fit = within && !self.is_guilty(i) && !self.is_guilty(j);
+            if let Some(shown) = shown.of_mut(case.sensor, i, j).filter(|_| fit) {
+                shown.learn(case.sensor, comparison, &gains);
             }
         }
         for unit in 0..UNITS {
             let fit = case.votes(unit) && !self.is_guilty(unit);
-            let within = fit && self.worst(unit) < real(LEARNS_WITHIN);
+            let within = fit && self.worst_squared(unit) < real(LEARNS_WITHIN * LEARNS_WITHIN);
             let known = self.deviations.get_mut(unit).zip(self.scatters.get_mut(unit));
             let Some(((deviation, scatters), reading)) = known.zip(case.unit(unit)).filter(|_| within) else {
                 continue;
@@ -637,47 +672,10 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             scatters.learn(*case.sensor.of(&reading.scatter), window);
         }
     }
-
-    fn learn_pair(
-        &self,
-        case: &Case<'_, T, UNITS>,
-        [i, j]: [usize; 2],
-        units: [&UnitReading<T>; 2],
-        ratios: &Ratios<T, UNITS>,
-        shown: &mut ShownByPairs<T, UNITS>,
-    ) {
-        let Some(comparison) = ratios.get(i).and_then(|row| row.get(j)) else {
-            return;
-        };
-        let beyond = |pair: &Disagreement<T>| pair.ratio() >= real(LEARNS_WITHIN);
-        if comparison.iter().flatten().any(beyond) {
-            return;
-        }
-        let lesson = Lesson {
-            comparison,
-            strains: self.strains.scales(),
-            tolerance: &known(case.sensor, units).tolerance,
-            age: case.window.length * count::<T>(self.learnt.into()),
-            window: case.window.length,
-        };
-        if let Some(shown) = shown.of_mut(case.sensor, i, j) {
-            shown.learn(case.sensor, &lesson);
-        }
-    }
 }
 
 fn seconds_of<T: Real>(scale: usize) -> T {
     tabulated(SECONDS.get(scale).copied().unwrap_or(0.0))
-}
-
-fn at<T: Real, const UNITS: usize>(
-    ratios: &Ratios<T, UNITS>,
-    i: usize,
-    j: usize,
-    scale: usize,
-) -> Option<Disagreement<T>> {
-    let (i, j) = (i.min(j), i.max(j));
-    ratios.get(i)?.get(j)?.get(scale).copied().flatten()
 }
 
 /// What is known of two units (docs/theory/judgement.md, table 1).

@@ -66,8 +66,8 @@ pub(crate) struct Surroundings<'a, T: Real, const UNITS: usize> {
     pub resting_rate: &'a Vector3<T>,
     /// Of each unit, accelerometer first: whether it is at fault.
     pub guilty: [[bool; 2]; UNITS],
-    /// How far each is from the others, as a share of what it may be.
-    pub worst: [[T; 2]; UNITS],
+    /// Square of how far each is from the others, as a share of what it may be.
+    pub worst_squared: [[T; 2]; UNITS],
     /// Whether nobody disagrees, so that what is usual may be learnt.
     pub calm: bool,
     /// Number of the window, and the length of one, microseconds and s.
@@ -181,10 +181,14 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
 
     /// Evidence fades, and does so at once where nothing is apart, or where it has done what it was for.
     fn forget(&mut self, around: &Surroundings<'_, T, UNITS>) {
-        let units = self.against.iter_mut().zip(&around.guilty).zip(&around.worst);
+        let units = self
+            .against
+            .iter_mut()
+            .zip(&around.guilty)
+            .zip(&around.worst_squared);
         for ((against, guilty), worst) in units {
             for (sensor, against) in SENSORS.into_iter().zip(against) {
-                let apart = *sensor.of(worst) > real(APART);
+                let apart = *sensor.of(worst) > real(APART * APART);
                 against.evidence = if apart && !*sensor.of(guilty) {
                     against.evidence - against.evidence * (around.length / real(REMEMBERED))
                 } else {
