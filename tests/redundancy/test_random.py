@@ -18,6 +18,7 @@ CHOICES = {
     "highest_rung": ("offset", "gain", "affine", "affine and lever arm"),
     "return_after": (0.5, 5.0, None),
     "vector_check": (True, False),
+    "fit_rests": (True, False),
     "calibrated_only": (True, False),
 }
 

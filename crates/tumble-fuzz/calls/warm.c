@@ -51,6 +51,7 @@ void usual_redundancy_settings(tumble_redundancy_settings *settings)
     settings->scope = draw_below(2);
     settings->highest_rung = draw_below(4);
     settings->vector_check = draw_once_in(2);
+    settings->fit_rests = !draw_once_in(4);
     settings->calibrated_only = draw_once_in(2);
     settings->return_after = draw_once_in(2) ? SECOND : 0;
 }

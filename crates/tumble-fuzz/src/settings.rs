@@ -88,6 +88,7 @@ fn choose(draw: &mut Draw, settings: &mut RedundancySettings<f32>) {
     settings.evaluation.evaluate_after_start = !draw.once_in(4);
     settings.collection.scope = draw.pick(&[Scope::AllSensors, Scope::TriggeringSensor]);
     settings.fit.highest_rung = draw.pick(&[Rung::Offset, Rung::Gain, Rung::Affine, Rung::AffineAndLeverArm]);
+    settings.fit.fit_rests = !draw.once_in(4);
     let thresholds = &mut settings.evaluation.thresholds;
     for (threshold, fixed) in [
         (&mut thresholds.secondary.accelerometer, 0.1),

@@ -327,6 +327,12 @@ pub fn redundancy<T: Real + Field>() -> Vec<Setting<RedundancySettings<T>>> {
             "Top of the ladder: the highest rung up to it that the motion shows is used."
         ),
         row!(
+            fit.fit_rests,
+            "",
+            Any,
+            "Fit to means at rests at which the primary is valid as well as to pairs in motion."
+        ),
+        row!(
             fit.excitation.specific_force as excitation_specific_force,
             "m/s^2",
             Positive,

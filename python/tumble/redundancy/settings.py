@@ -41,8 +41,8 @@ class RedundancySettings(MonitorSettings):
 
     @classmethod
     def as_published(cls) -> RedundancySettings:
-        """Give those of the literature: thresholds on the norm, an offset an axis, which always replaces."""
-        return cls(vector_check=False, highest_rung="offset", adoption="always")
+        """Give those of the literature: thresholds on the norm, an offset an axis from motion, which replaces."""
+        return cls(vector_check=False, highest_rung="offset", fit_rests=False, adoption="always")
 
     @classmethod
     def load(cls, path: Path | str) -> RedundancySettings:

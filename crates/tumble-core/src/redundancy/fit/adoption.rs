@@ -99,9 +99,11 @@ pub struct FitCandidate<'a, T: Real> {
     pub axes: [bool; 3],
     /// Channels of the pairs.
     pub layout: Layout,
-    /// Fitted to the pairs of every other second.
+    /// Fitted to the pairs of every other second, and to the rests.
     pub half: &'a Fit<T>,
-    /// Fitted to all pairs: what would be stored.
+    /// Fitted to all pairs alone: what was fitted to a rest cannot be held against it.
+    pub motion: &'a Fit<T>,
+    /// Fitted to all pairs and rests: what would be stored.
     pub whole: &'a Fit<T>,
     /// What is stored.
     pub stored: &'a RelativeError<T>,
@@ -180,13 +182,13 @@ impl<T: Real> FitCandidate<'_, T> {
         let spread = self.all.covariance_of(time, time).max(T::default_epsilon());
         let duration_over_spread = (spread * real(12.0)).sqrt() / spread;
         self.present().fold(T::zero(), |most, i| {
-            let residual = RowResidual::new(&self.whole.error, self.stored, &self.layout, i);
+            let residual = RowResidual::new(&self.motion.error, self.stored, &self.layout, i);
             most.max(residual.covariance_with(self.all, time).abs() * duration_over_spread) // eq. 13
         })
     }
 
     fn apart_at_rest(&self) -> T {
-        let apart = self.rest.second - self.whole.error.predict(&self.rest.first);
+        let apart = self.rest.second - self.motion.error.predict(&self.rest.first);
         self.present()
             .fold(T::zero(), |sum, i| sum + apart[i] * apart[i])
             .sqrt()

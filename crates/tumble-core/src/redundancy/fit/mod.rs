@@ -11,6 +11,7 @@ pub mod adoption;
 mod excitation;
 pub mod joint_moments;
 pub mod residual;
+pub mod rests;
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -18,6 +19,7 @@ use crate::model::times;
 use crate::real::{Real, count, real};
 use crate::redundancy::fit::excitation::ExcitedDirections;
 use crate::redundancy::fit::residual::{Layout, PairMoments, RowResidual};
+use crate::redundancy::fit::rests::{RowPairs, WeighedRests};
 use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::samples::pair::FORCE_CHANNELS;
 use crate::redundancy::settings::Rung;
@@ -35,6 +37,8 @@ pub struct PrimaryNoise<T: Real> {
 pub struct FitProblem<'a, T: Real> {
     /// The pairs.
     pub pairs: &'a dyn PairMoments<T>,
+    /// Rests that count beside them; `None` where the pairs are to stand alone.
+    pub rests: Option<WeighedRests<'a, T>>,
     /// Their channels.
     pub layout: Layout,
     /// Axes that the sensor has.
@@ -123,9 +127,11 @@ const SHARED: f64 = 1.5; // eq. 12: kappa
 /// A weighted sum of channels of a pair.
 type ChannelSum<T, const TERMS: usize> = [(usize, T); TERMS];
 
-/// The covariances a pass needs, with the primary taken to where the lever arm is believed to put the secondary.
+/// The covariances a pass needs of a row, with the primary taken to where the lever arm is believed to put the secondary.
 struct PassMoments<'a, 'b, T: Real> {
     problem: &'a FitProblem<'b, T>,
+    /// Pairs, and rests as they count in this row.
+    pairs: RowPairs<'a, T>,
     /// Change of the lever arm so far.
     change: Vector3<T>,
 }
@@ -183,7 +189,7 @@ impl<T: Real> PassMoments<'_, '_, T> {
     fn covariance(&self, a: &[(usize, T)], b: &[(usize, T)]) -> T {
         let pairs = a.iter().flat_map(|a| b.iter().map(move |b| (a, b)));
         pairs.fold(T::zero(), |sum, ((i, a), (j, b))| {
-            sum + *a * *b * self.problem.pairs.covariance_of(*i, *j)
+            sum + *a * *b * self.pairs.covariance_of(*i, *j)
         })
     }
 
@@ -228,12 +234,13 @@ impl<T: Real> FitProblem<'_, T> {
 
     /// A step of Gauss and Newton from `m` and `arm`.
     fn pass(&self, m: &Matrix3<T>, arm: &Vector3<T>) -> LadderPass<T> {
-        let sums = PassMoments {
+        let sums: [PassMoments<'_, '_, T>; 3] = core::array::from_fn(|i| PassMoments {
             problem: self,
+            pairs: self.row_pairs(i),
             change: arm - self.stored.lever_arm,
-        };
-        let excited = self.excited(&sums.motion());
-        let rows: [RowMoments<T>; 3] = core::array::from_fn(|i| sums.row(m, i));
+        });
+        let excited = core::array::from_fn(|i| self.excited(&sums[i].motion(), i));
+        let rows: [RowMoments<T>; 3] = core::array::from_fn(|i| sums[i].row(m, i));
         let lever = self.lever(&rows, &excited);
         let unexplained = self
             .present(&rows, &excited)
@@ -254,18 +261,22 @@ impl<T: Real> FitProblem<'_, T> {
         }
     }
 
-    /// For each row of M the directions it may be fitted along.
-    fn excited(&self, motion: &Matrix3<T>) -> [ExcitedDirections<T>; 3] {
+    fn row_pairs(&self, row: usize) -> RowPairs<'_, T> {
+        RowPairs::new(self.pairs, self.layout, self.rests.as_ref(), row)
+    }
+
+    /// The directions along which row `i` of M may be fitted.
+    fn excited(&self, motion: &Matrix3<T>, i: usize) -> ExcitedDirections<T> {
         let least = self.excitation * self.excitation;
         let complete = self.axes == [true; 3];
-        core::array::from_fn(|i| match self.highest {
+        match self.highest {
             _ if !self.axes[i] => ExcitedDirections::nothing(),
             Rung::Offset => ExcitedDirections::nothing(),
             Rung::Affine | Rung::AffineAndLeverArm if complete => ExcitedDirections::of(*motion, least),
             Rung::Gain | Rung::Affine | Rung::AffineAndLeverArm => {
                 ExcitedDirections::along_axis(motion, i, least)
             }
-        })
+        }
     }
 
     fn present<'c>(
@@ -292,16 +303,24 @@ impl<T: Real> FitProblem<'_, T> {
 
     fn conclude(&self, pass: &LadderPass<T>) -> Option<Fit<T>> {
         let excited = &pass.excited;
-        let means = |first: usize| Vector3::from_fn(|i, _| self.pairs.mean_of(first + i));
-        let motion = means(0);
-        let lever = self.layout.lever.map_or(Matrix3::zeros(), |first| {
-            Matrix3::from_fn(|l, k| self.pairs.mean_of(first + 3 * l + k))
+        let sums: [RowPairs<'_, T>; 3] = core::array::from_fn(|i| self.row_pairs(i));
+        let motions: [Vector3<T>; 3] =
+            core::array::from_fn(|i| Vector3::from_fn(|j, _| sums[i].mean_of(j)));
+        // At row i of M W, as much of it as the rests leave.
+        let arms: [Vector3<T>; 3] = core::array::from_fn(|i| {
+            let lever = self.layout.lever.map_or(Matrix3::zeros(), |first| {
+                Matrix3::from_fn(|l, k| sums[i].mean_of(first + 3 * l + k))
+            });
+            lever.tr_mul(&pass.matrix.row(i).transpose())
         });
         let stored = self.stored;
-        let explained = (pass.matrix - stored.matrix) * motion
-            + pass.matrix * (lever * (pass.lever_arm - stored.lever_arm));
-        let change = means(self.layout.second) - explained;
-        let bias = stored.bias + Vector3::from_fn(|i, _| if self.axes[i] { change[i] } else { T::zero() });
+        let bias = stored.bias
+            + Vector3::from_fn(|i, _| {
+                let explained = (pass.matrix.row(i) - stored.matrix.row(i)).transpose().dot(&motions[i])
+                    + arms[i].dot(&(pass.lever_arm - stored.lever_arm));
+                let change = sums[i].mean_of(self.layout.second + i) - explained;
+                if self.axes[i] { change } else { T::zero() }
+            });
         let error = RelativeError::new(pass.matrix, bias, pass.lever_arm)?;
         let directions = excited.iter().fold(0, |most, row| row.directions.max(most));
         let pairs = self.pairs.samples();
@@ -317,10 +336,11 @@ impl<T: Real> FitProblem<'_, T> {
             excited[i].inverse * variance[i] + by_lever // eq. 11: cov Delta_i
         });
         let bias_sigma = Vector3::from_fn(|i, _| {
-            let arm = (pass.matrix * lever).row(i).transpose();
+            let (motion, arm) = (motions[i], arms[i]);
             let across = -carried_by_lever[i] * lever_arm_covariance * arm;
             let spread = motion.dot(&(row_covariance[i] * motion)) + arm.dot(&(lever_arm_covariance * arm));
-            (variance[i] + spread + motion.dot(&across) * real(2.0))
+            let of_mean = variance[i] * sums[i].variance_of_mean();
+            (of_mean + spread + motion.dot(&across) * real(2.0))
                 .max(T::zero())
                 .sqrt()
         });

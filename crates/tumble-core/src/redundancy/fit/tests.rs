@@ -56,6 +56,7 @@ fn problem<'a>(
 ) -> FitProblem<'a, f64> {
     FitProblem {
         pairs,
+        rests: None,
         layout,
         axes: [true; 3],
         noise: PrimaryNoise {

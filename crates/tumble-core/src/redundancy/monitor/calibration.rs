@@ -2,17 +2,19 @@
 
 use nalgebra::Matrix3;
 
-use crate::real::{Real, SECOND, real, seconds};
+use crate::real::{Real, SECOND, count, real, seconds};
 use crate::redundancy::evaluation::StoredCalibration;
 use crate::redundancy::fit::adoption::{AdoptionRefusal, FitCandidate, Residuals, RestReadings};
 use crate::redundancy::fit::joint_moments::JointMoments;
 use crate::redundancy::fit::residual::{
     FORCE_LAYOUT, FORCE_PACKED, Layout, PairMoments, RATE_LAYOUT, RATE_PACKED,
 };
+use crate::redundancy::fit::rests::{RestWeighing, Rests, WeighedRests};
 use crate::redundancy::fit::{Fit, FitProblem, PrimaryNoise};
 use crate::redundancy::monitor::event::Abandoned;
 use crate::redundancy::platform::MountedUnit;
 use crate::redundancy::relative_error::RelativeError;
+use crate::redundancy::samples::history::RestMean;
 use crate::redundancy::samples::pair::{FORCE_CHANNELS, MotionPair, RATE_CHANNELS};
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::{CollectionSettings, RedundancySettings};
@@ -38,6 +40,16 @@ pub struct RestBefore<T: Real> {
     pub secondary: [T; CHANNELS],
 }
 
+/// Means of both over the same rest, as read.
+pub struct RestPair<'a, T: Real> {
+    /// Of the primary.
+    pub primary: &'a RestMean<T>,
+    /// Of the secondary.
+    pub secondary: &'a RestMean<T>,
+    /// Sensors of the primary that were found valid at it, accelerometer first.
+    pub valid: [bool; 2],
+}
+
 /// Calibration mode of one secondary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CalibrationRun<T: Real> {
@@ -48,6 +60,9 @@ pub struct CalibrationRun<T: Real> {
     rest: RestBefore<T>,
     forces: Halves<T, FORCE_CHANNELS, FORCE_PACKED>,
     rates: Halves<T, RATE_CHANNELS, RATE_PACKED>,
+    rests: [Rests<T>; 2],
+    /// Whether it moved since the last rest that was taken.
+    moved: bool,
 }
 
 /// Pairs of even seconds, to be fitted, and of odd ones, held out.
@@ -117,6 +132,33 @@ impl<T: Real> CalibrationRun<T> {
             rest,
             forces: Halves::new(),
             rates: Halves::new(),
+            rests: [Rests::new(); 2],
+            moved: true,
+        }
+    }
+
+    /// Takes in means at rest, once a rest, of sensors of which the primary is valid. What is `stored` must stay the same
+    /// meanwhile.
+    pub fn take_rest(
+        &mut self,
+        unit: &MountedUnit<T>,
+        rest: &RestPair<'_, T>,
+        stored: &[StoredCalibration<T>; 2],
+    ) {
+        if !core::mem::replace(&mut self.moved, false) {
+            return;
+        }
+        for ((sensor, rests), stored) in SENSORS.into_iter().zip(&mut self.rests).zip(stored) {
+            if !sensor.of(&rest.valid) || !unit.axes.any(sensor) {
+                continue;
+            }
+            let said = |mean: &RestMean<T>| sensor.triad(mean.mean());
+            let noise = |mean: &RestMean<T>| {
+                sensor.triad(&mean.variance()).sum() / (count::<T>(3) * count(mean.windows().max(1)))
+            };
+            let first = unit.sensor_from_primary * said(rest.primary);
+            let beyond = said(rest.secondary) - stored.error.predict(&first);
+            rests.push(&first, &beyond, noise(rest.primary) + noise(rest.secondary));
         }
     }
 
@@ -162,6 +204,7 @@ impl<T: Real> CalibrationRun<T> {
         usable: [bool; 2],
         stored: &[StoredCalibration<T>; 2],
     ) {
+        self.moved = true;
         let second = time / SECOND;
         let age = seconds::<T>(time.saturating_sub(self.since));
         let [accelerometer, gyroscope] = usable;
@@ -226,6 +269,7 @@ impl<T: Real> CalibrationRun<T> {
             settings,
             rest: self.rest_pair(sensor, unit),
             noise: self.noise(sensor, unit, settings.window),
+            rests: sensor.of(&self.rests),
         };
         match sensor {
             Sensor::Accelerometer => {
@@ -267,6 +311,7 @@ struct Trial<'a, T: Real> {
     settings: &'a RedundancySettings<T>,
     rest: RestReadings<T>,
     noise: PrimaryNoise<T>,
+    rests: &'a Rests<T>,
 }
 
 impl<T: Real> Trial<'_, T> {
@@ -282,15 +327,24 @@ impl<T: Real> Trial<'_, T> {
         if pairs < needed || fitted.samples() == 0 || held_out.samples() == 0 {
             return Err(AdoptionRefusal::TooFewPairs { pairs, needed });
         }
-        let half = self.fit(fitted, layout)?;
+        let half = self.fit(fitted, layout, None)?;
         // Both halves hold every other second: what residuals have in common over a second shows between them.
-        let times = half.disagreement(&self.fit(held_out, layout)?).max(T::one());
-        let whole = self.fit(all, layout)?.less_certain(times);
+        let times = half.disagreement(&self.fit(held_out, layout, None)?).max(T::one());
+        let motion = self.fit(all, layout, None)?;
+        let (half, whole) = match self.weighed(all, layout, &motion, times)? {
+            None => (half, motion),
+            Some(rests) => (
+                self.fit(fitted, layout, Some(rests))?,
+                self.fit(all, layout, Some(rests))?,
+            ),
+        };
+        let whole = whole.less_certain(times);
         let candidate = FitCandidate {
             sensor: self.sensor,
             axes: *self.unit.axes.of(self.sensor),
             layout,
             half: &half,
+            motion: &motion,
             whole: &whole,
             stored: self.stored,
             held_out,
@@ -305,11 +359,49 @@ impl<T: Real> Trial<'_, T> {
         })
     }
 
-    fn fit(&self, pairs: &dyn PairMoments<T>, layout: Layout) -> Result<Fit<T>, AdoptionRefusal<T>> {
+    /// What the rests count for; `None` where there are none, or none are wanted.
+    fn weighed(
+        &self,
+        pairs: &dyn PairMoments<T>,
+        layout: Layout,
+        alone: &Fit<T>,
+        times: T,
+    ) -> Result<Option<WeighedRests<'_, T>>, AdoptionRefusal<T>> {
+        if self.rests.number() == 0 || !self.settings.fit.fit_rests {
+            return Ok(None);
+        }
+        let weighing = RestWeighing {
+            problem: &self.problem(pairs, layout, None),
+            alone,
+            times,
+            sensor: self.sensor,
+            rests: self.rests,
+        };
+        let usual = self.fit(pairs, layout, Some(weighing.first()))?;
+        Ok(Some(weighing.again(&usual)))
+    }
+
+    fn fit(
+        &self,
+        pairs: &dyn PairMoments<T>,
+        layout: Layout,
+        rests: Option<WeighedRests<'_, T>>,
+    ) -> Result<Fit<T>, AdoptionRefusal<T>> {
+        let problem = self.problem(pairs, layout, rests);
+        problem.solve().ok_or(AdoptionRefusal::Unsolvable)
+    }
+
+    fn problem<'b>(
+        &'b self,
+        pairs: &'b dyn PairMoments<T>,
+        layout: Layout,
+        rests: Option<WeighedRests<'b, T>>,
+    ) -> FitProblem<'b, T> {
         let settings = &self.settings.fit;
         let unknown_arm = self.sensor == Sensor::Accelerometer && self.unit.lever_arm.is_none();
-        let problem = FitProblem {
+        FitProblem {
             pairs,
+            rests,
             layout,
             axes: *self.unit.axes.of(self.sensor),
             noise: self.noise,
@@ -317,7 +409,6 @@ impl<T: Real> Trial<'_, T> {
             highest: settings.highest_rung,
             excitation: settings.excitation.of(self.sensor),
             lever_arm_excitation: unknown_arm.then_some(settings.excitation_lever_arm),
-        };
-        problem.solve().ok_or(AdoptionRefusal::Unsolvable)
+        }
     }
 }

@@ -3,7 +3,7 @@
 use crate::real::Real;
 use crate::redundancy::evaluation::{Deviation, PrimaryAtRest, SecondaryAtRest};
 use crate::redundancy::gate::{Decision, Findings, Withheld};
-use crate::redundancy::monitor::calibration::{CalibrationRun, RestBefore};
+use crate::redundancy::monitor::calibration::{CalibrationRun, RestBefore, RestPair};
 use crate::redundancy::monitor::event::{Abandoned, Check, Event, EventKind};
 use crate::redundancy::monitor::rest_state::Purpose;
 use crate::redundancy::monitor::{Monitor, Report, abandon};
@@ -57,6 +57,25 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         for number in 1..UNITS {
             self.evaluate_secondary(platform, number, fewest, (valid, purpose), time, report);
         }
+        self.take_rest(platform, fewest, valid);
+    }
+
+    /// Hands the means of this rest to the calibrations under way.
+    fn take_rest(&mut self, platform: &Platform<T, UNITS>, fewest: u64, valid: [bool; 2]) -> Option<()> {
+        let primary = self.rest_means.first()?;
+        for calibration in self.calibrations.iter_mut().flatten() {
+            let number = calibration.secondary();
+            let (secondary, stored) = (self.rest_means.get(number)?, self.stored.get(number)?);
+            if u64::from(primary.windows().min(secondary.windows())) >= fewest.max(1) {
+                let rest = RestPair {
+                    primary,
+                    secondary,
+                    valid,
+                };
+                calibration.take_rest(platform.units().get(number)?, &rest, stored);
+            }
+        }
+        Some(())
     }
 
     fn evaluate_primary(

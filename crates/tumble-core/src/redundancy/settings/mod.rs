@@ -134,6 +134,8 @@ pub struct CollectionSettings<T: Real> {
 pub struct FitSettings<T: Real> {
     /// Top of the ladder.
     pub highest_rung: Rung,
+    /// Whether means at rest count beside the pairs in motion.
+    pub fit_rests: bool,
     /// Standard deviation of the motion along a direction from which on the matrix is fitted along it.
     pub excitation: ForceAndRate<T>,
     /// Root mean square of the specific force that a lever arm of one metre would cause along a direction from which on
@@ -281,6 +283,7 @@ impl<T: Real> Default for RedundancySettings<T> {
             },
             fit: FitSettings {
                 highest_rung: Rung::AffineAndLeverArm,
+                fit_rests: true,
                 excitation: both(0.5, 0.2),
                 excitation_lever_arm: real(2.0),
             },

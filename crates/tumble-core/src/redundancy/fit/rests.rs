@@ -1,0 +1,305 @@
+//! Means at rest beside the pairs in motion: what each counts for in a fit (docs/theory/redundancy.md, eq. 16 to 19).
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::eigen;
+use crate::real::{Real, count, real};
+use crate::redundancy::fit::joint_moments::{JointMoments, packed};
+use crate::redundancy::fit::residual::{Layout, PairMoments, RowResidual};
+use crate::redundancy::fit::{Fit, FitProblem, SHARED};
+use crate::redundancy::relative_error::RelativeError;
+use crate::redundancy::sensor::Sensor;
+
+/// Channels of a rest: primary 3, in the axes of the secondary, and secondary 3, beyond what is stored.
+pub const REST_CHANNELS: usize = 6;
+
+/// First of the three of the secondary.
+const SECOND: usize = 3;
+
+/// Rests that the drift between rests counts for before any was seen.
+const DRIFT_RESTS: f64 = 4.0;
+
+/// Share of the square of gravity that rests have to have had along a direction to have shown it.
+const SEEN: f64 = 0.5;
+
+/// Most that all rests together may count for, in the pairs there are: single precision keeps enough digits of both.
+const MOST: f64 = 1e3;
+
+/// Drift of the difference of two sensors from rest to rest, 1 sigma an axis, m/s^2 or rad/s.
+fn drift<T: Real>(sensor: Sensor) -> T {
+    match sensor {
+        Sensor::Accelerometer => real(0.003),
+        Sensor::Gyroscope => real(0.0003),
+    }
+}
+
+/// What vibration and warming make of a bias in motion that it is not at rest, 1 sigma an axis, m/s^2 or rad/s.
+fn from_motion<T: Real>(sensor: Sensor) -> T {
+    match sensor {
+        Sensor::Accelerometer => real(0.005),
+        Sensor::Gyroscope => real(0.0005),
+    }
+}
+
+/// Means of primary and secondary at rests, one pair of means for each rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rests<T: Real> {
+    moments: JointMoments<T, REST_CHANNELS, { packed(REST_CHANNELS) }>,
+    /// Variance that noise leaves in the difference of two means, on average over the rests and axes.
+    noise: T,
+}
+
+impl<T: Real> Default for Rests<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real> Rests<T> {
+    /// None yet.
+    pub fn new() -> Self {
+        Self {
+            moments: JointMoments::new(),
+            noise: T::zero(),
+        }
+    }
+
+    /// Takes in a rest: what the primary says, what the secondary says beyond what is stored, and the variance of the
+    /// difference of the two means.
+    pub fn push(&mut self, first: &Vector3<T>, beyond: &Vector3<T>, noise: T) {
+        self.moments
+            .push(&[first.x, first.y, first.z, beyond.x, beyond.y, beyond.z]);
+        self.noise += (noise - self.noise) / count(self.moments.samples());
+    }
+
+    /// How many.
+    pub fn number(&self) -> u32 {
+        self.moments.samples()
+    }
+
+    /// Mean of what the primary says.
+    pub(super) fn first(&self) -> Vector3<T> {
+        Vector3::from_fn(|j, _| self.moments.mean_of(j))
+    }
+
+    /// Covariance of it.
+    pub(super) fn motion(&self) -> Matrix3<T> {
+        Matrix3::from_fn(|j, k| self.moments.covariance_of(j, k))
+    }
+
+    /// Mean and variance of what an error leaves of an axis, of which what is stored was taken off already.
+    pub(super) fn left(&self, error: &RelativeError<T>, stored: &RelativeError<T>, row: usize) -> [T; 2] {
+        let change = |l: usize| {
+            let m = |error: &RelativeError<T>| error.matrix.get((row, l)).copied();
+            m(stored).zip(m(error)).map_or(T::zero(), |(before, now)| before - now)
+        };
+        let bias = |error: &RelativeError<T>| error.bias.get(row).copied().unwrap_or(T::zero());
+        let terms = [(0, change(0)), (1, change(1)), (2, change(2)), (SECOND + row, T::one())];
+        let mean = terms.iter().fold(bias(stored) - bias(error), |sum, (i, weight)| {
+            sum + *weight * self.moments.mean_of(*i)
+        });
+        let products = terms.iter().flat_map(|a| terms.iter().map(move |b| (a, b)));
+        let variance = products.fold(T::zero(), |sum, ((i, a), (j, b))| {
+            sum + *a * *b * self.moments.covariance(*i, *j)
+        });
+        [mean, variance.max(T::zero())]
+    }
+
+    /// The part of a vector in directions along which no rest had gravity; a gyroscope has all directions at every rest
+    /// (docs/theory/redundancy.md, eq. 21).
+    pub fn unsupported(&self, sensor: Sensor, vector: &Vector3<T>) -> Vector3<T> {
+        let rests = self.number();
+        if rests == 0 || sensor == Sensor::Gyroscope {
+            return if rests == 0 { *vector } else { Vector3::zeros() };
+        }
+        let mean = self.first();
+        let squares = (self.motion() + mean * mean.transpose()) * count::<T>(rests);
+        let (values, vectors) = eigen::symmetric(squares);
+        let enough = squares.trace() / count(rests) * real(SEEN);
+        let directions = values.iter().zip(vectors.column_iter());
+        directions.filter(|(value, _)| **value >= enough).fold(*vector, |left, (_, v)| {
+            left - v * v.dot(vector) // eq. 21
+        })
+    }
+}
+
+/// What rests count for in a row of a fit, in pairs in motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RestWeight<T: Real> {
+    /// Each by itself, about their mean.
+    each: T,
+    /// Their mean, against the mean of the pairs.
+    mean: T,
+}
+
+/// Rests, and what they count for in each row.
+#[derive(Clone, Copy)]
+pub struct WeighedRests<'a, T: Real> {
+    /// Their moments.
+    pub rests: &'a Rests<T>,
+    /// What they count for.
+    pub weights: [RestWeight<T>; 3],
+}
+
+/// Pairs and rests, and what the pairs say alone.
+pub struct RestWeighing<'a, 'r, T: Real> {
+    /// Of the pairs alone.
+    pub problem: &'a FitProblem<'a, T>,
+    /// Its solution.
+    pub alone: &'a Fit<T>,
+    /// How much less certain pairs are than their number says.
+    pub times: T,
+    /// Which sensor.
+    pub sensor: Sensor,
+    /// The rests.
+    pub rests: &'r Rests<T>,
+}
+
+impl<'r, T: Real> RestWeighing<'_, 'r, T> {
+    /// What the rests count for, with their scatter as it usually is.
+    pub fn first(&self) -> WeighedRests<'r, T> {
+        self.with(self.scatter(T::zero(), T::zero()))
+    }
+
+    /// The same with their scatter as they show it about a fit, that was made with what they counted for before.
+    pub fn again(&self, fit: &Fit<T>) -> WeighedRests<'r, T> {
+        let (number, motion) = (count::<T>(self.rests.number()), self.rests.motion());
+        let before = self.scatter(T::zero(), T::zero());
+        let (mut strayed, mut freedom) = (T::zero(), T::zero());
+        for i in self.present() {
+            let [_, variance] = self.rests.left(&fit.error, self.problem.stored, i);
+            // What the fit took from the rests themselves.
+            let taken = fit.row_covariance[i].component_mul(&motion).sum() * self.times / before;
+            strayed += number * variance;
+            freedom += (number * (T::one() - taken) - T::one()).max(T::zero());
+        }
+        self.with(self.scatter(strayed, freedom))
+    }
+
+    /// Variance of a mean at rest about what it usually is, from how far rests strayed from a fit over so many degrees of
+    /// freedom (docs/theory/redundancy.md, eq. 17).
+    fn scatter(&self, strayed: T, freedom: T) -> T {
+        let usual = drift::<T>(self.sensor);
+        let before = (usual * usual + self.rests.noise) * real(DRIFT_RESTS);
+        (before + strayed) / (freedom + real(DRIFT_RESTS)) // eq. 17
+    }
+
+    fn with(&self, scatter: T) -> WeighedRests<'r, T> {
+        let number = count::<T>(self.rests.number().max(1));
+        let of_mean = scatter / number + self.from_motion(scatter / number);
+        let finite = |weight: T| if weight.is_finite() { weight } else { T::zero() };
+        WeighedRests {
+            rests: self.rests,
+            weights: core::array::from_fn(|i| RestWeight {
+                each: finite(self.of_pair(i) / scatter), // eq. 16: w
+                mean: finite(self.of_pair(i) / of_mean), // eq. 16: n_0
+            }),
+        }
+    }
+
+    /// Variance of a pair, if all were independent.
+    fn of_pair(&self, row: usize) -> T {
+        let Self { problem, alone, .. } = self;
+        let residual = RowResidual::new(&alone.error, problem.stored, &problem.layout, row);
+        residual.variance(problem.pairs) * self.times * real(SHARED)
+    }
+
+    /// Variance of what the bias at rest is from that in motion: as usual, or as the pairs alone show it
+    /// (docs/theory/redundancy.md, eq. 18).
+    fn from_motion(&self, of_mean: T) -> T {
+        let usual = from_motion::<T>(self.sensor);
+        let pairs = self.problem.pairs;
+        let away = self.rests.first() - Vector3::from_fn(|j, _| pairs.mean_of(j));
+        let (mut shown, mut axes) = (T::zero(), T::zero());
+        for i in self.present() {
+            let [apart, _] = self.rests.left(&self.alone.error, self.problem.stored, i);
+            let of_pairs = away.dot(&(self.alone.row_covariance[i] * away)) * self.times
+                + self.of_pair(i) / count(pairs.samples().max(1));
+            shown += apart * apart - of_mean - of_pairs;
+            axes += T::one();
+        }
+        (shown / axes.max(T::one())).max(usual * usual) // eq. 18
+    }
+
+    fn present(&self) -> impl Iterator<Item = usize> {
+        let axes = self.problem.axes;
+        (0..3).filter(move |i| axes.get(*i) == Some(&true))
+    }
+}
+
+/// Moments of pairs and rests together as one row of a fit sees them, for each pair there is: covariances are centred sums
+/// over the number of pairs, so that rests add to what motion shows (docs/theory/redundancy.md, eq. 16).
+pub(super) struct RowPairs<'a, T: Real> {
+    pairs: &'a dyn PairMoments<T>,
+    layout: Layout,
+    rests: Option<&'a Rests<T>>,
+    /// What all rests count for about their mean, over the number of pairs.
+    within: T,
+    /// Share of the mean that is that of the rests.
+    share: T,
+}
+
+impl<'a, T: Real> RowPairs<'a, T> {
+    pub fn new(
+        pairs: &'a dyn PairMoments<T>,
+        layout: Layout,
+        rests: Option<&WeighedRests<'a, T>>,
+        row: usize,
+    ) -> Self {
+        let number: T = count(pairs.samples().max(1));
+        let weighed = rests.and_then(|all| Some((all.rests, all.weights.get(row)?)));
+        let (within, share) = weighed.map_or((T::zero(), T::zero()), |(rests, weight)| {
+            let within = weight.each * count(rests.number()) / number;
+            (within.min(real(MOST)), weight.mean / (weight.mean + number))
+        });
+        Self {
+            pairs,
+            layout,
+            rests: weighed.map(|(rests, _)| rests),
+            within,
+            share,
+        }
+    }
+
+    /// Variance of the mean of pairs and rests over that of the pairs alone.
+    pub fn variance_of_mean(&self) -> T {
+        T::one() - self.share // eq. 16
+    }
+
+    /// What a channel of the pairs is among those of the rests.
+    fn at_rest(&self, channel: usize) -> Option<usize> {
+        match channel.checked_sub(self.layout.second) {
+            Some(axis) => Some(SECOND + axis),
+            None => Some(channel).filter(|channel| *channel < SECOND),
+        }
+    }
+
+    /// What the rests are from the pairs in a channel; at rest no lever arm shows.
+    fn apart(&self, channel: usize) -> T {
+        let Some(rests) = self.rests.filter(|_| channel != self.layout.time) else {
+            return T::zero();
+        };
+        let rest = self.at_rest(channel);
+        rest.map_or(T::zero(), |rest| rests.moments.mean_of(rest)) - self.pairs.mean_of(channel)
+    }
+}
+
+impl<T: Real> PairMoments<T> for RowPairs<'_, T> {
+    fn samples(&self) -> u32 {
+        self.pairs.samples()
+    }
+
+    fn mean_of(&self, channel: usize) -> T {
+        self.pairs.mean_of(channel) + self.apart(channel) * self.share // eq. 16
+    }
+
+    fn covariance_of(&self, i: usize, j: usize) -> T {
+        let pairs = self.pairs.covariance_of(i, j);
+        let Some(rests) = self.rests else {
+            return pairs;
+        };
+        let among = self.at_rest(i).zip(self.at_rest(j));
+        let within = among.map_or(T::zero(), |(i, j)| rests.moments.covariance(i, j));
+        pairs + within * self.within + self.apart(i) * self.apart(j) * self.share // eq. 16
+    }
+}
