@@ -66,6 +66,8 @@ class Samples:
     """(n, 3) m/s^2."""
     angular_rate: FloatArray
     """(n, 3) rad/s."""
+    drift: dict[TriadName, FloatArray] = field(default_factory=dict)
+    """(n, 3) of the bias of each sensor, where it is known."""
 
     def of(self, sensor: TriadName) -> FloatArray:
         """Give the readings (n, 3) of a sensor."""
@@ -277,13 +279,14 @@ def _said(random: np.random.Generator, body: Body, unit: Unit, rotors: _Rotors) 
     stamps = instants + unit.offset + np.clip(JITTER * random.standard_normal(count), -2 * JITTER, 2 * JITTER)
     felt = _between(instants, np.hstack([body.specific_force + body.carried(unit.arm), body.angular_rate]))
     shaken = rotors.felt(random, instants, unit.rate_hz)
-    readings = []
+    readings, drifts = [], {}
     for sensor, name in enumerate(SENSORS):
         true = felt[:, 3 * sensor : 3 * sensor + 3] + shaken[sensor]
         noise = unit.noise[name] * random.standard_normal((count, 3))
-        bias = unit.bias[name] + _drift(random, instants, sensor)
+        drifts[name] = _drift(random, instants, sensor)
+        bias = unit.bias[name] + drifts[name]
         readings.append(np.ascontiguousarray(true @ unit.matrix[name].T + bias + noise))
-    return Samples(stamps, instants, *readings)
+    return Samples(stamps, instants, *readings, drifts)
 
 
 def _between(time: FloatArray, columns: FloatArray) -> FloatArray:
