@@ -19,6 +19,7 @@ from rich.progress import track
 from rich.table import Table
 
 from benchmarks import redundancy_board as board
+from benchmarks.redundancy_judgement import Event
 from benchmarks.redundancy_set import SENSORS, Samples, SimulatedSet, Unit, simulate_set
 from benchmarks.results import Content, machine, save
 from tumble import _core
@@ -42,7 +43,7 @@ Records = dict[tuple[int, TriadName], Mapping[str, object]]
 
 def adopted(
     told: Sequence[_core.RedundancyUnit], said: Sequence[Samples], settings: Mapping[str, object], rests: bool
-) -> tuple[Records, list[tuple[float, int, str, dict[str, object]]]]:
+) -> tuple[Records, list[Event]]:
     """Replay a set; give what it adopted first of each sensor, and all events."""
     monitor = _core.RedundancyMonitor(list(told), {**settings, "fit_rests": rests}, "f64")
     played = monitor.replay(
@@ -54,7 +55,7 @@ def adopted(
     for record in monitor.records():
         sensor: TriadName = "accelerometer" if record["sensor"] == "accelerometer" else "gyroscope"
         records[int(str(record["identity"])) - 1, sensor] = record
-    return records, list(played["events"])
+    return records, [(t, unit, what, dict(figures)) for t, unit, what, figures in played["events"]]
 
 
 def simulated(seed: int) -> tuple[SimulatedSet, float]:
@@ -66,10 +67,12 @@ def simulated(seed: int) -> tuple[SimulatedSet, float]:
     return simulate_set(random, 2, spans, duration, "strong" if seed % 2 else "weak"), duration
 
 
-def relation(flown: SimulatedSet, sensor: TriadName, span: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
-    """Give the true M and b of the secondary against the primary, drift as it was on average over a span, s."""
+def relation(
+    flown: SimulatedSet, sensor: TriadName, span: tuple[float, float]
+) -> tuple[FloatArray, FloatArray]:
+    """Give the true M and b of the secondary against the primary, with the mean drift over a span, s."""
     biases = [
-        unit.bias[sensor] + said.drift[sensor][(said.arrival >= span[0]) & (said.arrival < span[1])].mean(axis=0)
+        unit.bias[sensor] + said.drift[sensor][slice(*np.searchsorted(said.arrival, span))].mean(axis=0)
         for unit, said in zip(flown.units, flown.samples, strict=True)
     ]
     first, second = (unit.matrix[sensor] for unit in flown.units)
@@ -99,7 +102,8 @@ def _bias_given(
     record: Mapping[str, object], matrix: FloatArray, bias: FloatArray, primary: Unit, sensor: TriadName
 ) -> FloatArray:
     """Give the bias that is right beside the parts of M that were left as they were: at rest, level."""
-    left = np.where(np.isfinite(np.asarray(record["matrix_sigma"])), 0.0, matrix - np.asarray(record["matrix"]))
+    shown = np.isfinite(np.asarray(record["matrix_sigma"]))
+    left = np.where(shown, 0.0, matrix - np.asarray(record["matrix"]))
     up = primary.matrix[sensor] @ np.array([0.0, 0.0, 9.80665 if sensor == "accelerometer" else 0.0])
     return np.asarray(bias + left @ up)
 
@@ -134,15 +138,13 @@ def part(samples: Samples, span: tuple[float, float]) -> Samples:
     )
 
 
-def rest_means(
-    said: Samples, rests: Sequence[tuple[float, float]], sensor: TriadName
-) -> FloatArray:
+def rest_means(said: Samples, rests: Sequence[tuple[float, float]], sensor: TriadName) -> FloatArray:
     """Give the mean (n, 3) at each rest."""
     readings = said.of(sensor)
     return np.array([readings[slice(*np.searchsorted(said.time, rest))].mean(axis=0) for rest in rests])
 
 
-def rests_of(events: Sequence[tuple[float, int, str, dict[str, object]]]) -> list[tuple[float, float]]:
+def rests_of(events: Sequence[Event]) -> list[tuple[float, float]]:
     """Give the spans at rest, s."""
     began = [time for time, _, what, _ in events if what == "rest began"]
     ended = [time for time, _, what, _ in events if what == "rest ended"]
@@ -188,7 +190,8 @@ def show(figures: Content, console: Console) -> None:
                 f"{100 * each['coverage']:.1f} %",
             )
     console.print(table)
-    table = Table("primary", "fit to", *(f"{n} {name}" for name in SENSORS for n in ("calibrated", "median", "worst")))
+    columns = (f"{what} {name}" for name in SENSORS for what in ("calibrated", "median", "worst"))
+    table = Table("primary", "fit to", *columns)
     for way, of in figures["board"].items():
         for primary, each in of.items():
             cells = [

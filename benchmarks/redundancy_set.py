@@ -66,7 +66,7 @@ class Samples:
     """(n, 3) m/s^2."""
     angular_rate: FloatArray
     """(n, 3) rad/s."""
-    drift: dict[TriadName, FloatArray] = field(default_factory=dict)
+    drift: dict[TriadName, FloatArray] = field(default_factory=dict, kw_only=True)
     """(n, 3) of the bias of each sensor, where it is known."""
 
     def of(self, sensor: TriadName) -> FloatArray:
@@ -286,7 +286,7 @@ def _said(random: np.random.Generator, body: Body, unit: Unit, rotors: _Rotors) 
         drifts[name] = _drift(random, instants, sensor)
         bias = unit.bias[name] + drifts[name]
         readings.append(np.ascontiguousarray(true @ unit.matrix[name].T + bias + noise))
-    return Samples(stamps, instants, *readings, drifts)
+    return Samples(stamps, instants, *readings, drift=drifts)
 
 
 def _between(time: FloatArray, columns: FloatArray) -> FloatArray:

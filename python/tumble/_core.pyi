@@ -496,7 +496,7 @@ class RedundancyMonitor:
     def restore_factory(self, record: Mapping[str, object]) -> None:
         """Take the error that a secondary had from the factory, from which thresholds may be counted."""
     def records(self) -> list[dict[str, object]]:
-        """Everything stored: identity, sensor, and the fields of `SecondaryError` from matrix to sequence."""
+        """Everything stored: identity, sensor, and the fields of `SecondaryError` from matrix to followed."""
     @staticmethod
     def state_bytes(secondaries: int, precision: str = "f32") -> int: ...
 

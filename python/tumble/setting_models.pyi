@@ -54,6 +54,8 @@ class MonitorSettings(Document):
     """Fewest pairs with which a fit is tried when time is up."""
     highest_rung: Literal["offset", "gain", "affine", "affine and lever arm"] = "affine and lever arm"
     """Top of the ladder: the highest rung up to it that the motion shows is used."""
+    fit_rests: bool = True
+    """Fit to means at rests at which the primary is valid as well as to pairs in motion."""
     excitation_specific_force: float = 0.5
     """Standard deviation of specific force along a direction from which on the matrix is fitted along it. In
     m/s^2."""
@@ -85,6 +87,12 @@ class MonitorSettings(Document):
     """Largest residual of an accelerometer on held-out pairs, root mean square. In m/s^2."""
     largest_angular_rate_residual: float = 0.05
     """Largest residual of a gyroscope on held-out pairs, root mean square. In rad/s."""
+    largest_followed_specific_force: float = 0.15
+    """How far calibrations of an accelerometer together may follow the primary where no rest proves it right.
+    In m/s^2."""
+    largest_followed_angular_rate: float = 0.015
+    """How far calibrations of a gyroscope together may follow the primary where no rest proves it right. In
+    rad/s."""
     late: float = 0.1
     """Time without a sample after which a unit is late. In s."""
     frozen: float = 0.1

@@ -37,6 +37,7 @@ def error_of(generator, sensor, rotation, **changes):
         residual_before=0.3,
         pairs=400,
         sequence=2,
+        followed=np.zeros(3),
         adopted=20.0,
         **(fields | changes),
     )

@@ -27,7 +27,7 @@ from redundancy_sets import (
 from stored_errors import ONE, TWO, an_error
 from tumble.errors import OutputError
 from tumble.redundancy.result import SecondaryError
-from tumble.redundancy.store import SENSORS, ErrorStore, Identified
+from tumble.redundancy.store import SENSORS, ErrorStore, Identified, StoredError
 from turntable_sessions import contents
 
 
@@ -46,6 +46,17 @@ def test_what_is_stored_comes_back_to_the_last_digit(tmp_path, sensor, residual)
     assert rejected == []
     same(found[0], error)
     assert found[0].adopted is None
+
+
+def test_a_file_from_before_what_was_followed_was_kept_is_read_as_one_that_followed_nowhere(tmp_path):
+    path = ErrorStore(tmp_path, ONE).save(TWO, an_error(followed=np.array([0.1, 0.0, 0.0])))
+    content = yaml.safe_load(path.read_text())
+    assert content.pop("followed") == [0.1, 0.0, 0.0]
+    content["checksum"] = StoredError.model_validate(content).digest()
+    path.write_text(yaml.safe_dump(content))
+    found, rejected = ErrorStore(tmp_path, ONE).load(TWO)
+    assert rejected == []
+    assert found[0].followed.tolist() == [0.0, 0.0, 0.0]
 
 
 def test_the_last_error_is_replaced_and_the_first_one_kept_beside_it(tmp_path):

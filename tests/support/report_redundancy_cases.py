@@ -118,6 +118,7 @@ def error(unit="imu2", sensor="accelerometer", **changes):
         residual_before=0.28 if force else 0.026,
         pairs=400,
         sequence=1,
+        followed=np.zeros(3),
         adopted=ADOPTED,
     )
     return replace(made, **changes)
@@ -286,6 +287,7 @@ def unseen():
         residual_before=np.nan,
         adopted=None,
         sequence=0,
+        followed=np.zeros(3),
     )
     return replace(mission(), errors=(part, given))
 

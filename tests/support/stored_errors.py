@@ -23,6 +23,7 @@ def an_error(sensor="accelerometer", sequence=1, **changes):
         "residual": 0.02,
         "residual_before": 0.3,
         "pairs": 400,
+        "followed": np.array([0.01, -0.02, 0.0]),
         "adopted": 12.0,
     }
     return SecondaryError(unit="imu2", sensor=sensor, sequence=sequence, **(fields | changes))

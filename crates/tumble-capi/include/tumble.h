@@ -42,12 +42,12 @@
 /**
  * Most bytes of an encoded record.
  */
-#define TUMBLE_RECORD_BYTES 159
+#define TUMBLE_RECORD_BYTES 171
 
 /**
  * Words of 8 bytes in the storage of a monitor.
  */
-#define TUMBLE_REDUNDANCY_WORDS ((448 + (174 * TUMBLE_UNITS)) + ((4 * TUMBLE_UNITS) * TUMBLE_UNITS))
+#define TUMBLE_REDUNDANCY_WORDS ((480 + (177 * TUMBLE_UNITS)) + ((4 * TUMBLE_UNITS) * TUMBLE_UNITS))
 
 /**
  * What `output.source` and `tumble_redundancy_get_source()` say where there is no source.
@@ -731,6 +731,15 @@ enum tumble_reason
      * Withheld: nobody asked, and the settings have it calibrated on command only.
      */
     TUMBLE_REASON_ON_COMMAND_ONLY,
+    /**
+     * Refused: other secondaries are from the primary as this one is, by `value`, m/s^2 or rad/s; it is the primary that changed.
+     */
+    TUMBLE_REASON_SHARED_BY_SIBLINGS,
+    /**
+     * Refused: with the calibrations before, it would follow the primary by `value`, m/s^2 or rad/s, farther than anything
+     * supports.
+     */
+    TUMBLE_REASON_BEYOND_SUPPORT,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -1187,6 +1196,11 @@ typedef struct tumble_record {
      */
     float residual_before;
     /**
+     * How far its calibrations together have followed the primary without proof that it was right: what they made differ of
+     * a mean reading, m/s^2 or rad/s, in the axes of the secondary. Zeros: it may follow as far as the settings allow.
+     */
+    float followed[3];
+    /**
      * Of the unit while it was calibrated, degC; NaN where nobody knows.
      */
     float temperature;
@@ -1391,6 +1405,16 @@ typedef struct tumble_redundancy_settings {
      */
     float largest_angular_rate_residual;
     /**
+     * How far calibrations of an accelerometer together may follow the primary where no rest proves it
+     * right. Default: 0.15 m/s^2.
+     */
+    float largest_followed_specific_force;
+    /**
+     * How far calibrations of a gyroscope together may follow the primary where no rest proves it right.
+     * Default: 0.015 rad/s.
+     */
+    float largest_followed_angular_rate;
+    /**
      * Specific force that leaves by more, and is back with the next sample, is a spike. Default: 40 m/s^2.
      */
     float spike_specific_force;
@@ -1460,6 +1484,10 @@ typedef struct tumble_redundancy_settings {
      * Default: true.
      */
     bool vector_check;
+    /**
+     * Fit to means at rests at which the primary is valid as well as to pairs in motion. Default: true.
+     */
+    bool fit_rests;
     /**
      * Select only secondaries that have a stored error. Default: false.
      */

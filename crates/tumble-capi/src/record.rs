@@ -15,7 +15,7 @@ use crate::pointer::{Place, read};
 use crate::status::{Status, StatusResult, status};
 
 /// Most bytes of an encoded record.
-pub const TUMBLE_RECORD_BYTES: usize = 159;
+pub const TUMBLE_RECORD_BYTES: usize = 171;
 
 const _: () = assert!(TUMBLE_RECORD_BYTES == MAX_ENCODED);
 
@@ -70,6 +70,9 @@ pub struct Record {
     pub residual: f32,
     /// The same with the error stored before.
     pub residual_before: f32,
+    /// How far its calibrations together have followed the primary without proof that it was right: what they made differ of
+    /// a mean reading, m/s^2 or rad/s, in the axes of the secondary. Zeros: it may follow as far as the settings allow.
+    pub followed: [f32; 3],
     /// Of the unit while it was calibrated, degC; NaN where nobody knows.
     pub temperature: f32,
     /// Pairs it was fitted to.
@@ -201,6 +204,7 @@ impl Record {
             lever_arm_sigma: record.lever_arm_sigma.into(),
             residual: record.residual,
             residual_before: record.residual_before,
+            followed: record.followed.into(),
             temperature: temperature.unwrap_or(f32::NAN),
             pairs: record.pairs,
             sequence: record.sequence,
@@ -232,6 +236,7 @@ impl Record {
             residual_before: self.residual_before,
             pairs: self.pairs,
             sequence: self.sequence,
+            followed: vector(&self.followed),
         };
         Ok(StoredRecord {
             record,

@@ -86,6 +86,7 @@ void usual_record(tumble_record *record)
         }
         record->bias[i] = draw_usual(0.5f);
         record->bias_sigma[i] = 0.01f;
+        record->followed[i] = draw_usual(0.1f);
     }
     record->residual = 0.02f;
     record->residual_before = 0.3f;

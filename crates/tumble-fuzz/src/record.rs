@@ -7,7 +7,7 @@ use tumble_core::model::ErrorModel;
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::SENSORS;
 use tumble_core::redundancy::settings::Rung;
-use tumble_store::record::{EncodeError, MAX_ENCODED, StoredRecord, decode, encode};
+use tumble_store::record::{EncodeError, MAX_ENCODED, StoredRecord, VERSION, decode, encode};
 
 use crate::campaign::RunOutcome;
 use crate::draw::Draw;
@@ -82,8 +82,8 @@ fn made_up(draw: &mut Draw) -> RunOutcome {
     if !draw.once_in(4) {
         bytes
             .iter_mut()
-            .zip(b"TR\x01")
-            .for_each(|(byte, head)| *byte = *head);
+            .zip([b'T', b'R', 1 + draw.below(usize::from(VERSION)) as u8])
+            .for_each(|(byte, head)| *byte = head);
     }
     if !draw.once_in(4) {
         sign(&mut bytes);
@@ -99,7 +99,7 @@ fn consistent(bytes: &[u8]) -> RunOutcome {
     let mut buffer = [0; MAX_ENCODED];
     match encode(&record, &mut buffer) {
         Ok(again) => expect(
-            again == bytes,
+            again == bytes || bytes.get(2) != Some(&VERSION),
             "it is written as other bytes than it was read from",
         ),
         Err(error) => Err(format!("{error:?} of a record that was read")),
@@ -214,6 +214,7 @@ pub fn plain_record(draw: &mut Draw) -> StoredRecord {
         residual_before: draw.usual(0.5).abs(),
         pairs: draw.bits() as u32,
         sequence: draw.bits() as u32,
+        followed: nalgebra::Vector3::from_fn(|_, _| draw.usual(0.1)),
     };
     StoredRecord {
         record,
@@ -227,7 +228,7 @@ pub fn spoil_record(draw: &mut Draw, stored: StoredRecord) -> StoredRecord {
         mut record,
         mut temperature,
     } = stored;
-    match draw.below(6) {
+    match draw.below(7) {
         0 => draw.spoil(&mut record.model.matrix),
         1 => draw.spoil(&mut record.model.bias),
         2 => draw.spoil(&mut record.lever_arm),
@@ -237,6 +238,7 @@ pub fn spoil_record(draw: &mut Draw, stored: StoredRecord) -> StoredRecord {
             draw.spoil(&mut record.lever_arm_sigma);
         }
         4 => draw.spoil([&mut record.residual, &mut record.residual_before]),
+        5 => draw.spoil(&mut record.followed),
         _ => draw.spoil(&mut temperature),
     }
     StoredRecord { record, temperature }

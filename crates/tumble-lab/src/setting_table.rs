@@ -413,6 +413,18 @@ pub fn redundancy<T: Real + Field>() -> Vec<Setting<RedundancySettings<T>>> {
             Positive,
             "Largest residual of a gyroscope on held-out pairs, root mean square."
         ),
+        row!(
+            adoption.followed.specific_force as largest_followed_specific_force,
+            "m/s^2",
+            Positive,
+            "How far calibrations of an accelerometer together may follow the primary where no rest proves it right."
+        ),
+        row!(
+            adoption.followed.angular_rate as largest_followed_angular_rate,
+            "rad/s",
+            Positive,
+            "How far calibrations of a gyroscope together may follow the primary where no rest proves it right."
+        ),
     ];
     let health = vec![
         row!(

@@ -116,6 +116,7 @@ pub(crate) fn read_record(record: &Bound<'_, PyDict>) -> PyResult<Record<f64>> {
         residual_before: item(record, "residual_before")?,
         pairs: item(record, "pairs")?,
         sequence: item(record, "sequence")?,
+        followed: vector_of("followed")?,
     })
 }
 
@@ -143,6 +144,7 @@ pub(crate) fn write_record<'py>(
     dict.set_item("residual_before", record.residual_before)?;
     dict.set_item("pairs", record.pairs)?;
     dict.set_item("sequence", record.sequence)?;
+    dict.set_item("followed", array1(py, &record.followed))?;
     dict.set_item("adopted", adopted)?;
     Ok(dict)
 }

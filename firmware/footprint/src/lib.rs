@@ -136,6 +136,7 @@ fn record() -> Record<f32> {
         residual_before: 0.0,
         pairs: 0,
         sequence: 0,
+        followed: Vector3::zeros(),
     })
 }
 

@@ -275,7 +275,8 @@ fn record(out: &mut dyn Write, record: &Record<f32>) -> Result {
     vector(out, "b", &record.model.bias)?;
     vector(out, "  sigma of b", &record.bias_sigma)?;
     vector(out, "lever arm", &record.lever_arm)?;
-    vector(out, "  sigma of lever arm", &record.lever_arm_sigma)
+    vector(out, "  sigma of lever arm", &record.lever_arm_sigma)?;
+    vector(out, "followed", &record.followed)
 }
 
 /// A matrix, row by row.

@@ -87,6 +87,7 @@ def _error(
         residual_before=np.nan,
         pairs=0,
         sequence=0,
+        followed=np.zeros(3),
         adopted=None,
     )
 

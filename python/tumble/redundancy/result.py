@@ -66,6 +66,8 @@ class SecondaryError:
     pairs: int
     sequence: int
     """Counts the calibrations of this sensor; 0 for the one given from outside."""
+    followed: FloatArray
+    """(3,) how far they have followed the primary without proof, m/s^2 or rad/s, axes of the secondary."""
     adopted: float | None
     """s of the recordings' clock; `None` for one loaded from storage."""
 

@@ -41,7 +41,7 @@ class RedundancySettings(MonitorSettings):
 
     @classmethod
     def as_published(cls) -> RedundancySettings:
-        """Give those of the literature: thresholds on the norm, an offset an axis from motion, which replaces."""
+        """Give those of the literature: thresholds on the norm; offsets, from motion, that always replace."""
         return cls(vector_check=False, highest_rung="offset", fit_rests=False, adoption="always")
 
     @classmethod

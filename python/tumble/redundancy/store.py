@@ -84,6 +84,11 @@ class StoredError(Document):
     """Root mean square a channel on pairs kept from the fit, m/s^2 or rad/s."""
     residual_before: float | None = None
     pairs: int = Field(ge=0)
+    followed: Vector | None = None
+    """How far its calibrations together have followed the primary without proof that it was right.
+
+    m/s^2 or rad/s, axes of the secondary; absent where nothing was followed.
+    """
     checksum: str
     """sha256 of all the rest."""
 
@@ -257,6 +262,8 @@ def _error(stored: StoredError, name: str) -> SecondaryError:
 
 def _in_memory(field: str, value: Any) -> Any:  # noqa: ANN401
     """Give what the file has no number for: infinite sigma where nothing was shown, NaN for no residual."""
+    if field == "followed" and value is None:
+        return np.zeros(3)
     if field.endswith("_sigma") and value is not None:
         return np.where(np.isnan(value), np.inf, value)
     return np.nan if field.startswith("residual") and value is None else value

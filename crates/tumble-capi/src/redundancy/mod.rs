@@ -35,7 +35,7 @@ use crate::store::{Store, error_of};
 pub const UNITS: usize = units(option_env!("TUMBLE_UNITS"));
 
 /// Words of 8 bytes in the storage of a monitor.
-pub const TUMBLE_REDUNDANCY_WORDS: usize = 448 + 174 * UNITS + 4 * UNITS * UNITS;
+pub const TUMBLE_REDUNDANCY_WORDS: usize = 480 + 177 * UNITS + 4 * UNITS * UNITS;
 
 /// What `output.source` and `tumble_redundancy_get_source()` say where there is no source.
 pub const TUMBLE_NO_SOURCE: u32 = u32::MAX;

@@ -110,6 +110,11 @@ pub enum Reason {
     NoneFit,
     /// Withheld: nobody asked, and the settings have it calibrated on command only.
     OnCommandOnly,
+    /// Refused: other secondaries are from the primary as this one is, by `value`, m/s^2 or rad/s; it is the primary that changed.
+    SharedBySiblings,
+    /// Refused: with the calibrations before, it would follow the primary by `value`, m/s^2 or rad/s, farther than anything
+    /// supports.
+    BeyondSupport,
 }
 
 /// The twin of a core's reason, which has a variant of the same name.
@@ -144,5 +149,6 @@ impl Reason {
     twin!(of_rejected, RecordRejection: OfAnotherUnit NotFinite Implausible);
     twin!(of_selection, SelectionReason: Start PrimaryFailed SourceFailed PrimaryProven Command NoneFit);
     twin!(of_refusal, RefusalReason: Unsolvable TooFewPairs ResidualTooLarge ImplausibleBias ImplausibleScale
-        ImplausibleMisalignment ImplausibleLeverArm Drifting DisagreesWithRest NotBetter);
+        ImplausibleMisalignment ImplausibleLeverArm Drifting DisagreesWithRest NotBetter
+        SharedBySiblings BeyondSupport);
 }

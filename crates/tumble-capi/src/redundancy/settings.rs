@@ -103,6 +103,12 @@ pub struct RedundancySettings {
     pub largest_specific_force_residual: f32,
     /// Largest residual of a gyroscope on held-out pairs, root mean square. Default: 0.05 rad/s.
     pub largest_angular_rate_residual: f32,
+    /// How far calibrations of an accelerometer together may follow the primary where no rest proves it
+    /// right. Default: 0.15 m/s^2.
+    pub largest_followed_specific_force: f32,
+    /// How far calibrations of a gyroscope together may follow the primary where no rest proves it right.
+    /// Default: 0.015 rad/s.
+    pub largest_followed_angular_rate: f32,
     /// Specific force that leaves by more, and is back with the next sample, is a spike. Default: 40 m/s^2.
     pub spike_specific_force: f32,
     /// Angular rate that leaves by more, and is back with the next sample, is a spike. Default: 10 rad/s.
@@ -143,6 +149,8 @@ pub struct RedundancySettings {
     /// Compare a secondary also with a valid primary, axis by axis: the norm is blind across gravity.
     /// Default: true.
     pub vector_check: MaybeUninit<bool>,
+    /// Fit to means at rests at which the primary is valid as well as to pairs in motion. Default: true.
+    pub fit_rests: MaybeUninit<bool>,
     /// Select only secondaries that have a stored error. Default: false.
     pub calibrated_only: MaybeUninit<bool>,
 }
@@ -197,6 +205,8 @@ impl RedundancySettings {
             largest_angular_rate_drift: core.adoption.drift.angular_rate,
             largest_specific_force_residual: core.adoption.residual.specific_force,
             largest_angular_rate_residual: core.adoption.residual.angular_rate,
+            largest_followed_specific_force: core.adoption.followed.specific_force,
+            largest_followed_angular_rate: core.adoption.followed.angular_rate,
             spike_specific_force: core.health.spike.specific_force,
             spike_angular_rate: core.health.spike.angular_rate,
             tolerated_specific_force: core.health.tolerated.specific_force,
@@ -212,6 +222,7 @@ impl RedundancySettings {
             adoption: MaybeUninit::new(Adoption::of(core.adoption.adoption)),
             evaluate_after_start: MaybeUninit::new(core.evaluation.evaluate_after_start),
             vector_check: MaybeUninit::new(core.evaluation.vector_check),
+            fit_rests: MaybeUninit::new(core.fit.fit_rests),
             calibrated_only: MaybeUninit::new(core.selection.calibrated_only),
         }
     }
@@ -258,6 +269,8 @@ impl RedundancySettings {
         core.adoption.drift.angular_rate = self.largest_angular_rate_drift;
         core.adoption.residual.specific_force = self.largest_specific_force_residual;
         core.adoption.residual.angular_rate = self.largest_angular_rate_residual;
+        core.adoption.followed.specific_force = self.largest_followed_specific_force;
+        core.adoption.followed.angular_rate = self.largest_followed_angular_rate;
         core.health.spike.specific_force = self.spike_specific_force;
         core.health.spike.angular_rate = self.spike_angular_rate;
         core.health.tolerated.specific_force = self.tolerated_specific_force;
@@ -273,6 +286,7 @@ impl RedundancySettings {
         core.adoption.adoption = code(self.adoption)?.in_core();
         core.evaluation.evaluate_after_start = truth(self.evaluate_after_start);
         core.evaluation.vector_check = truth(self.vector_check);
+        core.fit.fit_rests = truth(self.fit_rests);
         core.selection.calibrated_only = truth(self.calibrated_only);
         Ok(core)
     }

@@ -47,6 +47,8 @@ pub struct StoredCalibration<T: Real> {
     pub apart: T,
     /// Whether that was within the threshold.
     pub agrees: bool,
+    /// How far it has followed the primary without proof, m/s^2 or rad/s, in the axes of the secondary.
+    pub followed: Vector3<T>,
 }
 
 impl<T: Real> StoredCalibration<T> {
@@ -62,6 +64,7 @@ impl<T: Real> StoredCalibration<T> {
             place_sigma: real(f64::INFINITY),
             apart: real(f64::INFINITY),
             agrees: false,
+            followed: Vector3::zeros(),
         }
     }
 
@@ -83,6 +86,15 @@ impl<T: Real> StoredCalibration<T> {
     pub fn compare(&mut self, deviation: &Deviation<T>) {
         self.apart = deviation.value;
         self.agrees = !deviation.exceeds();
+    }
+
+    /// A valid primary said `u` at rest, in the axes of the secondary: along gravity it was right, and at no rate altogether
+    /// (docs/theory/redundancy.md, eq. 20).
+    pub fn prove(&mut self, sensor: Sensor, u: &Vector3<T>) {
+        self.followed = match sensor {
+            Sensor::Accelerometer => across(&self.followed, u), // eq. 20
+            Sensor::Gyroscope => Vector3::zeros(),
+        };
     }
 
     /// How far it is from the primary, as far as is known, m/s^2 or rad/s.
@@ -310,6 +322,12 @@ fn along<T: Real>(known: &Vector3<T>, deviation: &Vector3<T>) -> T {
     } else {
         T::zero()
     }
+}
+
+/// The part of a vector across a direction.
+pub fn across<T: Real>(vector: &Vector3<T>, direction: &Vector3<T>) -> Vector3<T> {
+    let along = direction.try_normalize(T::default_epsilon());
+    along.map_or(*vector, |along| vector - along * along.dot(vector))
 }
 
 /// The least by which a reading is off what physics says at rest.

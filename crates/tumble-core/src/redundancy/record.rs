@@ -37,6 +37,9 @@ pub struct Record<T: Real> {
     pub pairs: u32,
     /// Counts the calibrations of this sensor.
     pub sequence: u32,
+    /// How far its calibrations together have followed the primary without proof that it was right: what they made differ of
+    /// a mean reading, m/s^2 or rad/s, in the axes of the secondary.
+    pub followed: Vector3<T>,
 }
 
 impl<T: Real> Record<T> {
@@ -47,7 +50,12 @@ impl<T: Real> Record<T> {
 
     /// Whether all that is used of it are numbers.
     pub fn is_finite(&self) -> bool {
-        let vectors = self.model.bias.iter().chain(self.lever_arm.iter());
+        let vectors = self
+            .model
+            .bias
+            .iter()
+            .chain(self.lever_arm.iter())
+            .chain(self.followed.iter());
         self.model.matrix.iter().chain(vectors).all(|x| x.is_finite())
     }
 
@@ -72,6 +80,7 @@ impl<T: Real> Record<T> {
             residual_before: number(self.residual_before),
             pairs: self.pairs,
             sequence: self.sequence,
+            followed: vector(&self.followed),
         }
     }
 }

@@ -5,7 +5,7 @@ use tumble_core::redundancy::sensor::Sensor;
 
 use crate::record::{MAX_ENCODED, checksum, sensor, sensor_code};
 
-/// Bytes of an entry. A record of version 1 leaves 17 of them, for versions to come.
+/// Bytes of an entry. A record of version 2 leaves 5 of them, for versions to come.
 pub const ENTRY: usize = 192;
 
 /// Bytes at its start that say whose it is, and what is read of it first: a multiple of what any flash reads at once.

@@ -6,6 +6,7 @@
 
 mod frame;
 mod version_1;
+mod version_2;
 
 #[cfg(test)]
 mod older_version_tests;
@@ -18,10 +19,10 @@ use tumble_core::real::Real;
 use tumble_core::redundancy::record::Record;
 
 /// The version that [`encode`] writes; [`decode`] reads it and all before it.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 
 /// Most bytes that [`encode`] writes.
-pub const MAX_ENCODED: usize = frame::FRAME + version_1::MAX_PAYLOAD;
+pub const MAX_ENCODED: usize = frame::FRAME + version_2::MAX_PAYLOAD;
 
 /// A record of the core, with what the core does not need.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,6 +87,8 @@ pub enum Field {
     Sigmas,
     /// Of the fit, and before it.
     Residuals,
+    /// How far the primary was followed.
+    Followed,
     /// While it was calibrated.
     Temperature,
 }
@@ -96,7 +99,7 @@ pub enum Field {
 /// [`EncodeError`]; what is in `buffer` then is no record.
 pub fn encode<'b>(record: &StoredRecord, buffer: &'b mut [u8]) -> Result<&'b [u8], EncodeError> {
     record.check().map_err(EncodeError::NotFinite)?;
-    frame::write(VERSION, &version_1::Payload::from(record), buffer)
+    frame::write(VERSION, &version_2::Payload::from(record), buffer)
 }
 
 /// Reads a record from the bytes that are it, neither more nor fewer.
@@ -104,11 +107,14 @@ pub fn encode<'b>(record: &StoredRecord, buffer: &'b mut [u8]) -> Result<&'b [u8
 /// # Errors
 /// [`DecodeError`], never another record than was written.
 pub fn decode(bytes: &[u8]) -> Result<StoredRecord, DecodeError> {
-    decode_by(&[(1, version_1::read)], bytes)
+    decode_by(&READERS, bytes)
 }
 
 /// What reads the fields of one version.
 type Reader = fn(&[u8]) -> Result<StoredRecord, DecodeError>;
+
+/// Of every version that was ever written.
+const READERS: [(u8, Reader); 2] = [(1, version_1::read), (2, version_2::read)];
 
 /// Reads a record of any version that has a reader.
 fn decode_by(readers: &[(u8, Reader)], bytes: &[u8]) -> Result<StoredRecord, DecodeError> {
@@ -149,6 +155,7 @@ impl StoredRecord {
                 Field::Residuals,
                 !(record.residual.is_nan() || record.residual_before.is_nan()),
             ),
+            (Field::Followed, record.followed.iter().all(|x| x.is_finite())),
             (Field::Temperature, self.temperature.is_none_or(f32::is_finite)),
         ];
         let fault = faults.iter().find(|(_, sound)| !sound);

@@ -1,96 +1,48 @@
-//! How a version that no longer is written stays readable, shown by one that never was: without lever arm, residuals
-//! and temperature.
+//! How a version that no longer is written stays readable.
 
-use nalgebra::{Matrix3, Vector3};
-use serde::{Deserialize, Serialize};
-use tumble_core::model::ErrorModel;
-use tumble_core::redundancy::record::Record;
-use tumble_core::redundancy::sensor::Sensor;
-use tumble_core::redundancy::settings::Rung;
+use nalgebra::Vector3;
 
-use super::{DecodeError, MAX_ENCODED, Reader, StoredRecord, decode_by, encode, version_1};
+use super::{DecodeError, MAX_ENCODED, READERS, decode, decode_by, encode, version_2};
 
-/// What the older version had.
-#[derive(Serialize, Deserialize)]
-struct Older {
-    #[serde(with = "postcard::fixint::le")]
-    identity: u64,
-    sensor: u8,
-    matrix: [[f32; 3]; 3],
-    bias: [f32; 3],
-}
-
-/// Takes what is missing as: no lever arm, nothing known of how good it is, first of its sequence.
-fn read_older(fields: &[u8]) -> Result<StoredRecord, DecodeError> {
-    let older: Older = postcard::from_bytes(fields).map_err(|_| DecodeError::Corrupt)?;
-    let unknown = f32::INFINITY;
-    let record = Record {
-        identity: older.identity,
-        sensor: version_1::sensor(older.sensor)?,
-        model: ErrorModel {
-            matrix: Matrix3::from(older.matrix).transpose(),
-            bias: Vector3::from(older.bias),
-        },
-        matrix_sigma: Matrix3::repeat(unknown),
-        bias_sigma: Vector3::repeat(unknown),
-        lever_arm: Vector3::zeros(),
-        lever_arm_sigma: Vector3::repeat(unknown),
-        rung: Rung::Affine,
-        directions: 0,
-        residual: unknown,
-        residual_before: unknown,
-        pairs: 0,
-        sequence: 1,
-    };
-    Ok(StoredRecord {
-        record,
-        temperature: None,
-    })
-}
-
-const READERS: [(u8, Reader); 2] = [(0, read_older), (1, version_1::read)];
-
-/// As such a version would have left it in a device: frozen.
-fn frozen() -> [u8; 64] {
-    let mut bytes = [0; 64];
-    bytes[..12].copy_from_slice(b"TR\x00\x2a\x00\x00\x00\x00\x00\x00\x00\x01");
-    for (place, number) in [
-        (12, 1.0_f32),
-        (24, 0.5),
-        (28, 1.0),
-        (44, 1.0),
-        (48, 0.125),
-        (56, -1.0),
-    ] {
-        bytes[place..place + 4].copy_from_slice(&number.to_le_bytes());
-    }
-    bytes[60..].copy_from_slice(&0xd160_72f4_u32.to_le_bytes());
-    bytes
-}
+/// The example of version 1 in `docs/record-format.md` as it was, as devices hold it: frozen.
+const FROZEN: [u8; 159] = [
+    0x54, 0x52, 0x01, 0xef, 0xcd, 0xab, 0x89, 0x67, 0x45, 0x23, 0x01, 0x00, 0x03, 0x03, 0x9c, 0x01, 0x00,
+    0x00, 0x07, 0x00, 0x00, 0x00, 0x00, 0x20, 0x80, 0x3f, 0x00, 0x00, 0x00, 0x3a, 0x00, 0x00, 0x00, 0x00,
+    0x00, 0x00, 0x80, 0xb9, 0x00, 0xc0, 0x7f, 0x3f, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
+    0x00, 0x00, 0x39, 0x00, 0x00, 0x80, 0x3f, 0x00, 0x00, 0x00, 0x3e, 0x00, 0x00, 0x80, 0xbd, 0x00, 0x00,
+    0x00, 0x3d, 0x00, 0x00, 0x00, 0x39, 0x00, 0x00, 0x00, 0x39, 0x00, 0x00, 0x00, 0x39, 0x00, 0x00, 0x00,
+    0x39, 0x00, 0x00, 0x00, 0x39, 0x00, 0x00, 0x00, 0x39, 0x00, 0x00, 0x80, 0x7f, 0x00, 0x00, 0x80, 0x7f,
+    0x00, 0x00, 0x80, 0x7f, 0x00, 0x00, 0x00, 0x3c, 0x00, 0x00, 0x00, 0x3c, 0x00, 0x00, 0x80, 0x3c, 0x00,
+    0x00, 0x80, 0x3e, 0x00, 0x00, 0x00, 0xbe, 0x00, 0x00, 0x80, 0x3d, 0x00, 0x00, 0x00, 0x3b, 0x00, 0x00,
+    0x00, 0x3b, 0x00, 0x00, 0x00, 0x3b, 0x00, 0x00, 0x80, 0x3d, 0x00, 0x00, 0x00, 0x3f, 0x01, 0x00, 0x00,
+    0x12, 0x42, 0xc1, 0xee, 0xf6, 0x1f,
+];
 
 #[test]
-fn the_reader_of_an_older_version_is_chosen_by_the_version_and_given_its_fields() {
-    let read = decode_by(&READERS, &frozen()).unwrap();
-    assert_eq!(read.record.identity, 42);
-    assert_eq!(read.record.sensor, Sensor::Gyroscope);
-    let matrix = Matrix3::new(1.0, 0.0, 0.0, 0.5, 1.0, 0.0, 0.0, 0.0, 1.0);
-    assert_eq!(read.record.model.matrix, matrix);
-    assert_eq!(read.record.model.bias, Vector3::new(0.125, 0.0, -1.0));
+fn a_record_of_version_1_is_read_as_one_that_followed_the_primary_nowhere() {
+    let read = decode(&FROZEN).unwrap();
+    assert_eq!(read.record.identity, 0x0123_4567_89ab_cdef);
+    assert_eq!((read.record.sequence, read.temperature), (7, Some(36.5)));
+    assert_eq!(read.record.model.bias, Vector3::new(0.125, -0.0625, 0.03125));
+    assert_eq!(read.record.residual_before, 0.5);
+    assert_eq!(read.record.followed, Vector3::zeros());
 }
 
 #[test]
 fn what_was_read_of_an_older_version_is_written_as_the_newest_and_reads_the_same() {
-    let read = decode_by(&READERS, &frozen()).unwrap();
+    let read = decode(&FROZEN).unwrap();
     let mut buffer = [0; MAX_ENCODED];
     let bytes = encode(&read, &mut buffer).unwrap();
     assert_eq!(bytes[2], super::VERSION);
-    assert_eq!(decode_by(&READERS, bytes), Ok(read));
+    assert_eq!(decode(bytes), Ok(read));
 }
 
 #[test]
 fn a_version_without_a_reader_is_named() {
+    let [_, (newest, _)] = READERS;
+    assert_eq!(newest, super::VERSION);
     assert_eq!(
-        super::decode(&frozen()),
-        Err(DecodeError::UnknownVersion { found: 0 })
+        decode_by(&[(newest, version_2::read)], &FROZEN),
+        Err(DecodeError::UnknownVersion { found: 1 })
     );
 }

@@ -1,5 +1,5 @@
-//! The fields of version 1, in the order of `docs/record-format.md`. What is here never changes: another order, or
-//! another field, is another version.
+//! The fields of version 1, in the order of `docs/record-format.md`, with which later versions begin. What is here never
+//! changes: another order, or another field, is another version.
 
 use nalgebra::{Matrix3, Vector3};
 use postcard::fixint;
@@ -11,12 +11,12 @@ use tumble_core::redundancy::settings::Rung;
 
 use crate::record::{DecodeError, Field, StoredRecord};
 
-/// Most bytes of the fields: a temperature is there.
-pub const MAX_PAYLOAD: usize = 152;
+/// Bytes of [`Fields`].
+pub const FIELDS: usize = 147;
 
 /// As they are on the wire. Integers have all their bytes, so that every field has its place.
 #[derive(Serialize, Deserialize)]
-pub struct Payload {
+pub struct Fields {
     #[serde(with = "fixint::le")]
     identity: u64,
     sensor: u8,
@@ -34,6 +34,12 @@ pub struct Payload {
     lever_arm_sigma: [f32; 3],
     residual: f32,
     residual_before: f32,
+}
+
+/// All that version 1 has.
+#[derive(Deserialize)]
+struct Payload {
+    fields: Fields,
     temperature: Option<f32>,
 }
 
@@ -42,17 +48,19 @@ type Rows = [f32; 9];
 
 /// Reads the fields.
 pub fn read(fields: &[u8]) -> Result<StoredRecord, DecodeError> {
-    let (payload, rest) = postcard::take_from_bytes::<Payload>(fields).map_err(|_| DecodeError::Corrupt)?;
-    if rest.is_empty() {
-        StoredRecord::try_from(payload)
-    } else {
-        Err(DecodeError::Corrupt)
-    }
+    let Payload { fields, temperature } = whole(fields)?;
+    let record = fields.record(Vector3::zeros())?;
+    Ok(StoredRecord { record, temperature })
 }
 
-impl From<&StoredRecord> for Payload {
-    fn from(stored: &StoredRecord) -> Self {
-        let record = &stored.record;
+/// Reads the fields of a version from bytes that hold nothing else.
+pub fn whole<'b, P: Deserialize<'b>>(fields: &'b [u8]) -> Result<P, DecodeError> {
+    let (payload, rest) = postcard::take_from_bytes::<P>(fields).map_err(|_| DecodeError::Corrupt)?;
+    rest.is_empty().then_some(payload).ok_or(DecodeError::Corrupt)
+}
+
+impl From<&Record<f32>> for Fields {
+    fn from(record: &Record<f32>) -> Self {
         Self {
             identity: record.identity,
             sensor: sensor_code(record.sensor),
@@ -68,36 +76,31 @@ impl From<&StoredRecord> for Payload {
             lever_arm_sigma: record.lever_arm_sigma.into(),
             residual: record.residual,
             residual_before: record.residual_before,
-            temperature: stored.temperature,
         }
     }
 }
 
-impl TryFrom<Payload> for StoredRecord {
-    type Error = DecodeError;
-
-    fn try_from(payload: Payload) -> Result<Self, DecodeError> {
-        let record = Record {
-            identity: payload.identity,
-            sensor: sensor(payload.sensor)?,
+impl Fields {
+    /// The record of these fields, and of how far it has followed the primary.
+    pub fn record(self, followed: Vector3<f32>) -> Result<Record<f32>, DecodeError> {
+        Ok(Record {
+            identity: self.identity,
+            sensor: sensor(self.sensor)?,
             model: ErrorModel {
-                matrix: matrix(&payload.matrix),
-                bias: Vector3::from(payload.bias),
+                matrix: matrix(&self.matrix),
+                bias: Vector3::from(self.bias),
             },
-            matrix_sigma: matrix(&payload.matrix_sigma),
-            bias_sigma: Vector3::from(payload.bias_sigma),
-            lever_arm: Vector3::from(payload.lever_arm),
-            lever_arm_sigma: Vector3::from(payload.lever_arm_sigma),
-            rung: rung(payload.rung)?,
-            directions: payload.directions,
-            residual: payload.residual,
-            residual_before: payload.residual_before,
-            pairs: payload.pairs,
-            sequence: payload.sequence,
-        };
-        Ok(Self {
-            record,
-            temperature: payload.temperature,
+            matrix_sigma: matrix(&self.matrix_sigma),
+            bias_sigma: Vector3::from(self.bias_sigma),
+            lever_arm: Vector3::from(self.lever_arm),
+            lever_arm_sigma: Vector3::from(self.lever_arm_sigma),
+            rung: rung(self.rung)?,
+            directions: self.directions,
+            residual: self.residual,
+            residual_before: self.residual_before,
+            pairs: self.pairs,
+            sequence: self.sequence,
+            followed,
         })
     }
 }

@@ -59,6 +59,11 @@ REMEDIES: dict[str, dict[str, str]] = {
         "not better": (
             "Nothing: the stored error is as good; the threshold is smaller than the unit's errors."
         ),
+        "shared by siblings": "Look at the primary: other secondaries are from it as this one is.",
+        "beyond support": (
+            "Rest in other attitudes, so that gravity proves the primary along all axes, or calibrate the "
+            "primary and give a new --store."
+        ),
     },
     "abandoned": {
         **_UNFIT,

@@ -7,7 +7,7 @@ use crate::redundancy::fit::Fit;
 use crate::redundancy::fit::residual::{Layout, PairMoments, RowResidual};
 use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::sensor::Sensor;
-use crate::redundancy::settings::{Adoption, AdoptionSettings};
+use crate::redundancy::settings::{Adoption, AdoptionSettings, RedundancySettings};
 
 crate::vocabulary! {
     /// Why a new calibration was refused; the stored one stays.
@@ -33,6 +33,10 @@ crate::vocabulary! {
         DisagreesWithRest = "disagrees with rest",
         /// The stored one explains the pairs kept from the fit as well, or better, m/s^2 or rad/s.
         NotBetter = "not better",
+        /// Other secondaries are from the primary as this one is: it is the primary that changed, m/s^2 or rad/s.
+        SharedBySiblings = "shared by siblings",
+        /// With the calibrations before, it would follow the primary farther than anything supports, m/s^2 or rad/s.
+        BeyondSupport = "beyond support",
     }
 }
 
@@ -113,6 +117,29 @@ pub struct FitCandidate<'a, T: Real> {
     pub all: &'a dyn PairMoments<T>,
     /// The rest before.
     pub rest: &'a RestReadings<T>,
+    /// What may speak against following the primary.
+    pub following: &'a Following<T>,
+}
+
+/// How far a secondary would follow its primary, and what its siblings say of that. All is zero for a first calibration, and
+/// for a secondary that was found wrong by itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Following<T: Real> {
+    /// What this calibration and those before make differ of a mean reading without proof that the primary was right, m/s^2
+    /// or rad/s, in the axes of the secondary.
+    pub followed: Vector3<T>,
+    /// How far siblings are from the primary just as this one is, m/s^2 or rad/s.
+    pub shared: T,
+}
+
+impl<T: Real> Following<T> {
+    /// Of one that may go wherever its pairs say.
+    pub fn free() -> Self {
+        Self {
+            followed: Vector3::zeros(),
+            shared: T::zero(),
+        }
+    }
 }
 
 /// Root mean square residual of a channel on held-out pairs.
@@ -153,9 +180,11 @@ impl<T: Real> FitCandidate<'_, T> {
     pub fn judge(
         &self,
         residuals: &Residuals<T>,
-        settings: &AdoptionSettings<T>,
+        settings: &RedundancySettings<T>,
     ) -> Result<(), AdoptionRefusal<T>> {
         let sensor = self.sensor;
+        let tolerated = settings.health.tolerated.of(sensor);
+        let settings = &settings.adoption;
         if settings.adoption == Adoption::Always {
             return Ok(());
         }
@@ -172,7 +201,14 @@ impl<T: Real> FitCandidate<'_, T> {
             RefusalReason::DisagreesWithRest,
         )?;
         let better = residuals.before * (T::one() - settings.improvement);
-        Excess::refuse(residuals.after, better, RefusalReason::NotBetter)
+        Excess::refuse(residuals.after, better, RefusalReason::NotBetter)?;
+        let Following { followed, shared } = self.following;
+        Excess::refuse(*shared, tolerated, RefusalReason::SharedBySiblings)?;
+        Excess::refuse(
+            followed.norm(),
+            settings.followed.of(sensor),
+            RefusalReason::BeyondSupport,
+        )
     }
 
     /// Change of the residual over the collection, as a straight line has it, largest axis. A step halfway shows as

@@ -304,8 +304,7 @@ impl<T: Real> FitProblem<'_, T> {
     fn conclude(&self, pass: &LadderPass<T>) -> Option<Fit<T>> {
         let excited = &pass.excited;
         let sums: [RowPairs<'_, T>; 3] = core::array::from_fn(|i| self.row_pairs(i));
-        let motions: [Vector3<T>; 3] =
-            core::array::from_fn(|i| Vector3::from_fn(|j, _| sums[i].mean_of(j)));
+        let motions: [Vector3<T>; 3] = core::array::from_fn(|i| Vector3::from_fn(|j, _| sums[i].mean_of(j)));
         // At row i of M W, as much of it as the rests leave.
         let arms: [Vector3<T>; 3] = core::array::from_fn(|i| {
             let lever = self.layout.lever.map_or(Matrix3::zeros(), |first| {
@@ -316,7 +315,9 @@ impl<T: Real> FitProblem<'_, T> {
         let stored = self.stored;
         let bias = stored.bias
             + Vector3::from_fn(|i, _| {
-                let explained = (pass.matrix.row(i) - stored.matrix.row(i)).transpose().dot(&motions[i])
+                let explained = (pass.matrix.row(i) - stored.matrix.row(i))
+                    .transpose()
+                    .dot(&motions[i])
                     + arms[i].dot(&(pass.lever_arm - stored.lever_arm));
                 let change = sums[i].mean_of(self.layout.second + i) - explained;
                 if self.axes[i] { change } else { T::zero() }

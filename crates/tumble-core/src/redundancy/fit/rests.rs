@@ -1,4 +1,4 @@
-//! Means at rest beside the pairs in motion: what each counts for in a fit (docs/theory/redundancy.md, eq. 16 to 19).
+//! Means at rest beside the pairs in motion: what each counts for in a fit (docs/theory/redundancy.md, eq. 16 to 18).
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -91,10 +91,17 @@ impl<T: Real> Rests<T> {
     pub(super) fn left(&self, error: &RelativeError<T>, stored: &RelativeError<T>, row: usize) -> [T; 2] {
         let change = |l: usize| {
             let m = |error: &RelativeError<T>| error.matrix.get((row, l)).copied();
-            m(stored).zip(m(error)).map_or(T::zero(), |(before, now)| before - now)
+            m(stored)
+                .zip(m(error))
+                .map_or(T::zero(), |(before, now)| before - now)
         };
         let bias = |error: &RelativeError<T>| error.bias.get(row).copied().unwrap_or(T::zero());
-        let terms = [(0, change(0)), (1, change(1)), (2, change(2)), (SECOND + row, T::one())];
+        let terms = [
+            (0, change(0)),
+            (1, change(1)),
+            (2, change(2)),
+            (SECOND + row, T::one()),
+        ];
         let mean = terms.iter().fold(bias(stored) - bias(error), |sum, (i, weight)| {
             sum + *weight * self.moments.mean_of(*i)
         });
@@ -106,7 +113,7 @@ impl<T: Real> Rests<T> {
     }
 
     /// The part of a vector in directions along which no rest had gravity; a gyroscope has all directions at every rest
-    /// (docs/theory/redundancy.md, eq. 21).
+    /// (docs/theory/redundancy.md, eq. 20).
     pub fn unsupported(&self, sensor: Sensor, vector: &Vector3<T>) -> Vector3<T> {
         let rests = self.number();
         if rests == 0 || sensor == Sensor::Gyroscope {
@@ -117,9 +124,11 @@ impl<T: Real> Rests<T> {
         let (values, vectors) = eigen::symmetric(squares);
         let enough = squares.trace() / count(rests) * real(SEEN);
         let directions = values.iter().zip(vectors.column_iter());
-        directions.filter(|(value, _)| **value >= enough).fold(*vector, |left, (_, v)| {
-            left - v * v.dot(vector) // eq. 21
-        })
+        directions
+            .filter(|(value, _)| **value >= enough)
+            .fold(*vector, |left, (_, v)| {
+                left - v * v.dot(vector) // eq. 20
+            })
     }
 }
 
@@ -166,10 +175,10 @@ impl<'r, T: Real> RestWeighing<'_, 'r, T> {
         let (number, motion) = (count::<T>(self.rests.number()), self.rests.motion());
         let before = self.scatter(T::zero(), T::zero());
         let (mut strayed, mut freedom) = (T::zero(), T::zero());
-        for i in self.present() {
+        for (i, covariance) in self.rows(fit) {
             let [_, variance] = self.rests.left(&fit.error, self.problem.stored, i);
             // What the fit took from the rests themselves.
-            let taken = fit.row_covariance[i].component_mul(&motion).sum() * self.times / before;
+            let taken = covariance.component_mul(&motion).sum() * self.times / before;
             strayed += number * variance;
             freedom += (number * (T::one() - taken) - T::one()).max(T::zero());
         }
@@ -186,7 +195,7 @@ impl<'r, T: Real> RestWeighing<'_, 'r, T> {
 
     fn with(&self, scatter: T) -> WeighedRests<'r, T> {
         let number = count::<T>(self.rests.number().max(1));
-        let of_mean = scatter / number + self.from_motion(scatter / number);
+        let of_mean = scatter / number + self.apart_from_motion(scatter / number);
         let finite = |weight: T| if weight.is_finite() { weight } else { T::zero() };
         WeighedRests {
             rests: self.rests,
@@ -206,24 +215,25 @@ impl<'r, T: Real> RestWeighing<'_, 'r, T> {
 
     /// Variance of what the bias at rest is from that in motion: as usual, or as the pairs alone show it
     /// (docs/theory/redundancy.md, eq. 18).
-    fn from_motion(&self, of_mean: T) -> T {
+    fn apart_from_motion(&self, of_mean: T) -> T {
         let usual = from_motion::<T>(self.sensor);
         let pairs = self.problem.pairs;
         let away = self.rests.first() - Vector3::from_fn(|j, _| pairs.mean_of(j));
         let (mut shown, mut axes) = (T::zero(), T::zero());
-        for i in self.present() {
+        for (i, covariance) in self.rows(self.alone) {
             let [apart, _] = self.rests.left(&self.alone.error, self.problem.stored, i);
-            let of_pairs = away.dot(&(self.alone.row_covariance[i] * away)) * self.times
-                + self.of_pair(i) / count(pairs.samples().max(1));
+            let of_pairs =
+                away.dot(&(covariance * away)) * self.times + self.of_pair(i) / count(pairs.samples().max(1));
             shown += apart * apart - of_mean - of_pairs;
             axes += T::one();
         }
         (shown / axes.max(T::one())).max(usual * usual) // eq. 18
     }
 
-    fn present(&self) -> impl Iterator<Item = usize> {
-        let axes = self.problem.axes;
-        (0..3).filter(move |i| axes.get(*i) == Some(&true))
+    /// Covariances of the rows of M that the sensor has.
+    fn rows<'f>(&self, fit: &'f Fit<T>) -> impl Iterator<Item = (usize, &'f Matrix3<T>)> {
+        let rows = fit.row_covariance.iter().enumerate().zip(self.problem.axes);
+        rows.filter(|(_, present)| *present).map(|(row, _)| row)
     }
 }
 

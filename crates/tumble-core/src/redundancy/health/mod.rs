@@ -160,6 +160,11 @@ impl<T: Real> Health<T> {
         self.condemn(fault, self.time);
     }
 
+    /// Whether a sensor was found wrong beside the other units.
+    pub fn is_contradicted(&self, sensor: Sensor) -> bool {
+        *sensor.of(&self.contradicted)
+    }
+
     /// What it was found wrong for is gone.
     pub fn absolve(&mut self, sensor: Sensor) {
         if core::mem::replace(sensor.of_mut(&mut self.contradicted), false) {

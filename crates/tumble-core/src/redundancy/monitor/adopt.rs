@@ -6,6 +6,7 @@ use crate::real::{Real, real};
 use crate::redundancy::evaluation::{StoredCalibration, factory_error};
 use crate::redundancy::fit::Fit;
 use crate::redundancy::fit::adoption::{AdoptionRefusal, Excess, RefusalReason};
+use crate::redundancy::health::Health;
 use crate::redundancy::monitor::Report;
 use crate::redundancy::monitor::calibration::{CalibrationRun, FitOutcome};
 use crate::redundancy::monitor::event::{Event, EventKind};
@@ -49,6 +50,7 @@ pub(super) fn conclude<T: Real>(
     calibration: &CalibrationRun<T>,
     unit: &MountedUnit<T>,
     stored: &mut [StoredCalibration<T>; 2],
+    health: &Health<T>,
     time: u64,
     report: Report<'_, T>,
 ) -> [Conclusion<T>; 2] {
@@ -64,14 +66,15 @@ pub(super) fn conclude<T: Real>(
                 kind,
             })
         };
-        let outcome = match calibration.conclude(sensor, unit, &stored.error, settings) {
-            Ok(outcome) => outcome,
-            Err(why) => {
-                tell(EventKind::Refused { sensor, why });
-                *sensor.of_mut(&mut conclusions) = Conclusion::refused(&why);
-                continue;
-            }
-        };
+        let outcome =
+            match calibration.conclude(sensor, unit, stored, health.is_contradicted(sensor), settings) {
+                Ok(outcome) => outcome,
+                Err(why) => {
+                    tell(EventKind::Refused { sensor, why });
+                    *sensor.of_mut(&mut conclusions) = Conclusion::refused(&why);
+                    continue;
+                }
+            };
         tell(EventKind::Fitted {
             sensor,
             rung: outcome.fit.rung,
@@ -93,6 +96,7 @@ pub(super) fn conclude<T: Real>(
                 stored.replace(error, residual, sequence, factory);
                 stored.matrix_shown = record.shows_matrix();
                 stored.place_sigma = record.lever_arm_sigma.norm();
+                stored.followed = record.followed;
                 *sensor.of_mut(&mut conclusions) = Conclusion::Replaced;
                 tell(EventKind::Adopted { record });
             }
@@ -131,6 +135,7 @@ fn record<T: Real>(
         residual_before: outcome.residuals.before,
         pairs: fit.pairs,
         sequence,
+        followed: outcome.following.followed,
     }
 }
 

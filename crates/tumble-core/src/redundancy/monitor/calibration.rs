@@ -1,10 +1,10 @@
 //! Calibration mode of one secondary: waits for motion, collects pairs, fits them, and has them judged.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::real::{Real, SECOND, count, real, seconds};
 use crate::redundancy::evaluation::StoredCalibration;
-use crate::redundancy::fit::adoption::{AdoptionRefusal, FitCandidate, Residuals, RestReadings};
+use crate::redundancy::fit::adoption::{AdoptionRefusal, FitCandidate, Following, Residuals, RestReadings};
 use crate::redundancy::fit::joint_moments::JointMoments;
 use crate::redundancy::fit::residual::{
     FORCE_LAYOUT, FORCE_PACKED, Layout, PairMoments, RATE_LAYOUT, RATE_PACKED,
@@ -48,6 +48,8 @@ pub struct RestPair<'a, T: Real> {
     pub secondary: &'a RestMean<T>,
     /// Sensors of the primary that were found valid at it, accelerometer first.
     pub valid: [bool; 2],
+    /// How far siblings were from the primary just as this secondary was, m/s^2 and rad/s.
+    pub shared: [T; 2],
 }
 
 /// Calibration mode of one secondary.
@@ -63,6 +65,8 @@ pub struct CalibrationRun<T: Real> {
     rests: [Rests<T>; 2],
     /// Whether it moved since the last rest that was taken.
     moved: bool,
+    /// How far siblings were from the primary just as this secondary was, at the last rest, m/s^2 and rad/s.
+    shared: [T; 2],
 }
 
 /// Pairs of even seconds, to be fitted, and of odd ones, held out.
@@ -117,6 +121,8 @@ pub struct FitOutcome<T: Real> {
     pub fit: Fit<T>,
     /// On held-out pairs.
     pub residuals: Residuals<T>,
+    /// How far it has followed the primary with it.
+    pub following: Following<T>,
     /// Whether it is adopted.
     pub verdict: Result<(), AdoptionRefusal<T>>,
 }
@@ -134,6 +140,7 @@ impl<T: Real> CalibrationRun<T> {
             rates: Halves::new(),
             rests: [Rests::new(); 2],
             moved: true,
+            shared: [T::zero(); 2],
         }
     }
 
@@ -148,6 +155,7 @@ impl<T: Real> CalibrationRun<T> {
         if !core::mem::replace(&mut self.moved, false) {
             return;
         }
+        self.shared = rest.shared;
         for ((sensor, rests), stored) in SENSORS.into_iter().zip(&mut self.rests).zip(stored) {
             if !sensor.of(&rest.valid) || !unit.axes.any(sensor) {
                 continue;
@@ -251,7 +259,7 @@ impl<T: Real> CalibrationRun<T> {
         }
     }
 
-    /// Fits one sensor and judges the fit.
+    /// Fits one sensor and judges the fit. One that was `found_wrong` beside the others does not follow the primary, but them.
     ///
     /// # Errors
     /// [`AdoptionRefusal`] where there is no fit to be judged.
@@ -259,13 +267,16 @@ impl<T: Real> CalibrationRun<T> {
         &self,
         sensor: Sensor,
         unit: &MountedUnit<T>,
-        stored: &RelativeError<T>,
+        stored: &StoredCalibration<T>,
+        found_wrong: bool,
         settings: &RedundancySettings<T>,
     ) -> Result<FitOutcome<T>, AdoptionRefusal<T>> {
         let trial = Trial {
             sensor,
             unit,
-            stored,
+            stored: &stored.error,
+            followed: (stored.calibrated && !found_wrong).then_some(stored.followed),
+            shared: *sensor.of(&self.shared),
             settings,
             rest: self.rest_pair(sensor, unit),
             noise: self.noise(sensor, unit, settings.window),
@@ -308,6 +319,9 @@ struct Trial<'a, T: Real> {
     sensor: Sensor,
     unit: &'a MountedUnit<T>,
     stored: &'a RelativeError<T>,
+    /// How far it has followed the primary; `None` where that does not count.
+    followed: Option<Vector3<T>>,
+    shared: T,
     settings: &'a RedundancySettings<T>,
     rest: RestReadings<T>,
     noise: PrimaryNoise<T>,
@@ -329,7 +343,9 @@ impl<T: Real> Trial<'_, T> {
         }
         let half = self.fit(fitted, layout, None)?;
         // Both halves hold every other second: what residuals have in common over a second shows between them.
-        let times = half.disagreement(&self.fit(held_out, layout, None)?).max(T::one());
+        let times = half
+            .disagreement(&self.fit(held_out, layout, None)?)
+            .max(T::one());
         let motion = self.fit(all, layout, None)?;
         let (half, whole) = match self.weighed(all, layout, &motion, times)? {
             None => (half, motion),
@@ -339,6 +355,7 @@ impl<T: Real> Trial<'_, T> {
             ),
         };
         let whole = whole.less_certain(times);
+        let following = self.following(&whole, all);
         let candidate = FitCandidate {
             sensor: self.sensor,
             axes: *self.unit.axes.of(self.sensor),
@@ -350,13 +367,28 @@ impl<T: Real> Trial<'_, T> {
             held_out,
             all,
             rest: &self.rest,
+            following: &following,
         };
         let residuals = candidate.residuals();
         Ok(FitOutcome {
             fit: whole,
             residuals,
-            verdict: candidate.judge(&residuals, &self.settings.adoption),
+            following,
+            verdict: candidate.judge(&residuals, self.settings),
         })
+    }
+
+    /// How far it would follow the primary (docs/theory/redundancy.md, eq. 19, 20).
+    fn following(&self, fit: &Fit<T>, pairs: &dyn PairMoments<T>) -> Following<T> {
+        let Some(before) = self.followed else {
+            return Following::free();
+        };
+        let u = Vector3::from_fn(|j, _| pairs.mean_of(j));
+        let shift = fit.error.predict(&u) - self.stored.predict(&u); // eq. 19
+        Following {
+            followed: self.rests.unsupported(self.sensor, &(before + shift)),
+            shared: self.shared,
+        }
     }
 
     /// What the rests count for; `None` where there are none, or none are wanted.

@@ -1,8 +1,11 @@
 //! What the monitor finds while the platform rests, and what that triggers.
 
+use nalgebra::Vector3;
+
 use crate::real::Real;
-use crate::redundancy::evaluation::{Deviation, PrimaryAtRest, SecondaryAtRest};
+use crate::redundancy::evaluation::{Deviation, PrimaryAtRest, SecondaryAtRest, across};
 use crate::redundancy::gate::{Decision, Findings, Withheld};
+use crate::redundancy::health::Health;
 use crate::redundancy::monitor::calibration::{CalibrationRun, RestBefore, RestPair};
 use crate::redundancy::monitor::event::{Abandoned, Check, Event, EventKind};
 use crate::redundancy::monitor::rest_state::Purpose;
@@ -57,11 +60,16 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         for number in 1..UNITS {
             self.evaluate_secondary(platform, number, fewest, (valid, purpose), time, report);
         }
+        self.prove(platform, valid);
         self.take_rest(platform, fewest, valid);
     }
 
     /// Hands the means of this rest to the calibrations under way.
     fn take_rest(&mut self, platform: &Platform<T, UNITS>, fewest: u64, valid: [bool; 2]) -> Option<()> {
+        if self.calibrations.iter().all(Option::is_none) {
+            return None;
+        }
+        let apart = SENSORS.map(|sensor| self.apart_at_rest(platform, sensor, fewest, valid));
         let primary = self.rest_means.first()?;
         for calibration in self.calibrations.iter_mut().flatten() {
             let number = calibration.secondary();
@@ -71,8 +79,52 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                     primary,
                     secondary,
                     valid,
+                    shared: apart.map(|apart| shared(&apart, number)),
                 };
                 calibration.take_rest(platform.units().get(number)?, &rest, stored);
+            }
+        }
+        Some(())
+    }
+
+    /// What calibrated secondaries are from the primary at this rest, in its axes, as far as physics does not say that the
+    /// primary is right.
+    fn apart_at_rest(
+        &self,
+        platform: &Platform<T, UNITS>,
+        sensor: Sensor,
+        fewest: u64,
+        valid: [bool; 2],
+    ) -> [Option<Vector3<T>>; UNITS] {
+        let said = |number: usize| {
+            let at_rest = self.rest_means.get(number)?;
+            let rested = u64::from(at_rest.windows()) >= fewest.max(1);
+            let mean = sensor.triad(at_rest.mean());
+            self.compensated(platform, number, sensor, &mean)
+                .filter(|_| rested)
+        };
+        let primary = said(0);
+        core::array::from_fn(|number| {
+            let stored = sensor.of(self.stored.get(number)?);
+            let complete = platform.units().get(number)?.axes.complete(sensor);
+            let sound = self.health.get(number).is_some_and(Health::is_sound);
+            let primary = primary.filter(|_| number != 0 && stored.calibrated && complete && sound)?;
+            let apart = said(number)? - primary;
+            Some(match (sensor.of(&valid), sensor) {
+                (false, _) => apart,
+                (true, Sensor::Accelerometer) => across(&apart, &primary),
+                (true, Sensor::Gyroscope) => Vector3::zeros(),
+            })
+        })
+    }
+
+    /// At rest a valid primary is right along gravity, and about all axes: what followed it there is proven.
+    fn prove(&mut self, platform: &Platform<T, UNITS>, valid: [bool; 2]) -> Option<()> {
+        let primary = self.rest_means.first()?.mean();
+        for (unit, stored) in platform.units().iter().zip(&mut self.stored) {
+            let both = SENSORS.into_iter().zip(stored).zip(valid);
+            for ((sensor, stored), _) in both.filter(|(_, valid)| *valid) {
+                stored.prove(sensor, &(unit.sensor_from_primary * sensor.triad(primary)));
             }
         }
         Some(())
@@ -279,6 +331,26 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             kind,
         });
         Some(())
+    }
+}
+
+/// How far siblings are from the primary just as this secondary is: nearer to it than to the primary, at least as many of
+/// them as not (docs/theory/redundancy.md, eq. 21).
+fn shared<T: Real, const UNITS: usize>(apart: &[Option<Vector3<T>>; UNITS], number: usize) -> T {
+    let Some(own) = apart.get(number).copied().flatten() else {
+        return T::zero();
+    };
+    let siblings = apart.iter().enumerate().filter(|(other, _)| *other != number);
+    let (mut shared, mut not) = (0_u32, 0_u32);
+    for apart in siblings.filter_map(|(_, apart)| *apart) {
+        let alike = (apart - own).norm_squared() < apart.norm_squared(); // eq. 21
+        shared += u32::from(alike);
+        not += u32::from(!alike);
+    }
+    if shared > 0 && shared >= not {
+        own.norm()
+    } else {
+        T::zero()
     }
 }
 

@@ -164,8 +164,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                     let number = calibration.secondary();
                     self.rest.settled(number);
                     let unit = platform.units().get(number).zip(self.stored.get_mut(number));
-                    let conclusions = unit.map_or([Conclusion::NothingNew; 2], |(unit, stored)| {
-                        conclude(settings, calibration, unit, stored, time, report)
+                    let unit = unit.zip(self.health.get(number));
+                    let conclusions = unit.map_or([Conclusion::NothingNew; 2], |((unit, stored), health)| {
+                        conclude(settings, calibration, unit, stored, health, time, report)
                     });
                     // The next rest shows whether it was right.
                     for (sensor, conclusion) in SENSORS.into_iter().zip(conclusions) {

@@ -70,6 +70,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                     stored.replace(error, residual, record.sequence, factory);
                     stored.matrix_shown = record.shows_matrix();
                     stored.place_sigma = record.lever_arm_sigma.norm();
+                    stored.followed = record.followed;
                     (number, None)
                 }
             },

@@ -41,6 +41,14 @@ impl<T: Real> RedundancySettings<T> {
                 "largest_angular_rate_residual",
                 self.adoption.residual.angular_rate,
             ),
+            (
+                "largest_followed_specific_force",
+                self.adoption.followed.specific_force,
+            ),
+            (
+                "largest_followed_angular_rate",
+                self.adoption.followed.angular_rate,
+            ),
             ("spike_specific_force", self.health.spike.specific_force),
             ("spike_angular_rate", self.health.spike.angular_rate),
             ("tolerated_specific_force", self.health.tolerated.specific_force),

@@ -162,6 +162,8 @@ pub struct AdoptionSettings<T: Real> {
     pub drift: ForceAndRate<T>,
     /// Largest root mean square residual.
     pub residual: ForceAndRate<T>,
+    /// Farthest that calibrations together may follow the primary without proof that it is right.
+    pub followed: ForceAndRate<T>,
 }
 
 /// Limits of what a healthy unit does; lengths of time in microseconds.
@@ -296,6 +298,7 @@ impl<T: Real> Default for RedundancySettings<T> {
                 largest_lever_arm: real(1.0),
                 drift: both(0.1, 0.01),
                 residual: both(0.5, 0.05),
+                followed: both(0.15, 0.015),
             },
             health: HealthSettings::default(),
             selection: SelectionSettings::default(),

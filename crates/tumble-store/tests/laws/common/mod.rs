@@ -44,6 +44,7 @@ pub fn example() -> StoredRecord {
         residual_before: 0.5,
         pairs: 412,
         sequence: 7,
+        followed: Vector3::new(1.0 / 64.0, -1.0 / 32.0, 0.0),
     };
     StoredRecord {
         record,
@@ -69,6 +70,7 @@ prop_compose! {
         matrix in uniform9(finite()),
         vectors in uniform3(finite()),
         lever_arm in uniform3(finite()),
+        followed in uniform3(finite()),
         matrix_sigma in uniform9(sigma()),
         sigmas in (uniform3(sigma()), uniform3(sigma())),
         rung in prop::sample::select(vec![Rung::Offset, Rung::Gain, Rung::Affine, Rung::AffineAndLeverArm]),
@@ -90,6 +92,7 @@ prop_compose! {
             residual_before: residuals.1,
             pairs: counts.1,
             sequence: counts.2,
+            followed: Vector3::from(followed),
         };
         StoredRecord { record, temperature }
     }
