@@ -14,6 +14,7 @@
 //!
 //! Derivations: docs/theory/redundancy.md.
 
+mod components;
 pub mod evaluation;
 pub mod fit;
 pub mod gate;

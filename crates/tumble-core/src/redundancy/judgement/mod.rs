@@ -149,6 +149,19 @@ pub struct Judge<T: Real, const UNITS: usize> {
     usual_error: Option<T>,
     /// What witnesses from outside say, once there were any.
     testimony: Option<Testimony<T, UNITS>>,
+    /// What carries that on, told by the first witness: a program without witnesses links none of it.
+    carry_testimony: Option<CarryTestimony<T, UNITS>>,
+}
+
+/// [`Testimony::advance`], which only a call by this way reaches.
+#[derive(Clone, Copy, Debug)]
+struct CarryTestimony<T: Real, const UNITS: usize>(fn(&mut Testimony<T, UNITS>, &Surroundings<'_, T, UNITS>));
+
+/// There is but one.
+impl<T: Real, const UNITS: usize> PartialEq for CarryTestimony<T, UNITS> {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 /// Share of what a pair may be apart from which on nobody follows either of the two.
@@ -178,6 +191,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             resting_rate: Vector3::zeros(),
             usual_error: None,
             testimony: None,
+            carry_testimony: None,
         }
     }
 
@@ -192,6 +206,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         witness: &Witness<T>,
     ) -> Result<Option<Trust<T>>, WitnessRejection> {
         witness.check(UNITS)?;
+        self.carry_testimony = Some(CarryTestimony(Testimony::advance));
         self.testimony
             .get_or_insert_with(Testimony::new)
             .take(time, witness)
@@ -274,11 +289,12 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
 
     /// What the witness makes of the window, where there ever was one.
     fn hear_testimony(&mut self, window: &SetWindow<'_, T, UNITS>, said: [&Vector3<T>; 2]) {
-        let Some(testimony) = &mut self.testimony else {
+        let Some((testimony, CarryTestimony(carry))) = self.testimony.as_mut().zip(self.carry_testimony)
+        else {
             return;
         };
         let sensors = &self.sensors;
-        testimony.advance(&Surroundings {
+        let surroundings = Surroundings {
             units: window.units,
             said,
             resting_rate: &self.resting_rate,
@@ -292,7 +308,8 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             length: window.length,
             gravity: window.gravity,
             tolerated: window.tolerated,
-        });
+        };
+        carry(testimony, &surroundings);
     }
 
     /// Each unit's own gyroscope carries its gravity.

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::real::{Real, real};
+use crate::redundancy::components::{difference, follow, scaled, squared};
 use crate::redundancy::judgement::scales::SCALES;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 
@@ -131,15 +132,15 @@ impl<T: Real> SetMotion<T> {
             let [latest, _] = *before;
             *before = [*reading, latest];
         }
-        self.usual += (f - self.usual) * (window / real(USUAL));
+        follow(&mut self.usual, f, window / real(USUAL));
         let [(jerk, snap), (acceleration, angular_jerk)] = derivatives;
-        let w2 = w.norm_squared();
+        let w2 = squared(w);
         let [force_vibration, rate_vibration] = vibration;
         [
             Strain {
                 any_pair: any_pair(jerk, force_vibration),
                 place: acceleration + w2 * w2,
-                reading: (f - self.usual).norm_squared(),
+                reading: squared(&difference(f, &self.usual)),
                 curvature: snap,
             },
             Strain {
@@ -157,12 +158,12 @@ impl<T: Real> SetMotion<T> {
         if self.windows == 0 {
             return (T::zero(), T::zero());
         }
-        let second = (now - latest) * inverse;
+        let second = scaled(&difference(now, latest), inverse);
         if self.windows == 1 {
-            return (second.norm_squared(), T::zero());
+            return (squared(&second), T::zero());
         }
-        let first = (latest - earlier) * inverse;
-        let larger = first.norm_squared().max(second.norm_squared());
-        (larger, ((second - first) * inverse).norm_squared())
+        let first = scaled(&difference(latest, earlier), inverse);
+        let larger = squared(&first).max(squared(&second));
+        (larger, squared(&scaled(&difference(&second, &first), inverse)))
     }
 }

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::real::{Real, real, tabulated};
+use crate::redundancy::components::{difference, squared};
 use crate::redundancy::judgement::motion::{Strain, Tolerance};
 use crate::redundancy::judgement::scales::{SCALES, SECONDS};
 use crate::redundancy::sensor::Sensor;
@@ -289,31 +290,35 @@ pub struct Knowledge<T: Real> {
     pub calibration: T,
 }
 
-/// Compares means over scales, the shortest first (docs/theory/judgement.md, eq. 8).
-pub fn compare<T: Real>(
-    sensor: Sensor,
-    tolerated: T,
-    differences: impl Iterator<Item = Vector3<T>>,
-    strains: &[Strain<T>; SCALES],
-    known: &Knowledge<T>,
-    shown: &Shown<T>,
-) -> Comparison<T> {
-    let mut comparison = Comparison::none();
-    let scales = CONSTANTS.iter().zip(strains).zip(&shown.0);
-    let places = comparison.squares.iter_mut().zip(differences).zip(scales);
-    for ((squares, difference), ((of, strain), shown)) in places {
-        let drift = tolerated * tabulated(of.tolerated);
-        let tail = tabulated::<T>(of.tail);
-        let strain = known.tolerance.variance(strain);
-        let explained = of.noise_variance::<T>(sensor) + shown.share(of) * strain;
-        let threshold = drift * drift + tail * tail * explained + known.calibration; // eq. 8
-        let apart = difference.norm_squared();
-        *squares = Squares {
-            apart,
-            ratio: apart / threshold,
-            strain,
-        };
-        comparison.scales += 1;
+/// Means of two units over scales, the shortest first.
+pub type TwoMeans<'a, T> = (&'a [Vector3<T>], &'a [Vector3<T>]);
+
+impl<T: Real> Comparison<T> {
+    /// Compares two units' means over so many scales at most (docs/theory/judgement.md, eq. 8).
+    pub fn fill(
+        &mut self,
+        sensor: Sensor,
+        tolerated: T,
+        (first, second): TwoMeans<'_, T>,
+        strains: &[Strain<T>; SCALES],
+        known: &Knowledge<T>,
+        shown: &Shown<T>,
+    ) {
+        let scales = CONSTANTS.iter().zip(strains).zip(&shown.0);
+        let places = self.squares.iter_mut().zip(first.iter().zip(second)).zip(scales);
+        for ((squares, (first, second)), ((of, strain), shown)) in places {
+            let drift = tolerated * tabulated(of.tolerated);
+            let tail = tabulated::<T>(of.tail);
+            let strain = known.tolerance.variance(strain);
+            let explained = of.noise_variance::<T>(sensor) + shown.share(of) * strain;
+            let threshold = drift * drift + tail * tail * explained + known.calibration; // eq. 8
+            let apart = squared(&difference(first, second)); // judgement.md, eq. 1
+            *squares = Squares {
+                apart,
+                ratio: apart / threshold,
+                strain,
+            };
+            self.scales += 1;
+        }
     }
-    comparison
 }

@@ -1,7 +1,5 @@
 //! Four scales of time, and means that forget over each.
 
-use nalgebra::Vector3;
-
 use crate::real::{Real, count, real, tabulated};
 
 /// How many there are.
@@ -38,11 +36,4 @@ pub fn filled<T: Real>(window: T, windows: u16) -> usize {
         .iter()
         .take_while(|scale| seen >= tabulated(**scale))
         .count()
-}
-
-/// Moves each of four means towards a vector.
-pub fn follow_vector<T: Real>(means: &mut [Vector3<T>; SCALES], value: &Vector3<T>, shares: &[T; SCALES]) {
-    for (mean, share) in means.iter_mut().zip(shares) {
-        *mean += (value - *mean) * *share;
-    }
 }

@@ -3,11 +3,12 @@
 use nalgebra::Vector3;
 
 use crate::real::{Real, count, real, tabulated};
+use crate::redundancy::components::difference;
 use crate::redundancy::judgement::attribution::{Evidence, MountedSteps, Proof, by_rest, by_step};
 use crate::redundancy::judgement::isolation::{DWELL, Finding, isolate};
 use crate::redundancy::judgement::motion::{Strain, StrainMeans, Tolerance};
 use crate::redundancy::judgement::noise::{UsualScatter, is_quiet, limit};
-use crate::redundancy::judgement::pair::{Comparison, Comparisons, Gains, Knowledge, ShownByPairs, compare};
+use crate::redundancy::judgement::pair::{Comparison, Comparisons, Gains, Knowledge, ShownByPairs};
 use crate::redundancy::judgement::scales::{SCALES, SECONDS, Shares};
 use crate::redundancy::judgement::unit::SensorDeviation;
 use crate::redundancy::judgement::{Judgement, SetWindow, UnitEvidence, UnitReading};
@@ -255,7 +256,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         self.strains.push(strain, &shares.after(self.windows));
         for (deviation, unit) in self.deviations.iter_mut().zip(window.units) {
             if let Some(unit) = unit {
-                deviation.push(&(sensor.of(&unit.reading) - said), &shares);
+                deviation.push(&difference(sensor.of(&unit.reading), said), &shares);
             }
         }
     }
@@ -283,35 +284,37 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         for ([i, j], comparison) in comparisons.pairs_mut() {
             let units = case.unit(i).zip(case.unit(j));
             if let Some((a, b)) = units.filter(|_| case.votes(i) && case.votes(j)) {
-                *comparison = self.pair(case, [i, j], [a, b], shown);
+                self.compare_pair(case, [i, j], [a, b], shown, comparison);
             }
         }
         comparisons
     }
 
-    fn pair(
+    fn compare_pair(
         &self,
         case: &Case<'_, T, UNITS>,
         [i, j]: [usize; 2],
         units: [&UnitReading<T>; 2],
         shown: &ShownByPairs<T, UNITS>,
-    ) -> Comparison<T> {
+        comparison: &mut Comparison<T>,
+    ) {
         let sensor = case.sensor;
         let calibrated = units.iter().all(|unit| *sensor.of(&unit.calibrated));
         let compared = if calibrated { SCALES } else { SCALES_UNCALIBRATED };
-        let means = |unit: usize| self.deviations.get(unit).map(|of| of.means(case.window.length));
-        let (Some(first), Some(second), Some(shown)) = (means(i), means(j), shown.of(sensor, i, j)) else {
-            return Comparison::none();
+        let means = |unit: usize| {
+            let means = self.deviations.get(unit)?.means(case.window.length);
+            Some(means.get(..compared).unwrap_or(means))
         };
-        let differences = first.iter().zip(second).map(|(a, b)| a - b); // judgement.md, eq. 1
-        compare(
-            sensor,
-            case.window.tolerated.of(sensor),
-            differences.take(compared),
-            self.strains.scales(),
-            &known(sensor, units),
-            shown,
-        )
+        if let (Some(first), Some(second), Some(shown)) = (means(i), means(j), shown.of(sensor, i, j)) {
+            comparison.fill(
+                sensor,
+                case.window.tolerated.of(sensor),
+                (first, second),
+                self.strains.scales(),
+                &known(sensor, units),
+                shown,
+            );
+        }
     }
 
     /// Who scatters more than the others make one expect.

@@ -3,7 +3,8 @@
 use nalgebra::Vector3;
 
 use crate::real::{Real, real, tabulated};
-use crate::redundancy::judgement::scales::{SCALES, Shares, filled, follow_vector};
+use crate::redundancy::components::{difference, follow, scaled, squared};
+use crate::redundancy::judgement::scales::{SCALES, Shares, filled};
 use crate::redundancy::sensor::Sensor;
 
 /// Fastest that a slow offset follows, and the most it may become: m/s^2 and rad/s, per second and in all.
@@ -34,25 +35,25 @@ impl<T: Real> SensorDeviation<T> {
     /// Takes in how far it is from the set over the next window.
     pub fn push(&mut self, deviation: &Vector3<T>, shares: &Shares<T>) {
         self.windows = self.windows.saturating_add(1);
-        follow_vector(
-            &mut self.means,
-            &(deviation - self.offset),
-            &shares.after(self.windows),
-        );
+        let value = difference(deviation, &self.offset);
+        for (mean, share) in self.means.iter_mut().zip(shares.after(self.windows)) {
+            follow(mean, &value, share); // judgement.md, eq. 2
+        }
     }
 
     /// Lets the offset follow, as it may while nothing is wrong.
     pub fn follow(&mut self, sensor: Sensor, window: T) {
-        let [_, _, mean, _] = self.means;
-        let size = mean.norm();
-        if size <= T::zero() {
-            return;
+        let [_, _, mean, _] = &self.means;
+        let (slew, square) = (tabulated::<T>(*sensor.of(&SLEW)) * window, squared(mean));
+        if square <= slew * slew {
+            self.offset += mean;
+        } else {
+            self.offset += scaled(mean, slew / square.sqrt());
         }
-        let step = mean * ((tabulated::<T>(*sensor.of(&SLEW)) * window).min(size) / size);
-        let moved = self.offset + step;
-        let most = tabulated::<T>(*sensor.of(&SLOW_OFFSET));
-        let size = moved.norm();
-        self.offset = if size > most { moved * (most / size) } else { moved };
+        let (most, square) = (tabulated::<T>(*sensor.of(&SLOW_OFFSET)), squared(&self.offset));
+        if square > most * most {
+            self.offset = scaled(&self.offset, most / square.sqrt());
+        }
     }
 
     /// Forgets means; the slow offset stays.
@@ -123,11 +124,16 @@ impl<T: Real> CarriedGravity<T> {
         let turn: Vector3<T> = w * -window;
         let turned: Vector3<T> =
             *carried + turn.cross(carried) + turn.cross(&turn.cross(carried)) * real::<T>(0.5);
-        let error: Vector3<T> = f - turned; // judgement.md, eq. 14
-        let next: Vector3<T> = turned + error * (window / real::<T>(CARRIED_OVER));
-        let size = next.norm();
-        *carried = if size > T::zero() { next * (g / size) } else { *f };
-        self.error += (error - self.error) * (window / real::<T>(ERROR_OVER));
+        let error = difference(f, &turned); // judgement.md, eq. 14
+        let mut next = turned;
+        follow(&mut next, f, window / real::<T>(CARRIED_OVER));
+        let size = squared(&next).sqrt();
+        *carried = if size > T::zero() {
+            scaled(&next, g / size)
+        } else {
+            *f
+        };
+        follow(&mut self.error, &error, window / real::<T>(ERROR_OVER));
     }
 
     /// What the accelerometer says beyond it, mean over the latest seconds, m/s^2.

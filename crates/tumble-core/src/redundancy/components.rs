@@ -1,0 +1,31 @@
+//! Vectors component by component: built for size, the general operators are loops and calls, which take a device several
+//! times as long.
+
+use nalgebra::Vector3;
+
+use crate::real::Real;
+
+/// `a - b`.
+pub fn difference<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+    Vector3::new(a.x - b.x, a.y - b.y, a.z - b.z)
+}
+
+/// `v` times a number.
+pub fn scaled<T: Real>(v: &Vector3<T>, factor: T) -> Vector3<T> {
+    Vector3::new(v.x * factor, v.y * factor, v.z * factor)
+}
+
+/// `|v|^2`.
+pub fn squared<T: Real>(v: &Vector3<T>) -> T {
+    v.x * v.x + v.y * v.y + v.z * v.z
+}
+
+/// Moves a mean by a share of the way to a value.
+pub fn follow<T: Real>(mean: &mut Vector3<T>, value: &Vector3<T>, share: T) {
+    let left = difference(value, mean);
+    *mean = Vector3::new(
+        mean.x + left.x * share,
+        mean.y + left.y * share,
+        mean.z + left.z * share,
+    );
+}
