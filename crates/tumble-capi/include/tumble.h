@@ -153,6 +153,10 @@ enum tumble_status
      */
     TUMBLE_ERROR_SAME_IDENTITY,
     /**
+     * The primary's own calibration is taken before the first sample only.
+     */
+    TUMBLE_ERROR_BEGUN,
+    /**
      * The spin shows nothing that could be solved for; the failure says why.
      */
     TUMBLE_ERROR_SPIN,
@@ -1369,11 +1373,11 @@ typedef struct tumble_redundancy_settings {
      */
     float improvement;
     /**
-     * Largest bias of an accelerometer. Default: 3 m/s^2.
+     * Largest bias of an accelerometer. Larger than `tolerated_specific_force`. Default: 3 m/s^2.
      */
     float largest_specific_force_bias;
     /**
-     * Largest bias of a gyroscope. Default: 1 rad/s.
+     * Largest bias of a gyroscope. Larger than `tolerated_angular_rate`. Default: 1 rad/s.
      */
     float largest_angular_rate_bias;
     /**
@@ -1680,11 +1684,11 @@ typedef struct tumble_witness {
 } tumble_witness;
 
 /**
- * What a monitor knows of one sensor of a unit.
+ * What a monitor knows of one sensor of a unit. Of the primary it is its own calibration, against the truth.
  */
 typedef struct tumble_knowledge {
     /**
-     * M, row by row, in the sensor's own axes beside its nominal mounting: close to identity.
+     * M, row by row, in the sensor's own axes beside its nominal mounting: close to identity. Of the primary as given.
      */
     float matrix[3][3];
     /**
@@ -1700,11 +1704,16 @@ typedef struct tumble_knowledge {
      */
     float residual;
     /**
+     * Of the first calibration there was, or of the record from the factory: the error that thresholds of the kind
+     * ::TUMBLE_THRESHOLD_KIND_FACTORY_BY_MARGIN are counted from, m/s^2 or rad/s; zero before.
+     */
+    float factory;
+    /**
      * Its difference to a valid primary at the last rest, m/s^2 or rad/s; infinite before.
      */
     float apart;
     /**
-     * Counts the calibrations; zero before the first.
+     * Counts the calibrations; zero before the first, and of the primary.
      */
     uint32_t sequence;
     /**
@@ -2234,7 +2243,7 @@ tumble_status tumble_redundancy_command(struct tumble_redundancy *redundancy, tu
 tumble_status tumble_redundancy_get_source(const struct tumble_redundancy *redundancy, uint32_t *unit);
 
 /**
- * Says what is known of a sensor of a unit.
+ * Says what is known of a sensor of a unit, the primary or a secondary.
  *
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_NO_SUCH_UNIT,
  * ::TUMBLE_ERROR_CODE.
@@ -2246,10 +2255,12 @@ tumble_status tumble_redundancy_get_stored(const struct tumble_redundancy *redun
 
 /**
  * Takes a stored record; an event says whether it was taken. After a reset, give it before the first sample. After
- * tumble_store_roll_back(), at any time: a calibration of that unit that is under way is abandoned. `on_event` may be
- * null.
+ * tumble_store_roll_back(), at any time: a calibration of that unit that is under way is abandoned. That of the primary,
+ * which relates its readings to the truth, becomes its own calibration of that sensor; it is taken before the first sample
+ * only. `on_event` may be null.
  *
- * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_CODE.
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_CODE,
+ * ::TUMBLE_ERROR_BEGUN.
  */
 tumble_status tumble_redundancy_restore(struct tumble_redundancy *redundancy,
                                         const struct tumble_record *record,
@@ -2257,10 +2268,12 @@ tumble_status tumble_redundancy_restore(struct tumble_redundancy *redundancy,
                                         void *context);
 
 /**
- * Takes all records in force of the secondaries from a store, as after a reset. `on_event` may be null.
+ * Takes all records in force from a store, as after a reset: those of the secondaries, and those of the primary as its own
+ * calibration unless tumble_redundancy_init() was given one. `on_event` may be null.
  *
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, of the monitor or the store; the first
- * of tumble_store_load(), and the other records were taken all the same. That nothing is stored is no error.
+ * of tumble_store_load(), or ::TUMBLE_ERROR_BEGUN of a record of the primary, and the other records were taken all the
+ * same. That nothing is stored is no error.
  */
 tumble_status tumble_redundancy_restore_from(struct tumble_redundancy *redundancy,
                                              struct tumble_store *store,

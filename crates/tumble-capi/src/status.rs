@@ -42,6 +42,8 @@ pub enum Status {
     TumbleErrorMounting,
     /// Two units have the same identity.
     TumbleErrorSameIdentity,
+    /// The primary's own calibration is taken before the first sample only.
+    TumbleErrorBegun,
     /// The spin shows nothing that could be solved for; the failure says why.
     TumbleErrorSpin,
     /// The buffer is too small; #TUMBLE_RECORD_BYTES are always enough.

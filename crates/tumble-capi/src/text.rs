@@ -70,6 +70,7 @@ fn words(status: Status) -> &'static CStr {
         Status::TumbleErrorPrimary => c"the primary lacks an axis, or is turned against itself",
         Status::TumbleErrorMounting => c"the matrix of a mounting is no rotation",
         Status::TumbleErrorSameIdentity => c"two units have the same identity",
+        Status::TumbleErrorBegun => c"the primary's own calibration is taken before the first sample only",
         Status::TumbleErrorSpin => c"the spin cannot be used; the failure says why",
         Status::TumbleErrorNoRoom => c"the buffer is too small",
         Status::TumbleErrorTooShort => c"fewer bytes than any record has",

@@ -11,10 +11,18 @@ use core::ffi::c_void;
 use core::mem::MaybeUninit;
 use core::slice;
 
+use tumble_core::model::ErrorModel as CoreModel;
+use tumble_core::redundancy::evaluation::primary_factory_error;
+use tumble_core::redundancy::monitor::event::{
+    Event as CoreEvent, EventKind as CoreEventKind, RecordRejection,
+};
 use tumble_core::redundancy::monitor::{Command as CoreCommand, Monitor};
 use tumble_core::redundancy::platform::{
     MountedUnit as CoreUnit, Platform, PlatformError, PrimaryCalibration,
 };
+use tumble_core::redundancy::record::{Record as CoreRecord, Storage as CoreStorage};
+use tumble_core::redundancy::sensor::{SENSORS, Sensor as CoreSensor};
+use tumble_store::flash::StoreError;
 
 pub use crate::redundancy::choice::{Adoption, Data, Gate, Scope, Threshold, ThresholdKind};
 pub use crate::redundancy::event::{Check, Event, EventKind, OnEvent};
@@ -24,6 +32,7 @@ pub use crate::redundancy::unit::{TUMBLE_AXES_ALL, Unit, tumble_unit_defaults};
 pub use crate::redundancy::witness::{Witness, WitnessKind};
 
 use crate::code::{Code, code};
+use crate::flash::DriverError;
 use crate::model::{Calibration, Sample, rows};
 use crate::pointer::{Place, Storage, answer, begin, change, look, read, view};
 use crate::record::{Record, Sensor};
@@ -87,11 +96,11 @@ pub struct Output {
     pub flags: u32,
 }
 
-/// What a monitor knows of one sensor of a unit.
+/// What a monitor knows of one sensor of a unit. Of the primary it is its own calibration, against the truth.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Knowledge {
-    /// M, row by row, in the sensor's own axes beside its nominal mounting: close to identity.
+    /// M, row by row, in the sensor's own axes beside its nominal mounting: close to identity. Of the primary as given.
     pub matrix: [[f32; 3]; 3],
     /// b, m/s^2 or rad/s.
     pub bias: [f32; 3],
@@ -99,9 +108,12 @@ pub struct Knowledge {
     pub lever_arm: [f32; 3],
     /// Root mean square residual of a channel on held-out pairs, m/s^2 or rad/s; zero before the first calibration.
     pub residual: f32,
+    /// Of the first calibration there was, or of the record from the factory: the error that thresholds of the kind
+    /// ::TUMBLE_THRESHOLD_KIND_FACTORY_BY_MARGIN are counted from, m/s^2 or rad/s; zero before.
+    pub factory: f32,
     /// Its difference to a valid primary at the last rest, m/s^2 or rad/s; infinite before.
     pub apart: f32,
-    /// Counts the calibrations; zero before the first.
+    /// Counts the calibrations; zero before the first, and of the primary.
     pub sequence: u32,
     /// Whether there was any.
     pub calibrated: bool,
@@ -250,7 +262,7 @@ pub unsafe extern "C" fn tumble_redundancy_get_source(
     answer(place, found)
 }
 
-/// Says what is known of a sensor of a unit.
+/// Says what is known of a sensor of a unit, the primary or a secondary.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_NO_SUCH_UNIT,
 /// ::TUMBLE_ERROR_CODE.
@@ -272,10 +284,12 @@ pub unsafe extern "C" fn tumble_redundancy_get_stored(
 }
 
 /// Takes a stored record; an event says whether it was taken. After a reset, give it before the first sample. After
-/// tumble_store_roll_back(), at any time: a calibration of that unit that is under way is abandoned. `on_event` may be
-/// null.
+/// tumble_store_roll_back(), at any time: a calibration of that unit that is under way is abandoned. That of the primary,
+/// which relates its readings to the truth, becomes its own calibration of that sensor; it is taken before the first sample
+/// only. `on_event` may be null.
 ///
-/// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_CODE.
+/// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_CODE,
+/// ::TUMBLE_ERROR_BEGUN.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_redundancy_restore(
     redundancy: *mut Redundancy,
@@ -287,19 +301,24 @@ pub unsafe extern "C" fn tumble_redundancy_restore(
     let record = unsafe { read(record) };
     let listener = Listener { on_event, context };
     let work = |watched: &mut Watched| {
-        let stored = record?.in_store()?;
+        let record = record?.in_store()?.record;
+        if record.identity == watched.primary() {
+            return watched.calibrate_primary(&record, &listener);
+        }
         let Watched { platform, monitor } = watched;
-        monitor.restore(platform, &stored.record, &mut |event| listener.tell(&event));
+        monitor.restore(platform, &record, &mut |event| listener.tell(&event));
         Ok(())
     };
     // SAFETY: the same.
     status(unsafe { change(redundancy, work) })
 }
 
-/// Takes all records in force of the secondaries from a store, as after a reset. `on_event` may be null.
+/// Takes all records in force from a store, as after a reset: those of the secondaries, and those of the primary as its own
+/// calibration unless tumble_redundancy_init() was given one. `on_event` may be null.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, of the monitor or the store; the first
-/// of tumble_store_load(), and the other records were taken all the same. That nothing is stored is no error.
+/// of tumble_store_load(), or ::TUMBLE_ERROR_BEGUN of a record of the primary, and the other records were taken all the
+/// same. That nothing is stored is no error.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_redundancy_restore_from(
     redundancy: *mut Redundancy,
@@ -309,12 +328,14 @@ pub unsafe extern "C" fn tumble_redundancy_restore_from(
 ) -> Status {
     let listener = Listener { on_event, context };
     let work = |watched: &mut Watched| {
-        let Watched { platform, monitor } = watched;
         let restore = |store: &mut _| {
             let mut now = tumble_store::flash::RecordStore::at(store, 0, None);
-            monitor
+            let primary = watched.calibrate_primary_from(&mut now, &listener);
+            let Watched { platform, monitor } = watched;
+            let secondaries = monitor
                 .restore_from(platform, &mut now, &mut |event| listener.tell(&event))
-                .map_err(|error| error_of(&error))
+                .map_err(|error| error_of(&error));
+            primary.and(secondaries)
         };
         // SAFETY: as the header asks of all pointers.
         unsafe { change(store, restore) }
@@ -338,8 +359,69 @@ impl Output {
     };
 }
 
+impl Watched {
+    /// Identity of the primary.
+    fn primary(&self) -> u64 {
+        let [primary, ..] = self.platform.units();
+        primary.identity
+    }
+
+    /// Takes a record of the primary for its own calibration.
+    fn calibrate_primary(&mut self, record: &CoreRecord<f32>, listener: &Listener) -> StatusResult {
+        if self.monitor.has_begun() {
+            return Err(Status::TumbleErrorBegun);
+        }
+        let sensor = record.sensor;
+        let kind = match self.platform.calibration().with_record(record) {
+            Some(calibration) => {
+                self.platform = self.platform.with_calibration(calibration);
+                let sequence = record.sequence;
+                CoreEventKind::Restored { sensor, sequence }
+            }
+            None => CoreEventKind::RecordRejected {
+                sensor,
+                why: if record.is_finite() {
+                    RecordRejection::Implausible
+                } else {
+                    RecordRejection::NotFinite
+                },
+            },
+        };
+        listener.tell(&CoreEvent {
+            time: 0,
+            unit: 0,
+            kind,
+        });
+        Ok(())
+    }
+
+    /// Takes what is stored of the primary, unless a calibration was given.
+    fn calibrate_primary_from<S: CoreStorage<f32, Error = StoreError<DriverError>>>(
+        &mut self,
+        store: &mut S,
+        listener: &Listener,
+    ) -> StatusResult {
+        if *self.platform.calibration() != PrimaryCalibration::none() {
+            return Ok(());
+        }
+        let mut outcome = Ok(());
+        for sensor in SENSORS {
+            let taken = match store.load(self.primary(), sensor) {
+                Ok(Some(record)) => self.calibrate_primary(&record, listener),
+                Ok(None) => Ok(()),
+                Err(error) => Err(error_of(&error)),
+            };
+            outcome = outcome.and(taken);
+        }
+        outcome
+    }
+}
+
 impl Knowledge {
     fn of(watched: &Watched, unit: u32, sensor: Sensor) -> StatusResult<Self> {
+        if unit == 0 {
+            return Ok(Self::of_primary(watched, sensor.in_core()));
+        }
         let both = watched.monitor.stored(number(unit)?);
         let [accelerometer, gyroscope] = both.ok_or(Status::TumbleErrorNoSuchUnit)?;
         let stored = match sensor {
@@ -351,11 +433,30 @@ impl Knowledge {
             bias: stored.error.bias.into(),
             lever_arm: stored.error.lever_arm.into(),
             residual: stored.residual,
+            factory: stored.factory,
             apart: stored.apart,
             sequence: stored.sequence,
             calibrated: stored.calibrated,
             agrees: stored.agrees,
         })
+    }
+
+    /// It is not apart from itself.
+    fn of_primary(watched: &Watched, sensor: CoreSensor) -> Self {
+        let calibration = watched.platform.calibration();
+        let model = calibration.model(sensor);
+        let settings = &watched.platform.settings().evaluation;
+        Self {
+            matrix: rows(&model.matrix),
+            bias: model.bias.into(),
+            lever_arm: [0.0; 3],
+            residual: calibration.residual(sensor),
+            factory: primary_factory_error(sensor, calibration, settings),
+            apart: 0.0,
+            sequence: 0,
+            calibrated: *model != CoreModel::identity(),
+            agrees: true,
+        }
     }
 }
 

@@ -206,6 +206,7 @@ static void outlasts_a_reset(void)
         ANSWERS(TUMBLE_OK, tumble_redundancy_get_stored(told.monitor, 1, (tumble_sensor)sensor, &after));
         CHECK(after.calibrated && after.sequence == before[sensor].sequence);
         CHECK(after.residual == before[sensor].residual);
+        CHECK(after.factory > 0.0F && after.factory == before[sensor].factory);
         CHECK(memcmp(after.bias, before[sensor].bias, sizeof after.bias) == 0);
         for (int i = 0; i < 9; ++i) {
             CHECK(fabsf(after.matrix[i / 3][i % 3] - before[sensor].matrix[i / 3][i % 3]) < 1e-6F);
@@ -341,6 +342,122 @@ static void a_witness_that_cannot_be_used_is_told_of_once(void)
     free(monitor);
 }
 
+/* What is wrong with the primary by itself, as records have it: y = M u + b. */
+static tumble_record record_of_primary(tumble_sensor sensor)
+{
+    tumble_record record = record_of(sensor, 3);
+    record.identity = 1;
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) {
+            record.matrix[i][j] = i == j ? 1.0F + 0.01F * (float)(i + 1) : 0.003F * (float)(i - j);
+        }
+        record.bias[i] = 0.1F * (float)(i + 1);
+        record.lever_arm[i] = 0.0F;
+    }
+    record.residual = sensor == TUMBLE_SENSOR_GYROSCOPE ? 0.001F : 0.02F;
+    return record;
+}
+
+static tumble_calibration calibration_of_primary(void)
+{
+    tumble_calibration calibration;
+    tumble_error_model *const models[2] = {&calibration.accelerometer, &calibration.gyroscope};
+    for (uint32_t sensor = 0; sensor < 2; ++sensor) {
+        const tumble_record record = record_of_primary((tumble_sensor)sensor);
+        memcpy(models[sensor]->matrix, record.matrix, sizeof record.matrix);
+        memcpy(models[sensor]->bias, record.bias, sizeof record.bias);
+    }
+    return calibration;
+}
+
+/* Flash with the records of the primary in it, and a monitor of default settings. */
+static void begin_with_records_of_primary(ram_flash *flash, mission *told, const tumble_calibration *given)
+{
+    tumble_redundancy_settings settings;
+    tumble_unit units[TUMBLE_UNITS];
+    ANSWERS(TUMBLE_OK, tumble_redundancy_defaults(&settings));
+    memset(told, 0, sizeof *told);
+    ram_flash_erase(flash);
+    told->store = ram_flash_open(flash);
+    for (uint32_t sensor = 0; sensor < 2; ++sensor) {
+        const tumble_record record = record_of_primary((tumble_sensor)sensor);
+        ANSWERS(TUMBLE_OK, tumble_store_save_factory(told->store, 0, &record, NULL));
+    }
+    fill_units(units);
+    told->monitor = NEW(tumble_redundancy);
+    ANSWERS(TUMBLE_OK, tumble_redundancy_init(told->monitor, sizeof *told->monitor, &settings, given, units,
+                                              TUMBLE_UNITS));
+}
+
+static void the_primary_is_calibrated_from_flash(void)
+{
+    ram_flash flash;
+    mission told;
+    tumble_correction correction;
+    const tumble_calibration calibration = calibration_of_primary();
+    tumble_sample truth, sample = {5000, {0.3F, -0.2F, 9.8F}, {0.1F, 0.2F, -0.3F}};
+    begin_with_records_of_primary(&flash, &told, NULL);
+    ANSWERS(TUMBLE_OK, tumble_redundancy_restore_from(told.monitor, told.store, on_event, &told));
+    CHECK(told.kinds == 1 && told.order[0] == TUMBLE_EVENT_KIND_RESTORED);
+    for (uint32_t sensor = 0; sensor < 2; ++sensor) {
+        const tumble_record record = record_of_primary((tumble_sensor)sensor);
+        tumble_knowledge known;
+        ANSWERS(TUMBLE_OK, tumble_redundancy_get_stored(told.monitor, 0, (tumble_sensor)sensor, &known));
+        CHECK(known.calibrated && known.residual == record.residual);
+        CHECK(memcmp(known.matrix, record.matrix, sizeof known.matrix) == 0);
+        CHECK(memcmp(known.bias, record.bias, sizeof known.bias) == 0);
+        /* Of data as compensated, what a calibration left counts, over three axes. */
+        CHECK(fabsf(known.factory - 1.7320508F * record.residual) < 1e-6F);
+    }
+    ANSWERS(TUMBLE_OK, tumble_correction_init(&correction, &calibration));
+    ANSWERS(TUMBLE_OK, tumble_correction_apply(&correction, &sample, &truth));
+    ANSWERS(TUMBLE_OK, tumble_redundancy_push(told.monitor, 0, &sample, NULL, NULL, &told.output));
+    CHECK(told.output.source == 0);
+    for (int i = 0; i < 3; ++i) {
+        CHECK(told.output.specific_force[i] == truth.specific_force[i]);
+        CHECK(told.output.angular_rate[i] == truth.angular_rate[i]);
+    }
+    /* What has begun is not calibrated otherwise. */
+    const tumble_record late = record_of_primary(TUMBLE_SENSOR_GYROSCOPE);
+    ANSWERS(TUMBLE_ERROR_BEGUN, tumble_redundancy_restore(told.monitor, &late, on_event, &told));
+    free(told.monitor);
+    free(told.store);
+}
+
+static void what_is_given_of_the_primary_goes_before_flash(void)
+{
+    ram_flash flash;
+    mission told;
+    tumble_calibration given = calibration_of_primary();
+    tumble_knowledge known;
+    given.gyroscope.bias[0] = -0.5F;
+    begin_with_records_of_primary(&flash, &told, &given);
+    ANSWERS(TUMBLE_OK, tumble_redundancy_restore_from(told.monitor, told.store, on_event, &told));
+    CHECK(told.kinds == 0);
+    ANSWERS(TUMBLE_OK, tumble_redundancy_get_stored(told.monitor, 0, TUMBLE_SENSOR_GYROSCOPE, &known));
+    CHECK(known.calibrated && known.bias[0] == -0.5F && known.residual == 0.0F);
+    free(told.monitor);
+    free(told.store);
+}
+
+static void a_primary_without_a_record_is_taken_for_right(void)
+{
+    tumble_redundancy_settings settings;
+    tumble_knowledge known;
+    ANSWERS(TUMBLE_OK, tumble_redundancy_defaults(&settings));
+    mission told;
+    memset(&told, 0, sizeof told);
+    told.monitor = new_monitor(&settings);
+    tumble_record record = record_of_primary(TUMBLE_SENSOR_ACCELEROMETER);
+    memset(record.matrix, 0, sizeof record.matrix);
+    /* It has no inverse. */
+    ANSWERS(TUMBLE_OK, tumble_redundancy_restore(told.monitor, &record, on_event, &told));
+    CHECK(told.kinds == 1 && told.order[0] == TUMBLE_EVENT_KIND_RECORD_REJECTED);
+    ANSWERS(TUMBLE_OK, tumble_redundancy_get_stored(told.monitor, 0, TUMBLE_SENSOR_ACCELEROMETER, &known));
+    CHECK(!known.calibrated && known.matrix[0][0] == 1.0F && known.bias[0] == 0.0F && known.residual == 0.0F);
+    free(told.monitor);
+}
+
 const law redundancy_laws[] = {
     {"a redundant set agrees with its vectors", agrees_with_the_vectors},
     {"what was adopted and stored is there after a reset", outlasts_a_reset},
@@ -349,5 +466,10 @@ const law redundancy_laws[] = {
      a_callback_cannot_reach_the_store_it_is_restored_from},
     {"what a witness says that cannot be used is told of once", a_witness_that_cannot_be_used_is_told_of_once},
     {"a primary that dies is replaced by the secondary", a_dead_primary_is_replaced},
+    {"the primary's own records in flash are its calibration", the_primary_is_calibrated_from_flash},
+    {"a calibration of the primary that is given goes before that in flash",
+     what_is_given_of_the_primary_goes_before_flash},
+    {"a primary without a record that can be one is taken for right",
+     a_primary_without_a_record_is_taken_for_right},
     {NULL, NULL},
 };

@@ -122,23 +122,16 @@ pub struct PrimaryAtRest<'a, T: Real> {
 impl<T: Real> PrimaryAtRest<'_, T> {
     /// Against its threshold.
     pub fn deviation(&self, settings: &EvaluationSettings<T>) -> Deviation<T> {
-        let (sensor, axes) = (self.sensor, &self.unit.axes);
-        let model = self.calibration.model(sensor);
-        let error = RelativeError {
-            matrix: model.matrix,
-            bias: model.bias,
-            ..RelativeError::none()
-        };
-        let residual = self.calibration.residual(sensor);
+        let sensor = self.sensor;
         let known = KnownErrors {
             last: match settings.data {
                 Data::Raw => {
                     let found = off_rest(sensor, &self.mean, settings.gravity);
                     along(&(self.mean - self.corrected()), &found)
                 }
-                Data::Compensated => of_all_axes(axes, sensor, residual),
+                Data::Compensated => of_all_axes(&self.unit.axes, sensor, self.calibration.residual(sensor)),
             },
-            factory: factory_error(sensor, axes, &error, residual, settings),
+            factory: primary_factory_error(sensor, self.calibration, settings),
         };
         Deviation {
             value: self.off_physics(settings.data, settings.gravity),
@@ -306,6 +299,21 @@ pub fn factory_error<T: Real>(
             (bias.norm_squared() + of_gravity.norm_squared() / real(3.0)).sqrt()
         }
     }
+}
+
+/// The same of the primary, which has all axes, by its own calibration.
+pub fn primary_factory_error<T: Real>(
+    sensor: Sensor,
+    calibration: &PrimaryCalibration<T>,
+    settings: &EvaluationSettings<T>,
+) -> T {
+    let model = calibration.model(sensor);
+    let error = RelativeError {
+        matrix: model.matrix,
+        bias: model.bias,
+        ..RelativeError::none()
+    };
+    factory_error(sensor, &Axes::ALL, &error, calibration.residual(sensor), settings)
 }
 
 /// The length over the axes there are of what is so large on each.

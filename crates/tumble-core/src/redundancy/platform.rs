@@ -122,18 +122,27 @@ impl<T: Real> PrimaryCalibration<T> {
     /// # Errors
     /// What storage gives.
     pub fn stored<S: Storage<T>>(identity: u64, storage: &mut S) -> Result<Option<Self>, S::Error> {
-        let mut records = [None; 2];
+        let mut found = None;
         for sensor in SENSORS {
-            *sensor.of_mut(&mut records) = storage.load(identity, sensor)?;
+            if let Some(record) = storage.load(identity, sensor)? {
+                let Some(calibration) = found.unwrap_or(Self::none()).with_record(&record) else {
+                    return Ok(None);
+                };
+                found = Some(calibration);
+            }
         }
-        if records == [None; 2] {
-            return Ok(None);
-        }
-        let model = |record: Option<Record<T>>| record.map_or(ErrorModel::identity(), |record| record.model);
-        let [accelerometer, gyroscope] = records;
-        let calibration = Self::new(model(accelerometer), model(gyroscope));
-        let residuals = records.map(|record| record.map_or(T::zero(), |record| record.residual));
-        Ok(calibration.map(|calibration| calibration.with_residuals(residuals)))
+        Ok(found)
+    }
+
+    /// The same with what a record of the primary says of one sensor; `None` where that is not finite or has no inverse.
+    pub fn with_record(self, record: &Record<T>) -> Option<Self> {
+        let sensor = record.sensor;
+        let correction = record.model.correction().ok().filter(|_| record.is_finite())?;
+        let mut with = self;
+        *sensor.of_mut(&mut with.models) = record.model;
+        *sensor.of_mut(&mut with.corrections) = correction;
+        *sensor.of_mut(&mut with.residuals) = record.residual;
+        Some(with)
     }
 
     /// That of a sensor.
@@ -219,6 +228,11 @@ impl<T: Real, const UNITS: usize> Platform<T, UNITS> {
     /// The primary's own calibration.
     pub fn calibration(&self) -> &PrimaryCalibration<T> {
         &self.calibration
+    }
+
+    /// The same with another calibration of the primary's own.
+    pub fn with_calibration(self, calibration: PrimaryCalibration<T>) -> Self {
+        Self { calibration, ..self }
     }
 
     /// The units, the primary first.

@@ -113,6 +113,11 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         self.selection.source()
     }
 
+    /// Whether it has taken in a sample.
+    pub fn has_begun(&self) -> bool {
+        self.clock.now().is_some()
+    }
+
     /// Number of the window on the common clock that was looked at last.
     pub fn window(&self) -> Option<u64> {
         self.latest_window
