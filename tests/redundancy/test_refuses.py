@@ -102,6 +102,39 @@ def test_contradictory_settings_are_refused_before_the_log_is_read(log, out):
     assert line == "settings: collect_timeout is 600.0 and collect is 700.0; the first needs to be longer"
 
 
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        (["noise_ratio=1"], "noise_ratio needs to be greater than 1"),
+        (["noise_ratio=-3"], "noise_ratio needs to be greater than 1"),
+        (["tolerated_specific_force=0"], "tolerated_specific_force needs to be greater than 0"),
+        (["tolerated_specific_force=.inf"], "tolerated_specific_force needs to be a finite number"),
+        (["tolerated_angular_rate=-0.1"], "tolerated_angular_rate needs to be greater than 0"),
+        (["tolerated_angular_rate=.nan"], "tolerated_angular_rate needs to be a finite number"),
+        (
+            ["tolerated_specific_force=3"],
+            "largest_specific_force_bias is 3.0 and tolerated_specific_force is 3.0; the first needs",
+        ),
+        (
+            ["secondary_accelerometer_threshold=9"],
+            "largest_specific_force_bias is 3.0 and secondary_accelerometer_threshold is 9; the first needs",
+        ),
+        (
+            ["secondary_gyroscope_threshold=last+0.5", "largest_angular_rate_bias=0.2"],
+            "largest_angular_rate_bias is 0.2 and secondary_gyroscope_threshold is last+0.5; the first needs",
+        ),
+        (["hold=2", "return_after=1"], "return_after is 1.0 and hold is 2.0; the first needs to be longer"),
+        (
+            ["units.imu2.gyroscope_threshold=2"],
+            "imu2: accelerometer_threshold or gyroscope_threshold is beyond",
+        ),
+    ],
+)
+def test_settings_that_cannot_be_meant_are_refused_by_name(log, out, changes, says):
+    words = [word for change in changes for word in ("--set", change)]
+    assert says in refusal(log, *units(["imu1", "imu2"]), *words, "-o", out)
+
+
 @pytest.mark.parametrize(("setting", "most"), [("frozen=3", "2.79616"), ("saturated=9", "8.38848")])
 def test_a_time_that_is_longer_than_is_kept_count_of_is_refused_with_the_longest(log, out, setting, most):
     line = refusal(log, *units(["imu1", "imu2"]), "--set", setting, "-o", out)

@@ -367,13 +367,13 @@ pub fn redundancy<T: Real + Field>() -> Vec<Setting<RedundancySettings<T>>> {
         row!(
             adoption.bias.specific_force as largest_specific_force_bias,
             "m/s^2",
-            Positive,
+            MoreThan("tolerated_specific_force"),
             "Largest bias of an accelerometer."
         ),
         row!(
             adoption.bias.angular_rate as largest_angular_rate_bias,
             "rad/s",
-            Positive,
+            MoreThan("tolerated_angular_rate"),
             "Largest bias of a gyroscope."
         ),
         row!(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 from typing import TYPE_CHECKING, Literal
 
 from tumble.redundancy.spans import Span, disagreements, of_unit, unhealthy_spans
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     WrongSpans = Callable[[RedundancyResult, str], Iterable[Span]]
 
 KnownFaultKind = Literal[
+    "no samples",
     "no source",
     "source unhealthy",
     "source deviates",
@@ -23,7 +25,13 @@ KnownFaultKind = Literal[
     "not calibrated",
 ]
 
-OF_THE_SET: tuple[KnownFaultKind, ...] = ("no source", "source unhealthy", "source deviates", "disagreement")
+OF_THE_SET: tuple[KnownFaultKind, ...] = (
+    "no samples",
+    "no source",
+    "source unhealthy",
+    "source deviates",
+    "disagreement",
+)
 """Kinds by which what the platform would have used is wrong, or may be."""
 
 COVERED = "already calibrating"
@@ -46,6 +54,7 @@ class KnownFault:
 
 def known_faults(result: RedundancyResult) -> Iterator[KnownFault]:
     """Give all of a replay, those of the set before those of single units."""
+    yield from _without_samples(result)
     yield from _without_source(result)
     yield from _wrong_source(result, "source unhealthy", _unhealthy)
     yield from _wrong_source(result, "source deviates", _deviating)
@@ -55,6 +64,14 @@ def known_faults(result: RedundancyResult) -> Iterator[KnownFault]:
     yield from _uncalibrated_source(result)
     for unit in result.secondaries:
         yield from _of_secondary(result, unit)
+
+
+def _without_samples(result: RedundancyResult) -> Iterator[KnownFault]:
+    """Give where time went on in all units at once: they were silent, or their clock jumped."""
+    for event in result.events:
+        by = event.figures.get("by")
+        if event.event == "time jumped" and isinstance(by, float) and by > 0.0:
+            yield KnownFault("no samples", event.time - by, event.time, (), event)
 
 
 def _without_source(result: RedundancyResult) -> Iterator[KnownFault]:
@@ -153,18 +170,25 @@ def _of_secondary(result: RedundancyResult, unit: str) -> Iterator[KnownFault]:
     if not adopted and (not known or (last is not None and not absolved)):
         ending = [event for event in own if event.event in ("triggered", "withheld", "refused", "abandoned")]
         start = last.time if last is not None else result.start
-        yield KnownFault("not calibrated", start, result.end, (unit,), ending[-1] if ending else None)
+        cause = ending[-1] if ending else _unhealthy_at_the_end(own)
+        yield KnownFault("not calibrated", start, result.end, (unit,), cause)
 
 
 def _refuted(own: Sequence[RedundancyEvent]) -> RedundancyEvent | None:
     """Return what refuted a unit that has not been healthy since."""
-    since = [event for event in own if event.event in ("unhealthy", "healthy")]
-    for event in reversed(since):
-        if event.event == "healthy":
-            return None
-        if event.figures.get("reason") == "refuted":
-            return event
-    return None
+    refuted = (event for event in _since_healthy(own) if event.figures.get("reason") == "refuted")
+    return next(refuted, None)
+
+
+def _unhealthy_at_the_end(own: Sequence[RedundancyEvent]) -> RedundancyEvent | None:
+    """Return what was wrong last with a unit that has not been healthy since."""
+    return next(_since_healthy(own), None)
+
+
+def _since_healthy(own: Sequence[RedundancyEvent]) -> Iterator[RedundancyEvent]:
+    """Give what was told of a unit's faults since it was healthy, the latest first."""
+    told = (event for event in reversed(own) if event.event in ("unhealthy", "healthy"))
+    return takewhile(lambda event: event.event == "unhealthy", told)
 
 
 def _agrees(own: Sequence[RedundancyEvent], sensor: str) -> bool:

@@ -17,6 +17,14 @@ def explain(figures: Mapping[str, object], settings: Settings) -> str:
     return MESSAGES[str(figures["objection"])](_with_value(name, settings), _with_value(other, settings))
 
 
+def unfit_threshold(unit: str) -> str:
+    """One line: a threshold of a unit's own that no unit which can be calibrated exceeds."""
+    return (
+        f"units: {unit}: accelerometer_threshold or gyroscope_threshold is beyond the largest bias that the "
+        "settings allow: what exceeds it is refuted, not calibrated; lower it"
+    )
+
+
 def _with_value(name: str, settings: Settings) -> str:
     return f"{name} is {settings[name]}" if name in settings else name
 

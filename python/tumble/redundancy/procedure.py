@@ -19,7 +19,7 @@ from tumble.logs import ReadOptions, parse_spec
 from tumble.recording import FloatArray, Recording, RecordingSource, SampleProgress, sources_of
 from tumble.redundancy.factory import Factory, by_unit, factory_errors
 from tumble.redundancy.logs import SideBySide, UnitLog, open_units
-from tumble.redundancy.messages import explain
+from tumble.redundancy.messages import explain, unfit_threshold
 from tumble.redundancy.replay import COMMANDS, Command, replay
 from tumble.redundancy.result import RECORDED, Identified, RedundancyEvent, RedundancyResult, SecondaryError
 from tumble.redundancy.settings import RedundancySettings
@@ -242,6 +242,8 @@ def _monitor(
         return _core.RedundancyMonitor(units, by_name, precision)
     except _core.CoreError as error:
         kind, figures = error.args
+        if kind == "unfit threshold":
+            raise ProcedureError(unfit_threshold(identities[figures["unit"]].name)) from error
         if kind != "contradictory settings":
             raise
         raise ProcedureError(f"settings: {explain(figures, by_name)}") from error

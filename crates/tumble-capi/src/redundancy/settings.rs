@@ -85,9 +85,9 @@ pub struct RedundancySettings {
     pub excitation_lever_arm: f32,
     /// Share by which its residual on held-out pairs has to be smaller than the stored one's. Default: 0.02.
     pub improvement: f32,
-    /// Largest bias of an accelerometer. Default: 3 m/s^2.
+    /// Largest bias of an accelerometer. Larger than `tolerated_specific_force`. Default: 3 m/s^2.
     pub largest_specific_force_bias: f32,
-    /// Largest bias of a gyroscope. Default: 1 rad/s.
+    /// Largest bias of a gyroscope. Larger than `tolerated_angular_rate`. Default: 1 rad/s.
     pub largest_angular_rate_bias: f32,
     /// Largest deviation of a scale factor from one. Default: 0.1.
     pub largest_scale_error: f32,

@@ -206,8 +206,13 @@ impl<T: Real, const UNITS: usize> Platform<T, UNITS> {
             if !unit.is_sound() {
                 return Err(PlatformError::Mounting(i));
             }
-            if !unit.thresholds.iter().flatten().all(Threshold::is_possible) {
-                return Err(PlatformError::Threshold(i));
+            for (sensor, own) in SENSORS.into_iter().zip(&unit.thresholds) {
+                let meets = |own: &Threshold<T>| {
+                    own.is_possible() && (i == 0 || settings.may_be_exceeded(sensor, own))
+                };
+                if !own.as_ref().is_none_or(meets) {
+                    return Err(PlatformError::Threshold(i));
+                }
             }
             if units.iter().take(i).any(|other| other.identity == unit.identity) {
                 return Err(PlatformError::SameIdentity(i));

@@ -20,7 +20,7 @@ fn settings_that_cannot_be_meant_are_refused_by_name_and_reason() {
         AlwaysExceeded, MoreThanFit, NoLastError, NotAPartOfASecond, NotAShare, NotPositive, ShorterThan,
         SmallerThan,
     };
-    let table: [(&str, SettingError, Change); 20] = [
+    let table: [(&str, SettingError, Change); 26] = [
         ("gravity", NotPositive, |s| s.evaluation.gravity = f64::NAN),
         ("window", NotPositive, |s| s.window = 0),
         ("rest_duration", NotPositive, |s| s.evaluation.rest_duration = 0),
@@ -49,6 +49,28 @@ fn settings_that_cannot_be_meant_are_refused_by_name_and_reason() {
             |s| {
                 s.collection.motion.specific_force = 0.1;
             },
+        ),
+        ("noise_ratio", AlwaysExceeded, |s| s.health.noise_ratio = 1.0),
+        ("tolerated_specific_force", NotPositive, |s| {
+            s.health.tolerated.specific_force = f64::INFINITY
+        }),
+        ("tolerated_angular_rate", NotPositive, |s| {
+            s.health.tolerated.angular_rate = -0.01
+        }),
+        (
+            "largest_specific_force_bias",
+            SmallerThan("tolerated_specific_force"),
+            |s| s.health.tolerated.specific_force = 3.0,
+        ),
+        (
+            "largest_specific_force_bias",
+            SmallerThan("secondary_accelerometer_threshold"),
+            |s| s.evaluation.thresholds.secondary.accelerometer = Threshold::FactoryByMargin(4.0),
+        ),
+        (
+            "largest_angular_rate_bias",
+            SmallerThan("secondary_gyroscope_threshold"),
+            |s| s.evaluation.thresholds.secondary.gyroscope = Threshold::Fixed(1.0),
         ),
         ("window", NotAPartOfASecond, |s| s.window = 30_000),
         ("rest_duration", ShorterThan("window"), |s| {
@@ -91,6 +113,18 @@ fn times_longer_than_health_can_count_are_refused() {
         ),
         "{refused:?}"
     );
+}
+
+#[test]
+fn a_secondary_s_own_threshold_that_only_a_refuted_unit_could_exceed_is_refused() {
+    let build = |unit: usize, threshold| {
+        let mut units = [MountedUnit::new(1), MountedUnit::new(2)];
+        units[unit].thresholds = [None, Some(Threshold::Fixed(threshold))];
+        Platform::<f64, 2>::new(RedundancySettings::default(), PrimaryCalibration::none(), units).err()
+    };
+    assert_eq!(build(1, 1.0), Some(PlatformError::Threshold(1)));
+    assert_eq!(build(1, 0.9), None);
+    assert_eq!(build(0, 1.0), None);
 }
 
 #[test]

@@ -206,6 +206,8 @@ def _known_fault(result: RedundancyResult, faults: Sequence[KnownFault]) -> str:
     details = event_details(cause) if cause is not None else ""
     when = _when(result, faults)
     match first.kind:
+        case "no samples":
+            return f"No unit said anything {when}, or the clock of all jumped: nothing is known of that time."
         case "no source":
             if not any(span.unit for span in result.selected):
                 return "No unit was ever healthy enough to be the source."

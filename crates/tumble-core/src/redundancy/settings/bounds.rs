@@ -83,6 +83,18 @@ impl<T: Real> RedundancySettings<T> {
                 "rest_angular_rate_scatter",
                 self.evaluation.thresholds.rest_scatter.angular_rate,
             ),
+            (
+                "largest_specific_force_bias",
+                self.adoption.bias.specific_force,
+                "tolerated_specific_force",
+                self.health.tolerated.specific_force,
+            ),
+            (
+                "largest_angular_rate_bias",
+                self.adoption.bias.angular_rate,
+                "tolerated_angular_rate",
+                self.health.tolerated.angular_rate,
+            ),
         ])?;
         require_longer(&[
             (

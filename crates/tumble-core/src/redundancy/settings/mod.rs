@@ -312,6 +312,11 @@ impl<T: Real> RedundancySettings<T> {
         span / self.window.max(1)
     }
 
+    /// Whether a secondary can exceed a threshold of deviation before it is refuted: else nothing would ever be calibrated.
+    pub fn may_be_exceeded(&self, sensor: Sensor, threshold: &Threshold<T>) -> bool {
+        threshold.least() < self.plausible_at_rest(sensor, false)
+    }
+
     /// Largest deviation at rest, m/s^2 or rad/s, with which a secondary's sensor is still in order: what is wrong with one
     /// that was never calibrated may be as large as calibration can find.
     pub fn plausible_at_rest(&self, sensor: Sensor, calibrated: bool) -> T {

@@ -37,6 +37,16 @@ impl<T: Real> Threshold<T> {
         }
     }
 
+    /// What it is at least, whatever errors are known.
+    pub fn least(&self) -> T {
+        match *self {
+            Threshold::Fixed(number)
+            | Threshold::FactoryByMargin(number)
+            | Threshold::VariableByMargin(number) => number,
+            Threshold::VariableByRatio(_) => T::zero(),
+        }
+    }
+
     /// The same threshold in other numbers.
     pub fn in_numbers<U: Real>(&self, number: impl Fn(T) -> U) -> Threshold<U> {
         match *self {

@@ -3,6 +3,7 @@
 
 use crate::real::{Real, SECOND};
 use crate::redundancy::leaky::LONGEST;
+use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::thresholds::Threshold;
 use crate::redundancy::settings::{Data, RedundancySettings};
 
@@ -70,6 +71,21 @@ impl<T: Real> RedundancySettings<T> {
             let refers = matches!(limit, Threshold::VariableByRatio(_));
             let primary = i >= 2 && self.evaluation.data == Data::Compensated;
             require(!(refers && primary), setting, SettingError::NoLastError)?;
+        }
+        for (sensor, bias, threshold) in [
+            (
+                Sensor::Accelerometer,
+                "largest_specific_force_bias",
+                "secondary_accelerometer_threshold",
+            ),
+            (
+                Sensor::Gyroscope,
+                "largest_angular_rate_bias",
+                "secondary_gyroscope_threshold",
+            ),
+        ] {
+            let calibrates = self.may_be_exceeded(sensor, thresholds.secondary.of(sensor));
+            require(calibrates, bias, SettingError::SmallerThan(threshold))?;
         }
         Ok(())
     }
