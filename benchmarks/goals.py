@@ -228,6 +228,11 @@ def _in_health(where: str, most: Mapping[str, float], health: Content) -> Iterat
     )
 
 
+def _precision(content: Content) -> Iterator[Goal]:
+    what = f"redundancy, {content['missions']} missions: decided by single precision otherwise than by double"
+    yield _none(what, len(content["different"]))
+
+
 def _recorded(content: Content) -> Iterator[Goal]:
     for title, of in content["sets"].items():
         where = f"redundancy, eight recorded units, {title}"
@@ -334,6 +339,7 @@ GOALS_OF: dict[str, Callable[[Content], Iterator[Goal]]] = {
     "redundancy": _redundancy,
     "redundancy_adoptions": _adoptions,
     "redundancy_campaign": _campaign,
+    "redundancy_precision": _precision,
     "redundancy_recorded": _recorded,
     "speed": _speed,
     "production": _production,

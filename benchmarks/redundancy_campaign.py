@@ -130,12 +130,14 @@ def chosen(missions: int, first: int, wanted: Collection[str], units: Collection
     return list(islice(fitting, missions))
 
 
-def campaign(seeds: Sequence[int], jobs: int, console: Console) -> list[dict[str, Any]]:
+def campaign(
+    seeds: Sequence[int], jobs: int, console: Console, fly: Callable[[int], dict[str, Any]] = judged
+) -> list[dict[str, Any]]:
     """Fly all missions, in order of their seeds."""
     if jobs == 1:
-        return [judged(seed) for seed in track(seeds, "missions", console=console)]
+        return [fly(seed) for seed in track(seeds, "missions", console=console)]
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        results = pool.map(judged, seeds, chunksize=4)
+        results = pool.map(fly, seeds, chunksize=4)
         return list(track(results, "missions", total=len(seeds), console=console))
 
 

@@ -49,11 +49,21 @@ class Replay:
 
 def flown(mission: DrawnMission) -> tuple[SimulatedSet, tuple[Samples, ...], Replay]:
     """Simulate a mission, put its fault in, and replay it: the set, what all units say, what came of it."""
+    simulated, said = simulated_with_fault(mission)
+    return simulated, said, watched(mission, simulated, said)
+
+
+def simulated_with_fault(mission: DrawnMission) -> tuple[SimulatedSet, tuple[Samples, ...]]:
+    """Simulate a mission: the set, and what all units say with the fault in one of them."""
     simulated = mission.fly()
-    said = spoilt(simulated.samples, mission.faulty, mission.fault)
+    return simulated, spoilt(simulated.samples, mission.faulty, mission.fault)
+
+
+def watched(mission: DrawnMission, simulated: SimulatedSet, said: Sequence[Samples]) -> Replay:
+    """Put what all units of a mission say through a monitor of the mission's precision."""
     told = [unit.told(number) for number, unit in enumerate(simulated.units)]
     monitor = _core.RedundancyMonitor(told, SETTINGS, mission.precision)
-    return simulated, said, replay(monitor, said, edges(mission.duration, mission.fault))
+    return replay(monitor, said, edges(mission.duration, mission.fault))
 
 
 def spoilt(samples: Sequence[Samples], faulty: int, fault: InjectedFault | None) -> tuple[Samples, ...]:

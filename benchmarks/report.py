@@ -378,6 +378,24 @@ def redundancy_campaign(content: Content) -> Iterator[str]:
     )
 
 
+def redundancy_precision(content: Content) -> Iterator[str]:
+    """How many missions single precision decides differently from double, by kind of fault."""
+    yield "| fault | missions | decisions | missions decided differently |"
+    yield "|---|---|---|---|"
+    kinds = content["kinds"]
+    for kind, of in flown(kinds).items():
+        yield _row([kind, *(str(of[key]) for key in ("missions", "decisions", "different"))])
+    yield _row(
+        [
+            "all",
+            *(str(sum(of[key] for of in kinds.values())) for key in ("missions", "decisions", "different")),
+        ]
+    )
+    for seed, words in content["different"].items():
+        yield ""
+        yield f"Seed {seed}: {words}."
+
+
 def redundancy_recorded(content: Content) -> Iterator[str]:
     """Who was named wrong where faults were put into a real recording, and what was told without."""
     for title, of in content["sets"].items():
@@ -518,6 +536,7 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "redundancy": redundancy,
     "redundancy_adoptions": redundancy_adoptions,
     "redundancy_campaign": redundancy_campaign,
+    "redundancy_precision": redundancy_precision,
     "redundancy_recorded": redundancy_recorded,
     "speed": speed,
     "production": production,

@@ -21,6 +21,7 @@ from benchmarks import (  # noqa: E402
     redundancy,
     redundancy_adoptions,
     redundancy_campaign,
+    redundancy_precision,
     report,
     results,
     speed,
@@ -51,6 +52,8 @@ def measured(tmp_path_factory):
     redundancy_adoptions.main(["--missions", "3", "--cores", "1"])
     keep.setattr(redundancy_campaign, "MISSIONS", 4)
     redundancy_campaign.main(["--missions", "4", "--jobs", "1"])
+    keep.setattr(redundancy_precision, "MISSIONS", 1)
+    redundancy_precision.main(["--missions", "1", "--jobs", "1"])
     footprint.main([])
     yield folder
     keep.undo()
@@ -83,6 +86,7 @@ def test_the_pages_show_a_table_for_each_benchmark(measured, tmp_path):
     assert "| wrongly adopted |" in text
     assert "| fault; N = 2 |" in text
     assert "| N >= 3, shaken |" in text
+    assert "| fault | missions | decisions | missions decided differently |" in text
     assert "| instructions: applying a calibration to both triads |" in text
     assert "`numpy.copyto`" in text
     assert "| ROS 1 bag |" in text
