@@ -10,11 +10,14 @@ use crate::redundancy::fit::{Fit, FitProblem, SHARED};
 use crate::redundancy::relative_error::RelativeError;
 use crate::redundancy::sensor::Sensor;
 
-/// Channels of a rest: primary 3, in the axes of the secondary, and secondary 3, beyond what is stored.
-pub const REST_CHANNELS: usize = 6;
+/// Channels of a rest: primary 3, in the axes of the secondary, time, and secondary 3, beyond what is stored.
+pub const REST_CHANNELS: usize = 7;
+
+/// The time.
+const TIME: usize = 3;
 
 /// First of the three of the secondary.
-const SECOND: usize = 3;
+const SECOND: usize = 4;
 
 /// Rests that the drift between rests counts for before any was seen.
 const DRIFT_RESTS: f64 = 4.0;
@@ -30,6 +33,15 @@ fn drift<T: Real>(sensor: Sensor) -> T {
     match sensor {
         Sensor::Accelerometer => real(0.003),
         Sensor::Gyroscope => real(0.0003),
+    }
+}
+
+/// Drift of the difference of two sensors over a collection, 1 sigma an axis, m/s^2 or rad/s per s: as fast as drift within
+/// specification may be.
+fn slope<T: Real>(sensor: Sensor) -> T {
+    match sensor {
+        Sensor::Accelerometer => real(1e-4),
+        Sensor::Gyroscope => real(3e-5),
     }
 }
 
@@ -64,11 +76,11 @@ impl<T: Real> Rests<T> {
         }
     }
 
-    /// Takes in a rest: what the primary says, what the secondary says beyond what is stored, and the variance of the
-    /// difference of the two means.
-    pub fn push(&mut self, first: &Vector3<T>, beyond: &Vector3<T>, noise: T) {
+    /// Takes in a rest: its time, s, what the primary says, what the secondary says beyond what is stored, and the variance of
+    /// the difference of the two means.
+    pub fn push(&mut self, time: T, first: &Vector3<T>, beyond: &Vector3<T>, noise: T) {
         self.moments
-            .push(&[first.x, first.y, first.z, beyond.x, beyond.y, beyond.z]);
+            .push(&[first.x, first.y, first.z, time, beyond.x, beyond.y, beyond.z]);
         self.noise += (noise - self.noise) / count(self.moments.samples());
     }
 
@@ -139,6 +151,8 @@ pub struct RestWeight<T: Real> {
     each: T,
     /// Their mean, against the mean of the pairs.
     mean: T,
+    /// That the bias does not drift, as pairs times s^2.
+    steady: T,
 }
 
 /// Rests, and what they count for in each row.
@@ -197,11 +211,13 @@ impl<'r, T: Real> RestWeighing<'_, 'r, T> {
         let number = count::<T>(self.rests.number().max(1));
         let of_mean = scatter / number + self.apart_from_motion(scatter / number);
         let finite = |weight: T| if weight.is_finite() { weight } else { T::zero() };
+        let slope = slope::<T>(self.sensor);
         WeighedRests {
             rests: self.rests,
             weights: core::array::from_fn(|i| RestWeight {
-                each: finite(self.of_pair(i) / scatter), // eq. 16: w
-                mean: finite(self.of_pair(i) / of_mean), // eq. 16: n_0
+                each: finite(self.of_pair(i) / scatter),   // eq. 16: w
+                mean: finite(self.of_pair(i) / of_mean),   // eq. 16: n_0
+                steady: self.of_pair(i) / (slope * slope), // eq. 22: kappa tau sigma_i^2 / sigma_t^2
             }),
         }
     }
@@ -247,6 +263,8 @@ pub(super) struct RowPairs<'a, T: Real> {
     within: T,
     /// Share of the mean that is that of the rests.
     share: T,
+    /// One over the variance of time, with what is known of drift beforehand; zero for pairs alone.
+    per_time: T,
 }
 
 impl<'a, T: Real> RowPairs<'a, T> {
@@ -262,13 +280,34 @@ impl<'a, T: Real> RowPairs<'a, T> {
             let within = weight.each * count(rests.number()) / number;
             (within.min(real(MOST)), weight.mean / (weight.mean + number))
         });
-        Self {
+        let mut row = Self {
             pairs,
             layout,
             rests: weighed.map(|(rests, _)| rests),
             within,
             share,
+            per_time: T::zero(),
+        };
+        if let Some((_, weight)) = weighed {
+            let time = row.joint(layout.time, layout.time) + weight.steady / number;
+            row.per_time = if time > T::zero() {
+                T::one() / time
+            } else {
+                T::zero()
+            };
         }
+        row
+    }
+
+    /// Covariance of two channels, time and all.
+    fn joint(&self, i: usize, j: usize) -> T {
+        let pairs = self.pairs.covariance_of(i, j);
+        let Some(rests) = self.rests else {
+            return pairs;
+        };
+        let among = self.at_rest(i).zip(self.at_rest(j));
+        let within = among.map_or(T::zero(), |(i, j)| rests.moments.covariance(i, j));
+        pairs + within * self.within + self.apart(i) * self.apart(j) * self.share // eq. 16
     }
 
     /// Variance of the mean of pairs and rests over that of the pairs alone.
@@ -280,13 +319,14 @@ impl<'a, T: Real> RowPairs<'a, T> {
     fn at_rest(&self, channel: usize) -> Option<usize> {
         match channel.checked_sub(self.layout.second) {
             Some(axis) => Some(SECOND + axis),
-            None => Some(channel).filter(|channel| *channel < SECOND),
+            None if channel == self.layout.time => Some(TIME),
+            None => Some(channel).filter(|channel| *channel < TIME),
         }
     }
 
     /// What the rests are from the pairs in a channel; at rest no lever arm shows.
     fn apart(&self, channel: usize) -> T {
-        let Some(rests) = self.rests.filter(|_| channel != self.layout.time) else {
+        let Some(rests) = self.rests else {
             return T::zero();
         };
         let rest = self.at_rest(channel);
@@ -303,13 +343,10 @@ impl<T: Real> PairMoments<T> for RowPairs<'_, T> {
         self.pairs.mean_of(channel) + self.apart(channel) * self.share // eq. 16
     }
 
+    /// Of what time does not explain, as far as drift is likely: a drift of the bias, straight in time, is no part of M.
     fn covariance_of(&self, i: usize, j: usize) -> T {
-        let pairs = self.pairs.covariance_of(i, j);
-        let Some(rests) = self.rests else {
-            return pairs;
-        };
-        let among = self.at_rest(i).zip(self.at_rest(j));
-        let within = among.map_or(T::zero(), |(i, j)| rests.moments.covariance(i, j));
-        pairs + within * self.within + self.apart(i) * self.apart(j) * self.share // eq. 16
+        let time = self.layout.time;
+        let drift = self.joint(i, time) * self.joint(j, time) * self.per_time;
+        self.joint(i, j) - drift // eq. 22
     }
 }

@@ -59,6 +59,8 @@ pub struct CalibrationRun<T: Real> {
     sensors: [bool; 2],
     phase: CalibrationPhase,
     since: u64,
+    /// From which ages count.
+    origin: u64,
     rest: RestBefore<T>,
     forces: Halves<T, FORCE_CHANNELS, FORCE_PACKED>,
     rates: Halves<T, RATE_CHANNELS, RATE_PACKED>,
@@ -135,6 +137,7 @@ impl<T: Real> CalibrationRun<T> {
             sensors,
             phase: CalibrationPhase::WaitingForMotion,
             since: time,
+            origin: time,
             rest,
             forces: Halves::new(),
             rates: Halves::new(),
@@ -148,6 +151,7 @@ impl<T: Real> CalibrationRun<T> {
     /// meanwhile.
     pub fn take_rest(
         &mut self,
+        time: u64,
         unit: &MountedUnit<T>,
         rest: &RestPair<'_, T>,
         stored: &[StoredCalibration<T>; 2],
@@ -156,6 +160,7 @@ impl<T: Real> CalibrationRun<T> {
             return;
         }
         self.shared = rest.shared;
+        let age = self.age(time);
         for ((sensor, rests), stored) in SENSORS.into_iter().zip(&mut self.rests).zip(stored) {
             if !sensor.of(&rest.valid) || !unit.axes.any(sensor) {
                 continue;
@@ -166,7 +171,7 @@ impl<T: Real> CalibrationRun<T> {
             };
             let first = unit.sensor_from_primary * said(rest.primary);
             let beyond = said(rest.secondary) - stored.error.predict(&first);
-            rests.push(&first, &beyond, noise(rest.primary) + noise(rest.secondary));
+            rests.push(age, &first, &beyond, noise(rest.primary) + noise(rest.secondary));
         }
     }
 
@@ -183,6 +188,11 @@ impl<T: Real> CalibrationRun<T> {
     /// Where it is.
     pub fn phase(&self) -> CalibrationPhase {
         self.phase
+    }
+
+    /// Time since it was triggered, s.
+    fn age(&self, time: u64) -> T {
+        seconds(time.saturating_sub(self.origin))
     }
 
     fn calibrates(&self, sensor: Sensor) -> bool {
@@ -214,7 +224,7 @@ impl<T: Real> CalibrationRun<T> {
     ) {
         self.moved = true;
         let second = time / SECOND;
-        let age = seconds::<T>(time.saturating_sub(self.since));
+        let age = self.age(time);
         let [accelerometer, gyroscope] = usable;
         let [force, rate] = stored;
         if accelerometer && self.calibrates(Sensor::Accelerometer) {

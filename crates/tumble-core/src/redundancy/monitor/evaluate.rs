@@ -61,11 +61,17 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             self.evaluate_secondary(platform, number, fewest, (valid, purpose), time, report);
         }
         self.prove(platform, valid);
-        self.take_rest(platform, fewest, valid);
+        self.take_rest(platform, fewest, valid, time);
     }
 
     /// Hands the means of this rest to the calibrations under way.
-    fn take_rest(&mut self, platform: &Platform<T, UNITS>, fewest: u64, valid: [bool; 2]) -> Option<()> {
+    fn take_rest(
+        &mut self,
+        platform: &Platform<T, UNITS>,
+        fewest: u64,
+        valid: [bool; 2],
+        time: u64,
+    ) -> Option<()> {
         if self.calibrations.iter().all(Option::is_none) {
             return None;
         }
@@ -81,7 +87,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                     valid,
                     shared: apart.map(|apart| shared(&apart, number)),
                 };
-                calibration.take_rest(platform.units().get(number)?, &rest, stored);
+                calibration.take_rest(time, platform.units().get(number)?, &rest, stored);
             }
         }
         Some(())
