@@ -68,7 +68,15 @@ def test_the_settings_file_of_the_how_to_is_one():
     assert (settings.secondary_accelerometer_threshold, settings.evaluate_every) == ("last+0.05", None)
 
 
-REASONED = ("withheld", "refused", "abandoned", "record rejected", "witness left out", "unhealthy", "selected")
+REASONED = (
+    "withheld",
+    "refused",
+    "abandoned",
+    "record rejected",
+    "witness left out",
+    "unhealthy",
+    "selected",
+)
 """Events whose reasons are a kind of the vocabulary of their own."""
 
 STORE = ("corrupt", "against another primary")

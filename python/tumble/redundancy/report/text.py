@@ -80,12 +80,12 @@ REMEDIES: dict[str, dict[str, str]] = {
         "corrupt": _RECORD,
     },
     "witness left out": {
-        "not finite": "Give no measurement where there is none, or an infinite sigma of axes that are not measured.",
+        "not finite": "Give nothing where there is none, and an infinite sigma of axes not measured.",
         "no sigma": "Give a sigma above zero of every axis that is measured.",
         "negative score": "Give innovations squared over their variance.",
         "no such unit": "Name a unit of the set.",
-        "late": "Give it within a second, or with the time at which it was measured on the clock of the primary.",
-        "early": "Give it with the time at which it was measured on the clock of the primary.",
+        "late": "Give it within a second, with the time of its measurement on the clock of the primary.",
+        "early": "Give it with the time of its measurement on the clock of the primary.",
     },
     "unhealthy": {
         "late": "Look for gaps in its log, its cable and its bus.",

@@ -299,8 +299,12 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             said,
             resting_rate: &self.resting_rate,
             guilty: core::array::from_fn(|unit| SENSORS.map(|sensor| sensor.of(sensors).is_guilty(unit))),
-            worst_squared: core::array::from_fn(|unit| {
-                SENSORS.map(|sensor| sensor.of(sensors).worst_squared(unit))
+            departs: core::array::from_fn(|unit| {
+                SENSORS.map(|sensor| {
+                    sensor
+                        .of(sensors)
+                        .departs(unit, window.tolerated.of(sensor), window.length)
+                })
             }),
             calm: sensors.iter().all(|judge| judge.is_calm(window.length)),
             number: window.number,

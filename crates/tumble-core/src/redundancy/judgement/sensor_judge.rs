@@ -41,8 +41,14 @@ const STEP_WITHIN: f64 = 0.6;
 /// Of three units and more, nobody has to be the odd one for so long before two of them are looked at by themselves, s.
 const AMBIGUOUS_FOR: f64 = 2.0;
 
-/// Share of what a pair may be apart beyond which a witness is asked.
+/// Share of what a pair may be apart beyond which a witness is asked about it, once it is farther apart than drift within
+/// specification, from the second scale on: a witness says nothing of single windows.
 const WITNESSED_APART: f64 = 0.5;
+/// Share of drift within specification from which on a witness's evidence gathers; and half of it, of what a pair may be apart.
+const DEPARTS: f64 = 0.6;
+/// Whoever is odd then is so by what the worst pair is apart, not by what it may be.
+const WITNESSED_SHARE: f64 = 0.75;
+const WITNESSED_FROM: usize = 1;
 
 /// Windows that name the same finding in succession, over one scale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -166,6 +172,15 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     /// Square of its worst ratio with those that are not guilty.
     pub fn worst_squared(&self, unit: usize) -> T {
         self.worst_squared.get(unit).copied().unwrap_or(T::zero())
+    }
+
+    /// Whether a unit is on its way away from another: by a share of drift within specification, or of what it may be apart.
+    pub fn departs(&self, unit: usize, tolerated: T, window: T) -> bool {
+        let mean = |unit: usize| self.deviations.get(unit)?.mean(WITNESSED_FROM, window);
+        let others = (0..UNITS).filter(|other| *other != unit && !self.is_guilty(*other));
+        let apart = others.filter_map(|other| Some((mean(unit)? - mean(other)?).norm()));
+        apart.fold(T::zero(), |a, b| a.max(b)) > tolerated * real(DEPARTS)
+            || self.worst_squared(unit) > real(DEPARTS * DEPARTS * 0.25)
     }
 
     /// Whether all pairs have agreed for long enough to learn from them.
@@ -398,7 +413,8 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         disagree
     }
 
-    /// Of three units and more, the one that a witness contradicts, and no other, and without which the others agree closely.
+    /// The one that a witness contradicts, and no other, among units that are apart, though not yet by as much as motion and
+    /// calibrations may explain: of three and more the one without which the others agree.
     fn find_witnessed(
         &mut self,
         case: &Case<'_, T, UNITS>,
@@ -407,19 +423,8 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     ) {
         let Some(testimony) = case.testimony else { return };
         let voters: [bool; UNITS] = core::array::from_fn(|unit| case.votes(unit) && !self.is_guilty(unit));
-        for scale in 0..SCALES {
-            // What is half as far apart, but otherwise the same as without a witness.
-            let squared = |i, j| {
-                let squared = comparisons.of(i, j)?.ratio_squared(scale)?;
-                Some(squared / real(WITNESSED_APART * WITNESSED_APART))
-            };
-            let Finding::Odd(unit) = isolate(&voters, squared) else {
-                continue;
-            };
-            let unit = usize::from(unit);
-            let votes = |other: &usize| *other != unit && voters.get(*other).copied().unwrap_or(false);
-            let proof = testimony.speaks_against(case.sensor, unit, (0..UNITS).filter(votes));
-            if let Some(proof) = proof
+        for scale in WITNESSED_FROM..SCALES {
+            if let Some((unit, proof)) = witnessed(testimony, case, &voters, comparisons, scale)
                 && self.condemn(unit)
             {
                 self.end_dispute();
@@ -570,8 +575,8 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         if let Some(found) = self.by_rest([i, j], case) {
             return Some(found);
         }
-        if let Some((wrong, proof)) = case.testimony.and_then(|said| said.decides(sensor, [i, j])) {
-            return Some((if wrong == 0 { i } else { j }, proof));
+        if let Some(found) = case.testimony.and_then(|said| said.decides(sensor, [i, j], true)) {
+            return Some(found);
         }
         let variance = case.usual_error?;
         self.evidence
@@ -673,6 +678,50 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             };
             deviation.follow(case.sensor, window);
             scatters.learn(*case.sensor.of(&reading.scatter), window);
+        }
+    }
+}
+
+/// Whom a witness contradicts over one scale (docs/theory/judgement.md, section 12).
+fn witnessed<T: Real, const UNITS: usize>(
+    testimony: &Testimony<T, UNITS>,
+    case: &Case<'_, T, UNITS>,
+    voters: &[bool; UNITS],
+    comparisons: &Comparisons<T, UNITS>,
+    scale: usize,
+) -> Option<(usize, Proof<T>)> {
+    let votes = |unit: &usize| voters.get(*unit) == Some(&true);
+    let squared = |i: usize, j: usize| comparisons.of(i, j)?.ratio_squared(scale);
+    let tolerated = case.window.tolerated.of(case.sensor);
+    let drifted = |i: usize, j: usize| {
+        let figures = comparisons.of(i, j).and_then(|pair| pair.figures(scale));
+        figures.is_some_and(|figures| figures.apart > tolerated)
+    };
+    let pairs = (0..UNITS)
+        .filter(votes)
+        .flat_map(|j| (0..j).filter(votes).map(move |i| (i, j)));
+    let worst = pairs
+        .filter_map(|(i, j)| squared(i, j))
+        .fold(T::zero(), |a, b| a.max(b));
+    if worst < real(WITNESSED_APART * WITNESSED_APART) {
+        return None;
+    }
+    let by_the_worst = worst * real(WITNESSED_SHARE * WITNESSED_SHARE);
+    match isolate(voters, |i, j| Some(squared(i, j)? / by_the_worst)) {
+        Finding::Agreement => None,
+        Finding::Odd(unit) => {
+            let unit = usize::from(unit);
+            let others = (0..UNITS).filter(|other| *other != unit && votes(other));
+            let proof = testimony.speaks_against(case.sensor, unit, others.clone())?;
+            let mut apart = others.map(|other| drifted(unit.min(other), unit.max(other)));
+            apart.any(|drifted| drifted).then_some((unit, proof))
+        }
+        Finding::Ambiguous(i, j) => {
+            let [i, j] = [i, j].map(usize::from);
+            let two = voters.iter().filter(|votes| **votes).count() == 2;
+            testimony
+                .decides(case.sensor, [i, j], false)
+                .filter(|_| two && drifted(i, j))
         }
     }
 }

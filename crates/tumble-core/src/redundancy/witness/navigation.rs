@@ -14,8 +14,8 @@ use crate::rotation::rotation_of;
 
 /// Noise of the set's angular rate, rad/s, and of its specific force, m/s^2, over the square root of a Hz; at rest, and as a share of
 /// the angular rate and of the specific force beyond gravity (docs/theory/judgement.md, table 2).
-const RATE_NOISE: [f64; 2] = [2e-4, 1e-3];
-const FORCE_NOISE: [f64; 2] = [0.01, 0.01];
+const RATE_NOISE: [f64; 2] = [2e-4, 5e-4];
+const FORCE_NOISE: [f64; 2] = [0.01, 0.005];
 
 /// How fast errors within specification change, rad/s and m/s^2 over the square root of a second.
 const RATE_WANDERS: f64 = 5e-5;

@@ -11,14 +11,12 @@ use crate::redundancy::witness::navigation::{Innovation, Navigation, Step, Witne
 use crate::redundancy::witness::track::{EARLY, LATE};
 use crate::redundancy::witness::{Witness, WitnessRejection};
 
-/// Time for which evidence is remembered, s.
+/// Time for which evidence is remembered, s: while a unit departs from others, and while it does not.
 const REMEMBERED: f64 = 60.0;
+const FORGOTTEN: f64 = 2.0;
 
 /// Most that is gathered: what is certain may be revised.
 const MOST: f64 = 15.0;
-
-/// Share of what a unit may be apart from the others below which nothing is held against it.
-const APART: f64 = 0.3;
 
 /// Sigmas beyond which a measurement fits nobody, and is left out.
 const FITS_NOBODY: f64 = 4.0;
@@ -37,7 +35,7 @@ const TRUSTED_AFTER: u16 = 25;
 const ANEW_AFTER: u16 = 150;
 
 /// Usual mean square of misfits: learnt over so many measurements, at most so much.
-const USUAL_OVER: f64 = 300.0;
+const USUAL_OVER: f64 = 1000.0;
 const USUAL_MOST: f64 = 9.0;
 
 /// Silence after which what was integrated is worth nothing, s.
@@ -66,8 +64,8 @@ pub(crate) struct Surroundings<'a, T: Real, const UNITS: usize> {
     pub resting_rate: &'a Vector3<T>,
     /// Of each unit, accelerometer first: whether it is at fault.
     pub guilty: [[bool; 2]; UNITS],
-    /// Square of how far each is from the others, as a share of what it may be.
-    pub worst_squared: [[T; 2]; UNITS],
+    /// Whether it departs from any other.
+    pub departs: [[bool; 2]; UNITS],
     /// Whether nobody disagrees, so that what is usual may be learnt.
     pub calm: bool,
     /// Number of the window, and the length of one, microseconds and s.
@@ -179,20 +177,16 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
         });
     }
 
-    /// Evidence fades, and does so at once where nothing is apart, or where it has done what it was for.
+    /// Evidence fades, fast while a unit does not depart from the others: what sound units differ by is nothing to testify of.
     fn forget(&mut self, around: &Surroundings<'_, T, UNITS>) {
-        let units = self
-            .against
-            .iter_mut()
-            .zip(&around.guilty)
-            .zip(&around.worst_squared);
-        for ((against, guilty), worst) in units {
-            for (sensor, against) in SENSORS.into_iter().zip(against) {
-                let apart = *sensor.of(worst) > real(APART * APART);
-                against.evidence = if apart && !*sensor.of(guilty) {
-                    against.evidence - against.evidence * (around.length / real(REMEMBERED))
-                } else {
+        let units = self.against.iter_mut().zip(&around.guilty).zip(&around.departs);
+        for ((against, guilty), gathers) in units {
+            for ((against, guilty), gathers) in against.iter_mut().zip(guilty).zip(gathers) {
+                let over = real::<T>(if *gathers { REMEMBERED } else { FORGOTTEN });
+                against.evidence = if *guilty {
                     T::zero()
+                } else {
+                    against.evidence - against.evidence * (around.length / over)
                 };
             }
         }
@@ -325,8 +319,8 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
                 against.evidence = (against.evidence + said).max(real(-MOST)).min(real(MOST));
             }
         }
-        if self.calm {
-            let square = (best * best * self.usual).min(real(4.0 * USUAL_MOST));
+        if self.calm && self.trusted && fits_somebody {
+            let square = best * best * self.usual;
             self.usual += (square - self.usual) / real(USUAL_OVER);
             self.usual = self.usual.max(T::one()).min(real(USUAL_MOST));
         }
@@ -347,7 +341,16 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
         };
         self.fit = fits;
         match (self.trusted, fits) {
-            (true, true) | (false, false) => None,
+            (true, true) => None,
+            // One that was never believed is told of as well.
+            (false, false) if self.streak < ANEW_AFTER || self.told => None,
+            (false, false) => {
+                self.told = true;
+                Some(Trust::Lost {
+                    misfit: self.lately,
+                    limit,
+                })
+            }
             (true, false) => {
                 self.trusted = false;
                 self.told = true;
@@ -373,29 +376,34 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
         }
     }
 
-    fn evidence(&self, sensor: Sensor, unit: usize) -> Option<&Testified<T>> {
+    fn against(&self, sensor: Sensor, unit: usize) -> Option<&Testified<T>> {
         self.against.get(unit).map(|against| sensor.of(against))
     }
 
     /// Whether a unit's sensor fits what the witness says.
     fn fits(&self, sensor: Sensor, unit: usize) -> bool {
         let limit = real::<T>(FITS);
-        self.evidence(sensor, unit)
+        self.against(sensor, unit)
             .is_some_and(|against| against.misfit.iter().all(|misfit| misfit.abs() < limit))
     }
 
-    /// The wrong one of two units, 0 or 1, where it is decided.
-    pub fn decides(&self, sensor: Sensor, [first, second]: [usize; 2]) -> Option<(usize, Proof<T>)> {
-        let of = |unit: usize| self.evidence(sensor, unit).map(|against| against.evidence);
+    /// The wrong one of two units, where it is decided; of two that are not in dispute, it takes twice as much.
+    pub fn decides(
+        &self,
+        sensor: Sensor,
+        [first, second]: [usize; 2],
+        disputed: bool,
+    ) -> Option<(usize, Proof<T>)> {
+        let of = |unit: usize| self.against(sensor, unit).map(|against| against.evidence);
         let apart = of(first)? - of(second)?;
         let (wrong, right) = if apart > T::zero() {
-            (0, second)
+            (first, second)
         } else {
-            (1, first)
+            (second, first)
         };
-        self.proof(apart.abs())
-            .filter(|_| self.fits(sensor, right))
-            .map(|proof| (wrong, proof))
+        let limit = real::<T>(if disputed { DECIDES } else { 2.0 * DECIDES });
+        let proof = proof(apart.abs(), limit).filter(|_| self.fits(sensor, right))?;
+        Some((wrong, proof))
     }
 
     /// Whether it speaks against a unit, and for all others.
@@ -405,23 +413,22 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
         unit: usize,
         mut others: impl Iterator<Item = usize>,
     ) -> Option<Proof<T>> {
-        let own = self.evidence(sensor, unit)?.evidence;
+        let own = self.against(sensor, unit)?.evidence;
         let least = others.try_fold(own, |least, other| {
             let evidence = self
-                .evidence(sensor, other)
+                .against(sensor, other)
                 .filter(|_| self.fits(sensor, other))?
                 .evidence;
             Some(least.min(own - evidence))
         })?;
-        self.proof(least)
+        proof(least, real(2.0 * DECIDES))
     }
+}
 
-    fn proof(&self, value: T) -> Option<Proof<T>> {
-        let limit = real(DECIDES);
-        (value > limit).then_some(Proof {
-            ground: Ground::Witness,
-            value,
-            limit,
-        })
-    }
+fn proof<T: Real>(value: T, limit: T) -> Option<Proof<T>> {
+    (value > limit).then_some(Proof {
+        ground: Ground::Witness,
+        value,
+        limit,
+    })
 }

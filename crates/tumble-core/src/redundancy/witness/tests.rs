@@ -11,6 +11,7 @@ use crate::redundancy::platform::MountedUnit;
 use crate::redundancy::samples::steps::UnitSteps;
 use crate::redundancy::sensor::Sensor;
 use crate::redundancy::settings::ForceAndRate;
+use crate::redundancy::witness::navigation::{Navigation, Step, Witnessed};
 
 const SPAN: u64 = 50_000;
 const H: f64 = 0.05;
@@ -87,13 +88,16 @@ enum Found {
     Regained,
 }
 
+/// What a witness says at a time of a velocity.
+type Says = fn(f64, Vector3<f64>) -> Witness<f64>;
+
 struct Flight<const N: usize> {
     seed: u64,
     until: f64,
     /// Errors of a unit at a time.
     fault: fn(usize, f64) -> [Vector3<f64>; 2],
     /// What the witness says of a velocity at a time; not a number where it says nothing.
-    says: fn(f64, Vector3<f64>) -> Witness<f64>,
+    says: Says,
     /// Time that it takes, s.
     latency: f64,
 }
@@ -103,6 +107,47 @@ fn velocity(value: Vector3<f64>) -> Witness<f64> {
         value,
         sigma: Vector3::repeat(SIGMA),
     }
+}
+
+fn reading(f: Vector3<f64>, w: Vector3<f64>) -> Option<UnitReading<f64>> {
+    Some(UnitReading {
+        reading: [f, w],
+        scatter: [0.02, 0.0014],
+        at_rest: None,
+        votes: [true; 2],
+        calibrated: [true; 2],
+        matrix_shown: [true; 2],
+        place: 0.0,
+        left: [1e-5, 1e-8],
+        interval: 0.005,
+    })
+}
+
+fn resting() -> [Option<UnitReading<f64>>; 2] {
+    [reading(Vector3::z() * GRAVITY, Vector3::zeros()); 2]
+}
+
+fn look<const N: usize>(
+    judge: &mut Judge<f64, N>,
+    number: u64,
+    units: &[Option<UnitReading<f64>>; N],
+    tell: &mut dyn FnMut(Sensor, Judgement<f64>),
+) {
+    let window = SetWindow {
+        units,
+        steps: &[UnitSteps::none(); N],
+        mounted: &core::array::from_fn(|unit| MountedUnit::new(unit as u64)),
+        number,
+        span: SPAN,
+        length: H,
+        gravity: GRAVITY,
+        noise_ratio: 9.0,
+        tolerated: ForceAndRate {
+            specific_force: 0.05,
+            angular_rate: 0.0075,
+        },
+    };
+    judge.look(&window, tell);
 }
 
 impl<const N: usize> Flight<N> {
@@ -116,33 +161,13 @@ impl<const N: usize> Flight<N> {
             let [f, w] = felt(t);
             let units: [Option<UnitReading<f64>>; N] = core::array::from_fn(|i| {
                 let [df, dw] = (self.fault)(i, t);
+                let said = reading(f + draw.vector(0.004) + df, w + draw.vector(0.0003) + dw)?;
                 Some(UnitReading {
-                    reading: [f + draw.vector(0.004) + df, w + draw.vector(0.0003) + dw],
-                    scatter: [0.02, 0.0014],
-                    at_rest: None,
-                    votes: [true; 2],
-                    calibrated: [true; 2],
-                    matrix_shown: [true; 2],
-                    place: 0.0,
-                    left: [1e-5, 1e-8],
-                    interval: 0.005,
+                    at_rest: (t < 12.0).then_some([0.0; 2]),
+                    ..said
                 })
             });
-            let window = SetWindow {
-                units: &units,
-                steps: &[UnitSteps::none(); N],
-                mounted: &core::array::from_fn(|i| MountedUnit::new(i as u64)),
-                number: k,
-                span: SPAN,
-                length: H,
-                gravity: GRAVITY,
-                noise_ratio: 9.0,
-                tolerated: ForceAndRate {
-                    specific_force: 0.05,
-                    angular_rate: 0.0075,
-                },
-            };
-            judge.look(&window, &mut |sensor, judgement| {
+            look(&mut judge, k, &units, &mut |sensor, judgement| {
                 let what = match judgement {
                     Judgement::Blamed { unit, proof } if proof.ground == Ground::Witness => {
                         Found::Blamed(unit, sensor)
@@ -167,9 +192,11 @@ impl<const N: usize> Flight<N> {
     }
 }
 
-#[allow(dead_code)]
-const SOUND: fn(usize, f64) -> [Vector3<f64>; 2] = |_, _| [Vector3::zeros(); 2];
+fn sound(_: usize, _: f64) -> [Vector3<f64>; 2] {
+    [Vector3::zeros(); 2]
+}
 
+/// Unit 1 drifts from 100 s on, by so much a second.
 fn ramp(unit: usize, t: f64, slope: f64) -> Vector3<f64> {
     let size = if unit == 1 {
         slope * (t - 100.0).max(0.0)
@@ -179,20 +206,278 @@ fn ramp(unit: usize, t: f64, slope: f64) -> Vector3<f64> {
     Vector3::new(0.6, -0.64, 0.48) * size
 }
 
+fn force_drifts(unit: usize, t: f64) -> [Vector3<f64>; 2] {
+    [ramp(unit, t, 0.01), Vector3::zeros()]
+}
+
+fn rate_drifts(unit: usize, t: f64) -> [Vector3<f64>; 2] {
+    [Vector3::zeros(), ramp(unit, t, 0.0015)]
+}
+
+fn truthful(_: f64, v: Vector3<f64>) -> Witness<f64> {
+    velocity(v)
+}
+
+fn flight<const N: usize>(seed: u64) -> Flight<N> {
+    Flight {
+        seed,
+        until: 150.0,
+        fault: sound,
+        says: truthful,
+        latency: 0.15,
+    }
+}
+
+fn blamed(found: &[(f64, Found)]) -> Vec<(usize, Sensor)> {
+    let each = found.iter().filter_map(|(_, found)| match found {
+        Found::Blamed(unit, sensor) | Found::OutOfFamily(unit, sensor) => Some((*unit, *sensor)),
+        _ => None,
+    });
+    each.collect()
+}
+
 #[test]
-fn a_witness_says_which_of_two_drifts() {
-    for seed in 0..3 {
-        let flight = Flight::<2> {
-            seed,
-            until: 150.0,
-            fault: |unit, t| [ramp(unit, t, 0.01), Vector3::zeros()],
-            says: |_, v| velocity(v),
-            latency: 0.15,
+fn a_witness_says_which_of_two_drifts_and_in_which_sensor() {
+    for seed in 0..4 {
+        for (fault, sensor) in [
+            (force_drifts as fn(usize, f64) -> _, Sensor::Accelerometer),
+            (rate_drifts, Sensor::Gyroscope),
+        ] {
+            let found = Flight::<2> {
+                fault,
+                ..flight(seed)
+            }
+            .fly();
+            assert_eq!(
+                blamed(&found).first(),
+                Some(&(1, sensor)),
+                "seed {seed}: {found:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn wheels_say_which_of_two_drifts() {
+    for seed in 0..4 {
+        let found = Flight::<2> {
+            fault: force_drifts,
+            says: |t, v| {
+                let (attitude, ..) = motion(t);
+                Witness::BodyVelocity {
+                    value: attitude.inverse() * v,
+                    sigma: Vector3::repeat(SIGMA),
+                }
+            },
+            ..flight(seed)
+        }
+        .fly();
+        let first = blamed(&found).first().copied();
+        assert_eq!(first, Some((1, Sensor::Accelerometer)), "seed {seed}: {found:?}");
+    }
+}
+
+#[test]
+fn a_climb_rate_says_which_of_two_drifts_along_the_vertical() {
+    for seed in 0..4 {
+        let found = Flight::<2> {
+            fault: |unit, t| [Vector3::z() * ramp(unit, t, 0.02).norm(), Vector3::zeros()],
+            says: |_, v| Witness::Velocity {
+                value: Vector3::new(f64::NAN, f64::NAN, v.z),
+                sigma: Vector3::new(f64::INFINITY, f64::INFINITY, SIGMA),
+            },
+            ..flight(seed)
+        }
+        .fly();
+        let first = blamed(&found).first().copied();
+        assert_eq!(first, Some((1, Sensor::Accelerometer)), "seed {seed}: {found:?}");
+    }
+}
+
+#[test]
+fn scores_say_which_of_two_disagrees_with_its_own_estimator() {
+    for seed in 0..4 {
+        let found = Flight::<2> {
+            fault: force_drifts,
+            says: |t, _| Witness::Score {
+                unit: 1,
+                value: if t > 110.0 { 6.0 } else { 1.0 },
+            },
+            ..flight(seed)
+        }
+        .fly();
+        let first = blamed(&found).first().copied();
+        assert_eq!(first, Some((1, Sensor::Accelerometer)), "seed {seed}: {found:?}");
+    }
+}
+
+/// Ways to lie, from 60 s on, and whether nobody fits them for long.
+const LIES: [(Says, bool); 6] = [
+    // The velocity drifts away, fast and slowly.
+    (
+        |t, v| velocity(v + Vector3::new(0.7, 0.5, 0.2) * (0.3 * (t - 60.0).max(0.0))),
+        false,
+    ),
+    (
+        |t, v| velocity(v + Vector3::new(0.7, 0.5, 0.2) * (0.02 * (t - 60.0).max(0.0))),
+        false,
+    ),
+    // It says the same for ever.
+    (
+        |t, v| velocity(if t < 60.0 { v } else { Vector3::new(1.0, 2.0, 0.3) }),
+        true,
+    ),
+    // Reflections, single and lasting.
+    (
+        |t, v| velocity(v + Vector3::new(4.0, 3.0, 0.0) * f64::from(t > 60.0 && t % 1.0 < 0.3)),
+        false,
+    ),
+    (
+        |t, v| velocity(v + Vector3::new(4.0, 3.0, 0.0) * f64::from(t > 60.0 && t % 20.0 < 8.0)),
+        true,
+    ),
+    // It is ten times as uncertain as it says.
+    (|t, v| velocity(v + (v - motion(t).1) * 9.0), false),
+];
+
+#[test]
+fn a_witness_that_lies_condemns_no_sound_unit() {
+    for seed in 0..2 {
+        for (number, (says, contradicts_all)) in LIES.into_iter().enumerate() {
+            let two = Flight::<2> { says, ..flight(seed) }.fly();
+            let three = Flight::<3> { says, ..flight(seed) }.fly();
+            for found in [two, three] {
+                assert_eq!(blamed(&found), [], "seed {seed}, lie {number}: {found:?}");
+                let lost = found.iter().any(|(_, found)| *found == Found::Lost);
+                assert!(lost || !contradicts_all, "seed {seed}, lie {number}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_witness_that_lied_is_believed_again_once_it_fits() {
+    let found = Flight::<2> {
+        says: |t, v| velocity(if (60.0..70.0).contains(&t) { v * -1.0 } else { v }),
+        ..flight(1)
+    }
+    .fly();
+    let trust: Vec<_> = found.iter().map(|(_, found)| found).collect();
+    assert!(
+        matches!(trust[..], [Found::Lost, .., Found::Regained]),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn a_witness_that_comes_seconds_late_or_early_is_left_out() {
+    let flown = |latency: f64| {
+        let mut rejections = Vec::new();
+        let mut judge = Judge::<f64, 2>::new();
+        for k in 1..400 {
+            let t = (k + 1) as f64 * H;
+            look(&mut judge, k, &resting(), &mut |_, _| {});
+            if let Err(why) = judge.listen(((t - latency).max(0.0) * 1e6) as u64, &velocity(Vector3::zeros()))
+            {
+                rejections.push(why);
+            }
+        }
+        rejections
+    };
+    assert_eq!(flown(0.9), []);
+    assert!(flown(3.0).len() > 300 && flown(3.0).iter().all(|why| *why == WitnessRejection::Late));
+    assert!(flown(-0.5).len() > 300 && flown(-0.5).iter().all(|why| *why == WitnessRejection::Early));
+}
+
+#[test]
+fn what_a_witness_cannot_mean_is_left_out() {
+    let zero = Vector3::zeros();
+    let of = |value, sigma| Witness::Velocity { value, sigma }.check(2);
+    let sigma = Vector3::repeat(SIGMA);
+    assert_eq!(of(zero, sigma), Ok(()));
+    for axis in 0..3 {
+        let with = |mut v: Vector3<f64>, x: f64| {
+            v[axis] = x;
+            v
         };
-        let found = flight.fly();
-        let blamed = found
-            .iter()
-            .position(|(_, found)| *found == Found::Blamed(1, Sensor::Accelerometer));
-        assert!(blamed.is_some(), "seed {seed}: {found:?}");
+        for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert_eq!(of(with(zero, x), sigma), Err(WitnessRejection::NotFinite));
+            assert_eq!(of(with(zero, x), with(sigma, f64::INFINITY)), Ok(()));
+        }
+        assert_eq!(of(zero, with(sigma, f64::NAN)), Err(WitnessRejection::NotFinite));
+        for x in [0.0, -0.3] {
+            assert_eq!(of(zero, with(sigma, x)), Err(WitnessRejection::NoSigma));
+        }
+    }
+    assert_eq!(
+        of(zero, Vector3::repeat(f64::INFINITY)),
+        Err(WitnessRejection::NoSigma)
+    );
+    let score = |unit, value| Witness::Score { unit, value }.check(2);
+    assert_eq!(score(1, 0.0), Ok(()));
+    assert_eq!(score(2, 1.0), Err(WitnessRejection::NoSuchUnit));
+    assert_eq!(score(0, f64::NAN), Err(WitnessRejection::NotFinite));
+    assert_eq!(score(0, -0.1), Err(WitnessRejection::NegativeScore));
+}
+
+#[test]
+fn what_a_unit_would_make_of_it_is_what_a_filter_of_its_own_does() {
+    let tolerated = ForceAndRate {
+        specific_force: 0.05,
+        angular_rate: 0.0075,
+    };
+    let (df, dw) = (Vector3::new(2e-3, -1e-3, 3e-3), Vector3::new(1e-4, 2e-4, -1e-4));
+    for sensor in [Sensor::Accelerometer, Sensor::Gyroscope] {
+        let [own_force, own_rate] = match sensor {
+            Sensor::Accelerometer => [df, Vector3::zeros()],
+            Sensor::Gyroscope => [Vector3::zeros(), dw],
+        };
+        let start = || Navigation::<f64, 2>::start(&felt(H)[0], &Vector3::zeros(), false, &tolerated);
+        let (mut of_set, mut of_unit) = (start(), start());
+        for k in 1..2000_u32 {
+            let t = f64::from(k + 1) * H;
+            let [f, w] = felt(t);
+            let (unit_force, unit_rate) = (f + own_force, w + own_rate);
+            let deviations = [[Vector3::zeros(); 2], [own_force, own_rate]];
+            let none = [[Vector3::zeros(); 2]; 2];
+            let step = |said, deviations| Step {
+                said,
+                deviations,
+                length: H,
+                gravity: GRAVITY,
+                rests: false,
+            };
+            of_set.advance(&step([&f, &w], &deviations));
+            of_unit.advance(&step([&unit_force, &unit_rate], &none));
+            if k % 4 != 0 {
+                continue;
+            }
+            let witnessed = Witnessed {
+                value: motion(t - 0.5 * H).1,
+                sigma: Vector3::repeat(SIGMA),
+                windows: 0.0,
+                length: H,
+            };
+            for navigation in [&mut of_set, &mut of_unit] {
+                navigation.begin_along_level(&witnessed);
+            }
+            for axis in [Vector3::x(), Vector3::y(), Vector3::z()] {
+                let both = (
+                    of_set.along_level(&axis, &witnessed),
+                    of_unit.along_level(&axis, &witnessed),
+                );
+                let (Some(set), Some(unit)) = both else { continue };
+                let expected = set.of_set - of_set.share(&set, sensor, 1);
+                // Beyond the first order, and where the heading was found, the two differ by little.
+                let apart = (unit.of_set - expected).abs();
+                assert!(
+                    apart < 0.03,
+                    "{sensor:?} at {t} s: {apart} m/s of {}",
+                    of_set.share(&set, sensor, 1)
+                );
+                of_set.update(&set);
+                of_unit.update(&unit);
+            }
+        }
     }
 }
