@@ -10,12 +10,12 @@ from benchmarks import footprint  # noqa: E402
 
 SAID = """\
 check 10000 {check}
-Apply 10 12800
+Apply 10 6400
+Push 1 640
 Push 1 1280
-Push 1 2560
-Push 1 128000000
+Push 1 64000000
+Restore 1 640
 Restore 1 1280
-Restore 1 2560
 """
 MEMORY = """\
 device: start 1

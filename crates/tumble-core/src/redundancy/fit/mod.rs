@@ -310,14 +310,12 @@ impl<T: Real> FitProblem<'_, T> {
             let lever = self.layout.lever.map_or(Matrix3::zeros(), |first| {
                 Matrix3::from_fn(|l, k| sums[i].mean_of(first + 3 * l + k))
             });
-            lever.tr_mul(&pass.matrix.row(i).transpose())
+            lever.tr_mul(&Vector3::from(row_of(&pass.matrix, i)))
         });
         let stored = self.stored;
         let bias = stored.bias
             + Vector3::from_fn(|i, _| {
-                let explained = (pass.matrix.row(i) - stored.matrix.row(i))
-                    .transpose()
-                    .dot(&motions[i])
+                let explained = Vector3::from(row_of(&(pass.matrix - stored.matrix), i)).dot(&motions[i])
                     + arms[i].dot(&(pass.lever_arm - stored.lever_arm));
                 let change = sums[i].mean_of(self.layout.second + i) - explained;
                 if self.axes[i] { change } else { T::zero() }
