@@ -14,12 +14,12 @@ use crate::rotation::rotation_of;
 
 /// Noise of the set's angular rate, rad/s, and of its specific force, m/s^2, over the square root of a Hz; at rest, and as a share of
 /// the angular rate and of the specific force beyond gravity (docs/theory/judgement.md, table 2).
-const RATE_NOISE: [f64; 2] = [2e-4, 5e-4];
-const FORCE_NOISE: [f64; 2] = [0.01, 0.005];
+const RATE_NOISE: [f32; 2] = [2e-4, 5e-4];
+const FORCE_NOISE: [f32; 2] = [0.01, 0.005];
 
 /// How fast errors within specification change, rad/s and m/s^2 over the square root of a second.
-const RATE_WANDERS: f64 = 5e-5;
-const FORCE_WANDERS: f64 = 5e-4;
+const RATE_WANDERS: f32 = 5e-5;
+const FORCE_WANDERS: f32 = 5e-4;
 
 /// Sigma of the attitude at first, rad; of the rate's error where the set has just rested, rad/s.
 const LEVELLED: f64 = 0.3;
@@ -447,11 +447,11 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
 
 /// Variances that a window adds, given angular rate, rad/s, and acceleration, m/s^2, of the set (docs/theory/judgement.md, table 2).
 fn noise<T: Real>(rate: &Vector3<T>, acceleration: &Vector3<T>, window: T) -> Errors<T> {
-    let density = |[least, share]: [f64; 2], size: T| {
-        let (least, more) = (real::<T>(least), size * real::<T>(share));
+    let density = |[least, share]: [f32; 2], size: T| {
+        let (least, more) = (tabulated::<T>(least), size * tabulated::<T>(share));
         Vector3::repeat((least * least + more * more) * window)
     };
-    let wanders = |wanders: f64| real::<T>(wanders) * real::<T>(wanders) * window;
+    let wanders = |wanders: f32| tabulated::<T>(wanders) * tabulated::<T>(wanders) * window;
     Errors {
         attitude: density(RATE_NOISE, rate.norm()),
         velocity: density(FORCE_NOISE, acceleration.norm()),

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::real::{Real, real, seconds};
+use crate::real::{Real, real, seconds, tabulated};
 use crate::redundancy::judgement::UnitReading;
 use crate::redundancy::judgement::attribution::{DECIDES, Ground, Proof};
 use crate::redundancy::sensor::{SENSORS, Sensor};
@@ -12,8 +12,8 @@ use crate::redundancy::witness::track::{EARLY, LATE};
 use crate::redundancy::witness::{Witness, WitnessRejection};
 
 /// Time for which evidence is remembered, s: while a unit departs from others, and while it does not.
-const REMEMBERED: f64 = 60.0;
-const FORGOTTEN: f64 = 2.0;
+const REMEMBERED: f32 = 60.0;
+const FORGOTTEN: f32 = 2.0;
 
 /// Most that is gathered: what is certain may be revised.
 const MOST: f64 = 15.0;
@@ -27,8 +27,8 @@ const FITS: f64 = 0.75;
 
 /// Mean square misfit of the best, sigmas squared, from which on a witness is not believed, and below which it is, once it has been
 /// so for a number of measurements.
-const DISTRUSTED: f64 = 5.0;
-const TRUSTED: f64 = 2.5;
+const DISTRUSTED: f32 = 5.0;
+const TRUSTED: f32 = 2.5;
 const TRUSTED_AFTER: u16 = 25;
 
 /// Measurements without trust after which all begins anew.
@@ -182,7 +182,7 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
         let units = self.against.iter_mut().zip(&around.guilty).zip(&around.departs);
         for ((against, guilty), gathers) in units {
             for ((against, guilty), gathers) in against.iter_mut().zip(guilty).zip(gathers) {
-                let over = real::<T>(if *gathers { REMEMBERED } else { FORGOTTEN });
+                let over = tabulated::<T>(if *gathers { REMEMBERED } else { FORGOTTEN });
                 against.evidence = if *guilty {
                     T::zero()
                 } else {
@@ -332,7 +332,7 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
         let most = real::<T>(FITS_NOBODY + 1.0);
         let square = best.min(most) * best.min(most);
         self.lately += (square - self.lately) / real(AVERAGED);
-        let limit = real::<T>(if self.trusted { DISTRUSTED } else { TRUSTED });
+        let limit = tabulated::<T>(if self.trusted { DISTRUSTED } else { TRUSTED });
         let fits = self.lately <= limit;
         self.streak = if fits == self.fit {
             self.streak.saturating_add(1)
@@ -401,7 +401,7 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
         } else {
             (second, first)
         };
-        let limit = real::<T>(if disputed { DECIDES } else { 2.0 * DECIDES });
+        let limit = real::<T>(DECIDES) * tabulated(if disputed { 1.0 } else { 2.0 });
         let proof = proof(apart.abs(), limit).filter(|_| self.fits(sensor, right))?;
         Some((wrong, proof))
     }

@@ -7,10 +7,12 @@ use nalgebra::{Rotation3, Vector3};
 use super::*;
 use crate::redundancy::judgement::attribution::Ground;
 use crate::redundancy::judgement::{Judge, Judgement, SetWindow, UnitReading};
-use crate::redundancy::platform::MountedUnit;
+use crate::redundancy::monitor::Monitor;
+use crate::redundancy::monitor::event::EventKind;
+use crate::redundancy::platform::{MountedUnit, Platform, PrimaryCalibration};
 use crate::redundancy::samples::steps::UnitSteps;
 use crate::redundancy::sensor::Sensor;
-use crate::redundancy::settings::ForceAndRate;
+use crate::redundancy::settings::{ForceAndRate, RedundancySettings};
 use crate::redundancy::witness::navigation::{Navigation, Step, Witnessed};
 
 const SPAN: u64 = 50_000;
@@ -480,4 +482,26 @@ fn what_a_unit_would_make_of_it_is_what_a_filter_of_its_own_does() {
             }
         }
     }
+}
+
+#[test]
+fn what_is_left_out_of_a_witness_is_counted_and_told_of_once() {
+    let platform = Platform::new(
+        RedundancySettings::default(),
+        PrimaryCalibration::none(),
+        [MountedUnit::new(1), MountedUnit::new(2)],
+    )
+    .expect("a set");
+    let mut monitor = Monitor::<f64, 2, 1>::new();
+    let mut told = Vec::new();
+    for time in 0..10 {
+        for value in [Vector3::repeat(f64::NAN), Vector3::zeros()] {
+            monitor.witness(&platform, time * 200_000, &velocity(value), &mut |event| {
+                told.push(event.kind)
+            });
+        }
+    }
+    let why = WitnessRejection::NotFinite;
+    assert_eq!(told, [EventKind::WitnessLeftOut { why }]);
+    assert_eq!(monitor.witnesses_left_out(), 10);
 }
