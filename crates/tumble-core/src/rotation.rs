@@ -38,6 +38,24 @@ pub fn rotation_of<T: Real>(phi: &Vector3<T>) -> UnitQuaternion<T> {
     UnitQuaternion::new_unchecked(Quaternion::from_parts(scalar, vector))
 }
 
+/// Halvings after which the series below holds for half a turn.
+const HALVINGS: u32 = 5;
+
+/// The same for up to half a turn without sines, which take a device double precision: by series for a part of the rotation,
+/// done as often as that part goes into it.
+pub fn rotation_by_series<T: Real>(phi: &Vector3<T>) -> UnitQuaternion<T> {
+    let half: Vector3<T> = phi * real::<T>(0.5 / 32.0);
+    let square = half.norm_squared();
+    // The terms left out are below 2e-11 for half a turn.
+    let cosine = T::one() - square * (real::<T>(0.5) - square * real::<T>(1.0 / 24.0));
+    let sine = T::one() - square * (real::<T>(1.0 / 6.0) - square * real::<T>(1.0 / 120.0));
+    let mut turned = Quaternion::from_parts(cosine, half * sine);
+    for _ in 0..HALVINGS {
+        turned *= turned;
+    }
+    UnitQuaternion::new_normalize(turned)
+}
+
 /// Weighted sums over pairs `(to, from)` of vectors, of which a rotation and an offset remain to be solved:
 /// `to = R from + offset`. Centred (Welford), so the offset costs no digits.
 #[derive(Clone, Copy, Debug)]

@@ -3,7 +3,9 @@
 use nalgebra::{Matrix3, Matrix6, Rotation3, SVector, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use tumble_core::real::Real;
-use tumble_core::rotation::{Procrustes, RotationFit, inverse_left_jacobian};
+use tumble_core::rotation::{
+    Procrustes, RotationFit, inverse_left_jacobian, rotation_by_series, rotation_of,
+};
 
 use crate::common::{
     Calibration, Draws, assert_close, cast, direction, double, rotation, rotation_vector, rounding, vector,
@@ -15,6 +17,11 @@ fn composed(d: &Vector3<f64>, phi: &Vector3<f64>) -> Vector3<f64> {
 }
 
 proptest! {
+    #[test]
+    fn a_rotation_by_series_is_that_of_its_vector(phi in rotation_vector()) {
+        prop_assert!(rotation_by_series(&phi).angle_to(&rotation_of(&phi)) < 1e-8);
+    }
+
     #[test]
     fn the_inverse_left_jacobian_is_the_derivative_of_the_rotation_vector(phi in rotation_vector()) {
         prop_assume!(phi.norm() < 3.13);

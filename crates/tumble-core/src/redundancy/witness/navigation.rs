@@ -10,7 +10,7 @@ use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::ForceAndRate;
 use crate::redundancy::witness::errors::{Covariance, Errors, Moves};
 use crate::redundancy::witness::track::Track;
-use crate::rotation::rotation_of;
+use crate::rotation::rotation_by_series as rotation_of;
 
 /// Noise of the set's angular rate, rad/s, and of its specific force, m/s^2, over the square root of a Hz; at rest, and as a share of
 /// the angular rate and of the specific force beyond gravity (docs/theory/judgement.md, table 2).
