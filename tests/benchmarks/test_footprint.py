@@ -10,12 +10,12 @@ from benchmarks import footprint  # noqa: E402
 
 SAID = """\
 check 10000 {check}
-Apply 10 6400
-Push 1 640
-Push 1 1280
-Push 1 64000000
-Restore 1 640
-Restore 1 1280
+Apply 10 1600
+Push 1 160
+Push 1 320
+Push 1 16000000
+Restore 1 160
+Restore 1 320
 """
 MEMORY = """\
 device: start 1
