@@ -40,10 +40,8 @@ impl<T: Real> Track<T> {
         self.since = self.since.saturating_add(1);
         if self.since >= EVERY {
             self.since = 0;
-            self.kept.copy_within(..KEPT - 1, 1);
-            if let Some(newest) = self.kept.first_mut() {
-                *newest = *velocity;
-            }
+            let [a, b, c, d, e, _] = self.kept;
+            self.kept = [*velocity, a, b, c, d, e];
         }
     }
 
