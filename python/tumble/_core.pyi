@@ -483,13 +483,16 @@ class RedundancyMonitor:
         specific_forces: Sequence[FloatArray],
         angular_rates: Sequence[FloatArray],
         commands: Sequence[tuple[float, str]] = (),
+        witnesses: Sequence[tuple[float, str, int, FloatArray, FloatArray]] = (),
         keep_output: bool = False,
         progress: Callable[[float], None] | None = None,
     ) -> RedundancyReplay:
         """Push what all units said, in order of time, up to the end; may be called again with what follows.
 
         Times (n,) s, specific forces (n, 3) m/s^2 and angular rates (n, 3) rad/s of each unit, primary first.
-        Commands are `evaluate` and `return to primary`. `progress` is told the share done, 0 to 1.
+        Commands are `evaluate` and `return to primary`. Witnesses are time s, kind, unit, value (3,), sigma (3,),
+        in order of time; kinds are `velocity` and `body velocity`, m/s, and `score`, the first of value.
+        `progress` is told the share done, 0 to 1.
         """
     def restore(self, record: Mapping[str, object]) -> str | None:
         """Take a stored error of a secondary; says why it was rejected, or `None`."""

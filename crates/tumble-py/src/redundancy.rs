@@ -17,7 +17,8 @@ use tumble_lab::setting_table;
 
 use crate::convert::{matrix, rows};
 use crate::redundancy_values::{
-    command, figures, model, offset, platform_error, read_record, rejection, results, vector, write_record,
+    Said, command, figures, model, offset, platform_error, read_record, rejection, results, vector, witness,
+    write_record,
 };
 use crate::settings::{settings_of, values};
 use crate::spin::is_single;
@@ -159,7 +160,7 @@ impl PyMonitor {
     }
 
     /// Pushes what all units said, in order of time.
-    #[pyo3(signature = (times, specific_forces, angular_rates, commands=Vec::new(), keep_output=false, progress=None))]
+    #[pyo3(signature = (times, specific_forces, angular_rates, commands=Vec::new(), witnesses=Vec::new(), keep_output=false, progress=None))]
     #[allow(clippy::too_many_arguments)]
     fn replay<'py>(
         &mut self,
@@ -168,6 +169,7 @@ impl PyMonitor {
         specific_forces: Vec<PyReadonlyArray2<'py, f64>>,
         angular_rates: Vec<PyReadonlyArray2<'py, f64>>,
         commands: Vec<(f64, String)>,
+        witnesses: Vec<Said<'py>>,
         keep_output: bool,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
@@ -179,6 +181,7 @@ impl PyMonitor {
             )));
         }
         let commands: Vec<_> = commands.iter().map(command).collect::<PyResult<_>>()?;
+        let witnesses: Vec<_> = witnesses.iter().map(witness).collect::<PyResult<_>>()?;
         let mut unit_samples = Vec::new();
         for (i, time) in times.iter().enumerate() {
             let samples = ReplayUnit {
@@ -218,6 +221,7 @@ impl PyMonitor {
             };
             let mut options = ReplayOptions {
                 commands: &commands,
+                witnesses: &witnesses,
                 keep_output,
                 origin,
                 progress: &mut tell,

@@ -11,6 +11,7 @@ use tumble_core::redundancy::platform::PlatformError;
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::redundancy::settings::Rung;
+use tumble_core::redundancy::witness::Witness;
 use tumble_core::redundancy::settings::validate::{InvalidSetting, SettingError};
 use tumble_lab::redundancy::dyn_monitor::{Model, OutputSample, WindowMeans};
 use tumble_lab::redundancy::event_text::{EventText, Figure};
@@ -59,6 +60,30 @@ pub(crate) fn command((time, name): &(f64, String)) -> PyResult<(f64, Command)> 
     let command = Command::named(name);
     let command = command.ok_or_else(|| PyValueError::new_err(format!("there is no command '{name}'")))?;
     Ok((*time, command))
+}
+
+/// What a witness says as Python has it: time, s, kind, number of a unit, value, sigma.
+pub(crate) type Said<'py> = (
+    f64,
+    String,
+    usize,
+    PyReadonlyArray1<'py, f64>,
+    PyReadonlyArray1<'py, f64>,
+);
+
+/// A witness by the name of its kind.
+pub(crate) fn witness((time, kind, unit, value, sigma): &Said<'_>) -> PyResult<(f64, Witness<f64>)> {
+    let (value, sigma) = (vector(value, "value")?, vector(sigma, "sigma")?);
+    let witness = match kind.as_str() {
+        "velocity" => Witness::Velocity { value, sigma },
+        "body velocity" => Witness::BodyVelocity { value, sigma },
+        "score" => Witness::Score {
+            unit: *unit,
+            value: value.x,
+        },
+        _ => return Err(PyValueError::new_err(format!("there is no witness '{kind}'"))),
+    };
+    Ok((*time, witness))
 }
 
 /// `M`, `b` and residual of a sensor, where a calibration has them.

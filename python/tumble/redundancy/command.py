@@ -89,6 +89,19 @@ def redundancy_command(
             "repeatable.",
         ),
     ] = None,
+    witness: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="FILE",
+            help="Table (CSV) of what something else on board says, which settles what two units cannot: "
+            "time, and velocity vx, vy, vz or vn, ve, vd (level frame), climb, or body_vx, body_vy, body_vz, m/s, "
+            "or score_UNIT, the innovations of an estimator; repeatable.",
+        ),
+    ] = None,
+    witness_sigma: Annotated[
+        float | None,
+        typer.Option(metavar="M/S", help="Sigma of velocities in --witness without a column sigma."),
+    ] = None,
     precision: Annotated[
         PrecisionOption, typer.Option(help="Floats to compute with: f32 as on a device.")
     ] = PrecisionOption.F64,
@@ -168,6 +181,8 @@ def redundancy_command(
             store=store,
             factory=_factory(factory or []),
             commands=commands,
+            witness=witness or (),
+            witness_sigma=witness_sigma,
             precision=precision.value,
             allow_missing=allow_missing,
             as_published=as_published,

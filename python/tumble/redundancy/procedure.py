@@ -25,6 +25,7 @@ from tumble.redundancy.result import RECORDED, Identified, RedundancyEvent, Redu
 from tumble.redundancy.settings import RedundancySettings
 from tumble.redundancy.store import ErrorStore, Rejected
 from tumble.redundancy.units import CHANNELS, UnitSettings, identity_of
+from tumble.redundancy.witness import WitnessSource, in_order, witnesses_of
 from tumble.results import Precision
 
 Settings: TypeAlias = RedundancySettings | Mapping[str, object] | str | Path
@@ -40,6 +41,8 @@ def redundancy(
     store: str | Path | None = None,
     factory: Factory = (),
     commands: Sequence[tuple[float, Command]] = (),
+    witness: WitnessSource | Sequence[WitnessSource] = (),
+    witness_sigma: float | None = None,
     precision: Precision = "f64",
     allow_missing: bool = False,
     as_published: bool = False,
@@ -54,7 +57,9 @@ def redundancy(
     with the errors stored before, where what is adopted replaces them, and with the primary's own
     calibration, which it keeps for runs without one. `factory` are turntable calibrations of secondaries,
     by name or in files that state whose they are, which become the first errors in it. `commands` are
-    given to the monitor at their times, s of the common clock. With `precision` `f32` it computes as a
+    given to the monitor at their times, s of the common clock. `witness` is what something else on board
+    says of the motion, as `Witness` or a table of it, which settles what units cannot between them;
+    `witness_sigma`, m/s, is that of tables that state none. With `precision` `f32` it computes as a
     device would. With `allow_missing`, a unit that cannot be read is replayed as one that never says
     anything. With `as_published` settings begin from `RedundancySettings.as_published()`, and `settings`
     override them. `keep_output` keeps what the platform would have used, 72 bytes a sample. `read` says
@@ -71,9 +76,11 @@ def redundancy(
     applied = Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
     _refuse_unknown_commands(commands)
     units = open_units((primary, *sources_of(secondaries)), log, read, allow_missing)
+    names = tuple(unit.name for unit in units)
+    said = in_order(witnesses_of(witness, witness_sigma), names)
     known = _known_units(chosen, units)
     serials = _serials(units, known)
-    identities = identities_of(tuple(unit.name for unit in units), chosen, serials)
+    identities = identities_of(names, chosen, serials)
     errors = None if store is None else ErrorStore(prepare_folder(store), identities[0])
     given = applied
     if errors is not None and applied is None:
@@ -82,7 +89,7 @@ def redundancy(
     rejected = [] if errors is None else list(_restore(monitor, errors, identities[1:]))
     begun = _from_factory(factory, errors, monitor, dict(zip(identities, known, strict=True)), applied)
     blocks = SideBySide(units, [own.time_offset for own in known], progress)
-    replayed = replay(monitor, blocks, commands, tuple(unit.name for unit in units), keep_output=keep_output)
+    replayed = replay(monitor, blocks, commands, names, witnesses=said, keep_output=keep_output)
     events = (*_rejections(rejected, blocks.start), *replayed.events)
     found = tuple(_errors(monitor, identities))
     if errors is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal, TypeAlias
@@ -13,6 +14,7 @@ from tumble.errors import ProcedureError
 from tumble.recording import FloatArray
 from tumble.redundancy.logs import SampleArrays, SideBySide
 from tumble.redundancy.result import Figure, RedundancyEvent, Selected, SetOutput, UnitTrace
+from tumble.redundancy.witness import NativeWitness
 
 Command: TypeAlias = Literal["evaluate", "return to primary"]
 COMMANDS: tuple[Command, ...] = ("evaluate", "return to primary")
@@ -131,37 +133,53 @@ def replay(
     commands: Sequence[tuple[float, Command]],
     names: tuple[str, ...],
     *,
+    witnesses: Sequence[NativeWitness] = (),
     keep_output: bool = False,
 ) -> Replayed:
-    """Push all blocks into the monitor, with commands at their times, s of the common clock.
+    """Push all blocks into the monitor, with commands and witnesses at their times, s of the common clock.
 
-    Raises `ProcedureError` where a command lies outside the logs.
+    Witnesses are in order of time; what they say before and after the logs is left out.
+
+    Raises `ProcedureError` where a command lies outside the logs, or all that witnesses say.
     """
     replayed = Replayed(names)
     waiting = sorted(commands)
+    heard = 0
     for block in blocks:
         _refuse_early(waiting, blocks.start)
         # A command is given with the first sample that is not before it, so there has to be one.
         latest = max(float(time.max()) for time, _, _ in block if len(time))
         due = [command for command in waiting if command[0] <= latest]
         waiting = waiting[len(due) :]
-        replayed.add(_push(monitor, block, due, keep_output=keep_output))
+        said = witnesses[heard : bisect_right(witnesses, latest, key=_time_of)]
+        heard += len(said)
+        replayed.add(_push(monitor, block, due, said, keep_output=keep_output))
     if not replayed.blocks:
         raise ProcedureError(f"{', '.join(names)}: none of these units has a sample; check the logs")
     if waiting:
         raise ProcedureError(_outside(waiting[0], blocks))
+    if witnesses and not (heard and witnesses[heard - 1][0] >= blocks.start):
+        raise ProcedureError(
+            f"witness: speaks from {witnesses[0][0]:.3f} to {witnesses[-1][0]:.3f} s, the logs from "
+            f"{blocks.start:.3f} to {blocks.end:.3f} s; give times of their clock"
+        )
     return replayed
+
+
+def _time_of(witness: NativeWitness) -> float:
+    return witness[0]
 
 
 def _push(
     monitor: _core.RedundancyMonitor,
     block: Sequence[SampleArrays],
     commands: Sequence[tuple[float, Command]],
+    witnesses: Sequence[NativeWitness],
     *,
     keep_output: bool,
 ) -> _core.RedundancyReplay:
     times, specific_forces, angular_rates = zip(*block, strict=True)
-    return monitor.replay(times, specific_forces, angular_rates, commands, keep_output)
+    return monitor.replay(times, specific_forces, angular_rates, commands, witnesses, keep_output)
 
 
 def _refuse_early(commands: Sequence[tuple[float, Command]], start: float) -> None:

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::model::ErrorModel;
 use tumble_core::real::{Real, real};
-use tumble_core::redundancy::monitor::event::EventKind;
+use tumble_core::redundancy::monitor::event::{Event, EventKind};
 use tumble_core::redundancy::monitor::{Command, Monitor};
 use tumble_core::redundancy::platform::{MountedUnit, Platform, PlatformError, PrimaryCalibration, Range};
 use tumble_core::redundancy::record::Record;
@@ -28,6 +28,16 @@ pub struct EventLog {
     pub events: Vec<EventText>,
     /// Records adopted, in order.
     pub adopted: Vec<(usize, u64, Record<f64>)>,
+}
+
+impl EventLog {
+    fn keep<T: Real>(&mut self, event: &Event<T>) {
+        self.events.push(event_text(event));
+        if let EventKind::Adopted { record } = &event.kind {
+            self.adopted
+                .push((event.unit, event.time, record.in_numbers(wide)));
+        }
+    }
 }
 
 /// Output of a sample.
@@ -66,6 +76,8 @@ pub trait DynMonitor: Send + Sync {
     fn restore_factory(&mut self, record: &Record<f64>);
     /// Asks for something.
     fn command(&mut self, command: Command);
+    /// Takes in what something else on board says of a time, microseconds of the common clock.
+    fn witness(&mut self, time: u64, witness: &Witness<f64>, log: &mut EventLog);
     /// Number of the window looked at last.
     fn window(&self) -> Option<u64>;
     /// What a unit said over that window.
@@ -126,13 +138,9 @@ impl<T: Real, const UNITS: usize> DynMonitor for SizedMonitor<T, UNITS> {
             specific_force: narrow(&sample.specific_force),
             angular_rate: narrow(&sample.angular_rate),
         };
-        let output = self.monitor.push(&self.platform, unit, &sample, &mut |event| {
-            log.events.push(event_text(&event));
-            if let EventKind::Adopted { record } = &event.kind {
-                log.adopted
-                    .push((event.unit, event.time, record.in_numbers(wide)));
-            }
-        })?;
+        let output = self
+            .monitor
+            .push(&self.platform, unit, &sample, &mut |event| log.keep(&event))?;
         Some(OutputSample {
             time: output.time,
             source: output.source,
@@ -165,9 +173,8 @@ impl<T: Real, const UNITS: usize> DynMonitor for SizedMonitor<T, UNITS> {
 
     fn restore(&mut self, record: &Record<f64>, log: &mut EventLog) {
         let record = record.in_numbers(real);
-        self.monitor.restore(&self.platform, &record, &mut |event| {
-            log.events.push(event_text(&event))
-        });
+        self.monitor
+            .restore(&self.platform, &record, &mut |event| log.keep(&event));
     }
 
     fn restore_factory(&mut self, record: &Record<f64>) {
@@ -177,6 +184,12 @@ impl<T: Real, const UNITS: usize> DynMonitor for SizedMonitor<T, UNITS> {
 
     fn command(&mut self, command: Command) {
         self.monitor.command(command);
+    }
+
+    fn witness(&mut self, time: u64, witness: &Witness<f64>, log: &mut EventLog) {
+        let witness = witness.in_numbers(real);
+        self.monitor
+            .witness(&self.platform, time, &witness, &mut |event| log.keep(&event));
     }
 
     fn window(&self) -> Option<u64> {

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 use tumble_core::redundancy::monitor::Command;
+use tumble_core::redundancy::witness::Witness;
 use tumble_core::sample::Sample;
 
 use crate::redundancy::dyn_monitor::{DynMonitor, EventLog, OutputSample, WindowMeans};
@@ -47,6 +48,8 @@ pub struct Replay {
 pub struct ReplayOptions<'a> {
     /// s, in order, with the command to give then.
     pub commands: &'a [(f64, Command)],
+    /// s, in order, with what something else on board said of then.
+    pub witnesses: &'a [(f64, Witness<f64>)],
     /// Whether the output is kept.
     pub keep_output: bool,
     /// Time 0 of the monitor, s of the recordings' clock.
@@ -69,6 +72,7 @@ pub fn replay(
     let mut latest = monitor.window();
     let mut next = vec![0_usize; units.len()];
     let mut commands = options.commands.iter().peekable();
+    let mut witnesses = options.witnesses.iter().peekable();
     let total: usize = units.iter().map(|samples| samples.time.len()).sum();
     for pushed in 0..total {
         if pushed.is_multiple_of(PROGRESS_EVERY) && !(options.progress)(share(pushed, total)) {
@@ -82,6 +86,10 @@ pub fn replay(
         let now = samples.time[row] + samples.time_offset;
         while let Some((_, command)) = commands.next_if(|(time, _)| *time <= now) {
             monitor.command(*command);
+        }
+        while let Some((time, witness)) = witnesses.next_if(|(time, _)| *time <= now) {
+            let time = microseconds(time - options.origin);
+            monitor.witness(time, witness, &mut replay.log);
         }
         let sample = Sample {
             time: microseconds(samples.time[row] - options.origin),

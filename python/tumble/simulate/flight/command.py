@@ -109,6 +109,13 @@ def flight_command(
     g_sensitivity: Annotated[
         bool, typer.Option(help="Gyroscopes that respond to specific force, or none.")
     ] = True,
+    velocity_rate: Annotated[
+        float | None,
+        typer.Option(
+            metavar="HZ", help="Write velocity.csv as a satellite receiver would give it, for --witness."
+        ),
+    ] = None,
+    velocity_sigma: Annotated[float, typer.Option(metavar="M/S", help="Noise of each of its axes.")] = 0.3,
     seed: Annotated[int, typer.Option(help="All random numbers follow from it.")] = 1,
     format_name: Annotated[
         Format, typer.Option("--format", help="Format of the logs; MCAP is one log with all units.")
@@ -122,7 +129,7 @@ def flight_command(
     Example: tumble simulate flight --motion vehicle --fault primary:dead:start=60 --seed 7 -o flight
 
     Writes primary.csv, secondary_1.csv ..., units.yaml for tumble redundancy and, to hold results against,
-    ideal.csv of a unit without errors and truth.yaml.
+    ideal.csv of a unit without errors and truth.yaml; with --velocity-rate also velocity.csv.
     """
     from tumble.cli.progress import sample_progress
     from tumble.simulate import simulate_flight, write_flight
@@ -154,9 +161,10 @@ def flight_command(
         quantisation=quantisation,
         g_sensitivity=g_sensitivity,
     )
+    velocity = None if velocity_rate is None else flight.velocity(velocity_rate, velocity_sigma)
     with sample_progress("writing") as advance:
         folder = output or folder_named_after("flight")
-        paths = write_flight(flight, folder, format_name.value, progress=advance)
+        paths = write_flight(flight, folder, format_name.value, velocity=velocity, progress=advance)
     _show(flight, {name: str(path) for name, path in paths.items()}, as_json)
 
 
@@ -235,6 +243,8 @@ def _show(flight: SimulatedFlight, paths: dict[str, str], as_json: bool) -> None
     print(f"{_source('ideal', paths)}: a unit without errors, at the primary's place")
     print(f"{paths['units']}: mounting of the units, as their builder knows it")
     print(f"{paths['truth']}: the truth")
+    if "velocity" in paths:
+        print(f"{paths['velocity']}: velocity of the primary's place, x east, y north, z up")
     print(f"Next: {_next(flight, paths)}")
 
 
@@ -248,6 +258,7 @@ def _next(flight: SimulatedFlight, paths: dict[str, str]) -> str:
     named = {unit.name: unit.name if log else paths.get(unit.name) for unit in flight.units}
     words = [*([log] if log else []), f"--primary {named[primary.name]}"]
     words += [f"--secondary {named[name]}" for name in secondaries]
+    words += [f"--witness {paths['velocity']}"] if "velocity" in paths else []
     return f"tumble redundancy {' '.join(words)} --settings {paths['units']} -o results"
 
 

@@ -14,6 +14,7 @@ from tumble.files import prepare_folder
 from tumble.logs import Facts, open_mcap_writer, open_writer
 from tumble.plain import plain
 from tumble.recording import Chunk, FloatArray, SampleProgress
+from tumble.redundancy.witness import Witness
 from tumble.simulate.files import (
     TRUTH,
     LogFormat,
@@ -56,11 +57,14 @@ def write_flight(
     flight: SimulatedFlight,
     directory: str | Path,
     format: LogFormat = "csv",  # noqa: A002
+    velocity: Witness | None = None,
     progress: SampleProgress | None = None,
 ) -> dict[str, Path]:
     """Write one log a unit, `units.yaml` and `truth.yaml`; give the path of each by what it is.
 
     `units.yaml` are settings of `tumble redundancy` that say what a builder knows of the units.
+
+    `velocity` is what a witness said of it, which is written beside them as `velocity.csv`.
 
     MCAP is one log, `flight.mcap`, in which each unit is a topic and logged when it arrived. A unit that said
     nothing has no log. `progress` is told the samples written and those there are.
@@ -76,6 +80,8 @@ def write_flight(
     write_document(paths["units"], _UNITS_HEADER, known_of_units(flight))
     paths["truth"] = folder / "truth.yaml"
     write_document(paths["truth"], _HEADER, flight_truth(flight))
+    if velocity is not None:
+        paths["velocity"] = velocity.save(folder / "velocity.csv")
     return paths
 
 

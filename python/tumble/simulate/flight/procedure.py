@@ -9,11 +9,15 @@ import numpy as np
 
 from tumble import _core
 from tumble.recording import FloatArray
+from tumble.redundancy.witness import Witness
 from tumble.simulate import native
 from tumble.simulate.fault import Fault
 from tumble.simulate.flight.scenario import PRIMARY, FlightScenario, FlightUnit
+from tumble.simulate.scenario import ScenarioError
 from tumble.simulate.unit import PPM, SimulatedUnit, simulated_unit
 
+VELOCITY_NOISE = b"velocity"
+"""Tells its random numbers apart from those of the units."""
 LARGEST_RATE = 1.0
 """rad/s, of which a fault saturates a share."""
 
@@ -129,6 +133,18 @@ class SimulatedFlight:
         time = np.ascontiguousarray(time, dtype=np.float64)
         figures = self.motion.path(time)
         return FlightPath(time, figures["level_from_case"], figures["velocity"])
+
+    def velocity(self, rate: float, sigma: float) -> Witness:
+        """Give what a satellite receiver says of the velocity at so many Hz, with noise of `sigma`, m/s.
+
+        Raises `ScenarioError` where either is not above 0.
+        """
+        for name, value in (("velocity rate", rate), ("velocity sigma", sigma)):
+            if not (value > 0.0 and np.isfinite(value)):
+                raise ScenarioError(f"{name} is {value:g}; give a number above 0")
+        time = np.arange(0.0, self.duration, 1.0 / rate)
+        noise = np.random.default_rng([self.scenario.seed, *VELOCITY_NOISE]).standard_normal((len(time), 3))
+        return Witness.velocity(time, self.path(time).velocity + sigma * noise, sigma, source="velocity")
 
 
 def simulate_flight(scenario: FlightScenario | None = None, **changes: Any) -> SimulatedFlight:  # noqa: ANN401
