@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from tumble.redundancy.procedure import redundancy
     from tumble.redundancy.result import RedundancyResult
     from tumble.redundancy.settings import RedundancySettings
+    from tumble.redundancy.witness import Witness
     from tumble.simulate import simulate_flight, simulate_spin, simulate_turntable
     from tumble.spin.procedure import spin
     from tumble.spin.result import SpinResult
@@ -59,6 +60,7 @@ __all__ = [
     "TargetResult",
     "TumbleError",
     "TurntableResult",
+    "Witness",
     "__version__",
     "align",
     "apply",
@@ -87,6 +89,7 @@ _HOMES = {
     "tumble.turntable.limits": ("Limits",),
     "tumble.redundancy.procedure": ("redundancy",),
     "tumble.redundancy.settings": ("RedundancySettings",),
+    "tumble.redundancy.witness": ("Witness",),
     "tumble.spin.procedure": ("spin",),
     "tumble.turntable.procedure": ("turntable",),
     "tumble.recording": ("Chunk", "Recording"),

@@ -490,8 +490,8 @@ class RedundancyMonitor:
         """Push what all units said, in order of time, up to the end; may be called again with what follows.
 
         Times (n,) s, specific forces (n, 3) m/s^2 and angular rates (n, 3) rad/s of each unit, primary first.
-        Commands are `evaluate` and `return to primary`. Witnesses are time s, kind, unit, value (3,), sigma (3,),
-        in order of time; kinds are `velocity` and `body velocity`, m/s, and `score`, the first of value.
+        Commands are `evaluate` and `return to primary`. Witnesses, in order of time, are time s, kind, unit,
+        value (3,), sigma (3,); kinds are `velocity` and `body velocity`, m/s, and `score`, first of value.
         `progress` is told the share done, 0 to 1.
         """
     def restore(self, record: Mapping[str, object]) -> str | None:

@@ -94,8 +94,8 @@ def redundancy_command(
         typer.Option(
             metavar="FILE",
             help="Table (CSV) of what something else on board says, which settles what two units cannot: "
-            "time, and velocity vx, vy, vz or vn, ve, vd (level frame), climb, or body_vx, body_vy, body_vz, m/s, "
-            "or score_UNIT, the innovations of an estimator; repeatable.",
+            "time, and velocity vx, vy, vz or vn, ve, vd (level frame), climb, or body_vx, body_vy, body_vz, "
+            "m/s, or score_UNIT, the innovations of an estimator; repeatable.",
         ),
     ] = None,
     witness_sigma: Annotated[
