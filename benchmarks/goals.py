@@ -174,6 +174,8 @@ JUDGED: dict[str, dict[str, Wanted]] = {
     },
 }
 """By number of units and group of kinds."""
+WITNESSED = {"N >= 3": Wanted({"right": 0.97}, {"high": 10.0}), "N = 2": Wanted({"right": 0.95})}
+"""Of ramps, beside a witness."""
 RECORDED = {"N >= 3": Wanted({"right": 0.95}, {"median": 1.0}), "N = 2": Wanted({"seen": 0.95})}
 MOST_WRONG = {"N >= 3": 0.005, "N = 2": 0.01}
 MOST_WRONG_RECORDED = 0.02
@@ -203,6 +205,16 @@ def _campaign(content: Content) -> Iterator[Goal]:
         for name, (most, unit) in GATHERED[title].items():
             what = f"{where}: {name} that a jump of the primary adds to the output, median"
             yield _reached_at_most(what, most, of["kinds"]["jump"][name], "median", unit)
+        yield from _in_health(where, MOST_IN_HEALTH[title], of["health"])
+
+
+def _witnessed(content: Content) -> Iterator[Goal]:
+    for title, of in content["sets"].items():
+        where = f"redundancy with a witness, {title}"
+        yield from _judged(f"{where}: ramp", WITNESSED[title], of["groups"]["ramp"])
+        kinds = of["kinds"].values()
+        wrong, faults = (sum(each) for each in zip(*map(_wrong_of, kinds), strict=True))
+        yield _at_most_so_many(f"{where}: a sound unit named first", MOST_WRONG[title], wrong, faults)
         yield from _in_health(where, MOST_IN_HEALTH[title], of["health"])
 
 
@@ -340,6 +352,7 @@ GOALS_OF: dict[str, Callable[[Content], Iterator[Goal]]] = {
     "redundancy_adoptions": _adoptions,
     "redundancy_campaign": _campaign,
     "redundancy_precision": _precision,
+    "redundancy_campaign_witness": _witnessed,
     "redundancy_recorded": _recorded,
     "speed": _speed,
     "production": _production,

@@ -2,6 +2,8 @@
 
 `python -m benchmarks.redundancy_campaign [--missions 2000] [--kinds ramp,jump] [--units 2,3] [--jobs N]`
 
+`--witness` flies them beside a velocity of 5 Hz and 0.3 m/s.
+
 Missions have successive seeds, and a seed is one mission whatever else is flown: `--only SEED` flies it
 alone and prints its events. Figures are kept where the campaign is whole. What they mean stands in
 `benchmarks/README.md`.
@@ -16,6 +18,7 @@ from collections import defaultdict
 from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict
+from functools import partial
 from itertools import count, islice
 from multiprocessing import get_context
 from typing import Any
@@ -43,10 +46,10 @@ CUT = ("dead", "late", "not a number")
 """Kinds that add nothing to the output, but leave it without samples, or with old ones."""
 
 
-def judged(seed: int) -> dict[str, Any]:
+def judged(seed: int, *, with_witness: bool = False) -> dict[str, Any]:
     """Fly a mission and count what came of it."""
     mission = draw(seed)
-    return counted(mission, *flown(mission))
+    return counted(mission, *flown(mission, with_witness=with_witness))
 
 
 def counted(
@@ -165,11 +168,11 @@ def seeds_of(missions: Sequence[Mapping[str, Any]]) -> dict[str, str]:
     return {name: " ".join(seeds) for name, seeds in sorted(found.items())}
 
 
-def show_one(seed: int, console: Console) -> None:
+def show_one(seed: int, console: Console, *, with_witness: bool) -> None:
     """Fly one mission and print all of it."""
     mission = draw(seed)
     console.print(mission)
-    simulated, said, replayed = flown(mission)
+    simulated, said, replayed = flown(mission, with_witness=with_witness)
     for time, unit, what, figures in replayed.events:
         console.print(f"{time:9.3f} s  unit {unit}  {what}", dict(figures), highlight=False)
     console.print(counted(mission, simulated, said, replayed))
@@ -184,21 +187,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--kinds", type=_some_of(kinds()), default=kinds(), help=", ".join(kinds()))
     parser.add_argument("--units", type=_some_of(NUMBERS), default=NUMBERS, help=", ".join(NUMBERS))
     parser.add_argument("--jobs", type=int, default=JOBS)
+    parser.add_argument("--witness", action="store_true", help="with a velocity of 5 Hz and 0.3 m/s")
     parser.add_argument("--list", action="store_true", help="seeds of what did not come out right")
     options = parser.parse_args(arguments)
     console = wide_console()
     if options.only is not None:
-        show_one(options.only, console)
+        show_one(options.only, console, with_witness=options.witness)
         return 0
     seeds = chosen(options.missions, options.seed, options.kinds, tuple(map(int, options.units)))
-    missions = campaign(seeds, options.jobs, console)
+    missions = campaign(seeds, options.jobs, console, partial(judged, with_witness=options.witness))
     figures = summary(missions)
     show(figures, console)
     if options.list:
         for name, seeds in figures["seeds"].items():
             console.print(f"{name}: {seeds}", highlight=False, soft_wrap=True)
     if options.missions >= MISSIONS and (options.kinds, options.units) == (kinds(), NUMBERS):
-        save("redundancy_campaign", {"seed": options.seed, **figures, "machine": machine()})
+        name = "redundancy_campaign_witness" if options.witness else "redundancy_campaign"
+        save(name, {"seed": options.seed, **figures, "machine": machine()})
     return 0
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -12,7 +13,9 @@ from benchmarks.redundancy_fault import InjectedFault
 from benchmarks.redundancy_judgement import Event, source_spans
 from benchmarks.redundancy_set import SENSORS, Body, Samples, SimulatedSet, Unit
 from tumble import _core
+from tumble.constants import STANDARD_GRAVITY
 from tumble.recording import FloatArray
+from tumble.redundancy.witness import NativeWitness, Witness, in_order
 from tumble.results import TriadName
 
 PIECE = 5.0
@@ -22,6 +25,8 @@ FINE_PIECE = 0.01
 FINE_SECONDS = 3.0
 """s for which pieces are fine; from then on a tenth as fine."""
 
+WITNESS_HZ, WITNESS_SIGMA = 5.0, 0.3
+"""Rate, and noise of each axis of a velocity, m/s."""
 MISLED = {"accelerometer": 0.1, "gyroscope": 0.01}
 """m/s^2 and rad/s by which a calibration that followed a wrong primary errs more. What triggers, too."""
 SPARSE = 100
@@ -47,10 +52,12 @@ class Replay:
         return known
 
 
-def flown(mission: DrawnMission) -> tuple[SimulatedSet, tuple[Samples, ...], Replay]:
+def flown(
+    mission: DrawnMission, *, with_witness: bool = False
+) -> tuple[SimulatedSet, tuple[Samples, ...], Replay]:
     """Simulate a mission, put its fault in, and replay it: the set, what all units say, what came of it."""
     simulated, said = simulated_with_fault(mission)
-    return simulated, said, watched(mission, simulated, said)
+    return simulated, said, watched(mission, simulated, said, with_witness=with_witness)
 
 
 def simulated_with_fault(mission: DrawnMission) -> tuple[SimulatedSet, tuple[Samples, ...]]:
@@ -59,11 +66,25 @@ def simulated_with_fault(mission: DrawnMission) -> tuple[SimulatedSet, tuple[Sam
     return simulated, spoilt(simulated.samples, mission.faulty, mission.fault)
 
 
-def watched(mission: DrawnMission, simulated: SimulatedSet, said: Sequence[Samples]) -> Replay:
+def watched(
+    mission: DrawnMission, simulated: SimulatedSet, said: Sequence[Samples], *, with_witness: bool = False
+) -> Replay:
     """Put what all units of a mission say through a monitor of the mission's precision."""
     told = [unit.told(number) for number, unit in enumerate(simulated.units)]
     monitor = _core.RedundancyMonitor(told, SETTINGS, mission.precision)
-    return replay(monitor, said, edges(mission.duration, mission.fault))
+    heard = witness(simulated.body, mission.seed) if with_witness else []
+    return replay(monitor, said, edges(mission.duration, mission.fault), heard)
+
+
+def witness(body: Body, seed: int) -> list[NativeWitness]:
+    """Give what a satellite receiver says of the velocity."""
+    step = body.time[1] - body.time[0]
+    level = np.einsum("nij,nj->ni", body.level_from_body, body.specific_force)
+    velocity = np.cumsum(level - [0.0, 0.0, STANDARD_GRAVITY], axis=0) * step
+    every = round(1.0 / (WITNESS_HZ * step))
+    time, said = body.time[::every], velocity[::every]
+    noise = np.random.default_rng([seed, *b"witness"]).standard_normal(said.shape)
+    return in_order([Witness.velocity(time, said + WITNESS_SIGMA * noise, WITNESS_SIGMA)], ())
 
 
 def spoilt(samples: Sequence[Samples], faulty: int, fault: InjectedFault | None) -> tuple[Samples, ...]:
@@ -83,16 +104,23 @@ def edges(end: float, fault: InjectedFault | None) -> FloatArray:
     return np.unique(np.concatenate(found))
 
 
-def replay(monitor: _core.RedundancyMonitor, said: Sequence[Samples], until: FloatArray) -> Replay:
+def replay(
+    monitor: _core.RedundancyMonitor,
+    said: Sequence[Samples],
+    until: FloatArray,
+    witnesses: Sequence[NativeWitness] = (),
+) -> Replay:
     """Put what all units say through a monitor, piece by piece."""
     found = Replay()
     cuts = [np.searchsorted(each.arrival, until) for each in said]
+    heard = [bisect_left(witnesses, time, key=lambda each: each[0]) for time in until]
     for index in range(len(until) - 1):
         parts = [slice(cut[index], cut[index + 1]) for cut in cuts]
         piece = monitor.replay(
             [each.time[part] for each, part in zip(said, parts, strict=True)],
             [each.specific_force[part] for each, part in zip(said, parts, strict=True)],
             [each.angular_rate[part] for each, part in zip(said, parts, strict=True)],
+            witnesses=witnesses[heard[index] : heard[index + 1]],
         )
         found.events += [
             (float(t), int(unit), what, dict(figures)) for t, unit, what, figures in piece["events"]

@@ -537,6 +537,7 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "redundancy_adoptions": redundancy_adoptions,
     "redundancy_campaign": redundancy_campaign,
     "redundancy_precision": redundancy_precision,
+    "redundancy_campaign_witness": redundancy_campaign,
     "redundancy_recorded": redundancy_recorded,
     "speed": speed,
     "production": production,

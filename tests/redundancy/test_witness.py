@@ -1,0 +1,145 @@
+"""A witness from outside: its tables are read as they were meant, and it settles what two units cannot."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tumble.errors import LogError, TumbleError
+from tumble.redundancy.witness import Witness
+from turntable_sessions import typed
+
+SEED = 7
+FAULT = 55
+"""s at which the primary goes wrong, in motion, when its secondary is calibrated."""
+
+
+def written(folder, text):
+    path = folder / "witness.csv"
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("names", "row", "kind", "value"),
+    [
+        ("vx,vy,vz", "1,2,3", "velocity", [1, 2, 3]),
+        ("vn,ve,vd", "1,2,3", "velocity", [2, 1, -3]),
+        ("ve,vn,vu", "1,2,3", "velocity", [1, 2, 3]),
+        ("body_vx,body_vy,body_vz", "1,2,3", "body velocity", [1, 2, 3]),
+        ("score_imu2", "1.5", "score", [1.5, 0, 0]),
+    ],
+)
+def test_columns_are_taken_for_what_their_names_say(tmp_path, names, row, kind, value):
+    path = written(tmp_path, f"# a receiver\ntime,{names}\n0.5,{row}\n")
+    (witness,) = Witness.load(path, sigma=0.2)
+    assert witness.kind == kind
+    assert witness.time.tolist() == [0.5]
+    assert witness.value.tolist() == [value]
+    assert (witness.sigma == 0.2).all() or kind == "score"
+
+
+def test_what_is_not_measured_has_no_weight(tmp_path):
+    path = written(tmp_path, "time,vx,vz,sigma_vx,sigma\n0,1,,0.1,0.4\n1,,,0.1,0.4\n2,nan,3,0.1,0.4\n")
+    (witness,) = Witness.load(path)
+    assert witness.time.tolist() == [0, 2]
+    assert witness.sigma.tolist() == [[0.1, np.inf, np.inf], [np.inf, np.inf, 0.4]]
+    assert witness.value.tolist() == [[1, 0, 0], [0, 0, 3]]
+
+
+def test_one_table_may_hold_several(tmp_path):
+    path = written(tmp_path, "time,climb,body_vx,score_a,score_b\n0,1,2,3,4\n")
+    witnesses = Witness.load(path, sigma=0.2)
+    assert [(each.kind, each.unit) for each in witnesses] == [
+        ("velocity", ""),
+        ("body velocity", ""),
+        ("score", "a"),
+        ("score", "b"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "objection"),
+    [
+        ("", "is empty"),
+        ("vx,vy\n1,2\n", "has no column time"),
+        ("time,speed\n1,2\n", "no column is known of speed"),
+        ("time,vx\n0,1\n1,fast\n", "line 3: 'fast' is no number"),
+        ("time,vx\n0,1\n1,2,3\n", "line 3: has 3 cells, the names are 2"),
+        ("time,vd,climb\n0,1,2\n", "vd, climb: two of these are of one axis"),
+    ],
+)
+def test_a_table_that_cannot_be_read_is_refused_in_one_line(tmp_path, text, objection):
+    path = written(tmp_path, text)
+    with pytest.raises(LogError, match=rf"\A{re.escape(str(path))}: {re.escape(objection)}.*\Z"):
+        Witness.load(path, sigma=0.2)
+
+
+@pytest.mark.parametrize(("sigma", "objection"), [(None, "has no sigma"), (0.0, "a sigma is not above 0")])
+def test_a_velocity_without_a_sigma_is_refused(tmp_path, sigma, objection):
+    with pytest.raises(TumbleError, match=objection):
+        Witness.load(written(tmp_path, "time,vx\n0,1\n"), sigma)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 20), st.sampled_from(["velocity", "body velocity", "score"]), st.integers(0, 2**32))
+def test_what_is_saved_is_loaded_again(tmp_path_factory, samples, kind, seed):
+    draw = np.random.default_rng(seed)
+    time, value = np.sort(draw.uniform(0, 100, samples)), draw.standard_normal((samples, 3))
+    if kind == "score":
+        witness = Witness.score("imu 2", time, value[:, 0])
+    else:
+        value[draw.uniform(size=value.shape) < 0.2] = np.nan
+        value[np.isnan(value).all(axis=1), 0] = 1.0
+        witness = Witness.velocity(time, value, [0.1, 0.2, 0.3], in_body=kind == "body velocity")
+    (loaded,) = Witness.load(witness.save(tmp_path_factory.mktemp("saved") / "witness.csv"))
+    assert (loaded.kind, loaded.unit) == (witness.kind, witness.unit)
+    assert np.array_equal(loaded.time, witness.time)
+    assert np.array_equal(loaded.value, witness.value)
+    assert np.array_equal(loaded.sigma, witness.sigma)
+
+
+@pytest.fixture(scope="module")
+def flight(tmp_path_factory):
+    """Two units, whose primary changes smoothly across gravity in flight: nothing but a witness can tell."""
+    folder = tmp_path_factory.mktemp("flight")
+    print(f"seed {SEED}")
+    fault = f"primary:bias-drift:triad=accelerometer:axis=x:start={FAULT}:end={FAULT + 2}:size=1.5"
+    simulated = typed(
+        *("simulate", "flight", "--unit", "tactical", "--unit", "industrial", "--fault", fault),
+        *("--vibration", 0.5, "--velocity-rate", 5, "--seed", SEED, "-o", folder),
+    )
+    assert simulated.code == 0, simulated.err
+    return folder
+
+
+def replayed(flight, folder, *more):
+    return typed(
+        *("redundancy", "--primary", flight / "primary.csv", "--secondary", flight / "secondary_1.csv"),
+        *("--settings", flight / "units.yaml", *more, "-o", folder),
+    )
+
+
+def test_a_witness_settles_what_two_units_cannot(flight, tmp_path):
+    done = replayed(flight, tmp_path, "--witness", flight / "velocity.csv")
+    said = " ".join(done.out.split())
+    assert done.code == 0, done.out + done.err
+    assert re.match(r"primary: accelerometer, a witness from outside contradicts it", said), said
+    assert "secondary_1 took over at" in said
+
+
+def test_a_witness_of_another_time_is_refused_with_both_spans(flight, tmp_path):
+    path = written(tmp_path, "time,vx,sigma\n5000,1,0.3\n5001,1,0.3\n")
+    done = replayed(flight, tmp_path, "--witness", path)
+    assert done.code == 2
+    assert re.search(r"witness: speaks from 5000\.000 to 5001\.000 s, the logs from 0\.\d+ to", done.err)
+
+
+def test_a_score_of_an_unknown_unit_is_refused(flight, tmp_path):
+    done = replayed(flight, tmp_path, "--witness", written(tmp_path, "time,score_imu9\n5,1\n"))
+    assert done.code == 2
+    assert "the score of imu9 is of none of primary, secondary_1" in done.err
