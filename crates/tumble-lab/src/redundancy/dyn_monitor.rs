@@ -76,8 +76,6 @@ pub trait DynMonitor: Send + Sync {
     fn restore_factory(&mut self, record: &Record<f64>);
     /// Asks for something.
     fn command(&mut self, command: Command);
-    /// Takes in what something else on board says of a time, microseconds of the common clock.
-    fn witness(&mut self, time: u64, witness: &Witness<f64>, log: &mut EventLog);
     /// Number of the window looked at last.
     fn window(&self) -> Option<u64>;
     /// What a unit said over that window.
@@ -150,27 +148,6 @@ impl<T: Real, const UNITS: usize> DynMonitor for SizedMonitor<T, UNITS> {
         })
     }
 
-    fn witness(&mut self, time: u64, witness: &Witness<f64>, log: &mut EventLog) {
-        let witness = match witness {
-            Witness::Velocity { value, sigma } => Witness::Velocity {
-                value: narrow(value),
-                sigma: narrow(sigma),
-            },
-            Witness::BodyVelocity { value, sigma } => Witness::BodyVelocity {
-                value: narrow(value),
-                sigma: narrow(sigma),
-            },
-            Witness::Score { unit, value } => Witness::Score {
-                unit: *unit,
-                value: real(*value),
-            },
-        };
-        self.monitor
-            .witness(&self.platform, time, &witness, &mut |event| {
-                log.events.push(event_text(&event))
-            });
-    }
-
     fn restore(&mut self, record: &Record<f64>, log: &mut EventLog) {
         let record = record.in_numbers(real);
         self.monitor
@@ -187,7 +164,7 @@ impl<T: Real, const UNITS: usize> DynMonitor for SizedMonitor<T, UNITS> {
     }
 
     fn witness(&mut self, time: u64, witness: &Witness<f64>, log: &mut EventLog) {
-        let witness = witness.in_numbers(real);
+        let witness = narrow_witness(witness);
         self.monitor
             .witness(&self.platform, time, &witness, &mut |event| log.keep(&event));
     }
@@ -227,6 +204,23 @@ fn narrow<T: Real>(v: &Vector3<f64>) -> Vector3<T> {
 
 fn narrow_matrix<T: Real>(m: &Matrix3<f64>) -> Matrix3<T> {
     m.map(real)
+}
+
+fn narrow_witness<T: Real>(witness: &Witness<f64>) -> Witness<T> {
+    match witness {
+        Witness::Velocity { value, sigma } => Witness::Velocity {
+            value: narrow(value),
+            sigma: narrow(sigma),
+        },
+        Witness::BodyVelocity { value, sigma } => Witness::BodyVelocity {
+            value: narrow(value),
+            sigma: narrow(sigma),
+        },
+        Witness::Score { unit, value } => Witness::Score {
+            unit: *unit,
+            value: real(*value),
+        },
+    }
 }
 
 fn narrow_unit<T: Real>(unit: &MountedUnit<f64>) -> MountedUnit<T> {
