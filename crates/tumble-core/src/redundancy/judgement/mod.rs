@@ -41,18 +41,28 @@ pub struct UnitReading<T: Real> {
     pub scatter: [T; 2],
     /// Whether each sensor may be compared.
     pub votes: [bool; 2],
+    /// Whether enough is known of each to expect what it says. A stranger is compared for what no calibration explains, and
+    /// nothing is learnt from it.
+    pub known: [bool; 2],
     /// Whether each was calibrated: what it is known by.
     pub calibrated: [bool; 2],
     /// Whether motion showed all directions of each calibration.
     pub matrix_shown: [bool; 2],
     /// Sigma of its lever arm, m; infinite where it is not known.
     pub place: T,
-    /// Variance of what its calibration leaves, `(m/s^2)^2` and `(rad/s)^2`.
+    /// Variance of what its calibration leaves, or of a stranger of all that one could find, `(m/s^2)^2` and `(rad/s)^2`.
     pub left: [T; 2],
     /// From sample to sample, s.
     pub interval: T,
     /// `|f| - g`, m/s^2, and `|w|`, rad/s, over this rest; `None` in motion, and until the rest has lasted.
     pub at_rest: Option<[T; 2]>,
+}
+
+impl<T: Real> UnitReading<T> {
+    /// Whether a sensor may be compared, and more is known of it than of a stranger.
+    pub fn is_known(&self, sensor: Sensor) -> bool {
+        *sensor.of(&self.votes) && *sensor.of(&self.known)
+    }
 }
 
 /// A window of the whole set.
@@ -132,6 +142,8 @@ pub enum Judgement<T: Real> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct UnitEvidence<T: Real> {
     gravity: CarriedGravity<T>,
+    /// What its gyroscope says at rest, rad/s: no turning.
+    resting_rate: Vector3<T>,
     /// `|f| - g` and `|w|` at the last rest in health; zero before: physics alone.
     at_rest: [T; 2],
 }
@@ -181,6 +193,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
     pub fn new() -> Self {
         let unit = UnitEvidence {
             gravity: CarriedGravity::new(),
+            resting_rate: Vector3::zeros(),
             at_rest: [T::zero(); 2],
         };
         Self {
@@ -254,6 +267,11 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         sensor.of(&self.sensors).is_disputed()
     }
 
+    /// Whether a unit is one of two that disagree.
+    pub fn is_disputed_with(&self, sensor: Sensor, unit: usize) -> bool {
+        sensor.of(&self.sensors).is_disputed_with(unit)
+    }
+
     /// Whether others contradict a unit, or nearly so, though nobody was found wrong.
     pub fn is_doubted(&self, sensor: Sensor, unit: usize) -> bool {
         sensor.of(&self.sensors).worst_squared(unit) > real(DOUBTED * DOUBTED)
@@ -321,9 +339,11 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         for (evidence, unit) in self.evidence.iter_mut().zip(window.units) {
             let Some(unit) = unit else { continue };
             let [f, w] = &unit.reading;
-            evidence
-                .gravity
-                .push(f, &(w - self.resting_rate), window.gravity, window.length);
+            if unit.at_rest.is_some() {
+                evidence.resting_rate += (w - evidence.resting_rate) * window.length;
+            }
+            let turning = w - evidence.resting_rate;
+            evidence.gravity.push(f, &turning, window.gravity, window.length);
         }
     }
 
@@ -336,7 +356,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         for (number, (evidence, unit)) in self.evidence.iter_mut().zip(window.units).enumerate() {
             let Some(unit) = unit else { continue };
             for (sensor, judge) in SENSORS.into_iter().zip(&self.sensors) {
-                if !*sensor.of(&unit.votes) || judge.is_guilty(number) {
+                if !unit.is_known(sensor) || judge.is_guilty(number) {
                     continue;
                 }
                 if let Some(at_rest) = unit.at_rest {
@@ -358,7 +378,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
     fn vibration(&self, sensor: Sensor, units: &[Option<UnitReading<T>>; UNITS]) -> T {
         let mut least = [real::<T>(f64::INFINITY); 2];
         let mut voters = 0_u8;
-        for unit in units.iter().flatten().filter(|unit| *sensor.of(&unit.votes)) {
+        for unit in units.iter().flatten().filter(|unit| unit.is_known(sensor)) {
             voters = voters.saturating_add(1);
             let scatter = *sensor.of(&unit.scatter);
             let [first, second] = least;

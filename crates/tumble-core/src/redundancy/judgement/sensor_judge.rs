@@ -38,6 +38,9 @@ const SETTLED_AFTER: f64 = 10.0;
 /// An own step has to show within so long of the disagreement, s.
 const STEP_WITHIN: f64 = 0.6;
 
+/// What the accelerometer of a unit that was never calibrated may say beyond gravity carried by its own gyroscope, m/s^2.
+const STRANGE: f64 = 0.5;
+
 /// Of three units and more, nobody has to be the odd one for so long before two of them are looked at by themselves, s.
 const AMBIGUOUS_FOR: f64 = 2.0;
 
@@ -84,6 +87,12 @@ struct Dispute<T: Real> {
     calm: u16,
     /// How far the first came away from the second when it began, m/s^2 or rad/s.
     apart: Vector3<T>,
+}
+
+impl<T: Real> Dispute<T> {
+    fn concerns(&self, unit: usize) -> bool {
+        self.units.iter().any(|other| usize::from(*other) == unit)
+    }
 }
 
 /// Judges one kind of sensor.
@@ -136,6 +145,10 @@ impl<T: Real, const UNITS: usize> Case<'_, T, UNITS> {
     fn votes(&self, number: usize) -> bool {
         self.unit(number).is_some_and(|unit| *self.sensor.of(&unit.votes))
     }
+
+    fn knows(&self, number: usize) -> bool {
+        self.unit(number).is_some_and(|unit| unit.is_known(self.sensor))
+    }
 }
 
 type Tell<'a, T> = &'a mut dyn FnMut(Judgement<T>);
@@ -167,6 +180,11 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
 
     pub fn is_disputed(&self) -> bool {
         self.dispute.is_some()
+    }
+
+    pub fn is_disputed_with(&self, unit: usize) -> bool {
+        let concerns = |dispute: &Dispute<T>| dispute.concerns(unit);
+        self.dispute.as_ref().is_some_and(concerns)
     }
 
     /// Square of its worst ratio with those that are not guilty.
@@ -218,8 +236,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         if let Some(guilty) = self.guilty.get_mut(unit) {
             *guilty = false;
         }
-        let concerns = |dispute: &Dispute<T>| dispute.units.iter().any(|other| usize::from(*other) == unit);
-        if self.dispute.as_ref().is_some_and(concerns) {
+        if self.is_disputed_with(unit) {
             self.dispute = None;
         }
         self.streaks = [Streak::NONE; SCALES];
@@ -239,7 +256,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     pub fn set_reading(&self, sensor: Sensor, units: &[Option<UnitReading<T>>; UNITS]) -> Option<Vector3<T>> {
         self.median_of(|unit| {
             let unit = units.get(unit)?.as_ref()?;
-            (*sensor.of(&unit.votes)).then_some(*sensor.of(&unit.reading))
+            unit.is_known(sensor).then_some(*sensor.of(&unit.reading))
         })
     }
 
@@ -335,9 +352,9 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     /// Who scatters more than the others make one expect.
     fn find_noisy(&mut self, case: &Case<'_, T, UNITS>, tell: Tell<'_, T>) {
         let sensor = case.sensor;
-        for unit in (0..UNITS).filter(|unit| case.votes(*unit)) {
+        for unit in (0..UNITS).filter(|unit| case.knows(*unit)) {
             let others =
-                (0..UNITS).filter(|other| *other != unit && case.votes(*other) && !self.is_guilty(*other));
+                (0..UNITS).filter(|other| *other != unit && case.knows(*other) && !self.is_guilty(*other));
             let scatter_of = |unit: usize| case.unit(unit).map(|reading| *sensor.of(&reading.scatter));
             let usual_of = |unit: usize| self.scatters.get(unit).and_then(UsualScatter::usual);
             let others = others.filter_map(|other| Some((scatter_of(other)?, usual_of(other)?)));
@@ -422,7 +439,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         tell: Tell<'_, T>,
     ) {
         let Some(testimony) = case.testimony else { return };
-        let voters: [bool; UNITS] = core::array::from_fn(|unit| case.votes(unit) && !self.is_guilty(unit));
+        let voters: [bool; UNITS] = core::array::from_fn(|unit| case.knows(unit) && !self.is_guilty(unit));
         for scale in WITNESSED_FROM..SCALES {
             if let Some((unit, proof)) = witnessed(testimony, case, &voters, comparisons, scale)
                 && self.condemn(unit)
@@ -569,16 +586,20 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             return None;
         }
         let calibrated = |unit: usize| case.unit(unit).is_some_and(|unit| *sensor.of(&unit.calibrated));
-        if !calibrated(i) || !calibrated(j) {
-            return None;
-        }
-        if let Some(found) = self.by_rest([i, j], case) {
+        let calibrated = calibrated(i) && calibrated(j);
+        if let Some(found) = self.by_rest([i, j], case).filter(|_| calibrated) {
             return Some(found);
         }
         if let Some(found) = case.testimony.and_then(|said| said.decides(sensor, [i, j], true)) {
             return Some(found);
         }
-        let variance = case.usual_error?;
+        let variance = if calibrated {
+            case.usual_error?
+        } else if case.knows(i) && case.knows(j) {
+            return None;
+        } else {
+            case.usual_error.unwrap_or(T::zero()) + real(STRANGE * STRANGE)
+        };
         self.evidence
             .push(a.gravity.error(), b.gravity.error(), variance, case.window.length);
         let (wrong, proof) = self.evidence.decides()?;
@@ -622,7 +643,8 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     fn redeem(&mut self, case: &Case<'_, T, UNITS>, comparisons: &Comparisons<T, UNITS>, tell: Tell<'_, T>) {
         let guilty = self.guilty;
         let units = self.guilty.iter_mut().zip(&mut self.redeemed).enumerate();
-        for (unit, (is, redeemed)) in units.filter(|(_, (is, _))| **is) {
+        // What a stranger is off by may hide for a while; only what makes it known speaks for it.
+        for (unit, (is, redeemed)) in units.filter(|(unit, (is, _))| **is && case.knows(*unit)) {
             let (mut compared, mut within) = (false, true);
             for (other, _) in guilty
                 .iter()
@@ -664,13 +686,14 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         let gains = Gains::after(window * count::<T>(self.learnt.into()), window);
         for ([i, j], comparison) in comparisons.pairs() {
             let within = comparison.worst_squared() < real(LEARNS_WITHIN * LEARNS_WITHIN);
-            let fit = within && !self.is_guilty(i) && !self.is_guilty(j);
+            let innocent = |unit: usize| case.knows(unit) && !self.is_guilty(unit);
+            let fit = within && innocent(i) && innocent(j);
             if let Some(shown) = shown.of_mut(case.sensor, i, j).filter(|_| fit) {
                 shown.learn(case.sensor, comparison, &gains);
             }
         }
         for unit in 0..UNITS {
-            let fit = case.votes(unit) && !self.is_guilty(unit);
+            let fit = case.knows(unit) && !self.is_guilty(unit);
             let within = fit && self.worst_squared(unit) < real(LEARNS_WITHIN * LEARNS_WITHIN);
             let known = self.deviations.get_mut(unit).zip(self.scatters.get_mut(unit));
             let Some(((deviation, scatters), reading)) = known.zip(case.unit(unit)).filter(|_| within) else {

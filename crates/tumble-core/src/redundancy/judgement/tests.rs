@@ -56,6 +56,7 @@ fn fly<const N: usize>(
                 scatter: [0.02, 0.0014],
                 at_rest: None,
                 votes: [true; 2],
+                known: [true; 2],
                 calibrated: [true; 2],
                 matrix_shown: [true; 2],
                 place: 0.0,

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use crate::real::{Real, count, real, seconds};
 use crate::redundancy::evaluation::{Deviation, StoredCalibration};
 use crate::redundancy::health::{Health, HealthFault, RefutedBy};
-use crate::redundancy::judgement::{Judgement, SetWindow, UnitReading};
+use crate::redundancy::judgement::{Judge, Judgement, SetWindow, UnitReading};
 use crate::redundancy::monitor::event::{Event, EventKind};
 use crate::redundancy::monitor::{Monitor, Report};
 use crate::redundancy::output::lever_arm;
@@ -144,8 +144,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                         && *sensor.of(&before.usable)
                         && *sensor.of(&means.usable)
                         && unit.axes.complete(sensor)
-                        && self.is_known(sensor, number)
                 }),
+                known: of_sensors(&|sensor| self.is_known(sensor, number)),
                 calibrated: of_sensors(&|sensor| number == 0 || sensor.of(stored).calibrated),
                 matrix_shown: of_sensors(&|sensor| number == 0 || sensor.of(stored).matrix_shown),
                 place: if number == 0 || unit.lever_arm.is_some() {
@@ -153,7 +153,14 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                 } else {
                     Sensor::Accelerometer.of(stored).place_sigma
                 },
-                left: SENSORS.map(|sensor| left(sensor.of(stored))),
+                left: SENSORS.map(|sensor| {
+                    if self.is_known(sensor, number) {
+                        left(sensor.of(stored))
+                    } else {
+                        let most = platform.settings().plausible_at_rest(sensor, false);
+                        most * most
+                    }
+                }),
                 interval: self.steps.get(number)?.interval() * seconds(platform.settings().window),
                 at_rest: self.at_rest(platform, number),
             })
@@ -201,14 +208,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         self.health.get(number).is_some_and(lives)
     }
 
-    /// Whether enough is known of a unit for what it says to count: it was calibrated against the primary or agreed with it,
-    /// or it comes calibrated and so does another beside it.
     fn is_known(&self, sensor: Sensor, number: usize) -> bool {
-        let calibrated = |stored: &[StoredCalibration<T>; 2]| sensor.of(stored).calibrated;
-        let secondaries = self.stored.iter().skip(1);
-        let comes_calibrated = self.stored.get(number).is_some_and(calibrated)
-            && secondaries.filter(|stored| calibrated(stored)).count() > 1;
-        number == 0 || comes_calibrated || self.judge.is_accepted(sensor, number)
+        is_known(&self.judge, &self.stored, sensor, number)
     }
 
     /// `|f| - g` and `|w|` of a unit over this rest.
@@ -267,12 +268,47 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                     self.judge.accept(sensor, number);
                 }
                 let limit = platform.settings().plausible_at_rest(sensor, false);
-                if let Some(health) = self.health.get_mut(number) {
+                if let Some(health) = self.health.get_mut(number)
+                    && may_be_refuted(&self.judge, sensor, number)
+                {
                     health.refute(sensor, RefutedBy::Rest, stored.apart, limit);
                 }
             }
         }
     }
+}
+
+/// Whether what is held against a secondary cannot be the primary's fault.
+pub(super) fn may_be_refuted<T: Real, const UNITS: usize>(
+    judge: &Judge<T, UNITS>,
+    sensor: Sensor,
+    number: usize,
+) -> bool {
+    !judge.is_disputed_with(sensor, number) && !judge.is_guilty(sensor, 0)
+}
+
+/// Whether enough is known of a unit for what it says to count: it was calibrated against the primary or agreed with it, or it
+/// comes calibrated and so does another beside it.
+pub(super) fn is_known<T: Real, const UNITS: usize>(
+    judge: &Judge<T, UNITS>,
+    stored: &[[StoredCalibration<T>; 2]; UNITS],
+    sensor: Sensor,
+    number: usize,
+) -> bool {
+    let calibrated = |stored: &[StoredCalibration<T>; 2]| sensor.of(stored).calibrated;
+    let comes_calibrated = stored.get(number).is_some_and(calibrated)
+        && stored.iter().skip(1).filter(|stored| calibrated(stored)).count() > 1;
+    number == 0 || comes_calibrated || judge.is_accepted(sensor, number)
+}
+
+/// Whether a secondary was never calibrated and contradicts another unit by more than calibration could find.
+pub(super) fn is_strange<T: Real, const UNITS: usize>(
+    judge: &Judge<T, UNITS>,
+    stored: &[[StoredCalibration<T>; 2]; UNITS],
+    number: usize,
+) -> bool {
+    let strange = |sensor| judge.is_disputed_with(sensor, number) && !is_known(judge, stored, sensor, number);
+    SENSORS.into_iter().any(strange)
 }
 
 /// Variance of what a calibration leaves, `(m/s^2)^2` or `(rad/s)^2` (docs/theory/judgement.md, eq. 7).

@@ -283,12 +283,14 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
     }
 
     fn select(&mut self, platform: &Platform<T, UNITS>, now: u64, report: Report<'_, T>) {
-        let (units, health, stored) = (platform.units(), &self.health, &self.stored);
+        let (units, health, all_stored, judge) = (platform.units(), &self.health, &self.stored, &self.judge);
         let candidate = |unit: usize| {
             let healthy_since = health.get(unit)?.healthy_since();
-            let stored = stored.get(unit)?;
+            let stored = all_stored.get(unit)?;
             Some(SourceCandidate {
-                healthy: healthy_since.is_some() && units.get(unit)?.axes == Axes::ALL,
+                healthy: healthy_since.is_some()
+                    && units.get(unit)?.axes == Axes::ALL
+                    && !judge::is_strange(judge, all_stored, unit),
                 condition: health.get(unit)?.condition(),
                 healthy_for: healthy_since.map_or(0, |since| now.saturating_sub(since)),
                 calibrated: stored.iter().all(|stored| stored.calibrated || stored.agrees),

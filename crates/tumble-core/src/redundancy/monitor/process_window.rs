@@ -5,6 +5,7 @@ use crate::redundancy::health::RefutedBy;
 use crate::redundancy::monitor::adopt::{Conclusion, conclude};
 use crate::redundancy::monitor::calibration::{CalibrationPhase, CalibrationProgress};
 use crate::redundancy::monitor::event::{Abandoned, Event, EventKind};
+use crate::redundancy::monitor::judge::may_be_refuted;
 use crate::redundancy::monitor::rest_state::RestTransition;
 use crate::redundancy::monitor::{Monitor, Report, abandon};
 use crate::redundancy::output::{Compensated, lever_arm};
@@ -179,7 +180,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                                 health.calibrated(sensor);
                             }
                             (Conclusion::Refuted(excess), Some(health)) => {
-                                health.refute(sensor, RefutedBy::Fit, excess.value, excess.limit);
+                                if may_be_refuted(&self.judge, sensor, number) {
+                                    health.refute(sensor, RefutedBy::Fit, excess.value, excess.limit);
+                                }
                             }
                         }
                     }

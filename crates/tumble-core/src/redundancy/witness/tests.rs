@@ -117,6 +117,7 @@ fn reading(f: Vector3<f64>, w: Vector3<f64>) -> Option<UnitReading<f64>> {
         scatter: [0.02, 0.0014],
         at_rest: None,
         votes: [true; 2],
+        known: [true; 2],
         calibrated: [true; 2],
         matrix_shown: [true; 2],
         place: 0.0,
