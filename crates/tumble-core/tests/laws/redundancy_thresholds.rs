@@ -209,8 +209,9 @@ fn health_is_judged_at_every_rest_even_where_nothing_is_evaluated_by_itself() {
     let mission = Mission::new(SEED, &parts)
         .phases(&[(4.0, Phase::Rest), (4.0, Phase::Free(1.0)), (4.0, Phase::Rest)])
         .spoilt(|unit, time, sample| {
-            // A unit that never agreed has no voice, so that nobody but its rests speaks against it.
-            let off = if time > 6.0 { 6.0 } else { 0.3 };
+            // A unit that never agreed is compared for the worst only, and one that does not step has nothing but its rests
+            // against it.
+            let off = 0.3 + 5.7 * ((time - 5.0) / 2.0).clamp(0.0, 1.0);
             sample.specific_force.z += if unit == 1 { off } else { 0.0 };
             true
         });

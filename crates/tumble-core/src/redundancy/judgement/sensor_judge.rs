@@ -287,7 +287,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         let shares = Shares::of(window.length);
         self.strains.push(strain, &shares.after(self.windows));
         for (deviation, unit) in self.deviations.iter_mut().zip(window.units) {
-            if let Some(unit) = unit {
+            if let Some(unit) = unit.as_ref().filter(|unit| *sensor.of(&unit.votes)) {
                 deviation.push(&difference(sensor.of(&unit.reading), said), &shares);
             }
         }
@@ -386,7 +386,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         tell: Tell<'_, T>,
     ) -> bool {
         let voters: [bool; UNITS] = core::array::from_fn(|unit| case.votes(unit) && !self.is_guilty(unit));
-        if !self.note_worst(&voters, comparisons) {
+        if !self.note_worst(case, &voters, comparisons) {
             self.streaks = [Streak::NONE; SCALES];
             return false;
         }
@@ -413,14 +413,22 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         true
     }
 
-    /// Keeps the worst of each unit with those that are not guilty; whether any two of these disagree.
-    fn note_worst(&mut self, voters: &[bool; UNITS], comparisons: &Comparisons<T, UNITS>) -> bool {
+    /// Keeps the worst of each unit with those that are known and not guilty; whether any two voters disagree.
+    fn note_worst(
+        &mut self,
+        case: &Case<'_, T, UNITS>,
+        voters: &[bool; UNITS],
+        comparisons: &Comparisons<T, UNITS>,
+    ) -> bool {
         let votes = |unit: usize| voters.get(unit).copied().unwrap_or(false);
         self.worst_squared = [T::zero(); UNITS];
         let mut disagree = false;
         for ([i, j], comparison) in comparisons.pairs() {
             let worst = comparison.worst_squared();
             disagree |= votes(i) && votes(j) && worst > T::one();
+            if !case.knows(i) || !case.knows(j) {
+                continue;
+            }
             for (unit, other) in [(i, j), (j, i)] {
                 if let Some(most) = self.worst_squared.get_mut(unit).filter(|_| votes(other)) {
                     *most = most.max(worst);

@@ -8,6 +8,7 @@ use crate::redundancy::gate::{Decision, Findings, Withheld};
 use crate::redundancy::health::Health;
 use crate::redundancy::monitor::calibration::{CalibrationRun, RestBefore, RestPair};
 use crate::redundancy::monitor::event::{Abandoned, Check, Event, EventKind};
+use crate::redundancy::monitor::judge::is_contested;
 use crate::redundancy::monitor::rest_state::Purpose;
 use crate::redundancy::monitor::{Monitor, Report, abandon};
 use crate::redundancy::platform::Platform;
@@ -262,7 +263,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             primary_valid,
             primary_healthy,
             secondary_healthy: health.may_be_calibrated(),
-            disputed: SENSORS.map(|sensor| self.judge.is_disputed(sensor)),
+            disputed: SENSORS.map(|sensor| is_contested(&self.judge, &self.stored, sensor)),
         };
         for (stored, deviation) in self.stored.get_mut(number)?.iter_mut().zip(apart) {
             deviation.iter().for_each(|deviation| stored.compare(deviation));

@@ -301,6 +301,17 @@ pub(super) fn is_known<T: Real, const UNITS: usize>(
     number == 0 || comes_calibrated || judge.is_accepted(sensor, number)
 }
 
+/// Whether units disagree that are both known. What a stranger contradicts is not calibrated by either: its fit says what it is.
+pub(super) fn is_contested<T: Real, const UNITS: usize>(
+    judge: &Judge<T, UNITS>,
+    stored: &[[StoredCalibration<T>; 2]; UNITS],
+    sensor: Sensor,
+) -> bool {
+    let stranger =
+        |number| judge.is_disputed_with(sensor, number) && !is_known(judge, stored, sensor, number);
+    judge.is_disputed(sensor) && !(1..UNITS).any(stranger)
+}
+
 /// Whether a secondary was never calibrated and contradicts another unit by more than calibration could find.
 pub(super) fn is_strange<T: Real, const UNITS: usize>(
     judge: &Judge<T, UNITS>,

@@ -5,7 +5,7 @@ use crate::redundancy::health::RefutedBy;
 use crate::redundancy::monitor::adopt::{Conclusion, conclude};
 use crate::redundancy::monitor::calibration::{CalibrationPhase, CalibrationProgress};
 use crate::redundancy::monitor::event::{Abandoned, Event, EventKind};
-use crate::redundancy::monitor::judge::may_be_refuted;
+use crate::redundancy::monitor::judge::{is_contested, may_be_refuted};
 use crate::redundancy::monitor::rest_state::RestTransition;
 use crate::redundancy::monitor::{Monitor, Report, abandon};
 use crate::redundancy::output::{Compensated, lever_arm};
@@ -148,9 +148,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         for slot in &mut self.calibrations {
             let Some(calibration) = slot else { continue };
             let wanted = SENSORS.into_iter().zip(calibration.sensors());
-            let doubted = wanted
-                .filter(|(_, wanted)| *wanted)
-                .any(|(sensor, _)| self.judge.is_disputed(sensor) || self.judge.is_doubted(sensor, 0));
+            let doubted = wanted.filter(|(_, wanted)| *wanted).any(|(sensor, _)| {
+                is_contested(&self.judge, &self.stored, sensor) || self.judge.is_doubted(sensor, 0)
+            });
             if doubted {
                 abandon(slot, time, Abandoned::Disputed, report);
                 continue;
