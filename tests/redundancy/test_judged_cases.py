@@ -127,7 +127,13 @@ def test_that_no_unit_is_fit_is_said_first(done):
     assert done["flip"][0].out.startswith("No unit was healthy enough to be the source since 53.")
 
 
-def test_a_secondary_that_is_refuted_is_said_with_the_figures_before_all_else(done):
+def test_two_units_of_which_one_is_upside_down_are_said_to_disagree_with_the_figures_before_all_else(done):
+    """An accelerometer whose signs are all wrong is a sound one upside down: nobody knows which of the two is."""
     head = " ".join(done["flip"][0].out.partition("s replayed")[0].split())
-    assert "flip_secondary_1 cannot be calibrated since" in head
-    assert "refuted (19.4 m/s² against" in head
+    assert "flip_primary and flip_secondary_1 disagree since 0." in head
+    assert "19.4 m/s² apart against 3.98 m/s²" in head
+
+
+def test_what_the_fit_makes_of_a_unit_that_is_upside_down_is_said(done):
+    said = " ".join(done["flip"][0].out.split())
+    assert "flip_secondary_1 accelerometer: implausible misalignment, 2.00 against 0.100" in said
