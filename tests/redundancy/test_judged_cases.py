@@ -128,7 +128,7 @@ def test_that_no_unit_is_fit_is_said_first(done):
 
 
 def test_two_units_of_which_one_is_upside_down_are_said_to_disagree_with_the_figures_before_all_else(done):
-    """An accelerometer whose signs are all wrong is a sound one upside down: nobody knows which of the two is."""
+    """Where all signs of an accelerometer are wrong, it says what a sound one says that is upside down."""
     head = " ".join(done["flip"][0].out.partition("s replayed")[0].split())
     assert "flip_primary and flip_secondary_1 disagree since 0." in head
     assert "19.4 m/s² apart against 3.98 m/s²" in head
