@@ -39,7 +39,7 @@ const SETTLED_AFTER: f64 = 10.0;
 const STEP_WITHIN: f64 = 0.6;
 
 /// What the accelerometer of a unit that was never calibrated may say beyond gravity carried by its own gyroscope, m/s^2.
-const STRANGE: f64 = 0.5;
+const STRANGE: f64 = 1.0;
 
 /// Of three units and more, nobody has to be the odd one for so long before two of them are looked at by themselves, s.
 const AMBIGUOUS_FOR: f64 = 2.0;
