@@ -313,7 +313,8 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
             let own_within = own.max(-most).min(most);
             let before = against.misfit.dot(axis);
             against.misfit += axis * ((own_within - before) / real(AVERAGED));
-            if fits_somebody && self.trusted {
+            // What gyroscopes of two units share, drift and the error of the filter's own bias, is as large as what they differ by.
+            if fits_somebody && self.trusted && sensor == Sensor::Accelerometer {
                 let set_within = of_set.max(-most).min(most);
                 let said = (own_within * own_within - set_within * set_within) * real(0.5); // judgement.md, eq. 20
                 against.evidence = (against.evidence + said).max(real(-MOST)).min(real(MOST));
