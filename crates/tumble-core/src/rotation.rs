@@ -56,6 +56,26 @@ pub fn rotation_by_series<T: Real>(phi: &Vector3<T>) -> UnitQuaternion<T> {
     UnitQuaternion::new_normalize(turned)
 }
 
+/// The smallest rotation that brings the direction of `from` onto that of `to`, without sines either; of opposite ones,
+/// half a turn about a direction across both. Nothing is turned where there is no direction.
+pub fn rotation_onto<T: Real>(from: &Vector3<T>, to: &Vector3<T>) -> UnitQuaternion<T> {
+    let size = from.norm() * to.norm();
+    let scalar = size + from.dot(to);
+    if size <= T::zero() {
+        return UnitQuaternion::identity();
+    }
+    if scalar > size * real::<T>(1e-6) {
+        return UnitQuaternion::new_normalize(Quaternion::from_parts(scalar, from.cross(to)));
+    }
+    let axis = if from.x.abs() < from.y.abs() {
+        Vector3::x()
+    } else {
+        Vector3::y()
+    };
+    let across: Vector3<T> = axis - from * (axis.dot(from) / from.norm_squared().max(real(1e-12)));
+    UnitQuaternion::new_normalize(Quaternion::from_parts(T::zero(), across))
+}
+
 /// Weighted sums over pairs `(to, from)` of vectors, of which a rotation and an offset remain to be solved:
 /// `to = R from + offset`. Centred (Welford), so the offset costs no digits.
 #[derive(Clone, Copy, Debug)]

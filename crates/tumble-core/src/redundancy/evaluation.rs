@@ -89,10 +89,10 @@ impl<T: Real> StoredCalibration<T> {
     }
 
     /// A valid primary said `u` at rest, in the axes of the secondary: along gravity it was right, and at no rate altogether
-    /// (docs/theory/redundancy.md, eq. 20).
+    /// (docs/theory/redundancy.md, eq. 21).
     pub fn prove(&mut self, sensor: Sensor, u: &Vector3<T>) {
         self.followed = match sensor {
-            Sensor::Accelerometer => across(&self.followed, u), // eq. 20
+            Sensor::Accelerometer => across(&self.followed, u), // eq. 21
             Sensor::Gyroscope => Vector3::zeros(),
         };
     }

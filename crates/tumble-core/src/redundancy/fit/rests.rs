@@ -125,7 +125,7 @@ impl<T: Real> Rests<T> {
     }
 
     /// The part of a vector in directions along which no rest had gravity; a gyroscope has all directions at every rest
-    /// (docs/theory/redundancy.md, eq. 20).
+    /// (docs/theory/redundancy.md, eq. 21).
     pub fn unsupported(&self, sensor: Sensor, vector: &Vector3<T>) -> Vector3<T> {
         let rests = self.number();
         if rests == 0 || sensor == Sensor::Gyroscope {
@@ -139,7 +139,7 @@ impl<T: Real> Rests<T> {
         directions
             .filter(|(value, _)| **value >= enough)
             .fold(*vector, |left, (_, v)| {
-                left - v * v.dot(vector) // eq. 20
+                left - v * v.dot(vector) // eq. 21
             })
     }
 }
@@ -217,7 +217,7 @@ impl<'r, T: Real> RestWeighing<'_, 'r, T> {
             weights: core::array::from_fn(|i| RestWeight {
                 each: finite(self.of_pair(i) / scatter),   // eq. 16: w
                 mean: finite(self.of_pair(i) / of_mean),   // eq. 16: n_0
-                steady: self.of_pair(i) / (slope * slope), // eq. 22: kappa tau sigma_i^2 / sigma_t^2
+                steady: self.of_pair(i) / (slope * slope), // eq. 19: kappa tau sigma_i^2 / sigma_t^2
             }),
         }
     }
@@ -347,6 +347,6 @@ impl<T: Real> PairMoments<T> for RowPairs<'_, T> {
     fn covariance_of(&self, i: usize, j: usize) -> T {
         let time = self.layout.time;
         let drift = self.joint(i, time) * self.joint(j, time) * self.per_time;
-        self.joint(i, j) - drift // eq. 22
+        self.joint(i, j) - drift // eq. 19
     }
 }

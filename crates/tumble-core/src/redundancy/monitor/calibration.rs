@@ -388,13 +388,13 @@ impl<T: Real> Trial<'_, T> {
         })
     }
 
-    /// How far it would follow the primary (docs/theory/redundancy.md, eq. 19, 20).
+    /// How far it would follow the primary (docs/theory/redundancy.md, eq. 20, 21).
     fn following(&self, fit: &Fit<T>, pairs: &dyn PairMoments<T>) -> Following<T> {
         let Some(before) = self.followed else {
             return Following::free();
         };
         let u = Vector3::from_fn(|j, _| pairs.mean_of(j));
-        let shift = fit.error.predict(&u) - self.stored.predict(&u); // eq. 19
+        let shift = fit.error.predict(&u) - self.stored.predict(&u); // eq. 20
         Following {
             followed: self.rests.unsupported(self.sensor, &(before + shift)),
             shared: self.shared,

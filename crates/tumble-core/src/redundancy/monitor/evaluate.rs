@@ -342,7 +342,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
 }
 
 /// How far siblings are from the primary just as this secondary is: nearer to it than to the primary, at least as many of
-/// them as not (docs/theory/redundancy.md, eq. 21).
+/// them as not (docs/theory/redundancy.md, eq. 22).
 fn shared<T: Real, const UNITS: usize>(apart: &[Option<Vector3<T>>; UNITS], number: usize) -> T {
     let Some(own) = apart.get(number).copied().flatten() else {
         return T::zero();
@@ -350,7 +350,7 @@ fn shared<T: Real, const UNITS: usize>(apart: &[Option<Vector3<T>>; UNITS], numb
     let siblings = apart.iter().enumerate().filter(|(other, _)| *other != number);
     let (mut shared, mut not) = (0_u32, 0_u32);
     for apart in siblings.filter_map(|(_, apart)| *apart) {
-        let alike = (apart - own).norm_squared() < apart.norm_squared(); // eq. 21
+        let alike = (apart - own).norm_squared() < apart.norm_squared(); // eq. 22
         shared += u32::from(alike);
         not += u32::from(!alike);
     }

@@ -10,7 +10,7 @@ use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::ForceAndRate;
 use crate::redundancy::witness::errors::{Covariance, Errors, Moves};
 use crate::redundancy::witness::track::Track;
-use crate::rotation::rotation_by_series as rotation_of;
+use crate::rotation::{rotation_by_series as rotation_of, rotation_onto};
 
 /// Noise of the set's angular rate, rad/s, and of its specific force, m/s^2, over the square root of a Hz; at rest, and as a share of
 /// the angular rate and of the specific force beyond gravity (docs/theory/judgement.md, table 2).
@@ -124,7 +124,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         tolerated: &ForceAndRate<T>,
     ) -> Self {
         let up = Vector3::z();
-        let level = UnitQuaternion::rotation_between(force, &up).unwrap_or(UnitQuaternion::identity());
+        let level = rotation_onto(force, &up);
         let levelled = real::<T>(LEVELLED) * real(LEVELLED);
         let rate = if rests {
             real(RATE_AT_REST)

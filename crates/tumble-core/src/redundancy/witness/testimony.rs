@@ -202,7 +202,7 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
                 continue;
             }
             let beyond = (*value - T::one()) * real(0.5);
-            let said = beyond.max(T::zero()).min(real(SCORE_MOST)) * (window / real(SCORE_SPAN)); // judgement.md, eq. 22
+            let said = beyond.max(T::zero()).min(real(SCORE_MOST)) * (window / real(SCORE_SPAN)); // judgement.md, eq. 21
             for against in against {
                 against.evidence = (against.evidence + said).min(real(MOST));
             }
