@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Matrix6, Rotation3, SVector, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use tumble_core::real::Real;
 use tumble_core::rotation::{
-    Procrustes, RotationFit, inverse_left_jacobian, rotation_by_series, rotation_of,
+    Procrustes, RotationFit, inverse_left_jacobian, rotation_by_series, rotation_of, rotation_onto,
 };
 
 use crate::common::{
@@ -17,6 +17,13 @@ fn composed(d: &Vector3<f64>, phi: &Vector3<f64>) -> Vector3<f64> {
 }
 
 proptest! {
+    #[test]
+    fn a_direction_is_brought_onto_another_be_it_the_opposite(from in direction(), to in direction()) {
+        prop_assert!((rotation_onto(&(from * 9.8), &to) * from - to).norm() < 1e-9);
+        prop_assert!((rotation_onto(&from, &-from) * from + from).norm() < 1e-9);
+        prop_assert!(rotation_onto(&from, &Vector3::zeros()).angle() == 0.0);
+    }
+
     #[test]
     fn a_rotation_by_series_is_that_of_its_vector(phi in rotation_vector()) {
         prop_assert!(rotation_by_series(&phi).angle_to(&rotation_of(&phi)) < 1e-8);
