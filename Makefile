@@ -52,6 +52,7 @@ soak: $(VENV)/.native $(VENV)/.requirements-test  ## Run what takes hours: 2000 
 	$(BIN)/python -m benchmarks.redundancy_precision
 	$(BIN)/python -m benchmarks.redundancy_campaign --witness --kinds ramp --missions 300
 	$(BIN)/python -m benchmarks.redundancy_recorded
+	$(BIN)/python -m benchmarks.redundancy_rests
 	cargo test --locked --package tumble-store --test laws -- --ignored
 	cargo test --locked --package tumble-fuzz
 	cargo run --locked --profile fuzz --package tumble-fuzz -- record

@@ -197,10 +197,8 @@ def _campaign(content: Content) -> Iterator[Goal]:
         where = f"redundancy, {title}"
         for group, wanted in JUDGED[title].items():
             yield from _judged(f"{where}: {group}", wanted, of["groups"][group])
-        kinds = of["kinds"].values()
-        wrong, faults = (sum(each) for each in zip(*map(_wrong_of, kinds), strict=True))
-        yield _at_most_so_many(f"{where}: a sound unit named first", MOST_WRONG[title], wrong, faults)
-        misled = sum(each["misled"] for each in kinds)
+        yield _named_first(where, title, of)
+        misled = sum(each["misled"] for each in of["kinds"].values())
         yield _none(f"{where}: secondaries that followed a wrong primary", misled)
         for name, (most, unit) in GATHERED[title].items():
             what = f"{where}: {name} that a jump of the primary adds to the output, median"
@@ -212,9 +210,7 @@ def _witnessed(content: Content) -> Iterator[Goal]:
     for title, of in content["sets"].items():
         where = f"redundancy with a witness, {title}"
         yield from _judged(f"{where}: ramp", WITNESSED[title], of["groups"]["ramp"])
-        kinds = of["kinds"].values()
-        wrong, faults = (sum(each) for each in zip(*map(_wrong_of, kinds), strict=True))
-        yield _at_most_so_many(f"{where}: a sound unit named first", MOST_WRONG[title], wrong, faults)
+        yield _named_first(where, title, of)
         yield from _in_health(where, MOST_IN_HEALTH[title], of["health"])
 
 
@@ -254,6 +250,12 @@ def _recorded(content: Content) -> Iterator[Goal]:
         yield from _judged(f"{where}: faults", RECORDED[title], faults)
         what = f"{where}: a sound unit named first"
         yield _at_most_so_many(what, MOST_WRONG_RECORDED, *_wrong_of(faults))
+
+
+def _named_first(where: str, title: str, of: Content) -> Goal:
+    """Hold against its goal how often a sound unit was named first, over all kinds."""
+    wrong, faults = (sum(each) for each in zip(*map(_wrong_of, of["kinds"].values()), strict=True))
+    return _at_most_so_many(f"{where}: a sound unit named first", MOST_WRONG[title], wrong, faults)
 
 
 def _wrong_of(of: Content) -> tuple[int, int]:

@@ -48,14 +48,6 @@ def members(random: np.random.Generator, number: int, size: int) -> tuple[int, .
     return tuple(int(each) for each in random.permutation(drawn))
 
 
-def until(samples: Samples, end: float) -> Samples:
-    """Give what was said until then, s."""
-    kept = slice(0, int(np.searchsorted(samples.arrival, end)))
-    return Samples(
-        samples.time[kept], samples.arrival[kept], samples.specific_force[kept], samples.angular_rate[kept]
-    )
-
-
 @cache
 def _recorded() -> dict[int, Samples]:
     return board.recorded()
@@ -70,7 +62,7 @@ def replayed(
         why = monitor.restore(record)
         if why is not None:
             raise RuntimeError(f"a record that was adopted is not restored: {why}")
-    said = spoilt([until(_recorded()[number], end) for number in numbers], faulty, fault)
+    said = spoilt([_recorded()[number].part(-np.inf, end) for number in numbers], faulty, fault)
     found = replay(monitor, said, edges(end, fault))
     return found.events, found.stored_at(end)
 

@@ -19,15 +19,16 @@ from rich.progress import track
 from rich.table import Table
 
 from benchmarks import redundancy_board as board
+from benchmarks.redundancy import TWO_SIGMA
 from benchmarks.redundancy_judgement import Event
 from benchmarks.redundancy_set import SENSORS, Samples, SimulatedSet, Unit, simulate_set
 from benchmarks.results import Content, machine, save
 from tumble import _core
+from tumble.constants import STANDARD_GRAVITY
 from tumble.recording import FloatArray
 from tumble.results import TriadName
 
 RUNS = 400
-TWO_SIGMA = 1.959964
 REST_SECONDS = 8.0
 MOTION_SECONDS = 11.0
 MOTIONS = 5
@@ -104,7 +105,7 @@ def _bias_given(
     """Give the bias that is right beside the parts of M that were left as they were: at rest, level."""
     shown = np.isfinite(np.asarray(record["matrix_sigma"]))
     left = np.where(shown, 0.0, matrix - np.asarray(record["matrix"]))
-    up = primary.matrix[sensor] @ np.array([0.0, 0.0, 9.80665 if sensor == "accelerometer" else 0.0])
+    up = primary.matrix[sensor] @ np.array([0.0, 0.0, STANDARD_GRAVITY if sensor == "accelerometer" else 0.0])
     return np.asarray(bias + left @ up)
 
 
@@ -128,14 +129,6 @@ def honesty(runs: int, console: Console) -> Content:
             for (sensor, name), over in sorted(sigmas.items())
         }
     return found
-
-
-def part(samples: Samples, span: tuple[float, float]) -> Samples:
-    """Give what was said in a span, s."""
-    kept = slice(*np.searchsorted(samples.arrival, span))
-    return Samples(
-        samples.time[kept], samples.arrival[kept], samples.specific_force[kept], samples.angular_rate[kept]
-    )
 
 
 def rest_means(said: Samples, rests: Sequence[tuple[float, float]], sensor: TriadName) -> FloatArray:
@@ -162,7 +155,7 @@ def on_board(rests: bool) -> dict[int, dict[TriadName, list[float]]]:
         numbers = [primary, *(number for number in board.NUMBERS if number != primary)]
         left = found[primary] = {name: [] for name in SENSORS}
         replayed = [
-            adopted(board.told(numbers), [part(recorded[n], half) for n in numbers], BOARD_SETTINGS, rests)
+            adopted(board.told(numbers), [recorded[n].part(*half) for n in numbers], BOARD_SETTINGS, rests)
             for half in HALVES
         ]
         for (records, _), (_, events) in zip(replayed, reversed(replayed), strict=True):

@@ -73,6 +73,13 @@ class Samples:
         """Give the readings (n, 3) of a sensor."""
         return self.specific_force if sensor == "accelerometer" else self.angular_rate
 
+    def part(self, start: float, end: float) -> Samples:
+        """Give what arrived from one time to another, s; of the drift nothing."""
+        kept = slice(*np.searchsorted(self.arrival, (start, end)))
+        return Samples(
+            self.time[kept], self.arrival[kept], self.specific_force[kept], self.angular_rate[kept]
+        )
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unit:
