@@ -15,6 +15,8 @@
 //! Derivations: docs/theory/redundancy.md.
 
 mod components;
+#[cfg(test)]
+mod draws;
 pub mod evaluation;
 pub mod fit;
 pub mod gate;

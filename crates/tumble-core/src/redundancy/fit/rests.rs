@@ -128,8 +128,11 @@ impl<T: Real> Rests<T> {
     /// (docs/theory/redundancy.md, eq. 21).
     pub fn unsupported(&self, sensor: Sensor, vector: &Vector3<T>) -> Vector3<T> {
         let rests = self.number();
-        if rests == 0 || sensor == Sensor::Gyroscope {
-            return if rests == 0 { *vector } else { Vector3::zeros() };
+        if rests == 0 {
+            return *vector;
+        }
+        if sensor == Sensor::Gyroscope {
+            return Vector3::zeros();
         }
         let mean = self.first();
         let squares = (self.motion() + mean * mean.transpose()) * count::<T>(rests);

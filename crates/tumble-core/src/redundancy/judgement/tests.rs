@@ -3,24 +3,9 @@ extern crate std;
 use std::vec::Vec;
 
 use super::*;
+use crate::redundancy::draws::Draw;
 
 const H: f64 = 0.05;
-
-struct Draw(u64);
-
-impl Draw {
-    fn uniform(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn normal(&mut self) -> f64 {
-        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
-    }
-}
 
 fn flight(t: f64) -> [Vector3<f64>; 2] {
     let w = Vector3::new((0.9 * t).sin(), 0.7 * (1.3 * t).cos(), 0.4 * (0.31 * t).sin());

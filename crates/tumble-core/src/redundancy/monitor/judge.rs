@@ -136,6 +136,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             });
             let lives = self.lives(number);
             let of_sensors = |fact: &dyn Fn(Sensor) -> bool| SENSORS.map(fact);
+            let known = of_sensors(&|sensor| self.is_known(sensor, number));
             Some(UnitReading {
                 reading: [f - carried, w],
                 scatter: means.scatter.map(|variance| variance.sqrt()),
@@ -145,7 +146,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                         && *sensor.of(&means.usable)
                         && unit.axes.complete(sensor)
                 }),
-                known: of_sensors(&|sensor| self.is_known(sensor, number)),
+                known,
                 calibrated: of_sensors(&|sensor| number == 0 || sensor.of(stored).calibrated),
                 matrix_shown: of_sensors(&|sensor| number == 0 || sensor.of(stored).matrix_shown),
                 place: if number == 0 || unit.lever_arm.is_some() {
@@ -154,7 +155,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                     Sensor::Accelerometer.of(stored).place_sigma
                 },
                 left: SENSORS.map(|sensor| {
-                    if self.is_known(sensor, number) {
+                    if *sensor.of(&known) {
                         left(sensor.of(stored))
                     } else {
                         let most = platform.settings().plausible_at_rest(sensor, false);
@@ -307,8 +308,7 @@ pub(super) fn is_contested<T: Real, const UNITS: usize>(
     stored: &[[StoredCalibration<T>; 2]; UNITS],
     sensor: Sensor,
 ) -> bool {
-    let stranger =
-        |number| judge.is_disputed_with(sensor, number) && !is_known(judge, stored, sensor, number);
+    let stranger = |number| contradicts_as_stranger(judge, stored, sensor, number);
     judge.is_disputed(sensor) && !(1..UNITS).any(stranger)
 }
 
@@ -318,8 +318,17 @@ pub(super) fn is_strange<T: Real, const UNITS: usize>(
     stored: &[[StoredCalibration<T>; 2]; UNITS],
     number: usize,
 ) -> bool {
-    let strange = |sensor| judge.is_disputed_with(sensor, number) && !is_known(judge, stored, sensor, number);
+    let strange = |sensor| contradicts_as_stranger(judge, stored, sensor, number);
     SENSORS.into_iter().any(strange)
+}
+
+fn contradicts_as_stranger<T: Real, const UNITS: usize>(
+    judge: &Judge<T, UNITS>,
+    stored: &[[StoredCalibration<T>; 2]; UNITS],
+    sensor: Sensor,
+    number: usize,
+) -> bool {
+    judge.is_disputed_with(sensor, number) && !is_known(judge, stored, sensor, number)
 }
 
 /// Variance of what a calibration leaves, `(m/s^2)^2` or `(rad/s)^2` (docs/theory/judgement.md, eq. 7).

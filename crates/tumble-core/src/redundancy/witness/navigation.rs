@@ -50,6 +50,17 @@ enum Heading<T: Real> {
     Known,
 }
 
+impl<T: Real> Heading<T> {
+    /// Sought from now on.
+    fn sought_from(integrated: Vector2<T>, witnessed: Vector2<T>) -> Self {
+        Self::Sought {
+            integrated,
+            witnessed,
+            since: T::zero(),
+        }
+    }
+}
+
 /// A window of the set, and of each sensor of each unit.
 pub(super) struct Step<'a, T: Real, const UNITS: usize> {
     /// What the set says, m/s^2 and rad/s.
@@ -146,11 +157,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
             deviations: [[Errors::none(); 2]; UNITS],
             turn: Vector3::zeros(),
             track: Track::new(),
-            heading: Heading::Sought {
-                integrated: Vector2::zeros(),
-                witnessed: Vector2::zeros(),
-                since: T::zero(),
-            },
+            heading: Heading::sought_from(Vector2::zeros(), Vector2::zeros()),
             begun: false,
             along_primary: false,
         }
@@ -283,13 +290,16 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         }
     }
 
+    /// At the time of which a witness speaks, level frame, m/s.
+    fn velocity_at(&self, witnessed: &Witnessed<T>) -> Option<Vector3<T>> {
+        self.track.at(witnessed.windows, &self.velocity, witnessed.length)
+    }
+
     /// One axis of a velocity in the level frame: a unit vector along it, what was measured, m/s, and its sigma, m/s.
     pub fn along_level(&self, axis: &Vector3<T>, witnessed: &Witnessed<T>) -> Option<Innovation<T>> {
         let usable = axis.z != T::zero() || matches!(self.heading, Heading::Known);
         let sigma = along(axis, &witnessed.sigma)?;
-        let velocity = self
-            .track
-            .at(witnessed.windows, &self.velocity, witnessed.length)?;
+        let velocity = self.velocity_at(witnessed)?;
         let row = Errors {
             velocity: *axis,
             ..Errors::none()
@@ -301,9 +311,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
     /// The same of a velocity in the primary's axes.
     pub fn along_primary(&self, axis: &Vector3<T>, witnessed: &Witnessed<T>) -> Option<Innovation<T>> {
         let sigma = along(axis, &witnessed.sigma)?;
-        let velocity = self
-            .track
-            .at(witnessed.windows, &self.velocity, witnessed.length)?;
+        let velocity = self.velocity_at(witnessed)?;
         // The set has turned since.
         let turned = self.level_from_primary * rotation_of(&(self.turn * -witnessed.windows));
         let level: Vector3<T> = turned * *axis;
@@ -321,11 +329,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         if !self.along_primary {
             self.along_primary = true;
             self.begun = true;
-            self.heading = Heading::Sought {
-                integrated: Vector2::zeros(),
-                witnessed: Vector2::zeros(),
-                since: T::zero(),
-            };
+            self.heading = Heading::sought_from(Vector2::zeros(), Vector2::zeros());
             let value = self.level_from_primary * finite(&witnessed.value);
             self.begin(value, &Vector3::repeat(largest(&witnessed.sigma)), witnessed);
         }
@@ -354,7 +358,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         if !witnessed.is_level() {
             return;
         }
-        let Some(velocity) = self.track.at(witnessed.windows, &self.velocity, witnessed.length) else {
+        let Some(velocity) = self.velocity_at(witnessed) else {
             return;
         };
         let change = witnessed.value.xy() - before;
@@ -379,14 +383,10 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         if self.along_primary {
             return;
         }
-        let Some(velocity) = self.track.at(witnessed.windows, &self.velocity, witnessed.length) else {
+        let Some(velocity) = self.velocity_at(witnessed) else {
             return;
         };
-        self.heading = Heading::Sought {
-            integrated: velocity.xy(),
-            witnessed: finite(&witnessed.value).xy(),
-            since: T::zero(),
-        };
+        self.heading = Heading::sought_from(velocity.xy(), finite(&witnessed.value).xy());
         let horizontal = Errors {
             velocity: Vector3::new(T::one(), T::one(), T::zero()),
             ..Errors::none()
@@ -421,8 +421,7 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
 
     /// The velocity is what was witnessed.
     fn begin(&mut self, value: Vector3<T>, sigma: &Vector3<T>, witnessed: &Witnessed<T>) {
-        let at = self.track.at(witnessed.windows, &self.velocity, witnessed.length);
-        let change = value - at.unwrap_or(self.velocity);
+        let change = value - self.velocity_at(witnessed).unwrap_or(self.velocity);
         self.velocity += change;
         self.track.change(|before| before + change);
         let velocity = Errors {

@@ -298,16 +298,19 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
         let sigma = (innovation.variance * self.usual).sqrt();
         let of_set = innovation.of_set / sigma;
         let mut best = of_set;
-        for (sensor, unit) in candidates::<UNITS>() {
-            let own = of_set - navigation.share(innovation, sensor, unit) / sigma;
+        let misfits: [[T; 2]; UNITS] = core::array::from_fn(|unit| {
+            SENSORS.map(|sensor| of_set - navigation.share(innovation, sensor, unit) / sigma)
+        });
+        for own in misfits.iter().flatten() {
             if own.abs() < best.abs() {
-                best = own;
+                best = *own;
             }
         }
         let (fits_somebody, most) = (best.abs() < real(FITS_NOBODY), real::<T>(FITS_NOBODY + 1.0));
         for (sensor, unit) in candidates::<UNITS>() {
-            let own = of_set - navigation.share(innovation, sensor, unit) / sigma;
-            let Some(against) = self.against.get_mut(unit).map(|against| sensor.of_mut(against)) else {
+            let against = self.against.get_mut(unit).map(|against| sensor.of_mut(against));
+            let own = misfits.get(unit).map(|misfits| *sensor.of(misfits));
+            let Some((against, own)) = against.zip(own) else {
                 continue;
             };
             let own_within = own.max(-most).min(most);

@@ -5,6 +5,7 @@ use std::vec::Vec;
 use nalgebra::{Rotation3, Vector3};
 
 use super::*;
+use crate::redundancy::draws::Draw;
 use crate::redundancy::judgement::attribution::Ground;
 use crate::redundancy::judgement::{Judge, Judgement, SetWindow, UnitReading};
 use crate::redundancy::monitor::Monitor;
@@ -19,27 +20,6 @@ const SPAN: u64 = 50_000;
 const H: f64 = 0.05;
 const GRAVITY: f64 = 9.80665;
 const SIGMA: f64 = 0.3;
-
-/// Uniform numbers of a seed (Knuth's multiplier).
-struct Draw(u64);
-
-impl Draw {
-    fn uniform(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn normal(&mut self) -> f64 {
-        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
-    }
-
-    fn vector(&mut self, sigma: f64) -> Vector3<f64> {
-        Vector3::new(self.normal(), self.normal(), self.normal()) * sigma
-    }
-}
 
 /// What a set that rests for 12 s and then moves does, in the level frame.
 fn motion(t: f64) -> (Rotation3<f64>, Vector3<f64>, Vector3<f64>) {
