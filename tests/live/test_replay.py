@@ -59,6 +59,23 @@ def test_a_log_takes_its_own_time_at_its_own_pace(log, wall, speed):
     assert wall.now - 1000.0 == pytest.approx(TABLE[-1, 0] / speed, abs=0.01)
 
 
+def test_a_log_is_asked_for_what_is_due_and_says_when_it_is_over(log, wall):
+    with open_source(f"replay:{log}") as source:
+        assert source.fileno() is None
+        assert source.read().time.tolist() == TABLE[:1, 0].tolist()
+        assert len(source.read()) == 0
+        wall.sleep(TABLE[-1, 0])
+        assert source.read().time.tolist() == TABLE[1:, 0].tolist()
+        with pytest.raises(EOFError):
+            source.read()
+
+
+def test_samples_come_at_a_time_unless_a_log_is_read_as_fast_as_it_can_be(log, wall):
+    arrivals = [chunk.arrival for chunk in chunks_of(open_source(f"replay:{log}"))]
+    assert arrivals == sorted(arrivals)
+    assert {chunk.arrival for chunk in chunks_of(open_source(f"replay:{log}?speed=max"))} == {None}
+
+
 def test_a_gap_in_a_log_is_a_silence(tmp_path, wall):
     table = TABLE.copy()
     table[50:, 0] += 3.0

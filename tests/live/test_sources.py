@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import importlib
 import json
+import select
 import socket
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -94,6 +96,21 @@ def test_samples_come_over_a_serial_line():
     with serial_device() as device, open_source(f"serial:{device.path}?baud=921600") as source:
         device.write(text_lines(TABLE))
         assert np.array_equal(first_samples(source, len(TABLE)), TABLE)
+
+
+def test_what_has_come_is_read_without_waiting_once_its_descriptor_is_readable():
+    with serial_device() as device, open_source(f"serial:{device.path}") as source:
+        assert len(source.read()) == 0
+        assert select.select([source.fileno()], [], [], 0.0)[0] == []
+        began = time.monotonic()
+        device.write(text_lines(TABLE))
+        found = np.empty(0)
+        while len(found) < len(TABLE):
+            assert select.select([source.fileno()], [], [], 5.0)[0]
+            chunk = source.read()
+            assert not len(chunk) or began < chunk.arrival <= time.monotonic()
+            found = np.append(found, chunk.time)
+    assert np.array_equal(found, TABLE[:, 0])
 
 
 def test_a_silent_line_says_so_with_empty_chunks():

@@ -15,6 +15,9 @@ from tumble.live.address import parse_address
 from tumble.live.text import TextSource
 from tumble.logs import ReadOptions
 
+READY, _end = os.pipe()
+"""A descriptor that can always be read."""
+os.close(_end)
 HEADER = "time,ax,ay,az,gx,gy,gz"
 
 
@@ -32,7 +35,10 @@ class Scripted:
         self.sent = []
         self._pieces = list(pieces)
 
-    def receive(self, wait):
+    def fileno(self):
+        return READY
+
+    def receive(self):
         if not self._pieces:
             raise ScriptIsOverError
         return self._pieces.pop(0)

@@ -5,7 +5,8 @@
 ...     for chunk in source:
 ...         print(len(chunk), "samples")
 
-Like `tumble.logs` it gives SI units and the case frame, and knows nothing of what is made of them.
+Like `tumble.logs` it gives SI units and the case frame, and knows nothing of what is made of them. Whoever
+reads several sources at once waits for their `fileno()`, then asks each for what has come, with `read()`.
 
 To bring a source of your own, write an `Opener`, a function that makes a `Source` of an address:
 
@@ -14,7 +15,9 @@ To bring a source of your own, write an `Opener`, a function that makes a `Sourc
 >>> def open_board(address: Address, options: ReadOptions) -> Source:
 ...     return Board(address.place)  # a class of yours that does what `Source` asks for
 
-and name it in the `pyproject.toml` of your package. `tumble spin --live board:1` then finds it:
+A subclass of `PolledSource` says what to wait for and what has come, and is iterated for you; a class that
+can just be iterated will do, and is read by a thread where there are several sources. Name the opener in the
+`pyproject.toml` of your package. `tumble spin --live board:1` then finds it:
 
     [project.entry-points."tumble.live"]
     board = "your_package:open_board"
@@ -24,13 +27,14 @@ from __future__ import annotations
 
 from tumble.live.address import Address, parse_address
 from tumble.live.registry import Opener, open_source, schemes
-from tumble.live.source import HEARTBEAT, LiveChunk, Source
+from tumble.live.source import HEARTBEAT, LiveChunk, PolledSource, Source
 
 __all__ = [
     "HEARTBEAT",
     "Address",
     "LiveChunk",
     "Opener",
+    "PolledSource",
     "Source",
     "open_source",
     "parse_address",

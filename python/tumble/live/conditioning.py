@@ -89,21 +89,21 @@ class Conditioner:
     def take(self, readings: Readings, facts: StreamFacts, arrival: float) -> LiveChunk:
         """Give what can be used by now: nothing until there are samples enough to decide units from.
 
-        `arrival` is when the readings came, s of any clock that runs forwards.
+        `arrival` is when the readings came, s of `time.monotonic()`.
 
         Raises `LogError` where no unit fits or a stated one contradicts the values, where sample after sample
         is no number, and where the device started anew.
         """
         stamped = replace(readings, samples=self._stamped(_without_absurd(readings.samples), arrival))
         if self._conversion is not None:
-            return self._checked(stamped, self._conversion)
+            return self._checked(stamped, self._conversion, arrival)
         self._head.append(stamped)
         if sum(map(len, self._head)) < HEAD_SAMPLES:
             return EMPTY
         head, self._head = self._without_stray_stamps(_joined(self._head)), []
         self._facts = facts
         self._conversion = self._decide(_without_stray_readings(head.samples), facts)
-        return self._checked(head, self._conversion)
+        return self._checked(head, self._conversion, arrival)
 
     def _stamped(self, samples: RawSamples, arrival: float) -> RawSamples:
         if self._counting_clock is not None:
@@ -120,7 +120,7 @@ class Conditioner:
         arrived = replace(facts, time_unit=StatedUnit("s", _ARRIVAL))
         return conversion_for(arrived, replace(self._options, time_unit=None), head)
 
-    def _checked(self, readings: Readings, conversion: Conversion) -> LiveChunk:
+    def _checked(self, readings: Readings, conversion: Conversion, arrival: float) -> LiveChunk:
         samples = conversion(readings.samples)
         assert samples.time is not None, "every sample was stamped"
         numbers = np.column_stack([samples.time, samples.accelerometer, samples.gyroscope])
@@ -144,6 +144,7 @@ class Conditioner:
             samples.gyroscope[kept],
             None if samples.temperature is None else samples.temperature[kept],
             None if readings.moving is None else readings.moving[kept],
+            arrival,
         )
 
     def _without_stray_stamps(self, head: Readings) -> Readings:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import PurePath
@@ -19,7 +19,7 @@ from tumble.live.conditioning import EMPTY, Conditioner
 from tumble.live.mavlink_request import MessageRequest
 from tumble.live.optional import optional
 from tumble.live.readings import Readings, StreamFacts
-from tumble.live.source import HEARTBEAT, LiveChunk
+from tumble.live.source import LiveChunk, PolledSource
 from tumble.live.transport import DEFAULT_BAUD, DatagramSocket, SerialLine, Transport
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import RawSamples, StatedUnit
@@ -90,7 +90,7 @@ def open_mavlink(address: Address, options: ReadOptions) -> MavlinkSource:
     return MavlinkSource(address, options, line, PurePath(address.place).name)
 
 
-class MavlinkSource:
+class MavlinkSource(PolledSource):
     """Reads the IMU messages of one system; a `Source`."""
 
     def __init__(self, address: Address, options: ReadOptions, transport: Transport, name: str) -> None:
@@ -137,16 +137,18 @@ class MavlinkSource:
                 self._request.restore_rate(self._transport)
         self._transport.__exit__(kind, error, trace)
 
-    def __iter__(self) -> Iterator[LiveChunk]:
-        while True:
-            piece = self._transport.receive(HEARTBEAT)
-            arrival = time.monotonic()
-            messages = self._mine(self._parser.parse_buffer(piece) or ()) if piece else []
-            if messages and self._chosen is not None:
-                readings = _readings(messages, KINDS[self._chosen.message])
-                yield self._conditioner.take(readings, self._facts(self._chosen), arrival)
-            else:
-                yield EMPTY
+    def fileno(self) -> int | None:
+        """See `Source`."""
+        return self._transport.fileno()
+
+    def read(self) -> LiveChunk:
+        """See `Source`."""
+        piece, arrival = self._transport.receive(), time.monotonic()
+        messages = self._mine(self._parser.parse_buffer(piece) or ()) if piece else []
+        if not messages or self._chosen is None:
+            return EMPTY
+        readings = _readings(messages, KINDS[self._chosen.message])
+        return self._conditioner.take(readings, self._facts(self._chosen), arrival)
 
     def _mine(self, messages: Sequence[MavlinkMessage]) -> list[MavlinkMessage]:
         """Give the messages of the chosen sender; keep them back until there is one."""

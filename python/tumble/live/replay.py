@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Iterator
 from types import TracebackType
 
 import numpy as np
 
 from tumble.live.address import Address
 from tumble.live.conditioning import EMPTY
-from tumble.live.source import HEARTBEAT, LiveChunk
+from tumble.live.source import LiveChunk, PolledSource
 from tumble.logs import open_recording
 from tumble.logs.options import ReadOptions
 from tumble.recording import Chunk, Recording
@@ -32,15 +32,20 @@ def open_replay(address: Address, options: ReadOptions) -> ReplaySource:
     return ReplaySource(recording, speed)
 
 
-class ReplaySource:
+class ReplaySource(PolledSource):
     """Replays a recording; a `Source` that ends where the recording ends."""
 
     def __init__(self, recording: Recording, speed: float) -> None:
         self.name = recording.name
         self.remarks = recording.metadata.remarks
         self.gyroscope_unit_is_assumed = recording.metadata.gyroscope_unit.reason == "assumed"
-        self._recording = recording
+        self._chunks = (chunk for chunk in recording.chunks() if len(chunk))
         self._speed = speed
+        self._chunk: Chunk | None = None
+        self._done = 0
+        """Samples of the chunk that were given."""
+        self._began, self._start = math.nan, math.nan
+        """s of this machine's clock and of the log at the first sample."""
 
     def __enter__(self) -> ReplaySource:
         return self
@@ -49,31 +54,43 @@ class ReplaySource:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None: ...
 
-    def __iter__(self) -> Iterator[LiveChunk]:
-        return self._unpaced() if np.isinf(self._speed) else self._paced()
+    def fileno(self) -> None:
+        """See `Source`."""
 
-    def _unpaced(self) -> Iterator[LiveChunk]:
-        for chunk in self._recording.chunks():
-            for first in range(0, len(chunk), PIECE_SAMPLES):
-                yield _part(chunk, first, first + PIECE_SAMPLES)
+    def read(self) -> LiveChunk:
+        """See `Source`."""
+        chunk = self._unfinished()
+        if math.isinf(self._speed):
+            return self._given(chunk, self._done + PIECE_SAMPLES, None)
+        up_to = int(np.searchsorted(chunk.time, self._due(), side="right"))
+        return self._given(chunk, up_to, time.monotonic()) if up_to > self._done else EMPTY
 
-    def _paced(self) -> Iterator[LiveChunk]:
-        began = time.monotonic()
-        start: float | None = None
-        for chunk in self._recording.chunks():
-            start = float(chunk.time[0]) if start is None else start
-            done = 0
-            while done < len(chunk):
-                due = start + (time.monotonic() - began) * self._speed
-                up_to = int(np.searchsorted(chunk.time, due, side="right"))
-                yield _part(chunk, done, up_to) if up_to > done else EMPTY
-                done = max(done, up_to)
-                if done < len(chunk):
-                    ahead = (float(chunk.time[done]) - due) / self._speed
-                    time.sleep(min(HEARTBEAT, max(0.0, ahead)))
+    def wait(self, longest: float) -> None:
+        """Wait until the next sample is due, `longest` s at most."""
+        if self._chunk is None or self._done >= len(self._chunk) or math.isinf(self._speed):
+            return
+        ahead = (float(self._chunk.time[self._done]) - self._due()) / self._speed
+        if ahead > 0.0:
+            time.sleep(min(longest, ahead))
 
+    def _unfinished(self) -> Chunk:
+        """Give the chunk that has samples left; raises `EOFError` after the last one."""
+        if self._chunk is None or self._done >= len(self._chunk):
+            self._chunk, self._done = next(self._chunks, None), 0
+        if self._chunk is None:
+            raise EOFError
+        if math.isnan(self._began):
+            self._began, self._start = time.monotonic(), float(self._chunk.time[0])
+        return self._chunk
 
-def _part(chunk: Chunk, first: int, last: int) -> LiveChunk:
-    part = slice(first, last)
-    temperature = None if chunk.temperature is None else chunk.temperature[part]
-    return LiveChunk(chunk.time[part], chunk.accelerometer[part], chunk.gyroscope[part], temperature)
+    def _due(self) -> float:
+        """Give the time of the log that it is by now, s."""
+        return self._start + (time.monotonic() - self._began) * self._speed
+
+    def _given(self, chunk: Chunk, up_to: int, arrival: float | None) -> LiveChunk:
+        part = slice(self._done, up_to)
+        self._done = up_to
+        temperature = None if chunk.temperature is None else chunk.temperature[part]
+        return LiveChunk(
+            chunk.time[part], chunk.accelerometer[part], chunk.gyroscope[part], temperature, None, arrival
+        )

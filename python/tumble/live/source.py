@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+import select
+import time
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Protocol
 
 from tumble.recording import Chunk, FloatArray
+
+HEARTBEAT = 0.1
+"""Longest time, s, for which a source keeps its reader waiting without a word."""
+BETWEEN_LOOKS = 0.001
+"""s between two looks at a line that cannot be waited on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,14 +24,17 @@ class LiveChunk(Chunk):
 
     moving: FloatArray | None = None
     """(n,) 1 where wheels turn, 0 where they stand, NaN where nobody knows; None where nobody ever does."""
+    arrival: float | None = None
+    """s of `time.monotonic()` when they came; None where none came, or a log is read as fast as can be."""
 
 
 class Source(Protocol):
     """A stream of samples that ends when whoever reads it has enough, or when there is no more.
 
     It is a context manager: entering it opens the line, leaving it lets go of the line. Between the two it is
-    iterated once. While nothing comes it gives an empty chunk every `HEARTBEAT` seconds or so, so that its
-    reader can tell silence from waiting. It ends where a stream has an end, as a replayed log has.
+    iterated once, or asked with `read` again and again. While nothing comes, iterating gives an empty chunk
+    every `HEARTBEAT` seconds or so, so that its reader can tell silence from waiting. It ends where a stream
+    has an end, as a replayed log has.
 
     Raises `LogError`, in one line, where the line cannot be opened, is lost, or carries what no IMU says.
     """
@@ -48,6 +59,40 @@ class Source(Protocol):
 
     def __iter__(self) -> Iterator[LiveChunk]: ...
 
+    def fileno(self) -> int | None:
+        """Give a descriptor that is readable once something has come; None if there is none."""
 
-HEARTBEAT = 0.1
-"""Longest time, s, for which a source keeps its reader waiting without a word."""
+    def read(self) -> LiveChunk:
+        """Give what has come by now, without waiting; nothing may have.
+
+        Raises `EOFError` where a stream that has an end is at it.
+        """
+
+
+class PolledSource(ABC):
+    """A `Source` that is waited for and then asked for what has come."""
+
+    @abstractmethod
+    def fileno(self) -> int | None:
+        """See `Source`."""
+
+    @abstractmethod
+    def read(self) -> LiveChunk:
+        """See `Source`."""
+
+    def wait(self, longest: float) -> None:
+        """Wait until something may have come, `longest` s at most."""
+        line = self.fileno()
+        if line is None:
+            time.sleep(min(BETWEEN_LOOKS, longest))
+        else:
+            select.select([line], [], [], longest)
+
+    def __iter__(self) -> Iterator[LiveChunk]:
+        while True:
+            self.wait(HEARTBEAT)
+            try:
+                chunk = self.read()
+            except EOFError:
+                return
+            yield chunk

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
 from pathlib import PurePath
 from types import TracebackType
 
@@ -13,7 +12,7 @@ from tumble.live.conditioning import EMPTY, Conditioner
 from tumble.live.lines import LONGEST_LINE, LineSplitter
 from tumble.live.readings import StreamFacts
 from tumble.live.rows import RowReader
-from tumble.live.source import HEARTBEAT, LiveChunk
+from tumble.live.source import LiveChunk, PolledSource
 from tumble.live.transport import DEFAULT_BAUD, DatagramSocket, SerialLine, Transport
 from tumble.logs.options import ReadOptions
 
@@ -32,7 +31,7 @@ def open_udp(address: Address, options: ReadOptions) -> TextSource:
     return TextSource(address, options, DatagramSocket(address, host, port), f"udp-{port}")
 
 
-class TextSource:
+class TextSource(PolledSource):
     """Reads text from whatever carries it; a `Source`."""
 
     def __init__(self, address: Address, options: ReadOptions, transport: Transport, name: str) -> None:
@@ -62,12 +61,13 @@ class TextSource:
     ) -> None:
         self._transport.__exit__(kind, error, trace)
 
-    def __iter__(self) -> Iterator[LiveChunk]:
-        while True:
-            yield self._take(self._transport.receive(HEARTBEAT))
+    def fileno(self) -> int | None:
+        """See `Source`."""
+        return self._transport.fileno()
 
-    def _take(self, piece: bytes) -> LiveChunk:
-        arrival = time.monotonic()
+    def read(self) -> LiveChunk:
+        """See `Source`."""
+        piece, arrival = self._transport.receive(), time.monotonic()
         readings = self._rows.read(self._lines(piece)) if piece else None
         return EMPTY if readings is None else self._conditioner.take(readings, self._facts(), arrival)
 

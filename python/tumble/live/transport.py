@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import errno
-import select
+import io
 import socket
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Protocol
@@ -31,8 +31,11 @@ class Transport(Protocol):
     def notices(self) -> tuple[str, ...]:
         """What a user should know of what came."""
 
-    def receive(self, wait: float) -> bytes:
-        """Give what has come; where nothing has, wait `wait` s for it at most. Empty if nothing came.
+    def fileno(self) -> int | None:
+        """Give the descriptor to wait on; None where the line has none."""
+
+    def receive(self) -> bytes:
+        """Give what has come, without waiting; empty if nothing has.
 
         Raises `LogError` where the line is lost.
         """
@@ -75,14 +78,20 @@ class SerialLine:
             self._port.close()
             self._port = None
 
-    def receive(self, wait: float) -> bytes:
-        """Give the bytes that have come, waiting `wait` s at most for the first of them."""
+    def fileno(self) -> int | None:
+        """Give the descriptor of the port; Windows has none."""
+        assert self._port is not None, "a serial line is waited for while it is open"
+        try:
+            return int(self._port.fileno())
+        except io.UnsupportedOperation:
+            return None
+
+    def receive(self) -> bytes:
+        """Give the bytes that have come."""
         assert self._port is not None, "a serial line is read while it is open"
         serial = optional("serial", self._address)
         try:
-            self._port.timeout = wait
-            first = self._port.read(1)
-            return bytes(first + self._port.read(self._port.in_waiting)) if first else b""
+            return bytes(self._port.read(max(1, self._port.in_waiting)))
         except (serial.SerialException, OSError) as error:
             raise self._lost() from error
 
@@ -136,6 +145,7 @@ class DatagramSocket:
                 self._host, self._port, type=socket.SOCK_DGRAM, flags=socket.AI_PASSIVE
             )[0]
             self._socket = socket.socket(family, kind, protocol)
+            self._socket.setblocking(False)
             self._socket.bind(place)
         except OSError as error:
             self.__exit__(None, None, None)
@@ -161,13 +171,18 @@ class DatagramSocket:
             self._socket.close()
             self._socket = None
 
-    def receive(self, wait: float) -> bytes:
-        """Give the next datagram, waiting `wait` s at most for it."""
+    def fileno(self) -> int:
+        """Give the descriptor of the socket."""
+        assert self._socket is not None, "a socket is waited for while it is open"
+        return self._socket.fileno()
+
+    def receive(self) -> bytes:
+        """Give the next datagram that has come."""
         assert self._socket is not None, "a socket is read while it is open"
-        ready, _, _ = select.select([self._socket], [], [], wait)
-        if not ready:
+        try:
+            datagram, sender = self._socket.recvfrom(LARGEST_DATAGRAM)
+        except BlockingIOError:
             return b""
-        datagram, sender = self._socket.recvfrom(LARGEST_DATAGRAM)
         if self._sender is None and (not self._hosts or sender[0] in self._hosts):
             self._sender = sender
         if self._sender is None or sender[0] != self._sender[0]:
