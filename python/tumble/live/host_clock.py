@@ -1,0 +1,237 @@
+"""When samples were taken, by this computer's clock: what several sensors with clocks of their own share."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tumble.live.least_delay import LeastDelay
+from tumble.recording import FloatArray
+
+SETTLED = 5.0
+"""s of stamps, and
+"""
+SETTLED_ARRIVALS = 50
+"""arrivals, after which host times are slewed and no longer stepped."""
+SLEW = 1e-3
+"""s a second by which host times then go over to a better estimate."""
+CATCH_UP = 0.9
+"""The same before: times that ran ahead go on at a tenth of their pace, for they never run back."""
+LEAP = 1.0
+"""s by which samples are late, all of them for
+"""
+LEAP_ARRIVALS = 5.0
+"""s, where it is not the line that stalls but the clock that was set back."""
+SET_FORWARD = 0.1
+"""s by which a sample arrives before it was taken, where the clock was set forward."""
+STEP_AFTER_LEAP = 1e-4
+"""s by which the first host time after a leap is later than the last before it, at least a tenth of it."""
+SCATTER_OF = 1000
+"""Arrivals from which their unevenness is known; older ones are forgotten."""
+FINEST_DELAY, DELAYS_PER_OCTAVE, OCTAVES = 1e-6, 4, 26
+"""s of the first class of delays, classes for each doubling, and doublings: up to a minute."""
+
+
+@dataclass(slots=True)
+class DelayCounts:
+    """How much later than the least possible samples arrived, counted in classes a fifth apart."""
+
+    largest: float = 0.0
+    """s."""
+    _counts: list[int] = field(default_factory=lambda: [0] * (DELAYS_PER_OCTAVE * OCTAVES + 1))
+
+    def add(self, delays: FloatArray) -> None:
+        """Count (n,) delays, s."""
+        self.largest = max(self.largest, float(delays.max()))
+        octaves = np.log2(np.maximum(delays, FINEST_DELAY) / FINEST_DELAY)
+        for place in (DELAYS_PER_OCTAVE * octaves).tolist():
+            self._counts[min(int(place), len(self._counts) - 1)] += 1
+
+    def quantile(self, share: float) -> float:
+        """Give the delay, s, that this share of all stays below, to a fifth of it; NaN before the first."""
+        total = sum(self._counts)
+        if total == 0:
+            return math.nan
+        below = np.cumsum(self._counts)
+        place = int(np.searchsorted(below, share * total))
+        return float(min(FINEST_DELAY * 2.0 ** ((place + 1) / DELAYS_PER_OCTAVE), self.largest))
+
+
+@dataclass(slots=True)
+class Scatter:
+    """Standard deviation of the newest of many numbers."""
+
+    _count: int = 0
+    _mean: float = 0.0
+    _variance: float = 0.0
+
+    def add(self, value: float) -> None:
+        """Take in a number."""
+        self._count = min(self._count + 1, SCATTER_OF)
+        off = value - self._mean
+        self._mean += off / self._count
+        self._variance += (off * (value - self._mean) - self._variance) / self._count
+
+    @property
+    def sigma(self) -> float:
+        """Infinite where there are fewer than three."""
+        return math.sqrt(self._variance) if self._count > 2 else math.inf
+
+
+class HostClock:
+    """Gives a sensor's samples the time of this computer's monotonic clock.
+
+    A sample arrives no earlier than it was taken. So the least delays, not the mean ones, show how the
+    sensor's clock goes against this one; `LeastDelay` finds the line below them. What even the quickest
+    sample took on its way cannot be seen from one side: host times are late by that, all those of a unit alike.
+
+    `stamped` says whether times are the sensor's own. Where they are those of arrival there is nothing to
+    find, and `sigma` is how unevenly samples arrive.
+    """
+
+    def __init__(self, *, stamped: bool = True) -> None:
+        self.delays = DelayCounts()
+        """Delays of arrivals beyond the least."""
+        self.leaps = 0
+        """Times that the sensor's clock was set, or began again."""
+        self._stamped = stamped
+        self._line = LeastDelay()
+        self._first: tuple[float, float] | None = None
+        """Stamp and arrival, s, that the line counts from: differences of large numbers stay exact."""
+        self._newest = -math.inf
+        self._late_since: float | None = None
+        self._given: tuple[float, float] | None = None
+        """Stamp and host time, s, of the last sample, stamps counted as the line counts them."""
+        self._last_arrival: float | None = None
+        self._steps = Scatter()
+
+    @property
+    def offset(self) -> float:
+        """s, to be added to the sensor's time at its newest sample; NaN before the first."""
+        if self._first is None:
+            return math.nan
+        return self._first[1] - self._first[0] + self._line.at(self._newest)
+
+    @property
+    def skew(self) -> float:
+        """Growth of the offset, s a second of the sensor: positive where the sensor's clock is slow."""
+        return self._line.skew
+
+    @property
+    def skew_sigma(self) -> float:
+        """1-sigma of `skew`."""
+        return self._line.skew_sigma
+
+    @property
+    def sigma(self) -> float:
+        """1-sigma of host times now, s, beyond the least delay; infinite while nothing is known."""
+        return self._line.sigma if self._stamped else self._steps.sigma
+
+    @property
+    def settled(self) -> bool:
+        """Whether the line stands on enough samples for host times to follow it slowly."""
+        return self._line.span >= SETTLED and self._line.arrivals >= SETTLED_ARRIVALS
+
+    @property
+    def remark(self) -> str:
+        """What a user should know, in one line; empty while nothing is known."""
+        if not math.isfinite(self.sigma):
+            return ""
+        if not self._stamped:
+            return f"samples carry no time; they arrive {_shown(self.sigma)} apart from evenly"
+        pace = "slow" if self.skew > 0.0 else "fast"
+        leaps = f", set {self.leaps} times" if self.leaps else ""
+        return (
+            f"clock is {1e6 * abs(self.skew):.1f} +- {1e6 * self.skew_sigma:.1f} ppm {pace}{leaps}; times "
+            f"are certain to {_shown(self.sigma)} beyond the least delay; samples came later than that by "
+            f"{_shown(self.delays.quantile(0.5))} (median), {_shown(self.delays.quantile(0.99))} (99 %), "
+            f"{_shown(self.delays.largest)} (most)"
+        )
+
+    def host_times(self, stamps: FloatArray, arrival: float | FloatArray) -> FloatArray:
+        """Take in (n,) samples, at least one, and give their host times, (n,) s of `time.monotonic()`.
+
+        `stamps` are s of the sensor, increasing; `arrival` s of `time.monotonic()` at which they came, one
+        for all or (n,). Host times increase strictly from call to call and are no later than the arrival, but
+        where earlier ones ran ahead.
+        """
+        arrivals = np.broadcast_to(np.asarray(arrival, dtype=np.float64), stamps.shape)
+        for place in _last_of_each(arrivals):
+            self._take(float(stamps[place]), float(arrivals[place]))
+        assert self._first is not None, "a sample was taken in"
+        first_stamp, first_arrival = self._first
+        since = stamps - first_stamp
+        wanted = since + (first_arrival + self._line.level) + self._line.skew * (since - self._line.centre)
+        self.delays.add(arrivals - wanted)
+        host = self._never_back(since, wanted)
+        self._given = float(since[-1]), float(host[-1])
+        return host
+
+    def _take(self, stamp: float, arrival: float) -> None:
+        """Take in the last of the samples that arrived together: those before it had to wait for it."""
+        if not self._stamped:
+            if self._last_arrival is not None:
+                self._steps.add(arrival - self._last_arrival)
+            self._last_arrival = arrival
+        if self._first is None:
+            self._first = stamp, arrival
+        since, delay = self._relative(stamp, arrival)
+        if self._line.arrivals:
+            beyond = delay - self._line.at(since)
+            if self._has_leapt(since, beyond, arrival):
+                since, delay = self._begin_again(stamp, arrival)
+        self._newest = since
+        self._line.add(since, delay)
+
+    def _relative(self, stamp: float, arrival: float) -> tuple[float, float]:
+        """Stamp, and delay beyond the first one's, in s."""
+        assert self._first is not None, "counted from the first sample"
+        since = stamp - self._first[0]
+        return since, arrival - self._first[1] - since
+
+    def _has_leapt(self, since: float, beyond: float, arrival: float) -> bool:
+        """Whether the sensor's clock was set, rather than that the line stalls: all samples stay late."""
+        if since < self._newest or beyond < -SET_FORWARD:
+            return True
+        if beyond <= LEAP:
+            self._late_since = None
+        elif self._late_since is None:
+            self._late_since = arrival
+        return self._late_since is not None and arrival - self._late_since > LEAP_ARRIVALS
+
+    def _begin_again(self, stamp: float, arrival: float) -> tuple[float, float]:
+        # At first, what had waited in buffers comes at once, and is no clock that was set.
+        self.leaps += self.settled
+        self._first, self._line, self._late_since = (stamp, arrival), LeastDelay(), None
+        if self._given is not None:
+            self._given = math.nan, self._given[1]
+        return 0.0, 0.0
+
+    def _never_back(self, since: FloatArray, wanted: FloatArray) -> FloatArray:
+        """Go over to the times wanted, slowly once settled, and never back (eq. 7)."""
+        if self._given is None:
+            return wanted
+        stamp, host = self._given
+        if math.isnan(stamp):
+            stamp = float(since[0]) - STEP_AFTER_LEAP
+        ahead = host - float(wanted[0]) + (1.0 + self._line.skew) * (float(since[0]) - stamp)
+        if ahead <= 0.0 and not self.settled:
+            return wanted
+        pace = SLEW if self.settled else CATCH_UP
+        left = np.maximum(abs(ahead) - pace * (since - stamp), 0.0)
+        times: FloatArray = wanted + math.copysign(1.0, ahead) * left
+        return times
+
+
+def _last_of_each(arrivals: FloatArray) -> list[int]:
+    """Places of the last of those that arrived together."""
+    last = len(arrivals) - 1
+    if arrivals.strides == (0,):
+        return [last]
+    return [*np.flatnonzero(np.diff(arrivals)).tolist(), last]
+
+
+def _shown(seconds: float) -> str:
+    return f"{1e6 * seconds:.3g} us" if seconds < 1e-3 else f"{1e3 * seconds:.3g} ms"
