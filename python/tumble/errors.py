@@ -23,6 +23,10 @@ class LogError(TumbleError):
     """A log cannot be read, or holds what no IMU says."""
 
 
+class TableError(TumbleError):
+    """A rate table refuses, is silent, or was told to go beyond its limits."""
+
+
 class ArrayError(TumbleError):
     """What was given as numbers is none, or has a shape that means nothing."""
 

@@ -37,8 +37,11 @@ REDUNDANCY = DocumentSchema(
 STORED_ERROR = DocumentSchema(
     "stored-error", "stored error", "tumble.redundancy.store", "StoredError", is_stated=True
 )
+TABLE_PROFILE = DocumentSchema("table-profile", "table profile", "tumble.table.profile", "TableProfile")
 
-SCHEMAS = {schema.name: schema for schema in (CALIBRATION, POSES, LIMITS, REDUNDANCY, STORED_ERROR)}
+SCHEMAS = {
+    schema.name: schema for schema in (CALIBRATION, POSES, LIMITS, REDUNDANCY, STORED_ERROR, TABLE_PROFILE)
+}
 
 
 def schema_stated(content: object) -> DocumentSchema | None:

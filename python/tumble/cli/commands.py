@@ -55,6 +55,9 @@ COMMANDS = {
         "inspect_command",
         "Show what logs hold and which procedures they are fit for.",
     ),
+    "table": CommandEntry(
+        "tumble.table.command", "table_app", "Try a rate table: list, position, goto, rate, stop."
+    ),
     "simulate": CommandEntry(
         "tumble.simulate.command", "simulate_app", "Make recordings whose truth is known."
     ),

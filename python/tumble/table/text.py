@@ -1,0 +1,214 @@
+"""A table that is commanded by lines of text, over TCP or a serial line, in the words of a profile."""
+
+from __future__ import annotations
+
+import time
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+
+from tumble.errors import TableError
+from tumble.live.address import Address
+from tumble.live.optional import optional
+from tumble.recording import FloatArray
+from tumble.table.axes import Axis
+from tumble.table.profile import Query, TableProfile, load_profile, pattern, written
+from tumble.table.registry import TableAddress
+
+BACKEND = "@py"
+"""pyvisa-py, which needs no library of a maker."""
+UNTRIED = "nobody has tried this profile on hardware: begin slowly, a hand on the emergency stop"
+
+
+def open_text(address: TableAddress) -> TextTable:
+    """Make a table of `text:TCPIP::HOST::PORT::SOCKET?profile=NAME` or `text:ASRL/dev/ttyUSB0::INSTR?...`.
+
+    `profile` is the name of one that comes with Tumble, or a file.
+
+    Raises `TableError` or `CalibrationFileError` where the profile is missing or wrong.
+    """
+    address.refuse_other_settings("profile")
+    name = address.settings.get("profile")
+    if not address.place or not name:
+        raise TableError(
+            f"{address.text}: say where and in which words: text:TCPIP::HOST::PORT::SOCKET?profile=NAME, or "
+            "text:ASRL/dev/ttyUSB0::INSTR?profile=NAME; see tumble table list"
+        )
+    return TextTable(address, load_profile(name))
+
+
+class TextTable:
+    """Speaks the words of a profile through PyVISA; a `RateTable`."""
+
+    def __init__(self, address: TableAddress, profile: TableProfile) -> None:
+        self.name = profile.name
+        self.axes: tuple[Axis, ...] = tuple(axis.axis(profile.units) for axis in profile.axes)
+        self.remarks = () if profile.tried else (UNTRIED,)
+        self._address = address
+        self._profile = profile
+        self._manager: Any = None
+        self._line: Any = None
+        self._rates = np.zeros(len(self.axes))
+        self._at_speed = 0.0
+        """s of `time.monotonic` when a rate is reached, where the table cannot be asked."""
+
+    def __enter__(self) -> TextTable:
+        wanted = Address(self._address.text, self._address.driver, self._address.place)
+        pyvisa = optional("pyvisa", wanted)
+        optional("pyvisa_py", wanted)
+        try:
+            self._manager = pyvisa.ResourceManager(BACKEND)
+            self._line = self._manager.open_resource(self._address.place, **self._settings(pyvisa))
+            self._keep_others_away()
+        except Exception as error:
+            self._close()
+            raise TableError(
+                f"{self._address.text}: cannot be opened: {_first_line(error)}; is the table on, does "
+                "another program hold the line, and is the address as PyVISA writes it?"
+            ) from error
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._close()
+
+    def enable(self) -> None:
+        """See `RateTable`."""
+        for text in self._profile.commands.enable:
+            self._command(text)
+
+    def goto(self, angles: FloatArray, rate: FloatArray, acceleration: FloatArray) -> None:
+        """See `RateTable`; raises `TableError` where the profile has no such command."""
+        commands = self._profile.commands
+        if commands.goto is None:
+            raise TableError(f"{self.name}: has no command to go to an angle; turn it at a rate")
+        self._command(commands.acceleration, acceleration=acceleration)
+        self._command(commands.speed, rate=rate)
+        self._command(commands.goto, angle=angles)
+
+    def rate(self, rates: FloatArray, acceleration: FloatArray) -> None:
+        """See `RateTable`; raises `TableError` where the profile has no such command."""
+        commands = self._profile.commands
+        if commands.rate is None:
+            raise TableError(f"{self.name}: has no command to turn at a rate; send it to an angle")
+        self._command(commands.acceleration, acceleration=acceleration)
+        self._command(commands.rate, rate=rates)
+        self._at_speed = time.monotonic() + float(np.max(np.abs(rates - self._rates) / acceleration))
+        self._rates = np.array(rates)
+
+    def stop(self) -> None:
+        """See `RateTable`."""
+        slowest = np.array([axis.limits.acceleration for axis in self.axes])
+        self._at_speed = time.monotonic() + float(np.max(np.abs(self._rates) / slowest))
+        self._rates = np.zeros(len(self.axes))
+        self._command(self._profile.commands.stop)
+
+    def settled(self) -> bool:
+        """See `RateTable`; a table that cannot be asked has when its ramp must be over."""
+        query = self._profile.queries.settled
+        if query is None:
+            return time.monotonic() >= self._at_speed
+        wanted = pattern(query.reply)
+        return all(wanted.fullmatch(reply) is not None for reply in self._asked(query))
+
+    def position(self) -> FloatArray:
+        """See `RateTable`."""
+        query = self._profile.queries.position
+        if query is None:
+            return np.full(len(self.axes), np.nan)
+        form, factor = pattern(query.reply), self._profile.units.factor("angle")
+        angles = []
+        for reply in self._asked(query):
+            found = form.fullmatch(reply)
+            if found is None:
+                raise TableError(
+                    f"{self.name}: replied {reply!r} to {query.send!r}, expected {query.reply!r}"
+                )
+            angles.append(float(found["angle"]) * factor)
+        # A table that is asked once for all its axes answers for all of them.
+        known: FloatArray = np.broadcast_to(np.array(angles), (len(self.axes),)).copy()
+        return known
+
+    def _asked(self, query: Query) -> list[str]:
+        return [self._exchange(text, replied=True) for text in self._each(query.send)]
+
+    def _command(self, text: str | None, **values: FloatArray) -> None:
+        """Send a command, once for each axis where it names one; nothing where the profile has none."""
+        for command in self._each(text, **values) if text else ():
+            line, replies = self._profile.line, self._profile.replies
+            acknowledged = replies.acknowledge is not None or line.prompt is not None
+            reply = self._exchange(command, replied=acknowledged)
+            if replies.acknowledge is not None and reply != replies.acknowledge:
+                raise TableError(
+                    f"{self.name}: replied {reply!r} to {command!r}; see the manual of the table"
+                )
+
+    def _each(self, text: str, **values: FloatArray) -> list[str]:
+        numbers = self._profile.numbers()
+        count = len(numbers) if "{axis}" in text else 1
+        factor = self._profile.units.factor(next(iter(values))) if values else 1.0
+        return [
+            written(text, numbers[axis], factor, **{key: float(each[axis]) for key, each in values.items()})
+            for axis in range(count)
+        ]
+
+    def _exchange(self, text: str, *, replied: bool) -> str:
+        """Send a line, and give what is replied; raises `TableError` for silence and refusals."""
+        line = self._profile.line
+        try:
+            self._line.write_raw((text + line.write_end).encode("ascii"))
+            if line.echo and line.prompt is None:
+                self._read()
+            reply = self._read() if replied else ""
+        except Exception as error:
+            if "TMO" in str(error) or "timeout" in str(error).lower():
+                raise TableError(
+                    f"{self.name}: no answer to {text!r} within {line.timeout:g} s; is the table on, and the "
+                    "profile right?"
+                ) from error
+            raise TableError(f"{self.name}: the line was lost at {text!r}: {_first_line(error)}") from error
+        if line.echo and line.prompt is not None:
+            reply = reply.removeprefix(text).strip()
+        for refused in self._profile.replies.errors:
+            if reply.startswith(refused):
+                raise TableError(f"{self.name}: refused {text!r}: {reply!r}; see the manual of the table")
+        return reply
+
+    def _read(self) -> str:
+        line = self._profile.line
+        end = line.prompt or line.read_end
+        raw: bytes = self._line.read_raw()
+        return raw.decode("ascii", errors="replace").strip().removesuffix(end.strip()).strip()
+
+    def _settings(self, pyvisa: Any) -> dict[str, Any]:  # noqa: ANN401 - a module has no type of its own
+        line, kinds = self._profile.line, pyvisa.constants
+        settings: dict[str, Any] = {
+            "timeout": 1e3 * line.timeout,
+            "open_timeout": int(1e3 * line.timeout),
+            "read_termination": (line.prompt or line.read_end)[-1],
+        }
+        if self._address.place.upper().startswith("ASRL"):
+            settings |= {
+                "baud_rate": line.baud,
+                "data_bits": line.data_bits,
+                "parity": getattr(kinds.Parity, line.parity),
+                "stop_bits": kinds.StopBits.one if line.stop_bits == 1 else kinds.StopBits.two,
+            }
+        return settings
+
+    def _keep_others_away(self) -> None:
+        """Take a serial line for ourselves: two programs that read it would each get half of the replies."""
+        session = self._manager.visalib.sessions[self._line.session]
+        if hasattr(session.interface, "exclusive"):
+            session.interface.exclusive = True
+
+    def _close(self) -> None:
+        if self._line is not None:
+            self._line.close()
+            self._line = None
+
+
+def _first_line(error: BaseException) -> str:
+    return (str(error).splitlines() or [type(error).__name__])[0]

@@ -1,0 +1,80 @@
+"""Tables to command: one that notes what it is told, and simulated ones behind a TCP port."""
+
+from __future__ import annotations
+
+import time
+from contextlib import contextmanager
+
+import numpy as np
+
+from tumble.simulate.live.table_server import TableServer
+from tumble.table.profile import load_profile
+from tumble.table.simulated import PRESETS, SimulatedTable
+
+SPEED = 200.0
+"""Simulated s in a second."""
+
+
+class Clock:
+    """A clock that goes on when it is told."""
+
+    def __init__(self):
+        self.now = 0.0
+
+    def __call__(self):
+        return self.now
+
+
+class NotingTable(SimulatedTable):
+    """Notes every command; fails at a call of the name in `fails`, with that error."""
+
+    def __init__(self, axes=PRESETS["two-axis"], clock=time.monotonic, fails=None):
+        super().__init__(axes, clock)
+        self.told = []
+        self.fails = fails or {}
+        self.left = False
+
+    def __exit__(self, *error):
+        self.left = True
+
+    def _note(self, name):
+        self.told.append(name)
+        if name in self.fails:
+            raise self.fails[name]
+
+    def enable(self):
+        self._note("enable")
+
+    def goto(self, *figures):
+        self._note("goto")
+        super().goto(*figures)
+
+    def rate(self, *figures):
+        self._note("rate")
+        super().rate(*figures)
+
+    def settled(self):
+        if "settled" in self.fails:
+            raise self.fails["settled"]
+        return super().settled()
+
+    def position(self):
+        if "position" in self.fails:
+            raise self.fails["position"]
+        return super().position()
+
+    def stop(self):
+        self.told.append("stop")
+        if "stop" in self.fails:
+            raise self.fails["stop"]
+        super().rate(np.zeros(len(self.axes)), np.ones(len(self.axes)))
+
+
+@contextmanager
+def served(profile_name, speed=SPEED):
+    """Address of a simulated table that speaks the words of a profile, and the table."""
+    profile = load_profile(profile_name)
+    axes = tuple(axis.axis(profile.units) for axis in profile.axes)
+    table = SimulatedTable(axes, lambda: speed * time.monotonic())
+    with TableServer(table, profile, "127.0.0.1", 0) as server:
+        yield f"text:TCPIP::127.0.0.1::{server.port}::SOCKET?profile={profile_name}", table

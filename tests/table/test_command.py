@@ -1,0 +1,57 @@
+"""`tumble table` as it is typed."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from table_fixtures import served
+from turntable_sessions import one_line, typed
+
+
+def test_a_table_is_sent_to_angles_and_says_where_it_is():
+    with served("scpi") as (address, _):
+        done = typed("table", "goto", "30,-60", "--table", address, "--armed", "--json")
+        assert done.code == 0, done.err
+        assert json.loads(done.out)["position_deg"] == pytest.approx(
+            {"outer": 30.0, "inner": -60.0}, abs=1e-3
+        )
+        assert "nobody has tried this profile" in done.err
+        done = typed("table", "position", "--table", address)
+        assert done.out.splitlines() == ["outer: 30.0000 deg", "inner: -60.0000 deg"]
+
+
+def test_nothing_moves_without_arms():
+    with served("scpi") as (address, _):
+        done = typed("table", "goto", "30,-60", "--table", address)
+        assert done.code == 0
+        assert done.out.startswith("would go to outer 30, inner -60 deg")
+        assert "0.0000" in typed("table", "position", "--table", address).out
+
+
+def test_a_table_turns_at_a_rate_for_a_while():
+    with served("scpi") as (address, simulated):
+        done = typed("table", "rate", "0,90", "--for", "0.05", "--table", address, "--armed")
+        assert done.code == 0, done.err
+        assert simulated.position()[1] != 0.0
+        assert typed("table", "stop", "--table", address).out == "stopped\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "problem"),
+    [
+        (("goto", "200,0"), "allowed are -185 to 185"),
+        (("goto", "10,0", "--speed", "61,1"), "allowed are 60"),
+        (("goto", "10,0", "--acceleration", "61,1"), "allowed are 60"),
+        (("goto", "10,0", "--table-limits", "outer.angle=-5..5"), "allowed are -5 to 5"),
+        (("goto", "10"), "needs a number for each of outer, inner"),
+        (("goto", "ten,0"), "needs a number for each of outer, inner"),
+        (("goto", "10,0", "--speed", "0,1"), "above zero"),
+        (("rate", "10,0"), "limits of angle"),
+    ],
+)
+def test_what_is_beyond_a_limit_is_one_line_and_does_not_move(words, problem):
+    done = typed("table", *words, "--table", "simulated:two-axis?speed=100", "--armed")
+    assert done.code == 2
+    assert problem in one_line(done.err)

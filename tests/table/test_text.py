@@ -1,0 +1,206 @@
+"""A table is commanded in the words of a profile, over a real socket and a serial line."""
+
+from __future__ import annotations
+
+import os
+import pty
+import socket
+import threading
+import time
+import tty
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from table_fixtures import served
+from tumble.errors import TableError
+from tumble.table import GuardedTable, open_table
+from tumble.table.profile import load_profile, pattern, shipped, written
+from turntable_sessions import one_line, typed
+
+
+@contextmanager
+def armed(address):
+    with GuardedTable(open_table(address), armed=True) as table:
+        yield table
+
+
+def test_a_table_goes_to_angles_and_turns_at_rates_over_a_socket():
+    with served("scpi") as (address, simulated), armed(address) as table:
+        table.goto(np.radians([90.0, -45.0]))
+        table.wait()
+        assert np.allclose(np.degrees(table.position()), [90.0, -45.0], atol=1e-4)
+        assert np.allclose(simulated.position(), table.position(), atol=1e-6)
+        table.rate(np.radians([0.0, 36.0]))
+        table.wait()
+        before = simulated.position()[1]
+        time.sleep(0.05)
+        assert simulated.position()[1] > before
+
+
+def test_leaving_the_table_brings_it_to_rest():
+    with served("scpi") as (address, simulated):
+        with armed(address) as table:
+            table.rate(np.radians([0.0, 36.0]))
+        time.sleep(0.1)
+        before = simulated.position()
+        time.sleep(0.05)
+        assert np.array_equal(before, simulated.position())
+
+
+def test_a_table_that_ends_every_answer_with_a_prompt_turns_at_rates():
+    with served("aerosmith-1270vs") as (address, simulated), armed(address) as table:
+        assert np.isnan(table.position()).all()
+        table.rate(np.radians([10.0]))
+        table.wait()
+        (_,), (rate,), _ = simulated.states(np.array([simulated._clock()]))
+        assert np.degrees(rate[0]) == pytest.approx(10.0)
+        with pytest.raises(TableError, match="cannot say where it is"):
+            table.goto(np.radians([10.0]))
+
+
+def test_two_programs_at_one_table_are_refused_in_one_line():
+    with served("scpi") as (address, _), armed(address):
+        done = typed("table", "position", "--table", address)
+    assert done.code == 2
+    assert "no answer" in one_line(done.err.splitlines(keepends=True)[-1])
+
+
+def answering(replies):
+    """Port of a table that gives these replies, line by line, then falls silent."""
+    server = socket.create_server(("127.0.0.1", 0))
+    told = []
+
+    def serve():
+        client, _ = server.accept()
+        with client, client.makefile("rwb") as line:
+            for told_line in line:
+                told.append(told_line.decode().strip())
+                reply = replies(told[-1])
+                if reply:
+                    line.write(reply.encode() + b"\n")
+                    line.flush()
+
+    threading.Thread(target=serve, daemon=True).start()
+    return server, told
+
+
+@pytest.mark.parametrize(
+    ("replies", "problem"),
+    [
+        (lambda told: None if "POS?" in told else "OK", "no answer to 'AXIS1:POS"),
+        (lambda told: "ERR 12" if "POS?" in told else "OK", "refused 'AXIS1:POS"),
+        (lambda told: "north" if "POS?" in told else "OK", "replied 'north'"),
+    ],
+)
+def test_silence_and_refusals_are_one_line_and_the_table_is_told_to_stop(tmp_path, replies, problem):
+    text = open_profile("scpi").replace("timeout: 2.0", "timeout: 0.3")
+    (tmp_path / "quick.yaml").write_text(text)
+    server, told = answering(replies)
+    address = f"text:TCPIP::127.0.0.1::{server.getsockname()[1]}::SOCKET?profile={tmp_path / 'quick.yaml'}"
+    with server:
+        done = typed("table", "goto", "10,10", "--table", address, "--armed")
+    assert done.code == 2
+    assert problem in one_line(done.err.splitlines(keepends=True)[-1])
+    assert told[-2:] == ["AXIS1:STOP", "AXIS2:STOP"]
+
+
+def open_profile(name):
+    from importlib import resources
+
+    return (resources.files("tumble.table") / "profiles" / f"{name}.yaml").read_text()
+
+
+def test_a_table_is_commanded_over_a_serial_line_that_no_other_program_may_open():
+    pytest.importorskip("pyvisa_py")
+    device, line = pty.openpty()
+    tty.setraw(line)
+    said = []
+
+    def serve():
+        while True:
+            try:
+                said.append(os.read(device, 64).decode())
+                os.write(device, said[-1].strip().encode() + b"\r\n>\r\n")
+            except OSError:
+                return
+
+    thread = threading.Thread(target=serve, daemon=True)
+    thread.start()
+    address = f"text:ASRL{os.ttyname(line)}::INSTR?profile=aerosmith-1270vs"
+    with armed(address) as table:
+        table.rate(np.radians([-30.0]))
+        with pytest.raises(TableError, match="cannot be opened"), armed(address):
+            pass
+    os.close(line)
+    os.close(device)
+    assert [each.strip() for each in said] == ["SRV1", "ACL100.0", "JOG-30", "STO"]
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_a_profile_that_nobody_tried_says_so_wherever_it_is_used(name):
+    assert load_profile(name).tried is None
+    assert "nobody has tried" in " ".join(open_table(f"text:TCPIP::x::1::SOCKET?profile={name}").remarks)
+    done = typed("table", "list")
+    assert done.code == 0
+    assert "nobody has tried" in next(line for line in done.out.splitlines() if f"profile {name}:" in line)
+
+
+@given(st.floats(-1e4, 1e4), st.integers(0, 6), st.sampled_from(["rate", "acceleration"]))
+def test_a_rate_is_never_written_larger_than_it_is(value, digits, what):
+    text = written(f"X {{{what}:{digits}}}", "1", 1.0, **{what: value})
+    found = float(pattern(f"X {{{what}}}").fullmatch(text)[what])
+    assert abs(found) <= abs(value) * (1.0 + 1e-11)
+    assert abs(found - value) <= 10.0**-digits * (1.0 + 1e-9) + 1e-11 * abs(value)
+
+
+@pytest.mark.parametrize(
+    ("change", "problem"),
+    [
+        (("stop:", "halt:"), "commands.halt is not a known key"),
+        (("  stop: ", "  # "), "commands.stop is missing"),
+        (("{angle: deg,", "{angle: gon,"), "units.angle"),
+        (("POS {angle:5}", "POS {rate}"), "has no {angle}"),
+        (("STOP", "STOP {angle}"), "holds a field that is none of its own"),
+        (("rate: 60.0", "rate: -60.0"), "axes.0.rate"),
+        (('number: "2"', 'number: "2"\n  spin: 3'), "axes.1.spin"),
+        (("  position: {send", "  where: {send"), "queries.where"),
+        (("about: [0.0, 0.0, 1.0]", "about: [0.0, 0.0, 0.0]"), "no direction"),
+        (("[-185.0, 185.0]", "[185.0, -185.0]"), "the lowest, then a higher"),
+        (("name: inner", "name: outer"), "two axes are called"),
+        (("table-profile/1", "poses/1"), "is a pose list"),
+    ],
+)
+def test_a_mistake_in_a_profile_is_one_line(tmp_path, change, problem):
+    before = open_profile("scpi")
+    text = before.replace(*change)
+    assert text != before
+    (tmp_path / "ours.yaml").write_text(text)
+    done = typed("table", "position", "--table", f"text:TCPIP::x::1::SOCKET?profile={tmp_path / 'ours.yaml'}")
+    assert done.code == 2
+    assert problem in one_line(done.err)
+    assert "ours.yaml" in done.err
+
+
+@pytest.mark.parametrize(
+    ("address", "problem"),
+    [
+        ("clay:1", "no driver 'clay'"),
+        ("simulated:four-axis", "no such table"),
+        ("simulated?pace=2", "no setting 'pace'"),
+        ("simulated?speed=0", "number above zero"),
+        ("text:TCPIP::x::1::SOCKET", "in which words"),
+        ("text:TCPIP::x::1::SOCKET?profile=nobodys", "no such profile"),
+        ("text:TCPIP::127.0.0.1::1::SOCKET?profile=scpi", "line was lost"),
+        ("text:NONSENSE?profile=scpi", "cannot be opened"),
+        ("text:ASRL/dev/no-such-line::INSTR?profile=aerosmith-1270vs", "cannot be opened"),
+    ],
+)
+def test_an_address_of_no_table_is_one_line(address, problem):
+    done = typed("table", "position", "--table", address)
+    assert done.code == 2
+    assert problem in one_line(done.err.splitlines(keepends=True)[-1])
+    assert "Traceback" not in done.err
