@@ -82,7 +82,17 @@ LAYERS: dict[str, set[str]] = {
     "gravity": {"errors", "constants", "_core"},
     "acquisition": DATA | {"calibration", "logs", "gravity", "_core"},
     "procedure": DATA
-    | {"setting_table", "setting_models", "result", "calibration", "logs", "live", "gravity", "acquisition"}
+    | {
+        "lazy",
+        "setting_table",
+        "setting_models",
+        "result",
+        "calibration",
+        "logs",
+        "live",
+        "gravity",
+        "acquisition",
+    }
     | {"_core"},
     "report": DATA,
     "page": DATA | {"result", "report"},

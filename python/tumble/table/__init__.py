@@ -8,7 +8,7 @@ the stop on every way out), `plan` (which poses, in which order).
 >>> import numpy as np
 >>> from tumble.table import GuardedTable, open_table
 >>> with GuardedTable(open_table("simulated:two-axis?speed=1000"), armed=True) as table:
-...     table.goto(np.radians([90.0, 0.0]))
+...     seconds = table.goto(np.radians([90.0, 0.0]))
 ...     table.wait()
 ...     np.degrees(table.position()).round(3).tolist()
 [90.0, 0.0]
@@ -22,9 +22,24 @@ A table of your own is a class that does what `RateTable` asks for, and a functi
 
 from __future__ import annotations
 
-from tumble.table.axes import Axis, AxisLimits
-from tumble.table.guarded import GuardedTable
-from tumble.table.rate_table import RateTable
-from tumble.table.registry import TableAddress, drivers, open_table
+from typing import TYPE_CHECKING
+
+from tumble import lazy
+
+if TYPE_CHECKING:
+    from tumble.table.axes import Axis, AxisLimits
+    from tumble.table.guarded import GuardedTable
+    from tumble.table.rate_table import RateTable
+    from tumble.table.registry import TableAddress, drivers, open_table
 
 __all__ = ["Axis", "AxisLimits", "GuardedTable", "RateTable", "TableAddress", "drivers", "open_table"]
+
+__getattr__ = lazy.attributes(
+    __name__,
+    {
+        "tumble.table.axes": ("Axis", "AxisLimits"),
+        "tumble.table.guarded": ("GuardedTable",),
+        "tumble.table.rate_table": ("RateTable",),
+        "tumble.table.registry": ("TableAddress", "drivers", "open_table"),
+    },
+)

@@ -46,10 +46,7 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON instead of 
 
 @table_app.callback()
 def _table() -> None:
-    """Try a rate table, or a profile of it, by hand.
-
-    Nothing moves without --armed; Ctrl-C, any error and a table that does not answer stop it.
-    """
+    """Try a rate table: list, position, goto, rate, stop."""
 
 
 @table_app.command("list", cls=AbbreviatingCommand)
