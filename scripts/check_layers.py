@@ -49,7 +49,7 @@ A folder `report` holds its pages, all other files are the procedure.
 
 DATA = {
     *("constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording", "plain"),
-    *("provenance", "documents", "bounded_yaml", "schemas", "factors", "results", "words"),
+    *("provenance", "documents", "bounded_yaml", "schemas", "factors", "results", "timing", "words"),
 }
 """Shared data types and file access, which know nothing of ours above them."""
 
@@ -65,6 +65,7 @@ LAYERS: dict[str, set[str]] = {
     "file_names": set(),
     "arrays": {"errors"},
     "recording": {"errors", "arrays", "units"},
+    "timing": {"recording"},
     "plain": set(),
     "bounded_yaml": {"plain"},
     "schemas": set(),
@@ -78,7 +79,7 @@ LAYERS: dict[str, set[str]] = {
     "calibration": DATA | {"result", "_core"},
     "logs": {"lazy", "constants", "numbers", "units", "errors", "arrays", "files", "recording"}
     | {"schemas", "words"},
-    "live": {"numbers", "units", "errors", "recording", "words", "logs"},
+    "live": {"numbers", "units", "errors", "file_names", "recording", "timing", "words", "logs"},
     "gravity": {"errors", "constants", "_core"},
     "acquisition": DATA | {"calibration", "logs", "gravity", "_core"},
     "procedure": DATA

@@ -28,14 +28,18 @@ from __future__ import annotations
 from tumble.live.address import Address, parse_address
 from tumble.live.registry import Opener, open_source, schemes
 from tumble.live.source import HEARTBEAT, LiveChunk, PolledSource, Source
+from tumble.live.together import LiveSet, SourceEvent, open_set
 
 __all__ = [
     "HEARTBEAT",
     "Address",
     "LiveChunk",
+    "LiveSet",
     "Opener",
     "PolledSource",
     "Source",
+    "SourceEvent",
+    "open_set",
     "open_source",
     "parse_address",
     "schemes",

@@ -65,6 +65,11 @@ class Conditioner:
         return self._conversion is not None and self._conversion.gyroscope_unit.reason == "assumed"
 
     @property
+    def stamped(self) -> bool:
+        """Whether times are the device's own, as far as is known."""
+        return self._conversion is None or self._conversion.time_unit.reason != _ARRIVAL
+
+    @property
     def notices(self) -> tuple[str, ...]:
         """Say what was taken for granted and what was left out."""
         if self._conversion is None or self._facts is None:
@@ -72,7 +77,7 @@ class Conditioner:
         notices = [*self._facts.notices, *notices_on_axes(self._options)]
         if self.gyroscope_unit_is_assumed:
             notices.append("gyroscope is assumed to be in rad/s; no unit is stated")
-        if self._conversion.time_unit.reason == _ARRIVAL:
+        if not self.stamped:
             notices.append(
                 "samples carry no time, so that of their arrival is used: delays on the way count as motion"
             )

@@ -10,7 +10,7 @@ import numpy as np
 
 from tumble.live.address import Address
 from tumble.live.conditioning import EMPTY
-from tumble.live.source import LiveChunk, PolledSource
+from tumble.live.source import LOG_CLOCK, LiveChunk, PolledSource
 from tumble.logs import open_recording
 from tumble.logs.options import ReadOptions
 from tumble.recording import Chunk, Recording
@@ -28,12 +28,14 @@ def open_replay(address: Address, options: ReadOptions) -> ReplaySource:
     unlimited = address.settings.get("speed") == "max"
     speed = np.inf if unlimited else address.number("speed", 1.0)
     recording = open_recording(address.place, options)
-    recording.need_both_triads("a spin")
+    recording.need_both_triads("a live procedure")
     return ReplaySource(recording, speed)
 
 
 class ReplaySource(PolledSource):
     """Replays a recording; a `Source` that ends where the recording ends."""
+
+    clock = LOG_CLOCK
 
     def __init__(self, recording: Recording, speed: float) -> None:
         self.name = recording.name

@@ -5,8 +5,8 @@ from __future__ import annotations
 import select
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import AsyncIterator, Iterator
+from dataclasses import dataclass, replace
 from types import TracebackType
 from typing import Protocol
 
@@ -16,6 +16,8 @@ HEARTBEAT = 0.1
 """Longest time, s, for which a source keeps its reader waiting without a word."""
 BETWEEN_LOOKS = 0.001
 """s between two looks at a line that cannot be waited on."""
+LOG_CLOCK = "log"
+"""Clock of replayed logs, whose times stay as they were recorded."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +28,17 @@ class LiveChunk(Chunk):
     """(n,) 1 where wheels turn, 0 where they stand, NaN where nobody knows; None where nobody ever does."""
     arrival: float | None = None
     """s of `time.monotonic()` when they came; None where none came, or a log is read as fast as can be."""
+    sensor_time: FloatArray | None = None
+    """(n,) s of the sensor's own clock, where `time` is that of another."""
+
+    def part(self, which: slice) -> LiveChunk:
+        """Give some of the samples."""
+        return replace(
+            self, **{name: column[which] for name in _COLUMNS if (column := getattr(self, name)) is not None}
+        )
+
+
+_COLUMNS = ("time", "accelerometer", "gyroscope", "temperature", "moving", "sensor_time")
 
 
 class Source(Protocol):
@@ -42,6 +55,14 @@ class Source(Protocol):
     @property
     def name(self) -> str:
         """Short name for tables and file names: `ttyUSB0`."""
+
+    @property
+    def clock(self) -> str:
+        """Name of the clock its times are of: sources with the same non-empty one share it for certain."""
+
+    @property
+    def stamped(self) -> bool:
+        """Whether samples carry a time of their own; where they carry none, it is that of their arrival."""
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -72,6 +93,13 @@ class Source(Protocol):
 class PolledSource(ABC):
     """A `Source` that is waited for and then asked for what has come."""
 
+    clock = ""
+
+    @property
+    def stamped(self) -> bool:
+        """See `Source`."""
+        return True
+
     @abstractmethod
     def fileno(self) -> int | None:
         """See `Source`."""
@@ -96,3 +124,29 @@ class PolledSource(ABC):
             except EOFError:
                 return
             yield chunk
+
+    async def __aiter__(self) -> AsyncIterator[LiveChunk]:
+        while True:
+            await readable(self.fileno(), HEARTBEAT)
+            try:
+                chunk = self.read()
+            except EOFError:
+                return
+            yield chunk
+
+
+async def readable(line: int | None, longest: float) -> None:
+    """Wait, while other tasks run, until a descriptor is readable, `longest` s at most."""
+    import asyncio
+
+    if line is None:
+        await asyncio.sleep(min(BETWEEN_LOOKS, longest))
+        return
+    loop, ready = asyncio.get_running_loop(), asyncio.Event()
+    timer = loop.call_later(longest, ready.set)
+    loop.add_reader(line, ready.set)
+    try:
+        await ready.wait()
+    finally:
+        loop.remove_reader(line)
+        timer.cancel()

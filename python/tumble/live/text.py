@@ -52,6 +52,11 @@ class TextSource(PolledSource):
         """See `Source`."""
         return self._conditioner.gyroscope_unit_is_assumed
 
+    @property
+    def stamped(self) -> bool:
+        """See `Source`."""
+        return self._conditioner.stamped
+
     def __enter__(self) -> TextSource:
         self._transport.__enter__()
         return self

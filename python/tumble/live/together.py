@@ -1,0 +1,329 @@
+"""Several sources read at once, in one thread, with the samples of all of them on one clock.
+
+>>> from tumble.live import open_set
+>>> with open_set(["a=udp://:9000", "b=udp://:9001"]) as units:  # doctest: +SKIP
+...     for name, chunk in units:
+...         print(name, len(chunk), "samples")
+"""
+
+from __future__ import annotations
+
+import math
+import selectors
+import time
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
+from types import TracebackType
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from tumble.errors import LogError
+from tumble.live.conditioning import EMPTY
+from tumble.live.host_clock import HostClock
+from tumble.live.iterated import IteratedSource
+from tumble.live.naming import parse_named_sources
+from tumble.live.registry import open_source
+from tumble.live.source import BETWEEN_LOOKS, HEARTBEAT, LOG_CLOCK, LiveChunk, Source, readable
+from tumble.logs.options import ReadOptions
+from tumble.recording import FloatArray
+from tumble.timing import TimeWatch
+from tumble.words import count_of
+
+RETRY = 1.0
+"""s between two attempts to open a source that was lost."""
+
+Opening: TypeAlias = Callable[[], Source]
+"""Makes a source, anew after it was lost."""
+
+
+@dataclass(frozen=True, slots=True)
+class SourceEvent:
+    """What befell the source of one unit."""
+
+    kind: Literal["lost", "returned"]
+    name: str
+    """Of the unit."""
+    time: float
+    """s of `time.monotonic()`."""
+    reason: str = ""
+    """Why it was lost."""
+
+
+class _Unit:
+    """One unit of a set: its source, its clock, and when it was last heard of."""
+
+    def __init__(self, name: str, opening: Opening) -> None:
+        self.name = name
+        self.opening = opening
+        self.source = opening()
+        self.clock: HostClock | None = None
+        """Known to be needed once it has given samples."""
+        self.timing = TimeWatch()
+        self.is_open = False
+        self.line: int | None = None
+        """What is waited for while it is open; None where there is nothing that can be."""
+        self.heard = math.inf
+        """s of `time.monotonic()` at which the reader of the set was last given anything of it."""
+        self.kept = EMPTY
+        """Samples of a log without pace, until older ones of others were given."""
+        self.newest = -math.inf
+        """s, of the samples that were given."""
+        self.late = 0
+        """Samples left out because they were no newer than that."""
+        self.has_ended = False
+        self.retry_at = math.inf
+        """s of `time.monotonic()` at which to open it again, if it was lost."""
+        self.returning: Future[Source] | None = None
+        """Its new source, while that is being opened."""
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        timing = self.timing
+        gaps = f"{count_of('gap', timing.gaps)} in time, {timing.longest_gap:.3g} s at most"
+        late = f"left out {count_of('sample', self.late)} older than those before"
+        return (
+            *self.source.remarks,
+            *((self.clock.remark,) if self.clock is not None and self.clock.remark else ()),
+            *((gaps,) if timing.gaps else ()),
+            *((late,) if self.late else ()),
+        )
+
+    def host_times(self, chunk: LiveChunk) -> FloatArray:
+        if self.clock is None:
+            self.clock = HostClock(stamped=getattr(self.source, "stamped", True))
+        return self.clock.host_times(chunk.time, self.heard if chunk.arrival is None else chunk.arrival)
+
+    def opened_anew(self) -> Source:
+        source = self.opening()
+        source.__enter__()
+        return source
+
+
+class LiveSet:
+    """Named sources read together: a context manager, iterated once.
+
+    Iterating gives the name of a unit and samples of it, in order of arrival. Their `time` is s of
+    `time.monotonic()`, by a `HostClock` for each, and `sensor_time` what the source said; where all sources
+    state the same clock, as replayed logs do, times stay as they are. Logs replayed as fast as they can be
+    read are given in the order of their times. A unit that is silent is given with an empty chunk every
+    `HEARTBEAT`. The set ends when the last of its sources does. `async for` iterates it beside other tasks.
+
+    Raises `LogError`, which names the unit, where a source is lost. With `keep_going`, `on_event` is told
+    instead, the others go on, and the source is opened anew every second until it is there again; that needs
+    an `Opening` where a source is not to be entered twice.
+    """
+
+    def __init__(
+        self,
+        sources: Mapping[str, Source | Opening],
+        *,
+        keep_going: bool = False,
+        on_event: Callable[[SourceEvent], None] = lambda event: None,
+    ) -> None:
+        self._units = {name: _Unit(name, partial(_waitable, source)) for name, source in sources.items()}
+        self._keep_going = keep_going
+        self._on_event = on_event
+        clocks = {getattr(unit.source, "clock", "") for unit in self._units.values()}
+        # A clock that may begin again is none for others.
+        self._one_clock = clocks == {LOG_CLOCK} or (len(clocks) == 1 and "" not in clocks and not keep_going)
+        self._selector = selectors.DefaultSelector()
+        self._polled: list[_Unit] = []
+        """Open units with nothing to wait for."""
+        self._opener = ThreadPoolExecutor(1)
+        """Opens what was lost, as others cannot wait for a host that does not answer."""
+
+    @property
+    def sources(self) -> Mapping[str, Source]:
+        """The source of each unit."""
+        return {name: unit.source for name, unit in self._units.items()}
+
+    @property
+    def timing(self) -> Mapping[str, TimeWatch]:
+        """Interval, jitter and gaps of each unit, by its own clock."""
+        return {name: unit.timing for name, unit in self._units.items()}
+
+    @property
+    def remarks(self) -> Mapping[str, tuple[str, ...]]:
+        """What a user should know of each unit: what its source says, the error of its clock, and gaps."""
+        return {name: unit.remarks for name, unit in self._units.items()}
+
+    def __enter__(self) -> LiveSet:
+        try:
+            for unit in self._units.values():
+                with _named(unit):
+                    unit.source.__enter__()
+                self._watch(unit)
+        except BaseException:
+            self.__exit__(None, None, None)
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._opener.shutdown()
+        for unit in self._units.values():
+            if unit.returning is not None and unit.returning.exception() is None:
+                unit.returning.result().__exit__(kind, error, trace)
+            if unit.is_open:
+                self._leave(unit)
+        self._selector.close()
+
+    def __iter__(self) -> Iterator[tuple[str, LiveChunk]]:
+        while not self._has_ended:
+            yield from self._come(self._selector.select(self._patience))
+
+    async def __aiter__(self) -> AsyncIterator[tuple[str, LiveChunk]]:
+        # Where the system has none for all lines together, they are looked at again and again.
+        line = getattr(self._selector, "fileno", lambda: None)()
+        while not self._has_ended:
+            await readable(line, self._patience)
+            for named in self._come(self._selector.select(0.0)):
+                yield named
+
+    @property
+    def _has_ended(self) -> bool:
+        return all(unit.has_ended for unit in self._units.values())
+
+    @property
+    def _patience(self) -> float:
+        """Longest time, s, to wait for the next samples."""
+        units = self._units.values()
+        if any(len(unit.kept) for unit in units):
+            return 0.0
+        until_heartbeat = min(unit.heard for unit in units) + HEARTBEAT - time.monotonic()
+        return max(0.0, min(until_heartbeat, BETWEEN_LOOKS) if self._polled else until_heartbeat)
+
+    def _come(self, ready: Sequence[tuple[selectors.SelectorKey, int]]) -> Iterator[tuple[str, LiveChunk]]:
+        """Give what has come, then what is due besides."""
+        self._bring_back()
+        for unit in [unit for key, _ in ready for unit in key.data] + self._polled:
+            chunk = self._read(unit) if unit.is_open and not len(unit.kept) else EMPTY
+            if len(chunk) and chunk.arrival is None:
+                unit.kept = chunk
+            elif len(chunk):
+                yield unit.name, self._given(unit, chunk)
+        kept = [unit for unit in self._units.values() if len(unit.kept)]
+        if kept:
+            oldest = min(kept, key=lambda unit: float(unit.kept.time[-1]))
+            chunk, oldest.kept = oldest.kept, EMPTY
+            yield oldest.name, self._given(oldest, chunk)
+        yield from self._heartbeats()
+
+    def _read(self, unit: _Unit) -> LiveChunk:
+        try:
+            with _named(unit):
+                return unit.source.read()
+        except EOFError:
+            self._leave(unit)
+            unit.has_ended, unit.heard = True, math.inf
+        except LogError as error:
+            if not self._keep_going:
+                raise
+            self._leave(unit)
+            unit.retry_at = time.monotonic() + RETRY
+            self._on_event(SourceEvent("lost", unit.name, time.monotonic(), str(error)))
+        return EMPTY
+
+    def _given(self, unit: _Unit, chunk: LiveChunk) -> LiveChunk:
+        """Put samples on the clock of the set; leave out what is no newer than those before."""
+        unit.heard = time.monotonic()
+        unit.timing.push(chunk.time)
+        if not self._one_clock:
+            chunk = replace(chunk, time=unit.host_times(chunk), sensor_time=chunk.time)
+        if chunk.time[0] <= unit.newest:
+            old = int(np.searchsorted(chunk.time, unit.newest, side="right"))
+            unit.late += old
+            chunk = chunk.part(slice(old, None))
+        unit.newest = max(unit.newest, float(chunk.time[-1])) if len(chunk) else unit.newest
+        return chunk
+
+    def _heartbeats(self) -> Iterator[tuple[str, LiveChunk]]:
+        now = time.monotonic()
+        for unit in self._units.values():
+            if now - unit.heard >= HEARTBEAT:
+                unit.heard = now
+                yield unit.name, EMPTY
+
+    def _bring_back(self) -> None:
+        """Open anew, one after another, what was lost."""
+        now = time.monotonic()
+        for unit in self._units.values():
+            if unit.retry_at <= now:
+                unit.retry_at = math.inf
+                unit.returning = self._opener.submit(unit.opened_anew)
+            if unit.returning is not None and unit.returning.done():
+                self._take_back(unit, unit.returning)
+
+    def _take_back(self, unit: _Unit, opened: Future[Source]) -> None:
+        unit.returning = None
+        try:
+            unit.source = opened.result()
+        except LogError:
+            unit.retry_at = time.monotonic() + RETRY
+            return
+        unit.timing.begin_part()
+        self._watch(unit)
+        self._on_event(SourceEvent("returned", unit.name, time.monotonic()))
+
+    def _watch(self, unit: _Unit) -> None:
+        """Wait for a unit that was opened; several may be on one line."""
+        unit.is_open, unit.heard, unit.line = True, time.monotonic(), unit.source.fileno()
+        if unit.line is None:
+            self._polled.append(unit)
+        elif unit.line in self._selector.get_map():
+            self._selector.get_key(unit.line).data.append(unit)
+        else:
+            self._selector.register(unit.line, selectors.EVENT_READ, [unit])
+
+    def _leave(self, unit: _Unit) -> None:
+        """Wait for a unit no longer, and let go of its line."""
+        unit.is_open = False
+        if unit.line is None:
+            self._polled = [other for other in self._polled if other is not unit]
+        else:
+            here = self._selector.get_key(unit.line).data
+            here.remove(unit)
+            if not here:
+                self._selector.unregister(unit.line)
+        unit.source.__exit__(None, None, None)
+
+
+def open_set(
+    words: Sequence[str],
+    options: ReadOptions | None = None,
+    *,
+    sender: str | None = None,
+    keep_going: bool = False,
+    on_event: Callable[[SourceEvent], None] = lambda event: None,
+) -> LiveSet:
+    """Make a set of `NAME=SOURCE` words; enter it with `with` to open the lines.
+
+    `options` and `sender` are those of `open_source`, for all of them.
+
+    Raises `LogError` where words do not name units, and where nothing reads such a source.
+    """
+    openings = {
+        name: partial(open_source, address.text, options, sender)
+        for name, address in parse_named_sources(words).items()
+    }
+    return LiveSet(openings, keep_going=keep_going, on_event=on_event)
+
+
+def _waitable(given: Source | Opening) -> Source:
+    """Give a source that can be waited for; other packages bring some that can only be iterated."""
+    source = given() if callable(given) else given
+    return source if hasattr(source, "read") else IteratedSource(source)
+
+
+@contextmanager
+def _named(unit: _Unit) -> Iterator[None]:
+    """Say of which unit an error is."""
+    try:
+        yield
+    except LogError as error:
+        raise LogError(f"{unit.name}: {error}") from error
