@@ -17,12 +17,10 @@ from live_fixtures import (
     samples_of,
     serial_device,
 )
-from mavlink_fixtures import UDP, autopilot, highres, scripted
+from mavlink_fixtures import UDP, autopilot, highres, over, scripted
 from tumble.constants import STANDARD_GRAVITY
 from tumble.errors import LogError
-from tumble.live import open_source, parse_address
-from tumble.live.mavlink import MavlinkSource
-from tumble.logs import ReadOptions
+from tumble.live import open_source
 
 TABLE = resting(120)
 
@@ -197,7 +195,7 @@ def answer(result):
 def test_an_autopilot_is_asked_for_a_rate_once_and_let_go_of_at_the_end():
     pieces = [*heartbeats(2), answer(mavlink.MAV_RESULT_ACCEPTED), *highres(TABLE), *heartbeats(2)]
     transport = Scripted(pieces, whole=True)
-    source = MavlinkSource(parse_address(f"{UDP}?rate=200"), ReadOptions(), transport, "test")
+    source = over(transport, f"{UDP}?rate=200")
     assert near(samples_of(source), TABLE, 1e-6)
     command, number = mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, mavlink.MAVLINK_MSG_ID_HIGHRES_IMU
     assert asked(transport) == [(1, 1, command, number, 5000.0), (1, 1, command, number, 0.0)]
@@ -205,7 +203,7 @@ def test_an_autopilot_is_asked_for_a_rate_once_and_let_go_of_at_the_end():
 
 def test_nothing_is_sent_to_a_vehicle_unless_a_rate_is_asked_for():
     transport = Scripted([*heartbeats(2), *highres(TABLE)], whole=True)
-    samples_of(MavlinkSource(parse_address(UDP), ReadOptions(), transport, "test"))
+    samples_of(over(transport, UDP))
     assert transport.sent == []
 
 
@@ -213,8 +211,7 @@ def test_neither_a_ground_station_nor_another_vehicle_is_asked_for_samples():
     other = mavlink.MAVLink(None, srcSystem=255, srcComponent=190)
     station = mavlink.MAVLink_heartbeat_message(6, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 4, 3).pack(other)
     transport = Scripted([station, *heartbeats(1, autopilot(2)), *highres(TABLE)], whole=True)
-    address = parse_address(f"{UDP}?rate=200&system=1")
-    samples_of(MavlinkSource(address, ReadOptions(), transport, "test"))
+    samples_of(over(transport, f"{UDP}?rate=200&system=1"))
     assert transport.sent == []
 
 

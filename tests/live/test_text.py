@@ -91,7 +91,7 @@ def test_one_of_several_imus_is_picked_by_the_prefix_of_its_columns():
     data = text_lines(np.column_stack([TABLE, other[:, 1:]]), header=header)
     found = samples_of(scripted([data], topic="right"))
     assert np.array_equal(found, np.column_stack([TABLE[:, 0], other[:, 1:]]))
-    assert "--topic" in refusal([data])
+    assert "name one, as serial:/dev/test:left (found: left, right)" in refusal([data])
     assert "no column prefix 'middle'; found: left, right" in refusal([data], topic="middle")
 
 

@@ -326,7 +326,7 @@ def test_a_device_without_a_clock_is_calibrated_by_the_time_of_arrival(monkeypat
     session = record([still(6.0), turn(2.5)], seed=23)
     delays = np.random.default_rng(23).uniform(0.0, 0.008, len(session.time))
     arrivals = iter(np.concatenate([[0.0], session.time + delays]))
-    monkeypatch.setattr("tumble.live.text.time.monotonic", lambda: next(arrivals))
+    monkeypatch.setattr("tumble.live.shared_line.time.monotonic", lambda: next(arrivals))
     lines = text_lines(session.table[:, 1:], header="ax,ay,az,gx,gy,gz").splitlines(keepends=True)
     _, result = run(scripted(lines, whole=True))
     assert any("that of their arrival is used" in warning for warning in result.warnings)

@@ -8,11 +8,12 @@ import select
 import threading
 import tty
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 
 import numpy as np
 
 from tumble.live.address import parse_address
-from tumble.live.text import TextSource
+from tumble.live.text import TextLine
 from tumble.logs import ReadOptions
 
 READY, _end = os.pipe()
@@ -54,8 +55,14 @@ class Scripted:
 
 def scripted(pieces, whole=False, **options):
     """A text source that reads these pieces."""
-    address = parse_address("udp://test:1" if whole else "serial:/dev/test")
-    return TextSource(address, ReadOptions(**options), Scripted(pieces, whole), "test")
+    return scripted_units(pieces, [None], whole, **options)[0]
+
+
+def scripted_units(pieces, units, whole=False, **options):
+    """A text source for each of these units, which read these pieces together."""
+    text, read = "udp://test:1" if whole else "serial:/dev/test", ReadOptions(**options)
+    line = TextLine(parse_address(text), read, Scripted(pieces, whole), "test")
+    return [line.unit(replace(parse_address(text), unit=unit), read) for unit in units]
 
 
 def chunks_of(source):

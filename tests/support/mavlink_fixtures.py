@@ -6,7 +6,7 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from live_fixtures import Scripted
 from tumble.live import parse_address
-from tumble.live.mavlink import MavlinkSource
+from tumble.live.mavlink import MavlinkLine
 from tumble.logs import ReadOptions
 
 UDP = "mavlink:udpin:127.0.0.1:14555"
@@ -30,4 +30,10 @@ def highres(table, sender=None, updated=0xFFFF, sensor=0):
 
 def scripted(pieces, text=UDP, **options):
     """A MAVLink source that reads these pieces."""
-    return MavlinkSource(parse_address(text), ReadOptions(**options), Scripted(pieces, whole=True), "test")
+    return over(Scripted(pieces, whole=True), text, **options)
+
+
+def over(transport, text=UDP, **options):
+    """A MAVLink source that reads this transport."""
+    address = parse_address(text)
+    return MavlinkLine(address, transport, "test").unit(address, ReadOptions(**options))

@@ -27,6 +27,7 @@ from __future__ import annotations
 
 from tumble.live.address import Address, parse_address
 from tumble.live.registry import Opener, open_source, schemes
+from tumble.live.shared_line import SharedLines
 from tumble.live.source import HEARTBEAT, LiveChunk, PolledSource, Source
 from tumble.live.together import LiveSet, SourceEvent, open_set
 
@@ -37,6 +38,7 @@ __all__ = [
     "LiveSet",
     "Opener",
     "PolledSource",
+    "SharedLines",
     "Source",
     "SourceEvent",
     "open_set",

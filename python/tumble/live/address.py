@@ -1,10 +1,12 @@
-"""`SCHEME:PLACE?KEY=VALUE&...`: where a live stream comes from, as it is typed."""
+"""`SCHEME:PLACE:UNIT?KEY=VALUE&...`: where a live stream comes from, as it is typed."""
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from urllib.parse import parse_qsl
 
 from tumble.errors import LogError
@@ -12,6 +14,10 @@ from tumble.numbers import number_of
 
 LOOPBACK = "127.0.0.1"
 """Where to listen if no address is written: not to everybody on the network."""
+STANDARD_INPUT = "stdin"
+"""Scheme of what is piped into the program; `-` is the same."""
+_ON_NETWORK = re.compile(r"(?P<place>(?:(?:udpin|udp|tcp):)?(?:\[[^\]]*\]|[^:\[\]]*):\d+):(?P<unit>.+)")
+_NETWORK_SCHEMES, _PATH_SCHEMES = ("udp", "tcp", "mavlink"), ("serial", "file", "mavlink")
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,9 +29,18 @@ class Address:
     scheme: str
     """`serial`, `udp`, `mavlink`, `replay` ..."""
     place: str
-    """Between the scheme and the question mark, without leading slashes where there are two of them."""
+    """What follows the scheme, without leading slashes where there are two of them."""
     settings: Mapping[str, str] = field(default_factory=dict)
     """What follows the question mark."""
+    unit: str | None = None
+    """Which of several IMUs that are heard there, where one is named."""
+
+    @property
+    def line(self) -> str:
+        """What is opened: sources that differ in their unit, or message, only share it."""
+        settings = sorted((key, value) for key, value in self.settings.items() if key != "message")
+        query = "&".join(f"{key}={value}" for key, value in settings)
+        return f"{self.scheme}:{self.place}?{query}"
 
     def refuse_other_settings(self, *known: str) -> None:
         """Raise `LogError` where a setting is none of `known`: a misspelt one would be passed over."""
@@ -52,11 +67,14 @@ def parse_address(text: str) -> Address:
 
     >>> parse_address("serial:/dev/ttyUSB0?baud=921600").settings
     {'baud': '921600'}
+    >>> parse_address("udp://0.0.0.0:9000:left").unit
+    'left'
     """
     scheme, colon, rest = text.partition(":")
+    scheme = STANDARD_INPUT if scheme == "-" else scheme.lower()
     place, _, query = rest.partition("?")
     place = place.removeprefix("//")
-    if not colon or not scheme or not place:
+    if scheme != STANDARD_INPUT and not (colon and scheme and place):
         raise LogError(
             f"{text}: no live source; expected SCHEME:PLACE, such as serial:/dev/ttyUSB0?baud=115200"
         )
@@ -64,7 +82,21 @@ def parse_address(text: str) -> Address:
         settings = dict(parse_qsl(query, keep_blank_values=True, strict_parsing=True)) if query else {}
     except ValueError:
         raise LogError(f"{text}: what follows the question mark is no list of KEY=VALUE&KEY=VALUE") from None
-    return Address(text, scheme.lower(), place, settings)
+    place, unit = _place_and_unit(scheme, place)
+    return Address(text, scheme, place, settings, unit)
+
+
+def _place_and_unit(scheme: str, place: str) -> tuple[str, str | None]:
+    """Split `PLACE:UNIT`, where UNIT names one of several IMUs."""
+    if scheme == STANDARD_INPUT:
+        return "", place or None
+    if scheme in _NETWORK_SCHEMES and (found := _ON_NETWORK.fullmatch(place)):
+        return found["place"], found["unit"]
+    head, colon, unit = place.rpartition(":")
+    # Names of devices may hold colons, as those in /dev/serial/by-path do.
+    if scheme in _PATH_SCHEMES and colon and unit and Path(head).exists() and not Path(place).exists():
+        return head, unit
+    return place, None
 
 
 def host_and_port(address: Address, place: str) -> tuple[str, int]:

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import PurePath
-from types import TracebackType
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from tumble.errors import LogError
 from tumble.live.address import Address, host_and_port
-from tumble.live.conditioning import EMPTY, Conditioner
 from tumble.live.mavlink_request import MessageRequest
 from tumble.live.optional import optional
 from tumble.live.readings import Readings, StreamFacts
-from tumble.live.source import LiveChunk, PolledSource
+from tumble.live.shared_line import LineUnit, SharedLine
 from tumble.live.transport import DEFAULT_BAUD, DatagramSocket, SerialLine, Transport
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import RawSamples, StatedUnit
@@ -67,95 +64,100 @@ class _Sender:
     sensor: int
 
     @property
+    def unit(self) -> str:
+        """What picks it: `HIGHRES_IMU.1`."""
+        return f"{self.message}.{self.sensor}" if self.sensor else self.message
+
+    @property
     def words(self) -> str:
-        sensor = f" {self.sensor}" if self.sensor else ""
-        return f"{self.message}{sensor} of system {self.system}"
+        return f"{self.unit} of system {self.system}"
 
 
-def open_mavlink(address: Address, options: ReadOptions) -> MavlinkSource:
-    """Make a source of `mavlink:udpin:HOST:PORT` or `mavlink:DEVICE?baud=115200`.
+def mavlink_line(address: Address, options: ReadOptions) -> MavlinkLine:
+    """Make the line of `mavlink:udpin:HOST:PORT` or `mavlink:DEVICE?baud=115200`.
 
-    `message=SCALED_IMU2` and `system=1` pick one of several; `rate=100` asks for so many a second.
+    `system=1` picks one of several vehicles; `rate=100` asks for so many messages a second.
     """
-    message = address.settings.get("message")
-    if message is not None and message not in KINDS:
-        raise LogError(f"{address.text}: message={message}: give one of {', '.join(KINDS)}")
     link, _, place = address.place.partition(":")
     if link in ("udpin", "udp"):
         address.refuse_other_settings("message", "system", "rate", "from")
         host, port = host_and_port(address, place)
-        return MavlinkSource(address, options, DatagramSocket(address, host, port), f"mavlink-{port}")
+        return MavlinkLine(address, DatagramSocket(address, host, port), f"mavlink-{port}")
     address.refuse_other_settings("baud", "message", "system", "rate")
     line = SerialLine(address, address.place, int(address.number("baud", DEFAULT_BAUD)))
-    return MavlinkSource(address, options, line, PurePath(address.place).name)
+    return MavlinkLine(address, line, PurePath(address.place).name)
 
 
-class MavlinkSource(PolledSource):
-    """Reads the IMU messages of one system; a `Source`."""
+class MavlinkLine(SharedLine[MavlinkMessage]):
+    """A line that carries MAVLink."""
 
-    def __init__(self, address: Address, options: ReadOptions, transport: Transport, name: str) -> None:
-        self.name = name
+    def __init__(self, address: Address, transport: Transport, name: str) -> None:
+        super().__init__(address, transport, name)
+        self.system = int(address.number("system", 0.5))
+        """Number of the vehicle; 0 for any."""
+        self._parser: Any = None
+        self._rate = address.number("rate", math.nan)
+        self._requests: dict[str, MessageRequest] = {}
+        """By message."""
+
+    def unit(self, address: Address, options: ReadOptions) -> MavlinkUnit:
+        """See `SharedLine`."""
+        return MavlinkUnit(self, address, options)
+
+    def _open(self) -> None:
+        self._parser = optional(_DIALECT, self.address).MAVLink(None)
+        self._parser.robust_parsing = True
+        super()._open()
+
+    def request(self, message: str) -> None:
+        """Ask for a message at the rate that is stated, if one is."""
+        if not math.isnan(self._rate):
+            dialect = optional(_DIALECT, self.address)
+            request = MessageRequest(self.address, dialect, message, self.system, self._rate)
+            self._requests.setdefault(message, request)
+
+    def _close(self) -> None:
+        # A line that was lost cannot carry a request either.
+        with suppress(LogError):
+            for request in self._requests.values():
+                request.restore_rate(self.transport)
+        super()._close()
+        asked, self._requests = self._requests, {}
+        for message in asked:
+            self.request(message)
+
+    def _parts(self, piece: bytes) -> Sequence[MavlinkMessage]:
+        messages: Sequence[MavlinkMessage] = self._parser.parse_buffer(piece) or ()
+        for message in messages:
+            for request in self._requests.values():
+                request.handle(message, self.transport)
+        return messages
+
+
+class MavlinkUnit(LineUnit[MavlinkMessage]):
+    """One of the IMUs of which a system sends messages."""
+
+    def __init__(self, line: MavlinkLine, address: Address, options: ReadOptions) -> None:
+        super().__init__(line, address, options)
         self._address = address
         self._options = options
-        self._transport = transport
-        self._parser: Any = None
-        self._wanted = address.settings.get("message")
-        self._system = int(address.number("system", 0.5))
+        self._system = line.system
+        self._wanted, self._sensor = _message_and_sensor(address, self.wanted)
         self._heard: dict[_Sender, list[MavlinkMessage]] = {}
         self._chosen: _Sender | None = None
         self._others = 0
-        self._rate = address.number("rate", math.nan)
-        self._request: MessageRequest | None = None
-        self._conditioner = Conditioner(options)
+        line.request(self._wanted or next(iter(KINDS)))
 
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """See `Source`."""
-        return (*self._conditioner.notices, *self._transport.notices)
-
-    @property
-    def gyroscope_unit_is_assumed(self) -> bool:
-        """See `Source`."""
-        return self._conditioner.gyroscope_unit_is_assumed
-
-    def __enter__(self) -> MavlinkSource:
-        dialect = optional(_DIALECT, self._address)
-        self._parser = dialect.MAVLink(None)
-        self._parser.robust_parsing = True
-        if not math.isnan(self._rate):
-            wanted = self._wanted or next(iter(KINDS))
-            self._request = MessageRequest(self._address, dialect, wanted, self._system, self._rate)
-        self._transport.__enter__()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self._request is not None:
-            # A line that was lost cannot carry a request either.
-            with suppress(LogError):
-                self._request.restore_rate(self._transport)
-        self._transport.__exit__(kind, error, trace)
-
-    def fileno(self) -> int | None:
-        """See `Source`."""
-        return self._transport.fileno()
-
-    def read(self) -> LiveChunk:
-        """See `Source`."""
-        piece, arrival = self._transport.receive(), time.monotonic()
-        messages = self._mine(self._parser.parse_buffer(piece) or ()) if piece else []
+    def _readings(self, parts: Sequence[MavlinkMessage]) -> tuple[Readings, StreamFacts] | None:
+        messages = self._mine(parts)
         if not messages or self._chosen is None:
-            return EMPTY
-        readings = _readings(messages, KINDS[self._chosen.message])
-        return self._conditioner.take(readings, self._facts(self._chosen), arrival)
+            return None
+        return _readings(messages, KINDS[self._chosen.message]), self._facts(self._chosen)
 
     def _mine(self, messages: Sequence[MavlinkMessage]) -> list[MavlinkMessage]:
         """Give the messages of the chosen sender; keep them back until there is one."""
         mine = []
         for message in messages:
-            if self._request is not None:
-                self._request.handle(message, self._transport)
             sender = self._sender(message)
             if sender is None:
                 self._count_other()
@@ -176,6 +178,8 @@ class MavlinkSource(PolledSource):
             return None
         # A message without a field of that name has its own number there.
         sensor = message.id if "id" in message.fieldnames else 0
+        if self._sensor not in (None, sensor):
+            return None
         return _Sender(name, system, message.get_srcComponent(), sensor)
 
     def _choose(self) -> list[MavlinkMessage]:
@@ -229,6 +233,22 @@ class MavlinkSource(PolledSource):
             _stated("degC"),
             notices=tuple(notices),
         )
+
+
+def _message_and_sensor(address: Address, unit: str | None) -> tuple[str | None, int | None]:
+    """Read `HIGHRES_IMU.1`: a message, and which of the sensors it may be from; None for any."""
+    stated = address.settings.get("message")
+    if stated is not None and stated not in KINDS:
+        raise LogError(f"{address.text}: message={stated}: give one of {', '.join(KINDS)}")
+    if unit is None:
+        return stated, None
+    message, dot, number = unit.partition(".")
+    if message not in KINDS or stated not in (None, message) or (dot and not number.isdecimal()):
+        raise LogError(
+            f"{address.text}: no unit {unit!r}; give one of {', '.join(KINDS)}, or HIGHRES_IMU.1 for the "
+            "sensor of that number"
+        )
+    return message, int(number) if dot else None
 
 
 def _stated(unit: str | None) -> StatedUnit | None:

@@ -45,4 +45,9 @@ def _name_and_source(word: str) -> tuple[str, str]:
 
 
 def _same(one: Address, other: Address) -> bool:
-    return (one.scheme, one.place, one.settings) == (other.scheme, other.place, other.settings)
+    return (one.scheme, one.place, one.unit, one.settings) == (
+        other.scheme,
+        other.place,
+        other.unit,
+        other.settings,
+    )

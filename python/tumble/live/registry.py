@@ -6,10 +6,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
-from typing import TypeAlias, cast
+from typing import Any, TypeAlias, cast
 
 from tumble.errors import LogError
 from tumble.live.address import Address, parse_address
+from tumble.live.shared_line import SharedLine, SharedLines
 from tumble.live.source import Source
 from tumble.logs.options import ReadOptions
 
@@ -19,43 +20,64 @@ GROUP = "tumble.live"
 Opener: TypeAlias = Callable[[Address, ReadOptions], Source]
 """Makes a source of an address; the line itself is opened when the source is entered."""
 
+LineMaker: TypeAlias = Callable[[Address, ReadOptions], SharedLine[Any]]
+"""Makes a line of an address, on which several units may be heard."""
+
+LINES: Mapping[str, tuple[str, str]] = {
+    "serial": ("tumble.live.text", "serial_line"),
+    "udp": ("tumble.live.text", "udp_line"),
+    "mavlink": ("tumble.live.mavlink", "mavlink_line"),
+}
+"""Module and `LineMaker` of each scheme of lines; imported only when it is asked for."""
 OWN: Mapping[str, tuple[str, str]] = {
-    "serial": ("tumble.live.text", "open_serial"),
-    "udp": ("tumble.live.text", "open_udp"),
-    "mavlink": ("tumble.live.mavlink", "open_mavlink"),
     "replay": ("tumble.live.replay", "open_replay"),
 }
-"""Module and function of each scheme; imported only when it is asked for."""
+"""The same, with `Opener`, of sources that hold one unit."""
 
 
-def open_source(text: str, options: ReadOptions | None = None, sender: str | None = None) -> Source:
+def open_source(
+    text: str,
+    options: ReadOptions | None = None,
+    sender: str | None = None,
+    lines: SharedLines | None = None,
+) -> Source:
     """Find the source for an address; enter it with `with` to open the line.
 
     `options` say what the stream does not say itself, as for logs. Of a network only `sender` is listened to,
-    as if `from=` were part of the address; without it, the first host that sends.
+    as if `from=` were part of the address; without it, the first host that sends. Sources that are found with
+    the same `lines` share a line where they differ in their unit only.
 
     Raises `LogError` where nothing reads such an address.
     """
     address = parse_address(text)
     if sender is not None:
         address = replace(address, settings={**address.settings, "from": sender})
-    return _opener(address)(address, options or ReadOptions())
+    options = options or ReadOptions()
+    if address.scheme in LINES:
+        make = cast("LineMaker", _imported(*LINES[address.scheme]))
+        line = (lines or SharedLines()).line(address, lambda: make(address, options))
+        return line.unit(address, options)
+    return _opener(address)(address, options)
 
 
 def schemes() -> tuple[str, ...]:
     """Give the schemes there are sources for, Tumble's own first."""
-    return (*OWN, *sorted(set(_installed()) - set(OWN)))
+    own = (*LINES, *OWN)
+    return (*own, *sorted(set(_installed()) - set(own)))
 
 
 def _opener(address: Address) -> Opener:
     if address.scheme in OWN:
-        module, attribute = OWN[address.scheme]
-        return cast("Opener", getattr(import_module(module), attribute))
+        return cast("Opener", _imported(*OWN[address.scheme]))
     if address.scheme in (installed := _installed()):
         return cast("Opener", installed[address.scheme].load())
     raise LogError(
         f"{address.text}: nothing reads live from {address.scheme!r}; known: {', '.join(schemes())}"
     )
+
+
+def _imported(module: str, name: str) -> object:
+    return getattr(import_module(module), name)
 
 
 def _installed() -> dict[str, EntryPoint]:

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
 
 from tumble.errors import LogError
+from tumble.live.address import Address
+from tumble.live.labels import Row
 from tumble.live.readings import Readings
 from tumble.logs.columns import ImuColumns, find_imus, recognise
 from tumble.logs.options import ReadOptions
-from tumble.logs.text import names_delimiter, names_for, numbers_delimiter, split_line
-from tumble.logs.track import RawSamples, stack
+from tumble.logs.text import BLANKS, names_delimiter, names_for, numbers_delimiter, split_line
+from tumble.logs.track import RawSamples, none_such, several
 from tumble.numbers import number_of
 from tumble.recording import FloatArray
 from tumble.units import TRIADS
@@ -33,20 +34,51 @@ MOST_UNREADABLE = 50
 """Successive lines that hold no sample beyond which something is set wrong."""
 
 
-@dataclass(frozen=True, slots=True)
 class _Layout:
     """Which field of a row is what."""
 
-    names: tuple[str, ...]
-    delimiter: str
-    columns: ImuColumns
-    moving: str | None
-    notices: tuple[str, ...] = ()
+    def __init__(
+        self,
+        names: tuple[str, ...],
+        delimiter: str,
+        columns: ImuColumns,
+        moving: str | None,
+        notices: tuple[str, ...],
+    ) -> None:
+        self.names = names
+        self.columns = columns
+        self.notices = notices
+        self._delimiter = None if delimiter == BLANKS else delimiter
+        triads = (*(columns.accelerometer or ()), *(columns.gyroscope or ()))
+        self.wanted = [*triads, *(name for name in (columns.time, columns.temperature, moving) if name)]
+        """Names of the fields to read: both triads first."""
+        self._places = [names.index(name) for name in self.wanted]
+        self._time = len(triads) if columns.time else None
+        self._temperature = self.wanted.index(columns.temperature) if columns.temperature else None
+        self._moving = len(self.wanted) - 1 if moving else None
 
-    @property
-    def wanted(self) -> list[str]:
-        """Names of the fields to read."""
-        return [*self.columns.names, *([] if self.moving is None else [self.moving])]
+    def numbers(self, text: str) -> list[float] | None:
+        """Read a row; None where it has not as many fields as columns, or one that is wanted is no number."""
+        fields = text.split(self._delimiter)
+        if len(fields) != len(self.names):
+            return None
+        if text.isascii() and "_" not in text:
+            try:
+                return [float(fields[place]) for place in self._places]
+            except ValueError:
+                pass  # It may be empty, or stand in quotes.
+        numbers = [number_of(fields[place].strip().strip('"') or "nan") for place in self._places]
+        return None if None in numbers else cast("list[float]", numbers)
+
+    def readings(self, rows: FloatArray) -> Readings:
+        """Give rows of what is wanted as samples."""
+
+        def column(place: int | None) -> FloatArray | None:
+            return None if place is None else rows[:, place]
+
+        samples = RawSamples(column(self._time), rows[:, 0:3], rows[:, 3:6], column(self._temperature))
+        moving = column(self._moving)
+        return Readings(samples, None if moving is None else _state(moving))
 
 
 class RowReader:
@@ -56,15 +88,17 @@ class RowReader:
     front reads as another number, so the first row is left out.
     """
 
-    def __init__(self, source: str, options: ReadOptions, *, joined_midway: bool) -> None:
+    def __init__(self, address: Address, options: ReadOptions, *, joined_midway: bool) -> None:
         self.unreadable = 0
         """Lines so far that held no sample and no column names."""
-        self._source = source
+        self.prefix: str | None = None
+        """Of the columns of the unit that is read, where one is picked."""
+        self._source = address.text
+        self._typed = address.text.partition("?")[0]
         self._moving_column = options.columns.get(MOVING)
         columns = {key: name for key, name in options.columns.items() if key != MOVING}
         self._options = replace(options, columns=columns)
         self._first = joined_midway
-        self._lines_to_skip = options.skip_lines
         self._unnamed: list[str] = []
         self._unreadable_in_succession = 0
         self._most_in_succession = MOST_UNREADABLE
@@ -89,26 +123,34 @@ class RowReader:
             notices += (f"left out {count_of('line', self.unreadable)} without a sample",)
         return notices
 
-    def read(self, lines: Sequence[bytes]) -> Readings | None:
-        """Read lines; None where they hold no sample, or the columns are not known yet.
+    def read(self, rows: Sequence[Row]) -> Readings | None:
+        """Read lines or objects; None where they hold no sample, or the columns are not known yet.
 
         Raises `LogError` where line after line holds no sample, with what columns lack if they were named.
         """
         if self._is_whole:
             # However many lines it holds, one datagram is no reason to give up.
             self._most_in_succession = self._unreadable_in_succession + 1
-        rows: list[list[float]] = []
-        for line in lines:
-            if self._lines_to_skip > 0:
-                self._lines_to_skip -= 1
-                continue
-            rows += self._rows(line.decode("utf-8-sig", errors="replace").strip())
-        return None if not rows else self._readings(np.array(rows, dtype=np.float64))
+        numbers = [each for row in rows for each in self._numbers(row)]
+        if not numbers:
+            return None
+        assert self._layout is not None, "rows are read once columns are known"
+        return self._layout.readings(np.array(numbers, dtype=np.float64))
 
-    def _rows(self, text: str) -> list[list[float]]:
+    def _numbers(self, row: Row) -> list[list[float]]:
+        if isinstance(row, dict):
+            return self._numbers_of_object(row)
+        layout = None if self._first or self._layout_is_doubtful else self._layout
+        if layout is not None and (numbers := layout.numbers(row)) is not None:
+            self._unreadable_in_succession = 0
+            return [numbers]
+        return self._numbers_of_text(row)
+
+    def _numbers_of_text(self, text: str) -> list[list[float]]:
         """Give the rows that become readable with a line: none, one, or those kept back for want of names."""
         if text.startswith(("{", "[")):
-            return self._rows_of_json(text)
+            self._count_unreadable(text)
+            return []
         body = text.lstrip("#%").strip()
         if (delimiter := names_delimiter(body, self._options)) is not None:
             self._take_names(split_line(body, delimiter), delimiter)
@@ -121,8 +163,9 @@ class RowReader:
         if self._layout is None and not self._find_layout_without_names(text):
             return []
         kept_back, self._unnamed = self._unnamed or [text], []
+        assert self._layout is not None, "rows are read once columns are known"
         return [
-            row for line in kept_back for row in self._sample_or_complaint(line, self._row_of_fields(line))
+            row for line in kept_back for row in self._sample_or_complaint(line, self._layout.numbers(line))
         ]
 
     def _take_names(self, names: list[str], delimiter: str) -> None:
@@ -138,7 +181,7 @@ class RowReader:
     def _keep_names_that_fit(self, row: str) -> None:
         """Drop names that do not fit the first row after them."""
         self._layout_is_doubtful = False
-        if self._row_of_fields(row) is None:
+        if self._layout is not None and self._layout.numbers(row) is None:
             self._layout = None
 
     def _may_be_incomplete(self, names: list[str]) -> bool:
@@ -181,14 +224,11 @@ class RowReader:
 
     def _layout_for(self, names: tuple[str, ...], delimiter: str, notices: tuple[str, ...] = ()) -> _Layout:
         imus = find_imus(names, self._source, self._options.columns)
-        wanted = self._options.topic
-        if wanted is None and len(imus) > 1 and "" not in imus:
-            listed = ", ".join(imus)
-            raise LogError(f"{self._source}: holds {len(imus)} IMUs: name one with --topic (found: {listed})")
-        imu = wanted if wanted is not None else ("" if "" in imus else next(iter(imus)))
+        if self.prefix is None and len(imus) > 1 and "" not in imus:
+            raise several(self._source, self._typed, list(imus))
+        imu = self.prefix if self.prefix is not None else ("" if "" in imus else next(iter(imus)))
         if imu not in imus:
-            listed = ", ".join(name for name in imus if name) or "only one IMU, without a name"
-            raise LogError(f"{self._source}: no column prefix {imu!r}; found: {listed}")
+            raise none_such(self._source, "column prefix", imu, list(imus))
         if (recorded := imus[imu].triads) != TRIADS:
             missing = "gx, gy, gz" if "accelerometer" in recorded else "ax, ay, az"
             raise LogError(
@@ -207,38 +247,21 @@ class RowReader:
             return names[int(stated) - 1]
         raise LogError(f"{self._source}: no column {stated!r} for moving; columns found: {', '.join(names)}")
 
-    def _row_of_fields(self, text: str) -> list[float] | None:
-        """Read a row of numbers; None where it has not as many fields as columns, or one is no number."""
-        assert self._layout is not None, "rows are read once columns are known"
-        fields = split_line(text, self._layout.delimiter)
-        if len(fields) != len(self._layout.names):
-            return None
-        values = dict(zip(self._layout.names, fields, strict=True))
-        numbers = [number_of(values[name] or "nan") for name in self._layout.wanted]
-        return None if None in numbers else cast("list[float]", numbers)
-
-    def _rows_of_json(self, text: str) -> list[list[float]]:
-        """Read a JSON object, or an array of them."""
-        try:
-            # An integer of any length is a number, and one of a thousand digits is infinite.
-            value = json.loads(text, parse_int=float)
-        except (ValueError, RecursionError):
-            value = None
-        holds_objects = isinstance(value, list) and any(isinstance(each, dict) for each in value)
-        objects = value if holds_objects else [value]
-        return [row for each in objects for row in self._rows_of_object(text, each)]
-
-    def _rows_of_object(self, text: str, value: Any) -> list[list[float]]:  # noqa: ANN401 - JSON may hold anything
-        """Read a JSON object; what it lacks is no number. None where it is no object, or lacks everything."""
-        numbers = _flat(value) if isinstance(value, dict) else None
+    def _numbers_of_object(self, value: dict[str, Any]) -> list[list[float]]:
+        """Read a JSON object; what it lacks is no number. None where it lacks everything."""
+        numbers = _flat(value)
         if numbers is None:
-            return self._sample_or_complaint(text, None)
+            return self._sample_or_complaint(str(value), None)
         if self._layout is None:
             self._layout = self._layout_or_complaint(tuple(numbers), ",")
             if self._layout is None:
                 return []
         row = [numbers.get(name, math.nan) for name in self._layout.wanted]
-        return self._sample_or_complaint(text, row if any(map(math.isfinite, row)) else None)
+        if not any(map(math.isfinite, row)):
+            # An object without any of its fields is that of another unit.
+            return [] if self.prefix else self._sample_or_complaint(str(value), None)
+        self._unreadable_in_succession = 0
+        return [row]
 
     def _sample_or_complaint(self, text: str, row: list[float] | None) -> list[list[float]]:
         if row is None:
@@ -257,18 +280,6 @@ class RowReader:
                 f"{self._source}: {MOST_UNREADABLE} lines in a row hold no sample, such as "
                 f"{text[:60]!a}; check the baud rate, and what the device sends against --columns"
             )
-
-    def _readings(self, rows: FloatArray) -> Readings:
-        assert self._layout is not None, "rows are read once columns are known"
-        at = {name: rows[:, position] for position, name in enumerate(self._layout.wanted)}
-        columns, moving = self._layout.columns, self._layout.moving
-        samples = RawSamples(
-            None if columns.time is None else at[columns.time],
-            stack(at, columns.accelerometer),
-            stack(at, columns.gyroscope),
-            None if columns.temperature is None else at[columns.temperature],
-        )
-        return Readings(samples, None if moving is None else _state(at[moving]))
 
 
 def _state(values: FloatArray) -> FloatArray:

@@ -2,92 +2,91 @@
 
 from __future__ import annotations
 
-import time
+from collections.abc import Sequence
 from pathlib import PurePath
-from types import TracebackType
 
 from tumble.errors import LogError
 from tumble.live.address import Address, host_and_port
-from tumble.live.conditioning import EMPTY, Conditioner
+from tumble.live.labels import LabelChoice, LabelledRow, LabelReader
 from tumble.live.lines import LONGEST_LINE, LineSplitter
-from tumble.live.readings import StreamFacts
+from tumble.live.readings import Readings, StreamFacts
 from tumble.live.rows import RowReader
-from tumble.live.source import LiveChunk, PolledSource
+from tumble.live.shared_line import LineUnit, SharedLine
 from tumble.live.transport import DEFAULT_BAUD, DatagramSocket, SerialLine, Transport
 from tumble.logs.options import ReadOptions
+from tumble.words import join
 
 
-def open_serial(address: Address, options: ReadOptions) -> TextSource:
-    """Make a source of `serial:DEVICE?baud=115200`."""
+def serial_line(address: Address, options: ReadOptions) -> TextLine:
+    """Make the line of `serial:DEVICE?baud=115200`."""
     address.refuse_other_settings("baud")
     line = SerialLine(address, address.place, int(address.number("baud", DEFAULT_BAUD)))
-    return TextSource(address, options, line, PurePath(address.place).name)
+    return TextLine(address, options, line, PurePath(address.place).name)
 
 
-def open_udp(address: Address, options: ReadOptions) -> TextSource:
-    """Make a source of `udp://HOST:PORT?from=ADDRESS`, to which devices send."""
+def udp_line(address: Address, options: ReadOptions) -> TextLine:
+    """Make the line of `udp://HOST:PORT?from=ADDRESS`, to which devices send."""
     address.refuse_other_settings("from")
     host, port = host_and_port(address, address.place)
-    return TextSource(address, options, DatagramSocket(address, host, port), f"udp-{port}")
+    return TextLine(address, options, DatagramSocket(address, host, port), f"udp-{port}")
 
 
-class TextSource(PolledSource):
-    """Reads text from whatever carries it; a `Source`."""
+class TextLine(SharedLine[LabelledRow]):
+    """A line that carries text, of one unit or several."""
 
     def __init__(self, address: Address, options: ReadOptions, transport: Transport, name: str) -> None:
-        self.name = name
-        self._source = address.text
-        self._transport = transport
+        super().__init__(address, transport, name)
         self._splitter = LineSplitter()
-        self._rows = RowReader(address.text, options, joined_midway=not transport.whole)
-        self._conditioner = Conditioner(options)
+        self._labels = LabelReader(options)
+        self.heard = self._labels.heard
+        """Rows of each unit so far, where rows say of which they are."""
 
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """See `Source`."""
-        return (*self._rows.notices, *self._conditioner.notices, *self._transport.notices)
+    def unit(self, address: Address, options: ReadOptions) -> TextUnit:
+        """See `SharedLine`."""
+        return TextUnit(self, address, options)
 
-    @property
-    def gyroscope_unit_is_assumed(self) -> bool:
-        """See `Source`."""
-        return self._conditioner.gyroscope_unit_is_assumed
-
-    @property
-    def stamped(self) -> bool:
-        """See `Source`."""
-        return self._conditioner.stamped
-
-    def __enter__(self) -> TextSource:
-        self._transport.__enter__()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._transport.__exit__(kind, error, trace)
-
-    def fileno(self) -> int | None:
-        """See `Source`."""
-        return self._transport.fileno()
-
-    def read(self) -> LiveChunk:
-        """See `Source`."""
-        piece, arrival = self._transport.receive(), time.monotonic()
-        readings = self._rows.read(self._lines(piece)) if piece else None
-        return EMPTY if readings is None else self._conditioner.take(readings, self._facts(), arrival)
+    def _parts(self, piece: bytes) -> list[LabelledRow]:
+        return self._labels.read(self._lines(piece))
 
     def _lines(self, piece: bytes) -> list[bytes]:
-        if not self._transport.whole:
+        if not self.transport.whole:
             lines = self._splitter.split(piece)
             if self._splitter.torn > 1:
                 raise LogError(
-                    f"{self._source}: {LONGEST_LINE} bytes came without a line end: this is no text, or the "
-                    "baud rate is wrong; check ?baud= and what the device sends"
+                    f"{self.address.text}: {LONGEST_LINE} bytes came without a line end: this is no text, or "
+                    "the baud rate is wrong; check ?baud= and what the device sends"
                 )
             return lines
         if piece.lstrip().startswith(b"["):
             return [piece.replace(b"\n", b" ")]
         return [line for line in piece.splitlines() if line.strip()]
+
+
+class TextUnit(LineUnit[LabelledRow]):
+    """One unit of those that send text over a line."""
+
+    def __init__(self, line: TextLine, address: Address, options: ReadOptions) -> None:
+        super().__init__(line, address, options)
+        joined_midway = not line.transport.whole
+        self._source = address.text
+        self._heard = line.heard
+        self._choice = LabelChoice(address, self.wanted, joined_midway=joined_midway)
+        self._rows = RowReader(address, options, joined_midway=joined_midway)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """See `Source`."""
+        others = sorted(
+            label for label, count in self._heard.items() if count > 1 and label != self._choice.label
+        )
+        beside = (f"the line also carries {join(others)}",) if others and self._choice.label else ()
+        return (*beside, *self._rows.notices, *super().remarks)
+
+    def _readings(self, parts: Sequence[LabelledRow]) -> tuple[Readings, StreamFacts] | None:
+        rows = self._choice.mine(parts)
+        self._rows.prefix = self._choice.prefix
+        readings = self._rows.read(rows)
+        return None if readings is None else (readings, self._facts())
 
     def _facts(self) -> StreamFacts:
         columns = self._rows.columns

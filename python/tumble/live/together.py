@@ -27,6 +27,7 @@ from tumble.live.host_clock import HostClock
 from tumble.live.iterated import IteratedSource
 from tumble.live.naming import parse_named_sources
 from tumble.live.registry import open_source
+from tumble.live.shared_line import SharedLines
 from tumble.live.source import BETWEEN_LOOKS, HEARTBEAT, LOG_CLOCK, LiveChunk, Source, readable
 from tumble.logs.options import ReadOptions
 from tumble.recording import FloatArray
@@ -307,8 +308,9 @@ def open_set(
 
     Raises `LogError` where words do not name units, and where nothing reads such a source.
     """
+    lines = SharedLines()
     openings = {
-        name: partial(open_source, address.text, options, sender)
+        name: partial(open_source, address.text, options, sender, lines)
         for name, address in parse_named_sources(words).items()
     }
     return LiveSet(openings, keep_going=keep_going, on_event=on_event)

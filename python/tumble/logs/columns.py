@@ -12,6 +12,8 @@ from tumble.logs.track import StatedUnit
 from tumble.logs.units import SPELLINGS, Quantity, find_unit
 from tumble.units import TRIADS, Triad
 
+UNIT_NAMES = ("imu", "imu_id", "unit", "unit_id", "sensor", "sensor_id", "id")
+"""Columns, in lower case, that say of which of several IMUs a row is, the surest first."""
 CHANNEL_NAMES = ("time", "ax", "ay", "az", "gx", "gy", "gz", "temperature")
 
 _ACCELEROMETER = (

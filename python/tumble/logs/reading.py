@@ -12,8 +12,8 @@ from tumble.logs.columns import listed
 from tumble.logs.conversion import Conversion, conversion_for, notices_on_axes, without_time
 from tumble.logs.folder import log_files, open_folder
 from tumble.logs.options import ReadOptions
-from tumble.logs.spec import LogSpec, parse_spec
-from tumble.logs.track import LoggedImu, RawSamples
+from tumble.logs.spec import parse_spec
+from tumble.logs.track import LoggedImu, RawSamples, one_name
 from tumble.logs.units import odd_step, usual_step
 from tumble.recording import FloatArray, Metadata, Recording, RecordingSource, ResolvedUnit
 
@@ -53,16 +53,10 @@ def open_recording(
     if not isinstance(source, str | Path):
         return _recording(table.open_logged_imu(source, name, options), options, keep_faults)
     spec = parse_spec(source)
-    imu = _wanted(spec, options)
+    imu = one_name(spec.path, spec.imu, options.topic)
     if spec.path.is_dir() and formats.find_format(spec.path) == "folder":
         return _open_folder(spec.path, imu, options)
     return _open_file(spec.path, imu, options, keep_faults)
-
-
-def _wanted(spec: LogSpec, options: ReadOptions) -> str | None:
-    if spec.imu and options.topic and spec.imu != options.topic:
-        raise LogError(f"{spec.path}: {spec.imu!r} and --topic {options.topic!r} both name an IMU; give one")
-    return spec.imu or options.topic
 
 
 def _open_folder(folder: Path, imu: str | None, options: ReadOptions) -> Recording:

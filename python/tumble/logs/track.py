@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -97,15 +97,31 @@ def choose(path: Path, names: tuple[str, ...], wanted: str | None, what: str) ->
             return names[0]
         if "" in names:
             return ""
-        raise LogError(
-            f"{path}: holds {len(names)} IMUs: name one, as {path.name}:{names[0]} "
-            f"(found: {', '.join(names)})"
-        )
+        raise several(path, path.name, names)
     matches = [name for name in names if name.strip("/") == wanted.strip("/")]
     if matches:
         return matches[0]
+    raise none_such(path, what, wanted, names)
+
+
+def one_name(source: Path | str, named: str | None, topic: str | None) -> str | None:
+    """Give the name of an IMU, typed behind its source or with --topic; raises `LogError` for two names."""
+    if named and topic and named != topic:
+        raise LogError(f"{source}: {named!r} and --topic {topic!r} both name an IMU; give one")
+    return named or topic
+
+
+def several(source: Path | str, typed: str, names: Sequence[str]) -> LogError:
+    """Say that one of several IMUs has to be named; `typed` is what its name is put behind."""
+    return LogError(
+        f"{source}: holds {len(names)} IMUs: name one, as {typed}:{names[0]} (found: {', '.join(names)})"
+    )
+
+
+def none_such(source: Path | str, what: str, wanted: str, names: Sequence[str]) -> LogError:
+    """Say that there is no IMU of that name; `what` is what names one here."""
     found = ", ".join(name for name in names if name) or "only one IMU, without a name"
-    raise LogError(f"{path}: no {what} {wanted!r}; found: {found}")
+    return LogError(f"{source}: no {what} {wanted!r}; found: {found}")
 
 
 def stack(batch: Mapping[str, FloatArray], names: tuple[str, str, str] | None) -> FloatArray:

@@ -1,0 +1,186 @@
+"""Of which unit a line of text is, where several share one: `a: 1,2,3`, a column, a field of JSON."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any, NamedTuple, TypeAlias
+
+from tumble.live.address import Address
+from tumble.logs.columns import UNIT_NAMES
+from tumble.logs.options import ReadOptions
+from tumble.logs.text import names_delimiter, numbers_delimiter, split_line
+from tumble.logs.track import none_such, several
+
+Row: TypeAlias = str | dict[str, Any]
+"""A line of text, or an object of JSON."""
+FOR_ALL = None
+"""Label of what is for every unit, as names of columns are."""
+UNLABELLED = ""
+MOST_LABELS = 64
+"""Words taken for names of units at most: what is spoilt on the way may read as any."""
+ROWS_TO_HEAR = 20
+"""Rows with labels after which it is decided which units there are."""
+_PREFIXED = re.compile(r"(?P<label>[A-Za-z_][\w./-]*)\s*(?P<between>[:,;|\s])\s*(?P<row>[^\s].*)")
+_NUMBERS_IN_WORDS = ("nan", "inf", "infinity")
+_BEGIN_NUMBER = frozenset("0123456789+-.")
+
+
+class LabelledRow(NamedTuple):
+    """A row, and the unit it is of."""
+
+    label: str | None
+    """`UNLABELLED` where it says nothing of that."""
+    row: Row
+
+
+class LabelReader:
+    """Takes lines apart: whose each is, and the objects of JSON it holds."""
+
+    def __init__(self, options: ReadOptions) -> None:
+        self._options = options
+        self._lines_to_skip = options.skip_lines
+        self.heard: Counter[str] = Counter()
+        """Rows with each label so far."""
+        self._prefixes: set[str] = set()
+        self._column: int | None = None
+        """Of the label, once names of columns came that have one."""
+        self._delimiter = ","
+
+    def read(self, lines: Sequence[bytes]) -> list[LabelledRow]:
+        """Label lines, in their order."""
+        rows: list[LabelledRow] = []
+        for line in lines:
+            if self._lines_to_skip > 0:
+                self._lines_to_skip -= 1
+                continue
+            text = line.decode("utf-8-sig", errors="replace").strip()
+            if text.startswith(("{", "[")):
+                rows += _objects(text, UNLABELLED)
+            elif self._column is None and text[:1] in _BEGIN_NUMBER:
+                rows.append(LabelledRow(UNLABELLED, text))
+            else:
+                rows += self._labelled(text)
+        for label, _ in rows:
+            if label and (label in self.heard or len(self.heard) < MOST_LABELS):
+                self.heard[label] += 1
+        return rows
+
+    def _labelled(self, text: str) -> list[LabelledRow]:
+        if self._column is not None and (label := self._field(text)) is not None:
+            return [LabelledRow(label, text)]
+        if (found := _PREFIXED.fullmatch(text)) and self._is_prefix(**found.groupdict()):
+            return _objects(found["row"], found["label"])
+        return [LabelledRow(FOR_ALL if self._are_names(text) else UNLABELLED, text)]
+
+    def _field(self, text: str) -> str | None:
+        """Label in the column of labels; None where the row has none, or names columns."""
+        assert self._column is not None, "asked only where there is one"
+        fields = split_line(text, self._delimiter)
+        label = fields[self._column] if len(fields) > self._column else ""
+        return None if not label or label.lower() in UNIT_NAMES else label
+
+    def _is_prefix(self, label: str, between: str, row: str) -> bool:
+        if label in self._prefixes:
+            return True
+        if label.lower() in _NUMBERS_IN_WORDS or len(self._prefixes) >= MOST_LABELS:
+            return False
+        named = between == ":" and names_delimiter(row, self._options) is not None
+        if not (named or row.startswith("{") or numbers_delimiter(row) is not None):
+            return False
+        self._prefixes.add(label)
+        return True
+
+    def _are_names(self, text: str) -> bool:
+        """Whether a line names columns; the one of labels among them is kept in mind."""
+        body = text.lstrip("#%").strip()
+        delimiter = names_delimiter(body, self._options)
+        if delimiter is None:
+            return False
+        names = [name.lower() for name in split_line(body, delimiter)]
+        columns = [names.index(name) for name in UNIT_NAMES if name in names]
+        self._column, self._delimiter = columns[0] if columns else None, delimiter
+        return True
+
+
+def _objects(text: str, label: str) -> list[LabelledRow]:
+    """Read an object of JSON, or an array of them; what is none stays text."""
+    if not text.startswith(("{", "[")):
+        return [LabelledRow(label, text)]
+    try:
+        # An integer of any length is a number, and one of a thousand digits is infinite.
+        value = json.loads(text, parse_int=float)
+    except (ValueError, RecursionError):
+        return [LabelledRow(label, text)]
+    objects = value if isinstance(value, list) else [value]
+    rows = [LabelledRow(label or _label_in(each), each) for each in objects if isinstance(each, dict)]
+    return rows or [LabelledRow(label, text)]
+
+
+def _label_in(value: dict[str, Any]) -> str:
+    for name in UNIT_NAMES:
+        label = value.get(name)
+        if isinstance(label, str) and label:
+            return label
+        if isinstance(label, float) and label.is_integer():
+            return str(int(label))
+    return UNLABELLED
+
+
+class LabelChoice:
+    """Keeps back what comes until it is known which rows are those of the unit that is read."""
+
+    def __init__(self, address: Address, wanted: str | None, *, joined_midway: bool) -> None:
+        self.label: str | None = None
+        """Of the rows that are read, once that is decided."""
+        self.prefix: str | None = None
+        """Name of the unit where no rows are told apart, but columns by the front of their names."""
+        self._address = address
+        self._wanted = wanted
+        self._holds_all = False
+        self._torn = int(joined_midway)
+        """Rows at the beginning that may have lost their label with their front."""
+        self._kept: list[LabelledRow] = []
+
+    def mine(self, rows: Sequence[LabelledRow]) -> list[Row]:
+        """Give those of the unit, with those of before once it is decided which they are.
+
+        Raises `LogError` that lists the units heard, where the one that is wanted is none of them, or there
+        are several and none is wanted.
+        """
+        if self.label is None and not self._holds_all:
+            self._decide([each for each in (*self._kept, *rows) if not _says_nothing(each)][self._torn :])
+            if self.label is None and not self._holds_all:
+                self._kept += [each for each in rows if not _says_nothing(each)]
+                # Whoever reads rows counts those that are none.
+                return [each.row for each in rows if _says_nothing(each)]
+            rows, self._kept = [*self._kept, *rows], []
+        return [row for label, row in rows if self._holds_all or label in (self.label, FOR_ALL)]
+
+    def _decide(self, heard: Sequence[LabelledRow]) -> None:
+        labels = Counter(label for label, _ in heard if label)
+        if self._wanted in labels:
+            self.label = self._wanted
+        elif any(label == UNLABELLED for label, _ in heard):
+            self.label, self.prefix = UNLABELLED, self._wanted
+        elif labels.total() >= ROWS_TO_HEAR:
+            self._choose(labels)
+
+    def _choose(self, labels: Counter[str]) -> None:
+        names = sorted(name for name, count in labels.items() if count > 1)
+        if self._wanted is not None:
+            raise none_such(self._address.text, "unit", self._wanted, names or sorted(labels))
+        # What is new in every row counts them.
+        if 2 * len(labels) > labels.total():
+            self._holds_all = True
+        elif len(names) > 1:
+            raise several(self._address.text, self._address.text.partition("?")[0], names)
+        else:
+            self.label = names[0]
+
+
+def _says_nothing(each: LabelledRow) -> bool:
+    """Whether it is neither of a unit nor may be a sample."""
+    return each.label == UNLABELLED and isinstance(each.row, str) and each.row[:1] not in _BEGIN_NUMBER

@@ -1,0 +1,162 @@
+"""One line that is opened once, and the units that are heard on it."""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from types import TracebackType
+from typing import Any, Generic, TypeVar
+
+from tumble.errors import LogError
+from tumble.live.address import Address
+from tumble.live.conditioning import EMPTY, Conditioner
+from tumble.live.readings import Readings, StreamFacts
+from tumble.live.source import LiveChunk, PolledSource
+from tumble.live.transport import Transport
+from tumble.logs.options import ReadOptions
+from tumble.logs.track import one_name
+
+Part = TypeVar("Part")
+"""What a line is taken apart into: a row, a message."""
+
+
+class LineUnit(PolledSource, Generic[Part]):
+    """One of the units on a line; a `Source`.
+
+    Where several are read, what one has the line receive is kept for the others. So whoever reads them reads
+    each of them in turn.
+    """
+
+    def __init__(self, line: SharedLine[Part], address: Address, options: ReadOptions) -> None:
+        self.line = line
+        """What it is heard on."""
+        named = (address.unit or "").strip("/").replace("/", "_")
+        self.name = f"{line.name}-{named}" if named else line.name
+        self.wanted = one_name(address.text, address.unit, options.topic)
+        """Name of the unit, where one was given."""
+        self._conditioner = Conditioner(options)
+        self._waiting: list[Part] = []
+        self._arrival = 0.0
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """See `Source`."""
+        return (*self._conditioner.notices, *self.line.notices)
+
+    @property
+    def gyroscope_unit_is_assumed(self) -> bool:
+        """See `Source`."""
+        return self._conditioner.gyroscope_unit_is_assumed
+
+    @property
+    def stamped(self) -> bool:
+        """See `Source`."""
+        return self._conditioner.stamped
+
+    def __enter__(self) -> LineUnit[Part]:
+        self.line.enter(self)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.line.leave(self)
+
+    def fileno(self) -> int | None:
+        """See `Source`; the same for all units of a line."""
+        return self.line.fileno()
+
+    def read(self) -> LiveChunk:
+        """See `Source`."""
+        if not self._waiting:
+            self.line.receive()
+        parts, self._waiting = self._waiting, []
+        found = self._readings(parts) if parts else None
+        return EMPTY if found is None else self._conditioner.take(*found, self._arrival)
+
+    def hand_over(self, parts: Sequence[Part], arrival: float) -> None:
+        """Take in what came over the line for all its units, at `arrival`, s of `time.monotonic()`."""
+        self._waiting += parts
+        self._arrival = arrival
+
+    @abstractmethod
+    def _readings(self, parts: Sequence[Part]) -> tuple[Readings, StreamFacts] | None:
+        """Find the samples of this unit, and what is known of them; None where there are none."""
+
+
+class SharedLine(ABC, Generic[Part]):
+    """Opens a line while any of its units is entered, and hands them what comes."""
+
+    def __init__(self, address: Address, transport: Transport, name: str) -> None:
+        self.name = name
+        """Short name: `udp-9000`."""
+        self.address = address
+        self.transport = transport
+        self.lost = False
+        """Whether it came to its end, or was unplugged: it is not to be opened again."""
+        self.units: list[LineUnit[Part]] = []
+        """Those that are read at present."""
+
+    @property
+    def notices(self) -> tuple[str, ...]:
+        """What a user should know of what came over the line."""
+        return self.transport.notices
+
+    def enter(self, unit: LineUnit[Part]) -> None:
+        """Open the line, where it is not, for one more unit; raises `LogError` where it cannot be opened."""
+        if not self.units:
+            self._open()
+        self.units.append(unit)
+
+    def leave(self, unit: LineUnit[Part]) -> None:
+        """Close the line where this was the last of its units."""
+        self.units.remove(unit)
+        if not self.units:
+            self._close()
+
+    def fileno(self) -> int | None:
+        """Give a descriptor that is readable once something has come; None if there is none."""
+        return self.transport.fileno()
+
+    def receive(self) -> None:
+        """Take in what has come, without waiting, for all units.
+
+        Raises `LogError` where the line is lost, `EOFError` where it is at its end.
+        """
+        try:
+            piece, arrival = self.transport.receive(), time.monotonic()
+            if piece and (parts := self._parts(piece)):
+                for unit in self.units:
+                    unit.hand_over(parts, arrival)
+        except (LogError, EOFError):
+            self.lost = True
+            raise
+
+    def _open(self) -> None:
+        self.transport.__enter__()
+
+    def _close(self) -> None:
+        self.transport.__exit__(None, None, None)
+
+    @abstractmethod
+    def _parts(self, piece: bytes) -> Sequence[Part]:
+        """Take apart what came."""
+
+    @abstractmethod
+    def unit(self, address: Address, options: ReadOptions) -> LineUnit[Part]:
+        """Make the source of one unit; `address` differs from the line's in its unit only."""
+
+
+class SharedLines:
+    """The lines of a program: each is opened once, for all units that are heard on it."""
+
+    def __init__(self) -> None:
+        self._lines: dict[str, SharedLine[Any]] = {}
+
+    def line(self, address: Address, make: Callable[[], SharedLine[Any]]) -> SharedLine[Any]:
+        """Give the line of an address, one that is `make`d where there is none, or where it was lost."""
+        line = self._lines.get(address.line)
+        if line is None or line.lost:
+            line = self._lines[address.line] = make()
+        return line
