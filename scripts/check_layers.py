@@ -33,7 +33,7 @@ DEVICE_CRATES = {"tumble-capi", "tumble-core", "tumble-store"}
 BORDER_CRATES = {"tumble-capi"}
 """C hands over pointers, which only unsafe code can follow."""
 
-PROCEDURES = {"align", "apply", "inspect", "redundancy", "simulate", "spin", "table", "turntable"}
+PROCEDURES = {"align", "apply", "inspect", "record", "redundancy", "simulate", "spin", "table", "turntable"}
 """Folders of one procedure each; their files have the layers `result`, `procedure`, `page` and `command`."""
 
 FOLDERS_OF_PROCEDURES = {"simulate"}
@@ -77,8 +77,8 @@ LAYERS: dict[str, set[str]] = {
     "results": {"errors", "frames", "recording", "_core"},
     "result": DATA,
     "calibration": DATA | {"result", "_core"},
-    "logs": {"lazy", "constants", "numbers", "units", "errors", "arrays", "files", "recording"}
-    | {"schemas", "words"},
+    "logs": {"lazy", "constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording"}
+    | {"schemas", "documents", "words"},
     "live": {"numbers", "units", "errors", "file_names", "recording", "timing", "words", "logs"},
     "gravity": {"errors", "constants", "_core"},
     "acquisition": DATA | {"calibration", "logs", "gravity", "_core"},

@@ -17,6 +17,8 @@ EARLIER = "earlier"
 REDUNDANCY_PAGE = "redundancy.html"
 EVENTS = "events.jsonl"
 STORE = "store"
+SESSION_FILE = "session.yaml"
+"""What makes a folder a recorded session."""
 ALIGN_PAGE = "align.html"
 ALIGN_SETTINGS = "align.yaml"
 

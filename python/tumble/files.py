@@ -7,6 +7,7 @@ for standard output: a result that was cut short must not look like a whole one.
 
 from __future__ import annotations
 
+import os
 import re
 import secrets
 import shutil
@@ -99,12 +100,18 @@ def note_input(path: Path) -> None:
 
 @contextmanager
 def replacing(
-    path: Path | str, kind: FileKind, *, inputs: Iterable[Path] = (), renews: bool = False
+    path: Path | str,
+    kind: FileKind,
+    *,
+    inputs: Iterable[Path] = (),
+    renews: bool = False,
+    durable: bool = False,
 ) -> Iterator[BinaryIO]:
     """Open a new file, which takes the place of `path` once the block ends without an error.
 
     `inputs` are not to be replaced, besides those of the running command. What `renews` was read before and
-    lives on in what is written: that is neither an input to be protected nor worth a remark.
+    lives on in what is written: that is neither an input to be protected nor worth a remark. What is
+    `durable` outlives a loss of power once the block has ended.
 
     Raises `OutputError` where the place cannot be written to, or holds anything but a regular file of this
     kind. After any error `path` is as it was.
@@ -117,13 +124,29 @@ def replacing(
         try:
             with temporary.open("xb") as file:
                 yield file
+                if durable:
+                    file.flush()
+                    os.fsync(file.fileno())
             temporary.replace(place)
+            if durable:
+                _sync_folder(place.parent)
         finally:
             temporary.unlink(missing_ok=True)
     except OSError as error:
         raise OutputError(_cannot_write(path, error)) from error
     if stood_there and not renews and _running is not None and path not in _running.replaced:
         _running.replaced.append(path)
+
+
+def _sync_folder(folder: Path) -> None:
+    """Have the names in a folder on the disk; Windows, which opens no folders, has them there by itself."""
+    if os.name == "nt":
+        return
+    opened = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(opened)
+    finally:
+        os.close(opened)
 
 
 def check_output(

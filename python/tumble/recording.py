@@ -69,7 +69,7 @@ class Metadata:
     source: str
     """What the user typed: path, and IMU where the file holds several."""
     format: str
-    """`csv`, `parquet`, `imu_tk`, `ros1`, `ros2`, `mcap`, `folder`; in memory `arrays`, `table`."""
+    """`csv`, `parquet`, `imu_tk`, `ros1`, `ros2`, `mcap`, `session`, `folder`, or `arrays`, `table`."""
     accelerometer_unit: ResolvedUnit
     gyroscope_unit: ResolvedUnit
     time_unit: ResolvedUnit

@@ -38,9 +38,11 @@ STORED_ERROR = DocumentSchema(
     "stored-error", "stored error", "tumble.redundancy.store", "StoredError", is_stated=True
 )
 TABLE_PROFILE = DocumentSchema("table-profile", "table profile", "tumble.table.profile", "TableProfile")
+SESSION = DocumentSchema("session", "recorded session", "tumble.logs.session", "Session", is_stated=True)
 
 SCHEMAS = {
-    schema.name: schema for schema in (CALIBRATION, POSES, LIMITS, REDUNDANCY, STORED_ERROR, TABLE_PROFILE)
+    schema.name: schema
+    for schema in (CALIBRATION, POSES, LIMITS, REDUNDANCY, STORED_ERROR, TABLE_PROFILE, SESSION)
 }
 
 

@@ -55,6 +55,9 @@ COMMANDS = {
         "inspect_command",
         "Show what logs hold and which procedures they are fit for.",
     ),
+    "record": CommandEntry(
+        "tumble.record.command", "record_command", "Record several live sources at once, on one clock."
+    ),
     "table": CommandEntry(
         "tumble.table.command", "table_app", "Try a rate table: list, position, goto, rate, stop."
     ),

@@ -28,10 +28,11 @@ from __future__ import annotations
 from tumble.live.address import Address, parse_address
 from tumble.live.registry import Opener, open_source, schemes
 from tumble.live.shared_line import SharedLines
-from tumble.live.source import HEARTBEAT, LiveChunk, PolledSource, Source
+from tumble.live.source import FIRST_SAMPLE_WITHIN, HEARTBEAT, LiveChunk, PolledSource, Source
 from tumble.live.together import LiveSet, SourceEvent, open_set
 
 __all__ = [
+    "FIRST_SAMPLE_WITHIN",
     "HEARTBEAT",
     "Address",
     "LiveChunk",

@@ -14,6 +14,8 @@ from tumble.recording import Chunk, FloatArray
 
 HEARTBEAT = 0.1
 """Longest time, s, for which a source keeps its reader waiting without a word."""
+FIRST_SAMPLE_WITHIN = 15.0
+"""s to wait for the first sample: autopilots and boards that start anew take their time."""
 BETWEEN_LOOKS = 0.001
 """s between two looks at a line that cannot be waited on."""
 LOG_CLOCK = "log"

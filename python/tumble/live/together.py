@@ -29,7 +29,7 @@ from tumble.live.naming import parse_named_sources
 from tumble.live.registry import open_source
 from tumble.live.shared_line import SharedLines
 from tumble.live.source import BETWEEN_LOOKS, HEARTBEAT, LOG_CLOCK, LiveChunk, Source, readable
-from tumble.logs.options import ReadOptions
+from tumble.logs.options import ReadOptions, options_for
 from tumble.recording import FloatArray
 from tumble.timing import TimeWatch
 from tumble.words import count_of
@@ -127,15 +127,21 @@ class LiveSet:
     ) -> None:
         self._units = {name: _Unit(name, partial(_waitable, source)) for name, source in sources.items()}
         self._keep_going = keep_going
-        self._on_event = on_event
+        self.on_event = on_event
+        """Told, with `keep_going`, when a source was lost and when it is there again."""
         clocks = {getattr(unit.source, "clock", "") for unit in self._units.values()}
         # A clock that may begin again is none for others.
-        self._one_clock = clocks == {LOG_CLOCK} or (len(clocks) == 1 and "" not in clocks and not keep_going)
+        self._one_clock = self.is_replay or (len(clocks) == 1 and "" not in clocks and not keep_going)
         self._selector = selectors.DefaultSelector()
         self._polled: list[_Unit] = []
         """Open units with nothing to wait for."""
         self._opener = ThreadPoolExecutor(1)
         """Opens what was lost, as others cannot wait for a host that does not answer."""
+
+    @property
+    def is_replay(self) -> bool:
+        """Whether all of them replay logs, whose times are their own."""
+        return all(getattr(unit.source, "clock", "") == LOG_CLOCK for unit in self._units.values())
 
     @property
     def sources(self) -> Mapping[str, Source]:
@@ -227,7 +233,7 @@ class LiveSet:
                 raise
             self._leave(unit)
             unit.retry_at = time.monotonic() + RETRY
-            self._on_event(SourceEvent("lost", unit.name, time.monotonic(), str(error)))
+            self.on_event(SourceEvent("lost", unit.name, time.monotonic(), str(error)))
         return EMPTY
 
     def _given(self, unit: _Unit, chunk: LiveChunk) -> LiveChunk:
@@ -269,7 +275,7 @@ class LiveSet:
             return
         unit.timing.begin_part()
         self._watch(unit)
-        self._on_event(SourceEvent("returned", unit.name, time.monotonic()))
+        self.on_event(SourceEvent("returned", unit.name, time.monotonic()))
 
     def _watch(self, unit: _Unit) -> None:
         """Wait for a unit that was opened; several may be on one line."""
@@ -296,7 +302,7 @@ class LiveSet:
 
 def open_set(
     words: Sequence[str],
-    options: ReadOptions | None = None,
+    options: ReadOptions | Mapping[str, ReadOptions] | None = None,
     *,
     sender: str | None = None,
     keep_going: bool = False,
@@ -304,13 +310,13 @@ def open_set(
 ) -> LiveSet:
     """Make a set of `NAME=SOURCE` words; enter it with `with` to open the lines.
 
-    `options` and `sender` are those of `open_source`, for all of them.
+    `options` and `sender` are those of `open_source`, for all of them; options may be given by unit.
 
     Raises `LogError` where words do not name units, and where nothing reads such a source.
     """
     lines = SharedLines()
     openings = {
-        name: partial(open_source, address.text, options, sender, lines)
+        name: partial(open_source, address.text, options_for(name, options), sender, lines)
         for name, address in parse_named_sources(words).items()
     }
     return LiveSet(openings, keep_going=keep_going, on_event=on_event)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from tumble.errors import LogError
+from tumble.file_names import SESSION_FILE
 from tumble.files import note_input
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import LoggedImu
@@ -33,7 +34,7 @@ _BAGS = ("ros1", "ros2", "mcap")
 
 
 def find_format(path: Path) -> str:
-    """Give `csv`, `parquet`, `imu_tk`, `ros1`, `ros2`, `mcap` or `folder`.
+    """Give `csv`, `parquet`, `imu_tk`, `ros1`, `ros2`, `mcap`, `session` or `folder`.
 
     Raises `LogError` where the file is empty, cannot be opened, or is known not to be a log.
     """
@@ -42,6 +43,8 @@ def find_format(path: Path) -> str:
             for part in path.iterdir():
                 note_input(part)
             return "ros2"
+        if (path / SESSION_FILE).is_file():
+            return "session"
         return _pair_or(path, "folder")
     if path.exists() and not path.is_file():
         raise LogError(f"{path}: is a device or a pipe, not a log; give a file, or pipe it in and give -")
@@ -81,6 +84,10 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         from tumble.logs import parquet
 
         return parquet.open_logged_imu(path, imu, options)
+    if kind == "session":
+        from tumble.logs import session
+
+        return session.open_logged_imu(path, imu, options)
     if kind == "imu_tk":
         from tumble.logs import imu_tk
 
@@ -103,6 +110,10 @@ def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
         from tumble.logs import parquet
 
         return parquet.list_imus(path, options)
+    if kind == "session":
+        from tumble.logs import session
+
+        return session.list_imus(path)
     if kind == "imu_tk":
         return ("",)
     from tumble.logs import csv

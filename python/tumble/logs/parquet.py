@@ -22,7 +22,7 @@ FACTS = (b"tumble.serial", b"tumble.corrected")
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
     """Give the column prefixes of a Parquet table."""
-    with _open(path) as file:
+    with opened(path) as file:
         return tuple(find_imus(_leaf_names(file.schema_arrow), path, options.columns))
 
 
@@ -31,7 +31,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
 
     Raises `LogError` where the table has no such IMU, or a column of it holds no numbers.
     """
-    with _open(path) as file:
+    with opened(path) as file:
         schema, rows = file.schema_arrow, file.metadata.num_rows
     if rows == 0:
         raise LogError(f"{path}: names columns, but holds no samples")
@@ -62,7 +62,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
 
 
 @contextmanager
-def _open(path: Path) -> Iterator[pq.ParquetFile]:
+def opened(path: Path) -> Iterator[pq.ParquetFile]:
     """Open for reading page by page; otherwise the compressed bytes of the whole file end up in memory."""
     in_pages = {"buffer_size": 1 << 20, "pre_buffer": False}
     try:
@@ -83,7 +83,7 @@ def _problem(path: Path) -> str:
 
 def _read(path: Path, columns: ImuColumns, transform: Transform) -> Iterator[RawSamples]:
     roots = list(dict.fromkeys(columns.names))
-    with _open(path) as file:
+    with opened(path) as file:
         for batch in file.iter_batches(CHUNK_SAMPLES, columns=roots, use_threads=False):
             yield transform(samples_of(_leaves(path, batch, columns.names), columns))
 

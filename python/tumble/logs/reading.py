@@ -144,6 +144,8 @@ def _metadata(
 
 def _name(track: LoggedImu) -> str:
     """Short name: the file's, and the IMU's where the file needs one."""
+    if track.name:
+        return track.name
     stem = track.path.stem if track.path.is_file() else track.path.name
     imu = "" if track.alone else track.imu.strip("/").replace("/", "_")
     return f"{stem}-{imu}" if imu else stem

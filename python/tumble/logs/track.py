@@ -78,6 +78,8 @@ class LoggedImu:
     """Names of all columns of a table; empty for messages."""
     alone: bool = True
     """True where the file holds no other IMU."""
+    name: str = ""
+    """Short name, where it is not made of those of the file and of the IMU."""
     expected: int | None = None
     """Number of samples, where it is known before reading; for a text table a fair guess."""
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from tumble.recording import Chunk
@@ -21,6 +22,10 @@ class Facts:
     """What the samples were corrected with, as the hash of a calibration; empty if they are as measured."""
     triads: tuple[Triad, ...] = TRIADS
     """Those that were recorded, and are written."""
+    further: tuple[str, ...] = ()
+    """Columns besides, which chunks have under these names, (n,) each; Parquet only."""
+    notes: Mapping[str, str] = field(default_factory=dict)
+    """What else is kept of the file; Parquet only."""
 
 
 class Writer(Protocol):

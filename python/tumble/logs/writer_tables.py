@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
@@ -10,6 +11,7 @@ import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.csv  # type: ignore[import-untyped]
 import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
+from tumble.logs.track import CHUNK_SAMPLES
 from tumble.recording import Chunk
 from tumble.units import Triad
 
@@ -20,20 +22,26 @@ _COLUMNS: Mapping[Triad, tuple[str, str, str]] = {
     "accelerometer": ("ax", "ay", "az"),
     "gyroscope": ("gx", "gy", "gz"),
 }
+PARQUET = {"compression": "zstd", "write_page_checksum": True}
+"""How Parquet is written."""
 
 
-def _schema(chunk: Chunk, triads: Sequence[Triad]) -> pa.Schema:
+def _schema(chunk: Chunk, triads: Sequence[Triad], further: Sequence[str] = ()) -> pa.Schema:
     names = ["time", *(name for triad in triads for name in _COLUMNS[triad])]
     if chunk.temperature is not None:
         names.append("temperature")
+    names += further
     return pa.schema([(name, pa.float64()) for name in names])
 
 
-def _batch(chunk: Chunk, schema: pa.Schema, triads: Sequence[Triad]) -> pa.RecordBatch:
+def _batch(
+    chunk: Chunk, schema: pa.Schema, triads: Sequence[Triad], further: Sequence[str] = ()
+) -> pa.RecordBatch:
     columns = [chunk.time, *(column for triad in triads for column in getattr(chunk, triad).T)]
     if "temperature" in schema.names:
         unknown = np.full(len(chunk), np.nan)
         columns.append(unknown if chunk.temperature is None else chunk.temperature)
+    columns += [getattr(chunk, name) for name in further]
     return pa.record_batch([pa.array(np.ascontiguousarray(column)) for column in columns], schema=schema)
 
 
@@ -78,15 +86,34 @@ class ParquetWriter:
     def write(self, chunk: Chunk) -> None:
         """Append rows; the first chunk decides whether there is a temperature column."""
         if self._writer is None:
-            facts = {"tumble.serial": self._facts.serial, "tumble.corrected": self._facts.corrected}
-            kept = {key: value for key, value in facts.items() if value}
-            self._schema = _schema(chunk, self._facts.triads).with_metadata(kept)
-            self._writer = pq.ParquetWriter(
-                self._file, self._schema, compression="zstd", write_page_checksum=True
-            )
-        self._writer.write_batch(_batch(chunk, self._schema, self._facts.triads))
+            facts = {"serial": self._facts.serial, "corrected": self._facts.corrected, **self._facts.notes}
+            kept = {f"tumble.{key}": value for key, value in facts.items() if value}
+            self._schema = _schema(chunk, self._facts.triads, self._facts.further).with_metadata(kept)
+            self._writer = pq.ParquetWriter(self._file, self._schema, **PARQUET)
+        self._writer.write_batch(_batch(chunk, self._schema, self._facts.triads, self._facts.further))
 
     def close(self) -> None:
         """Finish the file."""
         if self._writer is not None:
             self._writer.close()
+
+
+def join_parquet(files: Sequence[Path], joined: BinaryIO, notes: Mapping[str, str]) -> None:
+    """Write the rows of Parquet files of the same columns one after another, bit by bit, in large row groups.
+
+    The metadata is that of the first, and `notes`.
+    """
+    schema = pq.read_schema(files[0])
+    kept = {f"tumble.{key}".encode(): value.encode() for key, value in notes.items()}
+    noted = schema.with_metadata((schema.metadata or {}) | kept)
+    with pq.ParquetWriter(joined, noted, **PARQUET) as writer:
+        waiting: list[pa.RecordBatch] = []
+        for path in files:
+            with pq.ParquetFile(path, page_checksum_verification=True) as file:
+                for batch in file.iter_batches(CHUNK_SAMPLES, use_threads=False):
+                    waiting.append(batch)
+                    if sum(map(len, waiting)) >= CHUNK_SAMPLES:
+                        writer.write_table(pa.Table.from_batches(waiting).select(schema.names))
+                        waiting = []
+        if waiting:
+            writer.write_table(pa.Table.from_batches(waiting).select(schema.names))

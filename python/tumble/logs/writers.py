@@ -45,20 +45,21 @@ def open_writer(
     facts: Facts | None = None,
     *,
     inputs: Iterable[Path] = (),
+    durable: bool = False,
 ) -> Iterator[Writer]:
     """Open a file to write one recording to; it takes its place only when the block ends without an error.
 
     Columns are `time` s, `ax ay az` m/s^2, `gx gy gz` rad/s and, if the first chunk has it, `temperature`
     degC.
     MCAP holds sensor_msgs/Imu on `/imu/data` and sensor_msgs/Temperature on `/imu/temperature`,
-    stamped to the nanosecond. None of `inputs` may be replaced.
+    stamped to the nanosecond. None of `inputs` may be replaced. What is `durable` outlives a loss of power.
 
     Raises `OutputError` where the format is unknown or the file cannot be written.
     """
     path = Path(path)
     wanted = format_for(path, format_name)
     with (
-        replacing(path, FORMATS[wanted], inputs=inputs) as file,
+        replacing(path, FORMATS[wanted], inputs=inputs, durable=durable) as file,
         closing(_writer(wanted, file, facts or Facts(), path)) as writer,
     ):
         yield writer

@@ -152,6 +152,8 @@ def redundancy_command(
 
         show_settings(as_json)
         return
+    if log is not None and not (primary and secondary):
+        primary, secondary = _units_of_session(log, primary, secondary or [])
     if primary is None or not secondary:
         missing = "--primary" if primary is None else "--secondary"
         raise ProcedureError(f"{missing} is missing; tumble redundancy --help shows an example")
@@ -203,6 +205,16 @@ def redundancy_command(
     show_results(result, files, as_json)
     if not result.all_well:
         raise typer.Exit(NOT_ALL_WELL)
+
+
+def _units_of_session(log: str, primary: str | None, secondary: list[str]) -> tuple[str | None, list[str]]:
+    """Name the units of a recorded session that were not: its first one, or `primary`, before all others."""
+    from tumble.logs.session import unit_names
+
+    names = unit_names(log)
+    if primary is None and names:
+        primary = "primary" if "primary" in names else names[0]
+    return primary, secondary or [name for name in names if name != primary]
 
 
 def _settings(paths: list[Path], changes: list[str]) -> RedundancySettings:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tumble.cli.durations import seconds_of
 from tumble.cli.gravity import GravityOption, HeightOption, LatitudeOption, check_gravity
 from tumble.cli.output import OutputFolder, folder_for
 from tumble.cli.read_options import with_read_options
@@ -135,8 +135,8 @@ def spin_command(
     check_gravity(latitude, height, gravity)
     level_floor = level_floor or as_published
     _check_source(log, live, at, sender)
-    seconds = None if still is None else _seconds("--still", still)
-    duration = None if spin_duration is None else _seconds("--spin-duration", spin_duration)
+    seconds = None if still is None else seconds_of("--still", still)
+    duration = None if spin_duration is None else seconds_of("--spin-duration", spin_duration)
     known = _true_turns(true_turns, true_turns_sigma)
     from tumble.calibration.document import Calibration
     from tumble.spin.preset import TurnPreset
@@ -202,14 +202,6 @@ def _check_source(log: str | None, live: str | None, at: list[str] | None, sende
         raise ProcedureError("--from is who sends a live stream; leave it out with a log")
     if live is not None and at:
         raise ProcedureError("--at is a time of a log; leave it out with --live")
-
-
-def _seconds(option: str, text: str) -> float:
-    match = re.fullmatch(r"\s*([0-9]+\.?[0-9]*|\.[0-9]+)\s*(ms|s|min)?\s*", text)
-    seconds = float(match[1]) * {"ms": 1e-3, "s": 1.0, "min": 60.0}[match[2] or "s"] if match else 0.0
-    if not seconds > 0.0:
-        raise ProcedureError(f"{option} {text}: give a time above zero, such as 5s")
-    return seconds
 
 
 def _span(text: str) -> tuple[float, float]:

@@ -15,7 +15,7 @@ from tumble.acquisition.acquire import corrected, refuse_if_misread, rests_of, t
 from tumble.calibration.document import Calibration
 from tumble.errors import LogError, ProcedureError
 from tumble.gravity import local_gravity
-from tumble.live import LiveChunk, Source
+from tumble.live import FIRST_SAMPLE_WITHIN, LiveChunk, Source
 from tumble.recording import Chunk, FloatArray
 from tumble.results import Precision, Rest
 from tumble.spin.combination import combine
@@ -32,8 +32,6 @@ LiveStepKind = Literal[
 ]
 Pace = Literal["none", "too slow", "good", "too fast"]
 
-FIRST_SAMPLE_WITHIN = 15.0
-"""s to wait for the first sample: autopilots and boards that start anew take their time."""
 PATIENCE = 2.0
 """s without a sample after which a stream is taken to have stopped; radio links stall for less."""
 TOO_SLOW, TOO_FAST = 0.5, 1.5

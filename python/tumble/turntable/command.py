@@ -17,7 +17,7 @@ from tumble.cli.output import OutputFolder, folder_for
 from tumble.cli.progress import batch_progress
 from tumble.cli.read_options import ExceptionsOption, read_options_for, with_read_options
 from tumble.cli.screen import print_json, print_summary
-from tumble.errors import LogError, TumbleError
+from tumble.errors import LogError, ProcedureError, TumbleError
 from tumble.logs.options import ReadOptions
 
 if TYPE_CHECKING:
@@ -62,18 +62,29 @@ def turntable_command(
     reference: Annotated[
         str,
         typer.Argument(
-            metavar="REFERENCE", help="Recording of the reference: LOG, or LOG:NAME for one of several."
-        ),
-    ],
-    targets: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="TARGET...",
-            help="Recordings of the targets in the same form, folders of them, or a list (CSV).",
+            metavar="REFERENCE|SESSION",
+            help="Recording of the reference: LOG, or LOG:NAME for one of several; or a session of all units.",
         ),
     ],
     read_options: ReadOptions,
+    targets: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="TARGET...",
+            help="Recordings of the targets in the same form, folders of them, or a list (CSV).",
+            show_default=False,
+        ),
+    ] = None,
     output: OutputFolder = None,
+    reference_name: Annotated[
+        str | None,
+        typer.Option(
+            "--reference",
+            metavar="NAME",
+            help="Of a session: the unit that is the reference; that of the name reference if not given.",
+            show_default=False,
+        ),
+    ] = None,
     poses: Annotated[
         str | None,
         typer.Option(
@@ -162,6 +173,7 @@ def turntable_command(
     wanted_limits = Limits.load(limits) if limits else None
     applied = Calibration.load(reference_calibration) if reference_calibration else None
     folder = output or folder_for(reference)
+    reference, targets = _units(reference, targets or [], reference_name)
     read = ReadingOptions(read_options, exceptions or [])
     found = find_targets(
         targets,
@@ -207,6 +219,25 @@ def turntable_command(
     screen = _run(production, found.targets, Voice(quiet, verbose, as_json))
     if screen.failed:
         raise typer.Exit(SOME_FAILED)
+
+
+def _units(reference: str, targets: list[str], name: str | None) -> tuple[str, list[str]]:
+    """Tell reference and targets of a session apart; what else was typed stays as it is."""
+    from tumble.logs.session import unit_names
+
+    if targets and name is None:
+        return reference, targets
+    names = unit_names(reference)
+    if not names or targets:
+        raise ProcedureError(
+            f"{reference}: give REFERENCE and one or more TARGETs, or a recorded session and --reference NAME"
+        )
+    name = name or "reference"
+    if name not in names:
+        raise ProcedureError(
+            f"{reference}: no unit {name!r}; say --reference NAME, one of {', '.join(names)}"
+        )
+    return f"{reference}:{name}", [f"{reference}:{other}" for other in names if other != name]
 
 
 def _published(truth: TruthOption) -> TruthOption:

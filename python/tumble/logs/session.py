@@ -1,0 +1,186 @@
+"""A recorded session: a folder with `session.yaml` and the samples of each unit.
+
+They are `NAME.parquet`, and after it in time what `NAME.parts` holds: files written while the session runs,
+or left by one that was killed. A part is named by its number, or by the first and the last number of those
+that were joined in it, so that none counts twice wherever joining was broken off.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field
+
+from tumble.documents import Document, read_document
+from tumble.errors import LogError
+from tumble.file_names import SESSION_FILE
+from tumble.logs import parquet
+from tumble.logs.options import ReadOptions
+from tumble.logs.track import LoggedImu, RawSamples, StatedUnit, Transform, choose
+from tumble.schemas import SESSION
+
+SCHEMA: Literal["tumble-session/1"] = "tumble-session/1"
+LAST_PART = "last-part"
+"""Note of a Parquet file: the number of the last part that was joined in it."""
+_PART = re.compile(r"(\d+)(?:-(\d+))?\.parquet")
+
+
+class SessionUnit(Document):
+    """One unit of a session."""
+
+    name: str = Field(pattern=r"^[\w+-][\w.+-]*$")
+    """Under which it was recorded; `SESSION:NAME` reads it."""
+    source: str
+    """What was typed."""
+    serial: str = ""
+    """Serial number of the unit, where it is known."""
+    samples: int | None = Field(default=None, ge=0)
+    """Once the session has ended."""
+    remarks: tuple[str, ...] = Field(default=(), strict=False)
+    """What there is to know of its samples: units taken for granted, gaps, the error of its clock."""
+
+
+class Session(Document):
+    """What was recorded when, from where, and how it ended."""
+
+    schema_: Literal["tumble-session/1"] = Field(default=SCHEMA, alias="schema")
+    started: str
+    """UTC, ISO 8601."""
+    clock: Literal["host", "log"]
+    """What `time` is of: the monotonic clock of the computer that recorded, or that of replayed logs."""
+    clock_origin: float = 0.0
+    """s since 1970 at which that clock of the computer was zero."""
+    ended: str | None = None
+    """UTC, ISO 8601; absent while it runs, or where it was killed."""
+    reason: str | None = None
+    """Why it ended."""
+    units: tuple[SessionUnit, ...] = Field(min_length=1, strict=False)
+    """In the order in which they were typed."""
+    software: str = ""
+
+    @classmethod
+    def load(cls, folder: Path) -> Session:
+        """Read that of a folder; raises `CalibrationFileError` where it is none."""
+        return read_document(folder / SESSION_FILE, cls, SESSION)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the units."""
+        return tuple(unit.name for unit in self.units)
+
+
+def unit_names(source: str) -> tuple[str, ...]:
+    """Give the names of the units of a recorded session; none where `source` is none."""
+    folder = Path(source)
+    return Session.load(folder).names if (folder / SESSION_FILE).is_file() else ()
+
+
+def parts_folder(folder: Path, name: str) -> Path:
+    """Give where parts of a unit are."""
+    return folder / f"{name}.parts"
+
+
+def joined_file(folder: Path, name: str) -> Path:
+    """Give where all samples of a unit are once the session has ended."""
+    return folder / f"{name}.parquet"
+
+
+def numbers_of(part: Path) -> tuple[int, int] | None:
+    """Give first and last number of what is in a part; None for what is no part."""
+    match = _PART.fullmatch(part.name)
+    return (int(match[1]), int(match[2] or match[1])) if match else None
+
+
+def unit_files(folder: Path, name: str) -> list[Path]:
+    """Give the files with the samples of a unit, in order of time, each sample once."""
+    whole = joined_file(folder, name)
+    done = last_part(whole) if whole.is_file() else 0
+    files = [whole] if whole.is_file() else []
+    parts = {part: numbers for part in parts_folder(folder, name).glob("*") if (numbers := numbers_of(part))}
+    # Of those that begin alike the longest was joined last.
+    for part, (first, last) in sorted(parts.items(), key=lambda item: (item[1][0], -item[1][1])):
+        if first > done:
+            files.append(part)
+            done = last
+    return files
+
+
+def last_part(path: Path) -> int:
+    """Give the number of the last part that a file holds; 0 where it was not made of parts."""
+    with parquet.opened(path) as file:
+        return int((file.schema_arrow.metadata or {}).get(f"tumble.{LAST_PART}".encode(), b"0"))
+
+
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """How much of a unit is on disk."""
+
+    samples: int
+    last: float
+    """s of the last sample; -inf where there is none."""
+    has_temperature: bool
+
+
+def recorded_so_far(folder: Path, name: str) -> Recorded:
+    """Tell how much of a unit is on disk, without reading all of it."""
+    samples, last, has_temperature = 0, -math.inf, False
+    for path in unit_files(folder, name):
+        with parquet.opened(path) as file:
+            samples += file.metadata.num_rows
+            last = file.read_row_group(file.num_row_groups - 1, columns=["time"])["time"][-1].as_py()
+            has_temperature = "temperature" in file.schema_arrow.names
+    return Recorded(samples, last, has_temperature)
+
+
+def list_imus(path: Path) -> tuple[str, ...]:
+    """Give the names of the units."""
+    return Session.load(path).names
+
+
+def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
+    """Open one unit of a session.
+
+    Raises `LogError` where there is no such unit, or nothing of it was recorded.
+    """
+    session = Session.load(path)
+    name = choose(path, session.names, imu, "unit")
+    unit = next(unit for unit in session.units if unit.name == name)
+    files = unit_files(path, name)
+    if not files:
+        raise LogError(f"{path}: no sample of {name} was recorded; give another unit")
+    first = parquet.open_logged_imu(files[0], None, options)
+    tracks = [first, *(parquet.open_logged_imu(file, None, options) for file in files[1:])]
+
+    def read(transform: Transform) -> Iterator[RawSamples]:
+        for track in tracks:
+            yield from track.read(transform)
+
+    return replace(
+        first,
+        path=path,
+        imu=name,
+        name=name,
+        format="session",
+        read=read,
+        accelerometer_unit=first.accelerometer_unit or StatedUnit("m/s^2", _REASON),
+        gyroscope_unit=first.gyroscope_unit or StatedUnit("rad/s", _REASON),
+        time_unit=first.time_unit or StatedUnit("s", _REASON),
+        temperature_unit=first.temperature_unit or StatedUnit("degC", _REASON),
+        clock=str(path.resolve()),
+        serial=unit.serial or first.serial,
+        alone=len(session.units) == 1,
+        expected=sum(track.expected or 0 for track in tracks),
+        notices=(*first.notices, *unit.remarks, *_unfinished(session)),
+    )
+
+
+_REASON = "session"
+
+
+def _unfinished(session: Session) -> tuple[str, ...]:
+    return () if session.ended else ("the session was not ended: it still runs, or was killed",)

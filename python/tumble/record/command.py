@@ -1,0 +1,143 @@
+"""`tumble record`: several live sources at once, into one session folder."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tumble.cli.durations import seconds_of
+from tumble.cli.output import OutputFolder
+from tumble.cli.read_options import ExceptionsOption, read_options_for, with_read_options
+from tumble.errors import ProcedureError
+from tumble.logs.options import ReadOptions
+from tumble.words import count_of, join
+
+if TYPE_CHECKING:
+    from tumble.logs.session import Session
+
+SOME_EMPTY = 3
+
+
+@with_read_options
+def record_command(
+    read_options: ReadOptions,
+    sources: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="NAME=SOURCE...", help="Units and where each is read from.", show_default=False
+        ),
+    ] = None,
+    output: OutputFolder = None,
+    duration: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TIME", help="How long to record, such as 90s, 10min or 2h.", show_default=False
+        ),
+    ] = None,
+    count: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=1, help="Record so many samples of each unit.", show_default=False),
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Add to the session that is there.")] = False,
+    finish: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Join what a recording left that was killed; nothing is recorded.",
+            show_default=False,
+        ),
+    ] = None,
+    sender: Annotated[
+        str | None,
+        typer.Option(
+            "--from",
+            metavar="ADDRESS",
+            help="The one host whose datagrams count; the first that sends to each port if not given.",
+            show_default=False,
+        ),
+    ] = None,
+    exceptions: ExceptionsOption = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print events and progress as lines of JSON instead of a table.")
+    ] = False,
+) -> None:
+    """Record several live sources at once, on one clock.
+
+    Example: tumble record a=serial:/dev/ttyUSB0 b=udp://:9000 -o session --duration 10min
+
+    Writes session.yaml and a Parquet file for each unit; what has come is on disk within 2 s, and stays
+    readable whatever happens. Ctrl-C or SIGTERM ends it. A source that is lost is opened again every second.
+    The exit code is 0 if every unit was recorded, 3 if one never sent a sample, 2 if nothing could be done.
+    """
+    if finish is not None:
+        _finish(finish, bool(sources))
+        return
+    from tumble.live import open_set
+    from tumble.live.naming import parse_named_sources
+    from tumble.record.command_screen import shown
+    from tumble.record.procedure import Recorder
+
+    seconds = None if duration is None else seconds_of("--duration", duration)
+    typed = {name: address.text for name, address in parse_named_sources(sources or []).items()}
+    if output is None:
+        raise ProcedureError("give the folder to record into, as -o session")
+    options = read_options_for(read_options, exceptions or (), list(typed))
+    units = open_set(sources or [], options, sender=sender, keep_going=True)
+    recorder = Recorder(
+        units,
+        output,
+        sources=typed,
+        serials={name: each.serial for name, each in options.items()},
+        resume=resume,
+    )
+    with recorder, _stopping(recorder.stop), shown(as_json) as show:
+        for step in recorder.steps(seconds, count):
+            show(step)
+    if not as_json:
+        _print_summary(recorder.session, output)
+    if empty := [unit.name for unit in recorder.session.units if not unit.samples]:
+        print(f"tumble: warning: {join(empty)} never sent a sample", file=sys.stderr)
+        raise typer.Exit(SOME_EMPTY)
+
+
+def _finish(folder: Path, with_sources: bool) -> None:
+    if with_sources:
+        raise ProcedureError("--finish records nothing; leave out the sources, or give --resume to go on")
+    from tumble.record.procedure import finish_session
+
+    _print_summary(finish_session(folder), folder)
+
+
+def _print_summary(session: Session, folder: Path) -> None:
+    for unit in session.units:
+        print(f"{unit.name}: {count_of('sample', unit.samples or 0)}: {folder / unit.name}.parquet")
+        for remark in unit.remarks:
+            print(f"  {remark}")
+
+
+@contextmanager
+def _stopping(stop: Callable[[], None]) -> Iterator[None]:
+    """End well at Ctrl-C and SIGTERM, while the block runs; a second Ctrl-C ends at once."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def handle(number: int, _frame: object) -> None:
+        stop()
+        signal.signal(number, before[signal.Signals(number)])
+
+    for number in before:
+        signal.signal(number, handle)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,131 @@
+"""The files of one unit while it is recorded: small ones soon on disk, joined into larger ones."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tumble.errors import OutputError
+from tumble.files import replacing
+from tumble.live import LiveChunk
+from tumble.logs import Facts, open_writer
+from tumble.logs.session import LAST_PART, joined_file, last_part, numbers_of, parts_folder, unit_files
+from tumble.logs.writer_tables import join_parquet
+from tumble.logs.writers import FORMATS
+from tumble.recording import Chunk, FloatArray
+
+JOINED = 60
+"""Parts of a kind that are joined into one: a day of parts of 1 s makes some hundred files."""
+FURTHER = ("sensor_time", "arrival")
+"""Columns of a recorded log besides those of every log."""
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedChunk(Chunk):
+    """Samples as they are recorded, with all times that are known of them."""
+
+    sensor_time: FloatArray | None = None
+    """(n,) s of the sensor's own clock."""
+    arrival: FloatArray | None = None
+    """(n,) s of `time.monotonic()` at which each came; NaN for a log that was read as fast as it can be."""
+
+
+def recorded(chunks: Sequence[LiveChunk], with_temperature: bool, shift: float) -> RecordedChunk:
+    """Put samples in one piece, their common time later by `shift`, s."""
+    unknown = [np.full(len(chunk), np.nan) for chunk in chunks]
+    return RecordedChunk(
+        np.concatenate([chunk.time for chunk in chunks]) + shift,
+        np.concatenate([chunk.accelerometer for chunk in chunks]),
+        np.concatenate([chunk.gyroscope for chunk in chunks]),
+        _joined([chunk.temperature for chunk in chunks], unknown) if with_temperature else None,
+        np.concatenate([chunk.time if chunk.sensor_time is None else chunk.sensor_time for chunk in chunks]),
+        np.concatenate(
+            [np.full(len(chunk), np.nan if chunk.arrival is None else chunk.arrival) for chunk in chunks]
+        ),
+    )
+
+
+def _joined(columns: Sequence[FloatArray | None], unknown: Sequence[FloatArray]) -> FloatArray:
+    return np.concatenate(
+        [nan if column is None else column for column, nan in zip(columns, unknown, strict=True)]
+    )
+
+
+class UnitParts:
+    """Writes the parts of one unit, and joins them."""
+
+    def __init__(self, folder: Path, name: str, serial: str) -> None:
+        self.name = name
+        self._folder = folder
+        self._parts_folder = parts_folder(folder, name)
+        self._facts = Facts(serial=serial, further=FURTHER)
+        self._parts = [
+            numbers for file in unit_files(folder, name) if (numbers := numbers_of(file)) is not None
+        ]
+        there = [numbers[1] for file in self._parts_folder.glob("*") if (numbers := numbers_of(file))]
+        self._last = max([_last_joined(folder, name), *there])
+        """Number of the newest part there ever was."""
+
+    @property
+    def size(self) -> int:
+        """Bytes on disk."""
+        return sum(file.stat().st_size for file in unit_files(self._folder, self.name))
+
+    def write(self, chunk: RecordedChunk) -> None:
+        """Have samples on the disk; raises `OutputError` where that cannot be done."""
+        try:
+            self._parts_folder.mkdir(exist_ok=True)
+        except OSError as error:
+            raise OutputError(f"{self._parts_folder}: cannot be made: {error.strerror}") from error
+        self._last += 1
+        numbers = self._last, self._last
+        with open_writer(self._path(numbers), "parquet", self._facts, durable=True) as writer:
+            writer.write(chunk)
+        self._parts.append(numbers)
+        self._join_some()
+
+    def finish(self) -> None:
+        """Join all there is into one file; raises `OutputError` where that cannot be done."""
+        files = unit_files(self._folder, self.name)
+        whole = joined_file(self._folder, self.name)
+        if files and files != [whole]:
+            with replacing(whole, FORMATS["parquet"], renews=True, durable=True) as joined:
+                join_parquet(files, joined, {LAST_PART: str(self._last)})
+        shutil.rmtree(self._parts_folder, ignore_errors=True)
+        self._parts = []
+
+    def _join_some(self) -> None:
+        """Join the last parts as soon as there are enough of one length."""
+        length = 1
+        while len(tail := self._tail(length)) >= JOINED:
+            together = tail[0][0], tail[-1][1]
+            paths = [self._path(numbers) for numbers in tail]
+            with replacing(self._path(together), FORMATS["parquet"], durable=True) as joined:
+                join_parquet(paths, joined, {})
+            # Whoever reads from now on knows by its name that the new one holds these.
+            for path in paths:
+                path.unlink()
+            self._parts[-len(tail) :] = [together]
+            length *= JOINED
+
+    def _tail(self, length: int) -> list[tuple[int, int]]:
+        tail: list[tuple[int, int]] = []
+        for first, last in reversed(self._parts):
+            if last - first + 1 != length:
+                break
+            tail.insert(0, (first, last))
+        return tail
+
+    def _path(self, numbers: tuple[int, int]) -> Path:
+        first, last = numbers
+        name = f"{first:06d}" if first == last else f"{first:06d}-{last:06d}"
+        return self._parts_folder / f"{name}.parquet"
+
+
+def _last_joined(folder: Path, name: str) -> int:
+    whole = joined_file(folder, name)
+    return last_part(whole) if whole.is_file() else 0
