@@ -234,6 +234,21 @@ def set_aside(path: Path) -> Path:
         raise OutputError(f"{path}: cannot be set aside: {error.strerror}; nothing was changed") from error
 
 
+def remove_made(*paths: Path) -> None:
+    """Remove files and folders that we made and that others of ours replace; one that is gone is no matter.
+
+    Raises `OutputError` where that cannot be done.
+    """
+    for path in paths:
+        try:
+            if path.is_dir():
+                shutil.rmtree(path)
+            else:
+                path.unlink(missing_ok=True)
+        except OSError as error:
+            raise OutputError(f"{path}: cannot be removed: {error.strerror}; remove it by hand") from error
+
+
 def prepare_folder(folder: Path | str) -> Path:
     """Make `folder` where it is missing and prove, before any long work, that files can be written in it."""
     folder = Path(folder)

@@ -22,6 +22,8 @@ class IteratedSource(PolledSource):
     def __init__(self, source: Source) -> None:
         self.name = source.name
         self.clock = getattr(source, "clock", "")
+        self.serial = getattr(source, "serial", "")
+        self.already_corrected = getattr(source, "already_corrected", None)
         self._source = source
         self._come: queue.Queue[LiveChunk | Exception] = queue.Queue(MOST_KEPT)
         self._left = threading.Event()

@@ -40,6 +40,8 @@ class ReplaySource(PolledSource):
     def __init__(self, recording: Recording, speed: float) -> None:
         self.name = recording.name
         self.remarks = recording.metadata.remarks
+        self.serial = recording.metadata.serial
+        self.already_corrected = recording.metadata.already_corrected
         self.gyroscope_unit_is_assumed = recording.metadata.gyroscope_unit.reason == "assumed"
         self._chunks = (chunk for chunk in recording.chunks() if len(chunk))
         self._speed = speed

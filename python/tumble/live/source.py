@@ -63,6 +63,14 @@ class Source(Protocol):
         """Name of the clock its times are of: sources with the same non-empty one share it for certain."""
 
     @property
+    def serial(self) -> str:
+        """Serial number of the unit, where the source states one."""
+
+    @property
+    def already_corrected(self) -> bool | None:
+        """True where samples are known to have been corrected before, None where nobody knows."""
+
+    @property
     def stamped(self) -> bool:
         """Whether samples carry a time of their own; where they carry none, it is that of their arrival."""
 
@@ -96,6 +104,8 @@ class PolledSource(ABC):
     """A `Source` that is waited for and then asked for what has come."""
 
     clock = ""
+    serial = ""
+    already_corrected: bool | None = None
 
     @property
     def stamped(self) -> bool:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from tumble.errors import OutputError
-from tumble.files import replacing
+from tumble.files import prepare_folder, remove_made, replacing
 from tumble.live import LiveChunk
 from tumble.logs import Facts, open_writer
 from tumble.logs.session import LAST_PART, joined_file, last_part, numbers_of, parts_folder, unit_files
@@ -58,11 +56,11 @@ def _joined(columns: Sequence[FloatArray | None], unknown: Sequence[FloatArray])
 class UnitParts:
     """Writes the parts of one unit, and joins them."""
 
-    def __init__(self, folder: Path, name: str, serial: str) -> None:
+    def __init__(self, folder: Path, name: str, facts: Facts) -> None:
         self.name = name
         self._folder = folder
         self._parts_folder = parts_folder(folder, name)
-        self._facts = Facts(serial=serial, further=FURTHER)
+        self._facts = facts
         self._parts = [
             numbers for file in unit_files(folder, name) if (numbers := numbers_of(file)) is not None
         ]
@@ -77,10 +75,8 @@ class UnitParts:
 
     def write(self, chunk: RecordedChunk) -> None:
         """Have samples on the disk; raises `OutputError` where that cannot be done."""
-        try:
-            self._parts_folder.mkdir(exist_ok=True)
-        except OSError as error:
-            raise OutputError(f"{self._parts_folder}: cannot be made: {error.strerror}") from error
+        if not self._parts_folder.exists():
+            prepare_folder(self._parts_folder)
         self._last += 1
         numbers = self._last, self._last
         with open_writer(self._path(numbers), "parquet", self._facts, durable=True) as writer:
@@ -95,7 +91,7 @@ class UnitParts:
         if files and files != [whole]:
             with replacing(whole, FORMATS["parquet"], renews=True, durable=True) as joined:
                 join_parquet(files, joined, {LAST_PART: str(self._last)})
-        shutil.rmtree(self._parts_folder, ignore_errors=True)
+        remove_made(self._parts_folder)
         self._parts = []
 
     def _join_some(self) -> None:
@@ -107,8 +103,7 @@ class UnitParts:
             with replacing(self._path(together), FORMATS["parquet"], durable=True) as joined:
                 join_parquet(paths, joined, {})
             # Whoever reads from now on knows by its name that the new one holds these.
-            for path in paths:
-                path.unlink()
+            remove_made(*paths)
             self._parts[-len(tail) :] = [together]
             length *= JOINED
 

@@ -18,10 +18,11 @@ from tumble import _core
 from tumble.errors import LogError, OutputError
 from tumble.file_names import SESSION_FILE
 from tumble.files import prepare_folder
-from tumble.live import FIRST_SAMPLE_WITHIN, LiveChunk, LiveSet, SourceEvent
+from tumble.live import FIRST_SAMPLE_WITHIN, LiveChunk, LiveSet, Source, SourceEvent
+from tumble.logs import Facts
 from tumble.logs.session import Session, SessionUnit, joined_file, recorded_so_far
 from tumble.provenance import date_now
-from tumble.record.parts import UnitParts, recorded
+from tumble.record.parts import FURTHER, UnitParts, recorded
 from tumble.record.session_files import hold, release, write_session
 from tumble.words import join
 
@@ -116,10 +117,11 @@ class Recorder:
         units.on_event = self._events.append
         clock: Literal["host", "log"] = "log" if units.is_replay else "host"
         origin = time.time() - time.monotonic() if clock == "host" else 0.0
-        serials = serials or {}
         described = tuple(
-            SessionUnit(name=name, source=source, serial=serials.get(name, ""))
-            for name, source in sources.items()
+            SessionUnit(
+                name=name, source=typed, serial=(serials or {}).get(name) or units.sources[name].serial
+            )
+            for name, typed in sources.items()
         )
         fresh = Session(
             started=date_now(),
@@ -139,7 +141,8 @@ class Recorder:
         self._shift = moved if abs(moved) > SAME_START else 0.0
         """s to add to the time of this computer's clock, if that was started anew since the session began."""
         self._units = {
-            unit.name: _Unit(UnitParts(folder, unit.name, unit.serial), math.inf) for unit in described
+            name: _Unit(UnitParts(folder, name, _facts(unit, source)), math.inf)
+            for unit, (name, source) in zip(described, units.sources.items(), strict=True)
         }
         if resume:
             self._go_on()
@@ -323,7 +326,7 @@ def finish_session(folder: Path) -> Session:
     try:
         units = []
         for unit in session.units:
-            UnitParts(folder, unit.name, unit.serial).finish()
+            UnitParts(folder, unit.name, Facts()).finish()
             samples = recorded_so_far(folder, unit.name).samples
             units.append(unit.model_copy(update={"samples": samples}))
         ended = {} if session.ended else {"ended": date_now(), "reason": "killed"}
@@ -332,6 +335,11 @@ def finish_session(folder: Path) -> Session:
     finally:
         release(held)
     return session
+
+
+def _facts(unit: SessionUnit, source: Source) -> Facts:
+    corrected = "by the source" if source.already_corrected else ""
+    return Facts(serial=unit.serial, corrected=corrected, further=FURTHER)
 
 
 def _begun(folder: Path, fresh: Session) -> Session:

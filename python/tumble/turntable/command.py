@@ -62,8 +62,8 @@ def turntable_command(
     reference: Annotated[
         str,
         typer.Argument(
-            metavar="REFERENCE|SESSION",
-            help="Recording of the reference: LOG, or LOG:NAME for one of several; or a session of all units.",
+            metavar="REFERENCE",
+            help="Recording of the reference: LOG, or LOG:NAME for one of several; or a session of all.",
         ),
     ],
     read_options: ReadOptions,

@@ -266,6 +266,8 @@ def _file_name(target: Target) -> str:
     spec = parse_spec(target.source)
     stem = spec.path.stem if spec.path.is_file() else spec.path.name
     imu = (spec.imu or "").strip("/").replace("/", "_")
+    if imu and find_format(spec.path) == "session":
+        return imu
     return f"{stem}-{imu}" if imu else stem
 
 

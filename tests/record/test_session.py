@@ -1,0 +1,345 @@
+"""What is recorded is what came: every sample, to the bit, readable whatever happened."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from live_fixtures import resting, text_lines
+from tumble.live import LiveChunk
+from tumble.logs import Facts, list_imus, open_recording
+from tumble.logs.session import Session, joined_file, parts_folder, unit_files
+from tumble.record import parts
+from tumble.record.parts import FURTHER, RecordedChunk, UnitParts
+from turntable_sessions import typed
+
+TABLE = resting(300)
+
+
+def samples_of(source):
+    """(n, 7) time, specific force and angular rate of a log."""
+    return np.concatenate(
+        [
+            np.column_stack([chunk.time, chunk.accelerometer, chunk.gyroscope])
+            for chunk in open_recording(str(source)).chunks()
+        ]
+    )
+
+
+def one_line(done):
+    assert done.code == 2, done.err
+    lines = [line for line in done.err.splitlines() if line.startswith("tumble: error: ")]
+    assert len(lines) == 1
+    assert "Traceback" not in done.err
+    return lines[0]
+
+
+@pytest.fixture
+def logs(tmp_path):
+    """Logs of two units, recorded at once at different rates."""
+    tables = {"a": TABLE, "b": resting(600, rate=200.0, seed=1)}
+    for name, table in tables.items():
+        (tmp_path / f"{name}.csv").write_bytes(text_lines(table))
+    return tables
+
+
+def words_for(tmp_path, names=("a", "b")):
+    return [f"{name}=replay:{tmp_path / name}.csv?speed=max" for name in names]
+
+
+def chunk_of(table):
+    """Samples as a recorder hands them to the disk."""
+    time_, accelerometer, gyroscope = table[:, 0], table[:, 1:4], table[:, 4:]
+    return RecordedChunk(time_, accelerometer, gyroscope, None, time_ + 7.0, np.full(len(table), np.nan))
+
+
+def test_every_sample_of_every_unit_is_recorded_to_the_bit(tmp_path, logs):
+    session = tmp_path / "session"
+    done = typed("record", *words_for(tmp_path), "-o", session)
+    assert done.code == 0, done.err
+    assert list_imus(session) == ("a", "b")
+    for name, table in logs.items():
+        assert np.array_equal(samples_of(f"{session}:{name}"), table)
+        assert open_recording(f"{session}:{name}").name == name
+    said = yaml.safe_load((session / "session.yaml").read_text())
+    assert said["schema"] == "tumble-session/1"
+    assert [unit["samples"] for unit in said["units"]] == [300, 600]
+    assert said["reason"] == "end of sources"
+    assert sorted(path.name for path in session.iterdir()) == ["a.parquet", "b.parquet", "session.yaml"]
+
+
+def test_units_of_a_session_share_a_clock_and_state_their_units(tmp_path, logs):
+    session = tmp_path / "session"
+    typed("record", *words_for(tmp_path), "-o", session)
+    one, other = (open_recording(f"{session}:{name}").metadata for name in ("a", "b"))
+    assert one.clock == other.clock != ""
+    assert (one.gyroscope_unit.name, one.gyroscope_unit.reason) == ("rad/s", "session")
+
+
+def test_a_session_is_not_written_over_and_goes_on_where_asked(tmp_path, logs):
+    session = tmp_path / "session"
+    typed("record", *words_for(tmp_path), "-o", session)
+    before = samples_of(f"{session}:a")
+    assert "holds a session already; add to it with --resume" in one_line(
+        typed("record", *words_for(tmp_path), "-o", session)
+    )
+    assert "the same log comes again" in one_line(
+        typed("record", *words_for(tmp_path), "-o", session, "--resume")
+    )
+    assert np.array_equal(samples_of(f"{session}:a"), before)
+    for name, table in logs.items():
+        (tmp_path / f"{name}.csv").write_bytes(text_lines(table + np.eye(7)[0] * 1000.0))
+    done = typed("record", *words_for(tmp_path), "-o", session, "--resume")
+    assert done.code == 0, done.err
+    assert np.array_equal(samples_of(f"{session}:a"), np.vstack([before, before + np.eye(7)[0] * 1000.0]))
+    assert Session.load(session).units[0].samples == 600
+
+
+def test_a_session_of_other_units_does_not_go_on(tmp_path, logs):
+    session = tmp_path / "session"
+    typed("record", *words_for(tmp_path), "-o", session)
+    refused = one_line(typed("record", *words_for(tmp_path, ["a"]), "-o", session, "--resume"))
+    assert "the session is of a and b" in refused
+    assert "holds no session" in one_line(
+        typed("record", *words_for(tmp_path), "-o", tmp_path / "new", "--resume")
+    )
+
+
+def test_so_many_samples_of_each_unit_are_recorded_and_no_more(tmp_path, logs):
+    session = tmp_path / "session"
+    done = typed("record", *words_for(tmp_path), "-o", session, "--count", "120")
+    assert done.code == 0, done.err
+    assert [unit.samples for unit in Session.load(session).units] == [120, 120]
+    assert np.array_equal(samples_of(f"{session}:a"), TABLE[:120])
+
+
+def test_the_time_to_record_is_that_of_the_logs_where_logs_are_replayed(tmp_path, logs):
+    session = tmp_path / "session"
+    typed("record", *words_for(tmp_path), "-o", session, "--duration", "1s")
+    assert 1.0 <= samples_of(f"{session}:b")[-1, 0] < 1.6
+    assert Session.load(session).reason == "duration"
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["-o", "s"], "no unit to listen to"),
+        (["udp://:9000", "-o", "s"], "names no unit"),
+        (["a=udp://:9000"], "give the folder to record into"),
+        (["a=canbus:0", "-o", "s"], "nothing reads live from 'canbus'"),
+        (["a=serial:/dev/no_such_port", "-o", "s"], "a: serial:/dev/no_such_port"),
+        (["a=udp://:9000", "-o", "s", "--duration", "soon"], "--duration soon: give a time above zero"),
+        (["--finish", "nowhere"], "no such recorded session"),
+        (["a=udp://:9000", "--finish", "s"], "--finish records nothing"),
+    ],
+)
+def test_what_cannot_be_recorded_is_refused_in_one_line(tmp_path, monkeypatch, words, says):
+    monkeypatch.chdir(tmp_path)
+    assert says in one_line(typed("record", *words))
+
+
+def test_progress_and_the_end_are_events_for_machines(tmp_path, logs):
+    done = typed("record", *words_for(tmp_path), "-o", tmp_path / "session", "--json")
+    events = [json.loads(line) for line in done.out.splitlines()]
+    assert [events[0]["event"], events[-1]["event"]] == ["recording", "done"]
+    assert {unit["name"]: unit["samples"] for unit in events[-1]["units"]} == {"a": 300, "b": 600}
+    assert events[-1]["units"][0]["condition"] == "rest"
+    assert events[-1]["units"][0]["rate"] == pytest.approx(100.0)
+
+
+def test_parts_are_joined_now_and_then_and_each_sample_counts_once(tmp_path, monkeypatch):
+    monkeypatch.setattr(parts, "JOINED", 3)
+    unit = UnitParts(tmp_path, "a", Facts(further=FURTHER))
+    for first in range(0, 300, 12):
+        unit.write(chunk_of(TABLE[first : first + 12]))
+    there = sorted(path.name for path in parts_folder(tmp_path, "a").iterdir())
+    assert there == [
+        "000001-000009.parquet",
+        "000010-000018.parquet",
+        "000019-000021.parquet",
+        "000022-000024.parquet",
+        "000025.parquet",
+    ]
+    assert np.array_equal(of_files(tmp_path), TABLE)
+    unit.finish()
+    assert np.array_equal(of_files(tmp_path), TABLE)
+    assert joined_file(tmp_path, "a").is_file()
+
+
+def of_files(folder):
+    return np.concatenate([samples_of(path) for path in unit_files(folder, "a")])
+
+
+@pytest.mark.parametrize("step", ["joined", "finished"])
+def test_joining_that_is_broken_off_doubles_nothing(tmp_path, monkeypatch, step):
+    monkeypatch.setattr(parts, "JOINED", 3)
+    unit = UnitParts(tmp_path, "a", Facts(further=FURTHER))
+    kept = {}
+    for first in range(0, 60, 20):
+        unit.write(chunk_of(TABLE[first : first + 20]))
+        kept |= {path: path.read_bytes() for path in parts_folder(tmp_path, "a").iterdir()}
+    if step == "finished":
+        unit.finish()
+        parts_folder(tmp_path, "a").mkdir()
+    for path, content in kept.items():
+        path.write_bytes(content)
+    assert np.array_equal(of_files(tmp_path), TABLE[:60])
+    again = UnitParts(tmp_path, "a", Facts(further=FURTHER))
+    again.write(chunk_of(TABLE[60:70]))
+    assert np.array_equal(of_files(tmp_path), TABLE[:70])
+
+
+def test_times_of_the_sensor_and_of_arrival_are_recorded_beside_the_common_one():
+    chunks = [
+        LiveChunk(t, np.zeros((2, 3)), np.zeros((2, 3)), arrival=9.5, sensor_time=t - 5.0)
+        for t in (np.array([8.0, 9.0]), np.array([10.0, 11.0]))
+    ]
+    recorded = parts.recorded(chunks, with_temperature=True, shift=0.0)
+    assert recorded.sensor_time.tolist() == [3.0, 4.0, 5.0, 6.0]
+    assert recorded.arrival.tolist() == [9.5] * 4
+    assert np.isnan(recorded.temperature).all()
+
+
+class Stream:
+    """Sends samples to ports, one a period of each, until it is left."""
+
+    def __init__(self, ports, rate=200.0):
+        self._ports, self._rate = ports, rate
+        script = (
+            "import socket,sys,time\n"
+            "s=socket.socket(socket.AF_INET,socket.SOCK_DGRAM)\n"
+            f"ports={ports!r}\n"
+            "began=time.monotonic(); k=0\n"
+            "while True:\n"
+            f"    row=','.join(map(repr,[k/{rate},0.01*(k%7),0.0,9.8,0.001*(k%5),0.0,0.0]))\n"
+            "    for port in ports:\n"
+            "        if k%50==0: s.sendto(b'time,ax,ay,az,gx,gy,gz',('127.0.0.1',port))\n"
+            "        s.sendto(row.encode(),('127.0.0.1',port))\n"
+            "    k+=1\n"
+            f"    time.sleep(max(0.0,began+k/{rate}-time.monotonic()))\n"
+        )
+        self._script = script
+
+    def __enter__(self):
+        self._process = subprocess.Popen([sys.executable, "-c", self._script])
+        return self
+
+    def __exit__(self, *error):
+        self._process.kill()
+        self._process.wait()
+
+
+def free_port():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def recording(session, ports, *more):
+    """`tumble record` of units at these ports, in a process of its own."""
+    words = [f"{name}=udp://127.0.0.1:{port}" for name, port in ports.items()]
+    program = "from tumble.cli.main import main; main()"
+    command = [sys.executable, "-c", program, "record", *words, "-o", session, "--json", *more]
+    return subprocess.Popen(
+        [str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=os.environ
+    )
+
+
+def wait_for_samples(process, count):
+    """Read events until each unit has so many samples; give the last event."""
+    for line in process.stdout:
+        event = json.loads(line)
+        if all(unit["samples"] >= count for unit in event["units"]):
+            return event
+    raise AssertionError(process.stderr.read().decode())
+
+
+def test_a_recorder_that_is_killed_loses_two_seconds_at_most_and_leaves_what_can_be_read(tmp_path):
+    session, ports = tmp_path / "session", {"a": free_port(), "b": free_port()}
+    rate = 200.0
+    with Stream(list(ports.values()), rate):
+        process = recording(session, ports)
+        wait_for_samples(process, 600)
+        # Somewhere between two writings.
+        time.sleep(0.37)
+        process.send_signal(signal.SIGKILL)
+        killed = time.monotonic()
+        process.wait()
+    done = typed("inspect", f"{session}:a")
+    assert done.code == 0, done.err
+    for name in ports:
+        found = samples_of(f"{session}:{name}")
+        assert killed - found[-1, 0] < 2.0
+        assert (np.diff(found[:, 0]) > 0.0).all()
+    before = {name: samples_of(f"{session}:{name}") for name in ports}
+    assert "was killed" in " ".join(open_recording(f"{session}:a").metadata.remarks)
+    done = typed("record", "--finish", session)
+    assert done.code == 0, done.err
+    assert sorted(path.name for path in session.iterdir()) == ["a.parquet", "b.parquet", "session.yaml"]
+    for name, samples in before.items():
+        assert np.array_equal(samples_of(f"{session}:{name}"), samples)
+    assert Session.load(session).reason == "killed"
+
+
+def test_it_ends_well_when_it_is_told_to(tmp_path):
+    session, ports = tmp_path / "session", {"a": free_port()}
+    with Stream(list(ports.values())):
+        process = recording(session, ports)
+        wait_for_samples(process, 100)
+        refused = typed("record", "--finish", session)
+        process.send_signal(signal.SIGTERM)
+        out, err = process.communicate(timeout=20)
+    assert process.returncode == 0, err
+    assert "is being recorded into" in one_line(refused)
+    assert json.loads(out.splitlines()[-1])["event"] == "done"
+    session = Session.load(session)
+    assert session.reason == "stopped"
+    assert session.clock == "host"
+
+
+def test_a_full_disk_ends_it_in_one_line_and_leaves_what_was_recorded(tmp_path, logs, monkeypatch):
+    session = tmp_path / "session"
+    original, written = UnitParts.write, []
+
+    def write(self, chunk):
+        from tumble.errors import OutputError
+
+        if len(written) == 3:
+            raise OutputError(f"{session}/a.parts/000002.parquet: cannot be written: No space left on device")
+        written.append(len(chunk))
+        original(self, chunk)
+
+    monkeypatch.setattr(UnitParts, "write", write)
+    monkeypatch.setattr("tumble.record.procedure.FLUSH_EVERY", 0.0)
+    slow = [f"{name}=replay:{tmp_path / name}.csv?speed=20" for name in logs]
+    refused = one_line(typed("record", *slow, "-o", session))
+    assert "No space left on device" in refused
+    assert "what was recorded is readable" in refused
+    found = samples_of(f"{session}:a")
+    assert 0 < len(found) < 300
+    assert np.array_equal(found, TABLE[: len(found)])
+
+
+def test_a_unit_that_never_sent_a_sample_is_said_with_exit_code_3(tmp_path, logs):
+    words = [f"{words_for(tmp_path, ['a'])[0][:-3]}4", f"mute=udp://127.0.0.1:{free_port()}"]
+    done = typed("record", *words, "-o", tmp_path / "session", "--duration", "1s")
+    assert done.code == 3, done.err
+    assert "mute never sent a sample" in done.err
+    assert "no sample of mute was recorded" in one_line(typed("inspect", f"{tmp_path}/session:mute"))
+
+
+def test_a_folder_that_holds_files_of_others_is_left_alone(tmp_path, logs):
+    session = tmp_path / "session"
+    session.mkdir()
+    Path(session / "a.parquet").write_bytes(b"PAR1 of somebody else")
+    assert "no part of a session" in one_line(typed("record", *words_for(tmp_path), "-o", session))
