@@ -7,7 +7,7 @@ numpy can make an array of. None of these libraries is imported.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +17,7 @@ from tumble.errors import ArrayError
 FloatArray: TypeAlias = NDArray[np.float64]
 
 AXES = 3
+_FLOAT64 = np.dtype(np.float64)
 
 
 def triad(values: ArrayLike, name: str) -> FloatArray:
@@ -67,6 +68,24 @@ def refuse_other_lengths(arrays: Sequence[tuple[str, FloatArray | None]]) -> Non
             raise ArrayError(
                 f"{name}: holds {length} samples, {first} {expected}; give one of each for every sample"
             )
+
+
+def are_samples(time: object, accelerometer: object, gyroscope: object, temperature: object) -> bool:
+    """Whether these are (n,), (n, 3), (n, 3) and, if there is any, (n,) that need no conversion."""
+    if not (_is_ready(time) and _is_ready(accelerometer) and _is_ready(gyroscope)):
+        return False
+    rows, triads = time.shape, (*time.shape, AXES)
+    return (
+        len(rows) == 1
+        and accelerometer.shape == triads
+        and gyroscope.shape == triads
+        and (temperature is None or (_is_ready(temperature) and temperature.shape == rows))
+    )
+
+
+def _is_ready(values: object) -> TypeGuard[FloatArray]:
+    """Whether nothing has to be converted: samples that come one by one have little time for that."""
+    return type(values) is np.ndarray and values.dtype is _FLOAT64 and values.flags.c_contiguous
 
 
 def _floats(values: ArrayLike, name: str) -> FloatArray:

@@ -35,6 +35,8 @@ class Chunk:
     """(n,) degC, where the log has it."""
 
     def __post_init__(self) -> None:
+        if arrays.are_samples(self.time, self.accelerometer, self.gyroscope, self.temperature):
+            return
         object.__setattr__(self, "time", arrays.times(self.time))
         object.__setattr__(self, "accelerometer", arrays.triad(self.accelerometer, "accelerometer"))
         object.__setattr__(self, "gyroscope", arrays.triad(self.gyroscope, "gyroscope"))

@@ -30,6 +30,11 @@ class DeviceClock:
 
     def stamp(self, stamps: FloatArray) -> FloatArray:
         """Give (n,) stamps, in the unit of the device, without the leaps of a counter."""
+        if len(stamps) == 1 and self._last is not None:
+            stamp = float(stamps[0])
+            if abs(stamp - self._last) <= COUNTER / 2.0:
+                self._last = stamp
+                return stamps + COUNTER * self._rounds
         before = stamps[0] if self._last is None else self._last
         steps = np.diff(stamps, prepend=before)
         # Stamps beyond a counter are those of a wider one, which does not begin again.
@@ -57,6 +62,15 @@ class StampGate:
     _strange: float = np.nan
     _leap: float = 0.0
     _successive: int = 0
+
+    def believes_all(self, time: FloatArray) -> bool:
+        """Whether (n,) stamps, s, run on evenly after those before, as most do; then they are believed."""
+        steps = (time[1:] - time[:-1]).tolist()
+        first, last = float(time[0]), float(time[-1])
+        if not all(0.0 < step <= self._stall for step in (first - self.newest, *steps)):
+            return False
+        self.newest, self._successive = last, 0
+        return True
 
     def believed(self, time: FloatArray) -> NDArray[np.bool_]:
         """Tell which of (n,) stamps, s, are those of the clock; one that is not finite is none.

@@ -22,7 +22,7 @@ HEAD_SAMPLES = 20
 """Samples, best taken at rest, from which units are decided that nobody stated."""
 MOST_WITHOUT_NUMBER = 50
 """Successive samples without a number beyond which the sensor, or how it is read, is at fault."""
-ABSURD = 1e30
+ABSURD = 1e25
 """What no stamp and no reading comes near, in whatever unit: it is no number."""
 IMPOSSIBLE_READING = 1e4, 1e3
 """m/s^2 and rad/s that no sensor on a robot reads."""
@@ -33,6 +33,8 @@ STRAY_STAMPS = 20.0
 STRAY_READINGS = 1000.0
 """The same of the first readings, beyond which one says nothing of its unit."""
 
+FEW_SAMPLES = 10
+"""Samples that are looked at sooner one by one than by numpy."""
 _ARRIVAL = "arrival"
 
 EMPTY = LiveChunk(np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
@@ -99,25 +101,24 @@ class Conditioner:
         Raises `LogError` where no unit fits or a stated one contradicts the values, where sample after sample
         is no number, and where the device started anew.
         """
-        stamped = replace(readings, samples=self._stamped(_without_absurd(readings.samples), arrival))
+        samples = readings.samples
+        samples.time = self._stamps(samples, arrival)
         if self._conversion is not None:
-            return self._checked(stamped, self._conversion, arrival)
-        self._head.append(stamped)
+            return self._checked(self._conversion(samples), readings.moving, arrival)
+        self._head.append(Readings(_without_absurd(samples), readings.moving))
         if sum(map(len, self._head)) < HEAD_SAMPLES:
             return EMPTY
         head, self._head = self._without_stray_stamps(_joined(self._head)), []
         self._facts = facts
         self._conversion = self._decide(_without_stray_readings(head.samples), facts)
-        return self._checked(head, self._conversion, arrival)
+        return self._checked(self._conversion(head.samples), head.moving, arrival)
 
-    def _stamped(self, samples: RawSamples, arrival: float) -> RawSamples:
+    def _stamps(self, samples: RawSamples, arrival: float) -> FloatArray:
         if self._counting_clock is not None:
-            time = self._counting_clock.stamp(len(samples))
-        elif samples.time is None:
-            time = self._arrival_clock.stamp(len(samples), arrival)
-        else:
-            time = self._device_clock.stamp(samples.time)
-        return replace(samples, time=time)
+            return self._counting_clock.stamp(len(samples))
+        if samples.time is None:
+            return self._arrival_clock.stamp(len(samples), arrival)
+        return self._device_clock.stamp(_known(samples.time))
 
     def _decide(self, head: RawSamples, facts: StreamFacts) -> Conversion:
         if facts.has_time or self._counting_clock is not None:
@@ -125,8 +126,21 @@ class Conditioner:
         arrived = replace(facts, time_unit=StatedUnit("s", _ARRIVAL))
         return conversion_for(arrived, replace(self._options, time_unit=None), head)
 
-    def _checked(self, readings: Readings, conversion: Conversion, arrival: float) -> LiveChunk:
-        samples = conversion(readings.samples)
+    def _checked(self, samples: RawSamples, moving: FloatArray | None, arrival: float) -> LiveChunk:
+        assert samples.time is not None, "every sample was stamped"
+        if not self._are_ordinary(samples.time, samples.accelerometer, samples.gyroscope):
+            samples = _without_absurd(samples)
+            kept = self._fit_to_use(samples)
+            if not kept.any():
+                return EMPTY
+            samples, moving = _where(samples, kept), None if moving is None else moving[kept]
+        assert samples.time is not None, "every sample was stamped"
+        return LiveChunk(
+            samples.time, samples.accelerometer, samples.gyroscope, samples.temperature, moving, arrival
+        )
+
+    def _fit_to_use(self, samples: RawSamples) -> NDArray[np.bool_]:
+        """Tell which samples to keep; count the others."""
         assert samples.time is not None, "every sample was stamped"
         numbers = np.column_stack([samples.time, samples.accelerometer, samples.gyroscope])
         finite: NDArray[np.bool_] = np.logical_and.reduce(np.isfinite(numbers), axis=1)
@@ -140,17 +154,17 @@ class Conditioner:
         time = np.where(believed, samples.time, -np.inf)
         late = believed & (time <= np.maximum.accumulate(np.concatenate([[newest_before], time]))[:-1])
         self.late += int(late.sum())
-        kept = believed & ~late
-        if not kept.any():
-            return EMPTY
-        return LiveChunk(
-            samples.time[kept],
-            samples.accelerometer[kept],
-            samples.gyroscope[kept],
-            None if samples.temperature is None else samples.temperature[kept],
-            None if readings.moving is None else readings.moving[kept],
-            arrival,
-        )
+        kept: NDArray[np.bool_] = believed & ~late
+        return kept
+
+    def _are_ordinary(self, time: FloatArray, accelerometer: FloatArray, gyroscope: FloatArray) -> bool:
+        """Whether nothing is to be left out or counted, as is usual: one by one, samples have to be quick."""
+        fastest = IMPOSSIBLE_RAD_PER_S if self.gyroscope_unit_is_assumed else IMPOSSIBLE_READING[1]
+        possible = _all_within(accelerometer, IMPOSSIBLE_READING[0]) and _all_within(gyroscope, fastest)
+        if not (possible and self._gate.believes_all(time)):
+            return False
+        self._without_number_in_succession = self._too_fast_in_succession = 0
+        return True
 
     def _without_stray_stamps(self, head: Readings) -> Readings:
         """Leave out first samples whose stamp is nowhere near those of the others."""
@@ -158,7 +172,8 @@ class Conditioner:
         assert stamps is not None, "every sample was stamped"
         stray = _stray(stamps, STRAY_STAMPS)
         self.impossible += int(stray.sum())
-        return _where(head, ~stray)
+        moving = None if head.moving is None else head.moving[~stray]
+        return Readings(_where(head.samples, ~stray), moving)
 
     def _possible(self, accelerometer: FloatArray, gyroscope: FloatArray) -> NDArray[np.bool_]:
         """Tell which samples a sensor may have read; raises `LogError` where the unit cannot be rad/s."""
@@ -202,17 +217,27 @@ class Conditioner:
         return "" if self._facts is None else self._facts.source
 
 
-def _without_absurd(samples: RawSamples) -> RawSamples:
+def _all_within(triad: FloatArray, limit: float) -> bool:
+    """Whether all of (n, 3) readings are at most so large, whatever their sign; what is no number is not."""
+    if len(triad) > FEW_SAMPLES:
+        return bool(np.abs(triad).max() <= limit)
+    for x, y, z in triad.tolist():
+        if not (-limit <= x <= limit and -limit <= y <= limit and -limit <= z <= limit):
+            return False
+    return True
+
+
+def _known(values: FloatArray) -> FloatArray:
     """Make NaN of what would overflow in the arithmetic to come."""
+    return np.where(np.abs(values) < ABSURD, values, np.nan)
 
-    def known(values: FloatArray) -> FloatArray:
-        return np.where(np.abs(values) < ABSURD, values, np.nan)
 
+def _without_absurd(samples: RawSamples) -> RawSamples:
     return RawSamples(
-        None if samples.time is None else known(samples.time),
-        known(samples.accelerometer),
-        known(samples.gyroscope),
-        None if samples.temperature is None else known(samples.temperature),
+        samples.time,
+        _known(samples.accelerometer),
+        _known(samples.gyroscope),
+        None if samples.temperature is None else _known(samples.temperature),
     )
 
 
@@ -236,17 +261,13 @@ def _stray(values: FloatArray, times: float) -> NDArray[np.bool_]:
     return stray
 
 
-def _where(readings: Readings, kept: NDArray[np.bool_]) -> Readings:
+def _where(samples: RawSamples, kept: NDArray[np.bool_]) -> RawSamples:
     """Leave out samples."""
-    samples = readings.samples
-    return Readings(
-        RawSamples(
-            None if samples.time is None else samples.time[kept],
-            samples.accelerometer[kept],
-            samples.gyroscope[kept],
-            None if samples.temperature is None else samples.temperature[kept],
-        ),
-        None if readings.moving is None else readings.moving[kept],
+    return RawSamples(
+        None if samples.time is None else samples.time[kept],
+        samples.accelerometer[kept],
+        samples.gyroscope[kept],
+        None if samples.temperature is None else samples.temperature[kept],
     )
 
 

@@ -26,6 +26,8 @@ LEAP_ARRIVALS = 5.0
 """s, where it is not the line that stalls but the clock that was set back."""
 SET_FORWARD = 0.1
 """s by which a sample arrives before it was taken, where the clock was set forward."""
+ALMOST_THERE = 1e-9
+"""s from the line at which host times are on it."""
 STEP_AFTER_LEAP = 1e-4
 """s by which the first host time after a leap is later than the last before it, at least a tenth of it."""
 SCATTER_OF = 1000
@@ -44,9 +46,9 @@ class DelayCounts:
 
     def add(self, delays: FloatArray) -> None:
         """Count (n,) delays, s."""
-        self.largest = max(self.largest, float(delays.max()))
-        octaves = np.log2(np.maximum(delays, FINEST_DELAY) / FINEST_DELAY)
-        for place in (DELAYS_PER_OCTAVE * octaves).tolist():
+        for delay in delays.tolist():
+            self.largest = max(self.largest, delay)
+            place = DELAYS_PER_OCTAVE * math.log2(max(delay / FINEST_DELAY, 1.0))
             self._counts[min(int(place), len(self._counts) - 1)] += 1
 
     def quantile(self, share: float) -> float:
@@ -157,14 +159,16 @@ class HostClock:
         for all or (n,). Host times increase strictly from call to call and are no later than the arrival, but
         where earlier ones ran ahead.
         """
-        arrivals = np.broadcast_to(np.asarray(arrival, dtype=np.float64), stamps.shape)
-        for place in _last_of_each(arrivals):
-            self._take(float(stamps[place]), float(arrivals[place]))
+        if isinstance(arrival, np.ndarray):
+            for place in _last_of_each(arrival):
+                self._take(float(stamps[place]), float(arrival[place]))
+        else:
+            self._take(float(stamps[-1]), arrival)
         assert self._first is not None, "a sample was taken in"
         first_stamp, first_arrival = self._first
         since = stamps - first_stamp
-        wanted = since + (first_arrival + self._line.level) + self._line.skew * (since - self._line.centre)
-        self.delays.add(arrivals - wanted)
+        wanted = since * (1.0 + self._line.skew) + (first_arrival + self._line.at(0.0))
+        self.delays.add(arrival - wanted)
         host = self._never_back(since, wanted)
         self._given = float(since[-1]), float(host[-1])
         return host
@@ -216,8 +220,9 @@ class HostClock:
         stamp, host = self._given
         if math.isnan(stamp):
             stamp = float(since[0]) - STEP_AFTER_LEAP
-        ahead = host - float(wanted[0]) + (1.0 + self._line.skew) * (float(since[0]) - stamp)
-        if ahead <= 0.0 and not self.settled:
+        step = float(since[0]) - stamp
+        ahead = host - float(wanted[0]) + (1.0 + self._line.skew) * step
+        if abs(ahead) < ALMOST_THERE < 0.1 * step or (ahead <= 0.0 and not self.settled):
             return wanted
         pace = SLEW if self.settled else CATCH_UP
         left = np.maximum(abs(ahead) - pace * (since - stamp), 0.0)
@@ -227,10 +232,7 @@ class HostClock:
 
 def _last_of_each(arrivals: FloatArray) -> list[int]:
     """Places of the last of those that arrived together."""
-    last = len(arrivals) - 1
-    if arrivals.strides == (0,):
-        return [last]
-    return [*np.flatnonzero(np.diff(arrivals)).tolist(), last]
+    return [*np.flatnonzero(np.diff(arrivals)).tolist(), len(arrivals) - 1]
 
 
 def _shown(seconds: float) -> str:

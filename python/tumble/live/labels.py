@@ -56,7 +56,7 @@ class LabelReader:
             if self._lines_to_skip > 0:
                 self._lines_to_skip -= 1
                 continue
-            text = line.decode("utf-8-sig", errors="replace").strip()
+            text = line.decode("utf-8", "replace").strip("\ufeff \t\r\n\f\v")
             if text.startswith(("{", "[")):
                 rows += _objects(text, UNLABELLED)
             elif self._column is None and text[:1] in _BEGIN_NUMBER:

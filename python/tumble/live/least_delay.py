@@ -119,10 +119,12 @@ class LeastDelay:
         if not self._blocks or stamp >= self._blocks[-1].end:
             self._begin_block(stamp)
         self._blocks[-1].add(stamp, delay)
-        if stamp >= self._due or delay < self.at(stamp):
+        if stamp >= self._due:
             self._fit()
             # The window's middle moves little meanwhile.
             self._due = stamp + 0.5 * self._length
+        elif (below := delay - self.at(stamp)) < 0.0:
+            self.level += below
 
     def _begin_block(self, stamp: float) -> None:
         blocks = self._blocks

@@ -76,7 +76,8 @@ class _Layout:
         def column(place: int | None) -> FloatArray | None:
             return None if place is None else rows[:, place]
 
-        samples = RawSamples(column(self._time), rows[:, 0:3], rows[:, 3:6], column(self._temperature))
+        triads = np.ascontiguousarray(rows[:, 0:3]), np.ascontiguousarray(rows[:, 3:6])
+        samples = RawSamples(column(self._time), *triads, column(self._temperature))
         moving = column(self._moving)
         return Readings(samples, None if moving is None else _state(moving))
 
@@ -131,7 +132,9 @@ class RowReader:
         if self._is_whole:
             # However many lines it holds, one datagram is no reason to give up.
             self._most_in_succession = self._unreadable_in_succession + 1
-        numbers = [each for row in rows for each in self._numbers(row)]
+        numbers: list[list[float]] = []
+        for row in rows:
+            numbers += self._numbers(row)
         if not numbers:
             return None
         assert self._layout is not None, "rows are read once columns are known"

@@ -13,6 +13,7 @@ from tumble.live.readings import Readings, StreamFacts
 from tumble.live.rows import RowReader
 from tumble.live.shared_line import LineUnit, SharedLine
 from tumble.live.transport import DEFAULT_BAUD, DatagramSocket, SerialLine, Transport
+from tumble.logs.columns import ImuColumns
 from tumble.logs.options import ReadOptions
 from tumble.words import join
 
@@ -72,6 +73,7 @@ class TextUnit(LineUnit[LabelledRow]):
         self._heard = line.heard
         self._choice = LabelChoice(address, self.wanted, joined_midway=joined_midway)
         self._rows = RowReader(address, options, joined_midway=joined_midway)
+        self._stated: tuple[ImuColumns, StreamFacts] | None = None
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -90,11 +92,14 @@ class TextUnit(LineUnit[LabelledRow]):
 
     def _facts(self) -> StreamFacts:
         columns = self._rows.columns
-        return StreamFacts(
-            self._source,
-            columns.time is not None,
-            columns.accelerometer_unit,
-            columns.gyroscope_unit,
-            columns.time_unit,
-            columns.temperature_unit,
-        )
+        if self._stated is None or self._stated[0] is not columns:
+            facts = StreamFacts(
+                self._source,
+                columns.time is not None,
+                columns.accelerometer_unit,
+                columns.gyroscope_unit,
+                columns.time_unit,
+                columns.temperature_unit,
+            )
+            self._stated = columns, facts
+        return self._stated[1]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -69,16 +69,23 @@ class TriadConversion:
     """(3,) of the log's axes, in its unit."""
     factor: FloatArray
     """(3,) of the case axes, SI for one unit of the log; negative where an axis is turned round."""
+    _shift: FloatArray | None = field(init=False)
+    """(3,) of the case axes, to be taken off."""
+    _stretch: FloatArray | None = field(init=False)
+
+    def __post_init__(self) -> None:
+        zero = self.zero[list(self.source)]
+        object.__setattr__(self, "_shift", zero if zero.any() else None)
+        object.__setattr__(self, "_stretch", self.factor if (self.factor != 1.0).any() else None)
 
     def __call__(self, values: FloatArray) -> FloatArray:
         """Convert (n, 3) in place where no axis changes places."""
         if self.source != (0, 1, 2):
             values = np.ascontiguousarray(values[:, self.source])
-        zero = self.zero[list(self.source)]
-        if zero.any():
-            values -= zero
-        if (self.factor != 1.0).any():
-            values *= self.factor
+        if self._shift is not None:
+            values -= self._shift
+        if self._stretch is not None:
+            values *= self._stretch
         return values
 
 
@@ -108,12 +115,12 @@ class Conversion:
         temperature = samples.temperature
         if temperature is not None and (self.temperature_zero, self.temperature_scale) != (0.0, 1.0):
             temperature = (temperature - self.temperature_zero) * self.temperature_scale
-        return replace(
-            samples,
-            time=time,
-            accelerometer=self.accelerometer(samples.accelerometer),
-            gyroscope=self.gyroscope(samples.gyroscope),
-            temperature=temperature,
+        return RawSamples(
+            time,
+            self.accelerometer(samples.accelerometer),
+            self.gyroscope(samples.gyroscope),
+            temperature,
+            samples.bad_lines,
         )
 
 
