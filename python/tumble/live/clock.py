@@ -17,8 +17,15 @@ RESTARTED = 1.0
 """s behind the newest at which it is: a sample that is late is so by less."""
 STAMPS_TO_BELIEVE = 5
 """Strange stamps in succession that agree with each other: the clock itself has leapt."""
+ABSURD = 1e25
+"""What no stamp and no reading comes near, in whatever unit: it is no number."""
 COUNTER = 2.0**32
 """Where the counters of small devices begin again: after 71.6 minutes if they count microseconds."""
+
+
+def without_absurd(values: FloatArray) -> FloatArray:
+    """Make NaN of what would overflow in the arithmetic to come."""
+    return np.where(np.abs(values) < ABSURD, values, np.nan)
 
 
 @dataclass(slots=True)
@@ -35,6 +42,7 @@ class DeviceClock:
             if abs(stamp - self._last) <= COUNTER / 2.0:
                 self._last = stamp
                 return stamps + COUNTER * self._rounds
+        stamps = without_absurd(stamps)
         before = stamps[0] if self._last is None else self._last
         steps = np.diff(stamps, prepend=before)
         # Stamps beyond a counter are those of a wider one, which does not begin again.
@@ -65,11 +73,12 @@ class StampGate:
 
     def believes_all(self, time: FloatArray) -> bool:
         """Whether (n,) stamps, s, run on evenly after those before, as most do; then they are believed."""
-        steps = (time[1:] - time[:-1]).tolist()
-        first, last = float(time[0]), float(time[-1])
-        if not all(0.0 < step <= self._stall for step in (first - self.newest, *steps)):
-            return False
-        self.newest, self._successive = last, 0
+        newest = self.newest
+        for stamp in time.tolist():
+            if not 0.0 < stamp - newest <= self._stall:
+                return False
+            newest = stamp
+        self.newest, self._successive = newest, 0
         return True
 
     def believed(self, time: FloatArray) -> NDArray[np.bool_]:

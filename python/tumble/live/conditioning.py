@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.errors import LogError
-from tumble.live.clock import ArrivalClock, CountingClock, DeviceClock, StampGate
+from tumble.live.clock import ArrivalClock, CountingClock, DeviceClock, StampGate, without_absurd
 from tumble.live.readings import Readings, StreamFacts
 from tumble.live.source import LiveChunk
 from tumble.logs.conversion import Conversion, conversion_for, notices_on_axes
@@ -22,8 +22,6 @@ HEAD_SAMPLES = 20
 """Samples, best taken at rest, from which units are decided that nobody stated."""
 MOST_WITHOUT_NUMBER = 50
 """Successive samples without a number beyond which the sensor, or how it is read, is at fault."""
-ABSURD = 1e25
-"""What no stamp and no reading comes near, in whatever unit: it is no number."""
 IMPOSSIBLE_READING = 1e4, 1e3
 """m/s^2 and rad/s that no sensor on a robot reads."""
 FASTEST_TO_REFUSE = 5
@@ -105,7 +103,7 @@ class Conditioner:
         samples.time = self._stamps(samples, arrival)
         if self._conversion is not None:
             return self._checked(self._conversion(samples), readings.moving, arrival)
-        self._head.append(Readings(_without_absurd(samples), readings.moving))
+        self._head.append(Readings(_with_numbers(samples), readings.moving))
         if sum(map(len, self._head)) < HEAD_SAMPLES:
             return EMPTY
         head, self._head = self._without_stray_stamps(_joined(self._head)), []
@@ -118,7 +116,7 @@ class Conditioner:
             return self._counting_clock.stamp(len(samples))
         if samples.time is None:
             return self._arrival_clock.stamp(len(samples), arrival)
-        return self._device_clock.stamp(_known(samples.time))
+        return self._device_clock.stamp(samples.time)
 
     def _decide(self, head: RawSamples, facts: StreamFacts) -> Conversion:
         if facts.has_time or self._counting_clock is not None:
@@ -129,7 +127,7 @@ class Conditioner:
     def _checked(self, samples: RawSamples, moving: FloatArray | None, arrival: float) -> LiveChunk:
         assert samples.time is not None, "every sample was stamped"
         if not self._are_ordinary(samples.time, samples.accelerometer, samples.gyroscope):
-            samples = _without_absurd(samples)
+            samples = _with_numbers(samples)
             kept = self._fit_to_use(samples)
             if not kept.any():
                 return EMPTY
@@ -227,17 +225,12 @@ def _all_within(triad: FloatArray, limit: float) -> bool:
     return True
 
 
-def _known(values: FloatArray) -> FloatArray:
-    """Make NaN of what would overflow in the arithmetic to come."""
-    return np.where(np.abs(values) < ABSURD, values, np.nan)
-
-
-def _without_absurd(samples: RawSamples) -> RawSamples:
+def _with_numbers(samples: RawSamples) -> RawSamples:
     return RawSamples(
         samples.time,
-        _known(samples.accelerometer),
-        _known(samples.gyroscope),
-        None if samples.temperature is None else _known(samples.temperature),
+        without_absurd(samples.accelerometer),
+        without_absurd(samples.gyroscope),
+        None if samples.temperature is None else without_absurd(samples.temperature),
     )
 
 

@@ -167,7 +167,8 @@ class HostClock:
         assert self._first is not None, "a sample was taken in"
         first_stamp, first_arrival = self._first
         since = stamps - first_stamp
-        wanted = since * (1.0 + self._line.skew) + (first_arrival + self._line.at(0.0))
+        wanted = since * (1.0 + self._line.skew)
+        wanted += first_arrival + self._line.at(0.0)
         self.delays.add(arrival - wanted)
         host = self._never_back(since, wanted)
         self._given = float(since[-1]), float(host[-1])
