@@ -60,7 +60,10 @@ def test_what_is_no_address_is_refused_with_an_example(text):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("canbus:0", "nothing reads live from 'canbus'; known: serial, udp, mavlink, replay"),
+        (
+            "canbus:0",
+            "nothing reads live from 'canbus'; known: serial, udp, tcp, stdin, file, mavlink, replay",
+        ),
         ("serial:/dev/x?boud=9600", "no setting 'boud' for serial; known: baud"),
         ("serial:/dev/x?baud=fast", "baud=fast: give a number above zero"),
         ("udp://0.0.0.0", "expected HOST:PORT"),

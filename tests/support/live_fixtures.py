@@ -33,6 +33,7 @@ class Scripted:
 
     def __init__(self, pieces, whole=False):
         self.whole = whole
+        self.joined_midway = not whole
         self.sent = []
         self._pieces = list(pieces)
 

@@ -1,4 +1,4 @@
-"""MAVLink: what autopilots send, over UDP or a serial line, read by pymavlink."""
+"""MAVLink: what autopilots send, over UDP, TCP or a serial line, read by pymavlink."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from tumble.live.mavlink_request import MessageRequest
 from tumble.live.optional import optional
 from tumble.live.readings import Readings, StreamFacts
 from tumble.live.shared_line import LineUnit, SharedLine
+from tumble.live.streams import TcpConnection
 from tumble.live.transport import DEFAULT_BAUD, DatagramSocket, SerialLine, Transport
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import RawSamples, StatedUnit
@@ -74,11 +75,15 @@ class _Sender:
 
 
 def mavlink_line(address: Address, options: ReadOptions) -> MavlinkLine:
-    """Make the line of `mavlink:udpin:HOST:PORT` or `mavlink:DEVICE?baud=115200`.
+    """Make the line of `mavlink:udpin:HOST:PORT`, `mavlink:tcp:HOST:PORT` or `mavlink:DEVICE?baud=115200`.
 
     `system=1` picks one of several vehicles; `rate=100` asks for so many messages a second.
     """
     link, _, place = address.place.partition(":")
+    if link == "tcp":
+        address.refuse_other_settings("message", "system", "rate")
+        host, port = host_and_port(address, place)
+        return MavlinkLine(address, TcpConnection(address, host, port), f"mavlink-{port}")
     if link in ("udpin", "udp"):
         address.refuse_other_settings("message", "system", "rate", "from")
         host, port = host_and_port(address, place)

@@ -26,6 +26,9 @@ LineMaker: TypeAlias = Callable[[Address, ReadOptions], SharedLine[Any]]
 LINES: Mapping[str, tuple[str, str]] = {
     "serial": ("tumble.live.text", "serial_line"),
     "udp": ("tumble.live.text", "udp_line"),
+    "tcp": ("tumble.live.text", "tcp_line"),
+    "stdin": ("tumble.live.text", "piped_line"),
+    "file": ("tumble.live.text", "file_line"),
     "mavlink": ("tumble.live.mavlink", "mavlink_line"),
 }
 """Module and `LineMaker` of each scheme of lines; imported only when it is asked for."""

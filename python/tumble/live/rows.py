@@ -86,10 +86,10 @@ class RowReader:
     """Finds out how rows are laid out and reads them.
 
     `joined_midway` says that the first line may have begun before anybody listened: a number cut off at its
-    front reads as another number, so the first row is left out.
+    front reads as another number, so the first row is left out. `whole` says that lines come in datagrams.
     """
 
-    def __init__(self, address: Address, options: ReadOptions, *, joined_midway: bool) -> None:
+    def __init__(self, address: Address, options: ReadOptions, *, joined_midway: bool, whole: bool) -> None:
         self.unreadable = 0
         """Lines so far that held no sample and no column names."""
         self.prefix: str | None = None
@@ -103,7 +103,7 @@ class RowReader:
         self._unnamed: list[str] = []
         self._unreadable_in_succession = 0
         self._most_in_succession = MOST_UNREADABLE
-        self._is_whole = not joined_midway
+        self._is_whole = whole
         self._no_imu: LogError | None = None
         """Why names that came so far are those of no IMU; the device may yet send others."""
         self._layout: _Layout | None = None

@@ -1,17 +1,18 @@
-"""Text over a serial line or UDP: a sample a line, as numbers under column names or as JSON."""
+"""Text over whatever carries it: a sample a line, as numbers under column names or as JSON."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import PurePath
+from pathlib import Path, PurePath
 
 from tumble.errors import LogError
-from tumble.live.address import Address, host_and_port
+from tumble.live.address import STANDARD_INPUT, Address, host_and_port
 from tumble.live.labels import LabelChoice, LabelledRow, LabelReader
 from tumble.live.lines import LONGEST_LINE, LineSplitter
 from tumble.live.readings import Readings, StreamFacts
 from tumble.live.rows import RowReader
 from tumble.live.shared_line import LineUnit, SharedLine
+from tumble.live.streams import GrowingFile, StandardInput, TcpConnection
 from tumble.live.transport import DEFAULT_BAUD, DatagramSocket, SerialLine, Transport
 from tumble.logs.columns import ImuColumns
 from tumble.logs.options import ReadOptions
@@ -30,6 +31,30 @@ def udp_line(address: Address, options: ReadOptions) -> TextLine:
     address.refuse_other_settings("from")
     host, port = host_and_port(address, address.place)
     return TextLine(address, options, DatagramSocket(address, host, port), f"udp-{port}")
+
+
+def tcp_line(address: Address, options: ReadOptions) -> TextLine:
+    """Make the line of `tcp://HOST:PORT`, to which it connects."""
+    address.refuse_other_settings()
+    host, port = host_and_port(address, address.place)
+    return TextLine(address, options, TcpConnection(address, host, port), f"tcp-{port}")
+
+
+def piped_line(address: Address, options: ReadOptions) -> TextLine:
+    """Make the line of `stdin:`."""
+    address.refuse_other_settings()
+    return TextLine(address, options, StandardInput(address), STANDARD_INPUT)
+
+
+def file_line(address: Address, options: ReadOptions) -> TextLine:
+    """Make the line of `file:PATH?from=end`, a file that grows."""
+    address.refuse_other_settings("from")
+    begin = address.settings.get("from", "end")
+    if begin not in ("start", "end"):
+        raise LogError(f"{address.text}: from={begin}: give start or end")
+    path = Path(address.place)
+    file = GrowingFile(address, path, options, from_start=begin == "start")
+    return TextLine(address, options, file, path.stem)
 
 
 class TextLine(SharedLine[LabelledRow]):
@@ -68,11 +93,11 @@ class TextUnit(LineUnit[LabelledRow]):
 
     def __init__(self, line: TextLine, address: Address, options: ReadOptions) -> None:
         super().__init__(line, address, options)
-        joined_midway = not line.transport.whole
+        joined_midway = line.transport.joined_midway
         self._source = address.text
         self._heard = line.heard
         self._choice = LabelChoice(address, self.wanted, joined_midway=joined_midway)
-        self._rows = RowReader(address, options, joined_midway=joined_midway)
+        self._rows = RowReader(address, options, joined_midway=joined_midway, whole=line.transport.whole)
         self._stated: tuple[ImuColumns, StreamFacts] | None = None
 
     @property

@@ -1,4 +1,4 @@
-"""What carries bytes here: a serial line, or datagrams."""
+"""What carries bytes here: a serial line, or datagrams; see `streams` for others."""
 
 from __future__ import annotations
 
@@ -28,6 +28,10 @@ class Transport(Protocol):
         """Whether every piece holds whole messages, as datagrams do, or bytes as they happen to come."""
 
     @property
+    def joined_midway(self) -> bool:
+        """Whether the first bytes may be the rest of a line that began before anybody listened."""
+
+    @property
     def notices(self) -> tuple[str, ...]:
         """What a user should know of what came."""
 
@@ -54,6 +58,7 @@ class SerialLine:
     """A serial port: eight bits, no parity, one stop bit, no flow control."""
 
     whole = False
+    joined_midway = True
     notices: tuple[str, ...] = ()
 
     def __init__(self, address: Address, device: str, baud: int) -> None:
@@ -115,6 +120,7 @@ class DatagramSocket:
     """A UDP port that a device sends to: the first host from which anything comes."""
 
     whole = True
+    joined_midway = False
 
     def __init__(self, address: Address, host: str, port: int) -> None:
         self._address = address

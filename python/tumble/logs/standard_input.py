@@ -31,6 +31,11 @@ _folder: tempfile.TemporaryDirectory[str] | None = None
 _kept: tuple[IO[str], PipedLog] | None = None
 
 
+def nothing_piped(typed: str) -> LogError:
+    """Say that standard input, as it was typed, is the keyboard or closed."""
+    return LogError(f"{typed}: nothing is piped in; give a file, or pipe a log into the command")
+
+
 def piped_log() -> Path:
     """Copy standard input to a file, once, as a log is read more than once; the file goes with the process.
 
@@ -40,7 +45,7 @@ def piped_log() -> Path:
     if _kept is not None and _kept[0] is sys.stdin:
         return _kept[1]
     if sys.stdin is None or sys.stdin.isatty():
-        raise LogError(f"{NAME}: nothing is piped in; give a file, or pipe a log into the command")
+        raise nothing_piped(NAME)
     _folder = tempfile.TemporaryDirectory(prefix="tumble-")
     path = PipedLog(_folder.name, _FILE_NAME)
     keep_stream(sys.stdin.buffer, path)
