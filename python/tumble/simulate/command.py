@@ -1,4 +1,4 @@
-"""`tumble simulate`: recordings whose truth is known, to try a procedure on or to test one."""
+"""`tumble simulate`: recordings and live streams whose truth is known, to try a procedure on."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import typer
 
 from tumble.cli.abbreviations import AbbreviatingCommand
 from tumble.simulate.flight.command import flight_command
+from tumble.simulate.live.command import live_command
 from tumble.simulate.spin.command import spin_command
 from tumble.simulate.turntable.command import turntable_command
 
@@ -20,3 +21,4 @@ def _simulate() -> None:
 simulate_app.command("turntable", cls=AbbreviatingCommand)(turntable_command)
 simulate_app.command("flight", cls=AbbreviatingCommand)(flight_command)
 simulate_app.command("spin", cls=AbbreviatingCommand)(spin_command)
+simulate_app.command("live", cls=AbbreviatingCommand)(live_command)

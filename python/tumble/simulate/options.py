@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import Enum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from tumble.errors import TumbleError
 
 if TYPE_CHECKING:
-    from tumble.simulate import Fault, SimulatedUnit
+    from tumble.simulate import SimulatedUnit
+
+AnyFault = TypeVar("AnyFault")
 
 FAULTS_HELP = (
     "Kinds: scale, stuck, frozen, moved, bias-jump, bias-drift, noise, spikes, saturated, nan, swapped-axes, "
@@ -25,28 +28,23 @@ class Format(str, Enum):
     MCAP = "mcap"
 
 
-def faults_by_unit(specs: list[str]) -> dict[str, list[Fault]]:
+def faults_by_unit(specs: list[str], make: Callable[..., AnyFault]) -> dict[str, list[AnyFault]]:
     """Read `target_2:stuck:axis=y:start=20` and the like: what is wrong with each unit, by its name."""
-    faults: dict[str, list[Fault]] = {}
+    faults: dict[str, list[AnyFault]] = {}
     for spec in specs:
-        unit, fault = _fault(spec)
+        unit, _, rest = spec.partition(":")
+        fault = fault_of(f"--fault {spec}", rest, "UNIT:KIND[:KEY=VALUE]...", make)
         faults.setdefault(unit, []).append(fault)
     return faults
 
 
-def _fault(spec: str) -> tuple[str, Fault]:
-    """Read `target_2:stuck:axis=y:start=20`."""
-    unit, _, rest = spec.partition(":")
-    return unit, fault_of(f"--fault {spec}", rest, "UNIT:KIND[:KEY=VALUE]...")
-
-
-def fault_of(option: str, text: str, form: str) -> Fault:
-    """Read `stuck:axis=y:start=20`; `option` and `form` are for the error."""
-    from tumble.simulate import Fault
-
+def fault_of(option: str, text: str, form: str, make: Callable[..., AnyFault]) -> AnyFault:
+    """Read `stuck:axis=y:start=20`, and make a fault of it; `option` and `form` are for the error."""
     kind, *settings = text.split(":")
     try:
-        return Fault(kind, **dict(_setting(text) for text in settings))  # type: ignore[arg-type]
+        return make(kind, **dict(_setting(text) for text in settings))
+    except TypeError as error:
+        raise TumbleError(f"{option}: a fault of this kind has no triad; write {form}") from error
     except ValueError as error:
         raise TumbleError(f"{option}: {error}; write {form}") from error
 

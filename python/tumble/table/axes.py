@@ -58,8 +58,7 @@ def level_from_table(axes: Sequence[Axis], angles: FloatArray) -> FloatArray:
 
 def turns(axis: Axis, angles: FloatArray) -> FloatArray:
     """Give rotations (n, 3, 3) about an axis by angles (n,), rad; formula of Rodrigues."""
-    x, y, z = axis.about
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    cross = cross_matrix(axis.about)
     sine, versine = np.sin(angles), 1.0 - np.cos(angles)
     rotations: FloatArray = (
         np.eye(3)
@@ -69,21 +68,36 @@ def turns(axis: Axis, angles: FloatArray) -> FloatArray:
     return rotations
 
 
+def cross_matrix(vector: Sequence[float]) -> FloatArray:
+    """Give the matrix (3, 3) of `v x`; rows times it, `w @ matrix`, are `w x v`."""
+    x, y, z = vector
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
 def ups(axes: Sequence[Axis], angles: FloatArray) -> FloatArray:
     """Give the directions (n, 3) of the table frame that point up at angles (n, axes), rad."""
     directions: FloatArray = level_from_table(axes, angles)[:, 2, :]
     return directions
 
 
-def body_rates(axes: Sequence[Axis], angles: FloatArray, rates: FloatArray) -> FloatArray:
-    """Give the angular rate (n, 3) in the table frame at angles and rates (n, axes), rad and rad/s."""
-    turned = np.zeros((len(angles), 3))
-    # Each axis in turn: what turned below it is seen from the frame it carries.
+def body_motion(
+    axes: Sequence[Axis], angles: FloatArray, rates: FloatArray, accelerations: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Give angular rate and angular acceleration (n, 3) in the table frame, rad/s and rad/s^2.
+
+    `angles`, `rates`, `accelerations` are (n, axes). From the floor up, what turned below is seen from the
+    frame that each axis carries: w' = R^T w + q a, w'dot = R^T wdot + qdot a + (R^T w) x (q a), with a the
+    axis and q its rate.
+    """
+    turned, speeding = np.zeros((len(angles), 3)), np.zeros((len(angles), 3))
     for number, axis in enumerate(axes):
-        from_below = np.swapaxes(turns(axis, angles[:, number]), 1, 2)
-        turned = (from_below @ turned[:, :, np.newaxis])[:, :, 0]
-        turned += rates[:, number, np.newaxis] * np.array(axis.about)
-    return turned
+        carried_from = np.swapaxes(turns(axis, angles[:, number]), 1, 2)
+        turned, speeding = (np.einsum("nij,nj->ni", carried_from, each) for each in (turned, speeding))
+        own = np.multiply.outer(rates[:, number], np.array(axis.about))
+        speeding = speeding + np.multiply.outer(accelerations[:, number], np.array(axis.about))
+        speeding += rates[:, number, np.newaxis] * (turned @ cross_matrix(axis.about))
+        turned = turned + own
+    return turned, speeding
 
 
 def _overlap(

@@ -132,14 +132,14 @@ def flight_command(
     ideal.csv of a unit without errors and truth.yaml; with --velocity-rate also velocity.csv.
     """
     from tumble.cli.progress import sample_progress
-    from tumble.simulate import simulate_flight, write_flight
+    from tumble.simulate import Fault, simulate_flight, write_flight
 
     forward, left, up = numbers_of("--sway", sway, 3)
     roll, pitch, yaw = numbers_of("--mounting", mounting, 3)
     flight = simulate_flight(
         seed=seed,
         motion=motion.value,
-        units=_with_faults(_units(unit), faults_by_unit(fault or [])),
+        units=_with_faults(_units(unit), faults_by_unit(fault or [], Fault)),
         flights=flights,
         rest_seconds=rest,
         motion_seconds=duration,

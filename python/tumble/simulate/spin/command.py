@@ -185,7 +185,9 @@ def _disturbance(text: str) -> Disturbance:
 
 
 def _faults(specs: list[str]) -> list[Fault]:
-    return [fault_of(f"--fault {spec}", spec, "KIND[:KEY=VALUE]...") for spec in specs]
+    from tumble.simulate import Fault
+
+    return [fault_of(f"--fault {spec}", spec, "KIND[:KEY=VALUE]...", Fault) for spec in specs]
 
 
 def _show(spin: SimulatedSpin, paths: dict[str, str], as_json: bool) -> None:

@@ -106,7 +106,7 @@ def turntable_command(
 
     Writes reference.csv, target_1.csv ..., poses.yaml and, to hold results against, truth.yaml.
     """
-    from tumble.simulate import simulate_turntable, write_turntable
+    from tumble.simulate import Fault, simulate_turntable, write_turntable
 
     changes: dict[str, Any] = {"poses": _poses(poses)} if poses else {}
     session = simulate_turntable(
@@ -131,7 +131,7 @@ def turntable_command(
         warm_up_kelvin=warm_up,
         bias_instability=bias_instability,
         g_sensitivity=g_sensitivity,
-        faults=faults_by_unit(fault or []),
+        faults=faults_by_unit(fault or [], Fault),
         **changes,
     )
     paths = write_turntable(session, output or folder_named_after("turntable"), format_name.value)
