@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import errno
+import math
 import os
 import select
 import socket
+import time
 from abc import ABC, abstractmethod
 from pathlib import Path
 from typing import Any
@@ -168,6 +170,8 @@ class _LineOutlet(Outlet):
     """What did not go in yet."""
 
 
+BOOT = 0.2
+"""s after a serial line was opened until a device speaks: programs throw away what came by then."""
 _LONGEST_REST = 4096
 """Bytes kept for a line that is full, as the memory of a small device."""
 
@@ -185,7 +189,10 @@ class PtyOutlet(_LineOutlet):
         self._pty = pty
         self._path = path
         self._device: int | None = None
-        self._read_before = False
+        self._opened = math.inf
+        """s of `time.monotonic` at which somebody opened it."""
+        self._is_named = False
+        """Whether whoever has it open was told the names of the columns."""
         self.plug()
 
     @property
@@ -203,7 +210,7 @@ class PtyOutlet(_LineOutlet):
         _link(self._path, os.ttyname(line))
         # Once it was open and is no more, the device can tell whether somebody has it open.
         os.close(line)
-        self._read_before, self._rest = False, b""
+        self._opened, self._is_named = math.inf, False
 
     def unplug(self) -> None:
         """See `Outlet`."""
@@ -217,12 +224,17 @@ class PtyOutlet(_LineOutlet):
             return False
         poll = select.poll()
         poll.register(self._device, select.POLLHUP)
-        is_read = not any(event & select.POLLHUP for _, event in poll.poll(0))
-        if is_read and not self._read_before:
+        is_open = not any(event & select.POLLHUP for _, event in poll.poll(0))
+        if not is_open:
+            self._opened = math.inf
+            self._is_named = False
+            return False
+        self._opened = min(self._opened, time.monotonic())
+        if not self._is_named and time.monotonic() - self._opened > BOOT:
+            self._is_named = True
             self._rest = b""
             self._put(HEADER.encode())
-        self._read_before = is_read
-        return is_read
+        return self._is_named
 
     def _write(self, data: bytes) -> int:
         assert self._device is not None, "a line is written to while it is plugged in"

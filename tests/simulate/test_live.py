@@ -1,0 +1,375 @@
+"""A live bench: units that feel what the table does, are heard over real lines, and fail on demand."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from live_fixtures import first_samples
+from table_fixtures import Clock
+from tumble import _core
+from tumble.live import open_source
+from tumble.simulate.live.fault import LIVE_FAULTS, LiveFault
+from tumble.simulate.live.outlet import Outlet
+from tumble.simulate.live.procedure import LiveSimulation, LiveUnit
+from tumble.simulate.live.samples import NONE
+from tumble.simulate.live.scenario import LiveScenario
+from tumble.simulate.live.table_units import Noise, session_at_rest, units_on
+from tumble.table import GuardedTable, open_table
+from tumble.table.axes import body_motion, level_from_table
+from tumble.table.simulated import PRESETS, SimulatedTable
+from turntable_sessions import one_line, typed
+
+SEED = 20
+
+
+class Kept(Outlet):
+    """Keeps what is sent."""
+
+    address = "kept"
+
+    def __init__(self):
+        self.samples, self.garbled, self.plugs = NONE, [], []
+
+    def plug(self):
+        self.plugs.append("in")
+
+    def unplug(self):
+        self.plugs.append("out")
+
+    def send(self, samples, garble, share):
+        self.samples = self.samples.then(samples)
+        self.garbled.append(share)
+
+
+def bench(clock, axes=PRESETS["three-axis"], **changes):
+    """A table, and its units, at the mercy of a clock."""
+    scenario = LiveScenario(seed=SEED, **changes)
+    table = SimulatedTable(axes, clock)
+    session, feeds, noise = units_on(
+        table, scenario, {name: tuple(each) for name, each in scenario.faults.items()}
+    )
+    return scenario, table, session, feeds, noise
+
+
+def test_units_on_a_table_that_rests_read_what_the_simulator_of_sessions_lets_them_read():
+    scenario, _, _, feeds, noise = bench(Clock(), duration_seconds=5.0)
+    try:
+        recorded = session_at_rest(scenario, noise._seconds, SEED)
+        for unit in recorded.units:
+            live = feeds[unit.name].until(3.0)
+            assert len(live) > 500
+            count = len(live)
+            assert np.allclose(live.time, unit.samples.time[:count], atol=1e-9)
+            for name in ("accelerometer", "gyroscope"):
+                off = np.abs(getattr(live, name) - getattr(unit.samples, name)[:count])
+                # A last bit may decide which step of the output is nearest.
+                assert np.mean(off < 1e-9) > 0.999
+                assert off.max() <= getattr(unit, name).quantisation * 1.001 + 1e-9
+    finally:
+        noise.close()
+
+
+ANGLE = st.floats(-3.0, 3.0)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.tuples(ANGLE, ANGLE, ANGLE), min_size=1, max_size=3), st.integers(0, 999))
+def test_the_rates_of_a_table_are_the_derivatives_of_its_attitude(states, seed):
+    random = np.random.default_rng(seed)
+    axes = tuple(
+        replace(axis, about=_unit(random.standard_normal(3))) for axis in PRESETS["three-axis"][: len(states)]
+    )
+    angles, rates, accelerations = (np.array(each) for each in zip(*states, strict=True))
+    step = 1e-4
+
+    def at(t):
+        moved = angles + rates * t + 0.5 * accelerations * t * t
+        return level_from_table(axes, moved[np.newaxis])[0], rates + accelerations * t, moved
+
+    def rate_at(t):
+        _, rate, moved = at(t)
+        return body_motion(axes, moved[np.newaxis], rate[np.newaxis], accelerations[np.newaxis])[0][0]
+
+    turned, speeding = body_motion(axes, *(each[np.newaxis] for each in (angles, rates, accelerations)))
+    between = at(-step)[0].T @ at(step)[0]
+    assert np.allclose(
+        _core.rotation_vector(np.ascontiguousarray(between)) / (2 * step), turned[0], atol=1e-5
+    )
+    assert np.allclose((rate_at(step) - rate_at(-step)) / (2 * step), speeding[0], atol=1e-5)
+
+
+def _unit(vector):
+    return tuple((vector / np.linalg.norm(vector)).tolist())
+
+
+def test_a_unit_feels_where_the_table_is_how_it_turns_and_its_own_place():
+    clock, arm = Clock(), (0.2, -0.1, 0.05)
+    scenario, table, session, feeds, noise = bench(
+        clock, duration_seconds=40.0, lever_arm_m={"target_1": arm}, grades=("reference", "industrial")
+    )
+    try:
+        table.goto(np.radians([0.0, 90.0, 30.0]), np.full(3, 2.0), np.full(3, 2.0))
+        clock.now = 10.0
+        table.rate(np.radians([90.0, 0.0, 0.0]), np.full(3, 2.0))
+        clock.now = 20.0
+        samples = feeds["target_1"].until(20.0)
+        unit = session["target_1"]
+        for start, end, spinning in ((4.0, 10.0, 0.0), (12.0, 20.0, np.pi / 2)):
+            at = np.array([end])
+            case_from_level = session.R_e @ level_from_table(table.axes, table.states(at)[0])[0].T
+            spin = session.R_e @ body_motion(table.axes, *table.states(at))[0][0]
+            assert np.linalg.norm(spin) == pytest.approx(spinning, abs=1e-9)
+            force = case_from_level @ [0.0, 0.0, scenario.gravity] + np.cross(spin, np.cross(spin, arm))
+            inside = (samples.taken > start) & (samples.taken < end)
+            count = inside.sum()
+            truth = unit.accelerometer
+            sigma = truth.noise_density * np.sqrt(scenario.rate_hz / count) + 5 * truth.bias_instability
+            found = samples.accelerometer[inside].mean(axis=0)
+            # About the vertical everything turns with the table, but for the Earth.
+            assert np.abs(found - truth.M @ force - truth.b).max() < 5 * sigma + truth.quantisation
+            found = samples.gyroscope[inside].mean(axis=0)
+            truth = unit.gyroscope
+            sigma = truth.noise_density * np.sqrt(scenario.rate_hz / count) + 5 * truth.bias_instability
+            off = found - truth.M @ spin - truth.b - truth.g_sensitivity @ force
+            assert np.abs(off).max() < 5 * sigma + truth.quantisation + 1e-4
+    finally:
+        noise.close()
+
+
+def test_noise_goes_on_without_a_jump_whatever_the_pieces_it_is_asked_for_in():
+    scenario = LiveScenario(seed=SEED, rate_hz=50.0, duration_seconds=10.0, grades=("consumer",))
+    noise = Noise(scenario)
+    try:
+        stretch = noise._length - noise._overlap
+        whole = noise.rows("reference", 0, 4 * stretch)
+        pieces = [noise.rows("reference", first, 7) for first in range(2 * stretch, 3 * stretch - 7, 7)]
+        assert np.array_equal(np.concatenate(pieces), whole[2 * stretch : 2 * stretch + 7 * len(pieces)])
+        spread = whole.std(axis=0)
+        for border in range(stretch, 4 * stretch, stretch):
+            near = whole[border - noise._overlap // 2 : border + noise._overlap]
+            assert np.all(near.std(axis=0) < 1.5 * spread)
+            assert np.all(near.std(axis=0) > 0.6 * spread)
+    finally:
+        noise.close()
+
+
+def test_the_same_seed_gives_the_same_samples_however_often_they_are_asked_for():
+    def sent(ticks):
+        scenario, _, _, feeds, noise = bench(Clock(), duration_seconds=4.0)
+        outlet = Kept()
+        unit = LiveUnit("target_1", 1, feeds["target_1"], outlet, scenario)
+        for now in ticks:
+            unit.advance(now)
+        noise.close()
+        return outlet.samples
+
+    often, seldom = sent(np.arange(0.0, 4.0, 0.01)), sent([0.5, 3.0])
+    count = min(len(often), len(seldom))
+    assert count > 400
+    assert np.allclose(often.time[:count], seldom.time[:count], atol=1e-12)
+    assert np.allclose(often.accelerometer[:count], seldom.accelerometer[:count], atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", LIVE_FAULTS)
+def test_a_fault_shows_from_its_start_to_its_end_and_nowhere_else(kind):
+    def sent(faults):
+        scenario, _, _, feeds, noise = bench(
+            Clock(), duration_seconds=8.0, faults={"target_1": faults}, jitter_seconds=0.0
+        )
+        outlet, arrivals = Kept(), []
+        unit = LiveUnit("target_1", 1, feeds["target_1"], outlet, scenario)
+        for now in np.arange(0.0, 8.0, 0.02):
+            unit.advance(now)
+            arrivals += [now] * (len(outlet.samples) - len(arrivals))
+        noise.close()
+        return outlet, np.array(arrivals)
+
+    good, _ = sent([])
+    outlet, arrivals = sent([LiveFault(kind, start=2.0, end=5.0)])
+    fault = LiveFault(kind, start=2.0, end=5.0)
+    found = outlet.samples
+    before = good.samples.taken < 2.0
+    count = before.sum()
+    assert np.array_equal(found.accelerometer[:count], good.samples.accelerometer[before])
+    assert np.array_equal(found.time[:count], good.samples.time[before])
+    inside = (found.taken >= 2.0) & (found.taken < 5.0)
+    after = found.taken >= 5.0
+    delay = arrivals - found.taken
+    match kind:
+        case "unplugged" | "gap" | "restart":
+            assert not inside.any()
+        case "frozen":
+            assert np.ptp(found.gyroscope[inside], axis=0).max() == 0.0
+            assert np.ptp(found.gyroscope[after], axis=0).max() > 0.0
+        case "late":
+            assert delay[inside & (found.taken < 4.0)].min() >= fault.bad
+            assert delay[found.taken > 6.0].max() < 0.1
+        case "garbled":
+            assert outlet.garbled[: int(2.0 / 0.02) - 2] == [0.0] * (int(2.0 / 0.02) - 2)
+            assert fault.bad in outlet.garbled
+            assert outlet.garbled[-1] == 0.0
+        case "clock-jump" | "time-backwards":
+            jump = fault.bad if kind == "clock-jump" else -fault.bad
+            same = good.samples.time[good.samples.taken >= 2.0]
+            assert np.allclose(found.time[found.taken >= 2.0], same + jump)
+        case "moved":
+            late = found.accelerometer[found.taken > 2.0].mean(axis=0)
+            early = found.accelerometer[found.taken < 2.0].mean(axis=0)
+            lean = np.linalg.norm((late - early)[:2]) / 9.8
+            assert np.degrees(lean) == pytest.approx(fault.bad, rel=0.2)
+    if kind == "restart":
+        assert found.time[after][0] < 0.1
+    assert outlet.plugs == (["out", "in"] if kind == "unplugged" else [])
+
+
+@pytest.mark.parametrize("transport", ["udp", "pty", "mavlink"])
+def test_each_unit_is_read_over_its_own_line(transport, tmp_path):
+    grades = ("reference", "consumer") if transport != "mavlink" else ("consumer",)
+    with LiveSimulation(
+        seed=SEED, grades=grades, transport=transport, port=0, table_port=0, speed=5.0, folder=tmp_path
+    ) as simulation:
+        for name, address in simulation.addresses.items():
+            with open_source(address) as source:
+                samples = first_samples(source, 200)
+                assert not source.gyroscope_unit_is_assumed
+            truth = simulation.truth["units"][name]["accelerometer"]
+            expected = np.array(truth["M"]) @ simulation.truth["R_e"] @ [0.0, 0.0, 9.80665] + truth["b"]
+            assert np.allclose(samples[:, 1:4].mean(axis=0), expected, atol=0.05)
+            assert np.allclose(np.diff(samples[:, 0]), 0.005, atol=1e-4)
+            assert samples[0, 0] >= 0.0
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_program_that_connects_by_tcp_is_told_the_columns_first():
+    with LiveSimulation(transport="tcp", port=0, table_port=0, grades=("reference",)) as simulation:
+        host, port = simulation.addresses["reference"].removeprefix("tcp://").split(":")
+        for _ in range(2):
+            with socket.create_connection((host, int(port))) as line, line.makefile() as lines:
+                assert next(lines) == "time_us,ax_mps2,ay_mps2,az_mps2,gx_radps,gy_radps,gz_radps\n"
+                assert len(next(lines).split(",")) == 7
+
+
+def test_a_serial_line_that_is_unplugged_is_lost_and_can_be_opened_again_when_it_is_back(tmp_path):
+    faults = {"reference": [LiveFault("unplugged", start=2.0, end=4.0)]}
+    with LiveSimulation(
+        transport="pty", grades=("reference",), faults=faults, table_port=0, speed=4.0, folder=tmp_path
+    ) as simulation:
+        address = simulation.addresses["reference"]
+        with pytest.raises(Exception, match="connection was lost"), open_source(address) as source:
+            first_samples(source, 10_000)
+        while simulation.now() < 4.2:
+            time.sleep(0.02)
+        with open_source(address) as source:
+            assert len(first_samples(source, 50)) == 50
+
+
+def test_the_loop_is_closed_over_real_sockets():
+    readings = []
+    with (
+        LiveSimulation(seed=SEED, port=0, table_port=0, speed=40.0, grades=("reference",)) as simulation,
+        GuardedTable(open_table(simulation.table_address), armed=True) as table,
+        open_source(simulation.addresses["reference"]) as source,
+    ):
+        for angles in ([0.0, 0.0], [90.0, 0.0], [180.0, 0.0]):
+            table.goto(np.radians(angles))
+            table.wait()
+            since = simulation.now() + simulation.scenario.uptime + 0.5
+            samples = np.empty((0, 7))
+            while not len(samples):
+                samples = first_samples(source, 400)
+                samples = samples[samples[:, 0] > since]
+            readings.append(samples[:, 1:4].mean(axis=0))
+    axis = np.array(simulation.truth["R_e"])
+    for reading, up in zip(readings, ([0, 0, 1], [0, 1, 0], [0, 0, -1]), strict=True):
+        assert np.allclose(reading, 9.80665 * axis @ up, atol=0.02)
+
+
+def test_a_spin_is_found_from_a_robot_that_is_served_live(tmp_path):
+    with LiveSimulation(
+        seed=SEED, motion="spin", port=0, speed=8.0, rest_seconds=12.0, rate_hz=100.0
+    ) as robot:
+        done = typed("spin", "--live", robot.addresses["imu"], "--turns", "2", "-o", tmp_path)
+    assert done.code == 0, done.err
+    [path] = tmp_path.glob("*.yaml")
+    found = yaml.safe_load(path.read_text())
+    assert np.allclose(found["accelerometer"]["b"][:2], robot.truth["accelerometer_bias"][:2], atol=0.02)
+
+
+def test_the_command_serves_until_its_end_and_writes_the_truth(tmp_path):
+    done = typed(
+        *("simulate", "live", "--grades", "reference,consumer", "--port", "0", "--table-port", "0"),
+        *("--speed", "20", "--duration", "4", "--seed", "5", "-o", tmp_path, "--json"),
+    )
+    assert done.code == 0, done.err
+    said = json.loads(done.out)
+    assert list(said["units"]) == ["reference", "target_1"]
+    truth = yaml.safe_load((tmp_path / "truth.yaml").read_text())
+    assert truth["live"]["addresses"] == said["units"]
+    assert truth["live"]["table"] == said["table"]
+    assert truth["seed"] == said["seed"] == 5
+    sent = dict(re.findall(r"^(\w+): (\d+) samples sent$", done.err, re.MULTILINE))
+    # 4 s at 200 Hz, but for what is still on its way.
+    assert {name for name, count in sent.items() if 790 < int(count) <= 801} == {"reference", "target_1"}
+
+
+@pytest.mark.parametrize("which", ["SIGTERM", "SIGINT"])
+def test_a_signal_ends_the_command_cleanly(tmp_path, which):
+    words = ["simulate", "live", "--transport", "pty", "--table-port", "0", "-o", str(tmp_path / "bench")]
+    program = subprocess.Popen(
+        [sys.executable, "-c", "from tumble.cli.main import main; main()", *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        while "Ctrl-C ends it" not in program.stdout.readline():
+            pass
+        os.kill(program.pid, getattr(signal, which))
+        _, err = program.communicate(timeout=20)
+    finally:
+        program.kill()
+    assert program.returncode == 0
+    assert "Traceback" not in err
+    assert [path.name for path in (tmp_path / "bench").iterdir()] == ["truth.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("words", "problem"),
+    [
+        (("--rate", "0.1"), "rate_hz is 0.1"),
+        (("--grades", "toy"), "unknown grade 'toy'"),
+        (("--speed", "0"), "speed is 0; make it positive"),
+        (("--jitter", "-1"), "make it zero or more"),
+        (("--fault", "nobody:moved"), "a fault of unit 'nobody'"),
+        (("--fault", "reference:melted"), "unknown fault 'melted'"),
+        (("--fault", "reference:garbled:size=2"), "size is a share of 1"),
+        (("--table-profile", "nobodys"), "no such profile"),
+        (("--host", "999.1.1.1"), "give"),
+    ],
+)
+def test_a_bench_that_makes_no_sense_is_refused_in_one_line(tmp_path, words, problem):
+    done = typed("simulate", "live", "--port", "0", "--table-port", "0", "-o", tmp_path, *words)
+    assert done.code == 2
+    assert problem in one_line(done.err)
+
+
+def test_a_port_of_a_table_that_is_taken_is_refused_in_one_line(tmp_path):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        done = typed("simulate", "live", "--port", "0", "--table-port", port, "-o", tmp_path)
+    assert done.code == 2
+    assert f"table at 127.0.0.1:{port}" in one_line(done.err)
