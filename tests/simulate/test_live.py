@@ -238,18 +238,19 @@ def test_a_fault_shows_from_its_start_to_its_end_and_nowhere_else(kind):
 
 @pytest.mark.parametrize("transport", ["udp", "pty", "mavlink"])
 def test_each_unit_is_read_over_its_own_line(transport, tmp_path):
-    grades = ("reference", "consumer") if transport != "mavlink" else ("consumer",)
+    grades = ("reference", "consumer")
     with LiveSimulation(
-        seed=SEED, grades=grades, transport=transport, port=0, table_port=0, speed=5.0, folder=tmp_path
+        seed=SEED, grades=grades, transport=transport, port=0, table_port=0, speed=2.0, folder=tmp_path
     ) as simulation:
         for name, address in simulation.addresses.items():
             with open_source(address) as source:
-                samples = first_samples(source, 200)
+                samples = first_samples(source, 100)
                 assert not source.gyroscope_unit_is_assumed
             truth = simulation.truth["units"][name]["accelerometer"]
             expected = np.array(truth["M"]) @ simulation.truth["R_e"] @ [0.0, 0.0, 9.80665] + truth["b"]
             assert np.allclose(samples[:, 1:4].mean(axis=0), expected, atol=0.05)
-            assert np.allclose(np.diff(samples[:, 0]), 0.005, atol=1e-4)
+            # A busy machine may lose a datagram.
+            assert np.median(np.diff(samples[:, 0])) == pytest.approx(0.005, abs=1e-5)
             assert samples[0, 0] >= 0.0
     assert list(tmp_path.iterdir()) == []
 
@@ -258,7 +259,7 @@ def test_a_program_that_connects_by_tcp_is_told_the_columns_first():
     with LiveSimulation(transport="tcp", port=0, table_port=0, grades=("reference",)) as simulation:
         host, port = simulation.addresses["reference"].removeprefix("tcp://").split(":")
         for _ in range(2):
-            with socket.create_connection((host, int(port))) as line, line.makefile() as lines:
+            with socket.create_connection((host, int(port)), timeout=10.0) as line, line.makefile() as lines:
                 assert next(lines) == "time_us,ax_mps2,ay_mps2,az_mps2,gx_radps,gy_radps,gz_radps\n"
                 assert len(next(lines).split(",")) == 7
 

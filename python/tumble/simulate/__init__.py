@@ -4,7 +4,7 @@ Read in this order: `grade` (how good a sensor is), `fault` (what can be wrong w
 records, and what is true of it), then `turntable`, `spin` (a robot that turns on the spot) or `flight`
 (several units on a quadrotor or a vehicle), each with its `scenario` (everything it is made of),
 `procedure` (from there to recordings and truth), `files` (those on disk) and `command`. `native` says how a
-scenario reaches the native simulator.
+scenario reaches the native simulator. `live` serves all of these, and a table, as they happen.
 
 >>> from tumble.simulate import simulate_turntable
 >>> session = simulate_turntable(seed=7, grades=("consumer", "tactical"))
@@ -32,6 +32,10 @@ from tumble.simulate.flight.scenario import (
     unit_names,
 )
 from tumble.simulate.grade import Grade, TriadGrade, grade_names
+from tumble.simulate.live.fault import LIVE_FAULTS, LiveFault
+from tumble.simulate.live.files import write_live
+from tumble.simulate.live.procedure import LiveSimulation
+from tumble.simulate.live.scenario import LiveScenario
 from tumble.simulate.scenario import ScenarioError
 from tumble.simulate.spin.files import write_spin
 from tumble.simulate.spin.procedure import SimulatedSpin, simulate_spin
@@ -43,6 +47,7 @@ from tumble.simulate.unit import ClockTruth, SimulatedUnit, TriadTruth
 
 __all__ = [
     "FAULTS",
+    "LIVE_FAULTS",
     "USUAL_UNITS",
     "VIBRATIONS",
     "ClockTruth",
@@ -54,6 +59,9 @@ __all__ = [
     "FlightTruth",
     "FlightUnit",
     "Grade",
+    "LiveFault",
+    "LiveScenario",
+    "LiveSimulation",
     "ScenarioError",
     "SimulatedFlight",
     "SimulatedFlightUnit",
@@ -74,6 +82,7 @@ __all__ = [
     "simulate_turntable",
     "unit_names",
     "write_flight",
+    "write_live",
     "write_spin",
     "write_turntable",
 ]
