@@ -301,7 +301,7 @@ def test_the_loop_is_closed_over_real_sockets():
 
 def test_a_spin_is_found_from_a_robot_that_is_served_live(tmp_path):
     with LiveSimulation(
-        seed=SEED, motion="spin", port=0, speed=8.0, rest_seconds=12.0, rate_hz=100.0
+        seed=SEED, motion="spin", port=0, speed=8.0, rest_seconds=30.0, rate_hz=100.0
     ) as robot:
         done = typed("spin", "--live", robot.addresses["imu"], "--turns", "2", "-o", tmp_path)
     assert done.code == 0, done.err
