@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Literal, TypeAlias
 
 from pydantic import Field
 
@@ -25,6 +25,7 @@ from tumble.logs.track import LoggedImu, RawSamples, StatedUnit, Transform, choo
 from tumble.schemas import SESSION
 
 SCHEMA: Literal["tumble-session/1"] = "tumble-session/1"
+SessionClock: TypeAlias = Literal["host", "sensor", "log"]
 LAST_PART = "last-part"
 """Note of a Parquet file: the number of the last part that was joined in it."""
 _PART = re.compile(r"(\d+)(?:-(\d+))?\.parquet")
@@ -51,8 +52,9 @@ class Session(Document):
     schema_: Literal["tumble-session/1"] = Field(default=SCHEMA, alias="schema")
     started: str
     """UTC, ISO 8601."""
-    clock: Literal["host", "log"]
-    """What `time` is of: the monotonic clock of the computer that recorded, or that of replayed logs."""
+    clock: SessionClock
+    """What `time` is of: the monotonic clock of the computer that recorded, the one sensor's own, or that of
+    replayed logs."""
     clock_origin: float = 0.0
     """s since 1970 at which that clock of the computer was zero."""
     ended: str | None = None

@@ -93,7 +93,7 @@ def record_command(
     recorder = Recorder(
         units,
         output,
-        sources=typed,
+        typed=typed,
         serials={name: each.serial for name, each in options.items()},
         resume=resume,
     )
@@ -110,7 +110,7 @@ def record_command(
 def _finish(folder: Path, with_sources: bool) -> None:
     if with_sources:
         raise ProcedureError("--finish records nothing; leave out the sources, or give --resume to go on")
-    from tumble.record.procedure import finish_session
+    from tumble.record.writer import finish_session
 
     _print_summary(finish_session(folder), folder)
 
