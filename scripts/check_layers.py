@@ -79,7 +79,7 @@ LAYERS: dict[str, set[str]] = {
     "calibration": DATA | {"result", "_core"},
     "logs": {"lazy", "constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording"}
     | {"schemas", "documents", "words"},
-    "live": {"numbers", "units", "errors", "file_names", "recording", "timing", "words", "logs"},
+    "live": {"numbers", "units", "errors", "files", "file_names", "recording", "timing", "words", "logs"},
     "gravity": {"errors", "constants", "_core"},
     "acquisition": DATA | {"calibration", "logs", "gravity", "_core"},
     "procedure": DATA

@@ -9,16 +9,23 @@ from typing import Annotated
 import typer
 
 from tumble.cli.output import file_named_after, output_path
+from tumble.cli.outputs import ToOption
 from tumble.cli.read_options import with_read_options
+from tumble.errors import ProcedureError
 from tumble.logs.options import ReadOptions
 from tumble.words import count_of
+
+_LIVE = "With --live"
 
 
 @with_read_options
 def apply_command(
     calibration: Annotated[Path, typer.Argument(metavar="CALIBRATION", help="Calibration file of the unit.")],
     log: Annotated[
-        str, typer.Argument(metavar="LOG", help="Log to correct: LOG, or LOG:NAME for one IMU of several.")
+        str,
+        typer.Argument(
+            metavar="LOG", help="Log to correct: LOG, or LOG:NAME for one IMU of several; with --live SOURCE."
+        ),
     ],
     read_options: ReadOptions,
     output: Annotated[
@@ -42,6 +49,24 @@ def apply_command(
             "--force", help="Correct a log of another unit, or one that was corrected already, all the same."
         ),
     ] = False,
+    live: Annotated[
+        bool,
+        typer.Option("--live", help="Correct samples while they come from SOURCE.", rich_help_panel=_LIVE),
+    ] = False,
+    to: ToOption = None,
+    sender: Annotated[
+        str | None,
+        typer.Option(
+            "--from",
+            metavar="ADDRESS",
+            help="The one host whose datagrams count; the first that sends if not given.",
+            rich_help_panel=_LIVE,
+            show_default=False,
+        ),
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="To stdout as JSON, a line a sample.", rich_help_panel=_LIVE)
+    ] = False,
 ) -> None:
     """Correct a log with a calibration.
 
@@ -51,7 +76,16 @@ def apply_command(
 
     Logs of any length are read and written piece by piece. A log of another unit, by its serial number, or
     one that was corrected already is refused.
+
+    With --live, samples of a source go on at once, corrected, until Ctrl-C:
+    tumble apply --live unit.yaml serial:/dev/ttyUSB0 --to udp://10.0.0.2:9000
     """
+    if live or to is not None:
+        _check_live(live, to, output, format_name)
+        from tumble.apply.command_live import apply_source
+
+        apply_source(calibration, log, to or "", read_options, sender=sender, force=force, as_json=as_json)
+        return
     from tumble.apply.procedure import apply
     from tumble.calibration.document import Calibration
     from tumble.cli.progress import sample_progress
@@ -71,3 +105,12 @@ def apply_command(
     for warning in applied.warnings:
         print(f"tumble: warning: {warning}", file=sys.stderr)
     print(f"{count_of('sample', applied.samples)} corrected: {applied.path}")
+
+
+def _check_live(live: bool, to: str | None, output: Path | None, format_name: str | None) -> None:
+    if not live:
+        raise ProcedureError("--to is where live samples go; give --live SOURCE, or -o OUT with a log")
+    if to is None:
+        raise ProcedureError("--live needs --to stdout, udp://HOST:PORT, mavlink:udpout:HOST:PORT or FILE")
+    if output is not None or format_name is not None:
+        raise ProcedureError("-o and --format are for logs; with --live give --to FILE")

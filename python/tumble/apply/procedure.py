@@ -10,6 +10,7 @@ from tumble.calibration.document import Calibration
 from tumble.errors import ProcedureError
 from tumble.logs import ChunkStream, Facts, ReadOptions, open_recording, open_writer, parse_spec
 from tumble.recording import Recording, RecordingSource, SampleProgress
+from tumble.units import TRIADS, Triad
 from tumble.words import count_of
 
 
@@ -51,7 +52,9 @@ def apply(
     calibration = Calibration.load(calibration) if isinstance(calibration, str | Path) else calibration
     recording = open_recording(recording, read)
     metadata = recording.metadata
-    misuses = tuple(_misuses(calibration, recording))
+    misuses = tuple(
+        misuses_of(calibration, serial=metadata.serial, already_corrected=metadata.already_corrected)
+    )
     if misuses and not force:
         raise ProcedureError(
             f"{misuses[0]}; give the log as recorded and the calibration of its unit, or --force",
@@ -71,9 +74,10 @@ def apply(
             if progress is not None:
                 progress(samples, expected)
     left_out = stream.counts.notices() if isinstance(stream, ChunkStream) else ()
-    return Applied(
-        output, samples, (*map("the log {}".format, misuses), *_warnings(calibration, recording), *left_out)
+    warnings = warnings_on(
+        calibration, what="log", name=metadata.name, serial=metadata.serial, triads=metadata.triads
     )
+    return Applied(output, samples, (*map("the log {}".format, misuses), *warnings, *left_out))
 
 
 def _refuse_without_force(calibration: Calibration, recording: Recording) -> None:
@@ -94,13 +98,12 @@ def _files_of(recording: Recording) -> Sequence[Path]:
     return (source, *source.glob("*"))
 
 
-def _misuses(calibration: Calibration, recording: Recording) -> Iterator[str]:
-    """Say what would make the corrected log worse than the log."""
-    metadata = recording.metadata
-    if metadata.already_corrected:
+def misuses_of(calibration: Calibration, *, serial: str, already_corrected: bool | None) -> Iterator[str]:
+    """Say what would make corrected samples worse than those of the unit of that serial number."""
+    if already_corrected:
         yield "was corrected already"
-    if calibration.serial and metadata.serial and calibration.serial != metadata.serial:
-        yield f"is of unit {metadata.serial}, the calibration of unit {calibration.serial}"
+    if calibration.serial and serial and calibration.serial != serial:
+        yield f"is of unit {serial}, the calibration of unit {calibration.serial}"
 
 
 def _is_spin(calibration: Calibration) -> bool:
@@ -108,17 +111,19 @@ def _is_spin(calibration: Calibration) -> bool:
     return calibration.method is not None and calibration.method.procedure == "spin"
 
 
-def _warnings(calibration: Calibration, recording: Recording) -> tuple[str, ...]:
-    metadata = recording.metadata
+def warnings_on(
+    calibration: Calibration, *, what: str, name: str, serial: str, triads: Sequence[Triad] = TRIADS
+) -> tuple[str, ...]:
+    """Say what the calibration leaves open for `what`, a log or a source, of that name and these triads."""
     warnings = []
-    if calibration.name != metadata.name and not (calibration.serial and metadata.serial):
-        silent = "log" if calibration.serial else "calibration"
+    if calibration.name != name and not (calibration.serial and serial):
+        silent = what if calibration.serial else "calibration"
         warnings.append(
-            f"whether the log {metadata.name} is of the unit of the calibration, {calibration.name}, is not "
+            f"whether the {what} {name} is of the unit of the calibration, {calibration.name}, is not "
             f"known: the {silent} has no serial number"
         )
     for name, triad in (("accelerometer", calibration.accelerometer), ("gyroscope", calibration.gyroscope)):
-        if name not in metadata.triads:
+        if name not in triads:
             continue
         if triad is None:
             warnings.append(f"the calibration has no {name} section; the {name} is left as measured")

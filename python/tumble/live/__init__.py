@@ -28,7 +28,7 @@ from __future__ import annotations
 from tumble.live.address import Address, parse_address
 from tumble.live.registry import Opener, open_source, schemes
 from tumble.live.shared_line import SharedLines
-from tumble.live.source import FIRST_SAMPLE_WITHIN, HEARTBEAT, LiveChunk, PolledSource, Source
+from tumble.live.source import FIRST_SAMPLE_WITHIN, HEARTBEAT, LiveChunk, PolledSource, Source, nothing_came
 from tumble.live.together import LiveSet, SourceEvent, open_set
 
 __all__ = [
@@ -42,6 +42,7 @@ __all__ = [
     "SharedLines",
     "Source",
     "SourceEvent",
+    "nothing_came",
     "open_set",
     "open_source",
     "parse_address",

@@ -29,9 +29,9 @@ CHOICE_MESSAGES = 20
 """Messages of one kind to hear before choosing among those that come about as often."""
 MOST_WITHOUT_IMU = 500
 """Messages, or pieces that are none, beyond which no IMU is to be expected."""
-_DIALECT = "pymavlink.dialects.v20.common"
-_HIGHRES_TRIADS = 0b111111
-_HIGHRES_TEMPERATURE = 1 << 12
+DIALECT = "pymavlink.dialects.v20.common"
+HIGHRES_TRIADS = 0b111111
+HIGHRES_TEMPERATURE = 1 << 12
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,14 +110,14 @@ class MavlinkLine(SharedLine[MavlinkMessage]):
         return MavlinkUnit(self, address, options)
 
     def _open(self) -> None:
-        self._parser = optional(_DIALECT, self.address).MAVLink(None)
+        self._parser = optional(DIALECT, self.address).MAVLink(None)
         self._parser.robust_parsing = True
         super()._open()
 
     def request(self, message: str) -> None:
         """Ask for a message at the rate that is stated, if one is."""
         if not math.isnan(self._rate):
-            dialect = optional(_DIALECT, self.address)
+            dialect = optional(DIALECT, self.address)
             request = MessageRequest(self.address, dialect, message, self.system, self._rate)
             self._requests.setdefault(message, request)
 
@@ -264,13 +264,13 @@ def _holds_both_triads(message: MavlinkMessage, name: str) -> bool:
     """Whether accelerometer and gyroscope were renewed, where a message says so; 0 says nothing."""
     if name != "HIGHRES_IMU" or message.fields_updated == 0:
         return True
-    return bool(message.fields_updated & _HIGHRES_TRIADS == _HIGHRES_TRIADS)
+    return bool(message.fields_updated & HIGHRES_TRIADS == HIGHRES_TRIADS)
 
 
 def _temperature(message: MavlinkMessage) -> float:
     """degC; NaN where the message has none."""
     if message.get_type() == "HIGHRES_IMU":
-        return float(message.temperature) if message.fields_updated & _HIGHRES_TEMPERATURE else math.nan
+        return float(message.temperature) if message.fields_updated & HIGHRES_TEMPERATURE else math.nan
     hundredths = getattr(message, "temperature", 0)
     return 0.01 * hundredths if hundredths else math.nan
 

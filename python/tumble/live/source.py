@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from types import TracebackType
 from typing import Protocol
 
+from tumble.errors import LogError
 from tumble.recording import Chunk, FloatArray
 
 HEARTBEAT = 0.1
@@ -20,6 +21,14 @@ BETWEEN_LOOKS = 0.001
 """s between two looks at a line that cannot be waited on."""
 LOG_CLOCK = "log"
 """Clock of replayed logs, whose times stay as they were recorded."""
+
+
+def nothing_came(name: str) -> LogError:
+    """Give the error for a source that has sent nothing for `FIRST_SAMPLE_WITHIN`."""
+    return LogError(
+        f"{name}: no sample came in {FIRST_SAMPLE_WITHIN:.0f} s; is the device on, does it send to this "
+        "address, and is the baud rate or port right?"
+    )
 
 
 @dataclass(frozen=True, slots=True)

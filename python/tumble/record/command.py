@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import signal
 import sys
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,6 +11,7 @@ import typer
 from tumble.cli.durations import seconds_of
 from tumble.cli.output import OutputFolder
 from tumble.cli.read_options import ExceptionsOption, read_options_for, with_read_options
+from tumble.cli.stopping import stopped_by_signals
 from tumble.errors import ProcedureError
 from tumble.logs.options import ReadOptions
 from tumble.words import count_of, join
@@ -97,7 +94,7 @@ def record_command(
         serials={name: each.serial for name, each in options.items()},
         resume=resume,
     )
-    with recorder, _stopping(recorder.stop), shown(as_json) as show:
+    with recorder, stopped_by_signals(recorder.stop), shown(as_json) as show:
         for step in recorder.steps(seconds, count):
             show(step)
     if not as_json:
@@ -120,24 +117,3 @@ def _print_summary(session: Session, folder: Path) -> None:
         print(f"{unit.name}: {count_of('sample', unit.samples or 0)}: {folder / unit.name}.parquet")
         for remark in unit.remarks:
             print(f"  {remark}")
-
-
-@contextmanager
-def _stopping(stop: Callable[[], None]) -> Iterator[None]:
-    """End well at Ctrl-C and SIGTERM, while the block runs; a second Ctrl-C ends at once."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-
-    def handle(number: int, _frame: object) -> None:
-        stop()
-        signal.signal(number, before[signal.Signals(number)])
-
-    for number in before:
-        signal.signal(number, handle)
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

@@ -15,7 +15,7 @@ from tumble.acquisition.acquire import corrected, refuse_if_misread, rests_of, t
 from tumble.calibration.document import Calibration
 from tumble.errors import LogError, ProcedureError
 from tumble.gravity import local_gravity
-from tumble.live import FIRST_SAMPLE_WITHIN, LiveChunk, Source
+from tumble.live import FIRST_SAMPLE_WITHIN, LiveChunk, Source, nothing_came
 from tumble.recording import Chunk, FloatArray
 from tumble.results import Precision, Rest
 from tumble.spin.combination import combine
@@ -276,10 +276,7 @@ class LiveSpin:
         """Let the machine know of a silence that is no mere stall."""
         if self._time is None:
             if silence > FIRST_SAMPLE_WITHIN:
-                raise LogError(
-                    f"{self._source.name}: no sample came in {FIRST_SAMPLE_WITHIN:.0f} s; is the device on, "
-                    "does it send to this address, and is the baud rate or port right?"
-                )
+                raise nothing_came(self._source.name)
         elif silence > PATIENCE:
             self._machine.tick(self._time + silence)
 

@@ -1,0 +1,86 @@
+"""Correct samples while they come."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tumble.apply.procedure import misuses_of, warnings_on
+from tumble.calibration.document import Calibration
+from tumble.errors import ProcedureError
+from tumble.live import FIRST_SAMPLE_WITHIN, Source, nothing_came
+from tumble.live.host_clock import DelayCounts
+from tumble.live.outputs import Output
+from tumble.logs import Facts
+
+
+@dataclass(frozen=True, slots=True)
+class LiveApplied:
+    """What was corrected by the end of the stream."""
+
+    samples: int
+    delays: DelayCounts
+    """s from the arrival of samples to when they were on their way, corrected."""
+    warnings: tuple[str, ...]
+    """What a user should know before using them."""
+
+
+class LiveApply:
+    """Corrects what a source gives, and hands it to an output: `run`, within the source.
+
+    `serial` is that of the unit, where the source does not state it. `force` is as for `apply`.
+
+    Raises `ProcedureError` where the calibration is of another unit, or the samples are corrected already.
+    """
+
+    def __init__(
+        self,
+        calibration: Calibration,
+        source: Source,
+        output: Output,
+        *,
+        serial: str = "",
+        force: bool = False,
+    ) -> None:
+        self._calibration = calibration
+        self._source = source
+        self._output = output
+        self._serial = serial or getattr(source, "serial", "")
+        corrected = getattr(source, "already_corrected", None)
+        self._misuses = tuple(misuses_of(calibration, serial=self._serial, already_corrected=corrected))
+        if self._misuses and not force:
+            raise ProcedureError(
+                f"{self._misuses[0]}; give what was measured and the calibration of its unit, or --force",
+                about=source.name,
+            )
+
+    def run(self, is_over: Callable[[], bool] = lambda: False) -> LiveApplied:
+        """Go on until the source ends or `is_over` says so; it is asked every `HEARTBEAT` at least.
+
+        Raises `LogError` where nothing comes or the source is lost, `OutputError` where the output takes no
+        more.
+        """
+        samples, delays, began = 0, DelayCounts(), time.monotonic()
+        facts = Facts(
+            serial=self._serial or self._calibration.serial, corrected=f"sha256:{self._calibration.hash()}"
+        )
+        with self._output.open(facts) as writer:
+            for chunk in self._source:
+                if is_over():
+                    break
+                if len(chunk):
+                    accelerometer, gyroscope = self._calibration.correct(chunk.accelerometer, chunk.gyroscope)
+                    writer.write(replace(chunk, accelerometer=accelerometer, gyroscope=gyroscope))
+                    samples += len(chunk)
+                    if chunk.arrival is not None:
+                        delays.add(np.array([time.monotonic() - chunk.arrival]))
+                elif not samples and time.monotonic() - began > FIRST_SAMPLE_WITHIN:
+                    raise nothing_came(self._source.name)
+        return LiveApplied(samples, delays, self._warnings())
+
+    def _warnings(self) -> tuple[str, ...]:
+        known = warnings_on(self._calibration, what="source", name=self._source.name, serial=self._serial)
+        return (*map("the source {}".format, self._misuses), *known, *self._source.remarks)

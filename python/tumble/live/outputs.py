@@ -1,0 +1,282 @@
+"""Where samples go while they come: standard output, UDP, MAVLink or a file, as it is typed after `--to`."""
+
+from __future__ import annotations
+
+import json
+import math
+import socket
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol, TypeAlias
+
+from tumble.errors import LogError, OutputError
+from tumble.files import check_output
+from tumble.live.address import Address, host_and_port, parse_address
+from tumble.live.mavlink import DIALECT, HIGHRES_TEMPERATURE, HIGHRES_TRIADS
+from tumble.live.optional import optional
+from tumble.logs.writer import Facts, Writer
+from tumble.logs.writers import FORMATS, format_for, open_writer
+from tumble.recording import Chunk
+
+Place: TypeAlias = Any
+"""Address of a socket: host and port, and more where they are those of version 6."""
+
+STDOUT = "stdout"
+NAMES = ("time", "ax", "ay", "az", "gx", "gy", "gz", "temperature")
+"""Of what is sent, in s, m/s^2, rad/s and degC."""
+LARGEST_PAYLOAD = 1400
+"""Bytes of a datagram that goes through most networks in one piece."""
+SYSTEM, PERIPHERAL = 1, 158
+"""What we call ourselves on MAVLink: a peripheral of the vehicle."""
+BETWEEN_HEARTBEATS = 1.0
+"""s, on MAVLink: whoever does not say so for long is taken to be gone."""
+
+
+class Output(Protocol):
+    """Where samples are to go; made of what was typed before there are any."""
+
+    @property
+    def name(self) -> str:
+        """What was typed."""
+
+    def open(self, facts: Facts) -> AbstractContextManager[Writer]:
+        """Open it; what it takes is there, or on its way, when `write` returns.
+
+        Raises `OutputError`, in one line, as `write` does, where it takes no more.
+        """
+
+
+def parse_output(text: str, *, as_json: bool = False) -> Output:
+    """Find the output that was typed: `stdout`, `udp://HOST:PORT`, `mavlink:udpout:HOST:PORT` or FILE.
+
+    With `as_json` standard output is given a JSON object a sample, else rows under names of columns.
+
+    Raises `OutputError` where it is none of these, the host is not known, or the file cannot be written.
+    """
+    if text == STDOUT:
+        return StandardOutput(as_json)
+    scheme = text.partition(":")[0].lower()
+    if scheme in ("udp", "mavlink"):
+        try:
+            address = parse_address(text)
+            return _udp(address) if scheme == "udp" else _mavlink(address)
+        except LogError as error:
+            raise OutputError(str(error)) from error
+    path = Path(text)
+    if path.suffix.removeprefix(".").lower() not in FORMATS:
+        raise OutputError(
+            f"--to {text}: give stdout, udp://HOST:PORT, mavlink:udpout:HOST:PORT, or a file that ends in "
+            f"{', '.join('.' + name for name in FORMATS)}"
+        )
+    check_output(path, FORMATS[format_for(path)])
+    return FileOutput(path)
+
+
+@dataclass(frozen=True, slots=True)
+class FileOutput:
+    """A log, which takes its place under its name once the stream has ended."""
+
+    path: Path
+
+    @property
+    def name(self) -> str:
+        """See `Output`."""
+        return str(self.path)
+
+    def open(self, facts: Facts) -> AbstractContextManager[Writer]:
+        """See `Output`."""
+        return open_writer(self.path, facts=facts)
+
+
+@dataclass(frozen=True, slots=True)
+class StandardOutput:
+    """Rows under names of columns, or JSON, a line a sample, each on its way at once."""
+
+    as_json: bool
+    name: str = STDOUT
+
+    @contextmanager
+    def open(self, facts: Facts) -> Iterator[Writer]:
+        """See `Output`."""
+        yield _Lines(self.as_json)
+
+
+class _Lines:
+    def __init__(self, as_json: bool) -> None:
+        self._as_json = as_json
+        self._names: Sequence[str] = ()
+
+    def write(self, chunk: Chunk) -> None:
+        lines = json_lines(chunk) if self._as_json else self._rows(chunk)
+        try:
+            sys.stdout.write("".join(f"{line}\n" for line in lines))
+            sys.stdout.flush()
+        except BrokenPipeError as error:
+            raise OutputError("standard output: whoever read it is gone; start both again") from error
+
+    def close(self) -> None: ...
+
+    def _rows(self, chunk: Chunk) -> list[str]:
+        head = []
+        if not self._names:
+            self._names = NAMES if chunk.temperature is not None else NAMES[:-1]
+            head = [",".join(self._names)]
+        return head + [",".join(map(repr, row[: len(self._names)])) for row in rows_of(chunk)]
+
+
+@dataclass(frozen=True, slots=True)
+class DatagramOutput:
+    """JSON over UDP: an object a sample, samples that came together in one datagram."""
+
+    name: str
+    place: tuple[socket.AddressFamily, Place]
+
+    @contextmanager
+    def open(self, facts: Facts) -> Iterator[Writer]:
+        """See `Output`."""
+        with _datagrams(self.name, self.place) as line:
+            yield _JsonDatagrams(line)
+
+
+@dataclass(frozen=True, slots=True)
+class MavlinkOutput:
+    """`HIGHRES_IMU`, a message a sample, with a heartbeat every second."""
+
+    address: Address
+    place: tuple[socket.AddressFamily, Place]
+
+    @property
+    def name(self) -> str:
+        """See `Output`."""
+        return self.address.text
+
+    @contextmanager
+    def open(self, facts: Facts) -> Iterator[Writer]:
+        """See `Output`."""
+        dialect = optional(DIALECT, self.address)
+        with _datagrams(self.name, self.place) as line:
+            yield _MavlinkMessages(dialect, line)
+
+
+class _Datagrams:
+    """Sends datagrams to one place; whether anybody listens there nobody knows."""
+
+    def __init__(self, name: str, line: socket.socket, place: Place) -> None:
+        self._name = name
+        self._line = line
+        self._place = place
+
+    def send(self, payload: bytes) -> None:
+        try:
+            self._line.sendto(payload, self._place)
+        except OSError as error:
+            raise OutputError(
+                f"{self._name}: cannot send: {error.strerror or error}; check address and network"
+            ) from error
+
+
+class _JsonDatagrams:
+    def __init__(self, line: _Datagrams) -> None:
+        self._line = line
+
+    def write(self, chunk: Chunk) -> None:
+        payload = b""
+        for text in json_lines(chunk):
+            piece = text.encode() + b"\n"
+            if payload and len(payload) + len(piece) > LARGEST_PAYLOAD:
+                self._line.send(payload)
+                payload = b""
+            payload += piece
+        if payload:
+            self._line.send(payload)
+
+    def close(self) -> None: ...
+
+
+class _MavlinkMessages:
+    def __init__(self, dialect: Any, line: _Datagrams) -> None:  # noqa: ANN401 - pymavlink has no types
+        self._dialect = dialect
+        self._line = line
+        self._sender = dialect.MAVLink(None, srcSystem=SYSTEM, srcComponent=PERIPHERAL)
+        self._heartbeat_at = -math.inf
+
+    def write(self, chunk: Chunk) -> None:
+        if (now := time.monotonic()) >= self._heartbeat_at:
+            self._heartbeat_at = now + BETWEEN_HEARTBEATS
+            self._line.send(self._heartbeat())
+        for row in rows_of(chunk):
+            self._line.send(self._message(row))
+
+    def close(self) -> None: ...
+
+    def _message(self, row: Sequence[float]) -> bytes:
+        temperature = row[-1] if len(row) == len(NAMES) and math.isfinite(row[-1]) else None
+        updated = HIGHRES_TRIADS | (0 if temperature is None else HIGHRES_TEMPERATURE)
+        others = (0.0,) * 3 + (0.0, 0.0, 0.0, temperature or 0.0)
+        message = self._dialect.MAVLink_highres_imu_message(
+            max(0, round(1e6 * row[0])), *row[1:7], *others, updated
+        )
+        packed: bytes = message.pack(self._sender)
+        return packed
+
+    def _heartbeat(self) -> bytes:
+        dialect = self._dialect
+        message = dialect.MAVLink_heartbeat_message(
+            dialect.MAV_TYPE_GENERIC,
+            dialect.MAV_AUTOPILOT_INVALID,
+            0,
+            0,
+            dialect.MAV_STATE_ACTIVE,
+            3,
+        )
+        packed: bytes = message.pack(self._sender)
+        return packed
+
+
+def rows_of(chunk: Chunk) -> list[list[float]]:
+    """Give a row a sample, in the order of `NAMES`."""
+    columns = [chunk.time, *chunk.accelerometer.T, *chunk.gyroscope.T]
+    if chunk.temperature is not None:
+        columns.append(chunk.temperature)
+    return list(map(list, zip(*(column.tolist() for column in columns), strict=True)))
+
+
+def json_lines(chunk: Chunk) -> Iterator[str]:
+    """Give a JSON object a sample; what is no number is null."""
+    for row in rows_of(chunk):
+        named = zip(NAMES, row, strict=False)
+        yield json.dumps({name: value if math.isfinite(value) else None for name, value in named})
+
+
+def _udp(address: Address) -> Output:
+    address.refuse_other_settings()
+    host, port = host_and_port(address, address.place)
+    return DatagramOutput(address.text, _place(address, host, port))
+
+
+def _mavlink(address: Address) -> Output:
+    address.refuse_other_settings()
+    link, _, place = address.place.partition(":")
+    if link != "udpout":
+        raise OutputError(f"{address.text}: expected mavlink:udpout:HOST:PORT")
+    host, port = host_and_port(address, place)
+    return MavlinkOutput(address, _place(address, host, port))
+
+
+def _place(address: Address, host: str, port: int) -> tuple[socket.AddressFamily, Place]:
+    try:
+        family, _, _, _, place = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
+    except (OSError, UnicodeError) as error:
+        raise OutputError(f"{address.text}: no host {host!r} to send to; check its name") from error
+    return family, place
+
+
+@contextmanager
+def _datagrams(name: str, place: tuple[socket.AddressFamily, Place]) -> Iterator[_Datagrams]:
+    family, where = place
+    with socket.socket(family, socket.SOCK_DGRAM) as line:
+        yield _Datagrams(name, line, where)
