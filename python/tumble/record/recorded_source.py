@@ -3,11 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, cast
 
+from tumble.file_names import file_stem
 from tumble.live import LiveChunk, Source
-from tumble.record.writer import SessionWriter
+from tumble.live.source import LOG_CLOCK
+from tumble.logs.session import SessionClock
+from tumble.record.writer import RecordedUnit, SessionWriter
+
+
+@contextmanager
+def recorded_source(source: Source, folder: Path | None, *, typed: str, serial: str) -> Iterator[Source]:
+    """Give a source that records what it gives into `folder`, by its own clock; itself without a folder.
+
+    Raises the errors of `SessionWriter`.
+    """
+    if folder is None:
+        yield source
+        return
+    name = file_stem(source.name)
+    clock: SessionClock = "log" if getattr(source, "clock", "") == LOG_CLOCK else "sensor"
+    with SessionWriter(folder, {name: RecordedUnit(source, typed, serial)}, clock) as writer:
+        yield cast("Source", RecordedSource(source, writer, name))
+        writer.finish("done")
 
 
 class RecordedSource:

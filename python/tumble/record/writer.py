@@ -14,7 +14,7 @@ from typing import Literal, TypeAlias
 from tumble import _core
 from tumble.errors import LogError, OutputError
 from tumble.file_names import SESSION_FILE
-from tumble.files import prepare_folder
+from tumble.files import prepare_folder, remove_made
 from tumble.live import LiveChunk, Source
 from tumble.logs import Facts
 from tumble.logs.session import Session, SessionClock, SessionUnit, joined_file, recorded_so_far
@@ -115,7 +115,7 @@ class SessionWriter:
         try:
             # What cannot be written need not be tried again.
             if error is not None and not isinstance(error, OutputError):
-                self.finish("failed")
+                self._end_failed()
         finally:
             self._disk.shutdown()
             release(self._held)
@@ -174,6 +174,15 @@ class SessionWriter:
         )
         self.session = self.session.model_copy(update={"ended": date_now(), "reason": reason, "units": units})
         write_session(self._folder, self.session)
+
+    def _end_failed(self) -> None:
+        """Keep what was taken; where there is nothing, leave no session that the next attempt would meet."""
+        if self.session.ended:
+            return
+        if any(unit.samples or math.isfinite(unit.last) for unit in self._units.values()):
+            self.finish("failed")
+        else:
+            remove_made(self._folder / SESSION_FILE)
 
     def _go_on(self) -> None:
         for name, unit in self._units.items():

@@ -9,7 +9,7 @@ import typer
 
 from tumble.cli.durations import seconds_of
 from tumble.cli.gravity import GravityOption, HeightOption, LatitudeOption, check_gravity
-from tumble.cli.output import OutputFolder, folder_for
+from tumble.cli.output import OutputFolder, folder_for, output_path
 from tumble.cli.read_options import with_read_options
 from tumble.errors import ProcedureError
 from tumble.logs.options import ReadOptions
@@ -118,6 +118,26 @@ def spin_command(
             show_default=False,
         ),
     ] = None,
+    record: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            parser=output_path,
+            help="Record all samples into a session folder, as tumble record does.",
+            rich_help_panel=_LIVE,
+            show_default=False,
+        ),
+    ] = None,
+    then_apply: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TO",
+            help="Once calibrated, go on and send corrected samples to stdout, udp://HOST:PORT, "
+            "mavlink:udpout:HOST:PORT or FILE.",
+            rich_help_panel=_LIVE,
+            show_default=False,
+        ),
+    ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the result as JSON instead of a table.")
     ] = False,
@@ -159,9 +179,13 @@ def spin_command(
             height=height,
             true_turns=known,
             calibration=before,
+            record=record,
+            then_apply=then_apply,
             as_json=as_json,
         )
         return
+    if record is not None or then_apply is not None:
+        raise ProcedureError("--record and --then-apply are for a live stream; leave them out with a log")
     assert log is not None
     from tumble.cli.progress import sample_progress
     from tumble.logs import open_recording

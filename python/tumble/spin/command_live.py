@@ -6,7 +6,7 @@ import json
 import math
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from tumble.calibration.document import Calibration
     from tumble.logs.options import ReadOptions
     from tumble.results import Precision
-    from tumble.spin.live import LiveSpinOptions, LiveStep
+    from tumble.spin.live import LiveSpin, LiveSpinOptions, LiveStep
     from tumble.spin.preset import TurnPreset
     from tumble.spin.turns import TrueTurns
 
@@ -53,19 +53,26 @@ def run_live(
     height: float | None = None,
     calibration: Calibration | None = None,
     precision: Precision = "f64",
+    record: Path | None = None,
+    then_apply: str | None = None,
     as_json: bool = False,
 ) -> None:
     """Calibrate from a live stream into `<name>.live.yaml`; `tumble.live` says what `source` may be.
 
     `still` is in s; it and what `preset` leaves open stand at the core's defaults. Of a network only `sender`
-    is listened to. `latitude` is in deg, `height` in m; `calibration` is applied first. With `as_json` every
-    event is a line of JSON on standard output, and nothing else is.
+    is listened to. `latitude` is in deg, `height` in m; `calibration` is applied first. All samples are
+    recorded into the folder `record`. Once the calibration is found, samples go to `then_apply`, corrected.
+    With `as_json` every event is a line of JSON on standard output, and nothing else is.
 
     Raises `TumbleError`, in one line, where nothing was calibrated. A calibration file from before then stays
     as it was.
     """
+    from tumble.apply.command_live import correct
     from tumble.cli.output import folder_named_after
     from tumble.live import open_source
+    from tumble.live.continued import ContinuedSource
+    from tumble.live.outputs import STDOUT, parse_output
+    from tumble.record.recorded_source import recorded_source
     from tumble.spin.command_results import SOME_FAILED, calibration_of, prepare, show_results, write_results
     from tumble.spin.live import LiveSpin, LiveSpinOptions
     from tumble.spin.settings import DEFAULT, DEFAULT_TURNS
@@ -90,16 +97,34 @@ def run_live(
     stream = open_source(source, read_options, sender=sender)
     folder = output or folder_named_after(stream.name)
     prepare(folder, stream.name, "live")
-    live = LiveSpin(
-        stream,
-        options,
-        typed=source,
-        serial=read_options.serial,
-        calibration=calibration,
-        precision=precision,
-    )
+    going_on = None if then_apply is None else parse_output(then_apply, as_json=as_json)
+    serial = read_options.serial or getattr(stream, "serial", "")
+    with recorded_source(ContinuedSource(stream), record, typed=source, serial=serial) as samples, samples:
+        live = LiveSpin(
+            samples, options, typed=source, serial=serial, calibration=calibration, precision=precision
+        )
+        _run(live, source, options, as_json)
+        result = live.result()
+        found = calibration_of(result)
+        files = write_results(result, found, folder)
+        if as_json:
+            _print_line({"event": "result", **json_content(result, found, files)})
+        else:
+            # Where samples go to standard output, nothing else does.
+            with redirect_stdout(sys.stderr if then_apply == STDOUT else sys.stdout):
+                show_results(result, found, files, as_json=False)
+        all_found = result.accelerometer_bias.observable and result.gyroscope_bias.observable
+        if going_on is not None and all_found:
+            # The stream the calibration was found on is the one it is for.
+            correct(found, samples, going_on, serial=serial, force=True)
+    if not all_found:
+        raise typer.Exit(SOME_FAILED)
+
+
+def _run(live: LiveSpin, source: str, options: LiveSpinOptions, as_json: bool) -> None:
+    """Go through the procedure and show it."""
     try:
-        with stream, _shown(source, options, as_json) as show:
+        with _shown(source, options, as_json) as show:
             for step in live.steps():
                 show(step)
     except TumbleError as error:
@@ -109,15 +134,6 @@ def run_live(
     except KeyboardInterrupt:
         print("tumble: interrupted; nothing was written", file=sys.stderr)
         raise
-    result = live.result()
-    found = calibration_of(result)
-    files = write_results(result, found, folder)
-    if as_json:
-        _print_line({"event": "result", **json_content(result, found, files)})
-    else:
-        show_results(result, found, files, as_json=False)
-    if not (result.accelerometer_bias.observable and result.gyroscope_bias.observable):
-        raise typer.Exit(SOME_FAILED)
 
 
 @contextmanager

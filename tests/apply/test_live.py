@@ -1,0 +1,113 @@
+"""`tumble apply --live`: what comes goes on, corrected as a log would be, and refused where one would be."""
+
+from __future__ import annotations
+
+import json
+import signal
+import socket
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from live_fixtures import resting, text_lines
+from tumble.calibration.document import Calibration
+from turntable_sessions import typed
+
+TABLE = resting(200)
+
+
+@pytest.fixture(scope="module")
+def unit(tmp_path_factory):
+    """A log with a serial number, and a calibration of its unit."""
+    folder = tmp_path_factory.mktemp("unit")
+    assert typed("simulate", "turntable", "--seed", "3", "-o", folder).code == 0
+    done = typed("turntable", folder / "reference.csv", folder / "target_1.csv", "-o", folder)
+    assert done.code == 0, done.err
+    return folder
+
+
+def refused(done):
+    assert done.code == 2, done.err
+    lines = [line for line in done.err.splitlines() if line.startswith("tumble: error: ")]
+    assert len(lines) == 1
+    return lines[0]
+
+
+def live(unit, *words, log="target_1.csv"):
+    return typed("apply", "--live", unit / "target_1.yaml", f"replay:{unit / log}?speed=max", *words)
+
+
+def test_a_replayed_log_is_corrected_as_the_log_is(unit, tmp_path):
+    done = live(unit, "--to", tmp_path / "live.csv")
+    assert done.code == 0, done.err
+    assert done.out == ""
+    assert typed("apply", unit / "target_1.yaml", unit / "target_1.csv", "-o", tmp_path / "log.csv").code == 0
+    assert (tmp_path / "live.csv").read_bytes() == (tmp_path / "log.csv").read_bytes()
+
+
+def test_standard_output_holds_samples_and_nothing_else(unit):
+    done = live(unit, "--to", "stdout", "--json")
+    samples = [json.loads(line) for line in done.out.splitlines()]
+    assert {tuple(sample)[:7] for sample in samples} == {("time", "ax", "ay", "az", "gx", "gy", "gz")}
+    assert f"{len(samples)} samples corrected: stdout" in done.err
+
+
+def test_what_a_log_is_refused_for_a_source_is_refused_for(unit, tmp_path):
+    assert "is of unit" in refused(live(unit, "--to", tmp_path / "x.csv", log="reference.csv"))
+    assert live(unit, "--to", tmp_path / "once.csv").code == 0
+    again = ("apply", "--live", unit / "target_1.yaml", f"replay:{tmp_path}/once.csv?speed=max")
+    assert "was corrected already" in refused(typed(*again, "--to", tmp_path / "x.csv"))
+    assert not (tmp_path / "x.csv").exists()
+    forced = typed(*again, "--to", tmp_path / "x.csv", "--force")
+    assert forced.code == 0
+    assert "tumble: warning: the source was corrected already" in forced.err
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("--live",), "--live needs --to"),
+        (("--to", "stdout"), "give --live SOURCE"),
+        (("--live", "--to", "stdout", "-o", "x.csv"), "-o and --format are for logs"),
+        (("--live", "--to", "nowhere"), "give stdout, udp://HOST:PORT"),
+    ],
+)
+def test_options_that_do_not_go_together_are_refused(unit, words, says):
+    assert says in refused(typed("apply", unit / "target_1.yaml", f"replay:{unit}/target_1.csv", *words))
+
+
+def test_samples_that_come_go_on_corrected_until_it_is_told_to_stop(unit):
+    calibration = Calibration.load(unit / "target_1.yaml")
+    ports = []
+    for _ in range(2):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            probe.bind(("127.0.0.1", 0))
+            ports.append(probe.getsockname()[1])
+    command = "from tumble.cli.main import main; main()"
+    words = ["apply", "--live", unit / "target_1.yaml", f"udp://127.0.0.1:{ports[0]}"]
+    words += ["--to", f"udp://127.0.0.1:{ports[1]}"]
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
+        line.bind(("127.0.0.1", ports[1]))
+        line.settimeout(20.0)
+        process = subprocess.Popen(
+            [sys.executable, "-c", command, *map(str, words)],
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        assert "Ctrl-C ends" in process.stderr.readline()
+        names, *lines = text_lines(TABLE, header="time,ax,ay,az,gx_rad/s,gy_rad/s,gz_rad/s").splitlines()
+        line.sendto(names, ("127.0.0.1", ports[0]))
+        found = []
+        for sample in lines:
+            line.sendto(sample, ("127.0.0.1", ports[0]))
+        while len(found) < len(TABLE):
+            found += [json.loads(text) for text in line.recv(1 << 16).splitlines()]
+        process.send_signal(signal.SIGTERM)
+        _, errors = process.communicate(timeout=20)
+    assert process.returncode == 0, errors
+    force, _ = calibration.correct(TABLE[:, 1:4], TABLE[:, 4:])
+    assert np.array_equal([[each["ax"], each["ay"], each["az"]] for each in found], force)
+    assert "200 samples corrected" in errors
+    assert "ms after they came" in errors

@@ -1,0 +1,133 @@
+"""Samples on their way out: what is sent is what was given, and what cannot be sent is said."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import socket
+import sys
+
+import numpy as np
+import pytest
+from pymavlink.dialects.v20 import common as mavlink
+
+from live_fixtures import first_samples, resting
+from tumble.errors import OutputError
+from tumble.live import LiveChunk, open_source
+from tumble.live.outputs import NAMES, parse_output
+from tumble.logs import Facts, open_recording
+
+TABLE = resting(40)
+
+
+def chunk_of(table, temperature=None):
+    return LiveChunk(table[:, 0], table[:, 1:4], table[:, 4:], temperature)
+
+
+def sent(text, table, **options):
+    with parse_output(text, **options).open(Facts()) as writer:
+        for row in table:
+            writer.write(chunk_of(row[np.newaxis]))
+
+
+@pytest.fixture
+def listener():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
+        line.bind(("127.0.0.1", 0))
+        line.settimeout(5.0)
+        yield line
+
+
+def test_standard_output_is_given_rows_that_read_back_to_the_bit(capsys):
+    sent("stdout", TABLE)
+    names, *rows = capsys.readouterr().out.splitlines()
+    assert names.split(",") == list(NAMES[:-1])
+    assert np.array_equal([[float(cell) for cell in row.split(",")] for row in rows], TABLE)
+
+
+def test_standard_output_is_given_an_object_a_sample_where_asked_and_null_for_no_number(capsys):
+    with parse_output("stdout", as_json=True).open(Facts()) as writer:
+        writer.write(chunk_of(TABLE[:2], np.array([25.0, math.nan])))
+    found = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [tuple(each) for each in found] == [NAMES, NAMES]
+    assert [each["temperature"] for each in found] == [25.0, None]
+    assert [each["ax"] for each in found] == TABLE[:2, 1].tolist()
+
+
+def test_what_is_sent_by_udp_is_read_as_a_source():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    with open_source(f"udp://127.0.0.1:{port}") as source:
+        sent(f"udp://127.0.0.1:{port}", TABLE)
+        assert np.array_equal(first_samples(source, len(TABLE)), TABLE)
+
+
+def test_samples_that_came_together_share_datagrams_that_go_through_in_one_piece(listener):
+    with parse_output(f"udp://127.0.0.1:{listener.getsockname()[1]}").open(Facts()) as writer:
+        writer.write(chunk_of(TABLE))
+    lines, sizes = [], []
+    while len(lines) < len(TABLE):
+        datagram = listener.recv(1 << 16)
+        sizes.append(len(datagram))
+        lines += datagram.splitlines()
+    assert max(sizes) <= 1400
+    assert len(sizes) < len(TABLE)
+    assert [json.loads(line)["time"] for line in lines] == TABLE[:, 0].tolist()
+
+
+def test_mavlink_carries_a_message_a_sample_and_a_heartbeat(listener):
+    with parse_output(f"mavlink:udpout:127.0.0.1:{listener.getsockname()[1]}").open(Facts()) as writer:
+        writer.write(chunk_of(TABLE[5:10], np.full(5, 31.5)))
+    parser = mavlink.MAVLink(None)
+    messages = [message for _ in range(6) for message in parser.parse_buffer(listener.recv(1 << 16))]
+    assert [message.get_type() for message in messages] == ["HEARTBEAT", *["HIGHRES_IMU"] * 5]
+    samples = messages[1:]
+    assert [message.time_usec for message in samples] == np.rint(1e6 * TABLE[5:10, 0]).tolist()
+    assert [message.xgyro for message in samples] == pytest.approx(TABLE[5:10, 4].tolist(), rel=1e-6)
+    assert {message.temperature for message in samples} == {31.5}
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet", "mcap"])
+def test_a_file_takes_its_place_once_the_stream_has_ended(tmp_path, ending):
+    path = tmp_path / f"out.{ending}"
+    with parse_output(str(path)).open(Facts()) as writer:
+        writer.write(chunk_of(TABLE))
+        assert not path.exists()
+    found = np.concatenate([chunk.accelerometer for chunk in open_recording(path).chunks()])
+    assert np.array_equal(found, TABLE[:, 1:4])
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("somewhere", "give stdout, udp://HOST:PORT"),
+        ("out.txt", "ends in .csv, .parquet, .mcap"),
+        ("udp://nobody.invalid:9000", r"no host 'nobody\.invalid' to send to"),
+        ("udp://127.0.0.1", "expected HOST:PORT"),
+        ("udp://127.0.0.1:9000?rate=1", "no setting 'rate'"),
+        ("mavlink:udpin:127.0.0.1:14550", "expected mavlink:udpout:HOST:PORT"),
+        ("/no/such/folder/out.csv", "does not exist"),
+    ],
+)
+def test_what_is_no_output_is_refused_in_one_line_before_anything_comes(text, says):
+    with pytest.raises(OutputError, match=says) as caught:
+        parse_output(text)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_network_that_takes_nothing_is_said():
+    # Nobody may send to all at once without having asked the system first.
+    with pytest.raises(OutputError, match=r"udp://255\.255\.255\.255:9: cannot send: "):
+        sent("udp://255.255.255.255:9", TABLE)
+
+
+def test_a_reader_that_is_gone_is_said(monkeypatch):
+    class Closed(io.StringIO):
+        def write(self, text):
+            raise BrokenPipeError
+
+    monkeypatch.setattr(sys, "stdout", Closed())
+    with pytest.raises(OutputError, match="whoever read it is gone"):
+        sent("stdout", TABLE)

@@ -1,0 +1,102 @@
+"""A live spin that records what it takes, and goes on correcting once it has its calibration."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import yaml
+
+from live_fixtures import text_lines
+from spin_sessions import record, still, turn
+from tumble.calibration.document import Calibration
+from tumble.logs import open_recording
+from turntable_sessions import typed
+
+
+@pytest.fixture(scope="module")
+def session():
+    return record([still(6.0), turn(2.5), still(3.0)], seed=31)
+
+
+@pytest.fixture
+def log(session, tmp_path):
+    path = tmp_path / "drive.csv"
+    path.write_bytes(text_lines(session.table, header="time_s,ax,ay,az,gx_rad/s,gy_rad/s,gz_rad/s"))
+    return path
+
+
+def live(source, *words):
+    return typed("spin", "--live", f"replay:{source}?speed=max", *words)
+
+
+def without_date(path):
+    content = yaml.safe_load(path.read_text())
+    return {key: value for key, value in content.items() if key not in ("date", "session")}
+
+
+def test_the_recording_of_a_live_spin_gives_its_calibration_to_the_bit(log, tmp_path):
+    first = live(log, "--json", "--record", tmp_path / "taken", "-o", tmp_path / "first")
+    again = live(tmp_path / "taken", "--json", "-o", tmp_path / "again")
+    assert (first.code, again.code) == (0, 0), first.err + again.err
+    # Every event, its time, every figure of the result; files are elsewhere, and so is the source.
+    events, repeated = ([json.loads(line) for line in done.out.splitlines()] for done in (first, again))
+    assert events[:-1] == repeated[:-1]
+    assert len(events) > 20
+    assert events[-1]["spins"] == repeated[-1]["spins"]
+    files = [tmp_path / name / "drive.live.yaml" for name in ("first", "again")]
+    assert without_date(files[0]) == without_date(files[1])
+
+
+def test_the_recording_is_the_log_up_to_where_the_spin_was_done(log, session, tmp_path):
+    assert live(log, "--record", tmp_path / "taken", "-o", tmp_path).code == 0
+    chunks = list(open_recording(tmp_path / "taken").chunks())
+    taken = np.concatenate(
+        [np.column_stack([each.time, each.accelerometer, each.gyroscope]) for each in chunks]
+    )
+    assert 0 < len(taken) < len(session.table)
+    assert np.array_equal(taken, session.table[: len(taken)])
+
+
+def test_after_a_spin_what_comes_is_corrected_by_what_was_found(log, session, tmp_path):
+    done = live(log, "--then-apply", tmp_path / "rest.csv", "-o", tmp_path)
+    assert done.code == 0, done.err
+    rest = np.genfromtxt(tmp_path / "rest.csv", delimiter=",", comments="#", skip_header=2)
+    if np.isnan(rest).any():
+        rest = rest[~np.isnan(rest).any(axis=1)]
+    table = session.table[-len(rest) :]
+    assert 0 < len(rest) < len(session.table)
+    assert np.array_equal(rest[:, 0], table[:, 0])
+    found = Calibration.load(tmp_path / "drive.live.yaml")
+    force, rate = found.correct(table[:, 1:4], table[:, 4:])
+    assert np.array_equal(rest[:, 1:], np.column_stack([force, rate]))
+
+
+def test_where_corrected_samples_go_to_standard_output_nothing_else_does(log, tmp_path):
+    done = live(log, "--then-apply", "stdout", "-o", tmp_path)
+    names, *rows = done.out.splitlines()
+    assert names == "time,ax,ay,az,gx,gy,gz"
+    assert {row.count(",") for row in rows} == {6}
+    assert "Calibration:" in done.err
+
+
+def test_a_spin_that_fails_keeps_its_recording_and_says_how_it_ended(session, tmp_path):
+    path = tmp_path / "drive.csv"
+    path.write_bytes(text_lines(session.table[:400], header="time_s,ax,ay,az,gx_rad/s,gy_rad/s,gz_rad/s"))
+    assert live(path, "--record", tmp_path / "taken", "-o", tmp_path).code == 2
+    assert yaml.safe_load((tmp_path / "taken" / "session.yaml").read_text())["reason"] == "failed"
+    assert sum(map(len, open_recording(tmp_path / "taken").chunks())) == 400
+
+
+def test_a_source_that_is_not_there_leaves_no_session_behind(tmp_path):
+    words = ("spin", "--live", "serial:/dev/no_such_port", "--record", tmp_path / "taken", "-o", tmp_path)
+    assert "there is no such device" in typed(*words).err
+    assert not (tmp_path / "taken" / "session.yaml").exists()
+
+
+def test_recording_and_going_on_are_refused_with_a_log(log):
+    for words in (("--record", "x"), ("--then-apply", "stdout")):
+        done = typed("spin", log, *words)
+        assert done.code == 2
+        assert "are for a live stream" in done.err
