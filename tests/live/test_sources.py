@@ -62,7 +62,7 @@ def test_what_is_no_address_is_refused_with_an_example(text):
     [
         (
             "canbus:0",
-            "nothing reads live from 'canbus'; known: serial, udp, tcp, stdin, file, mavlink, replay",
+            "nothing reads live from 'canbus'; known: serial, udp, tcp, stdin, file, mavlink, iio, replay",
         ),
         ("serial:/dev/x?boud=9600", "no setting 'boud' for serial; known: baud"),
         ("serial:/dev/x?baud=fast", "baud=fast: give a number above zero"),

@@ -33,6 +33,7 @@ LINES: Mapping[str, tuple[str, str]] = {
 }
 """Module and `LineMaker` of each scheme of lines; imported only when it is asked for."""
 OWN: Mapping[str, tuple[str, str]] = {
+    "iio": ("tumble.live.iio", "open_iio"),
     "replay": ("tumble.live.replay", "open_replay"),
 }
 """The same, with `Opener`, of sources that hold one unit."""
