@@ -217,8 +217,9 @@ pub unsafe extern "C" fn tumble_redundancy_witness(
     let listener = Listener { on_event, context };
     let work = |watched: &mut Watched| {
         let witness = witness?.in_core()?;
-        let Watched { platform, monitor } = watched;
-        monitor.witness(platform, time, &witness, &mut |event| listener.tell(&event));
+        watched
+            .monitor
+            .witness(time, &witness, &mut |event| listener.tell(&event));
         Ok(())
     };
     // SAFETY: the same.

@@ -166,7 +166,7 @@ impl<T: Real, const UNITS: usize> DynMonitor for SizedMonitor<T, UNITS> {
     fn witness(&mut self, time: u64, witness: &Witness<f64>, log: &mut EventLog) {
         let witness = narrow_witness(witness);
         self.monitor
-            .witness(&self.platform, time, &witness, &mut |event| log.keep(&event));
+            .witness(time, &witness, &mut |event| log.keep(&event));
     }
 
     fn window(&self) -> Option<u64> {

@@ -55,6 +55,10 @@ impl<T: Real> MountedSteps<'_, T> {
     fn along(&self, direction: &Vector3<T>) -> (T, T) {
         self.steps.along(&(self.sensor_from_primary * direction))
     }
+
+    fn moves_along(&self, direction: &Vector3<T>) -> bool {
+        self.steps.moves_along(&(self.sensor_from_primary * direction))
+    }
 }
 
 /// Whether a unit stepped by `apart` (m/s^2 or rad/s, from the other unit to it) and the other did not: docs/theory/judgement.md, eq. 12.
@@ -69,6 +73,10 @@ pub(super) fn by_step<T: Real>(
     }
     let direction = apart / size;
     let (step, _) = own.along(&direction);
+    // Beside a unit that is stuck along that direction, motion is a step.
+    if !other.moves_along(&direction) {
+        return None;
+    }
     // What both felt was motion.
     let (along, against) = other.along(&direction);
     let limit = (size * real(STEP_LEAST))
@@ -82,77 +90,217 @@ pub(super) fn by_step<T: Real>(
     })
 }
 
-/// At rest, a unit that left what it said in health by more than the first, beside one that did not leave it by the
-/// second: m/s^2 and rad/s.
-const LEFT: [f32; 2] = [0.08, 0.008];
-const STAYED: [f32; 2] = [0.04, 0.004];
+/// Standard deviation of what a sound unit says at rest beyond what it said in health, at least: m/s^2 and rad/s.
+const RESTS_WITHIN: [f32; 2] = [0.025, 0.0025];
 
-/// Whether a unit at rest left what physics says and the other did not: changes of `|f|` or `|w|` since health, and how far the
-/// two have come apart along gravity, m/s^2; `None` for gyroscopes (docs/theory/judgement.md, eq. 13).
-pub(super) fn by_rest<T: Real>(
-    sensor: Sensor,
-    own: T,
-    other: T,
-    along_gravity: Option<T>,
-) -> Option<Proof<T>> {
-    let (left, stayed) = (
-        tabulated::<T>(*sensor.of(&LEFT)),
-        tabulated::<T>(*sensor.of(&STAYED)),
-    );
-    let fits =
-        along_gravity.is_none_or(|apart| (own - other - apart).abs() < stayed.max(own.abs() * real(0.5)));
-    let proves = own.abs() > left && other.abs() < stayed && fits; // judgement.md, eq. 13
-    proves.then_some(Proof {
-        ground: Ground::Rest,
-        value: own,
-        limit: left,
-    })
+/// How well what two have left at rest has to fit what they are apart along gravity: m/s^2, and a share of it.
+const FITS: [f64; 2] = [0.04, 0.5];
+
+/// What a unit says at rest beyond what it said in health: of `|f|`, m/s^2, or `|w|`, rad/s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct LeftAtRest<T: Real> {
+    pub left: T,
+    /// Square of how far it strays from one rest to the next in health: an uncalibrated unit says something else in every
+    /// attitude.
+    pub strays_squared: T,
 }
 
-/// Time over which evidence of carried gravity is independent, s; the most that one such time may say, and how long it is
-/// remembered, s.
-const INDEPENDENT: f64 = 5.0;
-const MOST: f64 = 1.5;
-const REMEMBERED: f64 = 60.0;
+/// The most that independent evidence of carried gravity may say at once, and after how many more it is forgotten.
+const MOST: f64 = 2.0;
+const REMEMBERED: f64 = 12.0;
 
 /// Logarithm of the ratio of likelihoods that decides: one in a hundred and fifty is wrong.
 pub(crate) const DECIDES: f64 = 5.0;
 
-/// Evidence that the first of two units is wrong, less that the second is.
+/// Times that square by which the variance of what is left is taken: attitudes come again, and errors with them.
+const REST_DOUBTED: f64 = 2.0;
+
+/// Cosine of a turn after which an accelerometer errs in another way.
+const SAME_ATTITUDE: f64 = 0.9;
+
+/// Evidence that the first of two units is wrong, less that the second is: logarithms of a ratio of likelihoods.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Evidence<T: Real>(T);
+pub(super) struct Evidence<T: Real> {
+    gathered: T,
+    /// Of rests in the latest attitude, which are not independent of each other.
+    at_rest: T,
+    /// Where gravity pointed there, m/s^2.
+    gravity: Vector3<T>,
+}
 
 impl<T: Real> Evidence<T> {
     /// None.
     pub fn none() -> Self {
-        Self(T::zero())
+        Self {
+            gathered: T::zero(),
+            at_rest: T::zero(),
+            gravity: Vector3::zeros(),
+        }
+    }
+
+    /// Takes in what two units say at a rest where gravity is `gravity`, m/s^2. `along_gravity` is how far they have come apart along gravity, m/s^2;
+    /// `None` for gyroscopes (docs/theory/judgement.md, eq. 13).
+    pub fn push_rest(
+        &mut self,
+        sensor: Sensor,
+        first: &LeftAtRest<T>,
+        second: &LeftAtRest<T>,
+        along_gravity: Option<T>,
+        gravity: &Vector3<T>,
+    ) {
+        if gravity.dot(&self.gravity) < gravity.norm() * self.gravity.norm() * real(SAME_ATTITUDE) {
+            self.gathered += core::mem::replace(&mut self.at_rest, T::zero());
+        }
+        self.gravity = *gravity;
+        let [within, share] = FITS.map(real::<T>);
+        let (a, b) = (first.left, second.left);
+        let fits = along_gravity
+            .is_none_or(|apart| (a - b - apart).abs() < within.max(a.abs().max(b.abs()) * share));
+        if fits {
+            let least = tabulated::<T>(*sensor.of(&RESTS_WITHIN));
+            let strays = first.strays_squared.max(second.strays_squared) * real(REST_DOUBTED);
+            self.at_rest = (a * a - b * b) / (strays.max(least * least) * real(2.0)); // eq. 13
+        }
     }
 
     /// Takes in what the two units' accelerometers say beyond carried gravity, and its usual variance, `(m/s^2)^2`
-    /// (docs/theory/judgement.md, eq. 15). `window` is its length, s.
-    pub fn push(&mut self, first: &Vector3<T>, second: &Vector3<T>, variance: T, window: T) {
+    /// (docs/theory/judgement.md, eq. 15). `news` is how much of it is independent.
+    pub fn push(&mut self, first: &Vector3<T>, second: &Vector3<T>, variance: T, news: T) {
         if variance <= T::zero() {
             return;
         }
         let more = (first.norm_squared() - second.norm_squared()) / (variance + variance);
         let most = real::<T>(MOST);
-        let said = more.max(-most).min(most) * (window / real(INDEPENDENT));
-        self.0 += said - self.0 * (window / real(REMEMBERED)); // eq. 15
+        let said = more.max(-most).min(most) * news;
+        self.gathered += said; // eq. 15
+        self.fade(news);
     }
 
     /// Forgets, while nothing is taken in.
-    pub fn fade(&mut self, window: T) {
-        self.0 -= self.0 * (window / real(REMEMBERED));
+    pub fn fade(&mut self, news: T) {
+        let left = T::one() - news / real(REMEMBERED);
+        self.gathered *= left; // eq. 15
+        self.at_rest *= left;
     }
 
-    /// The wrong one of two, 0 or 1, where it is decided.
-    pub fn decides(&self) -> Option<(usize, Proof<T>)> {
-        let limit = real::<T>(DECIDES);
+    /// The wrong one of two, 0 or 1, where it is decided, on the ground that came last.
+    pub fn decides(&self, ground: Ground) -> Option<(usize, Proof<T>)> {
+        let (said, limit) = (self.gathered + self.at_rest, real::<T>(DECIDES));
         let proof = Proof {
-            ground: Ground::Gravity,
-            value: self.0.abs(),
+            ground,
+            value: said.abs(),
             limit,
         };
-        (self.0.abs() > limit).then_some((usize::from(self.0 < T::zero()), proof))
+        (said.abs() > limit).then_some((usize::from(said < T::zero()), proof))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::redundancy::judgement::turn::{Turned, UsualError};
+    use crate::redundancy::samples::steps::UnitSteps;
+
+    const UP: Vector3<f64> = Vector3::new(0.0, 0.0, 9.8);
+    const WINDOW: f64 = 0.05;
+
+    fn left(left: f64, strays: f64) -> LeftAtRest<f64> {
+        LeftAtRest {
+            left,
+            strays_squared: strays * strays,
+        }
+    }
+
+    fn after_rests(rests: &[(f64, f64, f64, Vector3<f64>)]) -> Option<usize> {
+        let mut evidence = Evidence::none();
+        for (first, second, strays, gravity) in rests {
+            let (first, second) = (left(*first, *strays), left(*second, *strays));
+            let along = Some(first.left - second.left);
+            evidence.push_rest(Sensor::Accelerometer, &first, &second, along, gravity);
+        }
+        evidence.decides(Ground::Rest).map(|(wrong, _)| wrong)
+    }
+
+    #[test]
+    fn one_rest_decides_between_two_that_are_calibrated_well() {
+        assert_eq!(after_rests(&[(0.09, 0.01, 0.01, UP)]), Some(0));
+        assert_eq!(after_rests(&[(-0.01, -0.09, 0.01, UP)]), Some(1));
+        assert_eq!(after_rests(&[(0.04, 0.01, 0.01, UP)]), None);
+    }
+
+    #[test]
+    fn one_rest_decides_nothing_between_two_that_err_by_their_attitude() {
+        assert_eq!(after_rests(&[(0.38, -0.02, 0.3, UP)]), None);
+    }
+
+    #[test]
+    fn rests_in_one_attitude_are_no_more_than_one() {
+        let rest = (0.5, -0.02, 0.3, UP);
+        assert_eq!(after_rests(&[rest; 20]), None);
+        let around = |k: u32| {
+            let angle = f64::from(k);
+            (0.5, -0.02, 0.3, Vector3::new(angle.sin(), 0.0, angle.cos()) * 9.8)
+        };
+        let rests: [_; 20] = core::array::from_fn(|k| around(k as u32));
+        assert_eq!(after_rests(&rests), Some(0));
+    }
+
+    #[test]
+    fn a_rest_that_fits_no_disagreement_says_nothing() {
+        let mut evidence = Evidence::none();
+        let (first, second) = (left(0.3, 0.0), left(0.0, 0.0));
+        evidence.push_rest(Sensor::Accelerometer, &first, &second, Some(0.0), &UP);
+        assert_eq!(evidence.decides(Ground::Rest), None);
+    }
+
+    #[test]
+    fn motion_beside_a_unit_that_is_stuck_is_no_step_of_the_other() {
+        let noise = |x: f64, k: u32| [x, 0.01 * f64::from(k % 3), -0.02];
+        let steps = |along: f64, last: f64| {
+            let mut steps = UnitSteps::<f64>::none();
+            for k in 0..60_u32 {
+                let x = if k == 59 { last } else { along };
+                let step = noise(x, k);
+                let square = step.iter().map(|x| x * x).sum();
+                steps.take(&[(step, square), (step, square)]);
+                steps.complete(10);
+            }
+            steps
+        };
+        let mounted = Matrix3::identity();
+        let sensor = Sensor::Accelerometer;
+        let (moving, noisy, stuck) = (steps(0.02, 0.5), steps(0.02, 0.02), steps(0.0, 0.0));
+        let step = |own: &UnitSteps<f64>, other: &UnitSteps<f64>| {
+            let of = |steps| MountedSteps {
+                steps,
+                sensor_from_primary: &mounted,
+            };
+            by_step(
+                &Vector3::new(0.5, 0.0, 0.0),
+                &of(sensor.of(own.sensors())),
+                &of(sensor.of(other.sensors())),
+            )
+        };
+        assert!(step(&moving, &noisy).is_some());
+        assert!(step(&moving, &stuck).is_none());
+    }
+
+    #[test]
+    fn carried_gravity_is_doubted_after_a_turn_by_as_much_as_turns_made_of_it() {
+        let (mut turned, mut usual) = (Turned::not(), UsualError::unknown());
+        assert_eq!(usual.variance(&turned), None);
+        for _ in 0..10_000 {
+            turned.push(&Vector3::new(0.5, 0.0, 0.0), WINDOW);
+            usual.learn(0.09, &turned, WINDOW);
+        }
+        let after_turns = usual.variance(&turned).expect("turns were seen");
+        assert!((after_turns - 0.0925).abs() < 1e-3, "{after_turns}");
+        for _ in 0..4000 {
+            turned.push(&Vector3::zeros(), WINDOW);
+            usual.learn(0.0, &turned, WINDOW);
+        }
+        let still = usual.variance(&turned).expect("turns were seen");
+        assert!(still < 0.003, "{still}");
+        assert!((turned.news(WINDOW) - WINDOW / 20.0).abs() < 1e-12);
     }
 }

@@ -14,17 +14,19 @@ mod noise;
 mod pair;
 mod scales;
 mod sensor_judge;
+mod turn;
 mod unit;
 
 pub use pair::Disagreement;
 
 use nalgebra::Vector3;
 
-use crate::real::{Real, real};
+use crate::real::{Real, count, real};
 use crate::redundancy::judgement::attribution::Proof;
 use crate::redundancy::judgement::motion::SetMotion;
 use crate::redundancy::judgement::pair::ShownByPairs;
 use crate::redundancy::judgement::sensor_judge::SensorJudge;
+use crate::redundancy::judgement::turn::{Turned, UsualError};
 use crate::redundancy::judgement::unit::CarriedGravity;
 use crate::redundancy::platform::MountedUnit;
 use crate::redundancy::samples::steps::UnitSteps;
@@ -50,8 +52,10 @@ pub struct UnitReading<T: Real> {
     pub matrix_shown: [bool; 2],
     /// Sigma of its lever arm, m; infinite where it is not known.
     pub place: T,
-    /// Variance of what its calibration leaves, or of a stranger of all that one could find, `(m/s^2)^2` and `(rad/s)^2`.
-    pub left: [T; 2],
+    /// Residual of a channel that its calibration leaves on pairs, squared, `(m/s^2)^2` and `(rad/s)^2`.
+    pub residual: [T; 2],
+    /// Of a stranger, square of all that a calibration could find; zero of others.
+    pub unfound: [T; 2],
     /// From sample to sample, s.
     pub interval: T,
     /// `|f| - g`, m/s^2, and `|w|`, rad/s, over this rest; `None` in motion, and until the rest has lasted.
@@ -144,8 +148,43 @@ struct UnitEvidence<T: Real> {
     gravity: CarriedGravity<T>,
     /// What its gyroscope says at rest, rad/s: no turning.
     resting_rate: Vector3<T>,
-    /// `|f| - g` and `|w|` at the last rest in health; zero before: physics alone.
-    at_rest: [T; 2],
+    at_rest: [RestInHealth<T>; 2],
+    /// Whether it was at rest in the window before.
+    rests: bool,
+}
+
+/// What a sensor of a unit says at rest in health: `|f| - g`, m/s^2, or `|w|`, rad/s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct RestInHealth<T: Real> {
+    /// Over the latest rests; zero before any: physics alone.
+    usual: T,
+    /// How far it strays from that, in other attitudes.
+    strays: T,
+    rests: u8,
+}
+
+/// Rests over which it is taken.
+const USUAL_RESTS: u8 = 8;
+
+/// Share of how far it strays that is left after another rest; many are in the same attitude.
+const STRAYED_BEFORE: f64 = 0.99;
+
+impl<T: Real> RestInHealth<T> {
+    /// Physics alone.
+    fn unknown() -> Self {
+        Self {
+            usual: T::zero(),
+            strays: T::zero(),
+            rests: 0,
+        }
+    }
+
+    /// Takes in what it says at another rest.
+    fn learn(&mut self, said: T) {
+        self.strays = (said - self.usual).abs().max(self.strays * real(STRAYED_BEFORE));
+        self.rests = self.rests.saturating_add(1).min(USUAL_RESTS);
+        self.usual += (said - self.usual) / count(self.rests.into());
+    }
 }
 
 /// Judges a set of `UNITS` units.
@@ -157,8 +196,9 @@ pub struct Judge<T: Real, const UNITS: usize> {
     evidence: [UnitEvidence<T>; UNITS],
     /// Angular rate of the set at the last rest in health, rad/s: what is no turning.
     resting_rate: Vector3<T>,
-    /// Usual variance of what accelerometers say beyond carried gravity, `(m/s^2)^2`.
-    usual_error: Option<T>,
+    /// How far the set has turned lately, rad, and what that makes accelerometers say beyond carried gravity.
+    turned: Turned<T>,
+    usual_error: UsualError<T>,
     /// What witnesses from outside say, once there were any.
     testimony: Option<Testimony<T, UNITS>>,
     /// What carries that on, told by the first witness: a program without witnesses links none of it.
@@ -179,9 +219,6 @@ impl<T: Real, const UNITS: usize> PartialEq for CarryTestimony<T, UNITS> {
 /// Share of what a pair may be apart from which on nobody follows either of the two.
 const DOUBTED: f64 = 0.9;
 
-/// Time over which the usual error of carried gravity is learnt, s.
-const USUAL_ERROR_OVER: f64 = 60.0;
-
 impl<T: Real, const UNITS: usize> Default for Judge<T, UNITS> {
     fn default() -> Self {
         Self::new()
@@ -194,7 +231,8 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         let unit = UnitEvidence {
             gravity: CarriedGravity::new(),
             resting_rate: Vector3::zeros(),
-            at_rest: [T::zero(); 2],
+            at_rest: [RestInHealth::unknown(); 2],
+            rests: false,
         };
         Self {
             motion: SetMotion::new(),
@@ -202,7 +240,8 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             sensors: [SensorJudge::new(); 2],
             evidence: [unit; UNITS],
             resting_rate: Vector3::zeros(),
-            usual_error: None,
+            turned: Turned::not(),
+            usual_error: UsualError::unknown(),
             testimony: None,
             carry_testimony: None,
         }
@@ -230,7 +269,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         sensor.of_mut(&mut self.sensors).recalibrated(unit);
         self.shown.forget(unit);
         if let Some(evidence) = self.evidence.get_mut(unit) {
-            *sensor.of_mut(&mut evidence.at_rest) = T::zero();
+            *sensor.of_mut(&mut evidence.at_rest) = RestInHealth::unknown();
         }
     }
 
@@ -284,6 +323,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         let vibration = SENSORS.map(|sensor| self.vibration(sensor, window.units));
         let strains = self.motion.push(&[f, w], vibration, window.length);
         self.carry_gravity(window);
+        self.turned.push(&(w - self.resting_rate), window.length);
         self.hear_testimony(window, [&f, &w]);
         for sensor in SENSORS {
             let said = match sensor {
@@ -297,12 +337,16 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
                 window,
                 evidence: &self.evidence,
                 testimony: self.testimony.as_ref(),
-                usual_error: self.usual_error,
+                usual_error: self.usual_error.variance(&self.turned),
+                turned: &self.turned,
                 force: f,
             };
             judge.judge(&case, &mut self.shown, &mut |judgement| tell(sensor, judgement));
         }
         self.learn(window, &w);
+        for (evidence, unit) in self.evidence.iter_mut().zip(window.units) {
+            evidence.rests = unit.as_ref().is_some_and(|unit| unit.at_rest.is_some());
+        }
     }
 
     /// What the witness makes of the window, where there ever was one.
@@ -360,12 +404,13 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
                     continue;
                 }
                 if let Some(at_rest) = unit.at_rest {
-                    *sensor.of_mut(&mut evidence.at_rest) = *sensor.of(&at_rest);
+                    if !evidence.rests {
+                        sensor.of_mut(&mut evidence.at_rest).learn(*sensor.of(&at_rest));
+                    }
                     rests = true;
                 } else if sensor == Sensor::Accelerometer {
                     let square = evidence.gravity.error().norm_squared() / real(3.0);
-                    let usual = self.usual_error.get_or_insert(square);
-                    *usual += (square - *usual) * (window.length / real(USUAL_ERROR_OVER));
+                    self.usual_error.learn(square, &self.turned, window.length);
                 }
             }
         }

@@ -20,6 +20,8 @@ struct ScaleConstants {
     shown_at_first: f32,
     /// Least and most of it: what a pair has shown is believed within these only. The most keeps a fault from being learnt.
     shown: [f32; 2],
+    /// Independent pairs whose mean the residual of a calibration counts in: beyond a second it goes with the attitude.
+    averaged: f32,
 }
 
 const CONSTANTS: [ScaleConstants; SCALES] = [
@@ -29,6 +31,7 @@ const CONSTANTS: [ScaleConstants; SCALES] = [
         tail: 5.0,
         shown_at_first: 1.0,
         shown: [0.05, 9.0],
+        averaged: 2.0,
     },
     ScaleConstants {
         noise: [0.008, 0.0006],
@@ -36,6 +39,7 @@ const CONSTANTS: [ScaleConstants; SCALES] = [
         tail: 5.0,
         shown_at_first: 0.5,
         shown: [0.03, 2.0],
+        averaged: 10.0,
     },
     ScaleConstants {
         noise: [0.003, 0.0002],
@@ -43,6 +47,7 @@ const CONSTANTS: [ScaleConstants; SCALES] = [
         tail: 4.5,
         shown_at_first: 0.1,
         shown: [0.005, 0.15],
+        averaged: 22.5,
     },
     ScaleConstants {
         noise: [0.001, 0.0001],
@@ -50,6 +55,7 @@ const CONSTANTS: [ScaleConstants; SCALES] = [
         tail: 4.0,
         shown_at_first: 0.03,
         shown: [0.002, 0.05],
+        averaged: 22.5,
     },
 ];
 
@@ -59,6 +65,9 @@ impl ScaleConstants {
         noise * noise
     }
 }
+
+/// Residuals of a channel that three channels stay within together.
+const RESIDUALS: f64 = 3.0;
 
 /// Shortest time over which it is learnt, s, beyond two of the scale.
 const LEARNT_OVER: f64 = 30.0;
@@ -286,8 +295,10 @@ impl<T: Real, const UNITS: usize> Comparisons<T, UNITS> {
 pub struct Knowledge<T: Real> {
     /// How far apart they may be in what makes them differ in motion.
     pub tolerance: Tolerance<T>,
-    /// Variance of what their calibrations leave, `(m/s^2)^2` or `(rad/s)^2` (eq. 7).
-    pub calibration: T,
+    /// Squared residuals of a channel that their calibrations leave, `(m/s^2)^2` or `(rad/s)^2`, together.
+    pub residual: T,
+    /// Square of what a calibration could find of a stranger among them.
+    pub unfound: T,
 }
 
 /// Means of two units over scales, the shortest first.
@@ -311,7 +322,8 @@ impl<T: Real> Comparison<T> {
             let tail = tabulated::<T>(of.tail);
             let strain = known.tolerance.variance(strain);
             let explained = of.noise_variance::<T>(sensor) + shown.share(of) * strain;
-            let threshold = drift * drift + tail * tail * explained + known.calibration; // eq. 8
+            let residuals = known.residual * real(3.0 * RESIDUALS * RESIDUALS) / tabulated(of.averaged); // eq. 7
+            let threshold = drift * drift + tail * tail * explained + residuals + known.unfound; // eq. 8
             let apart = squared(&difference(first, second)); // judgement.md, eq. 1
             *squares = Squares {
                 apart,

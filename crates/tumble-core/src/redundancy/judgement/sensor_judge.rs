@@ -4,12 +4,13 @@ use nalgebra::Vector3;
 
 use crate::real::{Real, count, real, tabulated};
 use crate::redundancy::components::difference;
-use crate::redundancy::judgement::attribution::{Evidence, MountedSteps, Proof, by_rest, by_step};
+use crate::redundancy::judgement::attribution::{Evidence, Ground, LeftAtRest, MountedSteps, Proof, by_step};
 use crate::redundancy::judgement::isolation::{DWELL, Finding, isolate};
 use crate::redundancy::judgement::motion::{Strain, StrainMeans, Tolerance};
 use crate::redundancy::judgement::noise::{UsualScatter, is_quiet, limit};
 use crate::redundancy::judgement::pair::{Comparison, Comparisons, Gains, Knowledge, ShownByPairs};
 use crate::redundancy::judgement::scales::{SCALES, SECONDS, Shares};
+use crate::redundancy::judgement::turn::Turned;
 use crate::redundancy::judgement::unit::SensorDeviation;
 use crate::redundancy::judgement::{Judgement, SetWindow, UnitEvidence, UnitReading};
 use crate::redundancy::sensor::Sensor;
@@ -80,16 +81,14 @@ impl Streak {
 
 /// Two units that disagree.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Dispute<T: Real> {
+struct Dispute {
     units: [u8; 2],
     windows: u16,
     /// Windows since the two agree again.
     calm: u16,
-    /// How far the first came away from the second when it began, m/s^2 or rad/s.
-    apart: Vector3<T>,
 }
 
-impl<T: Real> Dispute<T> {
+impl Dispute {
     fn concerns(&self, unit: usize) -> bool {
         self.units.iter().any(|other| usize::from(*other) == unit)
     }
@@ -108,7 +107,7 @@ pub(super) struct SensorJudge<T: Real, const UNITS: usize> {
     redeemed: [u16; UNITS],
     /// Square of the worst ratio of each unit with those that are not guilty.
     worst_squared: [T; UNITS],
-    dispute: Option<Dispute<T>>,
+    dispute: Option<Dispute>,
     evidence: Evidence<T>,
     /// Whose evidence it is.
     evidence_of: [u8; 2],
@@ -125,7 +124,9 @@ pub(super) struct Case<'a, T: Real, const UNITS: usize> {
     pub window: &'a SetWindow<'a, T, UNITS>,
     pub evidence: &'a [UnitEvidence<T>; UNITS],
     pub testimony: Option<&'a Testimony<T, UNITS>>,
+    /// Variance of what accelerometers say beyond carried gravity, `(m/s^2)^2`, after such turns as the latest.
     pub usual_error: Option<T>,
+    pub turned: &'a Turned<T>,
     /// What the set feels, m/s^2: at rest, gravity, upwards.
     pub force: Vector3<T>,
 }
@@ -183,7 +184,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     }
 
     pub fn is_disputed_with(&self, unit: usize) -> bool {
-        let concerns = |dispute: &Dispute<T>| dispute.concerns(unit);
+        let concerns = |dispute: &Dispute| dispute.concerns(unit);
         self.dispute.as_ref().is_some_and(concerns)
     }
 
@@ -407,7 +408,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
                 Finding::Odd(unit) => {
                     self.find_out_of_family(usize::from(unit), scale, &voters, comparisons, tell);
                 }
-                Finding::Ambiguous(i, j) => self.begin_dispute([i, j], scale, case, comparisons, tell),
+                Finding::Ambiguous(i, j) => self.begin_dispute([i, j], scale, comparisons, tell),
             }
         }
         true
@@ -499,7 +500,6 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         &mut self,
         units: [u8; 2],
         scale: usize,
-        case: &Case<'_, T, UNITS>,
         comparisons: &Comparisons<T, UNITS>,
         tell: Tell<'_, T>,
     ) {
@@ -517,9 +517,6 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             units,
             windows: 0,
             calm: 0,
-            apart: self
-                .came_apart(i, j, case.window.length)
-                .unwrap_or(Vector3::zeros()),
         });
         tell(Judgement::Disagree {
             units: [i, j],
@@ -544,7 +541,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         tell: Tell<'_, T>,
     ) {
         let Some(mut dispute) = self.dispute else {
-            self.evidence.fade(case.window.length);
+            self.evidence.fade(case.turned.news(case.window.length));
             return;
         };
         let units = dispute.units.map(usize::from);
@@ -561,7 +558,8 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             tell(Judgement::Agree { units });
             return;
         }
-        if let Some((unit, proof)) = self.attribute(&dispute, case, span(dispute.windows))
+        let lasting = span(dispute.windows);
+        if let Some((unit, proof)) = self.attribute(&dispute, case, lasting)
             && self.condemn(unit)
         {
             self.end_dispute();
@@ -572,22 +570,17 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     /// The first ground that decides, of two units that disagree.
     fn attribute(
         &mut self,
-        dispute: &Dispute<T>,
+        dispute: &Dispute,
         case: &Case<'_, T, UNITS>,
         lasting: T,
     ) -> Option<(usize, Proof<T>)> {
         let [i, j] = dispute.units.map(usize::from);
         let (a, b) = (case.evidence.get(i)?, case.evidence.get(j)?);
         let sensor = case.sensor;
-        if lasting < real(STEP_WITHIN) {
-            let (first, second) = (case.steps(i)?, case.steps(j)?);
-            let apart = self.came_apart(i, j, case.window.length)?;
-            if let Some(proof) = by_step(&apart, &first, &second) {
-                return Some((i, proof));
-            }
-            if let Some(proof) = by_step(&-apart, &second, &first) {
-                return Some((j, proof));
-            }
+        if lasting < real(STEP_WITHIN)
+            && let Some(found) = self.by_step([i, j], case)
+        {
+            return Some(found);
         }
         let voters = (0..UNITS).filter(|unit| case.votes(*unit) && !self.is_guilty(*unit));
         if voters.count() > 2 && lasting < real(AMBIGUOUS_FOR) {
@@ -595,7 +588,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         }
         let calibrated = |unit: usize| case.unit(unit).is_some_and(|unit| *sensor.of(&unit.calibrated));
         let calibrated = calibrated(i) && calibrated(j);
-        if let Some(found) = self.by_rest([i, j], case).filter(|_| calibrated) {
+        if calibrated && let Some(found) = self.by_rest([i, j], case) {
             return Some(found);
         }
         if let Some(found) = case.testimony.and_then(|said| said.decides(sensor, [i, j], true)) {
@@ -608,25 +601,42 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         } else {
             case.usual_error.unwrap_or(T::zero()) + real(STRANGE * STRANGE)
         };
+        let news = case.turned.news(case.window.length);
         self.evidence
-            .push(a.gravity.error(), b.gravity.error(), variance, case.window.length);
-        let (wrong, proof) = self.evidence.decides()?;
-        Some((if wrong == 0 { i } else { j }, proof))
+            .push(a.gravity.error(), b.gravity.error(), variance, news);
+        self.decided([i, j], Ground::Gravity)
     }
 
-    fn by_rest(&self, [i, j]: [usize; 2], case: &Case<'_, T, UNITS>) -> Option<(usize, Proof<T>)> {
+    fn by_step(&self, [i, j]: [usize; 2], case: &Case<'_, T, UNITS>) -> Option<(usize, Proof<T>)> {
+        let (first, second) = (case.steps(i)?, case.steps(j)?);
+        let apart = self.came_apart(i, j, case.window.length)?;
+        let found = by_step(&apart, &first, &second).map(|proof| (i, proof));
+        found.or_else(|| by_step(&-apart, &second, &first).map(|proof| (j, proof)))
+    }
+
+    /// Whom what both say at this rest blames, together with what was known before.
+    fn by_rest(&mut self, [i, j]: [usize; 2], case: &Case<'_, T, UNITS>) -> Option<(usize, Proof<T>)> {
         let sensor = case.sensor;
         let left = |unit: usize| {
-            let now = *sensor.of(&case.unit(unit)?.at_rest?);
-            Some(now - *sensor.of(&case.evidence.get(unit)?.at_rest))
+            let before = sensor.of(&case.evidence.get(unit)?.at_rest);
+            Some(LeftAtRest {
+                left: *sensor.of(&case.unit(unit)?.at_rest?) - before.usual,
+                strays_squared: before.strays * before.strays,
+            })
         };
         let (a, b) = (left(i)?, left(j)?);
         let mean = |unit: usize| self.deviations.get(unit)?.mean(1, case.window.length);
         let apart = mean(i)? - mean(j)?;
         let along = || apart.dot(&case.force) / case.force.norm().max(real(1e-3));
         let along = (sensor == Sensor::Accelerometer).then(along);
-        let first = by_rest(sensor, a, b, along).map(|proof| (i, proof));
-        first.or_else(|| by_rest(sensor, b, a, along.map(|along| -along)).map(|proof| (j, proof)))
+        self.evidence.push_rest(sensor, &a, &b, along, &case.force);
+        self.decided([i, j], Ground::Rest)
+    }
+
+    /// The wrong one of two by the evidence, where that decides.
+    fn decided(&self, [i, j]: [usize; 2], ground: Ground) -> Option<(usize, Proof<T>)> {
+        let (wrong, proof) = self.evidence.decides(ground)?;
+        Some((if wrong == 0 { i } else { j }, proof))
     }
 
     fn end_dispute(&mut self) {
@@ -776,7 +786,8 @@ fn known<T: Real>(sensor: Sensor, [a, b]: [&UnitReading<T>; 2]) -> Knowledge<T> 
             matrix: matrix * matrix,
             interpolation: interpolation * interpolation,
         },
-        calibration: *sensor.of(&a.left) + *sensor.of(&b.left),
+        residual: *sensor.of(&a.residual) + *sensor.of(&b.residual),
+        unfound: *sensor.of(&a.unfound) + *sensor.of(&b.unfound),
     }
 }
 

@@ -45,7 +45,8 @@ fn fly<const N: usize>(
                 calibrated: [true; 2],
                 matrix_shown: [true; 2],
                 place: 0.0,
-                left: [1e-5, 1e-8],
+                residual: [1e-5, 1e-8],
+                unfound: [0.0; 2],
                 interval: 0.005,
             })
         });

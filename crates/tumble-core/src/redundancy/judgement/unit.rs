@@ -102,7 +102,7 @@ pub struct CarriedGravity<T: Real> {
 }
 
 /// Time over which gravity is brought back to what the accelerometer says, and its error is averaged, s.
-const CARRIED_OVER: f64 = 20.0;
+pub(super) const CARRIED_OVER: f64 = 20.0;
 const ERROR_OVER: f64 = 3.0;
 
 impl<T: Real> CarriedGravity<T> {

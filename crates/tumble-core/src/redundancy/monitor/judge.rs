@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::real::{Real, count, real, seconds};
+use crate::real::{Real, real, seconds};
 use crate::redundancy::evaluation::{Deviation, StoredCalibration};
 use crate::redundancy::health::{Health, HealthFault, RefutedBy};
 use crate::redundancy::judgement::{Judge, Judgement, SetWindow, UnitReading};
@@ -19,12 +19,6 @@ const RESTED: u32 = 16;
 
 /// Share of the primary's deviation at rest that a secondary may have to be held against it.
 const MUCH_LESS: f64 = 0.5;
-
-/// Residuals of a channel that stand for what a calibration leaves.
-const RESIDUALS: f64 = 2.0;
-
-/// Pairs over which the residual of a calibration is averaged where it is held against a disagreement: a second of them.
-const AVERAGED_RESIDUALS: f64 = 10.0;
 
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONCE> {
     /// Has all units judged over a window.
@@ -154,11 +148,12 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                 } else {
                     Sensor::Accelerometer.of(stored).place_sigma
                 },
-                left: SENSORS.map(|sensor| {
+                residual: SENSORS.map(|sensor| squared_residual(sensor.of(stored))),
+                unfound: SENSORS.map(|sensor| {
+                    let most = platform.settings().plausible_at_rest(sensor, false);
                     if *sensor.of(&known) {
-                        left(sensor.of(stored))
+                        T::zero()
                     } else {
-                        let most = platform.settings().plausible_at_rest(sensor, false);
                         most * most
                     }
                 }),
@@ -331,11 +326,11 @@ fn contradicts_as_stranger<T: Real, const UNITS: usize>(
     judge.is_disputed_with(sensor, number) && !is_known(judge, stored, sensor, number)
 }
 
-/// Variance of what a calibration leaves, `(m/s^2)^2` or `(rad/s)^2` (docs/theory/judgement.md, eq. 7).
-fn left<T: Real>(stored: &StoredCalibration<T>) -> T {
-    if !stored.calibrated {
-        return T::zero();
+/// Squared residual of a channel that a calibration leaves, `(m/s^2)^2` or `(rad/s)^2`.
+fn squared_residual<T: Real>(stored: &StoredCalibration<T>) -> T {
+    if stored.calibrated {
+        stored.residual * stored.residual
+    } else {
+        T::zero()
     }
-    let residual = stored.residual * real(RESIDUALS);
-    residual * residual * count::<T>(3) / real(AVERAGED_RESIDUALS) // judgement.md, eq. 7
 }

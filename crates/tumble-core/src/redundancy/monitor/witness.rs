@@ -3,20 +3,13 @@
 use crate::real::Real;
 use crate::redundancy::monitor::event::{Event, EventKind};
 use crate::redundancy::monitor::{Monitor, Report};
-use crate::redundancy::platform::Platform;
 use crate::redundancy::witness::{Trust, Witness, WitnessRejection};
 
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONCE> {
     /// Takes in what something else on board says of a time, microseconds of the common clock: that at which it was so, not at
     /// which it came. It may be up to a second old. What cannot be used is left out, and an event says why, once for each
     /// reason.
-    pub fn witness(
-        &mut self,
-        _platform: &Platform<T, UNITS>,
-        time: u64,
-        witness: &Witness<T>,
-        report: Report<'_, T>,
-    ) {
+    pub fn witness(&mut self, time: u64, witness: &Witness<T>, report: Report<'_, T>) {
         let kind = match self.judge.listen(time, witness) {
             Ok(None) => return,
             Ok(Some(Trust::Lost { misfit, limit })) => EventKind::WitnessDistrusted { misfit, limit },

@@ -11,8 +11,11 @@ const WINDOWS_A_SPAN: u8 = 6;
 /// Share by which the usual largest change moves, a span.
 const USUAL_SHARE: f64 = 0.1;
 
+/// Part of a change along a direction that noise has in one span of four, but for one time in two hundred.
+const LEAST_PART: f64 = 0.25;
+
 /// The change of three channels from one sample to the next, and its square.
-pub(super) type Step<T> = ([T; 3], T);
+pub(in crate::redundancy) type Step<T> = ([T; 3], T);
 
 /// The largest changes of one sensor, in its own axes, m/s^2 or rad/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,6 +59,16 @@ impl<T: Real> LargestSteps<T> {
         })
     }
 
+    /// Whether its changes have a part along a direction, or against it, as noise has.
+    pub fn moves_along(&self, direction: &Vector3<T>) -> bool {
+        let least = real::<T>(LEAST_PART * LEAST_PART);
+        let mut parts = self
+            .spans
+            .iter()
+            .map(|step| (step.dot(direction), step.norm_squared()));
+        parts.any(|(part, square)| square > T::zero() && part * part > least * square)
+    }
+
     /// The largest change of a usual span, once it is known.
     pub fn usual(&self) -> Option<T> {
         (self.usual > T::zero()).then_some(self.usual)
@@ -83,14 +96,14 @@ impl<T: Real> UnitSteps<T> {
     }
 
     /// Takes in the change to the next sample.
-    pub(super) fn take(&mut self, steps: &[Step<T>; 2]) {
+    pub(in crate::redundancy) fn take(&mut self, steps: &[Step<T>; 2]) {
         for (sensor, step) in self.sensors.iter_mut().zip(steps) {
             sensor.take(step);
         }
     }
 
     /// A window of so many samples is complete.
-    pub(super) fn complete(&mut self, samples: u16) {
+    pub(in crate::redundancy) fn complete(&mut self, samples: u16) {
         self.samples = samples;
         self.windows = self.windows.saturating_add(1);
         if self.windows >= WINDOWS_A_SPAN {

@@ -10,10 +10,10 @@ use crate::redundancy::judgement::attribution::Ground;
 use crate::redundancy::judgement::{Judge, Judgement, SetWindow, UnitReading};
 use crate::redundancy::monitor::Monitor;
 use crate::redundancy::monitor::event::EventKind;
-use crate::redundancy::platform::{MountedUnit, Platform, PrimaryCalibration};
+use crate::redundancy::platform::MountedUnit;
 use crate::redundancy::samples::steps::UnitSteps;
 use crate::redundancy::sensor::Sensor;
-use crate::redundancy::settings::{ForceAndRate, RedundancySettings};
+use crate::redundancy::settings::ForceAndRate;
 use crate::redundancy::witness::navigation::{Navigation, Step, Witnessed};
 
 const SPAN: u64 = 50_000;
@@ -101,7 +101,8 @@ fn reading(f: Vector3<f64>, w: Vector3<f64>) -> Option<UnitReading<f64>> {
         calibrated: [true; 2],
         matrix_shown: [true; 2],
         place: 0.0,
-        left: [1e-5, 1e-8],
+        residual: [1e-5, 1e-8],
+        unfound: [0.0; 2],
         interval: 0.005,
     })
 }
@@ -475,17 +476,11 @@ fn what_a_unit_would_make_of_it_is_what_a_filter_of_its_own_does() {
 
 #[test]
 fn what_is_left_out_of_a_witness_is_counted_and_told_of_once() {
-    let platform = Platform::new(
-        RedundancySettings::default(),
-        PrimaryCalibration::none(),
-        [MountedUnit::new(1), MountedUnit::new(2)],
-    )
-    .expect("a set");
     let mut monitor = Monitor::<f64, 2, 1>::new();
     let mut told = Vec::new();
     for time in 0..10 {
         for value in [Vector3::repeat(f64::NAN), Vector3::zeros()] {
-            monitor.witness(&platform, time * 200_000, &velocity(value), &mut |event| {
+            monitor.witness(time * 200_000, &velocity(value), &mut |event| {
                 told.push(event.kind)
             });
         }
