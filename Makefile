@@ -41,6 +41,7 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 	$(BIN)/python -m benchmarks.speed
 	$(BIN)/python -m benchmarks.production
 	$(BIN)/python -m benchmarks.memory
+	$(BIN)/python -m benchmarks.live
 	scripts/install_device_tools.sh qemu-system-arm gcc-arm-none-eabi
 	$(BIN)/python -m benchmarks.footprint
 	$(BIN)/python -m benchmarks.report
@@ -53,6 +54,7 @@ soak: $(VENV)/.native $(VENV)/.requirements-test  ## Run what takes hours: 2000 
 	$(BIN)/python -m benchmarks.redundancy_campaign --witness --kinds ramp --missions 300
 	$(BIN)/python -m benchmarks.redundancy_recorded
 	$(BIN)/python -m benchmarks.redundancy_rests
+	$(BIN)/python -m benchmarks.live --seconds 600
 	cargo test --locked --package tumble-store --test laws -- --ignored
 	cargo test --locked --package tumble-fuzz
 	cargo run --locked --profile fuzz --package tumble-fuzz -- record

@@ -12,6 +12,7 @@ from tumble.inspect.procedure import inspect
 from tumble.inspect.samples import quantisation_step
 from tumble.logs import open_recording
 from tumble.recording import Chunk, Recording
+from tumble.timing import TimeWatch
 from turntable_sessions import typed
 
 G = 9.80665
@@ -273,3 +274,23 @@ def test_a_table_that_is_no_terminals_shows_every_digit(tmp_path):
     assert done.code == 0
     assert "saturated" in done.out
     assert "\N{HORIZONTAL ELLIPSIS}" not in done.out
+
+
+def test_time_that_comes_sample_by_sample_shows_what_it_shows_at_once():
+    seed = np.random.SeedSequence().entropy
+    print("seed", seed)
+    generator = np.random.default_rng(seed)
+    steps = 0.01 + 1e-4 * generator.standard_normal(500)
+    steps[generator.integers(50, 500, 6)] += 0.05
+    time = np.cumsum(steps)
+    at_once, one_by_one = TimeWatch(), TimeWatch()
+    at_once.push(time)
+    one_by_one.push(time[:40])
+    for stamp in time[40:]:
+        one_by_one.push(np.array([stamp]))
+    for name in ("samples", "start", "end"):
+        assert getattr(at_once, name) == getattr(one_by_one, name)
+    assert one_by_one.interval == pytest.approx(at_once.interval, rel=1e-3)
+    assert (one_by_one.gaps, one_by_one.missing) == (at_once.gaps, at_once.missing)
+    assert one_by_one.longest_gap == pytest.approx(at_once.longest_gap)
+    assert one_by_one.duration == pytest.approx(at_once.duration)

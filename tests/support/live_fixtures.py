@@ -36,11 +36,16 @@ class Scripted:
         self.joined_midway = not whole
         self.sent = []
         self._pieces = list(pieces)
+        self._pause = False
 
     def fileno(self):
         return READY
 
     def receive(self):
+        # One piece comes, then nothing for a while.
+        self._pause = not self._pause and self.whole
+        if not self._pause and self.whole:
+            return b""
         if not self._pieces:
             raise ScriptIsOverError
         return self._pieces.pop(0)

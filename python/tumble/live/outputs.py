@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import socket
 import sys
@@ -245,11 +244,12 @@ def rows_of(chunk: Chunk) -> list[list[float]]:
     return list(map(list, zip(*(column.tolist() for column in columns), strict=True)))
 
 
-def json_lines(chunk: Chunk) -> Iterator[str]:
+def json_lines(chunk: Chunk) -> list[str]:
     """Give a JSON object a sample; what is no number is null."""
-    for row in rows_of(chunk):
-        named = zip(NAMES, row, strict=False)
-        yield json.dumps({name: value if math.isfinite(value) else None for name, value in named})
+    rows = rows_of(chunk)
+    # Written by hand: a library takes ten times as long, which counts at 8000 samples a second.
+    plain = "{" + ", ".join(f'"{name}": %s' for name in NAMES[: len(rows[0])]) + "}" if rows else ""
+    return [plain % tuple(value if math.isfinite(value) else "null" for value in row) for row in rows]
 
 
 def _udp(address: Address) -> Output:

@@ -21,6 +21,10 @@ Part = TypeVar("Part")
 """What a line is taken apart into: a row, a message."""
 
 
+MOST_AT_ONCE = 64
+"""Messages that are taken in before others have their turn."""
+
+
 class LineUnit(PolledSource, Generic[Part]):
     """One of the units on a line; a `Source`.
 
@@ -125,13 +129,23 @@ class SharedLine(ABC, Generic[Part]):
         Raises `LogError` where the line is lost, `EOFError` where it is at its end.
         """
         try:
-            piece, arrival = self.transport.receive(), time.monotonic()
-            if piece and (parts := self._parts(piece)):
+            if parts := self._come():
+                arrival = time.monotonic()
                 for unit in self.units:
                     unit.hand_over(parts, arrival)
         except (LogError, EOFError):
             self.lost = True
             raise
+
+    def _come(self) -> list[Part]:
+        """Take in all that has come: of messages that come one by one, those that have piled up."""
+        piece = self.transport.receive()
+        parts = list(self._parts(piece)) if piece else []
+        for _ in range(MOST_AT_ONCE - 1 if self.transport.whole else 0):
+            if not (piece := self.transport.receive()):
+                break
+            parts += self._parts(piece)
+        return parts
 
     def _open(self) -> None:
         self.transport.__enter__()

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     import serial
 
 LARGEST_DATAGRAM = 1 << 16
+WAITING_BYTES = 1 << 22
+"""Of datagrams that wait to be read: seconds of one IMU."""
 DEFAULT_BAUD = 115200
 
 
@@ -152,6 +154,8 @@ class DatagramSocket:
             )[0]
             self._socket = socket.socket(family, kind, protocol)
             self._socket.setblocking(False)
+            # As much as the system grants: what comes while others are read waits here.
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, WAITING_BYTES)
             self._socket.bind(place)
         except OSError as error:
             self.__exit__(None, None, None)
