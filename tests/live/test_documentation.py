@@ -31,8 +31,9 @@ def section(title):
 
 
 def test_every_option_it_names_exists():
-    command = typer.main.get_command(command_line(["spin"])).commands["spin"]
-    known = {option for parameter in command.params for option in parameter.opts}
+    names = ["spin", "record", "apply", "turntable"]
+    commands = typer.main.get_command(command_line(names)).commands
+    known = {option for name in names for parameter in commands[name].params for option in parameter.opts}
     told = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", without_commands(PAGE)))
     assert {"--live", "--still", "--turns", "--turn-rate", "--json"} <= told
     assert told <= known
@@ -95,6 +96,6 @@ def test_events_it_names_are_those_of_the_program():
 
 def test_python_it_shows_compiles():
     blocks = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
-    assert len(blocks) == 2
+    assert len(blocks) == 3
     for block in blocks:
         compile(block, "live.md", "exec")

@@ -1,0 +1,71 @@
+"""Procedures take a session as they take the logs that it was recorded from."""
+
+from __future__ import annotations
+
+import pytest
+import yaml
+
+from turntable_sessions import typed
+
+UNITS = ("reference", "target_1", "target_2")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Logs of a turntable session, and what is recorded of them as they are replayed."""
+    folder = tmp_path_factory.mktemp("bench")
+    assert typed("simulate", "turntable", "--seed", "3", "-o", folder / "logs").code == 0
+    words = [f"{name}=replay:{folder}/logs/{name}.csv?speed=max" for name in UNITS]
+    done = typed("record", *words, "-o", folder / "session")
+    assert done.code == 0, done.err
+    return folder
+
+
+def found(path):
+    """What a calibration file says besides when, and of which file."""
+    content = yaml.safe_load(path.read_text())
+    return {key: content[key] for key in ("name", "serial", "accelerometer", "gyroscope")}
+
+
+def test_a_turntable_session_gives_what_its_logs_give_to_the_bit(folder, tmp_path):
+    logs = [folder / "logs" / f"{name}.csv" for name in UNITS]
+    assert typed("turntable", *logs, "-o", tmp_path / "logs").code == 0
+    done = typed("turntable", folder / "session", "-o", tmp_path / "session")
+    assert done.code == 0, done.err
+    for name in UNITS[1:]:
+        assert found(tmp_path / "session" / f"{name}.yaml") == found(tmp_path / "logs" / f"{name}.yaml")
+
+
+def test_another_unit_can_be_the_reference(folder, tmp_path):
+    done = typed("turntable", folder / "session", "--reference", "target_1", "-o", tmp_path)
+    assert done.code in (0, 3), done.err
+    assert (tmp_path / "reference.yaml").exists()
+    assert not (tmp_path / "target_1.yaml").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("session", "--reference", "nobody"), "no unit 'nobody'; say --reference NAME, one of reference"),
+        (("session:target_1",), "give REFERENCE and one or more TARGETs, or a recorded session"),
+        (("logs/reference.csv", "--reference", "reference"), "or a recorded session and --reference NAME"),
+    ],
+)
+def test_what_names_no_reference_is_refused_in_one_line(folder, monkeypatch, words, says):
+    monkeypatch.chdir(folder)
+    done = typed("turntable", *words)
+    assert done.code == 2
+    assert says in done.err
+
+
+def test_the_units_of_a_session_are_a_redundant_set_whose_first_is_the_primary(folder, tmp_path):
+    done = typed("redundancy", folder / "session", "--json", "-o", tmp_path / "session")
+    assert done.code in (0, 3), done.err
+    named = typed(
+        "redundancy",
+        *(folder / "session", "--primary", UNITS[0], "--secondary", UNITS[1], "--secondary", UNITS[2]),
+        *("--json", "-o", tmp_path / "named"),
+    )
+    events = [(tmp_path / name / "events.jsonl").read_bytes() for name in ("session", "named")]
+    assert events[0] == events[1] != b""
+    assert named.code == done.code
