@@ -24,6 +24,8 @@ MOST_LABELS = 64
 ROWS_TO_HEAR = 20
 """Rows with labels after which it is decided which units there are."""
 _PREFIXED = re.compile(r"(?P<label>[A-Za-z_][\w./-]*)\s*(?P<between>[:,;|\s])\s*(?P<row>[^\s].*)")
+_JSON = json.JSONDecoder(parse_int=float)
+"""An integer of any length is a number, and one of a thousand digits is infinite."""
 _NUMBERS_IN_WORDS = ("nan", "inf", "infinity")
 _BEGIN_NUMBER = frozenset("0123456789+-.")
 
@@ -48,6 +50,10 @@ class LabelReader:
         self._column: int | None = None
         """Of the label, once names of columns came that have one."""
         self._delimiter = ","
+
+    def expect(self, label: str) -> None:
+        """Take a word for the name of a unit, however many others were."""
+        self._prefixes.add(label)
 
     def read(self, lines: Sequence[bytes]) -> list[LabelledRow]:
         """Label lines, in their order."""
@@ -110,8 +116,7 @@ def _objects(text: str, label: str) -> list[LabelledRow]:
     if not text.startswith(("{", "[")):
         return [LabelledRow(label, text)]
     try:
-        # An integer of any length is a number, and one of a thousand digits is infinite.
-        value = json.loads(text, parse_int=float)
+        value = _JSON.decode(text)
     except (ValueError, RecursionError):
         return [LabelledRow(label, text)]
     objects = value if isinstance(value, list) else [value]

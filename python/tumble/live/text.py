@@ -69,7 +69,10 @@ class TextLine(SharedLine[LabelledRow]):
 
     def unit(self, address: Address, options: ReadOptions) -> TextUnit:
         """See `SharedLine`."""
-        return TextUnit(self, address, options)
+        unit = TextUnit(self, address, options)
+        if unit.wanted is not None:
+            self._labels.expect(unit.wanted)
+        return unit
 
     def _parts(self, piece: bytes) -> list[LabelledRow]:
         return self._labels.read(self._lines(piece))
