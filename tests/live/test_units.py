@@ -239,3 +239,16 @@ def test_each_sensor_of_an_autopilot_is_a_unit():
     with pytest.raises(LogError, match="no unit 'ATTITUDE'; give one of HIGHRES_IMU"):
         mavlink_scripted(messages, "mavlink:udpin:127.0.0.1:14555:ATTITUDE")
     assert isinstance(unpicked.line.transport, Scripted)
+
+
+def test_datagrams_that_wait_are_taken_together():
+    table = resting(300)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    with open_source(f"udp://:{port}") as source, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as device:
+        for line in text_lines(table).splitlines():
+            device.sendto(line, ("127.0.0.1", port))
+        chunks = [source.read() for _ in range(6)]
+    assert np.array_equal(np.concatenate([chunk.time for chunk in chunks]), table[:, 0])
+    assert len(chunks[1]) > 50

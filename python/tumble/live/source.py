@@ -42,6 +42,18 @@ class LiveChunk(Chunk):
     sensor_time: FloatArray | None = None
     """(n,) s of the sensor's own clock, where `time` is that of another."""
 
+    def on_clock(self, time: FloatArray) -> LiveChunk:
+        """Give the samples with times of another clock, (n,) s; their own become `sensor_time`."""
+        return LiveChunk(
+            time,
+            self.accelerometer,
+            self.gyroscope,
+            self.temperature,
+            self.moving,
+            self.arrival,
+            self.time,
+        )
+
     def part(self, which: slice) -> LiveChunk:
         """Give some of the samples."""
         return replace(

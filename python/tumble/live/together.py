@@ -14,7 +14,7 @@ import time
 from collections.abc import AsyncIterator, Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from types import TracebackType
 from typing import Literal, TypeAlias
@@ -241,7 +241,7 @@ class LiveSet:
         unit.heard = time.monotonic()
         unit.timing.push(chunk.time)
         if not self._one_clock:
-            chunk = replace(chunk, time=unit.host_times(chunk), sensor_time=chunk.time)
+            chunk = chunk.on_clock(unit.host_times(chunk))
         if chunk.time[0] <= unit.newest:
             old = int(np.searchsorted(chunk.time, unit.newest, side="right"))
             unit.late += old
