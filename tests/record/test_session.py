@@ -291,6 +291,24 @@ def test_a_recorder_that_is_killed_loses_two_seconds_at_most_and_leaves_what_can
     assert Session.load(session).reason == "killed"
 
 
+def test_a_recording_that_was_killed_goes_on_after_what_it_left(tmp_path):
+    session, ports = tmp_path / "session", {"a": free_port()}
+    with Stream(list(ports.values())):
+        process = recording(session, ports)
+        wait_for_samples(process, 400)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        before = samples_of(f"{session}:a")
+        process = recording(session, ports, "--resume", "--count", "300")
+        out, err = process.communicate(timeout=30)
+    assert process.returncode == 0, err
+    after = samples_of(f"{session}:a")
+    assert len(after) == len(before) + 300
+    assert np.array_equal(after[: len(before)], before)
+    assert (np.diff(after[:, 0]) > 0.0).all()
+    assert Session.load(session).units[0].samples == len(after)
+
+
 def test_it_ends_well_when_it_is_told_to(tmp_path):
     session, ports = tmp_path / "session", {"a": free_port()}
     with Stream(list(ports.values())):
