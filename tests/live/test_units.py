@@ -211,6 +211,23 @@ def test_a_set_of_units_reads_all_of_them_from_one_port():
     assert found == {"left": 120, "right": 120}
 
 
+def test_a_set_of_units_reads_all_sensors_of_an_autopilot_from_one_port():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    found = dict.fromkeys(TABLES, 0)
+    words = [f"{name}=mavlink:udpin::{port}:HIGHRES_IMU.{number}" for number, name in enumerate(TABLES)]
+    with open_set(words) as units, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as device:
+        for number, table in enumerate(TABLES.values()):
+            for message in highres(table, sensor=number):
+                device.sendto(message, ("127.0.0.1", port))
+        for name, chunk in units:
+            found[name] += len(chunk)
+            if not len(chunk) and any(found.values()):
+                break
+    assert found == {"left": 120, "right": 120}
+
+
 def test_a_line_that_was_lost_is_opened_anew():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))

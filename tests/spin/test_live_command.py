@@ -102,6 +102,32 @@ def test_a_robot_on_a_serial_line_is_told_what_to_do_and_calibrated(run_live, se
     assert near(path, session)
 
 
+def of_two_units(session):
+    """What two robots say over one line: the left one is the session's, the right one upside down."""
+    lines = []
+    for row in session.table.tolist():
+        turned = [row[0], row[1], -row[2], -row[3], *row[4:]]
+        lines += [
+            f"{name}: {','.join(map(repr, each))}\n" for name, each in (("left", row), ("right", turned))
+        ]
+    return f"left: {HEADER}\nright: {HEADER}\n" + "".join(lines)
+
+
+def test_one_of_two_robots_that_are_piped_in_is_calibrated(run_live, session, tmp_path):
+    process = run_live("-:left", "-o", tmp_path, stdin=subprocess.PIPE)
+    out, errors = process.communicate(of_two_units(session))
+    assert process.returncode == 0, errors
+    assert near(tmp_path / "stdin-left.live.yaml", session)
+    assert "the line also carries right" in out + errors
+
+
+def test_which_units_are_heard_is_said_where_none_of_them_is_picked(run_live, session, tmp_path):
+    process = run_live("-", "-o", tmp_path, stdin=subprocess.PIPE)
+    process.stdin.write(of_two_units(session)[:20_000])
+    assert "-: holds 2 IMUs: name one, as -:left (found: left, right)" in refused(process)
+    assert not list(tmp_path.glob("*.yaml"))
+
+
 def replayed(log, *arguments):
     """Run the command in this process on a log, which comes to its end by itself."""
     return typed("spin", "--live", f"replay:{log}?speed=max", *arguments)
