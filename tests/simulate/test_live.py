@@ -236,7 +236,7 @@ def test_a_fault_shows_from_its_start_to_its_end_and_nowhere_else(kind):
     assert outlet.plugs == (["out", "in"] if kind == "unplugged" else [])
 
 
-@pytest.mark.parametrize("transport", ["udp", "pty", "mavlink"])
+@pytest.mark.parametrize("transport", ["udp", "pty", "tcp", "mavlink"])
 def test_each_unit_is_read_over_its_own_line(transport, tmp_path):
     grades = ("reference", "consumer")
     with LiveSimulation(
@@ -301,7 +301,7 @@ def test_the_loop_is_closed_over_real_sockets():
 
 def test_a_spin_is_found_from_a_robot_that_is_served_live(tmp_path):
     with LiveSimulation(
-        seed=SEED, motion="spin", port=0, speed=8.0, rest_seconds=30.0, rate_hz=100.0
+        seed=SEED, motion="spin", transport="tcp", port=0, speed=8.0, rest_seconds=30.0, rate_hz=100.0
     ) as robot:
         done = typed("spin", "--live", robot.addresses["imu"], "--turns", "2", "-o", tmp_path)
     assert done.code == 0, done.err
