@@ -8,15 +8,18 @@ RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help build demo firmware test bench soak lint format requirements clean
+.PHONY: help build demo demo-live firmware test bench soak lint format requirements clean
 
 help:  ## Say what can be made
-	@sed -n 's/^\([a-z]*\): .*## \(.*\)/\1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
+	@sed -n 's/^\([a-z-]*\): .*## \(.*\)/\1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
 
 build: $(VENV)/.native  ## Build the native module and install the package into .venv
 
 demo: $(VENV)/.native  ## Simulate a turntable session, calibrate five targets, write out/demo/turntable.html
 	@$(BIN)/python examples/01_turntable.py out/demo
+
+demo-live: $(VENV)/.native  ## Let a simulated rate table turn units that are heard live, and calibrate them; then a robot
+	@$(BIN)/python examples/06_live_bench.py
 
 firmware:  ## Fly a mission on an emulated Cortex-M4F, and compare it bit for bit with the host's replay
 	@scripts/install_device_tools.sh qemu-system-arm

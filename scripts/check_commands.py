@@ -75,7 +75,7 @@ def problem(snippet: Snippet) -> str:
 
 def make_targets() -> set[str]:
     """Names of what `make help` lists."""
-    return set(re.findall(r"^([a-z]+):.*##", (ROOT / "Makefile").read_text(), re.MULTILINE))
+    return set(re.findall(r"^([a-z-]+):.*##", (ROOT / "Makefile").read_text(), re.MULTILINE))
 
 
 def run(snippet: Snippet, folder: Path) -> str:
