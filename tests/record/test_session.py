@@ -300,7 +300,7 @@ def test_a_recording_that_was_killed_goes_on_after_what_it_left(tmp_path):
         process.wait()
         before = samples_of(f"{session}:a")
         process = recording(session, ports, "--resume", "--count", "300")
-        out, err = process.communicate(timeout=30)
+        _, err = process.communicate(timeout=30)
     assert process.returncode == 0, err
     after = samples_of(f"{session}:a")
     assert len(after) == len(before) + 300
