@@ -12,15 +12,17 @@ import time
 from pathlib import Path
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 import yaml
 
 from live_fixtures import resting, text_lines
-from tumble.live import LiveChunk
+from tumble.live import LiveChunk, open_source
 from tumble.logs import Facts, list_imus, open_recording
 from tumble.logs.session import Session, joined_file, parts_folder, unit_files
 from tumble.record import parts
-from tumble.record.parts import FURTHER, RecordedChunk, UnitParts
+from tumble.record.parts import RecordedChunk, UnitParts
+from tumble.record.recorded_source import recorded_source
 from turntable_sessions import typed
 
 TABLE = resting(300)
@@ -84,6 +86,27 @@ def test_units_of_a_session_share_a_clock_and_state_their_units(tmp_path, logs):
     one, other = (open_recording(f"{session}:{name}").metadata for name in ("a", "b"))
     assert one.clock == other.clock != ""
     assert (one.gyroscope_unit.name, one.gyroscope_unit.reason) == ("rad/s", "session")
+
+
+def test_the_state_of_the_wheels_is_recorded_and_said_not_to_be_read_again(tmp_path):
+    lines = text_lines(TABLE, header="time,ax,ay,az,gx,gy,gz").decode().splitlines()
+    rows = [f"{line},{'moving' if number == 0 else number % 2}" for number, line in enumerate(lines)]
+    port = free_port()
+    with open_source(f"udp://127.0.0.1:{port}") as source, socket.socket(type=socket.SOCK_DGRAM) as sender:
+        for row in rows:
+            sender.sendto(row.encode(), ("127.0.0.1", port))
+        with recorded_source(source, tmp_path / "session", typed="udp", serial="7") as samples:
+            found = 0
+            for chunk in samples:
+                found += len(chunk)
+                if found == len(TABLE):
+                    break
+    session = Session.load(tmp_path / "session")
+    (path,) = unit_files(tmp_path / "session", session.names[0])
+    assert pq.read_table(path)["moving"].to_pylist()[:4] == [1.0, 0.0, 1.0, 0.0]
+    assert "not read again" in " ".join(session.units[0].remarks)
+    assert session.clock == "sensor"
+    assert open_recording(tmp_path / "session").metadata.serial == "7"
 
 
 def test_a_session_is_not_written_over_and_goes_on_where_asked(tmp_path, logs):
@@ -159,7 +182,7 @@ def test_progress_and_the_end_are_events_for_machines(tmp_path, logs):
 
 def test_parts_are_joined_now_and_then_and_each_sample_counts_once(tmp_path, monkeypatch):
     monkeypatch.setattr(parts, "JOINED", 3)
-    unit = UnitParts(tmp_path, "a", Facts(further=FURTHER))
+    unit = UnitParts(tmp_path, "a", Facts())
     for first in range(0, 300, 12):
         unit.write(chunk_of(TABLE[first : first + 12]))
     there = sorted(path.name for path in parts_folder(tmp_path, "a").iterdir())
@@ -183,7 +206,7 @@ def of_files(folder):
 @pytest.mark.parametrize("step", ["joined", "finished"])
 def test_joining_that_is_broken_off_doubles_nothing(tmp_path, monkeypatch, step):
     monkeypatch.setattr(parts, "JOINED", 3)
-    unit = UnitParts(tmp_path, "a", Facts(further=FURTHER))
+    unit = UnitParts(tmp_path, "a", Facts())
     kept = {}
     for first in range(0, 60, 20):
         unit.write(chunk_of(TABLE[first : first + 20]))
@@ -194,7 +217,7 @@ def test_joining_that_is_broken_off_doubles_nothing(tmp_path, monkeypatch, step)
     for path, content in kept.items():
         path.write_bytes(content)
     assert np.array_equal(of_files(tmp_path), TABLE[:60])
-    again = UnitParts(tmp_path, "a", Facts(further=FURTHER))
+    again = UnitParts(tmp_path, "a", Facts())
     again.write(chunk_of(TABLE[60:70]))
     assert np.array_equal(of_files(tmp_path), TABLE[:70])
 
@@ -204,7 +227,7 @@ def test_times_of_the_sensor_and_of_arrival_are_recorded_beside_the_common_one()
         LiveChunk(t, np.zeros((2, 3)), np.zeros((2, 3)), arrival=9.5, sensor_time=t - 5.0)
         for t in (np.array([8.0, 9.0]), np.array([10.0, 11.0]))
     ]
-    recorded = parts.recorded(chunks, with_temperature=True, shift=0.0)
+    recorded = parts.recorded(chunks, ("temperature",), shift=0.0)
     assert recorded.sensor_time.tolist() == [3.0, 4.0, 5.0, 6.0]
     assert recorded.arrival.tolist() == [9.5] * 4
     assert np.isnan(recorded.temperature).all()

@@ -125,18 +125,18 @@ class Recorded:
     samples: int
     last: float
     """s of the last sample; -inf where there is none."""
-    has_temperature: bool
+    columns: tuple[str, ...]
 
 
 def recorded_so_far(folder: Path, name: str) -> Recorded:
     """Tell how much of a unit is on disk, without reading all of it."""
-    samples, last, has_temperature = 0, -math.inf, False
+    samples, last, columns = 0, -math.inf, ()
     for path in unit_files(folder, name):
         with parquet.opened(path) as file:
             samples += file.metadata.num_rows
             last = file.read_row_group(file.num_row_groups - 1, columns=["time"])["time"][-1].as_py()
-            has_temperature = "temperature" in file.schema_arrow.names
-    return Recorded(samples, last, has_temperature)
+            columns = tuple(file.schema_arrow.names)
+    return Recorded(samples, last, columns)
 
 
 def list_imus(path: Path) -> tuple[str, ...]:

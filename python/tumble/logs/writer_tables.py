@@ -12,7 +12,7 @@ import pyarrow.csv  # type: ignore[import-untyped]
 import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
 from tumble.logs.track import CHUNK_SAMPLES
-from tumble.recording import Chunk
+from tumble.recording import Chunk, FloatArray
 from tumble.units import Triad
 
 if TYPE_CHECKING:
@@ -42,7 +42,13 @@ def _batch(
         unknown = np.full(len(chunk), np.nan)
         columns.append(unknown if chunk.temperature is None else chunk.temperature)
     columns += [getattr(chunk, name) for name in further]
-    return pa.record_batch([pa.array(np.ascontiguousarray(column)) for column in columns], schema=schema)
+    return pa.record_batch([_arrow(column) for column in columns], schema=schema)
+
+
+def _arrow(column: FloatArray) -> pa.Array:
+    """Wrap numbers as they lie in memory; `pa.array` would import pandas first, which takes a second."""
+    numbers = np.ascontiguousarray(column, dtype=np.float64)
+    return pa.Array.from_buffers(pa.float64(), len(numbers), [None, pa.py_buffer(numbers)])
 
 
 class CsvWriter:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,39 +18,59 @@ from tumble.recording import Chunk, FloatArray
 
 JOINED = 60
 """Parts of a kind that are joined into one: a day of parts of 1 s makes some hundred files."""
-FURTHER = ("sensor_time", "arrival")
-"""Columns of a recorded log besides those of every log."""
+OPTIONAL = ("temperature", "moving")
+"""Columns that only some units have."""
 
 
 @dataclass(frozen=True, slots=True)
 class RecordedChunk(Chunk):
-    """Samples as they are recorded, with all times that are known of them."""
+    """Samples as they are recorded, with all that is known of them."""
 
     sensor_time: FloatArray | None = None
     """(n,) s of the sensor's own clock."""
     arrival: FloatArray | None = None
     """(n,) s of `time.monotonic()` at which each came; NaN for a log that was read as fast as it can be."""
+    moving: FloatArray | None = None
+    """(n,) whether wheels turn, as in `LiveChunk`."""
+
+    @property
+    def further(self) -> tuple[str, ...]:
+        """Names of columns that logs do not have."""
+        return tuple(name for name in ("sensor_time", "arrival", "moving") if getattr(self, name) is not None)
 
 
-def recorded(chunks: Sequence[LiveChunk], with_temperature: bool, shift: float) -> RecordedChunk:
-    """Put samples in one piece, their common time later by `shift`, s."""
-    unknown = [np.full(len(chunk), np.nan) for chunk in chunks]
+def optional_columns(chunk: LiveChunk) -> tuple[str, ...]:
+    """Tell which of `OPTIONAL` a unit has, by its first samples."""
+    return tuple(name for name in OPTIONAL if getattr(chunk, name) is not None)
+
+
+def recorded(chunks: Sequence[LiveChunk], optional: Sequence[str], shift: float) -> RecordedChunk:
+    """Put samples in one piece, with those of the optional columns, their common time later by `shift`, s."""
+
+    def joined(name: str) -> FloatArray | None:
+        if name not in optional:
+            return None
+        unknown = (_all(chunk, np.nan) for chunk in chunks)
+        return np.concatenate(
+            [
+                nan if (column := getattr(chunk, name)) is None else column
+                for chunk, nan in zip(chunks, unknown, strict=True)
+            ]
+        )
+
     return RecordedChunk(
         np.concatenate([chunk.time for chunk in chunks]) + shift,
         np.concatenate([chunk.accelerometer for chunk in chunks]),
         np.concatenate([chunk.gyroscope for chunk in chunks]),
-        _joined([chunk.temperature for chunk in chunks], unknown) if with_temperature else None,
+        joined("temperature"),
         np.concatenate([chunk.time if chunk.sensor_time is None else chunk.sensor_time for chunk in chunks]),
-        np.concatenate(
-            [np.full(len(chunk), np.nan if chunk.arrival is None else chunk.arrival) for chunk in chunks]
-        ),
+        np.concatenate([_all(chunk, np.nan if chunk.arrival is None else chunk.arrival) for chunk in chunks]),
+        joined("moving"),
     )
 
 
-def _joined(columns: Sequence[FloatArray | None], unknown: Sequence[FloatArray]) -> FloatArray:
-    return np.concatenate(
-        [nan if column is None else column for column, nan in zip(columns, unknown, strict=True)]
-    )
+def _all(chunk: LiveChunk, value: float) -> FloatArray:
+    return np.full(len(chunk), value)
 
 
 class UnitParts:
@@ -79,7 +99,8 @@ class UnitParts:
             prepare_folder(self._parts_folder)
         self._last += 1
         numbers = self._last, self._last
-        with open_writer(self._path(numbers), "parquet", self._facts, durable=True) as writer:
+        facts = replace(self._facts, further=chunk.further)
+        with open_writer(self._path(numbers), "parquet", facts, durable=True) as writer:
             writer.write(chunk)
         self._parts.append(numbers)
         self._join_some()

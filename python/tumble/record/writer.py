@@ -19,7 +19,7 @@ from tumble.live import LiveChunk, Source
 from tumble.logs import Facts
 from tumble.logs.session import Session, SessionClock, SessionUnit, joined_file, recorded_so_far
 from tumble.provenance import date_now
-from tumble.record.parts import FURTHER, UnitParts, recorded
+from tumble.record.parts import OPTIONAL, UnitParts, optional_columns, recorded
 from tumble.record.session_files import hold, release, write_session
 from tumble.words import join
 
@@ -53,7 +53,8 @@ class _Unit:
 
     parts: UnitParts
     samples: int = 0
-    with_temperature: bool | None = None
+    optional: tuple[str, ...] | None = None
+    """Columns that this unit has and others may not, once they are known."""
     waiting: list[LiveChunk] = field(default_factory=list)
     """Samples that are not on disk."""
     last: float = -math.inf
@@ -132,8 +133,8 @@ class SessionWriter:
                 f"{name}: samples are older than those that were recorded before: the clock was set back, or "
                 "the same log comes again; record into another folder"
             )
-        if unit.with_temperature is None:
-            unit.with_temperature = chunk.temperature is not None
+        if unit.optional is None:
+            unit.optional = optional_columns(chunk)
         unit.samples += len(chunk)
         unit.waiting.append(chunk)
 
@@ -167,13 +168,18 @@ class SessionWriter:
             unit.model_copy(
                 update={
                     "samples": (unit.samples or 0) + self._units[unit.name].samples,
-                    "remarks": tuple(dict.fromkeys((*unit.remarks, *said[unit.name]))),
+                    "remarks": tuple(dict.fromkeys((*unit.remarks, *said[unit.name], *self._wheels(unit)))),
                 }
             )
             for unit in self.session.units
         )
         self.session = self.session.model_copy(update={"ended": date_now(), "reason": reason, "units": units})
         write_session(self._folder, self.session)
+
+    def _wheels(self, unit: SessionUnit) -> tuple[str, ...]:
+        if "moving" not in (self._units[unit.name].optional or ()):
+            return ()
+        return ("whether the wheels turn is recorded, as moving, but not read again with the session",)
 
     def _end_failed(self) -> None:
         """Keep what was taken; where there is nothing, leave no session that the next attempt would meet."""
@@ -188,7 +194,8 @@ class SessionWriter:
         for name, unit in self._units.items():
             before = recorded_so_far(self._folder, name)
             if before.samples:
-                unit.last, unit.with_temperature = before.last, before.has_temperature
+                unit.last = before.last
+                unit.optional = tuple(name for name in OPTIONAL if name in before.columns)
 
     def _wait(self) -> None:
         """Wait for what is being written; raises what went wrong with it."""
@@ -208,7 +215,7 @@ class SessionWriter:
 
     def _write(self, taken: Sequence[tuple[_Unit, list[LiveChunk]]]) -> None:
         for unit, waiting in taken:
-            unit.parts.write(recorded(waiting, bool(unit.with_temperature), self._shift))
+            unit.parts.write(recorded(waiting, unit.optional or (), self._shift))
         self.bytes = sum(unit.parts.size for unit in self._units.values())
 
 
@@ -236,7 +243,7 @@ def _but_readable(error: OutputError) -> OutputError:
 
 def _facts(unit: SessionUnit, source: Source) -> Facts:
     corrected = "by the source" if getattr(source, "already_corrected", None) else ""
-    return Facts(serial=unit.serial, corrected=corrected, further=FURTHER)
+    return Facts(serial=unit.serial, corrected=corrected)
 
 
 def _begun(folder: Path, fresh: Session) -> Session:
