@@ -17,6 +17,7 @@ import pytest
 import yaml
 
 from live_fixtures import resting, text_lines
+from repetitions import SOAK
 from tumble.live import LiveChunk, open_source
 from tumble.logs import Facts, list_imus, open_recording
 from tumble.logs.session import Session, joined_file, parts_folder, unit_files
@@ -287,14 +288,15 @@ def wait_for_samples(process, count):
     raise AssertionError(process.stderr.read().decode())
 
 
-def test_a_recorder_that_is_killed_loses_two_seconds_at_most_and_leaves_what_can_be_read(tmp_path):
+@pytest.mark.parametrize("draw", range(100 if SOAK else 1))
+def test_a_recorder_that_is_killed_loses_two_seconds_at_most_and_leaves_what_can_be_read(tmp_path, draw):
     session, ports = tmp_path / "session", {"a": free_port(), "b": free_port()}
     rate = 200.0
     with Stream(list(ports.values()), rate):
         process = recording(session, ports)
         wait_for_samples(process, 600)
-        # Somewhere between two writings.
-        time.sleep(0.37)
+        # Somewhere between two writings, or in one.
+        time.sleep(np.random.default_rng(draw).uniform(0.0, 1.2))
         process.send_signal(signal.SIGKILL)
         killed = time.monotonic()
         process.wait()
