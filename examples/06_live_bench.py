@@ -113,7 +113,7 @@ def calibrate_a_robot() -> None:
     """Find the biases of a robot that turns on the spot, as it does."""
     with (
         LiveSimulation(
-            seed=7, motion="spin", transport="tcp", rate_hz=100.0, speed=SPEED, rest_seconds=30.0, port=0
+            seed=7, motion="spin", transport="tcp", rate_hz=100.0, speed=SPEED / 2, rest_seconds=40.0, port=0
         ) as bench,
         open_source(bench.addresses["imu"]) as source,
     ):

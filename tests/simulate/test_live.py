@@ -28,6 +28,7 @@ from tumble.simulate.live.procedure import LiveSimulation, LiveUnit
 from tumble.simulate.live.samples import NONE
 from tumble.simulate.live.scenario import LiveScenario
 from tumble.simulate.live.table_units import Noise, session_at_rest, units_on
+from tumble.spin.live import LiveSpin, LiveSpinOptions
 from tumble.table import GuardedTable, open_table
 from tumble.table.axes import body_motion, level_from_table
 from tumble.table.simulated import PRESETS, SimulatedTable
@@ -299,15 +300,19 @@ def test_the_loop_is_closed_over_real_sockets():
         assert np.allclose(reading, 9.80665 * axis @ up, atol=0.02)
 
 
-def test_a_spin_is_found_from_a_robot_that_is_served_live(tmp_path):
-    with LiveSimulation(
-        seed=SEED, motion="spin", transport="tcp", port=0, speed=8.0, rest_seconds=30.0, rate_hz=100.0
-    ) as robot:
-        done = typed("spin", "--live", robot.addresses["imu"], "--turns", "2", "-o", tmp_path)
-    assert done.code == 0, done.err
-    [path] = tmp_path.glob("*.yaml")
-    found = yaml.safe_load(path.read_text())
-    assert np.allclose(found["accelerometer"]["b"][:2], robot.truth["accelerometer_bias"][:2], atol=0.02)
+def test_a_spin_is_found_from_a_robot_that_is_served_live():
+    # A busy machine takes its time to listen: 40 s of rest are four of its own.
+    with (
+        LiveSimulation(
+            seed=SEED, motion="spin", transport="tcp", port=0, speed=10.0, rest_seconds=40.0, rate_hz=100.0
+        ) as robot,
+        open_source(robot.addresses["imu"]) as source,
+    ):
+        live = LiveSpin(source, LiveSpinOptions(still=5.0, turns=2.0))
+        for _ in live.steps():
+            pass
+    error = live.result().spins[0].level_free.value - robot.truth["accelerometer_bias"]
+    assert np.abs(error[:2]).max() < 0.02
 
 
 def test_the_command_serves_until_its_end_and_writes_the_truth(tmp_path):
