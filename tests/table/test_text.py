@@ -108,6 +108,23 @@ def test_silence_and_refusals_are_one_line_and_the_table_is_told_to_stop(tmp_pat
     assert told[-2:] == ["AXIS1:STOP", "AXIS2:STOP"]
 
 
+def test_all_axes_are_told_to_stop_before_any_answer_and_a_late_answer_does_not_hide_that_of_the_stop(
+    tmp_path,
+):
+    text = open_profile("scpi").replace("timeout: 2.0", "timeout: 0.5")
+    (tmp_path / "quick.yaml").write_text(text)
+    server, told = answering(lambda line: "12.5\nOK" if line == "AXIS1:STOP" else "OK")
+    address = f"text:TCPIP::127.0.0.1::{server.getsockname()[1]}::SOCKET?profile={tmp_path / 'quick.yaml'}"
+    with server, open_table(address) as table:
+        table.stop()
+    assert told == ["AXIS1:STOP", "AXIS2:STOP"]
+    server, told = answering(lambda line: None)
+    address = f"text:TCPIP::127.0.0.1::{server.getsockname()[1]}::SOCKET?profile={tmp_path / 'quick.yaml'}"
+    with server, open_table(address) as table, pytest.raises(TableError, match="no answer to 'AXIS1:STOP'"):
+        table.stop()
+    assert told == ["AXIS1:STOP", "AXIS2:STOP"]
+
+
 def open_profile(name):
     from importlib import resources
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Any
 
@@ -18,6 +20,8 @@ from tumble.table.registry import TableAddress
 
 BACKEND = "@py"
 """pyvisa-py, which needs no library of a maker."""
+MOST_STALE = 4
+"""Answers to earlier questions that may come before that to a stop."""
 UNTRIED = "nobody has tried this profile on hardware: begin slowly, a hand on the emergency stop"
 
 
@@ -103,7 +107,13 @@ class TextTable:
         slowest = np.array([axis.limits.acceleration for axis in self.axes])
         self._at_speed = time.monotonic() + float(np.max(np.abs(self._rates) / slowest))
         self._rates = np.zeros(len(self.axes))
-        self._command(self._profile.commands.stop)
+        texts = self._each(self._profile.commands.stop)
+        # Every axis is told before any answer is waited for, which may never come.
+        for text in texts:
+            self._send(text)
+        if self._is_answered:
+            for text in texts:
+                self._wait_for_acknowledgement(text)
 
     def settled(self) -> bool:
         """See `RateTable`; a table that cannot be asked has when its ramp must be over."""
@@ -137,13 +147,25 @@ class TextTable:
     def _command(self, text: str | None, **values: FloatArray) -> None:
         """Send a command, once for each axis where it names one; nothing where the profile has none."""
         for command in self._each(text, **values) if text else ():
-            line, replies = self._profile.line, self._profile.replies
-            acknowledged = replies.acknowledge is not None or line.prompt is not None
-            reply = self._exchange(command, replied=acknowledged)
-            if replies.acknowledge is not None and reply != replies.acknowledge:
+            reply = self._exchange(command, replied=self._is_answered)
+            if self._profile.replies.acknowledge not in (None, reply):
                 raise TableError(
                     f"{self.name}: replied {reply!r} to {command!r}; see the manual of the table"
                 )
+
+    @property
+    def _is_answered(self) -> bool:
+        """Whether the table says something to a command."""
+        return self._profile.replies.acknowledge is not None or self._profile.line.prompt is not None
+
+    def _wait_for_acknowledgement(self, text: str) -> None:
+        """Read until a stop is acknowledged: first may come what answers an earlier question."""
+        wanted = self._profile.replies.acknowledge
+        replies = [self._answer(text)]
+        while wanted not in (None, replies[-1]):
+            if len(replies) > MOST_STALE:
+                raise TableError(f"{self.name}: replied {replies[-1]!r} to {text!r}")
+            replies.append(self._answer(text))
 
     def _each(self, text: str, **values: FloatArray) -> list[str]:
         numbers = self._profile.numbers()
@@ -156,25 +178,40 @@ class TextTable:
 
     def _exchange(self, text: str, *, replied: bool) -> str:
         """Send a line, and give what is replied; raises `TableError` for silence and refusals."""
+        self._send(text)
+        return self._answer(text) if replied else ""
+
+    def _send(self, text: str) -> None:
         line = self._profile.line
-        try:
+        with self._failures_at(text):
             self._line.write_raw((text + line.write_end).encode("ascii"))
             if line.echo and line.prompt is None:
                 self._read()
-            reply = self._read() if replied else ""
-        except Exception as error:
-            if "TMO" in str(error) or "timeout" in str(error).lower():
-                raise TableError(
-                    f"{self.name}: no answer to {text!r} within {line.timeout:g} s; is the table on, and the "
-                    "profile right?"
-                ) from error
-            raise TableError(f"{self.name}: the line was lost at {text!r}: {_first_line(error)}") from error
+
+    def _answer(self, text: str) -> str:
+        """Read what is replied to a line that was sent."""
+        line = self._profile.line
+        with self._failures_at(text):
+            reply = self._read()
         if line.echo and line.prompt is not None:
             reply = reply.removeprefix(text).strip()
         for refused in self._profile.replies.errors:
             if reply.startswith(refused):
                 raise TableError(f"{self.name}: refused {text!r}: {reply!r}; see the manual of the table")
         return reply
+
+    @contextmanager
+    def _failures_at(self, text: str) -> Iterator[None]:
+        """Say in one line what went wrong at a line of text."""
+        try:
+            yield
+        except Exception as error:
+            if "TMO" in str(error) or "timeout" in str(error).lower():
+                raise TableError(
+                    f"{self.name}: no answer to {text!r} within {self._profile.line.timeout:g} s; is the "
+                    "table on, and the profile right?"
+                ) from error
+            raise TableError(f"{self.name}: the line was lost at {text!r}: {_first_line(error)}") from error
 
     def _read(self) -> str:
         line = self._profile.line
