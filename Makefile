@@ -57,7 +57,7 @@ soak: $(VENV)/.native $(VENV)/.requirements-test  ## Run what takes hours: 2000 
 	$(BIN)/python -m benchmarks.redundancy_campaign --witness --kinds ramp --missions 300
 	$(BIN)/python -m benchmarks.redundancy_recorded
 	$(BIN)/python -m benchmarks.redundancy_rests
-	$(BIN)/python -m benchmarks.live --seconds 600
+	$(BIN)/python -m benchmarks.live --seconds 600 --hours 24
 	cargo test --locked --package tumble-store --test laws -- --ignored
 	cargo test --locked --package tumble-fuzz
 	cargo run --locked --profile fuzz --package tumble-fuzz -- record

@@ -21,11 +21,14 @@ from rich.table import Table
 
 from benchmarks.results import Content, machine, save
 from tumble.calibration.document import Calibration
-from tumble.live import open_set
+from tumble.live import LiveChunk, LiveSet, PolledSource, open_set
 from tumble.live.outputs import parse_output
 from tumble.logs import Facts
 
 SECONDS, UNITS, RATE = 30.0, 8, 1000.0
+HOURS = 1.0
+PIECE = 50
+"""Samples that come together in what is put through for memory."""
 WAYS = ("udp", "pty")
 LARGEST_LATENCY = {"p99": 2e-3, "p99.9": 10e-3}
 """s, from when a sample is sent to when it is sent on."""
@@ -99,6 +102,56 @@ def _receive(words: list[str], sender: subprocess.Popen[str], seconds: float) ->
     }
 
 
+class Flood(PolledSource):
+    """Samples of a sensor as fast as they are asked for, which arrive as unevenly as over a network."""
+
+    name = "flood"
+    remarks: tuple[str, ...] = ()
+    gyroscope_unit_is_assumed = False
+
+    def __init__(self, rate: float, samples: int) -> None:
+        self._step = 1.0 / rate
+        self._left = samples
+        self._time = 0.0
+        self._generator = np.random.default_rng(1)
+
+    def __enter__(self) -> Flood:
+        return self
+
+    def __exit__(self, *error: object) -> None: ...
+
+    def fileno(self) -> None: ...
+
+    def wait(self, longest: float) -> None: ...
+
+    def read(self) -> LiveChunk:
+        if self._left <= 0:
+            raise EOFError
+        self._left -= PIECE
+        stamps = self._time + self._step * np.arange(1, PIECE + 1)
+        self._time = float(stamps[-1])
+        arrival = self._time + float(self._generator.exponential(1e-3))
+        return LiveChunk(stamps, np.ones((PIECE, 3)), np.ones((PIECE, 3)), arrival=arrival)
+
+
+def flood(hours: float, rate: float) -> Content:
+    """Put so much stream time through a set, as fast as it goes; tell what memory became of."""
+    samples = int(3600.0 * hours * rate)
+    done, memory, began = 0, [], time.monotonic()
+    look_at = 0
+    with LiveSet({"flood": Flood(rate, samples)}) as units:
+        for _, chunk in units:
+            done += len(chunk)
+            if done >= look_at:
+                memory.append(_resident())
+                look_at += samples // 50
+    return {
+        "hours": hours,
+        "times_real_time": 3600.0 * hours / (time.monotonic() - began),
+        "memory_growth": max(memory[-5:]) / max(memory[5:10]),
+    }
+
+
 def _resident() -> int:
     """Bytes of memory that this process holds."""
     pages = int(Path("/proc/self/statm").read_text().split()[1])
@@ -143,6 +196,7 @@ def main() -> None:
     parser.add_argument("--units", type=int, default=UNITS)
     parser.add_argument("--rate", type=float, default=RATE)
     parser.add_argument("--over", default=",".join(WAYS))
+    parser.add_argument("--hours", type=float, default=HOURS, help="stream time put through for memory")
     parser.add_argument("--no-save", action="store_true", help="show the figures only")
     asked = parser.parse_args()
     ways = [run(over, asked.units, asked.rate, asked.seconds) for over in asked.over.split(",")]
@@ -151,9 +205,15 @@ def main() -> None:
         "rate": asked.rate,
         "seconds": asked.seconds,
         "ways": ways,
+        "flood": flood(asked.hours, asked.rate),
         "machine": machine(),
     }
     Console().print(table_of(content))
+    long = content["flood"]
+    print(
+        f"{long['hours']:g} h of stream at {long['times_real_time']:.0f} times real time: memory "
+        f"{long['memory_growth']:.3f} times (wanted {LARGEST_GROWTH:g})"
+    )
     if not asked.no_save:
         save("live", content)
 

@@ -135,6 +135,8 @@ class LiveSet:
         self._selector = selectors.DefaultSelector()
         self._polled: list[_Unit] = []
         """Open units with nothing to wait for."""
+        self._may_be_more = False
+        """Whether a unit with nothing to wait for gave samples just now."""
         self._opener = ThreadPoolExecutor(1)
         """Opens what was lost, as others cannot wait for a host that does not answer."""
 
@@ -200,7 +202,7 @@ class LiveSet:
     def _patience(self) -> float:
         """Longest time, s, to wait for the next samples."""
         units = self._units.values()
-        if any(len(unit.kept) for unit in units):
+        if self._may_be_more or any(len(unit.kept) for unit in units):
             return 0.0
         until_heartbeat = min(unit.heard for unit in units) + HEARTBEAT - time.monotonic()
         return max(0.0, min(until_heartbeat, BETWEEN_LOOKS) if self._polled else until_heartbeat)
@@ -208,11 +210,13 @@ class LiveSet:
     def _come(self, ready: Sequence[tuple[selectors.SelectorKey, int]]) -> Iterator[tuple[str, LiveChunk]]:
         """Give what has come, then what is due besides."""
         self._bring_back()
+        self._may_be_more = False
         for unit in [unit for key, _ in ready for unit in key.data] + self._polled:
             chunk = self._read(unit) if unit.is_open and not len(unit.kept) else EMPTY
             if len(chunk) and chunk.arrival is None:
                 unit.kept = chunk
             elif len(chunk):
+                self._may_be_more |= unit.line is None
                 yield unit.name, self._given(unit, chunk)
         kept = [unit for unit in self._units.values() if len(unit.kept)]
         if kept:
