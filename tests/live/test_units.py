@@ -141,12 +141,30 @@ def test_a_column_that_counts_samples_names_no_units():
     assert np.array_equal(samples_of(source), table)
 
 
+def test_rows_that_are_shorter_than_their_names_are_refused_though_the_names_have_one_for_units():
+    rows = [f"{numbers(row)}\r\n".encode() for row in resting(300).tolist()]
+    (source,) = scripted_units([f"{HEADER},sensor_id\r\n".encode(), *rows], [None], whole=True)
+    with pytest.raises(LogError, match="50 lines in a row hold no sample"):
+        samples_of(source)
+
+
 def test_messages_of_the_device_are_no_units():
     lines = text_lines(TABLES["left"]).splitlines(keepends=True)
     for place in range(10, 100, 7):
         lines.insert(place, b"battery: 3.71 12.2\r\n")
     (source,) = scripted_units([b"booting 3 1\r\n", *lines], [None], whole=True)
     assert np.array_equal(samples_of(source), TABLES["left"])
+    assert "the line also carries battery" in source.remarks
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_rows_that_lost_their_front_decide_nothing(way):
+    lines = WAYS[way]()
+    begin = len(lines) - 2 * len(TABLES["left"]) if way != "a key of JSON" else 0
+    for place in (begin + 4, begin + 1, begin):
+        lines.insert(place, b"0.25,-0.5,9.5\r\n")
+    (source,) = scripted_units(lines, ["right"], whole=True)
+    assert np.array_equal(samples_of(source), TABLES["right"])
 
 
 def test_a_name_spoilt_on_the_way_is_no_unit():

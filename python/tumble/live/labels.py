@@ -23,11 +23,17 @@ MOST_LABELS = 64
 """Words taken for names of units at most: what is spoilt on the way may read as any."""
 ROWS_TO_HEAR = 20
 """Rows with labels after which it is decided which units there are."""
+ROWS_WITHOUT_LABEL = 5
+"""Rows without a label after which they are those that are read, unless more have one: some are torn."""
 _PREFIXED = re.compile(r"(?P<label>[A-Za-z_][\w./-]*)\s*(?P<between>[:,;|\s])\s*(?P<row>[^\s].*)")
 _JSON = json.JSONDecoder(parse_int=float)
 """An integer of any length is a number, and one of a thousand digits is infinite."""
 _NUMBERS_IN_WORDS = ("nan", "inf", "infinity")
 _BEGIN_NUMBER = frozenset("0123456789+-.")
+
+
+MOST_KEPT = 100
+"""Rows that decide nothing after which whoever reads rows is to say what is wrong with them."""
 
 
 class LabelledRow(NamedTuple):
@@ -63,12 +69,14 @@ class LabelReader:
                 self._lines_to_skip -= 1
                 continue
             text = line.decode("utf-8", "replace").strip("\ufeff \t\r\n\f\v")
-            if text.startswith(("{", "[")):
-                rows += _objects(text, UNLABELLED)
-            elif self._column is None and text[:1] in _BEGIN_NUMBER:
+            if self._column is None and text[:1] in _BEGIN_NUMBER:
                 rows.append(LabelledRow(UNLABELLED, text))
             else:
-                rows += self._labelled(text)
+                objects = text.startswith(("{", "["))
+                rows += self._counted(_objects(text, UNLABELLED) if objects else self._labelled(text))
+        return rows
+
+    def _counted(self, rows: list[LabelledRow]) -> list[LabelledRow]:
         for label, _ in rows:
             if label and (label in self.heard or len(self.heard) < MOST_LABELS):
                 self.heard[label] += 1
@@ -79,7 +87,9 @@ class LabelReader:
             return [LabelledRow(label, text)]
         if (found := _PREFIXED.fullmatch(text)) and self._is_prefix(**found.groupdict()):
             return _objects(found["row"], found["label"])
-        return [LabelledRow(FOR_ALL if self._are_names(text) else UNLABELLED, text)]
+        # Under a column of labels, what has none is torn: whoever reads rows counts it.
+        for_all = self._are_names(text) or self._column is not None
+        return [LabelledRow(FOR_ALL if for_all else UNLABELLED, text)]
 
     def _field(self, text: str) -> str | None:
         """Label in the column of labels; None where the row has none, or names columns."""
@@ -145,8 +155,11 @@ class LabelChoice:
         self._address = address
         self._wanted = wanted
         self._holds_all = False
-        self._torn = int(joined_midway)
-        """Rows at the beginning that may have lost their label with their front."""
+        self._is_open = True
+        """Whether rows to come may decide otherwise."""
+        self._may_be_torn = joined_midway
+        """Whether the next row may have lost its label with its front."""
+        self._without_label = 0
         self._kept: list[LabelledRow] = []
 
     def mine(self, rows: Sequence[LabelledRow]) -> list[Row]:
@@ -155,22 +168,34 @@ class LabelChoice:
         Raises `LogError` that lists the units heard, where the one that is wanted is none of them, or there
         are several and none is wanted.
         """
-        if self.label is None and not self._holds_all:
-            self._decide([each for each in (*self._kept, *rows) if not _says_nothing(each)][self._torn :])
-            if self.label is None and not self._holds_all:
-                self._kept += [each for each in rows if not _says_nothing(each)]
-                # Whoever reads rows counts those that are none.
-                return [each.row for each in rows if _says_nothing(each)]
-            rows, self._kept = [*self._kept, *rows], []
+        if self._is_open:
+            rows = self._weigh(rows)
         return [row for label, row in rows if self._holds_all or label in (self.label, FOR_ALL)]
 
-    def _decide(self, heard: Sequence[LabelledRow]) -> None:
-        labels = Counter(label for label, _ in heard if label)
+    def _weigh(self, rows: Sequence[LabelledRow]) -> Sequence[LabelledRow]:
+        """Decide whose rows are read, and give those that are no longer to be kept back."""
+        torn, self._may_be_torn = int(self._may_be_torn), False
+        self._without_label += sum(
+            each.label == UNLABELLED and not _says_nothing(each) for each in rows[torn:]
+        )
+        kept = [*self._kept, *rows]
+        self._decide(Counter(label for label, _ in kept if label), len(kept))
+        if not self._is_open:
+            self._kept = []
+            return kept
+        # Without a label nothing is to be waited for: arrival may be the only time that samples have.
+        waits = [bool(each.label) or not (self.label == UNLABELLED or _says_nothing(each)) for each in kept]
+        self._kept = [each for each, wait in zip(kept, waits, strict=True) if wait]
+        return [LabelledRow(FOR_ALL, each.row) for each, wait in zip(kept, waits, strict=True) if not wait]
+
+    def _decide(self, labels: Counter[str], kept: int) -> None:
         if self._wanted in labels:
-            self.label = self._wanted
-        elif any(label == UNLABELLED for label, _ in heard):
+            self.label, self.prefix, self._is_open = self._wanted, None, False
+        elif self._without_label > labels.total() or kept >= MOST_KEPT:
             self.label, self.prefix = UNLABELLED, self._wanted
+            self._is_open = self._without_label < ROWS_WITHOUT_LABEL and kept < MOST_KEPT
         elif labels.total() >= ROWS_TO_HEAR:
+            self.prefix, self._is_open = None, False
             self._choose(labels)
 
     def _choose(self, labels: Counter[str]) -> None:

@@ -27,7 +27,7 @@ PRIOR_SKEW = 0.01
 SUPPORT = 2.0
 """1-sigma of the line's end, in mean heights of block minima over the root of their number."""
 FEW = 2.0
-"""The same is so much larger, over the number of blocks, where there are few to learn from."""
+"""The same is so much larger, over the number of blocks that carry no line, where there are few of them."""
 NEWEST = 3
 """Blocks that are the newest: what they all lie above the line may be its error."""
 

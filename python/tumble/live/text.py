@@ -109,7 +109,9 @@ class TextUnit(LineUnit[LabelledRow]):
         others = sorted(
             label for label, count in self._heard.items() if count > 1 and label != self._choice.label
         )
-        beside = (f"the line also carries {join(others)}",) if others and self._choice.label else ()
+        beside = (
+            (f"the line also carries {join(others)}",) if others and self._choice.label is not None else ()
+        )
         return (*beside, *self._rows.notices, *super().remarks)
 
     def _readings(self, parts: Sequence[LabelledRow]) -> tuple[Readings, StreamFacts] | None:
