@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shlex
 import signal
 import socket
 import subprocess
@@ -379,3 +380,25 @@ def test_a_port_of_a_table_that_is_taken_is_refused_in_one_line(tmp_path):
         done = typed("simulate", "live", "--port", "0", "--table-port", port, "-o", tmp_path)
     assert done.code == 2
     assert f"table at 127.0.0.1:{port}" in one_line(done.err)
+
+
+def test_what_is_printed_can_be_pasted_into_a_recording_of_all_units(tmp_path):
+    words = ["simulate", "live", "--motion", "six-faces", "--port", "0", "-o", str(tmp_path / "bench")]
+    program = subprocess.Popen(
+        [sys.executable, "-c", "from tumble.cli.main import main; main()", *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+    try:
+        line = next(line for line in program.stdout if line.startswith("Next: "))
+        typed_words = shlex.split(line.removeprefix("Next: tumble "))
+        typed_words[-1] = tmp_path / "session"
+        done = typed(*typed_words, "--count", "100")
+    finally:
+        program.kill()
+        program.wait()
+        program.stdout.close()
+    assert done.code == 0, done.err
+    names = {path.stem for path in (tmp_path / "session").glob("*.parquet")}
+    assert names == {"reference", "target_1", "target_2", "target_3"}

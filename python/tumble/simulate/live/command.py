@@ -138,12 +138,14 @@ def _show(simulation: LiveSimulation, truth: str, as_json: bool) -> None:
         print_json(content | ({} if table is None else {"table": table}))
     else:
         print(f"seed {simulation.scenario.seed}; {truth}: the truth")
-        for name, address in simulation.addresses.items():
-            print(f"'{name}={address}'")
+        words = [f"'{name}={address}'" for name, address in simulation.addresses.items()]
+        print(*words, sep="\n")
         if table is not None:
             print(f"--table '{table}'")
-        elif len(simulation.units) == 1:
+        if len(words) == 1 and table is None:
             print(f"Next: tumble spin --live '{simulation.units[0].address}'")
+        else:
+            print(f"Next: tumble record {' '.join(words)} -o session")
         print("Ctrl-C ends it.")
     sys.stdout.flush()
 
