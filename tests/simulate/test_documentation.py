@@ -13,7 +13,7 @@ import typer
 
 from flight_units import fly
 from tumble.cli.commands import command_line
-from tumble.simulate import FAULTS, VIBRATIONS
+from tumble.simulate import FAULTS, LIVE_FAULTS, VIBRATIONS
 from turntable_sessions import typed
 
 ROOT = Path(__file__).parents[2]
@@ -35,10 +35,15 @@ def test_every_command_of_the_page_runs(words, tmp_path, monkeypatch):
 
 
 def test_every_option_the_page_names_exists():
-    found = typer.main.get_command(command_line(["simulate", "redundancy"])).commands
+    found = typer.main.get_command(command_line(["simulate", "redundancy", "spin", "table"])).commands
     known = {
         option
-        for command in (found["redundancy"], *found["simulate"].commands.values())
+        for command in (
+            found["redundancy"],
+            found["spin"],
+            *found["simulate"].commands.values(),
+            *found["table"].commands.values(),
+        )
         for parameter in command.params
         for option in parameter.opts
     }
@@ -52,6 +57,16 @@ def test_the_faults_of_the_page_are_those_there_are_in_the_same_words():
     assert told == {kind: text.replace("m/s^2", "m/s²") for kind, text in FAULTS.items()}
 
 
+def test_the_live_faults_of_the_page_and_of_the_help_are_those_there_are():
+    section = TEXT.split("## A live bench")[1].split("## Faults")[0]
+    own = {kind: text for kind, text in LIVE_FAULTS.items() if kind not in FAULTS}
+    told = re.findall(r"^\| `([a-z-]+)` \| (.+) \|$", section.split("| kind |")[1], re.MULTILINE)
+    assert dict(told) == own
+    assert [kind for kind in LIVE_FAULTS if f"`{kind}`" not in section] == []
+    text = typed("simulate", "live", "--help").text
+    assert [kind for kind in LIVE_FAULTS if not re.search(rf"\b{kind}\b", text)] == []
+
+
 def test_the_help_names_every_fault():
     for words in (("turntable",), ("flight",)):
         told = typed("simulate", *words, "--help").text
@@ -59,7 +74,7 @@ def test_the_help_names_every_fault():
 
 
 def test_the_snippet_runs_and_shows_an_aged_secondary_at_rest():
-    (snippet,) = re.findall(r"```python\n(.+?)```", TEXT, re.DOTALL)
+    (snippet,) = (each for each in re.findall(r"```python\n(.+?)```", TEXT, re.DOTALL) if "Flight" in each)
     names = {}
     exec(compile(snippet, "simulate.md", "exec"), names)
     flight, error = names["flight"], names["error"]
