@@ -114,6 +114,13 @@ def test_where_several_are_heard_and_none_is_picked_their_names_are_said(way):
 
 
 @pytest.mark.parametrize("way", WAYS)
+def test_names_are_said_too_where_all_rows_come_at_once(way):
+    (source,) = scripted_units([b"".join(WAYS[way]())], [None])
+    with pytest.raises(LogError, match=r"2 IMUs: name one, as serial:/dev/test:left \(found: left, right\)"):
+        samples_of(source)
+
+
+@pytest.mark.parametrize("way", WAYS)
 def test_a_unit_that_is_not_heard_is_refused_with_those_that_are(way):
     (source,) = scripted_units(WAYS[way](), ["middle"], whole=True)
     with pytest.raises(LogError, match=r"no (unit|column prefix) 'middle'; found: left, right"):

@@ -191,12 +191,14 @@ class LabelChoice:
     def _decide(self, labels: Counter[str], kept: int) -> None:
         if self._wanted in labels:
             self.label, self.prefix, self._is_open = self._wanted, None, False
-        elif self._without_label > labels.total() or kept >= MOST_KEPT:
+        elif self._without_label > labels.total():
             self.label, self.prefix = UNLABELLED, self._wanted
-            self._is_open = self._without_label < ROWS_WITHOUT_LABEL and kept < MOST_KEPT
+            self._is_open = self._without_label < ROWS_WITHOUT_LABEL
         elif labels.total() >= ROWS_TO_HEAR:
             self.prefix, self._is_open = None, False
             self._choose(labels)
+        elif kept >= MOST_KEPT:
+            self.label, self.prefix, self._is_open = UNLABELLED, self._wanted, False
 
     def _choose(self, labels: Counter[str]) -> None:
         names = sorted(name for name, count in labels.items() if count > 1)
