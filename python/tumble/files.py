@@ -249,6 +249,28 @@ def remove_made(*paths: Path) -> None:
             raise OutputError(f"{path}: cannot be removed: {error.strerror}; remove it by hand") from error
 
 
+def link(path: Path, target: str) -> None:
+    """Make a symbolic link, in place of one that is there.
+
+    Raises `OutputError` where it cannot be made, and where anything but a link stands there.
+    """
+    prepare_folder(path.parent)
+    try:
+        if path.is_symlink():
+            path.unlink()
+        path.symlink_to(target)
+    except OSError as error:
+        raise OutputError(
+            f"{path}: cannot be linked: {error.strerror or error}; give another folder"
+        ) from error
+
+
+def remove_link(path: Path) -> None:
+    """Take away a symbolic link, if it is still there."""
+    if path.is_symlink():
+        path.unlink()
+
+
 def prepare_folder(folder: Path | str) -> Path:
     """Make `folder` where it is missing and prove, before any long work, that files can be written in it."""
     folder = Path(folder)

@@ -50,6 +50,7 @@ def test_no_module_but_one_changes_anything_on_disk():
         "open",
         "rename",
         "replace",
+        "symlink_to",
         "touch",
         "unlink",
     }

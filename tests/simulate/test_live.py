@@ -374,6 +374,14 @@ def test_a_bench_that_makes_no_sense_is_refused_in_one_line(tmp_path, words, pro
     assert problem in one_line(done.err)
 
 
+def test_a_file_where_a_serial_line_is_to_be_linked_is_left_alone(tmp_path):
+    (tmp_path / "reference").write_text("mine")
+    done = typed("simulate", "live", "--transport", "pty", "--table-port", "0", "-o", tmp_path)
+    assert done.code == 2
+    assert "cannot be linked" in one_line(done.err)
+    assert (tmp_path / "reference").read_text() == "mine"
+
+
 def test_a_port_of_a_table_that_is_taken_is_refused_in_one_line(tmp_path):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from tumble.errors import OutputError
+from tumble.files import link, remove_link
 from tumble.live.address import Address
 from tumble.live.optional import optional
 from tumble.simulate.live.samples import Samples
@@ -207,7 +207,7 @@ class PtyOutlet(_LineOutlet):
         self._device, line = self._pty.openpty()
         tty.setraw(line)
         os.set_blocking(self._device, False)
-        _link(self._path, os.ttyname(line))
+        link(self._path, os.ttyname(line))
         # Once it was open and is no more, the device can tell whether somebody has it open.
         os.close(line)
         self._opened, self._is_named = math.inf, False
@@ -215,7 +215,7 @@ class PtyOutlet(_LineOutlet):
     def unplug(self) -> None:
         """See `Outlet`."""
         if self._device is not None:
-            self._path.unlink(missing_ok=True)
+            remove_link(self._path)
             os.close(self._device)
             self._device = None
 
@@ -293,17 +293,6 @@ class TcpOutlet(_LineOutlet):
                 self._client.close()
                 self._client = None
             raise
-
-
-def _link(path: Path, target: str) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.unlink(missing_ok=True)
-        path.symlink_to(target)
-    except OSError as error:
-        raise OutputError(
-            f"{path}: cannot be made: {error.strerror or error}; give another folder"
-        ) from error
 
 
 def free_port(host: str) -> int:
