@@ -486,14 +486,27 @@ class RedundancyMonitor:
         witnesses: Sequence[tuple[float, str, int, FloatArray, FloatArray]] = (),
         keep_output: bool = False,
         progress: Callable[[float], None] | None = None,
+        arrivals: Sequence[FloatArray] | None = None,
     ) -> RedundancyReplay:
         """Push what all units said, in order of time, up to the end; may be called again with what follows.
+
+        Where `arrivals` are given, (n,) s of each unit, never decreasing, their order is that of samples.
 
         Times (n,) s, specific forces (n, 3) m/s^2 and angular rates (n, 3) rad/s of each unit, primary first.
         Commands are `evaluate` and `return to primary`. Witnesses, in order of time, are time s, kind, unit,
         value (3,), sigma (3,); kinds are `velocity` and `body velocity`, m/s, and `score`, first of value.
         `progress` is told the share done, 0 to 1.
         """
+    def push(
+        self,
+        unit: int,
+        time: FloatArray,
+        specific_force: FloatArray,
+        angular_rate: FloatArray,
+        commands: Sequence[tuple[float, str]] = (),
+        witnesses: Sequence[tuple[float, str, int, FloatArray, FloatArray]] = (),
+    ) -> RedundancySaid:
+        """Push samples of one unit as they come; arguments are those of `replay`."""
     def restore(self, record: Mapping[str, object]) -> str | None:
         """Take a stored error of a secondary; says why it was rejected, or `None`."""
     def restore_factory(self, record: Mapping[str, object]) -> None:
@@ -503,16 +516,11 @@ class RedundancyMonitor:
     @staticmethod
     def state_bytes(secondaries: int, precision: str = "f32") -> int: ...
 
-class RedundancyReplay(TypedDict):
-    """What a replay gave, besides what the monitor now holds."""
+class RedundancySaid(TypedDict):
+    """What samples led to, besides what the monitor now holds."""
 
     events: list[tuple[float, int, str, dict[str, float | int | str | bool | list[int]]]]
     """Time s, unit, event, figures; units by their numbers."""
-    window_time: FloatArray
-    specific_force: list[FloatArray]
-    angular_rate: list[FloatArray]
-    specific_force_compensated: list[FloatArray]
-    angular_rate_compensated: list[FloatArray]
     said: int
     """Samples of the output, asked for or not."""
     degraded: int
@@ -525,6 +533,15 @@ class RedundancyReplay(TypedDict):
     """(n,) 1 where the source is known to be wrong, else 0."""
     output_specific_force: FloatArray
     output_angular_rate: FloatArray
+
+class RedundancyReplay(RedundancySaid):
+    """What a replay gave."""
+
+    window_time: FloatArray
+    specific_force: list[FloatArray]
+    angular_rate: list[FloatArray]
+    specific_force_compensated: list[FloatArray]
+    angular_rate_compensated: list[FloatArray]
     seconds: float
     """Time the replay took."""
 

@@ -15,7 +15,7 @@ import tumble
 from pages import without_commands
 from tumble._core import VOCABULARY
 from tumble.cli.commands import command_line
-from tumble.redundancy.procedure import settings_from
+from tumble.redundancy.monitor import settings_from
 from tumble.redundancy.units import UnitSettings
 from tumble.setting_table import explain
 

@@ -15,7 +15,7 @@ from jsonschema import Draft202012Validator
 from redundancy_sets import FACING_DOWN, typed
 from tumble import _core
 from tumble.errors import CalibrationFileError, ProcedureError
-from tumble.redundancy.procedure import settings_from
+from tumble.redundancy.monitor import settings_from
 from tumble.redundancy.settings import RedundancySettings
 from tumble.setting_table import explain
 from turntable_sessions import one_line

@@ -11,13 +11,13 @@ use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::{Axes, Sensor};
 use tumble_core::redundancy::settings::thresholds::Threshold;
 use tumble_lab::redundancy::dyn_monitor::{DynMonitor, EventLog, MOST_UNITS, Model, build};
-use tumble_lab::redundancy::replay::{ReplayOptions, ReplayUnit, replay};
+use tumble_lab::redundancy::replay::{Replay, ReplayOptions, ReplayUnit, earliest, replay};
 use tumble_lab::setting::{Value, in_seconds, threshold};
 use tumble_lab::setting_table;
 
 use crate::convert::{matrix, rows};
 use crate::redundancy_values::{
-    Said, command, figures, model, offset, platform_error, read_record, rejection, results, vector, witness,
+    Said, command, figures, model, offset, output, platform_error, read_record, rejection, traces, vector, witness,
     write_record,
 };
 use crate::settings::{settings_of, values};
@@ -91,13 +91,13 @@ pub struct PyMonitor {
     records: Vec<(Record<f64>, Option<f64>)>,
 }
 
-/// When the first of all units said something, s of the common clock; infinite where none did.
+/// When the first sample that is handed over was taken, s of the common clock; infinite where there is none.
 fn first_of(unit_samples: &[ReplayUnit<'_>]) -> f64 {
-    let common = |samples: &ReplayUnit<'_>| Some(samples.time.first()? + samples.time_offset);
-    unit_samples
-        .iter()
-        .filter_map(common)
-        .fold(f64::INFINITY, f64::min)
+    let first = earliest(unit_samples, &vec![0; unit_samples.len()]);
+    let samples = first.and_then(|unit| unit_samples.get(unit));
+    samples
+        .and_then(|samples| samples.common_time(0))
+        .unwrap_or(f64::INFINITY)
 }
 
 /// Time 0 of the monitor, s: before all that is said from then on, on the common clock and on that of each unit, since
@@ -159,8 +159,8 @@ impl PyMonitor {
         self.records.iter().map(record).collect()
     }
 
-    /// Pushes what all units said, in order of time.
-    #[pyo3(signature = (times, specific_forces, angular_rates, commands=Vec::new(), witnesses=Vec::new(), keep_output=false, progress=None))]
+    /// Pushes what all units said, in order of time, or of arrival where that is given.
+    #[pyo3(signature = (times, specific_forces, angular_rates, commands=Vec::new(), witnesses=Vec::new(), keep_output=false, progress=None, arrivals=None))]
     #[allow(clippy::too_many_arguments)]
     fn replay<'py>(
         &mut self,
@@ -172,87 +172,56 @@ impl PyMonitor {
         witnesses: Vec<Said<'py>>,
         keep_output: bool,
         progress: Option<Py<PyAny>>,
+        arrivals: Option<Vec<PyReadonlyArray1<'py, f64>>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let given = [times.len(), specific_forces.len(), angular_rates.len()];
-        if given != [self.units; 3] {
+        let arrived = arrivals.as_ref().map_or(self.units, Vec::len);
+        if [times.len(), specific_forces.len(), angular_rates.len(), arrived] != [self.units; 4] {
             return Err(PyValueError::new_err(format!(
                 "arrays of {} units are wanted",
                 self.units
             )));
         }
-        let commands: Vec<_> = commands.iter().map(command).collect::<PyResult<_>>()?;
-        let witnesses: Vec<_> = witnesses.iter().map(witness).collect::<PyResult<_>>()?;
         let mut unit_samples = Vec::new();
         for (i, time) in times.iter().enumerate() {
-            let samples = ReplayUnit {
-                time: time.as_slice()?,
-                specific_force: rows(&specific_forces[i], "specific force")?,
-                angular_rate: rows(&angular_rates[i], "angular rate")?,
-                time_offset: self.time_offsets[i],
-            };
-            if samples.specific_force.len() != samples.time.len()
-                || samples.angular_rate.len() != samples.time.len()
-            {
-                return Err(PyValueError::new_err(
-                    "arrays of a unit must have the same length",
-                ));
-            }
-            unit_samples.push(samples);
+            let arrival = arrivals.as_ref().and_then(|arrivals| arrivals.get(i));
+            let arrival = arrival.map(PyReadonlyArray1::as_slice).transpose()?;
+            let (force, rate) = (&specific_forces[i], &angular_rates[i]);
+            unit_samples.push(unit_rows(time, force, rate, self.time_offsets[i], arrival)?);
         }
-        let first = first_of(&unit_samples);
-        if first.is_finite() {
-            self.origin
-                .get_or_insert_with(|| origin(first, &self.time_offsets));
-        }
-        let origin = self.origin.unwrap_or(0.0);
-        let begun = std::time::Instant::now();
-        let mut failed = None;
-        let monitor = &mut self.monitor;
-        let done = py.detach(|| {
-            let mut tell = |share: f64| {
-                let Some(progress) = &progress else { return true };
-                match Python::attach(|py| progress.call1(py, (share,)).map(|_| py.check_signals())) {
-                    Ok(Ok(())) => true,
-                    Ok(Err(error)) | Err(error) => {
-                        failed = Some(error);
-                        false
-                    }
-                }
-            };
-            let mut options = ReplayOptions {
-                commands: &commands,
-                witnesses: &witnesses,
-                keep_output,
-                origin,
-                progress: &mut tell,
-            };
-            replay(monitor.as_mut(), &unit_samples, &mut options)
-        });
-        if let Some(error) = failed {
-            return Err(error);
-        }
-        let seconds = begun.elapsed().as_secs_f64();
-        for (_, time, record) in &done.log.adopted {
-            self.keep(*record, Some(in_seconds(*time) + origin));
-        }
-        let restored = core::mem::take(&mut self.restored.events);
-        let events = restored
-            .iter()
-            .map(|event| (true, event))
-            .chain(done.log.events.iter().map(|event| (false, event)));
-        let mut listed = Vec::new();
-        for (at_start, event) in events {
-            let time = if at_start {
-                first
-            } else {
-                in_seconds(event.time) + origin
-            };
-            listed.push((time, event.unit, event.event, figures(py, event)?));
-        }
-        let dict = results(py, &done, self.units, origin, self.window)?;
-        dict.set_item("events", listed)?;
+        let (done, seconds) = self.run(
+            py,
+            &unit_samples,
+            &commands,
+            &witnesses,
+            keep_output,
+            progress.as_ref(),
+        )?;
+        let dict = self.said(py, &done, first_of(&unit_samples))?;
+        traces(py, &dict, &done, self.units, self.origin.unwrap_or(0.0), self.window)?;
         dict.set_item("seconds", seconds)?;
         Ok(dict)
+    }
+
+    /// Pushes samples of one unit as they come.
+    #[pyo3(signature = (unit, time, specific_force, angular_rate, commands=Vec::new(), witnesses=Vec::new()))]
+    #[allow(clippy::too_many_arguments)]
+    fn push<'py>(
+        &mut self,
+        py: Python<'py>,
+        unit: usize,
+        time: PyReadonlyArray1<'py, f64>,
+        specific_force: PyReadonlyArray2<'py, f64>,
+        angular_rate: PyReadonlyArray2<'py, f64>,
+        commands: Vec<(f64, String)>,
+        witnesses: Vec<Said<'py>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let mut unit_samples = vec![ReplayUnit::silent(); self.units];
+        let (Some(place), Some(offset)) = (unit_samples.get_mut(unit), self.time_offsets.get(unit)) else {
+            return Err(PyValueError::new_err(format!("there is no unit {unit}")));
+        };
+        *place = unit_rows(&time, &specific_force, &angular_rate, *offset, None)?;
+        let (done, _) = self.run(py, &unit_samples, &commands, &witnesses, true, None)?;
+        self.said(py, &done, first_of(&unit_samples))
     }
 
     /// Memory of a monitor, bytes, that calibrates one secondary at a time.
@@ -282,7 +251,99 @@ impl PyMonitor {
     }
 }
 
+/// What one unit said; arrays of one length.
+fn unit_rows<'a>(
+    time: &'a PyReadonlyArray1<'_, f64>,
+    specific_force: &'a PyReadonlyArray2<'_, f64>,
+    angular_rate: &'a PyReadonlyArray2<'_, f64>,
+    time_offset: f64,
+    arrival: Option<&'a [f64]>,
+) -> PyResult<ReplayUnit<'a>> {
+    let samples = ReplayUnit {
+        time: time.as_slice()?,
+        specific_force: rows(specific_force, "specific force")?,
+        angular_rate: rows(angular_rate, "angular rate")?,
+        time_offset,
+        arrival,
+    };
+    let count = samples.time.len();
+    let arrived = arrival.map_or(count, <[f64]>::len);
+    if [samples.specific_force.len(), samples.angular_rate.len(), arrived] != [count; 3] {
+        return Err(PyValueError::new_err(
+            "arrays of a unit must have the same length",
+        ));
+    }
+    Ok(samples)
+}
+
 impl PyMonitor {
+    /// Pushes samples without holding Python up; gives what came of them, and the seconds it took.
+    fn run(
+        &mut self,
+        py: Python<'_>,
+        unit_samples: &[ReplayUnit<'_>],
+        commands: &[(f64, String)],
+        witnesses: &[Said<'_>],
+        keep_output: bool,
+        progress: Option<&Py<PyAny>>,
+    ) -> PyResult<(Replay, f64)> {
+        let commands: Vec<_> = commands.iter().map(command).collect::<PyResult<_>>()?;
+        let witnesses: Vec<_> = witnesses.iter().map(witness).collect::<PyResult<_>>()?;
+        let first = first_of(unit_samples);
+        if first.is_finite() {
+            self.origin
+                .get_or_insert_with(|| origin(first, &self.time_offsets));
+        }
+        let origin = self.origin.unwrap_or(0.0);
+        let begun = std::time::Instant::now();
+        let mut failed = None;
+        let monitor = &mut self.monitor;
+        let done = py.detach(|| {
+            let mut tell = |share: f64| {
+                let Some(progress) = progress else { return true };
+                match Python::attach(|py| progress.call1(py, (share,)).map(|_| py.check_signals())) {
+                    Ok(Ok(())) => true,
+                    Ok(Err(error)) | Err(error) => {
+                        failed = Some(error);
+                        false
+                    }
+                }
+            };
+            let mut options = ReplayOptions {
+                commands: &commands,
+                witnesses: &witnesses,
+                keep_output,
+                origin,
+                progress: &mut tell,
+            };
+            replay(monitor.as_mut(), unit_samples, &mut options)
+        });
+        if let Some(error) = failed {
+            return Err(error);
+        }
+        for (_, time, record) in &done.log.adopted {
+            self.keep(*record, Some(in_seconds(*time) + origin));
+        }
+        Ok((done, begun.elapsed().as_secs_f64()))
+    }
+
+    /// Events and output, s of the common clock; `first` is the time of what was told before any sample.
+    fn said<'py>(&mut self, py: Python<'py>, done: &Replay, first: f64) -> PyResult<Bound<'py, PyDict>> {
+        let origin = self.origin.unwrap_or(0.0);
+        let restored = core::mem::take(&mut self.restored.events);
+        let mut events = Vec::new();
+        for event in &restored {
+            events.push((first, event.unit, event.event, figures(py, event)?));
+        }
+        for event in &done.log.events {
+            let time = in_seconds(event.time) + origin;
+            events.push((time, event.unit, event.event, figures(py, event)?));
+        }
+        let dict = output(py, done, origin)?;
+        dict.set_item("events", events)?;
+        Ok(dict)
+    }
+
     fn keep(&mut self, record: Record<f64>, adopted: Option<f64>) {
         let same = |(other, _): &(Record<f64>, _)| {
             other.identity == record.identity && other.sensor == record.sensor

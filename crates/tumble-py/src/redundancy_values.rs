@@ -204,15 +204,15 @@ pub(crate) fn rejection(event: &EventText) -> Option<&'static str> {
 /// Three numbers of what a unit said over a window.
 type MeansColumn = fn(&WindowMeans) -> &[f64];
 
-/// Windows and output of a replay as arrays; `length` is that of a window, s.
-pub(crate) fn results<'py>(
-    py: Python<'py>,
+/// Adds the windows of a replay as arrays; `length` is that of a window, s.
+pub(crate) fn traces(
+    py: Python<'_>,
+    dict: &Bound<'_, PyDict>,
     replay: &Replay,
     units: usize,
     origin: f64,
     length: f64,
-) -> PyResult<Bound<'py, PyDict>> {
-    let dict = PyDict::new(py);
+) -> PyResult<()> {
     #[allow(clippy::cast_precision_loss)]
     let middle = |window: &ReplayWindow| (window.number as f64 + 0.5) * length + origin;
     let times: Vec<f64> = replay.windows.iter().map(middle).collect();
@@ -235,6 +235,12 @@ pub(crate) fn results<'py>(
         let arrays: PyResult<Vec<_>> = (0..units).map(of_unit).collect();
         dict.set_item(name, arrays?)?;
     }
+    Ok(())
+}
+
+/// The output of a replay as arrays.
+pub(crate) fn output<'py>(py: Python<'py>, replay: &Replay, origin: f64) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
     let output = &replay.output;
     let time = output.iter().map(|said| in_seconds(said.time) + origin).collect();
     #[allow(clippy::cast_precision_loss)]

@@ -22,10 +22,13 @@ from tumble.file_names import SESSION_FILE
 from tumble.logs import parquet
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import LoggedImu, RawSamples, StatedUnit, Transform, choose
+from tumble.recording import FloatArray
 from tumble.schemas import SESSION
 
 SCHEMA: Literal["tumble-session/1"] = "tumble-session/1"
 SessionClock: TypeAlias = Literal["host", "sensor", "log"]
+ARRIVAL = "arrival"
+"""Column of when samples came."""
 LAST_PART = "last-part"
 """Note of a Parquet file: the number of the last part that was joined in it."""
 _PART = re.compile(r"(\d+)(?:-(\d+))?\.parquet")
@@ -137,6 +140,17 @@ def recorded_so_far(folder: Path, name: str) -> Recorded:
             last = file.read_row_group(file.num_row_groups - 1, columns=["time"])["time"][-1].as_py()
             columns = tuple(file.schema_arrow.names)
     return Recorded(samples, last, columns)
+
+
+def arrivals(folder: Path, name: str) -> Iterator[FloatArray]:
+    """Give when the samples of a unit came, piece by piece, s of the clock of the session.
+
+    NaN where nobody knows: of a log that was read as fast as it can be.
+    """
+    for path in unit_files(folder, name):
+        with parquet.opened(path) as file:
+            for batch in file.iter_batches(columns=[ARRIVAL], use_threads=False):
+                yield batch.column(0).to_numpy()
 
 
 def list_imus(path: Path) -> tuple[str, ...]:

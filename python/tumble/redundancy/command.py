@@ -16,7 +16,7 @@ from tumble.logs.options import ReadOptions
 
 if TYPE_CHECKING:
     from tumble.redundancy.factory import Factory
-    from tumble.redundancy.replay import Command
+    from tumble.redundancy.monitor import Command
     from tumble.redundancy.settings import RedundancySettings
 
 NOT_ALL_WELL = 3

@@ -14,8 +14,7 @@ from tumble.file_names import EVENTS, REDUNDANCY_PAGE, STORE, unit_stem
 from tumble.files import FileKind, prepare_folder, replacing
 from tumble.logs.writers import FORMATS
 from tumble.plain import finite
-from tumble.redundancy.procedure import keep_adopted
-from tumble.redundancy.store import ErrorStore
+from tumble.redundancy.store import ErrorStore, keep_adopted
 
 if TYPE_CHECKING:
     from tumble.redundancy.result import RedundancyResult, SetOutput

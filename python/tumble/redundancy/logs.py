@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TypeAlias
 
 import numpy as np
 
 from tumble.acquisition.twins import GyroscopeHead, twins
 from tumble.errors import LogError, ProcedureError
-from tumble.logs import ChunkStream, ReadOptions, list_imus, open_recording, options_for, parse_spec
+from tumble.logs import ChunkStream, ReadOptions, list_imus, open_recording, options_for, parse_spec, session
 from tumble.recording import Chunk, FloatArray, Recording, RecordingSource, SampleProgress
+from tumble.redundancy.monitor import SILENCE, SampleArrays, refuse_other_counts
 from tumble.words import count_of
 
-MOST_SECONDARIES = 7
 SHORT_BLOCK = 0.02
 """s of a block where the time of a unit went back, so that units still take turns."""
 
@@ -47,14 +46,16 @@ def open_units(
 
     Raises `TumbleError`, in one line, where a unit is not there, or is named twice.
     """
-    if not 1 < len(sources) <= MOST_SECONDARIES + 1:
-        raise ProcedureError(
-            f"{max(len(sources) - 1, 0)} secondaries were named; give the primary 1 to {MOST_SECONDARIES}"
-        )
+    refuse_other_counts(max(len(sources) - 1, 0))
     known = _Known.of(log, read) if log is not None else None
     units = [_open_unit(source, known, read, allow_missing) for source in sources]
     _refuse_twins(units)
     return tuple(_told_apart(units))
+
+
+def serials_of(units: Sequence[UnitLog]) -> dict[str, str]:
+    """Give the serials that logs state, by the names of units; empty where none is stated."""
+    return {unit.name: unit.recording.metadata.serial if unit.recording is not None else "" for unit in units}
 
 
 def _told_apart(units: Sequence[UnitLog]) -> Iterator[UnitLog]:
@@ -152,6 +153,40 @@ def _whose(unit: UnitLog) -> str:
     return f"{spec.path.resolve()}:{(spec.imu or '').strip('/')}"
 
 
+class Arrivals:
+    """When samples of a unit of a recorded session came, taken off in order."""
+
+    def __init__(self, folder: Path, name: str) -> None:
+        self._pieces = session.arrivals(folder, name)
+        self._waiting = next(self._pieces, np.empty(0))
+
+    @property
+    def are_known(self) -> bool:
+        """Whether they were recorded."""
+        return len(self._waiting) > 0 and bool(np.isfinite(self._waiting[0]))
+
+    def take(self, count: int) -> FloatArray:
+        """Take off so many."""
+        pieces = [self._waiting]
+        while sum(map(len, pieces)) < count:
+            pieces.append(next(self._pieces))
+        joined = np.concatenate(pieces)
+        self._waiting = joined[count:]
+        return joined[:count]
+
+
+def _recorded_arrivals(units: Sequence[UnitLog]) -> list[Arrivals] | None:
+    """Give those of units that were recorded together, from one session; None where they were not."""
+    recordings = [unit.recording for unit in units]
+    specs = [
+        parse_spec(each.metadata.source) for each in recordings if each and each.metadata.format == "session"
+    ]
+    if len(specs) < len(units) or len({spec.path.resolve() for spec in specs}) > 1:
+        return None
+    found = [Arrivals(spec.path, spec.imu or "") for spec in specs]
+    return found if all(each.are_known for each in found) else None
+
+
 @dataclass(slots=True)
 class _Reader:
     """One unit's samples, taken off in order of arrival."""
@@ -168,6 +203,8 @@ class _Reader:
     """When those that wait arrived: at their own time; where time went back, just after the one before."""
     stepped_back: float = 0.0
     """s by which time went back so far."""
+    recorded: Arrivals | None = None
+    """When samples came, where that was recorded: then they arrived at that time."""
     ended: bool = False
     read: int = 0
     gyroscope: GyroscopeHead = field(default_factory=GyroscopeHead)
@@ -185,30 +222,38 @@ class _Reader:
         time = chunk.time + self.offset
         chunk = replace(chunk, time=time)
         self.first = float(time[0]) if self.first is None else self.first
-        before = time[0] if self.waiting is None else self.last - self.stepped_back
+        self.waiting = chunk
+        self.gyroscope.push(chunk.gyroscope)
+        self.read += len(chunk)
+        if self.recorded is None:
+            self._arrive_in_time(time)
+        else:
+            self.arrival = self.recorded.take(len(chunk))
+            self.last = float(self.arrival[-1])
+
+    def _arrive_in_time(self, time: FloatArray) -> None:
+        before = time[0] if np.isinf(self.last) else self.last - self.stepped_back
         steps = np.diff(time, prepend=before)
         usual = float(np.median(np.abs(steps)))
         back = np.cumsum(np.where(steps < 0.0, usual - steps, 0.0))
-        self.waiting = chunk
-        self.gyroscope.push(chunk.gyroscope)
         self.arrival = time + (self.stepped_back + back)
         self.stepped_back += float(back[-1])
         self.last = float(self.arrival[-1])
-        self.read += len(chunk)
+
+    def arrived(self, until: float) -> FloatArray:
+        """Give when those that wait arrived, up to a time."""
+        return self.arrival[: int(np.searchsorted(self.arrival, until, side="right"))]
 
     def take(self, until: float) -> SampleArrays:
         """Take off what arrived up to a time."""
         if self.waiting is None:
             return _NOTHING
-        count = int(np.searchsorted(self.arrival, until, side="right"))
+        count = len(self.arrived(until))
         taken = self.waiting
         self.waiting = _cut(taken, slice(count, None))
         self.arrival = self.arrival[count:]
         return _arrays(_cut(taken, slice(0, count)))
 
-
-SampleArrays: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
-"""Time (n,) s of the common clock, specific force (n, 3) m/s^2, angular rate (n, 3) rad/s."""
 
 _NOTHING: SampleArrays = (np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
 
@@ -228,6 +273,10 @@ def _arrays(chunk: Chunk) -> SampleArrays:
 class SideBySide(Iterator[list[SampleArrays]]):
     """Blocks of what all units said since the block before, primary first; memory does not grow.
 
+    Units of one session are given in the order in which their samples came, as they were while they were
+    recorded: `arrivals` are then those of the block given last, else None, and `silence` the time, s, in which
+    no unit said anything before it, 0 where that is no longer than `SILENCE`.
+
     All times are of the common clock, s; `start` and `end` are the first and the last given so far.
 
     Raises `ProcedureError` as soon as it is seen that a secondary has no time in common with the primary,
@@ -241,27 +290,48 @@ class SideBySide(Iterator[list[SampleArrays]]):
             _Reader(unit, offset, iter(()) if unit.recording is None else unit.recording.chunks())
             for unit, offset in zip(units, offsets, strict=True)
         ]
+        recorded = _recorded_arrivals(units)
+        for reader, arrivals in zip(self._readers, recorded or (), strict=False):
+            reader.recorded = arrivals
         self._progress = progress
         self._expected = _expected(self._readers)
         self.start, self.end = np.inf, -np.inf
+        self.arrivals: list[FloatArray] | None = None if recorded is None else []
+        self.silence = 0.0
+        self._heard = np.nan
 
     def __next__(self) -> list[SampleArrays]:
         for reader in self._readers:
             reader.refill()
-        self._refuse_if_apart()
         live = [reader for reader in self._readers if not reader.ended]
+        if self.arrivals is None:
+            self._refuse_if_apart()
         if not live:
             raise StopIteration
         cut = min(reader.last for reader in live)
-        if any(reader.stepped_back for reader in live):
+        if self.arrivals is not None:
+            cut = self._until_silence(live, cut)
+            self.arrivals = [reader.arrived(cut) for reader in self._readers]
+        elif any(reader.stepped_back for reader in live):
             # Within a block samples are taken by their time, which is no guide where it went back.
             cut = min(cut, min(float(reader.arrival[0]) for reader in live) + SHORT_BLOCK)
         block = [reader.take(cut) for reader in self._readers]
         self.start = min(reader.first for reader in self._readers if reader.first is not None)
-        self.end = max(self.end, cut)
+        latest = cut if self.arrivals is None else max(float(time.max()) for time, _, _ in block if len(time))
+        self.end = max(self.end, latest)
         if self._progress is not None:
             self._progress(sum(reader.read for reader in self._readers), self._expected)
         return block
+
+    def _until_silence(self, live: Sequence[_Reader], cut: float) -> float:
+        """Give the arrival, up to `cut`, after which no unit said anything for long; note what was before."""
+        arrived = np.sort(np.concatenate([reader.arrived(cut) for reader in live]))
+        before = arrived[0] if np.isnan(self._heard) else self._heard
+        steps = np.diff(arrived, prepend=before)
+        self.silence = float(steps[0]) if steps[0] > SILENCE else 0.0
+        gaps = np.flatnonzero(steps[1:] > SILENCE)
+        self._heard = float(arrived[gaps[0]] if len(gaps) else arrived[-1])
+        return self._heard
 
     def notices(self) -> Iterator[str]:
         """Say what was left out of each unit's log, and which units have one gyroscope."""

@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal, TypeAlias
 
 import numpy as np
 
 from tumble import _core
 from tumble.errors import ProcedureError
 from tumble.recording import FloatArray
-from tumble.redundancy.logs import SampleArrays, SideBySide
-from tumble.redundancy.result import Figure, RedundancyEvent, Selected, SetOutput, UnitTrace
+from tumble.redundancy.logs import SideBySide
+from tumble.redundancy.monitor import Command, RedundancyMonitor
+from tumble.redundancy.result import NONE_FIT, RedundancyEvent, Selected, SetOutput, UnitTrace
 from tumble.redundancy.witness import NativeWitness
-
-Command: TypeAlias = Literal["evaluate", "return to primary"]
-COMMANDS: tuple[Command, ...] = ("evaluate", "return to primary")
-NONE_FIT = "none fit"
-"""Reason of `selected` where nobody is the source any more."""
 
 _TRACES = ("specific_force", "angular_rate", "specific_force_compensated", "angular_rate_compensated")
 _OUTPUT = ("time", "unit", "specific_force", "angular_rate", "flags")
@@ -37,26 +32,17 @@ class Replayed:
     seconds: float = 0.0
     """Time the replay took."""
     blocks: int = 0
-    said: int = 0
-    """Samples of the output."""
-    degraded_samples: int = 0
-    """Those of a source that was known to be wrong."""
     _times: list[FloatArray] = field(default_factory=lambda: [np.empty(0)])
     _output: dict[str, list[FloatArray]] = field(default_factory=dict)
     """Parts of each column of the output."""
     _parts: dict[tuple[str, int], list[FloatArray]] = field(default_factory=dict)
     """Parts of each trace of each unit."""
 
-    def add(self, block: _core.RedundancyReplay) -> None:
+    def add(self, events: Sequence[RedundancyEvent], block: _core.RedundancyReplay) -> None:
         """Take in what one block gave."""
         self.blocks += 1
         self.seconds += block["seconds"]
-        self.said += block["said"]
-        self.degraded_samples += block["degraded"]
-        self.events += [
-            RedundancyEvent(time, self.names[unit], event, self._named(figures))
-            for time, unit, event, figures in block["events"]
-        ]
+        self.events += events
         for column in _OUTPUT:
             part = block[f"output_{column}"]  # type: ignore[literal-required]
             self._output[column] = _with(self._output.get(column, []), part)
@@ -69,18 +55,6 @@ class Replayed:
         for which in _TRACES:
             for unit, means in enumerate(block[which]):  # type: ignore[literal-required]
                 self._parts[which, unit] = _with(self._parts.get((which, unit), []), means[new])
-
-    def _named(self, figures: Mapping[str, float | int | str | bool | list[int]]) -> dict[str, Figure]:
-        """Put names in the place of the numbers of units."""
-        return {
-            name: tuple(self.names[unit] for unit in figure) if isinstance(figure, list) else figure
-            for name, figure in figures.items()
-        }
-
-    @property
-    def degraded(self) -> float:
-        """Share of the output whose source was known to be wrong."""
-        return self.degraded_samples / max(self.said, 1)
 
     @property
     def window_time(self) -> FloatArray:
@@ -100,21 +74,22 @@ class Replayed:
         time, source, force, rate, flags = (np.concatenate(self._output[column]) for column in _OUTPUT)
         return SetOutput(self.names, time, source.astype(np.int64), force, rate, flags.astype(np.int64))
 
-    def selected(self, end: float) -> Iterator[Selected]:
-        """Give the spans in which one unit was the source, up to the end, s; cut where time jumped."""
-        since: Selected | None = None
-        for event in self.events:
-            if event.event == "selected":
-                reason = str(event.figures["reason"])
-                unit = "" if reason == NONE_FIT else event.unit
-                if since is not None:
-                    yield _until(since, event.time)
-                since = Selected(event.time, event.time, unit, reason)
-            elif event.event == "time jumped" and since is not None:
-                yield _until(since, event.time - float(str(event.figures["by"])))
-                since = replace(since, start=event.time)
-        if since is not None:
-            yield _until(since, end)
+
+def selected_spans(events: Sequence[RedundancyEvent], end: float) -> Iterator[Selected]:
+    """Give the spans in which one unit was the source, up to the end, s; cut where time jumped."""
+    since: Selected | None = None
+    for event in events:
+        if event.event == "selected":
+            reason = str(event.figures["reason"])
+            unit = "" if reason == NONE_FIT else event.unit
+            if since is not None:
+                yield _until(since, event.time)
+            since = Selected(event.time, event.time, unit, reason)
+        elif event.event == "time jumped" and since is not None:
+            yield _until(since, event.time - float(str(event.figures["by"])))
+            since = replace(since, start=event.time)
+    if since is not None:
+        yield _until(since, end)
 
 
 def _with(parts: list[FloatArray], part: FloatArray) -> list[FloatArray]:
@@ -128,10 +103,9 @@ def _until(span: Selected, end: float) -> Selected:
 
 
 def replay(
-    monitor: _core.RedundancyMonitor,
+    monitor: RedundancyMonitor,
     blocks: SideBySide,
     commands: Sequence[tuple[float, Command]],
-    names: tuple[str, ...],
     *,
     witnesses: Sequence[NativeWitness] = (),
     keep_output: bool = False,
@@ -142,7 +116,7 @@ def replay(
 
     Raises `ProcedureError` where a command lies outside the logs, or all that witnesses say.
     """
-    replayed = Replayed(names)
+    replayed = Replayed(monitor.units)
     waiting = sorted(commands)
     heard = 0
     for block in blocks:
@@ -153,9 +127,12 @@ def replay(
         waiting = waiting[len(due) :]
         said = witnesses[heard : bisect_right(witnesses, latest, key=_time_of)]
         heard += len(said)
-        replayed.add(_push(monitor, block, due, said, keep_output=keep_output))
+        arrivals = blocks.arrivals
+        if arrivals is not None and (silence := blocks.silence):
+            replayed.events += monitor.tick(monitor.newest + silence)
+        replayed.add(*monitor.replay(block, due, said, arrivals=arrivals, keep_output=keep_output))
     if not replayed.blocks:
-        raise ProcedureError(f"{', '.join(names)}: none of these units has a sample; check the logs")
+        raise ProcedureError(f"{', '.join(monitor.units)}: none of these units has a sample; check the logs")
     if waiting:
         raise ProcedureError(_outside(waiting[0], blocks))
     if witnesses and not (heard and witnesses[heard - 1][0] >= blocks.start):
@@ -168,18 +145,6 @@ def replay(
 
 def _time_of(witness: NativeWitness) -> float:
     return witness[0]
-
-
-def _push(
-    monitor: _core.RedundancyMonitor,
-    block: Sequence[SampleArrays],
-    commands: Sequence[tuple[float, Command]],
-    witnesses: Sequence[NativeWitness],
-    *,
-    keep_output: bool,
-) -> _core.RedundancyReplay:
-    times, specific_forces, angular_rates = zip(*block, strict=True)
-    return monitor.replay(times, specific_forces, angular_rates, commands, witnesses, keep_output)
 
 
 def _refuse_early(commands: Sequence[tuple[float, Command]], start: float) -> None:

@@ -19,6 +19,10 @@ from tumble.units import UNITS
 Sensor = Literal["accelerometer", "gyroscope"]
 Rung = Literal["offset", "gain", "affine", "affine and lever arm"]
 Figure = float | int | str | bool | tuple[str, ...]
+NONE_FIT = "none fit"
+"""Reason of `selected` where nobody is the source any more."""
+NO_SAMPLES = "no samples"
+"""Event of a set none of whose units says anything, which a monitor of samples alone cannot know of."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,7 +205,7 @@ class RedundancyResult(Tabular, Collection[SecondaryError]):
     """Primary first."""
     selected: tuple[Selected, ...]
     replay_rate: float
-    """Seconds of the log replayed in a second."""
+    """Seconds of the log replayed in a second; NaN where the set was watched live."""
     warnings: tuple[str, ...] = ()
     """What a user should know of the logs, the calibration and the store."""
     calibration_hash: str = ""

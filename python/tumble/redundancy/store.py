@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
@@ -267,3 +267,13 @@ def _in_memory(field: str, value: Any) -> Any:  # noqa: ANN401
     if field.endswith("_sigma") and value is not None:
         return np.where(np.isnan(value), np.inf, value)
     return np.nan if field.startswith("residual") and value is None else value
+
+
+def keep_adopted(
+    store: ErrorStore, errors: Sequence[SecondaryError], identities: Sequence[Identified]
+) -> None:
+    """Store what was adopted; what was loaded is there already."""
+    by_name = {unit.name: unit for unit in identities}
+    for error in errors:
+        if error.adopted is not None:
+            store.save(by_name[error.unit], error)

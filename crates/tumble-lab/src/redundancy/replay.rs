@@ -18,6 +18,34 @@ pub struct ReplayUnit<'a> {
     pub angular_rate: &'a [[f64; 3]],
     /// Added to the time by the monitor, s: samples are handed over in the order this makes.
     pub time_offset: f64,
+    /// When each came, s, never earlier than the one before: samples are then handed over in this order instead.
+    pub arrival: Option<&'a [f64]>,
+}
+
+impl ReplayUnit<'_> {
+    /// Says nothing.
+    pub fn silent() -> Self {
+        Self {
+            time: &[],
+            specific_force: &[],
+            angular_rate: &[],
+            time_offset: 0.0,
+            arrival: None,
+        }
+    }
+
+    /// What the order of a row goes by.
+    pub fn turn(&self, row: usize) -> Option<f64> {
+        match self.arrival {
+            Some(arrival) => arrival.get(row).copied(),
+            None => self.common_time(row),
+        }
+    }
+
+    /// Time of a row on the common clock, s.
+    pub fn common_time(&self, row: usize) -> Option<f64> {
+        Some(self.time.get(row)? + self.time_offset)
+    }
 }
 
 /// All units over one window.
@@ -61,7 +89,7 @@ pub struct ReplayOptions<'a> {
 /// Samples after which progress is told.
 const PROGRESS_EVERY: usize = 1 << 16;
 
-/// Pushes all that the units said, in order of time. Rows that go back in time are pushed as they stand: what a clock does
+/// Pushes all that the units said, in order of time or of arrival. Rows that go back in time are pushed as they stand: what a clock does
 /// is for the monitor to judge.
 pub fn replay(
     monitor: &mut dyn DynMonitor,
@@ -117,16 +145,15 @@ impl Replay {
     }
 }
 
-/// The unit whose next sample is earliest on the common clock.
-fn earliest(units: &[ReplayUnit<'_>], next: &[usize]) -> Option<usize> {
+/// The unit whose next sample, of rows `next`, has the first turn.
+pub fn earliest(units: &[ReplayUnit<'_>], next: &[usize]) -> Option<usize> {
     let mut earliest: Option<(usize, f64)> = None;
     for (unit, (samples, row)) in units.iter().zip(next).enumerate() {
-        let Some(time) = samples.time.get(*row) else {
+        let Some(turn) = samples.turn(*row) else {
             continue;
         };
-        let time = time + samples.time_offset;
-        if earliest.is_none_or(|(_, other)| time < other) {
-            earliest = Some((unit, time));
+        if earliest.is_none_or(|(_, other)| turn < other) {
+            earliest = Some((unit, turn));
         }
     }
     earliest.map(|(unit, _)| unit)
