@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -17,6 +18,13 @@ def print_json(content: object) -> None:
     """Print one JSON document."""
     json.dump(content, sys.stdout, indent=2, allow_nan=False)
     print()
+
+
+def print_json_line(content: Mapping[str, object]) -> None:
+    """Print an object on a line of its own, at once; `null` for what is not finite."""
+    from tumble.plain import finite
+
+    print(json.dumps(finite(content), allow_nan=False), flush=True)
 
 
 def print_summary(summary: RenderableType) -> None:

@@ -37,6 +37,9 @@ from tumble.words import count_of
 RETRY = 1.0
 """s between two attempts to open a source that was lost."""
 
+ABREAST = 0.01
+"""s by which one of several logs without pace may be given ahead of the others."""
+
 Opening: TypeAlias = Callable[[], Source]
 """Makes a source, anew after it was lost."""
 
@@ -220,8 +223,10 @@ class LiveSet:
                 yield unit.name, self._given(unit, chunk)
         kept = [unit for unit in self._units.values() if len(unit.kept)]
         if kept:
-            oldest = min(kept, key=lambda unit: float(unit.kept.time[-1]))
-            chunk, oldest.kept = oldest.kept, EMPTY
+            oldest, *others = sorted(kept, key=lambda unit: float(unit.kept.time[0]))
+            until = float(others[0].kept.time[0]) + ABREAST if others else math.inf
+            count = int(np.searchsorted(oldest.kept.time, until, side="right"))
+            chunk, oldest.kept = oldest.kept.part(slice(count)), oldest.kept.part(slice(count, None))
             yield oldest.name, self._given(oldest, chunk)
         yield from self._heartbeats()
 

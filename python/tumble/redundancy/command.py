@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tumble.cli.durations import seconds_of
 from tumble.cli.output import OutputFolder, folder_for
+from tumble.cli.outputs import ToOption
 from tumble.cli.read_options import ExceptionsOption, read_options_for, with_read_options
 from tumble.errors import ProcedureError
 from tumble.logs.options import ReadOptions
@@ -17,8 +20,10 @@ from tumble.logs.options import ReadOptions
 if TYPE_CHECKING:
     from tumble.redundancy.factory import Factory
     from tumble.redundancy.monitor import Command
+    from tumble.redundancy.result import RedundancyResult
     from tumble.redundancy.settings import RedundancySettings
 
+_LIVE = "With --live"
 NOT_ALL_WELL = 3
 """Exit code where something is known to be wrong and stayed so."""
 
@@ -33,9 +38,13 @@ class PrecisionOption(str, Enum):
 @with_read_options
 def redundancy_command(
     read_options: ReadOptions,
-    log: Annotated[
-        str | None,
-        typer.Argument(metavar="LOG", help="Log that holds the units, if one log holds several."),
+    sources: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[LOG|NAME=SOURCE...]",
+            help="Log that holds the units, if one log holds several; with --live each unit and where it is "
+            "read from.",
+        ),
     ] = None,
     primary: Annotated[
         str | None,
@@ -129,12 +138,52 @@ def redundancy_command(
         ),
     ] = False,
     exceptions: ExceptionsOption = None,
+    live: Annotated[
+        bool,
+        typer.Option("--live", help="Watch units while they run: NAME=SOURCE...", rich_help_panel=_LIVE),
+    ] = False,
+    to: ToOption = None,
+    record: Annotated[
+        Path | None,
+        typer.Option(
+            "--record",
+            metavar="DIR",
+            help="Record all samples into a session, whose replay gives the same.",
+            rich_help_panel=_LIVE,
+        ),
+    ] = None,
+    duration: Annotated[
+        str | None,
+        typer.Option(metavar="TIME", help="How long to watch, such as 90s or 2h.", rich_help_panel=_LIVE),
+    ] = None,
+    dashboard: Annotated[
+        bool,
+        typer.Option(
+            "--dashboard",
+            help="Show each unit, its deviations against their thresholds, and the source.",
+            rich_help_panel=_LIVE,
+        ),
+    ] = False,
+    sender: Annotated[
+        str | None,
+        typer.Option(
+            "--from",
+            metavar="ADDRESS",
+            help="The one host whose datagrams count; the first that sends to each port if not given.",
+            rich_help_panel=_LIVE,
+        ),
+    ] = None,
     explain: Annotated[
         bool,
         typer.Option("--explain", help="Print every setting with meaning, unit and default; no log needed."),
     ] = False,
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print the result, or the settings, as JSON instead of a table.")
+        bool,
+        typer.Option(
+            "--json",
+            help="Print the result, or the settings, as JSON instead of a table; with --live each "
+            "event as it happens, a line each.",
+        ),
     ] = False,
 ) -> None:
     """Replay a redundant set: a primary IMU keeps its secondaries calibrated.
@@ -146,12 +195,55 @@ def redundancy_command(
     secondary, the stored errors and redundancy.html. The exit code is 0 if all went well, 3 if something is
     known to be wrong and stayed so: the source, two units that disagree, a secondary that is not calibrated;
     2 if nothing could be done.
+
+    With --live the monitor runs beside sensors until Ctrl-C or SIGTERM:
+    tumble redundancy --live primary=udp://:9000 a=udp://:9001 --store store --to udp://10.0.0.2:9100
     """
     if explain:
         from tumble.redundancy.explain import show_settings
 
         show_settings(as_json)
         return
+    only_live = {"--to": to, "--record": record, "--duration": duration, "--from": sender}
+    if live:
+        of_logs = {
+            "--secondary": secondary,
+            "--command": command,
+            "--witness": witness,
+            "--output-log": output_log,
+            "--allow-missing": allow_missing,
+        }
+        _refuse(of_logs, "is for logs; leave it out, or leave out --live")
+        from tumble.calibration.document import Calibration
+        from tumble.redundancy.command_live import names_of, watch_sources
+
+        words = sources or []
+        result = watch_sources(
+            words,
+            primary,
+            output,
+            read_options_for(read_options, exceptions or (), names_of(words)),
+            settings=_settings(settings or [], changes or []),
+            calibration=Calibration.load(calibration) if calibration else None,
+            store=store,
+            factory=_factory(factory or []),
+            precision=precision.value,
+            as_published=as_published,
+            to=to,
+            record=record,
+            duration=None if duration is None else seconds_of("--duration", duration),
+            dashboard=dashboard,
+            sender=sender,
+            as_json=as_json,
+        )
+        _exit_with(result)
+        return
+    _refuse(only_live | {"--dashboard": dashboard}, "is for sensors that run; give --live, or leave it out")
+    if sources is not None and len(sources) > 1:
+        raise ProcedureError(
+            f"{sources[1]}: one log is read at a time; give each unit as --primary and --secondary, or --live"
+        )
+    log = sources[0] if sources else None
     if log is not None and not (primary and secondary):
         primary, secondary = _units_of_session(log, primary, secondary or [])
     if primary is None or not secondary:
@@ -203,8 +295,19 @@ def redundancy_command(
     from tumble.redundancy.summary import show_results
 
     show_results(result, files, as_json)
+    _exit_with(result)
+
+
+def _exit_with(result: RedundancyResult) -> None:
     if not result.all_well:
         raise typer.Exit(NOT_ALL_WELL)
+
+
+def _refuse(given: Mapping[str, object], why: str) -> None:
+    """Raise `ProcedureError` for an option that was given and has no meaning here."""
+    for option, value in given.items():
+        if value:
+            raise ProcedureError(f"{option} {why}")
 
 
 def _units_of_session(log: str, primary: str | None, secondary: list[str]) -> tuple[str | None, list[str]]:

@@ -17,7 +17,7 @@ from tumble.plain import finite
 from tumble.redundancy.store import ErrorStore, keep_adopted
 
 if TYPE_CHECKING:
-    from tumble.redundancy.result import RedundancyResult, SetOutput
+    from tumble.redundancy.result import RedundancyEvent, RedundancyResult, SetOutput
 
 EVENTS_KIND = FileKind("events of tumble redundancy", re.compile(rb'\A\{"time": '))
 
@@ -99,10 +99,9 @@ def write_events(result: RedundancyResult, path: Path) -> None:
 def event_lines(result: RedundancyResult) -> Iterator[str]:
     """Give each event as JSON."""
     for event in result.events:
-        content = {
-            "time": event.time,
-            "unit": event.unit,
-            "event": event.event,
-            "figures": finite(dict(event.figures)),
-        }
-        yield json.dumps(content, allow_nan=False)
+        yield json.dumps(finite(event_content(event)), allow_nan=False)
+
+
+def event_content(event: RedundancyEvent) -> dict[str, object]:
+    """Give an event as it stands in the file of events."""
+    return {"time": event.time, "unit": event.unit, "event": event.event, "figures": dict(event.figures)}

@@ -25,6 +25,9 @@ KnownFaultKind = Literal[
     "not calibrated",
 ]
 
+NO_SAMPLES: Literal["no samples"] = "no samples"
+"""Also the event of a set none of whose units says anything, which samples alone cannot show."""
+
 OF_THE_SET: tuple[KnownFaultKind, ...] = (
     "no samples",
     "no source",
@@ -68,10 +71,15 @@ def known_faults(result: RedundancyResult) -> Iterator[KnownFault]:
 
 def _without_samples(result: RedundancyResult) -> Iterator[KnownFault]:
     """Give where time went on in all units at once: they were silent, or their clock jumped."""
-    for event in result.events:
+    for place, event in enumerate(result.events):
         by = event.figures.get("by")
         if event.event == "time jumped" and isinstance(by, float) and by > 0.0:
-            yield KnownFault("no samples", event.time - by, event.time, (), event)
+            yield KnownFault(NO_SAMPLES, event.time - by, event.time, (), event)
+        elif event.event == NO_SAMPLES and all(
+            later.event != "time jumped" for later in result.events[place:]
+        ):
+            ending = next((later.time for later in result.events[place + 1 :]), result.end)
+            yield KnownFault(NO_SAMPLES, float(str(event.figures["since"])), ending, (), event)
 
 
 def _without_source(result: RedundancyResult) -> Iterator[KnownFault]:

@@ -274,8 +274,8 @@ class SideBySide(Iterator[list[SampleArrays]]):
     """Blocks of what all units said since the block before, primary first; memory does not grow.
 
     Units of one session are given in the order in which their samples came, as they were while they were
-    recorded: `arrivals` are then those of the block given last, else None, and `silence` the time, s, in which
-    no unit said anything before it, 0 where that is no longer than `SILENCE`.
+    recorded: `arrivals` are then those of the block given last, else None, and `silence` the time, s, in
+    which no unit said anything before it, 0 where that is no longer than `SILENCE`.
 
     All times are of the common clock, s; `start` and `end` are the first and the last given so far.
 

@@ -1,4 +1,4 @@
-"""The redundancy monitor as a program drives it: the one that logs are replayed through, and that runs live."""
+"""The redundancy monitor as a program drives it: logs are replayed through it, and it runs live."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from tumble.file_names import file_stem, unit_stem
 from tumble.files import prepare_folder
 from tumble.recording import Chunk, FloatArray
 from tumble.redundancy.factory import Factory, by_unit, factory_errors
+from tumble.redundancy.known_faults import NO_SAMPLES
 from tumble.redundancy.messages import explain, unfit_threshold
 from tumble.redundancy.result import (
-    NO_SAMPLES,
     NONE_FIT,
     RECORDED,
     Figure,
@@ -114,7 +114,8 @@ class RedundancyMonitor:
         self._witnesses: list[NativeWitness] = []
         self._commands: list[Command] = []
         self._output = _output_of(self.units, None)
-        self._is_silent = False
+        self.is_silent = False
+        """Whether `tick` told of a silence that lasts."""
         self.source = ""
         """Name of the unit that the output comes from; empty where there is none."""
         self.start, self.newest = math.inf, -math.inf
@@ -193,9 +194,9 @@ class RedundancyMonitor:
         Where no unit has for `SILENCE`, there is an event `no samples`, once for each silence, of the time
         at which it had lasted so long.
         """
-        if self._is_silent or not math.isfinite(self.newest) or time - self.newest <= SILENCE:
+        if self.is_silent or not math.isfinite(self.newest) or time - self.newest <= SILENCE:
             return ()
-        self._is_silent = True
+        self.is_silent = True
         figures = {"since": self.newest}
         return (RedundancyEvent(self.newest + SILENCE, self.units[0], NO_SAMPLES, figures),)
 
@@ -213,6 +214,11 @@ class RedundancyMonitor:
         if command not in COMMANDS:
             raise ProcedureError(f"command {command!r}: known are {', '.join(map(repr, COMMANDS))}")
         self._commands.append(command)
+
+    @property
+    def store(self) -> Path | None:
+        """Folder of stored errors."""
+        return None if self._store is None else self._store.folder
 
     @property
     def time_offsets(self) -> tuple[float, ...]:
@@ -261,7 +267,8 @@ class RedundancyMonitor:
         if gyroscope is not None and gyroscope.g_sensitivity is not None:
             yield "the g-sensitivity in the calibration of the primary is not used in the replay"
         for each in self._rejected:
-            yield f"{each.unit}: stored error of the {each.sensor} was not loaded, {each.reason}: {each.detail}"
+            what = f"{each.unit}: stored error of the {each.sensor}"
+            yield f"{what} was not loaded, {each.reason}: {each.detail}"
         if self._store is None:
             return
         if self._given is not self.applied:
@@ -271,7 +278,7 @@ class RedundancyMonitor:
 
     def _note(self, first: float, latest: float, said: _core.RedundancySaid | None = None) -> None:
         self.start, self.newest = min(self.start, first), max(self.newest, latest)
-        self._is_silent = False
+        self.is_silent = False
         if said is not None:
             self._count(said)
 

@@ -86,7 +86,6 @@ def redundancy(
         end=blocks.end,
         warnings=(*_warnings(units), *monitor.notices(), *blocks.notices()),
         preset="as published" if as_published else "",
-        store=store,
     )
     return replace(
         result,
@@ -105,9 +104,8 @@ def result_of(
     end: float,
     warnings: tuple[str, ...] = (),
     preset: str = "",
-    store: str | Path | None = None,
 ) -> RedundancyResult:
-    """Put together what a monitor did and found up to `end`, s of the common clock; without traces and output."""
+    """Put together what a monitor did and found by `end`, s: all but traces and output."""
     applied = monitor.applied
     return RedundancyResult(
         primary=monitor.units[0],
@@ -128,7 +126,7 @@ def result_of(
         defaults=RedundancySettings().by_name(),
         identities=monitor.identities,
         applied=applied.content() if applied else {},
-        store=None if store is None else Path(store),
+        store=monitor.store,
         degraded=monitor.degraded,
         preset=preset,
     )

@@ -21,8 +21,6 @@ Rung = Literal["offset", "gain", "affine", "affine and lever arm"]
 Figure = float | int | str | bool | tuple[str, ...]
 NONE_FIT = "none fit"
 """Reason of `selected` where nobody is the source any more."""
-NO_SAMPLES = "no samples"
-"""Event of a set none of whose units says anything, which a monitor of samples alone cannot know of."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -38,10 +39,12 @@ def show_results(result: RedundancyResult, files: dict[str, Path], as_json: bool
 def screen_summary(result: RedundancyResult) -> RenderableType:
     """Say what a person wants to know at once: what became of each secondary, who was the source, and why."""
     preset = f"; settings {result.preset}" if result.preset else ""
-    head = (
-        f"Primary {result.primary}; {result.end - result.start:.1f} s replayed, "
-        f"{result.replay_rate:,.0f} times faster than real time{preset}"
+    done = (
+        "watched live"
+        if math.isnan(result.replay_rate)
+        else f"replayed, {result.replay_rate:,.0f} times faster than real time"
     )
+    head = f"Primary {result.primary}; {result.end - result.start:.1f} s {done}{preset}"
     first = [Text(line, "bold red") for line in known_fault_sentences(result)]
     first += [Text(line, "yellow") for line in output_sentences(result)]
     notes = [Text(line, "yellow") for line in [*_refusals(result), *_faults(result)]]

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import typer
 
+from tumble.cli.screen import print_json_line
 from tumble.errors import ProcedureError, TumbleError
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ def run_live(
         found = calibration_of(result)
         files = write_results(result, found, folder)
         if as_json:
-            _print_line({"event": "result", **json_content(result, found, files)})
+            print_json_line({"event": "result", **json_content(result, found, files)})
         else:
             # Where samples go to standard output, nothing else does.
             with redirect_stdout(sys.stderr if then_apply == STDOUT else sys.stdout):
@@ -129,7 +129,7 @@ def _run(live: LiveSpin, source: str, options: LiveSpinOptions, as_json: bool) -
                 show(step)
     except TumbleError as error:
         if as_json:
-            _print_line({"event": "failed", "reason": str(error)})
+            print_json_line({"event": "failed", "reason": str(error)})
         raise
     except KeyboardInterrupt:
         print("tumble: interrupted; nothing was written", file=sys.stderr)
@@ -153,13 +153,7 @@ def _shown(source: str, options: LiveSpinOptions, as_json: bool) -> Iterator[Sho
 
 def _print_json(step: LiveStep) -> None:
     figures = {"event": step.kind, "time": step.time, "state": step.state, **step.progress, "pace": step.pace}
-    _print_line(figures)
-
-
-def _print_line(content: dict[str, Any]) -> None:
-    from tumble.plain import finite
-
-    print(json.dumps(finite(content), allow_nan=False), flush=True)
+    print_json_line(figures)
 
 
 def _print_prompt(text: str) -> None:

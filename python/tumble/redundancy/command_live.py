@@ -1,0 +1,195 @@
+"""`tumble redundancy --live`: the monitor beside running sensors, its events and output at once."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, redirect_stdout
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from tumble.cli.output import folder_named_after
+from tumble.cli.screen import print_json_line
+from tumble.errors import ProcedureError
+
+if TYPE_CHECKING:
+    from tumble.calibration.document import Calibration
+    from tumble.live import LiveSet
+    from tumble.logs.options import ReadOptions
+    from tumble.record.writer import SessionWriter
+    from tumble.redundancy.factory import Factory
+    from tumble.redundancy.live import LiveRedundancy, LiveStep
+    from tumble.redundancy.result import RedundancyResult
+    from tumble.redundancy.settings import RedundancySettings
+    from tumble.results import Precision
+
+Show: TypeAlias = "Callable[[LiveStep], None]"
+"""Told every step."""
+PRIMARY = "primary"
+"""Name of the unit that is the primary, unless another is named."""
+
+
+def watch_sources(
+    words: Sequence[str],
+    primary: str | None,
+    output: Path | None,
+    read_options: Mapping[str, ReadOptions],
+    *,
+    settings: RedundancySettings,
+    calibration: Calibration | None = None,
+    store: Path | None = None,
+    factory: Factory = (),
+    precision: Precision = "f64",
+    as_published: bool = False,
+    to: str | None = None,
+    record: Path | None = None,
+    duration: float | None = None,
+    dashboard: bool = False,
+    sender: str | None = None,
+    as_json: bool = False,
+) -> RedundancyResult:
+    """Watch units, `NAME=SOURCE`, until they end, for `duration` s, or until a signal; write the results.
+
+    Raises `TumbleError`, in one line, where nothing can be watched; nothing is written then.
+    """
+    from tumble.cli.stopping import stopped_by_signals
+    from tumble.file_names import EVENTS, REDUNDANCY_PAGE
+    from tumble.files import PAGE, check_output, prepare_folder
+    from tumble.live import open_set
+    from tumble.live.naming import parse_named_sources
+    from tumble.live.outputs import STDOUT, parse_output
+    from tumble.logs.writer import Facts
+    from tumble.redundancy.command_files import EVENTS_KIND, write_results
+    from tumble.redundancy.live import LiveRedundancy
+    from tumble.redundancy.monitor import RedundancyMonitor
+    from tumble.redundancy.summary import json_content, show_results
+
+    typed = {name: address.text for name, address in parse_named_sources(words).items()}
+    names = _primary_first(list(typed), primary)
+    if to == STDOUT and as_json:
+        raise ProcedureError("--to stdout and --json both want standard output; send the output elsewhere")
+    going_to = None if to is None else parse_output(to)
+    units = open_set(
+        [f"{name}={typed[name]}" for name in names], read_options, sender=sender, keep_going=True
+    )
+    stated = {name: options.serial for name, options in read_options.items()}
+    serials = {
+        name: stated.get(name, "") or getattr(source, "serial", "") for name, source in units.sources.items()
+    }
+    monitor = RedundancyMonitor(
+        names[0],
+        names[1:],
+        settings=settings,
+        calibration=calibration,
+        store=store,
+        factory=factory,
+        serials=serials,
+        precision=precision,
+        as_published=as_published,
+    )
+    folder = prepare_folder(output or folder_named_after("redundancy"))
+    check_output(folder / EVENTS, EVENTS_KIND)
+    check_output(folder / REDUNDANCY_PAGE, PAGE)
+    with ExitStack() as opened:
+        writer = None if going_to is None else opened.enter_context(going_to.open(Facts()))
+        session = _session(opened, units, record, typed, serials)
+        live = LiveRedundancy(units, monitor, output=writer, session=session)
+        with stopped_by_signals(live.stop), _shown(names, as_json, dashboard) as show:
+            for step in live.steps(duration):
+                show(step)
+    result = live.result("as published" if as_published else "")
+    files = write_results(result, folder)
+    if as_json:
+        print_json_line({"event": "result", **json_content(result, files)})
+    else:
+        # Where samples go to standard output, nothing else does.
+        with redirect_stdout(sys.stderr if to == STDOUT else sys.stdout):
+            show_results(result, files, as_json=False)
+            _print_delays(live)
+    return result
+
+
+def names_of(words: Sequence[str]) -> list[str]:
+    """Give the names of the units; raises `LogError` where words do not name units."""
+    from tumble.live.naming import parse_named_sources
+
+    return list(parse_named_sources(words))
+
+
+def _session(
+    opened: ExitStack,
+    units: LiveSet,
+    folder: Path | None,
+    typed: Mapping[str, str],
+    serials: Mapping[str, str],
+) -> SessionWriter | None:
+    """Begin to record into a folder, if there is one."""
+    if folder is None:
+        return None
+    from tumble.record.writer import RecordedUnit, SessionWriter
+
+    described = {
+        name: RecordedUnit(source, typed[name], serials[name]) for name, source in units.sources.items()
+    }
+    return opened.enter_context(SessionWriter(folder, described, "log" if units.is_replay else "host"))
+
+
+def _primary_first(names: list[str], primary: str | None) -> list[str]:
+    wanted = primary or PRIMARY
+    if wanted not in names:
+        raise ProcedureError(
+            f"{wanted}: is none of {', '.join(names)}; name the primary, as {PRIMARY}=SOURCE "
+            "or with --primary NAME"
+        )
+    return [wanted, *(name for name in names if name != wanted)]
+
+
+@contextmanager
+def _shown(names: Sequence[str], as_json: bool, dashboard: bool) -> Iterator[Show]:
+    """Give what shows each step while the block runs: JSON on standard output, else on standard error."""
+    if as_json:
+        yield _print_json
+    elif dashboard:
+        with _dashboard(names) as show:
+            yield show
+    else:
+        from tumble.redundancy.dashboard import event_line
+        from tumble.redundancy.result import RedundancyEvent
+
+        def show_line(step: LiveStep) -> None:
+            if isinstance(step, RedundancyEvent):
+                print(event_line(step), file=sys.stderr, flush=True)
+
+        print(f"Watching {', '.join(names)}. Ctrl-C ends.", file=sys.stderr, flush=True)
+        yield show_line
+
+
+@contextmanager
+def _dashboard(names: Sequence[str]) -> Iterator[Show]:
+    from rich.console import Console
+    from rich.live import Live
+
+    from tumble.redundancy.dashboard import Dashboard
+
+    board = Dashboard(names)
+    with Live(board.rendered(), console=Console(file=sys.stderr), auto_refresh=False) as screen:
+
+        def show(step: LiveStep) -> None:
+            board.take(step)
+            screen.update(board.rendered(), refresh=True)
+
+        yield show
+
+
+def _print_json(step: LiveStep) -> None:
+    from tumble.redundancy.command_files import event_content
+    from tumble.redundancy.result import RedundancyEvent
+
+    if isinstance(step, RedundancyEvent):
+        print_json_line(event_content(step))
+
+
+def _print_delays(live: LiveRedundancy) -> None:
+    if live.delays.largest:
+        half, most = (f"{1e3 * live.delays.quantile(share):.2g} ms" for share in (0.5, 0.99))
+        print(f"Output {half} after samples came (99 % within {most})")
