@@ -29,11 +29,13 @@ if TYPE_CHECKING:
     from tumble.inspect.procedure import inspect
     from tumble.logs import ReadOptions, list_imus, open_recording, open_writer
     from tumble.recording import Chunk, Recording
+    from tumble.redundancy.monitor import RedundancyMonitor
     from tumble.redundancy.procedure import redundancy
     from tumble.redundancy.result import RedundancyResult
     from tumble.redundancy.settings import RedundancySettings
     from tumble.redundancy.witness import Witness
     from tumble.simulate import simulate_flight, simulate_spin, simulate_turntable
+    from tumble.spin.machine import SpinMachine
     from tumble.spin.procedure import spin
     from tumble.spin.result import SpinResult
     from tumble.turntable.limits import Limits
@@ -54,8 +56,10 @@ __all__ = [
     "ProcedureError",
     "ReadOptions",
     "Recording",
+    "RedundancyMonitor",
     "RedundancyResult",
     "RedundancySettings",
+    "SpinMachine",
     "SpinResult",
     "TargetResult",
     "TumbleError",
@@ -88,8 +92,10 @@ _HOMES = {
     "tumble.turntable.poses": ("Pose", "PoseList"),
     "tumble.turntable.limits": ("Limits",),
     "tumble.redundancy.procedure": ("redundancy",),
+    "tumble.redundancy.monitor": ("RedundancyMonitor",),
     "tumble.redundancy.settings": ("RedundancySettings",),
     "tumble.redundancy.witness": ("Witness",),
+    "tumble.spin.machine": ("SpinMachine",),
     "tumble.spin.procedure": ("spin",),
     "tumble.turntable.procedure": ("turntable",),
     "tumble.recording": ("Chunk", "Recording"),

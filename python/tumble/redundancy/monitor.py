@@ -57,12 +57,16 @@ class RedundancyMonitor:
     >>> time = np.arange(400) / 100
     >>> noise = np.random.default_rng(1).normal(0.0, 0.01, (400, 6))
     >>> still = Chunk(time, noise[:, :3] + (0.0, 0.0, 9.80665), 0.1 * noise[:, 3:])
-    >>> for unit in ("front", "rear"):
-    ...     for event in monitor.push(unit, still[:10]):
-    ...         print(event.event, event.unit, event.figures["reason"])
-    selected front start
-    >>> monitor.source, monitor.output.angular_rate.shape
-    ('front', (0, 3))
+    >>> for at in range(400):
+    ...     sample = Chunk(time[at : at + 1], still.accelerometer[at : at + 1], still.gyroscope[at : at + 1])
+    ...     for unit in monitor.units:
+    ...         for event in monitor.push(unit, sample):
+    ...             if event.event != "evaluated":
+    ...                 print(f"{event.time:.1f} s {event.unit}: {event.event}")
+    0.0 s front: selected
+    0.6 s front: rest began
+    >>> monitor.source, len(monitor.output), monitor.records
+    ('front', 0, ())
 
     Units are told apart by their names. Samples of different units come in any order, as long as none is
     more than a window behind the others; those of one unit in order of time, s of the units' common clock.

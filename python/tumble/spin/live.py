@@ -11,21 +11,19 @@ from typing import Literal, cast
 import numpy as np
 
 from tumble import _core
-from tumble.acquisition.acquire import corrected, refuse_if_misread, rests_of, trace_of
+from tumble.acquisition.acquire import refuse_if_misread, rests_of, trace_of
 from tumble.calibration.document import Calibration
 from tumble.errors import LogError, ProcedureError
-from tumble.gravity import local_gravity
 from tumble.live import FIRST_SAMPLE_WITHIN, LiveChunk, Source, nothing_came
 from tumble.recording import Chunk, FloatArray
 from tumble.results import Precision, Rest
 from tumble.spin.combination import combine
 from tumble.spin.failure import SpinFailure, SpinFailureKind
+from tumble.spin.machine import LiveSpinOptions as LiveSpinOptions  # where users look for it
+from tumble.spin.machine import SpinMachine
 from tumble.spin.messages import explain
-from tumble.spin.outputs import describe_spin
-from tumble.spin.preset import TurnPreset
 from tumble.spin.procedure import scale_warning
 from tumble.spin.result import SpinResult
-from tumble.spin.settings import DEFAULT, DEFAULT_TURNS, core_settings
 
 LiveStepKind = Literal[
     "listening", "still began", "still broken", "still done", "spin began", "progress", "done"
@@ -40,33 +38,6 @@ BETWEEN_PROGRESS = 0.1
 """s of the stream between two reports of progress."""
 MISREAD_RATE = 10.0
 """Times the rate asked for beyond which an assumed unit is wrong: deg/s for rad/s are 57 times as fast."""
-
-
-@dataclass(frozen=True, slots=True)
-class LiveSpinOptions:
-    """What the robot is asked to do, and what is known of the place."""
-
-    still: float = DEFAULT.still
-    """s to stand still."""
-    turns: float = DEFAULT_TURNS
-    """Full turns to make on the spot, in either direction or both."""
-    rate: float = DEFAULT.rate
-    """rad/s to turn at."""
-    duration: float | None = None
-    """s to turn for, where that was preset."""
-    level_floor: bool = False
-    """Assume that the floor is level, as the published method does."""
-    gravity: float | None = None
-    """m/s^2; standard, or that of `latitude` and `height`, if not given."""
-    latitude: float | None = None
-    """deg."""
-    height: float | None = None
-    """m above the ellipsoid."""
-
-    @property
-    def preset(self) -> TurnPreset:
-        """The turn that is asked for."""
-        return TurnPreset(self.duration, self.rate, self.turns)
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,29 +94,13 @@ class LiveSpin:
         self._source = source
         self._typed = typed or source.name
         self._serial = serial
-        self._calibration = calibration
-        self._options = options or LiveSpinOptions()
-        self._precision = precision
         self._clock = clock
-        options = self._options
-        self._gravity, self._gravity_source = local_gravity(options.gravity, options.latitude, options.height)
-        self._settings = core_settings(
-            {
-                "gravity": self._gravity,
-                "still": options.still,
-                "rate": options.rate,
-                "level_floor": options.level_floor,
-            },
-            turns=options.turns,
-            latitude=options.latitude,
-            bias_instability=calibration.bias_instability if calibration else None,
-        )
-        self._machine = _core.SpinMachine(self._settings, precision)
+        self._machine = SpinMachine(options, calibration=calibration, precision=precision)
+        self._options = self._machine.options
         self._segmenter = _core.Segmenter()
         self._acquired: _core.Acquired | None = None
         self._kept: list[Chunk] = []
         self._time: float | None = None
-        self._span = (math.nan, math.nan)
         self._reported = -math.inf
 
     def steps(self) -> Iterator[LiveStep]:
@@ -154,7 +109,6 @@ class LiveSpin:
         Raises `LogError` where the stream is lost or cannot be understood, `ProcedureError` where the robot
         did not do what was asked.
         """
-        self._machine.start()
         self._segmenter.begin_part("")
         silence = _Silence(self._clock)
         yield self._step("listening")
@@ -164,35 +118,25 @@ class LiveSpin:
                 yield from self._push(chunk)
             else:
                 self._note(silence.length)
-            if self._is_over:
+            if self._machine.is_over:
                 break
         else:
             self._end_of_stream()
         self._acquired = self._segmenter.finish()
         if len(self._acquired.rest_times):
-            refuse_if_misread(self._source.name, self._acquired, self._gravity)
+            refuse_if_misread(self._source.name, self._acquired, self._machine.gravity)
         if self._machine.failure is not None:
-            failure = SpinFailure.of_core(*self._machine.failure)
-            raise ProcedureError(f"{self._source.name}: {self._why(failure)}")
+            raise ProcedureError(f"{self._source.name}: {self._why(self._machine.failure)}")
         yield self._step("done")
 
     def result(self) -> SpinResult:
         """Give what the procedure found, once `steps` has come to its end."""
         assert self._acquired is not None, "a result is asked for when the procedure is done"
         rests = self._rests(self._acquired)
-        samples = _within(self._kept, self._span)
-        if self._calibration is None or self._calibration.bias_instability is None:
-            self._machine.read_bias_instability(samples.time, samples.accelerometer, samples.gyroscope)
-        spin = describe_spin(
-            self._machine.figures(),
-            self._blocks(samples, rests),
-            rests,
-            self._span,
-            label="spin 1",
-            gravity=self._gravity,
-            level_floor=self._options.level_floor,
-            preset=self._options.preset,
-        )
+        samples = _within(self._kept, self._machine.span)
+        if self._machine.calibration is None or self._machine.calibration.bias_instability is None:
+            self._machine.read_bias_instability(samples)
+        spin = self._machine.result(rests, self._blocks(samples, rests))
         combined = combine([spin])
         return SpinResult(
             name=self._source.name,
@@ -205,45 +149,41 @@ class LiveSpin:
             agreement=combined.agreement,
             refused=(),
             trace=trace_of(self._acquired),
-            gravity=self._gravity,
-            gravity_source=self._gravity_source,
+            gravity=self._machine.gravity,
+            gravity_source=self._machine.gravity_source,
             temperature=self._acquired.temperature,
-            calibration_hash=self._calibration.hash() if self._calibration else "",
-            applied=self._calibration.content() if self._calibration else {},
+            calibration_hash=self._machine.calibration.hash() if self._machine.calibration else "",
+            applied=self._machine.calibration.content() if self._machine.calibration else {},
             options={
                 "live": True,
                 "still": self._options.still,
                 **self._options.preset.options,
                 "level-floor": self._options.level_floor,
-                "precision": self._precision,
+                "precision": self._machine.precision,
             },
             warnings=(
                 *self._source.remarks,
                 *combined.warnings,
-                *scale_warning(combined, [spin], self._calibration, self._gravity),
+                *scale_warning(combined, [spin], self._machine.calibration, self._machine.gravity),
             ),
             software=f"tumble {_core.__version__}",
         )
 
     def _rests(self, unit: _core.Acquired) -> tuple[Rest, ...]:
         """Rests of the spin, from the one it began with on."""
-        return tuple(rest for rest in rests_of(unit) if rest.end > self._span[0])
+        return tuple(rest for rest in rests_of(unit) if rest.end > self._machine.span[0])
 
     def _blocks(self, samples: Chunk, rests: tuple[Rest, ...]) -> _core.SpinBlockFigures | None:
         """Fit the samples once more, for the pictures: the machine keeps sums only."""
         times = np.array([(rest.start, rest.end) for rest in rests]).reshape(-1, 2)
         try:
             _, blocks = _core.fit_spin(
-                samples.time, samples.accelerometer, samples.gyroscope, times, self._settings
+                samples.time, samples.accelerometer, samples.gyroscope, times, self._machine.settings
             )
         except _core.CoreError:
             # Rests found afterwards may differ from those of the machine, whose result stands by itself.
             return None
         return blocks
-
-    @property
-    def _is_over(self) -> bool:
-        return self._machine.state in ("done", "failed")
 
     def _step(self, kind: LiveStepKind) -> LiveStep:
         progress = self._machine.progress
@@ -257,17 +197,15 @@ class LiveSpin:
 
     def _push(self, chunk: LiveChunk) -> Iterator[LiveStep]:
         """Feed the machine; say what happened, and now and then how far it is."""
-        accelerometer, gyroscope = corrected(chunk, self._calibration)
-        self._kept.append(Chunk(chunk.time, accelerometer, gyroscope))
-        self._segmenter.push(chunk.time, accelerometer, gyroscope, chunk.temperature)
-        events = self._machine.push(chunk.time, accelerometer, gyroscope, chunk.moving)
-        for when, kind in events:
-            self._time = when
-            self._span = (when if kind == "still began" else self._span[0], when)
-            if kind not in ("done", "failed"):
-                yield self._step(cast("LiveStepKind", kind))
+        measured = self._machine.corrected(chunk)
+        self._kept.append(measured)
+        self._segmenter.push(chunk.time, measured.accelerometer, measured.gyroscope, chunk.temperature)
+        for event in self._machine.push_corrected(measured, chunk.moving):
+            self._time = event.time
+            if event.kind not in ("done", "failed"):
+                yield self._step(cast("LiveStepKind", event.kind))
         self._time = float(chunk.time[-1])
-        self._refuse_misread_rate(gyroscope)
+        self._refuse_misread_rate(measured.gyroscope)
         if self._time - self._reported >= BETWEEN_PROGRESS:
             self._reported = self._time
             yield self._step("progress")

@@ -1,0 +1,394 @@
+"""`tumble redundancy --live`, and the monitor as a program drives it."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from contextlib import ExitStack
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+import tumble
+from redundancy_sets import BIASED, PRIMARY, QUICK, SOUND, motion, record
+from tumble import Chunk, RedundancyMonitor
+from tumble.errors import LogError, ProcedureError
+from tumble.live import LiveChunk, LiveSet, open_set
+from tumble.redundancy import live as live_module
+from tumble.redundancy.dashboard import Dashboard
+from tumble.redundancy.live import LiveRedundancy, SetState, UnitRate
+from tumble.redundancy.monitor import SILENCE
+from tumble.redundancy.result import RedundancyEvent
+from turntable_sessions import contents, one_line, typed
+
+NAMES = ("imu1", "imu2", "imu3")
+SETTINGS = {"collect": 20.0, "collect_timeout": 60.0, "evaluate_every": 5.0}
+HEADER = b"time,ax,ay,az,gx_rad/s,gy_rad/s,gz_rad/s\n"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def at_one_time():
+    """All runs are made at one time, which stored errors carry."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SOURCE_DATE_EPOCH", "1763769600")
+        yield
+
+
+@pytest.fixture(scope="module")
+def said():
+    return record([PRIMARY, BIASED, SOUND], 11, motion())
+
+
+@pytest.fixture(scope="module")
+def words(said, tmp_path_factory):
+    """Units as they are typed: their logs, replayed as fast as they can be read."""
+    folder = tmp_path_factory.mktemp("logs")
+    return [f"{name}=replay:{unit.write(folder / f'{name}.csv')}?speed=max" for name, unit in said.items()]
+
+
+def watched(*arguments):
+    """Run `tumble redundancy --live` as typed; give how it ended, events and the result."""
+    done = typed("redundancy", "--live", *arguments, "--json")
+    assert done.code in (0, 3), f"exit code {done.code}: {done.err}"
+    *events, result = map(json.loads, done.out.splitlines())
+    assert result["event"] == "result"
+    return done.code, events, result
+
+
+def refusal(*arguments):
+    done = typed("redundancy", *arguments)
+    assert done.code == 2, f"exit code {done.code}: {done.out}{done.err}"
+    return one_line(done.err)
+
+
+def chunk_of(unit, part):
+    return Chunk(unit.time[part], unit.readings[part, :3].copy(), unit.readings[part, 3:].copy())
+
+
+def test_a_recorded_live_run_is_replayed_to_the_same_events_errors_and_store(words, tmp_path):
+    code, events, result = watched(
+        *words, "--primary", "imu1", *QUICK, "-o", tmp_path / "live", "--store", tmp_path / "store",
+        "--record", tmp_path / "session",
+    )  # fmt: skip
+    assert code == 0
+    assert {error["unit"] for error in result["errors"]} == {"imu2"}
+    again = typed(
+        "redundancy", tmp_path / "session", "--primary", "imu1", *QUICK, "-o", tmp_path / "again",
+        "--store", tmp_path / "store_again", "--json",
+    )  # fmt: skip
+    assert again.code == 0, again.err
+    replayed = json.loads(again.out)
+    assert replayed["errors"] == result["errors"]
+    assert replayed["selected"] == result["selected"]
+    lines = (tmp_path / "again/events.jsonl").read_text(encoding="utf-8").splitlines()
+    assert list(map(json.loads, lines)) == events
+    assert contents(tmp_path / "store") == contents(tmp_path / "store_again")
+    assert contents(tmp_path / "store")
+
+
+class Board:
+    """Units that send over UDP, from a thread, at times that chance decides."""
+
+    def __init__(self, seed):
+        print(f"seed {seed}")
+        self._random = np.random.default_rng(seed)
+        with ExitStack() as probes:
+            lines = [probes.enter_context(socket.socket(type=socket.SOCK_DGRAM)) for _ in NAMES]
+            for line in lines:
+                line.bind(("127.0.0.1", 0))
+            self.ports = {name: line.getsockname()[1] for name, line in zip(NAMES, lines, strict=True)}
+        self.words = [f"{name}=udp://127.0.0.1:{port}" for name, port in self.ports.items()]
+        self.ended = threading.Event()
+
+    def send(self, spans):
+        """Send from each unit, 100 Hz, in spans of s, by clocks of their own, a few samples at a time."""
+        booted = dict(zip(NAMES, (10.0, 500.0, 7000.0), strict=True))
+        began, line = time.monotonic() + 0.3, socket.socket(type=socket.SOCK_DGRAM)
+        told = dict.fromkeys(NAMES, 0.0)
+        with line:
+            while not self.ended.is_set() and min(told.values()) < max(max(each) for each in spans.values()):
+                time.sleep(0.01)
+                name = str(self._random.choice(NAMES))
+                now = time.monotonic() - began
+                while told[name] <= now:
+                    at = told[name]
+                    told[name] += 0.01
+                    if not any(
+                        start <= at < end for start, end in zip(*[iter(spans[name])] * 2, strict=True)
+                    ):
+                        continue
+                    reading = self._random.normal((0.0, 0.0, 9.80665, 0.0, 0.0, 0.0), 0.01)
+                    row = ",".join(map(repr, [booted[name] + at, *reading.tolist()]))
+                    line.sendto(HEADER + row.encode(), ("127.0.0.1", self.ports[name]))
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory):
+    """A board whose primary stops, and later all; watched and recorded over sockets, its output in a file."""
+    folder = tmp_path_factory.mktemp("served")
+    board = Board(np.random.SeedSequence().entropy)
+    spans = {"imu1": (0.0, 1.5), "imu2": (0.0, 2.5, 4.2, 5.0), "imu3": (0.0, 2.5, 4.2, 5.0)}
+    sender = threading.Thread(target=board.send, args=(spans,))
+    sender.start()
+    try:
+        code, events, result = watched(
+            *board.words, "--primary", "imu1", "-o", folder / "live", "--record", folder / "session",
+            "--to", folder / "out.csv", "--duration", "5.5s",
+        )  # fmt: skip
+    finally:
+        board.ended.set()
+        sender.join()
+    return folder, code, events, result
+
+
+def of(events, word):
+    return [event for event in events if event["event"] == word]
+
+
+def test_a_secondary_takes_over_as_soon_as_the_primary_is_silent(served):
+    _, code, events, _ = served
+    assert code == 3
+    first, second = of(events, "selected")[:2]
+    assert (first["unit"], first["figures"]) == ("imu1", {"reason": "start"})
+    assert second["unit"] in ("imu2", "imu3")
+    assert second["figures"] == {"reason": "primary failed"}
+
+
+def test_the_silence_of_all_units_is_an_event_and_a_known_fault(served):
+    _, _, events, result = served
+    silences = of(events, "no samples")
+    assert len(silences) == 1
+    assert silences[0]["time"] == pytest.approx(silences[0]["figures"]["since"] + SILENCE)
+    assert any("No unit said anything" in sentence for sentence in result["known_faults"])
+
+
+def test_what_came_over_sockets_is_replayed_in_the_order_in_which_it_came(served):
+    folder, _, events, result = served
+    again = typed("redundancy", folder / "session", "--primary", "imu1", "-o", folder / "again", "--json")
+    assert again.code == 3, again.err
+    lines = (folder / "again/events.jsonl").read_text(encoding="utf-8").splitlines()
+    assert list(map(json.loads, lines)) == [event for event in events if event["event"] != "lost"]
+    assert json.loads(again.out)["selected"] == result["selected"]
+
+
+def test_the_output_goes_where_it_is_sent_to(served):
+    folder, _, _, _ = served
+    replayed = tumble.redundancy("imu1", ["imu2", "imu3"], log=folder / "session").output
+    sent = tumble.open_recording(folder / "out.csv")
+    times = np.concatenate([chunk.time for chunk in sent.chunks()])
+    assert np.array_equal(times, replayed.time)
+
+
+class Scripted:
+    """A source that gives these chunks, one a call, and is then at its end, or lost."""
+
+    name, clock, remarks, gyroscope_unit_is_assumed = "scripted", "", (), False
+
+    def __init__(self, chunks, error=None):
+        self._chunks, self._error = list(chunks), error
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error): ...
+
+    def fileno(self):
+        return None
+
+    def read(self):
+        if self._chunks:
+            return self._chunks.pop(0)
+        if self._error:
+            raise self._error
+        raise EOFError
+
+
+def resting(start, count=30):
+    stamps = start + np.arange(count) / 100
+    readings = np.random.default_rng(int(start)).normal((0.0, 0.0, 9.80665, 0.0, 0.0, 0.0), 0.01, (count, 6))
+    return LiveChunk(stamps, readings[:, :3].copy(), readings[:, 3:].copy(), arrival=time.monotonic())
+
+
+def test_a_source_that_is_lost_is_told_of_and_so_is_its_return_while_the_other_goes_on(monkeypatch):
+    monkeypatch.setattr("tumble.live.together.RETRY", 0.05)
+    lost = iter([Scripted([resting(5.0)], LogError("unplugged")), Scripted([resting(6.0)])])
+    nothing = LiveChunk(np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
+    other = Scripted([resting(1.0), *[nothing] * 400, resting(2.0)])
+    units = LiveSet({"a": lambda: other, "b": lambda: next(lost)}, keep_going=True)
+    watch = LiveRedundancy(units, RedundancyMonitor("a", ["b"]))
+    told = [step for step in watch.steps() if isinstance(step, RedundancyEvent)]
+    befell = [(step.unit, step.event) for step in told if step.event in ("lost", "returned")]
+    assert befell == [("b", "lost"), ("b", "returned")]
+    assert any("unplugged" in warning for warning in watch.result().warnings)
+
+
+def test_a_unit_that_never_sends_is_told_of_once(monkeypatch):
+    monkeypatch.setattr(live_module, "FIRST_SAMPLE_WITHIN", 0.0)
+    monkeypatch.setattr(live_module, "REPORT_EVERY", 0.0)
+    nothing = LiveChunk(np.empty(0), np.empty((0, 3)), np.empty((0, 3)))
+    units = LiveSet({"a": Scripted([resting(1.0), resting(2.0)]), "b": Scripted([nothing] * 50)})
+    watch = LiveRedundancy(units, RedundancyMonitor("a", ["b"]))
+    silent = [step for step in watch.steps() if isinstance(step, RedundancyEvent) and step.event == "silent"]
+    assert [step.unit for step in silent] == ["b"]
+    assert "is the device on" in silent[0].figures["reason"]
+
+
+def test_a_set_none_of_whose_units_sends_anything_is_refused():
+    units = LiveSet({"a": Scripted([]), "b": Scripted([])})
+    with pytest.raises(ProcedureError, match="none of these units sent a sample"):
+        list(LiveRedundancy(units, RedundancyMonitor("a", ["b"])).steps())
+
+
+def test_what_is_adopted_is_in_the_store_when_the_event_is_told(words, tmp_path):
+    monitor = RedundancyMonitor("imu1", ["imu2", "imu3"], settings=SETTINGS, store=tmp_path)
+    steps = LiveRedundancy(open_set(words), monitor).steps()
+    adopted = next(step for step in steps if isinstance(step, RedundancyEvent) and step.event == "adopted")
+    assert (tmp_path / f"{adopted.unit}-{adopted.figures['sensor']}.yaml").exists()
+    assert any("of the store" not in notice for notice in monitor.notices())
+    steps.close()
+
+
+def test_sigterm_ends_with_the_summary_and_its_exit_code(words, tmp_path):
+    command = "from tumble.cli.main import main; main()"
+    slow = [word.replace("speed=max", "speed=1") for word in words]
+    arguments = ["redundancy", "--live", *slow, "--primary", "imu1", "-o", tmp_path / "out", "--json"]
+    running = subprocess.Popen(
+        [sys.executable, "-c", command, *map(str, arguments)],
+        stdout=subprocess.PIPE,
+        text=True,
+        env=os.environ,
+    )
+    first = json.loads(running.stdout.readline())
+    running.send_signal(signal.SIGTERM)
+    out, _ = running.communicate(timeout=60)
+    assert first["event"] == "selected"
+    assert json.loads(out.splitlines()[-1])["event"] == "result"
+    # Of secondaries nothing is known yet.
+    assert running.returncode == 3
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["primary=carrier:pigeon", "a=udp://:9"], "carrier"),
+        (["primary=udp://:9001", "primary=udp://:9002"], "named twice"),
+        (["a=udp://:9001", "b=udp://:9002"], "primary: is none of a, b"),
+        (["primary=udp://:9001"], "0 secondaries were named"),
+        (["primary=udp://:9001", "a=udp://:9002", "--to", "pigeon.txt"], "--to pigeon.txt"),
+        (["primary=udp://:9001", "a=udp://:9002", "--to", "stdout", "--json"], "standard output"),
+        (["primary=udp://:9001", "a=udp://:9002", "--witness", "gps.csv"], "--witness is for logs"),
+    ],
+)
+def test_a_mistake_is_said_in_one_line(arguments, message, tmp_path):
+    assert message in refusal("--live", *arguments, "-o", tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_options_of_live_sources_are_refused_for_logs():
+    assert "--to is for sensors that run" in refusal("flight.csv", "--to", "stdout")
+
+
+def test_the_store_of_another_set_is_refused(words, tmp_path):
+    store = tmp_path / "store"
+    serials = ["--set", "units.imu1.serial=A", "--set", "units.imu2.serial=B", "--set", "units.imu3.serial=C"]
+    watched(*words, "--primary", "imu1", *QUICK, *serials, "-o", tmp_path / "out", "--store", store)
+    before = contents(store)
+    others = [*serials[:-1], "units.imu3.serial=C", "--set", "units.imu2.serial=Z"]
+    line = refusal("--live", *words, "--primary", "imu1", *others, "-o", tmp_path / "out2", "--store", store)
+    assert "with serial B" in line
+    assert contents(store) == before
+
+
+def test_samples_pushed_one_by_one_lead_to_what_a_replay_of_the_logs_does(said):
+    recordings = {
+        name: tumble.Recording.from_arrays(
+            name, unit.time, unit.readings[:, :3], unit.readings[:, 3:], clock="one"
+        )
+        for name, unit in said.items()
+    }
+    replayed = tumble.redundancy(recordings["imu1"], list(recordings.values())[1:], settings=SETTINGS)
+    monitor = RedundancyMonitor("imu1", ["imu2", "imu3"], settings=SETTINGS)
+    events, outputs = [], []
+    for place in range(len(said["imu1"].time)):
+        for name, unit in said.items():
+            events += monitor.push(name, chunk_of(unit, slice(place, place + 1)))
+            outputs.append(monitor.output.specific_force)
+    assert tuple(events) == replayed.events
+    assert np.array_equal(np.concatenate(outputs), replayed.output.specific_force)
+    for one, other in zip(monitor.records, replayed.errors, strict=True):
+        assert (one.name, one.adopted, one.residual) == (other.name, other.adopted, other.residual)
+        assert np.array_equal(one.matrix, other.matrix)
+    assert {record.unit for record in monitor.records} == {"imu2"}
+
+
+def test_a_command_and_a_witness_count_from_the_samples_of_their_time_on(said):
+    monitor = RedundancyMonitor("imu1", ["imu2", "imu3"], settings=SETTINGS)
+    monitor.witness(tumble.Witness.score("imu2", [1.0], [-1.0]))
+    early = monitor.push("imu1", chunk_of(said["imu1"], slice(0, 50)))
+    late = monitor.push("imu1", chunk_of(said["imu1"], slice(50, 150)))
+    assert [event.event for event in early if "witness" in event.event] == []
+    assert [event.figures["reason"] for event in late if event.event == "witness left out"] == [
+        "negative score"
+    ]
+    with pytest.raises(ProcedureError, match="known are 'evaluate'"):
+        monitor.command("dance")
+
+
+def test_a_monitor_says_once_of_each_silence_that_there_is_one(said):
+    monitor = RedundancyMonitor("imu1", ["imu2"])
+    assert monitor.tick(100.0) == ()
+    monitor.push("imu1", chunk_of(said["imu1"], slice(0, 10)))
+    assert monitor.tick(0.09 + SILENCE) == ()
+    (event,) = monitor.tick(0.2 + SILENCE)
+    assert (event.event, event.time) == ("no samples", pytest.approx(0.09 + SILENCE))
+    assert monitor.tick(50.0) == ()
+    monitor.push("imu1", chunk_of(said["imu1"], slice(500, 510)))
+    assert len(monitor.tick(500.0)) == 1
+
+
+def test_samples_of_no_unit_of_the_set_are_refused(said):
+    monitor = RedundancyMonitor("imu1", ["imu2"])
+    with pytest.raises(ProcedureError, match="imu9: is none of imu1, imu2"):
+        monitor.push("imu9", chunk_of(said["imu1"], slice(0, 10)))
+
+
+def shown(board):
+    console = Console(record=True, width=160, file=open(os.devnull, "w"))  # noqa: SIM115 - closed at exit
+    console.print(board.rendered())
+    return console.export_text()
+
+
+def test_the_dashboard_shows_each_unit_its_deviation_the_source_and_why():
+    board = Dashboard(["front", "rear"])
+    assert "no source (no samples yet)" in shown(board)
+    board.take(SetState(3.0, 3.0, "front", (UnitRate("front", 300, 100.0), UnitRate("rear", 0, np.nan))))
+    board.take(RedundancyEvent(0.0, "front", "selected", {"reason": "start"}))
+    figures = {"sensor": "accelerometer", "check": "vector", "deviation": 0.25, "threshold": 0.1}
+    board.take(RedundancyEvent(2.6, "rear", "evaluated", {**figures, "exceeded": True}))
+    board.take(RedundancyEvent(2.7, "rear", "triggered", {"sensors": "accelerometer"}))
+    text = shown(board)
+    assert "source front (start)" in text
+    front, rear = (line for line in text.splitlines() if line.startswith(("│ front", "│ rear")))
+    assert "healthy" in front
+    assert "100 Hz" in front
+    assert "waiting" in rear
+    assert "waiting for motion" in rear
+    assert "0.250 of 0.100 m/s²" in rear
+    board.take(RedundancyEvent(9.0, "front", "unhealthy", {"reason": "late", "value": 0.2}))
+    board.take(RedundancyEvent(9.1, "rear", "selected", {"reason": "primary failed"}))
+    text = shown(board)
+    assert "source rear (primary failed)" in text
+    assert "late" in next(line for line in text.splitlines() if line.startswith("│ front"))
+
+
+def test_the_dashboard_runs_on_a_command_line(words, tmp_path):
+    done = typed("redundancy", "--live", *words, "--primary", "imu1", *QUICK, "-o", tmp_path, "--dashboard")
+    assert done.code == 0
+    assert "source imu1" in done.err
