@@ -1,4 +1,4 @@
-"""A program of your own watches a redundant set: it is fed as samples come, and acts on what the monitor says.
+"""A program of your own watches a redundant set: fed as samples come, it acts on what the monitor says.
 
 python examples/06_monitor.py
 """

@@ -1,4 +1,4 @@
-"""A robot's own program drives the turn: the state machine says when to stand, when to turn and when it is done.
+"""A robot's own program drives the turn: the state machine says when to stand and when to turn.
 
 python examples/07_spin_machine.py
 """

@@ -24,6 +24,10 @@ REPORT_EVERY = 0.5
 """s between two looks at how the set is."""
 
 
+ALL_WITHIN = 1.0
+"""s after the first sample in which all units are waited for: being heard first makes nobody the source."""
+
+
 @dataclass(frozen=True, slots=True)
 class UnitRate:
     """What comes of one unit."""
@@ -81,6 +85,11 @@ class LiveRedundancy:
         self._unheard = set(monitor.units)
         """Units that never sent anything, and were not told of."""
         self._began = self._ended = math.nan
+        self._waited_since: float | None = None
+        """s at which the first sample came."""
+        self._waiting_for = set(monitor.units)
+        self._is_watching = units.is_replay
+        """Whether samples count: those that came before all units were heard are left out."""
         self._heard = -math.inf
         """s of `time.monotonic()`: turn of the last sample."""
         self._latest_turn = -math.inf
@@ -111,7 +120,7 @@ class LiveRedundancy:
             yield self._state()
             for name, chunk in units:
                 yield from self._of_sources()
-                yield from self._take(name, chunk) if len(chunk) else self._wait()
+                yield from self._take(name, chunk) if len(chunk) and self._counts(name) else self._wait()
                 if self._session is not None:
                     self._session.flush()
                 if (now := self._clock()) >= report_at + REPORT_EVERY:
@@ -148,6 +157,19 @@ class LiveRedundancy:
             warnings=(*self._remarks(), *self._of_lines, *self._monitor.notices()),
             preset=preset,
         )
+
+    def _counts(self, name: str) -> bool:
+        """Whether samples of a unit count yet: the primary's are the first to."""
+        if self._is_watching:
+            return True
+        now = self._clock()
+        since = self._waited_since = now if self._waited_since is None else self._waited_since
+        primary = self._monitor.units[0]
+        hears_primary = primary not in self._waiting_for
+        self._waiting_for.discard(name)
+        together = not self._waiting_for or now - since >= ALL_WITHIN
+        self._is_watching = together and (name == primary or not hears_primary)
+        return self._is_watching
 
     def _take(self, name: str, chunk: LiveChunk) -> Iterator[RedundancyEvent]:
         came = self._clock() if chunk.arrival is None else chunk.arrival
