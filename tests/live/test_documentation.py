@@ -31,7 +31,7 @@ def section(title):
 
 
 def test_every_option_it_names_exists():
-    names = ["spin", "record", "apply", "turntable"]
+    names = ["spin", "record", "apply", "turntable", "redundancy"]
     commands = typer.main.get_command(command_line(names)).commands
     known = {option for name in names for parameter in commands[name].params for option in parameter.opts}
     told = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", without_commands(PAGE)))
