@@ -17,8 +17,8 @@ use tumble_lab::setting_table;
 
 use crate::convert::{matrix, rows};
 use crate::redundancy_values::{
-    Said, command, figures, model, offset, output, platform_error, read_record, rejection, traces, vector, witness,
-    write_record,
+    Said, command, figures, model, offset, output, platform_error, read_record, rejection, traces, vector,
+    witness, write_record,
 };
 use crate::settings::{settings_of, values};
 use crate::spin::is_single;
@@ -197,7 +197,14 @@ impl PyMonitor {
             progress.as_ref(),
         )?;
         let dict = self.said(py, &done, first_of(&unit_samples))?;
-        traces(py, &dict, &done, self.units, self.origin.unwrap_or(0.0), self.window)?;
+        traces(
+            py,
+            &dict,
+            &done,
+            self.units,
+            self.origin.unwrap_or(0.0),
+            self.window,
+        )?;
         dict.set_item("seconds", seconds)?;
         Ok(dict)
     }
