@@ -22,7 +22,7 @@ from tumble import Chunk, RedundancyMonitor
 from tumble.errors import LogError, ProcedureError
 from tumble.live import LiveChunk, LiveSet, open_set
 from tumble.redundancy import live as live_module
-from tumble.redundancy.dashboard import Dashboard
+from tumble.redundancy.command_dashboard import Dashboard
 from tumble.redundancy.live import LiveRedundancy, SetState, UnitRate
 from tumble.redundancy.monitor import SILENCE
 from tumble.redundancy.result import RedundancyEvent

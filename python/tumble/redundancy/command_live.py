@@ -153,7 +153,7 @@ def _shown(names: Sequence[str], as_json: bool, dashboard: bool) -> Iterator[Sho
         with _dashboard(names) as show:
             yield show
     else:
-        from tumble.redundancy.dashboard import event_line
+        from tumble.redundancy.command_dashboard import event_line
         from tumble.redundancy.result import RedundancyEvent
 
         def show_line(step: LiveStep) -> None:
@@ -169,7 +169,7 @@ def _dashboard(names: Sequence[str]) -> Iterator[Show]:
     from rich.console import Console
     from rich.live import Live
 
-    from tumble.redundancy.dashboard import Dashboard
+    from tumble.redundancy.command_dashboard import Dashboard
 
     board = Dashboard(names)
     with Live(board.rendered(), console=Console(file=sys.stderr), auto_refresh=False) as screen:
