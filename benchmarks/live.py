@@ -30,6 +30,8 @@ HOURS = 1.0
 PIECE = 50
 """Samples that come together in what is put through for memory."""
 WAYS = ("udp", "pty")
+SILENCE = 5.0
+"""s without a sample after which no more are to come."""
 LARGEST_LATENCY = {"p99": 2e-3, "p99.9": 10e-3}
 """s, from when a sample is sent to when it is sent on."""
 LARGEST_SHARE = 1.0
@@ -52,14 +54,14 @@ def run(over: str, units: int, rate: float, seconds: float) -> Content:
     assert sender.stdout is not None
     addresses = json.loads(sender.stdout.readline())
     words = [f"unit_{number}={address}" for number, address in enumerate(addresses)]
-    figures = _receive(words, sender, seconds)
-    sent = json.loads(sender.stdout.readline())["sent"]
+    sent = units * int(seconds * rate)
+    figures = _receive(words, sender, sent)
+    sender.stdin.close()
     sender.wait()
-    lost = units * sent - figures.pop("received")
-    return {"over": over, "sent": units * sent, "lost": lost, **figures}
+    return {"over": over, "sent": sent, "lost": sent - figures.pop("received"), **figures}
 
 
-def _receive(words: list[str], sender: subprocess.Popen[str], seconds: float) -> Content:
+def _receive(words: list[str], sender: subprocess.Popen[str], sent: int) -> Content:
     calibration = Calibration.model_validate(
         {
             "schema": "tumble-calibration/1",
@@ -75,21 +77,23 @@ def _receive(words: list[str], sender: subprocess.Popen[str], seconds: float) ->
         sender.stdin.write("go\n")
         sender.stdin.flush()
         began, processor = time.monotonic(), time.process_time()
-        look_at = began
+        look_at, heard = 0, began
         for _, chunk in units:
             now = time.monotonic()
             if len(chunk):
                 force, rate = calibration.correct(chunk.accelerometer, chunk.gyroscope)
                 output.write(type(chunk)(chunk.time, force, rate))
                 received += len(chunk)
+                heard = now
                 if chunk.sensor_time is not None:
                     latencies.append(time.monotonic() - chunk.sensor_time)
-            if now >= look_at:
+            if received >= look_at:
                 memory.append(_resident())
-                look_at += seconds / 50.0
-            if now - began > seconds + 0.8:
+                look_at += sent // 50
+            # Whoever sends to a terminal waits for its reader: it is read until there is no more.
+            if received >= sent or now - heard > SILENCE:
                 break
-        share = (time.process_time() - processor) / (time.monotonic() - began)
+        share = (time.process_time() - processor) / (heard - began)
     # Units are decided from the first twenty samples, which therefore wait.
     late = np.sort(np.concatenate(latencies)[20 * len(words) :])
     quantiles = {"p50": 0.5, "p99": 0.99, "p99.9": 0.999}
