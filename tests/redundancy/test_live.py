@@ -21,6 +21,7 @@ from redundancy_sets import BIASED, PRIMARY, QUICK, SOUND, motion, record
 from tumble import Chunk, RedundancyMonitor
 from tumble.errors import LogError, ProcedureError
 from tumble.live import LiveChunk, LiveSet, open_set
+from tumble.record.writer import RecordedUnit, SessionWriter
 from tumble.redundancy import live as live_module
 from tumble.redundancy.command_dashboard import Dashboard
 from tumble.redundancy.live import LiveRedundancy, SetState, UnitRate
@@ -189,6 +190,19 @@ def test_the_output_goes_where_it_is_sent_to(served):
     sent = tumble.open_recording(folder / "out.csv")
     times = np.concatenate([chunk.time for chunk in sent.chunks()])
     assert np.array_equal(times, replayed.time)
+
+
+def test_a_session_begins_with_its_primary_though_another_unit_was_heard_first(tmp_path, said):
+    described = {name: RecordedUnit(Scripted([]), "typed") for name in ("imu1", "imu2")}
+    with SessionWriter(tmp_path / "session", described, "host") as session:
+        for first in range(0, 1000, 10):
+            for name, ahead in (("imu2", 0.0), ("imu1", 0.001)):
+                chunk = chunk_of(said[name], slice(first, first + 10))
+                came = chunk.time[-1] + ahead
+                session.take(name, LiveChunk(chunk.time, chunk.accelerometer, chunk.gyroscope, arrival=came))
+        session.finish("done")
+    result = tumble.redundancy("imu1", "imu2", log=tmp_path / "session")
+    assert [(span.unit, span.reason) for span in result.selected] == [("imu1", "start")]
 
 
 class Scripted:

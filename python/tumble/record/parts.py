@@ -29,7 +29,7 @@ class RecordedChunk(Chunk):
     sensor_time: FloatArray | None = None
     """(n,) s of the sensor's own clock."""
     arrival: FloatArray | None = None
-    """(n,) s of `time.monotonic()` at which each came; NaN for a log that was read as fast as it can be."""
+    """(n,) s by the clock of `time` at which each came; NaN for a log that was read as fast as it can be."""
     moving: FloatArray | None = None
     """(n,) whether wheels turn, as in `LiveChunk`."""
 
@@ -45,7 +45,7 @@ def optional_columns(chunk: LiveChunk) -> tuple[str, ...]:
 
 
 def recorded(chunks: Sequence[LiveChunk], optional: Sequence[str], shift: float) -> RecordedChunk:
-    """Put samples in one piece, with those of the optional columns, their common time later by `shift`, s."""
+    """Put samples in one piece, with those of the optional columns, all times later by `shift`, s."""
 
     def joined(name: str) -> FloatArray | None:
         if name not in optional:
@@ -64,7 +64,8 @@ def recorded(chunks: Sequence[LiveChunk], optional: Sequence[str], shift: float)
         np.concatenate([chunk.gyroscope for chunk in chunks]),
         joined("temperature"),
         np.concatenate([chunk.time if chunk.sensor_time is None else chunk.sensor_time for chunk in chunks]),
-        np.concatenate([_all(chunk, np.nan if chunk.arrival is None else chunk.arrival) for chunk in chunks]),
+        np.concatenate([_all(chunk, np.nan if chunk.arrival is None else chunk.arrival) for chunk in chunks])
+        + shift,
         joined("moving"),
     )
 

@@ -16,16 +16,12 @@ from tumble.live.host_clock import DelayCounts
 from tumble.logs.writer import Writer
 from tumble.record.writer import EndReason, SessionWriter
 from tumble.recording import Chunk
-from tumble.redundancy.monitor import RedundancyMonitor
+from tumble.redundancy.monitor import ALL_WITHIN, RedundancyMonitor
 from tumble.redundancy.procedure import result_of
 from tumble.redundancy.result import RedundancyEvent, RedundancyResult
 
 REPORT_EVERY = 0.5
 """s between two looks at how the set is."""
-
-
-ALL_WITHIN = 1.0
-"""s after the first sample in which all units are waited for: being heard first makes nobody the source."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,7 +177,7 @@ class LiveRedundancy:
         output = self._monitor.output
         if self._output is not None and len(output):
             self._output.write(Chunk(output.time, output.specific_force, output.angular_rate))
-        if chunk.arrival is not None:
+        if chunk.arrival is not None and len(output):
             self.delays.add(np.array([self._clock() - chunk.arrival]))
         self._samples[name] += len(chunk)
         if self._session is not None:

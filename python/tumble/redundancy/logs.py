@@ -12,7 +12,7 @@ from tumble.acquisition.twins import GyroscopeHead, twins
 from tumble.errors import LogError, ProcedureError
 from tumble.logs import ChunkStream, ReadOptions, list_imus, open_recording, options_for, parse_spec, session
 from tumble.recording import Chunk, FloatArray, Recording, RecordingSource, SampleProgress
-from tumble.redundancy.monitor import SILENCE, SampleArrays, refuse_other_counts
+from tumble.redundancy.monitor import ALL_WITHIN, SILENCE, SampleArrays, refuse_other_counts
 from tumble.words import count_of
 
 SHORT_BLOCK = 0.02
@@ -244,6 +244,12 @@ class _Reader:
         """Give when those that wait arrived, up to a time."""
         return self.arrival[: int(np.searchsorted(self.arrival, until, side="right"))]
 
+    def leave_out(self, until: float) -> None:
+        """Leave out what arrived up to a time."""
+        self.take(until)
+        if self.waiting is not None and len(self.waiting):
+            self.first = float(self.waiting.time[0])
+
     def take(self, until: float) -> SampleArrays:
         """Take off what arrived up to a time."""
         if self.waiting is None:
@@ -306,6 +312,8 @@ class SideBySide(Iterator[list[SampleArrays]]):
         live = [reader for reader in self._readers if not reader.ended]
         if self.arrivals is None:
             self._refuse_if_apart()
+        elif np.isinf(self.start) and live:
+            self._begin_with_the_primary()
         if not live:
             raise StopIteration
         cut = min(reader.last for reader in live)
@@ -322,6 +330,14 @@ class SideBySide(Iterator[list[SampleArrays]]):
         if self._progress is not None:
             self._progress(sum(reader.read for reader in self._readers), self._expected)
         return block
+
+    def _begin_with_the_primary(self) -> None:
+        """Leave out what came before the first sample of the primary, as when a set is watched live."""
+        primary, *others = self._readers
+        begun = min(float(reader.arrival[0]) for reader in self._readers if len(reader.arrival))
+        if len(primary.arrival) and primary.arrival[0] - begun <= ALL_WITHIN:
+            for reader in others:
+                reader.leave_out(float(np.nextafter(primary.arrival[0], -np.inf)))
 
     def _until_silence(self, live: Sequence[_Reader], cut: float) -> float:
         """Give the arrival, up to `cut`, after which no unit said anything for long; note what was before."""

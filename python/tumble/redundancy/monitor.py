@@ -43,6 +43,8 @@ SampleArrays: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
 """Time (n,) s of the common clock, specific force (n, 3) m/s^2, angular rate (n, 3) rad/s."""
 
 MOST_SECONDARIES = 7
+ALL_WITHIN = 1.0
+"""s after the first sample in which the others are waited for: being heard first makes nobody the source."""
 SILENCE = 1.0
 """s without a sample of any unit after which the set is silent: longer ones are no pause to its clock."""
 _OUTPUT = ("time", "unit", "specific_force", "angular_rate", "flags")
