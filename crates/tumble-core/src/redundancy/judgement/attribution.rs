@@ -94,7 +94,7 @@ pub(super) fn by_step<T: Real>(
 const RESTS_WITHIN: [f32; 2] = [0.025, 0.0025];
 
 /// How well what two have left at rest has to fit what they are apart along gravity: m/s^2, and a share of it.
-const FITS: [f64; 2] = [0.04, 0.5];
+const FITS: [f32; 2] = [0.04, 0.5];
 
 /// What a unit says at rest beyond what it said in health: of `|f|`, m/s^2, or `|w|`, rad/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -152,7 +152,7 @@ impl<T: Real> Evidence<T> {
             self.gathered += core::mem::replace(&mut self.at_rest, T::zero());
         }
         self.gravity = *gravity;
-        let [within, share] = FITS.map(real::<T>);
+        let [within, share] = FITS.map(tabulated::<T>);
         let (a, b) = (first.left, second.left);
         let fits = along_gravity
             .is_none_or(|apart| (a - b - apart).abs() < within.max(a.abs().max(b.abs()) * share));
