@@ -271,6 +271,11 @@ def remove_link(path: Path) -> None:
         path.unlink()
 
 
+def set_attribute(path: Path, value: str) -> None:
+    """Set an attribute of a device that sysfs shows as a file; raises `OSError` where the kernel refuses."""
+    path.write_text(value)
+
+
 def prepare_folder(folder: Path | str) -> Path:
     """Make `folder` where it is missing and prove, before any long work, that files can be written in it."""
     folder = Path(folder)

@@ -53,6 +53,7 @@ def test_no_module_but_one_changes_anything_on_disk():
         "symlink_to",
         "touch",
         "unlink",
+        "write_text",
     }
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from tumble.errors import LogError
+from tumble.files import set_attribute
 from tumble.live.address import Address
 from tumble.live.iio_scan import Element, Scan, parse_element
 from tumble.numbers import number_of
@@ -122,7 +123,7 @@ class IioDevice:
         while self._changed:
             path, before = self._changed.pop()
             try:
-                path.write_text(before or "\n")
+                set_attribute(path, before or "\n")
             except OSError as error:
                 # A device that was unplugged has nothing to put back.
                 if error.errno not in (errno.ENODEV, errno.ENOENT):
@@ -261,7 +262,7 @@ class IioDevice:
         if before == value:
             return
         try:
-            path.write_text(value)
+            set_attribute(path, value)
         except OSError as error:
             raise self._error(_why(path, error, value)) from error
         self._changed.append((path, before))
