@@ -113,7 +113,9 @@ class Board:
     def send(self, spans):
         """Send from each unit, 100 Hz, in spans of s, by clocks of their own, a few samples at a time."""
         booted = dict(zip(NAMES, (10.0, 500.0, 7000.0), strict=True))
-        began, line = time.monotonic() + 0.3, socket.socket(type=socket.SOCK_DGRAM)
+        while not all(map(_is_taken, self.ports.values())) and not self.ended.is_set():
+            time.sleep(0.01)
+        began, line = time.monotonic(), socket.socket(type=socket.SOCK_DGRAM)
         told = dict.fromkeys(NAMES, 0.0)
         last = max(end for each in spans.values() for _, end in each)
         with line:
@@ -129,6 +131,16 @@ class Board:
                     reading = self._random.normal((0.0, 0.0, 9.80665, 0.0, 0.0, 0.0), 0.01)
                     row = ",".join(map(repr, [booted[name] + at, *reading.tolist()]))
                     line.sendto(HEADER + row.encode(), ("127.0.0.1", self.ports[name]))
+
+
+def _is_taken(port):
+    """Whether somebody listens at a port."""
+    with socket.socket(type=socket.SOCK_DGRAM) as probe:
+        try:
+            probe.bind(("127.0.0.1", port))
+        except OSError:
+            return True
+    return False
 
 
 @pytest.fixture(scope="module")
