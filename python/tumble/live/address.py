@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from urllib.parse import parse_qsl
 
@@ -14,6 +14,7 @@ from tumble.numbers import number_of
 
 LOOPBACK = "127.0.0.1"
 """Where to listen if no address is written: not to everybody on the network."""
+CLOCK_RATE = "clock-rate"
 STANDARD_INPUT = "stdin"
 """Scheme of what is piped into the program; `-` is the same."""
 _ON_NETWORK = re.compile(r"(?P<place>(?:(?:udpin|udp|tcp):)?(?:\[[^\]]*\]|[^:\[\]]*):\d+):(?P<unit>.+)")
@@ -34,6 +35,8 @@ class Address:
     """What follows the question mark."""
     unit: str | None = None
     """Which of several IMUs that are heard there, where one is named."""
+    clock_rate: float = 1.0
+    """How many s its clock goes in a second, `?clock-rate=`: of what is simulated faster than life."""
 
     @property
     def line(self) -> str:
@@ -83,7 +86,11 @@ def parse_address(text: str) -> Address:
     except ValueError:
         raise LogError(f"{text}: what follows the question mark is no list of KEY=VALUE&KEY=VALUE") from None
     place, unit = _place_and_unit(scheme, place)
-    return Address(text, scheme, place, settings, unit)
+    found = Address(text, scheme, place, settings, unit)
+    rate = found.number(CLOCK_RATE, 1.0)
+    return replace(
+        found, settings={key: value for key, value in settings.items() if key != CLOCK_RATE}, clock_rate=rate
+    )
 
 
 def _place_and_unit(scheme: str, place: str) -> tuple[str, str | None]:

@@ -96,10 +96,11 @@ class _Unit:
             *((late,) if self.late else ()),
         )
 
-    def host_times(self, chunk: LiveChunk) -> FloatArray:
+    def host_times(self, chunk: LiveChunk, clock_rate: float) -> FloatArray:
         if self.clock is None:
             self.clock = HostClock(stamped=getattr(self.source, "stamped", True))
-        return self.clock.host_times(chunk.time, self.heard if chunk.arrival is None else chunk.arrival)
+        arrival = self.heard if chunk.arrival is None else chunk.arrival
+        return clock_rate * self.clock.host_times(chunk.time / clock_rate, arrival)
 
     def opened_anew(self) -> Source:
         source = self.opening()
@@ -119,6 +120,8 @@ class LiveSet:
     Raises `LogError`, which names the unit, where a source is lost. With `keep_going`, `on_event` is told
     instead, the others go on, and the source is opened anew every second until it is there again; that needs
     an `Opening` where a source is not to be entered twice.
+
+    `clock_rate` is that of simulated sources whose clocks go so many s in a second; times are then of those.
     """
 
     def __init__(
@@ -127,7 +130,9 @@ class LiveSet:
         *,
         keep_going: bool = False,
         on_event: Callable[[SourceEvent], None] = lambda event: None,
+        clock_rate: float = 1.0,
     ) -> None:
+        self.clock_rate = clock_rate
         self._units = {name: _Unit(name, partial(_waitable, source)) for name, source in sources.items()}
         self._keep_going = keep_going
         self.on_event = on_event
@@ -250,7 +255,7 @@ class LiveSet:
         unit.heard = time.monotonic()
         unit.timing.push(chunk.time)
         if not self._one_clock:
-            chunk = chunk.on_clock(unit.host_times(chunk))
+            chunk = chunk.on_clock(unit.host_times(chunk, self.clock_rate))
         if chunk.time[0] <= unit.newest:
             old = int(np.searchsorted(chunk.time, unit.newest, side="right"))
             unit.late += old
@@ -324,11 +329,15 @@ def open_set(
     Raises `LogError` where words do not name units, and where nothing reads such a source.
     """
     lines = SharedLines()
+    addresses = parse_named_sources(words)
     openings = {
         name: partial(open_source, address.text, options_for(name, options), sender, lines)
-        for name, address in parse_named_sources(words).items()
+        for name, address in addresses.items()
     }
-    return LiveSet(openings, keep_going=keep_going, on_event=on_event)
+    rates = {address.clock_rate for address in addresses.values()}
+    if len(rates) > 1:
+        raise LogError(f"clock-rate of {' and '.join(map(str, sorted(rates)))}: give all units the same")
+    return LiveSet(openings, keep_going=keep_going, on_event=on_event, clock_rate=rates.pop())
 
 
 def _waitable(given: Source | Opening) -> Source:

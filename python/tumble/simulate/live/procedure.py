@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from tumble.live.address import CLOCK_RATE
 from tumble.simulate.live.fault import LiveFault, refuse_unknown_units
 from tumble.simulate.live.outlet import MavlinkOutlet, Outlet, PtyOutlet, TcpOutlet, UdpOutlet, free_port
 from tumble.simulate.live.playback import names_of, playback
@@ -52,7 +53,9 @@ class LiveUnit:
     @property
     def address(self) -> str:
         """Where it is read."""
-        return self._outlet.address
+        address, speed = self._outlet.address, self._scenario.speed
+        mark = "&" if "?" in address else "?"
+        return address if speed == 1.0 else f"{address}{mark}{CLOCK_RATE}={speed:g}"
 
     @property
     def lost(self) -> int:
