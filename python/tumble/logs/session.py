@@ -14,13 +14,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, TypeAlias
 
-from pydantic import Field
+from pydantic import Field, JsonValue
 
 from tumble.documents import Document, read_document
 from tumble.errors import LogError
 from tumble.file_names import SESSION_FILE
 from tumble.logs import parquet
 from tumble.logs.options import ReadOptions
+from tumble.logs.spec import parse_spec
 from tumble.logs.track import LoggedImu, RawSamples, StatedUnit, Transform, choose
 from tumble.recording import FloatArray
 from tumble.schemas import SESSION
@@ -49,6 +50,17 @@ class SessionUnit(Document):
     """What there is to know of its samples: units taken for granted, gaps, the error of its clock."""
 
 
+class SessionProcedure(Document):
+    """The procedure that a session was recorded for; a run on the session takes who and what from here."""
+
+    name: str
+    """`turntable`."""
+    operator: str = ""
+    station: str = ""
+    options: dict[str, JsonValue] = Field(default_factory=dict)
+    """What was asked for, and how far it was met."""
+
+
 class Session(Document):
     """What was recorded when, from where, and how it ended."""
 
@@ -67,6 +79,7 @@ class Session(Document):
     units: tuple[SessionUnit, ...] = Field(min_length=1, strict=False)
     """In the order in which they were typed."""
     software: str = ""
+    procedure: SessionProcedure | None = None
 
     @classmethod
     def load(cls, folder: Path) -> Session:
@@ -83,6 +96,14 @@ def unit_names(source: str) -> tuple[str, ...]:
     """Give the names of the units of a recorded session; none where `source` is none."""
     folder = Path(source)
     return Session.load(folder).names if (folder / SESSION_FILE).is_file() else ()
+
+
+def procedure_of(source: object) -> SessionProcedure | None:
+    """Give what `SESSION` or `SESSION:NAME` was recorded for; None where that is no session, or not known."""
+    if not isinstance(source, str | Path):
+        return None
+    folder = parse_spec(source).path
+    return Session.load(folder).procedure if (folder / SESSION_FILE).is_file() else None
 
 
 def parts_folder(folder: Path, name: str) -> Path:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -15,7 +15,7 @@ import numpy as np
 
 from tumble import _core
 from tumble.live import FIRST_SAMPLE_WITHIN, LiveChunk, LiveSet, SourceEvent
-from tumble.logs.session import Session
+from tumble.logs.session import Session, SessionProcedure
 from tumble.record.writer import EndReason, RecordedUnit, SessionWriter
 
 REPORT_EVERY = 1.0
@@ -102,8 +102,9 @@ class _Unit:
 class Recorder:
     """Records a `LiveSet` into a folder: a context manager; exhaust `steps`.
 
-    `typed` is what was typed for each unit, `serials` the serial numbers that are known. All else is as for
-    `SessionWriter`, whose errors it raises.
+    `typed` is what was typed for each unit, `serials` the serial numbers that are known. `on_samples` is told
+    what is recorded of each unit as soon as it came; `report_every` s there is a step at the latest. All else
+    is as for `SessionWriter`, whose errors it raises.
     """
 
     def __init__(
@@ -114,8 +115,12 @@ class Recorder:
         typed: Mapping[str, str],
         serials: Mapping[str, str] | None = None,
         resume: bool = False,
+        on_samples: Callable[[str, LiveChunk], None] = lambda name, chunk: None,
+        report_every: float = REPORT_EVERY,
     ) -> None:
         self._set = units
+        self._on_samples = on_samples
+        self._report_every = report_every
         self._events: list[SourceEvent] = []
         units.on_event = self._events.append
         described = {
@@ -143,6 +148,10 @@ class Recorder:
         """What `session.yaml` says."""
         return self._writer.session
 
+    def describe(self, procedure: SessionProcedure) -> None:
+        """Say in `session.yaml` what this is recorded for."""
+        self._writer.describe(procedure)
+
     def stop(self) -> None:
         """Have `steps` come to its end soon; may be called by a handler of signals."""
         self._stopped = True
@@ -162,7 +171,7 @@ class Recorder:
                 yield from self._what_happened()
                 self._take(name, chunk, count)
                 self._writer.flush()
-                if (now := time.monotonic()) >= report_at + REPORT_EVERY:
+                if (now := time.monotonic()) >= report_at + self._report_every:
                     yield from self._silences(now)
                     yield self._step("progress")
                     report_at = now
@@ -178,10 +187,11 @@ class Recorder:
             chunk = chunk.part(slice(max(0, count - self._writer.samples(name))))
         if not len(chunk):
             return
-        self._writer.take(name, chunk)
+        chunk = self._writer.take(name, chunk)
         self._units[name].hear(chunk)
         self._oldest = min(self._oldest, float(chunk.time[0]))
         self._newest = max(self._newest, float(chunk.time[-1]))
+        self._on_samples(name, chunk)
 
     def _end(self, duration: float | None, count: int | None) -> EndReason | None:
         if self._stopped:

@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import TracebackType
 from typing import Literal, TypeAlias
@@ -17,7 +17,14 @@ from tumble.file_names import SESSION_FILE
 from tumble.files import prepare_folder, remove_made
 from tumble.live import LiveChunk, Source
 from tumble.logs import Facts
-from tumble.logs.session import Session, SessionClock, SessionUnit, joined_file, recorded_so_far
+from tumble.logs.session import (
+    Session,
+    SessionClock,
+    SessionProcedure,
+    SessionUnit,
+    joined_file,
+    recorded_so_far,
+)
 from tumble.provenance import date_now
 from tumble.record.parts import OPTIONAL, UnitParts, optional_columns, recorded
 from tumble.record.session_files import hold, release, write_session
@@ -125,8 +132,16 @@ class SessionWriter:
         """Give how many samples of a unit were taken since this began."""
         return self._units[name].samples
 
-    def take(self, name: str, chunk: LiveChunk) -> None:
-        """Take in samples, at least one; raises `LogError` where they are older than what was recorded."""
+    def describe(self, procedure: SessionProcedure) -> None:
+        """Say in `session.yaml` what this is recorded for; at once, and again whenever that changes."""
+        self.session = self.session.model_copy(update={"procedure": procedure})
+        write_session(self._folder, self.session)
+
+    def take(self, name: str, chunk: LiveChunk) -> LiveChunk:
+        """Take in samples, at least one, and give them as they are recorded.
+
+        Raises `LogError` where they are older than what was recorded.
+        """
         unit = self._units[name]
         if chunk.time[0] + self._shift <= unit.last:
             raise LogError(
@@ -137,6 +152,7 @@ class SessionWriter:
             unit.optional = optional_columns(chunk)
         unit.samples += len(chunk)
         unit.waiting.append(chunk)
+        return replace(chunk, time=chunk.time + self._shift) if self._shift else chunk
 
     def flush(self) -> None:
         """Have what waits written where it is time to; to be called every now and then, for it takes no time.
