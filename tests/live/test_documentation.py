@@ -96,6 +96,6 @@ def test_events_it_names_are_those_of_the_program():
 
 def test_python_it_shows_compiles():
     blocks = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
-    assert len(blocks) == 3
+    assert len(blocks) == 4
     for block in blocks:
         compile(block, "live.md", "exec")

@@ -174,7 +174,7 @@ def plan_poses(
             "the table reaches too few directions for an accelerometer: it needs a second axis, or a level "
             "one; turn the units over by hand, and leave the turns to the table"
         )
-    return _with_turns(best) if gyroscope else best
+    return with_turns(best) if gyroscope else best
 
 
 def reachable(axes: Sequence[Axis], grid_deg: float = GRID_DEG) -> FloatArray:
@@ -389,7 +389,7 @@ def _turned(angles: FloatArray, turn: TableTurn) -> FloatArray:
     return moved
 
 
-def _with_turns(plan: PosePlan) -> PosePlan:
+def with_turns(plan: PosePlan) -> PosePlan:
     """Add turns, one after the other, as long as a minute buys more with them, `MOST_TURNS` at most."""
     candidates = [
         (number, TableTurn(axis, angle))

@@ -7,18 +7,33 @@ import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from tumble.cli.gravity import GravityOption, HeightOption, LatitudeOption, check_gravity
-from tumble.cli.output import OutputFolder, folder_for
+from tumble.cli.output import OutputFolder, folder_for, folder_named_after
 from tumble.cli.progress import batch_progress
 from tumble.cli.read_options import ExceptionsOption, read_options_for, with_read_options
 from tumble.cli.screen import print_json, print_summary
 from tumble.errors import LogError, ProcedureError, TumbleError
 from tumble.logs.options import ReadOptions
+from tumble.turntable.command_live import (
+    ArmedOption,
+    LiveOption,
+    LiveOptions,
+    NoTurnsOption,
+    PoseSecondsOption,
+    SenderOption,
+    TableLimitsOption,
+    TableOption,
+    UntilOption,
+    failures_told,
+    record_live,
+)
+from tumble.turntable.command_live_screen import print_event
 
 if TYPE_CHECKING:
     from tumble.turntable.batch import Batch
@@ -30,6 +45,10 @@ if TYPE_CHECKING:
 
 SOME_FAILED = 3
 """Exit code where a target failed its limits or could not be calibrated."""
+
+
+SIX_FACES_WORD = "six-faces"
+NO_POSES = "none"
 
 
 class TruthOption(str, Enum):
@@ -63,7 +82,8 @@ def turntable_command(
         str,
         typer.Argument(
             metavar="REFERENCE",
-            help="Recording of the reference: LOG, or LOG:NAME for one of several; or a session of all.",
+            help="Recording of the reference: LOG, or LOG:NAME for one of several; or a session of all; with "
+            "--live NAME=SOURCE of any unit.",
         ),
     ],
     read_options: ReadOptions,
@@ -76,19 +96,29 @@ def turntable_command(
         ),
     ] = None,
     output: OutputFolder = None,
+    live: LiveOption = False,
+    until: UntilOption = None,
+    pose_seconds: PoseSecondsOption = None,
+    no_turns: NoTurnsOption = False,
+    table: TableOption = None,
+    table_limits: TableLimitsOption = "",
+    armed: ArmedOption = False,
+    sender: SenderOption = None,
     reference_name: Annotated[
         str | None,
         typer.Option(
             "--reference",
             metavar="NAME",
-            help="Of a session: the unit that is the reference; that of the name reference if not given.",
+            help="Of a session or of --live: the unit that is the reference; that of the name reference if "
+            "not given.",
             show_default=False,
         ),
     ] = None,
     poses: Annotated[
         str | None,
         typer.Option(
-            metavar="FILE|none", help="Pose list; the six faces if not given, `none` for unknown poses."
+            metavar="FILE|six-faces|none",
+            help="Pose list; that of the session, or the six faces, if not given; `none` for unknown poses.",
         ),
     ] = None,
     truth: Annotated[
@@ -126,7 +156,11 @@ def turntable_command(
         ),
     ] = None,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Leave out what is done in the folder and unchanged.")
+        bool,
+        typer.Option(
+            "--resume",
+            help="Leave out what is done in the folder and unchanged; with --live go on with its session.",
+        ),
     ] = False,
     operator: Annotated[
         str,
@@ -141,7 +175,8 @@ def turntable_command(
     ] = None,
     exceptions: ExceptionsOption = None,
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print the result as JSON instead of a table.")
+        bool,
+        typer.Option("--json", help="Print the result as JSON instead of a table; with --live events too."),
     ] = False,
     quiet: Annotated[
         bool, typer.Option("--quiet", "-q", help="Print only what failed; no progress.")
@@ -153,6 +188,8 @@ def turntable_command(
     """Calibrate targets on a turntable against a co-mounted reference.
 
     Example: tumble turntable reference.csv target_1.csv target_2.csv --limits limits.yaml -o results
+
+    Live: tumble turntable --live reference=udp://:9000 target_1=serial:/dev/ttyUSB0 -o results
 
     Writes a calibration file and a page for each target, batch.jsonl, summary.csv and turntable.html, which
     keep the targets of earlier runs into the folder. The exit code is 0 if every target was calibrated within
@@ -169,54 +206,82 @@ def turntable_command(
     check_gravity(latitude, height, gravity)
     if as_published:
         truth = _published(truth)
-    wanted_poses = _poses(poses)
     wanted_limits = Limits.load(limits) if limits else None
     applied = Calibration.load(reference_calibration) if reference_calibration else None
-    folder = output or folder_for(reference)
-    reference, targets = _units(reference, targets or [], reference_name)
-    read = ReadingOptions(read_options, exceptions or [])
-    found = find_targets(
-        targets,
-        reference,
-        name_by=name_by,
-        poses=wanted_poses.files() if wanted_poses else (),
-        output=folder,
-        read=lambda _: read_options,
-    )
-    read.settle(reference, found.targets)
-    folder = prepare_folder(folder)
-    batch = Batch(folder)
-    session = open_session(
-        reference,
-        poses=wanted_poses,
-        truth=truth.value,
+    asked = LiveOptions(until, pose_seconds, not no_turns, table, table_limits, armed, sender)
+    opened = partial(
+        open_session,
         gravity=gravity,
         latitude=latitude,
         height=height,
         reference_calibration=applied,
         clock=clock.value,
         g_sensitivity=g_sensitivity,
-        limits=wanted_limits,
-        read=read.of(reference),
-        operator=operator,
-        station=station,
     )
-    wanted = pages or PagesOption(pages_for(len(found.targets)))
-    production = Production(
-        session,
-        batch,
-        wanted.value,
-        read.of,
-        key_of_run(session, wanted_poses, read.of(reference), latitude),
-        jobs or os.cpu_count() or 1,
-        resume,
-    )
-    remarks = [*found.remarks, *batch.remarks()]
-    if pages is None and wanted is PagesOption.FAILED:
-        remarks.append(f"of more than {MOST_PAGES} targets only those that fail get a page; see --pages")
-    if not quiet:
-        _remark(remarks)
-    screen = _run(production, found.targets, Voice(quiet, verbose, as_json))
+    with failures_told(live and as_json):
+        if live:
+            folder = prepare_folder(output or folder_named_after("live"))
+            session_folder = record_live(
+                [reference, *(targets or [])],
+                folder,
+                asked,
+                reference=reference_name,
+                poses=_poses_of_live(poses),
+                read=read_options,
+                exceptions=exceptions or [],
+                open_reference=partial(opened, poses=None),
+                operator=operator,
+                station=station,
+                resume=resume,
+                as_json=as_json,
+                quiet=quiet,
+            )
+            if session_folder is None:
+                return
+            # What was recorded is in SI units and the case frame: nothing is left to be said of it.
+            reference, targets, poses = str(session_folder), [], None
+            read_options, exceptions = ReadOptions(), []
+        else:
+            asked.refuse_without_live()
+            folder = output or folder_for(reference)
+        wanted_poses = _poses(poses, reference)
+        reference, targets = _units(reference, targets or [], reference_name)
+        read = ReadingOptions(read_options, exceptions or [])
+        found = find_targets(
+            targets,
+            reference,
+            name_by=name_by,
+            poses=wanted_poses.files() if wanted_poses else (),
+            output=folder,
+            read=lambda _: read_options,
+        )
+        read.settle(reference, found.targets)
+        batch = Batch(prepare_folder(folder))
+        session = opened(
+            reference,
+            poses=wanted_poses,
+            truth=truth.value,
+            limits=wanted_limits,
+            read=read.of(reference),
+            operator=operator,
+            station=station,
+        )
+        wanted = pages or PagesOption(pages_for(len(found.targets)))
+        production = Production(
+            session,
+            batch,
+            wanted.value,
+            read.of,
+            key_of_run(session, wanted_poses, read.of(reference), latitude),
+            jobs or os.cpu_count() or 1,
+            resume,
+        )
+        remarks = [*found.remarks, *batch.remarks()]
+        if pages is None and wanted is PagesOption.FAILED:
+            remarks.append(f"of more than {MOST_PAGES} targets only those that fail get a page; see --pages")
+        if not quiet:
+            _remark(remarks)
+        screen = _run(production, found.targets, Voice(quiet, verbose, as_json, events=live))
     if screen.failed:
         raise typer.Exit(SOME_FAILED)
 
@@ -224,6 +289,7 @@ def turntable_command(
 def _units(reference: str, targets: list[str], name: str | None) -> tuple[str, list[str]]:
     """Tell reference and targets of a session apart; what else was typed stays as it is."""
     from tumble.logs.session import unit_names
+    from tumble.turntable.live import REFERENCE
 
     if targets and name is None:
         return reference, targets
@@ -232,7 +298,7 @@ def _units(reference: str, targets: list[str], name: str | None) -> tuple[str, l
         raise ProcedureError(
             f"{reference}: give REFERENCE and one or more TARGETs, or a recorded session and --reference NAME"
         )
-    name = name or "reference"
+    name = name or REFERENCE
     if name not in names:
         raise ProcedureError(
             f"{reference}: no unit {name!r}; say --reference NAME, one of {', '.join(names)}"
@@ -254,6 +320,8 @@ class Voice:
     quiet: bool
     verbose: bool
     as_json: bool
+    events: bool
+    """Whether the result is one event of several, a line each."""
 
 
 class ReadingOptions:
@@ -282,12 +350,24 @@ class ReadingOptions:
         return self._apart.get(source, self._shared)
 
 
-def _poses(poses: str | None) -> PoseList | None:
+def _poses(poses: str | None, session: str | None) -> PoseList | None:
+    """Give the poses that are typed, those that a recorded session brings, or the six faces."""
     from tumble.turntable.poses import SIX_FACES, PoseList
+    from tumble.turntable.session_poses import poses_of
 
-    if poses is None:
-        return SIX_FACES
-    return None if poses == "none" else PoseList.load(poses)
+    if poses == NO_POSES:
+        return None
+    if poses is not None and poses != SIX_FACES_WORD:
+        return PoseList.load(poses)
+    listed = poses_of(session) if session and poses is None else None
+    return listed or SIX_FACES
+
+
+def _poses_of_live(poses: str | None) -> PoseList | None:
+    """Give the poses that are typed for a live session; None where a table may choose them."""
+    if poses == NO_POSES:
+        raise ProcedureError("--poses none: a live session has to know which poses are wanted; leave it out")
+    return None if poses is None else _poses(poses, None)
 
 
 def _run(production: Production, targets: Sequence[Target], voice: Voice) -> ScreenSummary:
@@ -317,7 +397,7 @@ def _run(production: Production, targets: Sequence[Target], voice: Voice) -> Scr
     files = write_views(shared, batch)
     _remark(f"{path} is of an earlier attempt, the last one has none" for path in moved)
     if voice.as_json:
-        _print_json(shared, batch, contents, files)
+        _print_json(shared, batch, contents, files, voice.events)
     elif voice.quiet:
         _remark(screen.failures())
     else:
@@ -327,7 +407,11 @@ def _run(production: Production, targets: Sequence[Target], voice: Voice) -> Scr
 
 
 def _print_json(
-    shared: TurntableResult, batch: Batch, contents: dict[str, dict[str, Any]], files: dict[str, Path]
+    shared: TurntableResult,
+    batch: Batch,
+    contents: dict[str, dict[str, Any]],
+    files: dict[str, Path],
+    events: bool,
 ) -> None:
     """Print all targets of the folder; those of earlier runs without the content of their calibration."""
     from tumble.turntable.summary import json_content, target_content
@@ -338,7 +422,11 @@ def _print_json(
         for name, last in batch.last.items()
         if last.calibration_sha256
     }
-    print_json(json_content(shared, targets, calibrations | files))
+    content = json_content(shared, targets, calibrations | files)
+    if events:
+        print_event({"event": "result", **content})
+    else:
+        print_json(content)
 
 
 def _say_where(batch: Batch, files: dict[str, Path], unchanged: int) -> None:

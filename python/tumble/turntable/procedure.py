@@ -20,6 +20,7 @@ from tumble.calibration.document import Calibration
 from tumble.errors import LogError, ProcedureError, TumbleError
 from tumble.gravity import local_gravity
 from tumble.logs import ReadOptions, open_recording, options_for, parse_spec
+from tumble.logs.session import procedure_of
 from tumble.provenance import Provenance, date_now, sha256_of
 from tumble.recording import Recording, RecordingSource, sources_of
 from tumble.turntable.limits import Limits
@@ -136,6 +137,7 @@ def open_session(
         unit.recording, unit.acquired.rest_specific_force, unit.acquired.rest_parts, pose_list
     )
     fitted = _fitted_reference(unit, match, settings, truth)
+    asked = procedure_of(reference)
     batch = TurntableResult(
         reference=reference_result(unit, fitted, match, applied),
         poses=pose_results(match, fitted),
@@ -147,6 +149,7 @@ def open_session(
             "clock": clock,
             "g-sensitivity": g_sensitivity,
             "poses": Path(pose_list.source).name if pose_list else "none",
+            **(asked.options if asked else {}),
         },
         limits=limit_list.content() if limit_list else {},
         warnings=(*match.warnings, *reference_warnings(unit, fitted, strength, source, applied)),
@@ -154,7 +157,10 @@ def open_session(
     )
     procedure = TargetProcedure(unit, fitted, match, settings, compared, strength, limit_list)
     procedure.first_with_gyroscope(unit.name, unit)
-    return Session(batch, Provenance(date_now(), operator, station), unit, procedure, reference)
+    provenance = Provenance(
+        date_now(), operator or (asked.operator if asked else ""), station or (asked.station if asked else "")
+    )
+    return Session(batch, provenance, unit, procedure, reference)
 
 
 def turntable(

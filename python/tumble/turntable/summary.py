@@ -21,7 +21,7 @@ from tumble.report.numbers import NOT_OBSERVABLE, measurement, readable_scale
 from tumble.report.text import VERDICT_TITLES
 from tumble.turntable.record import RecordedParameter, TargetRecord
 from tumble.turntable.report.text import mounting_sentence
-from tumble.turntable.result import GOOD, TurntableResult
+from tumble.turntable.result import GOOD, GROUPS, TurntableResult
 from tumble.words import count_of, utf8
 
 MOST_SHOWN = 40
@@ -29,7 +29,6 @@ MOST_SHOWN = 40
 MOST_NAMED = 3
 """Targets that a warning they share names."""
 SUMMARY_KIND = FileKind("a summary of tumble turntable", re.compile(rb"\Atarget,"))
-GROUPS = ("bias", "scale", "non-orthogonality", "mounting")
 COLOURS = {
     "pass": "green",
     "fail": "red",

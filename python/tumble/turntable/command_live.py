@@ -1,0 +1,219 @@
+"""`tumble turntable --live`: leads through the poses, and leaves the session to be calibrated."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, TypeAlias
+
+import typer
+
+from tumble.cli.durations import seconds_of
+from tumble.cli.read_options import read_options_for
+from tumble.errors import ProcedureError, TumbleError
+from tumble.logs.options import ReadOptions
+
+if TYPE_CHECKING:
+    from tumble.logs.session import SessionProcedure
+    from tumble.turntable.live import LiveTurntable
+    from tumble.turntable.poses import PoseList
+    from tumble.turntable.so_far import OpenSession
+
+PANEL = "With --live"
+
+
+def _option(*names: str, metavar: str = "", text: str) -> object:
+    return typer.Option(*names, metavar=metavar or None, help=text, rich_help_panel=PANEL, show_default=False)
+
+
+LiveOption: TypeAlias = Annotated[
+    bool,
+    _option(
+        "--live",
+        text="Calibrate now: NAME=SOURCE for each unit takes the place of recordings; see the documentation.",
+    ),
+]
+UntilOption: TypeAlias = Annotated[
+    str | None,
+    _option(
+        "--until",
+        metavar="'GROUP SIGMA, ...'",
+        text="Go on until every sigma is as small: 'bias 0.001, non-orthogonality 0.01', in the units of the "
+        "report.",
+    ),
+]
+PoseSecondsOption: TypeAlias = Annotated[
+    str | None,
+    _option("--pose-seconds", metavar="TIME", text="Time at rest at each pose, 10s if not given."),
+]
+NoTurnsOption: TypeAlias = Annotated[
+    bool, _option("--no-turns", text="Ask for no turns: the gyroscopes get what poses show of them.")
+]
+TableOption: TypeAlias = Annotated[
+    str | None,
+    _option(
+        "--table",
+        metavar="DRIVER[:ADDRESS]",
+        text="Have a rate table go through poses and turns by itself; see tumble table list.",
+    ),
+]
+TableLimitsOption: TypeAlias = Annotated[
+    str,
+    _option(
+        "--table-limits",
+        metavar="[AXIS.]KEY=VALUE,...",
+        text="Limits of the table on top of the maker's, in deg: rate=30, acceleration=20, "
+        "outer.angle=-90..90.",
+    ),
+]
+ArmedOption: TypeAlias = Annotated[
+    bool, _option("--armed", text="Let the table move. Without it, its plan is printed.")
+]
+SenderOption: TypeAlias = Annotated[
+    str | None,
+    _option("--from", metavar="ADDRESS", text="The one host whose datagrams count."),
+]
+
+
+@dataclass(frozen=True, slots=True)
+class LiveOptions:
+    """What was typed that only a live session needs."""
+
+    until: str | None
+    pose_seconds: str | None
+    turns: bool
+    table: str | None
+    table_limits: str
+    armed: bool
+    sender: str | None
+
+    def refuse_without_live(self) -> None:
+        """Raise `ProcedureError` where one of them was typed with recordings."""
+        typed = {
+            "--until": self.until,
+            "--pose-seconds": self.pose_seconds,
+            "--no-turns": not self.turns,
+            "--table": self.table,
+            "--table-limits": self.table_limits,
+            "--armed": self.armed,
+            "--from": self.sender,
+        }
+        for name, value in typed.items():
+            if value:
+                raise ProcedureError(f"{name} is for units that are read live; add --live, or leave it out")
+
+
+def record_live(
+    words: Sequence[str],
+    folder: Path,
+    live: LiveOptions,
+    *,
+    reference: str | None,
+    poses: PoseList | None,
+    read: ReadOptions,
+    exceptions: Sequence[str],
+    open_reference: OpenSession,
+    operator: str,
+    station: str,
+    resume: bool,
+    as_json: bool,
+    quiet: bool,
+) -> Path | None:
+    """Lead through the session and record it; give its folder, None where only the plan was asked for.
+
+    Raises `TumbleError`, in one line, where that cannot be done, and `KeyboardInterrupt` at Ctrl-C and
+    SIGTERM; what was recorded stays.
+    """
+    from tumble.cli.stopping import stopped_by_signals
+    from tumble.live import open_set
+    from tumble.live.naming import parse_named_sources
+    from tumble.turntable.command_live_screen import shown
+    from tumble.turntable.goal import Goal
+    from tumble.turntable.live import POSE_SECONDS, REFERENCE, LiveTurntable
+    from tumble.turntable.poses import SIX_FACES
+    from tumble.turntable.table_plan import turned_table
+
+    typed = {name: address.text for name, address in parse_named_sources(words).items()}
+    goal = Goal.parse(live.until) if live.until else None
+    seconds = POSE_SECONDS if live.pose_seconds is None else seconds_of("--pose-seconds", live.pose_seconds)
+    table = turned_table(live.table, live.table_limits, seconds, poses, live.turns) if live.table else None
+    if table is not None:
+        _say(table.lines())
+        if not live.armed:
+            _say(["nothing moved, as it is not --armed"])
+            return None
+    elif live.armed:
+        raise ProcedureError("--armed lets a table move; name it with --table, or leave --armed out")
+    options = read_options_for(read, exceptions, list(typed))
+    units = open_set(words, options, sender=live.sender, keep_going=True)
+    with table.entered() if table is not None else nullcontext(None) as driver:
+        session = LiveTurntable(
+            units,
+            folder,
+            sources=typed,
+            serials={name: each.serial for name, each in options.items()},
+            reference=reference or REFERENCE,
+            poses=table.poses if table is not None else poses or SIX_FACES,
+            pose_seconds=seconds,
+            turns=live.turns and table is None,
+            goal=goal,
+            open_reference=open_reference,
+            driver=driver,
+            procedure=_procedure(live, seconds, operator, station, resume=resume),
+            resume=resume,
+        )
+        with stopped_by_signals(session.stop), shown(as_json, quiet) as show:
+            for step in session.steps():
+                show(step)
+    if not session.is_complete:
+        _say_how_to_go_on(session)
+        raise KeyboardInterrupt
+    return session.session
+
+
+@contextmanager
+def failures_told(as_json: bool) -> Iterator[None]:
+    """Tell, with `--json`, an error as an event too."""
+    try:
+        yield
+    except TumbleError as error:
+        if as_json:
+            from tumble.turntable.command_live_screen import print_event
+
+            print_event({"event": "failed", "reason": str(error)})
+        raise
+
+
+def _procedure(
+    live: LiveOptions, seconds: float, operator: str, station: str, *, resume: bool
+) -> SessionProcedure:
+    from tumble.logs.session import SessionProcedure
+
+    said: Mapping[str, str | None] = {"goal": live.until, "table": live.table}
+    return SessionProcedure(
+        name="turntable",
+        operator=operator,
+        station=station,
+        options={
+            "pose-seconds": seconds,
+            **{name: value for name, value in said.items() if value},
+            **({"resumed": True} if resume else {}),
+        },
+    )
+
+
+def _say_how_to_go_on(session: LiveTurntable) -> None:
+    _say(
+        [
+            f"interrupted; what was recorded is in {session.session}: go on with the same command and "
+            f"--resume, or calibrate what there is with tumble turntable {session.session}"
+        ]
+    )
+
+
+def _say(lines: Iterable[str]) -> None:
+    for line in lines:
+        print(f"tumble: {line}", file=sys.stderr, flush=True)

@@ -1,0 +1,436 @@
+"""The turntable procedure while it happens: what to do next, what is found so far, who is loose or silent."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Literal, Protocol, TypeAlias
+
+import numpy as np
+from pydantic import JsonValue
+
+from tumble.acquisition.acquire import acquire, rests_of
+from tumble.errors import ProcedureError
+from tumble.live import LiveChunk, LiveSet
+from tumble.logs import open_recording
+from tumble.logs.session import Session, SessionProcedure, recorded_so_far
+from tumble.record.procedure import SHORTEST_REST, Recorder, RecordStep, UnitCondition
+from tumble.recording import FloatArray
+from tumble.turntable.goal import Goal, GoalProgress
+from tumble.turntable.guide import Guide, WantedPose, WantedTurn
+from tumble.turntable.poses import SIX_FACES, PoseList
+from tumble.turntable.procedure import open_session
+from tumble.turntable.session_poses import keep_poses
+from tumble.turntable.so_far import Acquisition, Objection, OpenSession, SoFar, evaluate
+
+TurntableStepKind: TypeAlias = Literal[
+    "listening", "pose wanted", "pose done", "turn wanted", "turn done", "progress", "warning", "done"
+]
+POSE_SECONDS = 10.0
+"""s at each pose if nothing is stated."""
+REFERENCE = "reference"
+"""Name of the unit that is the reference if none is named."""
+SESSION_FOLDER = "session"
+"""Where the recording is, in the folder of the results."""
+BETWEEN_REPORTS = 0.2
+"""s of the samples' clock between two looks at them."""
+SHARE_OF_TIME = 0.1
+"""Of all time that may go into finding how far it is."""
+TIPPED_AFTER = 4.0
+"""s at rest off all poses, after which that is said."""
+LONGEST_GAP = 0.1
+"""s between two samples over which the gyroscope's last word holds."""
+MARGIN, LARGEST_STEP = 1.1, 4.0
+"""How much longer than sigma asks for to rest, and by what factor at most at a time."""
+LONGEST_POSE = 1800.0
+"""s at each pose that a goal may take; bias instability lets none go below what it lets go."""
+MOST_TURNS = 100
+
+
+@dataclass(frozen=True, slots=True)
+class PoseProgress:
+    """How far one pose is."""
+
+    name: str
+    seconds: float
+    wanted: float
+    """s."""
+    done: bool
+
+
+@dataclass(frozen=True, slots=True)
+class TurnProgress:
+    """How far turns about one axis of the reference, one way, are."""
+
+    name: str
+    """`+x` ... `-z`."""
+    count: int
+    wanted: int
+    done: bool
+
+
+@dataclass(frozen=True, slots=True)
+class UnitState:
+    """What one unit does now."""
+
+    name: str
+    condition: UnitCondition
+    rate: float
+    """Hz; NaN before it is known."""
+
+
+@dataclass(frozen=True, slots=True)
+class TurntableStep:
+    """What has just happened, and how far the session is."""
+
+    kind: TurntableStepKind
+    elapsed: float
+    """s since it began."""
+    poses: tuple[PoseProgress, ...]
+    turns: tuple[TurnProgress, ...]
+    units: tuple[UnitState, ...]
+    goals: tuple[GoalProgress, ...]
+    at: str
+    """Pose at which the table rests; empty where it rests at none, or moves."""
+    subject: str = ""
+    """The pose, the turn or the unit that it is about."""
+    text: str = ""
+    """Of a warning: what is wrong, and what to do."""
+
+
+class Driver(Protocol):
+    """Takes the table through poses and turns, in place of a hand."""
+
+    @property
+    def is_done(self) -> bool:
+        """Whether the table was everywhere."""
+
+    @property
+    def aim(self) -> str:
+        """Where the table is or goes, for people."""
+
+    def advance(self, now: float, rest: float | None) -> None:
+        """Do what is due, without waiting; `now` and the length of the rest under way are s of the samples.
+
+        Raises `TableError` where the table does not obey.
+        """
+
+    def again(self, seconds: float) -> bool:
+        """Go everywhere once more, for so many s of rest; False where that was done often enough."""
+
+
+class LiveTurntable:
+    """One session on a table: exhaust `steps`, then calibrate what was recorded into `session`.
+
+    `units` are read and recorded into `folder`/session; `sources` is what was typed for each of them. The
+    unit of the name `reference` shows how the table stands, which is asked for `pose_seconds` of rest at each
+    of `poses` and, with `turns`, for a turn about each axis, both ways. With a `goal` it then asks for as
+    much more as that takes. `open_reference` fits the reference for the figures so far. A `driver` turns the
+    table. With `resume` the session that is there goes on.
+
+    Raises `ProcedureError` where there is no such reference or nothing beside it, and what `Recorder` raises.
+    """
+
+    def __init__(
+        self,
+        units: LiveSet,
+        folder: Path,
+        *,
+        sources: Mapping[str, str],
+        serials: Mapping[str, str] | None = None,
+        reference: str = REFERENCE,
+        poses: PoseList = SIX_FACES,
+        pose_seconds: float = POSE_SECONDS,
+        turns: bool = True,
+        goal: Goal | None = None,
+        open_reference: OpenSession | None = None,
+        driver: Driver | None = None,
+        procedure: SessionProcedure | None = None,
+        resume: bool = False,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        if reference not in sources:
+            raise ProcedureError(
+                f"no unit {reference!r}; name one so, or say --reference NAME, one of {', '.join(sources)}"
+            )
+        if len(sources) == 1:
+            raise ProcedureError("no target was given; name at least one unit besides the reference")
+        self.session = folder / SESSION_FOLDER
+        self.guide = Guide.of(poses, pose_seconds, turns=turns)
+        self._reference = reference
+        self._poses = poses
+        self._goal = goal
+        self._open_reference = open_reference or partial(open_session, poses=None)
+        self._driver = driver
+        self._procedure = procedure or SessionProcedure(name="turntable")
+        self._clock = clock
+        self._acquired = Acquisition()
+        self._recorder = Recorder(
+            units,
+            self.session,
+            typed=sources,
+            serials=serials,
+            resume=resume,
+            on_samples=self._take,
+            report_every=BETWEEN_REPORTS / units.clock_rate,
+        )
+        self._time = -math.inf
+        self._rest_since: float | None = None
+        self._on_pose = -math.inf
+        """s at which the table last rested at a pose; a rest is seen to end a little late."""
+        self._rate = np.zeros(3)
+        """Rad/s that the gyroscope of the reference reads at rest."""
+        self._asked = ""
+        self._told: set[tuple[str, str]] = set()
+        self._so_far = SoFar()
+        self._worker = ThreadPoolExecutor(1)
+        self._finding: Future[SoFar] | None = None
+        self._finding_is_final = False
+        self._found_last = False
+        """Whether what was found is of all that was asked for."""
+        self._next_finding = -math.inf
+        self._began_finding = 0.0
+        self._is_complete = False
+        if resume:
+            self._go_on()
+
+    def stop(self) -> None:
+        """Have `steps` come to its end soon; may be called by a handler of signals."""
+        self._recorder.stop()
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether all that was asked for was done."""
+        return self._is_complete
+
+    @property
+    def goal_is_met(self) -> bool:
+        """Whether there is no goal, or it was met."""
+        return self._goal is None or all(each.ratio <= 1.0 for each in self._so_far.goals)
+
+    def steps(self) -> Iterator[TurntableStep]:
+        """Guide, record and watch until all is done, or until `stop`; give what happens as it happens.
+
+        Raises `LogError` where a source cannot be opened, `OutputError` where the disk is full, `TableError`
+        where the table does not obey.
+        """
+        self._recorder.describe(self._procedure)
+        keep_poses(self.session, self._poses)
+        try:
+            with self._recorder:
+                for step in self._recorder.steps():
+                    yield from self._steps_of(step)
+        finally:
+            self._worker.shutdown()
+
+    def _steps_of(self, step: RecordStep) -> Iterator[TurntableStep]:
+        if step.kind == "recording":
+            yield self._step("listening", step)
+        elif step.kind in ("silent", "lost", "returned"):
+            yield from self._broken(step)
+        elif step.kind == "done":
+            if self._is_complete:
+                yield self._step("done", step)
+        else:
+            yield from self._watched(step)
+            yield self._step("progress", step)
+
+    def _broken(self, step: RecordStep) -> Iterator[TurntableStep]:
+        texts = {
+            "silent": "is silent; check its power and cable, and that it sends to this address",
+            "lost": f"was lost ({step.reason}); plug it in again, it is looked for every second",
+            "returned": "is there again; check that it is the same unit, in the same place",
+        }
+        yield self._step("warning", step, step.unit, texts[step.kind])
+
+    def _watched(self, step: RecordStep) -> Iterator[TurntableStep]:
+        rest = self._note_rest(step)
+        if rest is not None:
+            force, seconds = rest
+            for each in self.guide.rest(force, seconds):
+                self._next_finding = -math.inf
+                kind: TurntableStepKind = "pose done" if isinstance(each, WantedPose) else "turn done"
+                yield self._step(kind, step, each.name)
+            if self.guide.at is not None:
+                self._on_pose = self._time
+            elif self._time - max(self._on_pose, self._time - seconds) > TIPPED_AFTER:
+                yield from self._warnings(step, [self._tipped()])
+        yield from self._found(step)
+        if self._all_is_done:
+            yield from self._end_or_go_on(step)
+        if self._driver is not None and math.isfinite(self._time):
+            self._driver.advance(self._time, rest[1] if rest else None)
+            if self._driver.is_done and self.guide.wanted is not None:
+                self._driver.again(0.0)
+        yield from self._wants(step)
+
+    def _wants(self, step: RecordStep) -> Iterator[TurntableStep]:
+        """Say once what to do next."""
+        wanted = self.guide.wanted
+        name = self._driver.aim if self._driver is not None else wanted.name if wanted is not None else ""
+        if name and name != self._asked:
+            self._asked = name
+            yield self._step("turn wanted" if isinstance(wanted, WantedTurn) else "pose wanted", step, name)
+
+    @property
+    def _all_is_done(self) -> bool:
+        return self.guide.wanted is None and (self._driver is None or self._driver.is_done)
+
+    def _note_rest(self, step: RecordStep) -> tuple[FloatArray, float] | None:
+        """Give specific force and length, s, of the rest under way; None while anything moves."""
+        here = {unit.name: unit.condition for unit in step.units}
+        heard = [each for each in here.values() if each in ("rest", "motion")]
+        if here[self._reference] != "rest" or "motion" in heard:
+            if self._rest_since is not None:
+                self.guide.motion()
+            self._rest_since = None
+            return None
+        newest = self._acquired.newest(self._reference, SHORTEST_REST)
+        if self._rest_since is None:
+            self._rest_since = self._time - SHORTEST_REST
+        self._rate = newest.gyroscope.mean(axis=0)
+        return newest.accelerometer.mean(axis=0), self._time - self._rest_since
+
+    def _tipped(self) -> Objection:
+        text = (
+            f"rests {self.guide.tip:.1f} deg from {self.guide.nearest}, the nearest pose, and counts for "
+            "none; level the table, or give the poses with --poses"
+        )
+        return Objection(self._reference, f"tipped {self._rest_since}", text)
+
+    def _take(self, name: str, chunk: LiveChunk) -> None:
+        if name == self._reference:
+            if math.isfinite(self._time):
+                steps = np.minimum(np.diff(chunk.time, prepend=self._time), LONGEST_GAP)
+                self.guide.turn((chunk.gyroscope - self._rate).T @ steps)
+            self._time = float(chunk.time[-1])
+        self._acquired.push(name, chunk)
+
+    def _found(self, step: RecordStep) -> Iterator[TurntableStep]:
+        """Take what was found so far, and begin to find it anew where that is due."""
+        if self._finding is not None:
+            if not self._finding.done():
+                return
+            self._so_far = self._finding.result()
+            now = self._clock()
+            self._next_finding = now + (now - self._began_finding) / SHARE_OF_TIME
+            self._finding, self._found_last = None, self._finding_is_final
+            yield from self._warnings(step, self._so_far.objections)
+        is_final = self._all_is_done and not self._found_last
+        if is_final or self._clock() >= self._next_finding:
+            self._begin_to_find(is_final)
+
+    def _begin_to_find(self, is_final: bool) -> None:
+        recordings = self._acquired.recordings()
+        if self._reference not in recordings:
+            return
+        self._began_finding, self._finding_is_final = self._clock(), is_final
+        self._finding = self._worker.submit(
+            evaluate,
+            recordings,
+            self._reference,
+            self._open_reference,
+            self._poses,
+            self._goal,
+            complete=all(each.seconds > 0.0 for each in self.guide.poses),
+        )
+
+    def _end_or_go_on(self, step: RecordStep) -> Iterator[TurntableStep]:
+        """End once all is done; with a goal that is not met, ask for more where more would do."""
+        if not self._found_last:
+            return
+        self._found_last = False
+        missed = [each for each in self._so_far.goals if each.ratio > 1.0]
+        if self._goal is not None and not self._so_far.goals:
+            missed = list(self._goal.progress(()))
+        if missed and self._ask_for_more(missed):
+            return
+        if missed:
+            yield from self._warnings(step, [self._out_of_reach(missed[0])])
+        self._is_complete = True
+        self._procedure = self._procedure.model_copy(
+            update={"options": {**self._procedure.options, **self._reached()}}
+        )
+        self._recorder.describe(self._procedure)
+        self._recorder.stop()
+
+    def _ask_for_more(self, missed: list[GoalProgress]) -> bool:
+        """Want as much more as the goal takes; whether that is within reason."""
+        by_rest = [each.ratio for each in missed if not each.term.needs_turns]
+        by_turns = [each.ratio for each in missed if each.term.needs_turns]
+        rested = max(each.wanted for each in self.guide.poses)
+        turned = max((each.wanted for each in self.guide.turns), default=0)
+        if by_rest and rested >= LONGEST_POSE:
+            return False
+        if by_rest:
+            self.guide.want_longer(min(MARGIN * max(by_rest) ** 2, LARGEST_STEP))
+        if self._driver is not None:
+            return self._driver.again(max(each.wanted - each.seconds for each in self.guide.poses))
+        if by_turns and not 0 < turned < MOST_TURNS:
+            return False
+        if by_turns:
+            self.guide.want_more_turns(min(MARGIN * max(by_turns) ** 2, LARGEST_STEP))
+        self._asked = ""
+        return True
+
+    def _out_of_reach(self, missed: GoalProgress) -> Objection:
+        text = (
+            f"{missed.term.name} has a sigma of {missed.sigma:.3g} {missed.unit}, and {missed.term.sigma:g} "
+            "were asked for; longer rests and more turns do not bring it there"
+        )
+        return Objection(missed.target, f"out of reach {missed.term.name}", text)
+
+    def _reached(self) -> dict[str, JsonValue]:
+        """Sigma reached of each term of the goal, for those who certify."""
+        return {
+            f"sigma of {each.term.name}": each.sigma if math.isfinite(each.sigma) else None
+            for each in self._so_far.goals
+        }
+
+    def _warnings(
+        self, step: RecordStep, objections: tuple[Objection, ...] | list[Objection]
+    ) -> Iterator[TurntableStep]:
+        """Say each trouble once."""
+        for each in objections:
+            if (each.unit, each.key) not in self._told:
+                self._told.add((each.unit, each.key))
+                yield self._step("warning", step, each.unit, each.text)
+
+    def _step(
+        self, kind: TurntableStepKind, step: RecordStep, subject: str = "", text: str = ""
+    ) -> TurntableStep:
+        guide = self.guide
+        return TurntableStep(
+            kind,
+            step.elapsed,
+            tuple(PoseProgress(each.name, each.seconds, each.wanted, each.is_done) for each in guide.poses),
+            tuple(TurnProgress(each.name, each.done, each.wanted, each.is_done) for each in guide.turns),
+            tuple(UnitState(each.name, each.condition, each.rate) for each in step.units),
+            self._so_far.goals,
+            guide.at.name if guide.at else "",
+            subject,
+            text,
+        )
+
+    def _go_on(self) -> None:
+        """Take in what was recorded before, and tick what its rests and turns show."""
+        for name in Session.load(self.session).names:
+            if recorded_so_far(self.session, name).samples:
+                for chunk in open_recording(f"{self.session}:{name}").chunks():
+                    self._acquired.push(name, chunk)
+        recording = self._acquired.recordings().get(self._reference)
+        if recording is None:
+            return
+        shown = acquire(recording).acquired
+        turned = [np.zeros(3), *shown.turn_angles]
+        for rest, angle in zip(rests_of(shown), turned, strict=True):
+            self.guide.motion()
+            self.guide.turn(angle)
+            deque(self.guide.rest(rest.specific_force, rest.end - rest.start), maxlen=0)
+        self.guide.motion()

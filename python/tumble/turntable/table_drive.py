@@ -1,0 +1,105 @@
+"""A table that goes through poses and turns by itself."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from tumble.errors import TableError
+from tumble.recording import FloatArray
+from tumble.table.axes import Axis, ups
+from tumble.table.guarded import GuardedTable
+from tumble.table.plan import reachable
+from tumble.turntable.poses import PoseList, angle_between
+
+MOST_PASSES = 10
+"""Times that the table goes everywhere for the sake of a goal."""
+RESTLESS = 60.0
+"""s after the table has settled by which the units have to be at rest."""
+SAME_ANGLE = 0.01
+"""deg between a pose of a list and where the table can go."""
+
+
+class TableDrive:
+    """Goes to each stop of a route (n, axes), rad, and rests there for so many s."""
+
+    def __init__(self, table: GuardedTable, route: FloatArray, rest: float) -> None:
+        self._table = table
+        self._route = route
+        self._rest = rest
+        self._stop = -1
+        self._passes = 1
+        self._is_moving = False
+        self._there_since = math.nan
+        """s of the samples' clock at which the table had settled."""
+        self.motion_seconds = 0.0
+        """s of the samples' clock for which the table has moved so far."""
+        self._began = math.nan
+
+    @property
+    def is_done(self) -> bool:
+        """See `Driver`."""
+        return self._stop >= len(self._route)
+
+    @property
+    def aim(self) -> str:
+        """See `Driver`."""
+        if not 0 <= self._stop < len(self._route):
+            return ""
+        stop = stop_name(self._table.axes, self._route[self._stop])
+        return f"stop {self._stop + 1} of {len(self._route)}: {stop}"
+
+    def advance(self, now: float, rest: float | None) -> None:
+        """See `Driver`."""
+        if self.is_done:
+            return
+        if self._is_moving:
+            self._look(now)
+        elif self._stop < 0 or (rest is not None and min(rest, now - self._there_since) >= self._rest):
+            self._go_on(now)
+        elif rest is None and now - self._there_since > RESTLESS:
+            raise TableError(
+                f"{self._table.name}: is at {self.aim}, but the units are not at rest; what shakes them? "
+                "See to that, and go on with --resume"
+            )
+
+    def again(self, seconds: float) -> bool:
+        """See `Driver`."""
+        self._passes += 1
+        self._stop, self._rest = -1, max(seconds, self._rest)
+        return self._passes <= MOST_PASSES
+
+    def _look(self, now: float) -> None:
+        if self._table.settled():
+            self._is_moving, self._there_since = False, now
+            self.motion_seconds += now - self._began
+
+    def _go_on(self, now: float) -> None:
+        self._stop += 1
+        if not self.is_done:
+            self._table.goto(self._route[self._stop])
+            self._is_moving, self._began = True, now
+
+
+def stop_name(axes: tuple[Axis, ...], angles: FloatArray) -> str:
+    """Say where a table stands: `outer 90, inner 0 deg`."""
+    degrees = np.degrees(angles).tolist()
+    each = (f"{axis.name} {angle:.0f}" for axis, angle in zip(axes, degrees, strict=True))
+    return f"{', '.join(each)} deg"
+
+
+def angles_at(axes: tuple[Axis, ...], poses: PoseList) -> FloatArray:
+    """Give angles (n, axes), rad, at which a table shows each pose; raises `TableError` where it cannot."""
+    grid = reachable(axes)
+    directions = ups(axes, grid)
+    found = []
+    for pose in poses:
+        nearest = int(np.argmax(directions @ pose.up))
+        if angle_between(directions[nearest], pose.up) > SAME_ANGLE:
+            raise TableError(
+                f"pose {pose.name!r}: the table does not come there in steps of 15 deg within its limits; "
+                "take it off the list, or turn the table by hand"
+            )
+        found.append(grid[nearest])
+    return np.array(found)
