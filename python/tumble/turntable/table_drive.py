@@ -33,9 +33,6 @@ class TableDrive:
         self._is_moving = False
         self._there_since = math.nan
         """s of the samples' clock at which the table had settled."""
-        self.motion_seconds = 0.0
-        """s of the samples' clock for which the table has moved so far."""
-        self._began = math.nan
 
     @property
     def is_done(self) -> bool:
@@ -57,7 +54,7 @@ class TableDrive:
         if self._is_moving:
             self._look(now)
         elif self._stop < 0 or (rest is not None and min(rest, now - self._there_since) >= self._rest):
-            self._go_on(now)
+            self._go_on()
         elif rest is None and now - self._there_since > RESTLESS:
             raise TableError(
                 f"{self._table.name}: is at {self.aim}, but the units are not at rest; what shakes them? "
@@ -73,13 +70,12 @@ class TableDrive:
     def _look(self, now: float) -> None:
         if self._table.settled():
             self._is_moving, self._there_since = False, now
-            self.motion_seconds += now - self._began
 
-    def _go_on(self, now: float) -> None:
+    def _go_on(self) -> None:
         self._stop += 1
         if not self.is_done:
             self._table.goto(self._route[self._stop])
-            self._is_moving, self._began = True, now
+            self._is_moving = True
 
 
 def stop_name(axes: tuple[Axis, ...], angles: FloatArray) -> str:
