@@ -24,6 +24,8 @@ SPEED = 20.0
 """Simulated s in one of ours; leave it at 1 with a real table."""
 REST = 4.0
 """s at each pose."""
+ON_ITS_WAY = 2.0
+"""s of ours for which samples may be on their way on a busy computer."""
 
 
 class Listener(threading.Thread):
@@ -69,6 +71,7 @@ def listen_while_turning(bench: LiveSimulation, plan: PosePlan) -> list[tumble.R
         listener.start()
     assert bench.table_address is not None
     turn(bench.table_address, plan)
+    time.sleep(ON_ITS_WAY)
     for listener in listeners:
         listener.ended.set()
         listener.join()

@@ -365,7 +365,7 @@ def test_a_full_disk_ends_it_in_one_line_and_leaves_what_was_recorded(tmp_path, 
 
     monkeypatch.setattr(UnitParts, "write", write)
     monkeypatch.setattr("tumble.record.writer.FLUSH_EVERY", 0.0)
-    slow = [f"{name}=replay:{tmp_path / name}.csv?speed=20" for name in logs]
+    slow = [f"{name}=replay:{tmp_path / name}.csv?speed=4" for name in logs]
     refused = one_line(typed("record", *slow, "-o", session))
     assert "No space left on device" in refused
     assert "what was recorded is readable" in refused
