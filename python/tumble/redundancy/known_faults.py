@@ -94,14 +94,16 @@ def _wrong_source(
     result: RedundancyResult, kind: KnownFaultKind, wrong_spans: WrongSpans
 ) -> Iterator[KnownFault]:
     """Give where the source was known to be wrong and nothing took its place."""
+    sources = {span.unit for span in result.selected}
+    own = {unit: of_unit(result.events, unit) for unit in sources}
+    wrongs = {unit: tuple(wrong_spans(result, unit)) for unit in sources}
     for place, span in enumerate(result.selected):
         is_last = place == len(result.selected) - 1
-        own = of_unit(result.events, span.unit)
-        for wrong in wrong_spans(result, span.unit):
+        for wrong in wrongs[span.unit]:
             start, end = max(wrong.start, span.start), min(wrong.end, span.end)
             replaced = not is_last and wrong.end >= span.end
             if start < end and not replaced:
-                yield KnownFault(kind, start, end, (span.unit,), _cause(own, kind, wrong))
+                yield KnownFault(kind, start, end, (span.unit,), _cause(own[span.unit], kind, wrong))
 
 
 def _unhealthy(result: RedundancyResult, unit: str) -> Iterable[Span]:
