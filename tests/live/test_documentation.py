@@ -32,8 +32,9 @@ def section(title):
 
 def test_every_option_it_names_exists():
     names = ["spin", "record", "apply", "turntable", "redundancy"]
-    commands = typer.main.get_command(command_line(names)).commands
-    known = {option for name in names for parameter in commands[name].params for option in parameter.opts}
+    commands = typer.main.get_command(command_line([*names, "simulate"])).commands
+    shown = [*(commands[name] for name in names), commands["simulate"].commands["live"]]
+    known = {option for command in shown for parameter in command.params for option in parameter.opts}
     told = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", without_commands(PAGE)))
     assert {"--live", "--still", "--turns", "--turn-rate", "--json"} <= told
     assert told <= known
