@@ -22,6 +22,7 @@ from rich.table import Table
 from benchmarks.results import Content, machine, save
 from tumble.calibration.document import Calibration
 from tumble.live import LiveChunk, LiveSet, PolledSource, open_set
+from tumble.live.conditioning import HEAD_SAMPLES
 from tumble.live.outputs import parse_output
 from tumble.logs import Facts
 
@@ -70,7 +71,7 @@ def _receive(words: list[str], sender: subprocess.Popen[str], sent: int) -> Cont
             "gyroscope": {"unit": "rad/s", "M": np.eye(3) * 0.99, "b": np.full(3, 0.01)},
         }
     )
-    latencies: list[np.ndarray] = []
+    late = np.full(sent, np.nan)
     received, memory = 0, []
     with open_set(words) as units, parse_output("udp://127.0.0.1:9").open(Facts()) as output:
         assert sender.stdin is not None
@@ -83,10 +84,10 @@ def _receive(words: list[str], sender: subprocess.Popen[str], sent: int) -> Cont
             if len(chunk):
                 force, rate = calibration.correct(chunk.accelerometer, chunk.gyroscope)
                 output.write(type(chunk)(chunk.time, force, rate))
+                if chunk.sensor_time is not None:
+                    late[received : received + len(chunk)] = time.monotonic() - chunk.sensor_time
                 received += len(chunk)
                 heard = now
-                if chunk.sensor_time is not None:
-                    latencies.append(time.monotonic() - chunk.sensor_time)
             if received >= look_at:
                 memory.append(_resident())
                 look_at += sent // 50
@@ -94,8 +95,8 @@ def _receive(words: list[str], sender: subprocess.Popen[str], sent: int) -> Cont
             if received >= sent or now - heard > SILENCE:
                 break
         share = (time.process_time() - processor) / (heard - began)
-    # Units are decided from the first twenty samples, which therefore wait.
-    late = np.sort(np.concatenate(latencies)[20 * len(words) :])
+    # Units are decided from the first samples, which therefore wait.
+    late = np.sort(late[HEAD_SAMPLES * len(words) : received])
     quantiles = {"p50": 0.5, "p99": 0.99, "p99.9": 0.999}
     return {
         "received": received,

@@ -17,6 +17,8 @@ from tumble.errors import ArrayError
 FloatArray: TypeAlias = NDArray[np.float64]
 
 AXES = 3
+FEW_SAMPLES = 10
+"""Samples that are looked at sooner one by one than by numpy."""
 _FLOAT64 = np.dtype(np.float64)
 
 
@@ -25,7 +27,7 @@ def triad(values: ArrayLike, name: str) -> FloatArray:
 
     Raises `ArrayError`, in one line, where they are no numbers or have another shape; so do all here.
     """
-    rows = _floats(values, name)
+    rows = values if _is_ready(values) else _floats(values, name)
     if rows.shape == (0,):
         return rows.reshape(0, AXES)
     if rows.shape == (AXES,):

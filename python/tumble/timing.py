@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from tumble.arrays import FEW_SAMPLES
 from tumble.recording import FloatArray
 
 
@@ -34,8 +35,9 @@ class TimeWatch:
 
     def push(self, time: FloatArray) -> None:
         """Take in (n,) times, s, each later than the one before."""
-        if len(time) == 1 and self._gap < math.inf and not math.isnan(self._last):
-            self._push_one(float(time[0]))
+        if len(time) <= FEW_SAMPLES and self._gap < math.inf and not math.isnan(self._last):
+            for stamp in time.tolist():
+                self._push_one(stamp)
             return
         steps = np.diff(time) if math.isnan(self._last) else np.diff(time, prepend=self._last)
         if math.isnan(self.start):

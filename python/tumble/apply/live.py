@@ -6,8 +6,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from tumble.apply.procedure import misuses_of, warnings_on
 from tumble.calibration.document import Calibration
 from tumble.errors import ProcedureError
@@ -76,7 +74,7 @@ class LiveApply:
                     writer.write(replace(chunk, accelerometer=accelerometer, gyroscope=gyroscope))
                     samples += len(chunk)
                     if chunk.arrival is not None:
-                        delays.add(np.array([time.monotonic() - chunk.arrival]))
+                        delays.add([time.monotonic() - chunk.arrival])
                 elif not samples and time.monotonic() - began > FIRST_SAMPLE_WITHIN:
                     raise nothing_came(self._source.name)
         return LiveApplied(samples, delays, self._warnings())

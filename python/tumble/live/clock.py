@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tumble.arrays import FEW_SAMPLES
 from tumble.recording import FloatArray
 
 STALL, STALL_STEPS = 0.25, 20.0
@@ -37,11 +38,8 @@ class DeviceClock:
 
     def stamp(self, stamps: FloatArray) -> FloatArray:
         """Give (n,) stamps, in the unit of the device, without the leaps of a counter."""
-        if len(stamps) == 1 and self._last is not None:
-            stamp = float(stamps[0])
-            if abs(stamp - self._last) <= COUNTER / 2.0:
-                self._last = stamp
-                return stamps + COUNTER * self._rounds
+        if len(stamps) <= FEW_SAMPLES and self._runs_on(stamps):
+            return stamps + COUNTER * self._rounds
         stamps = without_absurd(stamps)
         before = stamps[0] if self._last is None else self._last
         steps = np.diff(stamps, prepend=before)
@@ -56,6 +54,16 @@ class DeviceClock:
             self._last, self._rounds = float(stamps[finite[-1]]), float(rounds[finite[-1]])
         running: FloatArray = stamps + COUNTER * rounds
         return running
+
+    def _runs_on(self, stamps: FloatArray) -> bool:
+        """Whether no counter began again since the stamps before, as is usual; then they are taken in."""
+        last = self._last
+        for stamp in stamps.tolist():
+            if last is None or not abs(stamp - last) <= COUNTER / 2.0:
+                return False
+            last = stamp
+        self._last = last
+        return True
 
 
 @dataclass(slots=True)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from tumble.arrays import FEW_SAMPLES
 from tumble.errors import LogError
 from tumble.live.clock import ArrivalClock, CountingClock, DeviceClock, StampGate, without_absurd
 from tumble.live.readings import Readings, StreamFacts
@@ -31,8 +32,6 @@ STRAY_STAMPS = 20.0
 STRAY_READINGS = 1000.0
 """The same of the first readings, beyond which one says nothing of its unit."""
 
-FEW_SAMPLES = 10
-"""Samples that are looked at sooner one by one than by numpy."""
 _ARRIVAL = "arrival"
 
 EMPTY = LiveChunk(np.empty(0), np.empty((0, 3)), np.empty((0, 3)))

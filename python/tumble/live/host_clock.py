@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -44,9 +45,9 @@ class DelayCounts:
     """s."""
     _counts: list[int] = field(default_factory=lambda: [0] * (DELAYS_PER_OCTAVE * OCTAVES + 1))
 
-    def add(self, delays: FloatArray) -> None:
-        """Count (n,) delays, s."""
-        for delay in delays.tolist():
+    def add(self, delays: Sequence[float]) -> None:
+        """Count delays, s."""
+        for delay in delays:
             self.largest = max(self.largest, delay)
             place = DELAYS_PER_OCTAVE * math.log2(max(delay / FINEST_DELAY, 1.0))
             self._counts[min(int(place), len(self._counts) - 1)] += 1
@@ -159,20 +160,24 @@ class HostClock:
         for all or (n,). Host times increase strictly from call to call and are no later than the arrival, but
         where earlier ones ran ahead.
         """
+        # Lists: samples mostly come one by one, for which arrays take several times as long.
+        times = stamps.tolist()
         if isinstance(arrival, np.ndarray):
+            arrivals = arrival.tolist()
             for place in _last_of_each(arrival):
-                self._take(float(stamps[place]), float(arrival[place]))
+                self._take(times[place], arrivals[place])
         else:
-            self._take(float(stamps[-1]), arrival)
+            arrivals = [arrival] * len(times)
+            self._take(times[-1], arrival)
         assert self._first is not None, "a sample was taken in"
         first_stamp, first_arrival = self._first
-        since = stamps - first_stamp
-        wanted = since * (1.0 + self._line.skew)
-        wanted += first_arrival + self._line.at(0.0)
-        self.delays.add(arrival - wanted)
+        pace, origin = 1.0 + self._line.skew, first_arrival + self._line.at(0.0)
+        since = [stamp - first_stamp for stamp in times]
+        wanted = [pace * each + origin for each in since]
+        self.delays.add([came - taken for came, taken in zip(arrivals, wanted, strict=True)])
         host = self._never_back(since, wanted)
-        self._given = float(since[-1]), float(host[-1])
-        return host
+        self._given = since[-1], host[-1]
+        return np.array(host)
 
     def _take(self, stamp: float, arrival: float) -> None:
         """Take in the last of the samples that arrived together: those before it had to wait for it."""
@@ -214,21 +219,20 @@ class HostClock:
             self._given = math.nan, self._given[1]
         return 0.0, 0.0
 
-    def _never_back(self, since: FloatArray, wanted: FloatArray) -> FloatArray:
+    def _never_back(self, since: list[float], wanted: list[float]) -> list[float]:
         """Go over to the times wanted, slowly once settled, and never back (eq. 7)."""
         if self._given is None:
             return wanted
         stamp, host = self._given
         if math.isnan(stamp):
-            stamp = float(since[0]) - STEP_AFTER_LEAP
-        step = float(since[0]) - stamp
-        ahead = host - float(wanted[0]) + (1.0 + self._line.skew) * step
+            stamp = since[0] - STEP_AFTER_LEAP
+        step = since[0] - stamp
+        ahead = host - wanted[0] + (1.0 + self._line.skew) * step
         if abs(ahead) < ALMOST_THERE < 0.1 * step or (ahead <= 0.0 and not self.settled):
             return wanted
         pace = SLEW if self.settled else CATCH_UP
-        left = np.maximum(abs(ahead) - pace * (since - stamp), 0.0)
-        times: FloatArray = wanted + math.copysign(1.0, ahead) * left
-        return times
+        left = [max(abs(ahead) - pace * (each - stamp), 0.0) for each in since]
+        return [time + math.copysign(off, ahead) for time, off in zip(wanted, left, strict=True)]
 
 
 def _last_of_each(arrivals: FloatArray) -> list[int]:

@@ -74,10 +74,11 @@ class _Layout:
         """Give rows of what is wanted as samples."""
 
         def column(place: int | None) -> FloatArray | None:
-            return None if place is None else rows[:, place]
+            return None if place is None else rows[:, place].copy()
 
-        triads = np.ascontiguousarray(rows[:, 0:3]), np.ascontiguousarray(rows[:, 3:6])
-        samples = RawSamples(column(self._time), *triads, column(self._temperature))
+        samples = RawSamples(
+            column(self._time), rows[:, 0:3].copy(), rows[:, 3:6].copy(), column(self._temperature)
+        )
         moving = column(self._moving)
         return Readings(samples, None if moving is None else _state(moving))
 

@@ -13,7 +13,6 @@ import selectors
 import time
 from collections.abc import AsyncIterator, Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from types import TracebackType
@@ -100,7 +99,19 @@ class _Unit:
         if self.clock is None:
             self.clock = HostClock(stamped=getattr(self.source, "stamped", True))
         arrival = self.heard if chunk.arrival is None else chunk.arrival
+        if clock_rate == 1.0:
+            return self.clock.host_times(chunk.time, arrival)
         return clock_rate * self.clock.host_times(chunk.time / clock_rate, arrival)
+
+    def enter(self) -> None:
+        try:
+            self.source.__enter__()
+        except LogError as error:
+            raise self.named(error) from error
+
+    def named(self, error: LogError) -> LogError:
+        """Say of which unit an error is."""
+        return LogError(f"{self.name}: {error}")
 
     def opened_anew(self) -> Source:
         source = self.opening()
@@ -145,6 +156,8 @@ class LiveSet:
         """Open units with nothing to wait for."""
         self._may_be_more = False
         """Whether a unit with nothing to wait for gave samples just now."""
+        self._heartbeat_at = -math.inf
+        """s of `time.monotonic()` before which no unit is silent for `HEARTBEAT`."""
         self._opener = ThreadPoolExecutor(1)
         """Opens what was lost, as others cannot wait for a host that does not answer."""
 
@@ -171,8 +184,7 @@ class LiveSet:
     def __enter__(self) -> LiveSet:
         try:
             for unit in self._units.values():
-                with _named(unit):
-                    unit.source.__enter__()
+                unit.enter()
                 self._watch(unit)
         except BaseException:
             self.__exit__(None, None, None)
@@ -209,45 +221,45 @@ class LiveSet:
     @property
     def _patience(self) -> float:
         """Longest time, s, to wait for the next samples."""
-        units = self._units.values()
-        if self._may_be_more or any(len(unit.kept) for unit in units):
+        if self._may_be_more or any(unit.kept is not EMPTY for unit in self._units.values()):
             return 0.0
-        until_heartbeat = min(unit.heard for unit in units) + HEARTBEAT - time.monotonic()
+        until_heartbeat = self._heartbeat_at - time.monotonic()
         return max(0.0, min(until_heartbeat, BETWEEN_LOOKS) if self._polled else until_heartbeat)
 
     def _come(self, ready: Sequence[tuple[selectors.SelectorKey, int]]) -> Iterator[tuple[str, LiveChunk]]:
         """Give what has come, then what is due besides."""
-        self._bring_back()
+        if self._keep_going:
+            self._bring_back()
         self._may_be_more = False
         for unit in [unit for key, _ in ready for unit in key.data] + self._polled:
-            chunk = self._read(unit) if unit.is_open and not len(unit.kept) else EMPTY
+            chunk = self._read(unit) if unit.is_open and unit.kept is EMPTY else EMPTY
             if len(chunk) and chunk.arrival is None:
                 unit.kept = chunk
             elif len(chunk):
                 self._may_be_more |= unit.line is None
                 yield unit.name, self._given(unit, chunk)
-        kept = [unit for unit in self._units.values() if len(unit.kept)]
-        if kept:
+        if kept := [unit for unit in self._units.values() if unit.kept is not EMPTY]:
             oldest, *others = sorted(kept, key=lambda unit: float(unit.kept.time[0]))
             until = float(others[0].kept.time[0]) + ABREAST if others else math.inf
             count = int(np.searchsorted(oldest.kept.time, until, side="right"))
-            chunk, oldest.kept = oldest.kept.part(slice(count)), oldest.kept.part(slice(count, None))
+            chunk = oldest.kept.part(slice(count))
+            oldest.kept = oldest.kept.part(slice(count, None)) if count < len(oldest.kept) else EMPTY
             yield oldest.name, self._given(oldest, chunk)
         yield from self._heartbeats()
 
     def _read(self, unit: _Unit) -> LiveChunk:
         try:
-            with _named(unit):
-                return unit.source.read()
+            return unit.source.read()
         except EOFError:
             self._leave(unit)
             unit.has_ended, unit.heard = True, math.inf
         except LogError as error:
+            named = unit.named(error)
             if not self._keep_going:
-                raise
+                raise named from error
             self._leave(unit)
             unit.retry_at = time.monotonic() + RETRY
-            self.on_event(SourceEvent("lost", unit.name, time.monotonic(), str(error)))
+            self.on_event(SourceEvent("lost", unit.name, time.monotonic(), str(named)))
         return EMPTY
 
     def _given(self, unit: _Unit, chunk: LiveChunk) -> LiveChunk:
@@ -265,10 +277,13 @@ class LiveSet:
 
     def _heartbeats(self) -> Iterator[tuple[str, LiveChunk]]:
         now = time.monotonic()
+        if now < self._heartbeat_at:
+            return
         for unit in self._units.values():
             if now - unit.heard >= HEARTBEAT:
                 unit.heard = now
                 yield unit.name, EMPTY
+        self._heartbeat_at = min(unit.heard for unit in self._units.values()) + HEARTBEAT
 
     def _bring_back(self) -> None:
         """Open anew, one after another, what was lost."""
@@ -344,12 +359,3 @@ def _waitable(given: Source | Opening) -> Source:
     """Give a source that can be waited for; other packages bring some that can only be iterated."""
     source = given() if callable(given) else given
     return source if hasattr(source, "read") else IteratedSource(source)
-
-
-@contextmanager
-def _named(unit: _Unit) -> Iterator[None]:
-    """Say of which unit an error is."""
-    try:
-        yield
-    except LogError as error:
-        raise LogError(f"{unit.name}: {error}") from error

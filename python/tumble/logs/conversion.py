@@ -78,6 +78,11 @@ class TriadConversion:
         object.__setattr__(self, "_shift", zero if zero.any() else None)
         object.__setattr__(self, "_stretch", self.factor if (self.factor != 1.0).any() else None)
 
+    @property
+    def changes_nothing(self) -> bool:
+        """Whether the log's axes and unit are those of the case."""
+        return self.source == (0, 1, 2) and self._shift is None and self._stretch is None
+
     def __call__(self, values: FloatArray) -> FloatArray:
         """Convert (n, 3) in place where no axis changes places."""
         if self.source != (0, 1, 2):
@@ -101,9 +106,17 @@ class Conversion:
     accelerometer_unit: ResolvedUnit
     gyroscope_unit: ResolvedUnit
     time_unit: ResolvedUnit
+    _changes_nothing: bool = field(init=False)
+
+    def __post_init__(self) -> None:
+        scales = self.time_scale, self.temperature_scale, self.temperature_zero
+        triads_stay = self.accelerometer.changes_nothing and self.gyroscope.changes_nothing
+        object.__setattr__(self, "_changes_nothing", triads_stay and scales == (1.0, 1.0, 0.0))
 
     def __call__(self, samples: RawSamples) -> RawSamples:
         """Convert samples that nobody else holds: arrays are changed in place."""
+        if self._changes_nothing:
+            return samples
         with np.errstate(over="ignore", invalid="ignore"):
             return self._converted(samples)
 

@@ -8,8 +8,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-import numpy as np
-
 from tumble.errors import ProcedureError
 from tumble.live import FIRST_SAMPLE_WITHIN, LiveChunk, LiveSet, SourceEvent, nothing_came
 from tumble.live.host_clock import DelayCounts
@@ -178,7 +176,7 @@ class LiveRedundancy:
         if self._output is not None and len(output):
             self._output.write(Chunk(output.time, output.specific_force, output.angular_rate))
         if chunk.arrival is not None and len(output):
-            self.delays.add(np.array([self._clock() - chunk.arrival]))
+            self.delays.add([self._clock() - chunk.arrival])
         self._samples[name] += len(chunk)
         if self._session is not None:
             self._session.take(name, replace(chunk, arrival=turn))
