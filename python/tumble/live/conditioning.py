@@ -11,7 +11,7 @@ from tumble.arrays import FEW_SAMPLES
 from tumble.errors import LogError
 from tumble.live.clock import ArrivalClock, CountingClock, DeviceClock, StampGate, without_absurd
 from tumble.live.readings import Readings, StreamFacts
-from tumble.live.source import LiveChunk
+from tumble.live.source import LiveChunk, PolledSource
 from tumble.logs.conversion import Conversion, conversion_for, notices_on_axes
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import RawSamples, StatedUnit
@@ -212,6 +212,23 @@ class Conditioner:
     @property
     def _name(self) -> str:
         return "" if self._facts is None else self._facts.source
+
+
+class ConditionedSource(PolledSource):
+    """A source whose readings a `Conditioner` makes fit to use."""
+
+    def __init__(self, options: ReadOptions) -> None:
+        self._conditioner = Conditioner(options)
+
+    @property
+    def gyroscope_unit_is_assumed(self) -> bool:
+        """See `Source`."""
+        return self._conditioner.gyroscope_unit_is_assumed
+
+    @property
+    def stamped(self) -> bool:
+        """See `Source`."""
+        return self._conditioner.stamped
 
 
 def _all_within(triad: FloatArray, limit: float) -> bool:

@@ -12,10 +12,10 @@ import numpy as np
 
 from tumble.errors import LogError
 from tumble.live.address import Address
-from tumble.live.conditioning import EMPTY, Conditioner
+from tumble.live.conditioning import EMPTY, ConditionedSource
 from tumble.live.iio_device import CHANNELS, TEMPERATURE, TIMESTAMP, IioDevice, find_devices
 from tumble.live.readings import Readings, StreamFacts
-from tumble.live.source import LiveChunk, PolledSource
+from tumble.live.source import LiveChunk
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import RawSamples, StatedUnit
 from tumble.recording import FloatArray
@@ -38,17 +38,17 @@ def open_iio(address: Address, options: ReadOptions) -> IioSource:
     return IioSource(address, options, devices, rate)
 
 
-class IioSource(PolledSource):
+class IioSource(ConditionedSource):
     """Reads the buffers of one device or two; a `Source`."""
 
     def __init__(
         self, address: Address, options: ReadOptions, devices: list[IioDevice], rate: float | None
     ) -> None:
+        super().__init__(options)
         self.name = "+".join(device.name for device in devices)
         self._address = address
         self._devices = {triad: _with(triad, devices, address) for triad in TRIADS}
         self._rate = rate
-        self._conditioner = Conditioner(options)
         self._open = ExitStack()
         self._matched = _Matched()
 
@@ -60,16 +60,6 @@ class IioSource(PolledSource):
     def remarks(self) -> tuple[str, ...]:
         """See `Source`."""
         return self._conditioner.notices
-
-    @property
-    def gyroscope_unit_is_assumed(self) -> bool:
-        """See `Source`."""
-        return self._conditioner.gyroscope_unit_is_assumed
-
-    @property
-    def stamped(self) -> bool:
-        """See `Source`."""
-        return self._conditioner.stamped
 
     def __enter__(self) -> IioSource:
         trigger = self._address.settings.get("trigger")

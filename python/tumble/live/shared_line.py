@@ -10,9 +10,9 @@ from typing import Any, Generic, TypeVar
 
 from tumble.errors import LogError
 from tumble.live.address import Address
-from tumble.live.conditioning import EMPTY, Conditioner
+from tumble.live.conditioning import EMPTY, ConditionedSource
 from tumble.live.readings import Readings, StreamFacts
-from tumble.live.source import LiveChunk, PolledSource
+from tumble.live.source import LiveChunk
 from tumble.live.transport import Transport
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import one_name
@@ -25,7 +25,7 @@ MOST_AT_ONCE = 64
 """Messages that are taken in before others have their turn."""
 
 
-class LineUnit(PolledSource, Generic[Part]):
+class LineUnit(ConditionedSource, Generic[Part]):
     """One of the units on a line; a `Source`.
 
     Where several are read, what one has the line receive is kept for the others. So whoever reads them reads
@@ -33,13 +33,13 @@ class LineUnit(PolledSource, Generic[Part]):
     """
 
     def __init__(self, line: SharedLine[Part], address: Address, options: ReadOptions) -> None:
+        super().__init__(options)
         self.line = line
         """What it is heard on."""
         named = (address.unit or "").strip("/").replace("/", "_")
         self.name = f"{line.name}-{named}" if named else line.name
         self.wanted = one_name(address.text, address.unit, options.topic)
         """Name of the unit, where one was given."""
-        self._conditioner = Conditioner(options)
         self._waiting: list[Part] = []
         self._arrival = 0.0
 
@@ -47,16 +47,6 @@ class LineUnit(PolledSource, Generic[Part]):
     def remarks(self) -> tuple[str, ...]:
         """See `Source`."""
         return (*self._conditioner.notices, *self.line.notices)
-
-    @property
-    def gyroscope_unit_is_assumed(self) -> bool:
-        """See `Source`."""
-        return self._conditioner.gyroscope_unit_is_assumed
-
-    @property
-    def stamped(self) -> bool:
-        """See `Source`."""
-        return self._conditioner.stamped
 
     def __enter__(self) -> LineUnit[Part]:
         self.line.enter(self)

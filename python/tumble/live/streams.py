@@ -15,6 +15,7 @@ from typing import IO
 from tumble.errors import LogError
 from tumble.live.address import Address
 from tumble.live.lines import LONGEST_LINE
+from tumble.live.transport import NetworkSocket
 from tumble.logs.options import ReadOptions
 from tumble.logs.standard_input import nothing_piped
 from tumble.logs.text import names_delimiter
@@ -30,7 +31,7 @@ LINES_BEFORE_NAMES = 20
 """Lines of a file among which the names of its columns are looked for."""
 
 
-class TcpConnection:
+class TcpConnection(NetworkSocket):
     """A connection to a device, or a program, that listens."""
 
     whole = False
@@ -38,13 +39,13 @@ class TcpConnection:
     notices: tuple[str, ...] = ()
 
     def __init__(self, address: Address, host: str, port: int) -> None:
+        super().__init__()
         self._address = address
         self._place = host, port
-        self._socket: socket.socket | None = None
 
     def __enter__(self) -> TcpConnection:
         try:
-            self._socket = socket.create_connection(self._place, CONNECT_WITHIN)
+            self._opened = socket.create_connection(self._place, CONNECT_WITHIN)
         except (OSError, UnicodeError) as error:
             why = getattr(error, "strerror", None) or error
             raise LogError(
@@ -54,21 +55,8 @@ class TcpConnection:
         self._socket.setblocking(False)
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self._socket is not None:
-            self._socket.close()
-            self._socket = None
-
-    def fileno(self) -> int:
-        """Give the descriptor of the connection."""
-        assert self._socket is not None, "a connection is waited for while it is open"
-        return self._socket.fileno()
-
     def receive(self) -> bytes:
         """Give the bytes that have come."""
-        assert self._socket is not None, "a connection is read while it is open"
         try:
             piece = self._socket.recv(PIECE)
         except BlockingIOError:
@@ -81,7 +69,6 @@ class TcpConnection:
 
     def send(self, data: bytes) -> None:
         """Send bytes to the other end."""
-        assert self._socket is not None, "a connection is written to while it is open"
         try:
             self._socket.sendall(data)
         except OSError as error:

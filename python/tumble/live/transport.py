@@ -118,17 +118,40 @@ class SerialLine:
         )
 
 
-class DatagramSocket:
+class NetworkSocket:
+    """What lines over a network share: the socket, while they are open."""
+
+    def __init__(self) -> None:
+        self._opened: socket.socket | None = None
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._opened is not None:
+            self._opened.close()
+            self._opened = None
+
+    def fileno(self) -> int:
+        """Give the descriptor of the socket."""
+        return self._socket.fileno()
+
+    @property
+    def _socket(self) -> socket.socket:
+        assert self._opened is not None, "a socket is used while it is open"
+        return self._opened
+
+
+class DatagramSocket(NetworkSocket):
     """A UDP port that a device sends to: the first host from which anything comes."""
 
     whole = True
     joined_midway = False
 
     def __init__(self, address: Address, host: str, port: int) -> None:
+        super().__init__()
         self._address = address
         self._host = host
         self._port = port
-        self._socket: socket.socket | None = None
         self._sender: tuple[Any, ...] | None = None
         """Address of the first that sent anything, its host first."""
         self._wanted = address.settings.get("from")
@@ -152,7 +175,7 @@ class DatagramSocket:
             family, kind, protocol, _, place = socket.getaddrinfo(
                 self._host, self._port, type=socket.SOCK_DGRAM, flags=socket.AI_PASSIVE
             )[0]
-            self._socket = socket.socket(family, kind, protocol)
+            self._opened = socket.socket(family, kind, protocol)
             self._socket.setblocking(False)
             # As much as the system grants: what comes while others are read waits here.
             self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, WAITING_BYTES)
@@ -174,21 +197,8 @@ class DatagramSocket:
             ) from error
         return frozenset(str(place[0]) for *_, place in found)
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self._socket is not None:
-            self._socket.close()
-            self._socket = None
-
-    def fileno(self) -> int:
-        """Give the descriptor of the socket."""
-        assert self._socket is not None, "a socket is waited for while it is open"
-        return self._socket.fileno()
-
     def receive(self) -> bytes:
         """Give the next datagram that has come."""
-        assert self._socket is not None, "a socket is read while it is open"
         try:
             datagram, sender = self._socket.recvfrom(LARGEST_DATAGRAM)
         except BlockingIOError:
@@ -202,7 +212,6 @@ class DatagramSocket:
 
     def send(self, data: bytes) -> None:
         """Send a datagram to where the first one came from; before that there is nobody to send to."""
-        assert self._socket is not None, "a socket is written to while it is open"
         if self._sender is None:
             return
         try:

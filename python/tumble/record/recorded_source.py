@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
-from typing import Any, cast
+from typing import cast
 
 from tumble.file_names import file_stem
 from tumble.live import LiveChunk, Source
 from tumble.live.source import LOG_CLOCK
+from tumble.live.wrapped import WrappedSource
 from tumble.logs.session import SessionClock
 from tumble.record.writer import RecordedUnit, SessionWriter
 
@@ -31,25 +31,13 @@ def recorded_source(source: Source, folder: Path | None, *, typed: str, serial: 
         writer.finish("done")
 
 
-class RecordedSource:
-    """Gives what a source gives, and records it under `name`; a `Source` in all else."""
+class RecordedSource(WrappedSource):
+    """Gives what a source gives, and records it under `name`."""
 
     def __init__(self, source: Source, writer: SessionWriter, name: str) -> None:
-        self._source = source
+        super().__init__(source)
         self._writer = writer
         self._unit = name
-
-    def __getattr__(self, name: str) -> Any:  # noqa: ANN401 - whatever the source has
-        return getattr(self._source, name)
-
-    def __enter__(self) -> RecordedSource:
-        self._source.__enter__()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._source.__exit__(kind, error, trace)
 
     def __iter__(self) -> Iterator[LiveChunk]:
         for chunk in self._source:
