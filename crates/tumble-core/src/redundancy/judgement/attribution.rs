@@ -138,8 +138,9 @@ impl<T: Real> Evidence<T> {
         }
     }
 
-    /// Takes in what two units say at a rest where gravity is `gravity`, m/s^2. `along_gravity` is how far they have come apart along gravity, m/s^2;
-    /// `None` for gyroscopes (docs/theory/judgement.md, eq. 13).
+    /// Takes in what two units say at a rest where gravity is `gravity`, m/s^2 (docs/theory/judgement.md, eq. 13).
+    ///
+    /// `along_gravity` is how far they have come apart along gravity, m/s^2; `None` for gyroscopes.
     pub fn push_rest(
         &mut self,
         sensor: Sensor,
