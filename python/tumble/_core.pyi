@@ -483,7 +483,7 @@ class RedundancyMonitor:
         specific_forces: Sequence[FloatArray],
         angular_rates: Sequence[FloatArray],
         commands: Sequence[tuple[float, str]] = (),
-        witnesses: Sequence[tuple[float, str, int, FloatArray, FloatArray]] = (),
+        witnesses: Sequence[tuple[float, str, int, FloatArray, FloatArray, float]] = (),
         keep_output: bool = False,
         progress: Callable[[float], None] | None = None,
         arrivals: Sequence[FloatArray] | None = None,
@@ -504,7 +504,7 @@ class RedundancyMonitor:
         specific_force: FloatArray,
         angular_rate: FloatArray,
         commands: Sequence[tuple[float, str]] = (),
-        witnesses: Sequence[tuple[float, str, int, FloatArray, FloatArray]] = (),
+        witnesses: Sequence[tuple[float, str, int, FloatArray, FloatArray, float]] = (),
     ) -> RedundancySaid:
         """Push samples of one unit as they come; arguments are those of `replay`."""
     def restore(self, record: Mapping[str, object]) -> str | None:

@@ -19,6 +19,8 @@ EVENTS = "events.jsonl"
 STORE = "store"
 SESSION_FILE = "session.yaml"
 """What makes a folder a recorded session."""
+WITNESS_FILE = "witness.csv"
+"""What witnesses said while a session was recorded."""
 ALIGN_PAGE = "align.html"
 ALIGN_SETTINGS = "align.yaml"
 

@@ -12,6 +12,7 @@ from tumble.align import messages as align
 from tumble.redundancy import messages as redundancy
 from tumble.redundancy.report import text
 from tumble.redundancy.result import Rung, Sensor
+from tumble.redundancy.witness import WitnessKind
 from tumble.report.text import VERDICT_SIGNS
 from tumble.results import Verdict
 from tumble.spin import messages as spin
@@ -40,6 +41,7 @@ TABLES = {
     "refused": text.REMEDIES["refused"],
     "abandoned": text.REMEDIES["abandoned"],
     "record rejected": text.REMEDIES["record rejected"].keys() - STORE,
+    "witness": get_args(WitnessKind),
     "witness left out": text.REMEDIES["witness left out"],
     "unhealthy": text.REMEDIES["unhealthy"],
     # Where no unit is fit, the title says it all.

@@ -314,7 +314,7 @@ def test_sigterm_ends_with_the_summary_and_its_exit_code(words, tmp_path):
         (["primary=udp://:9001"], "0 secondaries were named"),
         (["primary=udp://:9001", "a=udp://:9002", "--to", "pigeon.txt"], "--to pigeon.txt"),
         (["primary=udp://:9001", "a=udp://:9002", "--to", "stdout", "--json"], "standard output"),
-        (["primary=udp://:9001", "a=udp://:9002", "--witness", "gps.csv"], "--witness is for logs"),
+        (["primary=udp://:9001", "a=udp://:9002", "--output-log", "a.csv"], "--output-log is for logs"),
     ],
 )
 def test_a_mistake_is_said_in_one_line(arguments, message, tmp_path):

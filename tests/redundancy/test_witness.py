@@ -43,6 +43,12 @@ def test_columns_are_taken_for_what_their_names_say(tmp_path, names, row, kind, 
     assert (witness.sigma == 0.2).all() or kind == "score"
 
 
+def test_fields_may_be_separated_as_in_logs(tmp_path):
+    path = written(tmp_path, "% exported\ntime;vx;sigma\n0,5;1,25;0,3\n")
+    (witness,) = Witness.load(path)
+    assert (witness.time.tolist(), witness.value.tolist()) == ([0.5], [[1.25, 0.0, 0.0]])
+
+
 def test_what_is_not_measured_has_no_weight(tmp_path):
     path = written(tmp_path, "time,vx,vz,sigma_vx,sigma\n0,1,,0.1,0.4\n1,,,0.1,0.4\n2,nan,3,0.1,0.4\n")
     (witness,) = Witness.load(path)
@@ -65,11 +71,12 @@ def test_one_table_may_hold_several(tmp_path):
 @pytest.mark.parametrize(
     ("text", "objection"),
     [
-        ("", "is empty"),
+        ("", "not a table of a witness: found no column names such as time, vx"),
         ("vx,vy\n1,2\n", "has no column time"),
         ("time,speed\n1,2\n", "no column is known of speed"),
-        ("time,vx\n0,1\n1,fast\n", "line 3: 'fast' is no number"),
-        ("time,vx\n0,1\n1,2,3\n", "line 3: has 3 cells, the names are 2"),
+        ("time,vx\n0,1\n1,fast\n", "line 3 holds 'fast' in column vx, which is not a number; repair"),
+        ("time,vx\n0,1\n1,2,3\n", "line 3 has 3 fields where 2 columns are named; repair"),
+        ("time,vx\n", "line 1 names columns, but no samples follow"),
         ("time,vd,climb\n0,1,2\n", "vd, climb: two of these are of one axis"),
     ],
 )
@@ -86,7 +93,7 @@ def test_a_velocity_without_a_sigma_is_refused(tmp_path, sigma, objection):
 
 
 @settings(max_examples=30, deadline=None)
-@given(st.integers(0, 20), st.sampled_from(["velocity", "body velocity", "score"]), st.integers(0, 2**32))
+@given(st.integers(1, 20), st.sampled_from(["velocity", "body velocity", "score"]), st.integers(0, 2**32))
 def test_what_is_saved_is_loaded_again(tmp_path_factory, samples, kind, seed):
     draw = np.random.default_rng(seed)
     time, value = np.sort(draw.uniform(0, 100, samples)), draw.standard_normal((samples, 3))

@@ -17,7 +17,7 @@ use tumble_lab::setting_table;
 
 use crate::convert::{matrix, rows};
 use crate::redundancy_values::{
-    Said, command, figures, model, offset, output, platform_error, read_record, rejection, traces, vector,
+    PySaid, command, figures, model, offset, output, platform_error, read_record, rejection, traces, vector,
     witness, write_record,
 };
 use crate::settings::{settings_of, values};
@@ -169,7 +169,7 @@ impl PyMonitor {
         specific_forces: Vec<PyReadonlyArray2<'py, f64>>,
         angular_rates: Vec<PyReadonlyArray2<'py, f64>>,
         commands: Vec<(f64, String)>,
-        witnesses: Vec<Said<'py>>,
+        witnesses: Vec<PySaid<'py>>,
         keep_output: bool,
         progress: Option<Py<PyAny>>,
         arrivals: Option<Vec<PyReadonlyArray1<'py, f64>>>,
@@ -220,7 +220,7 @@ impl PyMonitor {
         specific_force: PyReadonlyArray2<'py, f64>,
         angular_rate: PyReadonlyArray2<'py, f64>,
         commands: Vec<(f64, String)>,
-        witnesses: Vec<Said<'py>>,
+        witnesses: Vec<PySaid<'py>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let mut unit_samples = vec![ReplayUnit::silent(); self.units];
         let (Some(place), Some(offset)) = (unit_samples.get_mut(unit), self.time_offsets.get(unit)) else {
@@ -290,7 +290,7 @@ impl PyMonitor {
         py: Python<'_>,
         unit_samples: &[ReplayUnit<'_>],
         commands: &[(f64, String)],
-        witnesses: &[Said<'_>],
+        witnesses: &[PySaid<'_>],
         keep_output: bool,
         progress: Option<&Py<PyAny>>,
     ) -> PyResult<(Replay, f64)> {

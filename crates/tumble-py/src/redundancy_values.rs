@@ -12,10 +12,10 @@ use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::redundancy::settings::Rung;
 use tumble_core::redundancy::settings::validate::{InvalidSetting, SettingError};
-use tumble_core::redundancy::witness::Witness;
+use tumble_core::redundancy::witness::{Witness, WitnessKind};
 use tumble_lab::redundancy::dyn_monitor::{Model, OutputSample, WindowMeans};
 use tumble_lab::redundancy::event_text::{EventText, Figure};
-use tumble_lab::redundancy::replay::{Replay, ReplayWindow};
+use tumble_lab::redundancy::replay::{Replay, ReplayWindow, Said};
 use tumble_lab::setting::in_seconds;
 
 use crate::convert::{array1, array2, matrix};
@@ -62,28 +62,27 @@ pub(crate) fn command((time, name): &(f64, String)) -> PyResult<(f64, Command)> 
     Ok((*time, command))
 }
 
-/// What a witness says as Python has it: time, s, kind, number of a unit, value, sigma.
-pub(crate) type Said<'py> = (
+/// What a witness says as Python has it: time, s, kind, number of a unit, value, sigma, and the turn of the samples with
+/// which it came, s.
+pub(crate) type PySaid<'py> = (
     f64,
     String,
     usize,
     PyReadonlyArray1<'py, f64>,
     PyReadonlyArray1<'py, f64>,
+    f64,
 );
 
 /// A witness by the name of its kind.
-pub(crate) fn witness((time, kind, unit, value, sigma): &Said<'_>) -> PyResult<(f64, Witness<f64>)> {
+pub(crate) fn witness((time, kind, unit, value, sigma, turn): &PySaid<'_>) -> PyResult<Said> {
     let (value, sigma) = (vector(value, "value")?, vector(sigma, "sigma")?);
-    let witness = match kind.as_str() {
-        "velocity" => Witness::Velocity { value, sigma },
-        "body velocity" => Witness::BodyVelocity { value, sigma },
-        "score" => Witness::Score {
-            unit: *unit,
-            value: value.x,
-        },
-        _ => return Err(PyValueError::new_err(format!("there is no witness '{kind}'"))),
-    };
-    Ok((*time, witness))
+    let kind = WitnessKind::named(kind)
+        .ok_or_else(|| PyValueError::new_err(format!("there is no witness '{kind}'")))?;
+    Ok(Said {
+        time: *time,
+        turn: *turn,
+        witness: Witness::of_kind(kind, *unit, value, sigma),
+    })
 }
 
 /// `M`, `b` and residual of a sensor, where a calibration has them.

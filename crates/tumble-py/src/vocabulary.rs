@@ -13,7 +13,7 @@ use tumble_core::redundancy::selection::SelectionReason;
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::redundancy::settings::validate::SettingError;
 use tumble_core::redundancy::settings::{Data, Gate, Rung, Scope};
-use tumble_core::redundancy::witness::WitnessRejection;
+use tumble_core::redundancy::witness::{WitnessKind, WitnessRejection};
 use tumble_core::spin::failure::SpinFailure;
 use tumble_core::spin::machine::{SpinEvent, SpinState};
 use tumble_lab::acquisition::RestRejection;
@@ -23,13 +23,14 @@ use tumble_lab::turntable::{PairingError, TurntableError};
 use tumble_lab::verdict::Verdict;
 
 /// Every kind of word, and its words in the core's order.
-const KINDS: [(&str, &[&str]); 27] = [
+const KINDS: [(&str, &[&str]); 28] = [
     ("event", EventKind::<f64>::NAMES),
     ("check", Check::NAMES),
     ("withheld", Withheld::NAMES),
     ("refused", RefusalReason::NAMES),
     ("abandoned", Abandoned::NAMES),
     ("record rejected", RecordRejection::NAMES),
+    ("witness", WitnessKind::NAMES),
     ("witness left out", WitnessRejection::NAMES),
     ("unhealthy", HealthFault::<f64>::NAMES),
     ("ground", Ground::NAMES),

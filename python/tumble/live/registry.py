@@ -6,13 +6,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from tumble.errors import LogError
 from tumble.live.address import Address, parse_address
 from tumble.live.shared_line import SharedLine, SharedLines
 from tumble.live.source import Source
 from tumble.logs.options import ReadOptions
+
+if TYPE_CHECKING:
+    from tumble.live.text import TextLine
 
 GROUP = "tumble.live"
 """Entry points of this group, named as their scheme, are sources that other packages bring."""
@@ -23,15 +26,18 @@ Opener: TypeAlias = Callable[[Address, ReadOptions], Source]
 LineMaker: TypeAlias = Callable[[Address, ReadOptions], SharedLine[Any]]
 """Makes a line of an address, on which several units may be heard."""
 
+TEXT = "tumble.live.text"
 LINES: Mapping[str, tuple[str, str]] = {
-    "serial": ("tumble.live.text", "serial_line"),
-    "udp": ("tumble.live.text", "udp_line"),
-    "tcp": ("tumble.live.text", "tcp_line"),
-    "stdin": ("tumble.live.text", "piped_line"),
-    "file": ("tumble.live.text", "file_line"),
+    "serial": (TEXT, "serial_line"),
+    "udp": (TEXT, "udp_line"),
+    "tcp": (TEXT, "tcp_line"),
+    "stdin": (TEXT, "piped_line"),
+    "file": (TEXT, "file_line"),
     "mavlink": ("tumble.live.mavlink", "mavlink_line"),
 }
 """Module and `LineMaker` of each scheme of lines; imported only when it is asked for."""
+SENT_BY_ANYBODY = ("udp", "mavlink")
+"""Schemes of lines to which several hosts may send."""
 OWN: Mapping[str, tuple[str, str]] = {
     "iio": ("tumble.live.iio", "open_iio"),
     "replay": ("tumble.live.replay", "open_replay"),
@@ -55,13 +61,33 @@ def open_source(
     """
     address = parse_address(text)
     if sender is not None:
-        address = replace(address, settings={**address.settings, "from": sender})
+        address = _heard_from(address, sender)
     options = options or ReadOptions()
     if address.scheme in LINES:
         make = cast("LineMaker", _imported(*LINES[address.scheme]))
         line = (lines or SharedLines()).line(address, lambda: make(address, options))
         return line.unit(address, options)
     return _opener(address)(address, options)
+
+
+def text_line(text: str, options: ReadOptions, sender: str | None = None) -> TextLine:
+    """Make the line of an address that carries text; `options` are as for `open_source`.
+
+    A `sender` counts where any host may send. Raises `LogError` where no text comes from there.
+    """
+    address = parse_address(text)
+    if sender is not None and address.scheme in SENT_BY_ANYBODY:
+        address = _heard_from(address, sender)
+    module, maker = LINES.get(address.scheme, ("", ""))
+    if module != TEXT:
+        known = [scheme for scheme, (module, _) in LINES.items() if module == TEXT]
+        raise LogError(f"{text}: no rows of text come from {address.scheme!r}; known: {', '.join(known)}")
+    make = cast("Callable[[Address, ReadOptions], TextLine]", _imported(module, maker))
+    return make(address, options)
+
+
+def _heard_from(address: Address, sender: str) -> Address:
+    return replace(address, settings={**address.settings, "from": sender})
 
 
 def schemes() -> tuple[str, ...]:

@@ -165,6 +165,13 @@ class TextTable:
             for block_read in waiting:
                 block_read.cancel()
 
+    def whole(self) -> Mapping[str, FloatArray]:
+        """Parse all of it at once, for a table that is short."""
+        blocks = [self._parse(block).columns for block in self._blocks()]
+        return {
+            name: np.concatenate([np.empty(0), *(block[name] for block in blocks)]) for name in self._names
+        }
+
     def head(self) -> Rows:
         """Parse the first block."""
         for block in self._blocks():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import islice, pairwise
 from pathlib import Path
@@ -62,10 +62,30 @@ def split_line(line: str, delimiter: str, quotes: str = '"') -> list[str]:
     return [part.strip().strip(quotes) for part in parts]
 
 
-def find_layout(path: Path, options: ReadOptions) -> TextLayout:
+@dataclass(frozen=True, slots=True)
+class SoughtTable:
+    """What a table is to hold, by which its line of names is found."""
+
+    what: str
+    """What messages call it."""
+    columns: str
+    """Names of columns that messages show."""
+    is_known: Callable[[str], bool]
+    """Whether a name is that of a column of such a table."""
+
+
+def _is_channel(name: str) -> bool:
+    column = recognise(name)
+    return column is not None and column.quantity in ("accelerometer", "gyroscope")
+
+
+LOG = SoughtTable("log", "ax, ay, az, gx, gy, gz", _is_channel)
+
+
+def find_layout(path: Path, options: ReadOptions, sought: SoughtTable = LOG) -> TextLayout:
     """Find delimiter, column names and first row of numbers.
 
-    Raises `LogError` where the file is not text, or holds neither names nor rows of numbers.
+    Raises `LogError` where the file is not text, or holds neither names nor, of a log, rows of numbers.
     """
     lines = _head_lines(path)
     preamble: dict[str, str] = {}
@@ -74,14 +94,16 @@ def find_layout(path: Path, options: ReadOptions) -> TextLayout:
         offset += len(raw)
         text = _decode(raw).strip()
         body = text.lstrip("#%").strip()
-        delimiter = names_delimiter(body, options)
+        delimiter = names_delimiter(body, options, sought)
         if delimiter is not None:
             return _named(path, lines, number, offset, split_line(body, delimiter), preamble)
-        if not text.startswith(("#", "%")) and numbers_delimiter(text) is not None:
+        if sought is LOG and not text.startswith(("#", "%")) and numbers_delimiter(text) is not None:
             return _unnamed(path, lines, number, offset - len(raw), options, preamble)
         preamble |= _key_value(body)
+    found_no = "neither" if sought is LOG else "no"
+    or_rows = " nor rows of numbers" if sought is LOG else ""
     raise LogError(
-        f"{path}: not a log: found neither column names such as ax, ay, az, gx, gy, gz nor rows of numbers"
+        f"{path}: not a {sought.what}: found {found_no} column names such as {sought.columns}{or_rows}"
     )
 
 
@@ -108,16 +130,12 @@ def _decode(line: bytes) -> str:
     return line.decode("utf-8-sig", errors="replace")
 
 
-def names_delimiter(text: str, options: ReadOptions) -> str | None:
+def names_delimiter(text: str, options: ReadOptions, sought: SoughtTable = LOG) -> str | None:
     """Delimiter with which most fields of a line are names of columns we look for; None if none is."""
     wanted = {name for name in options.columns.values() if not name.isdigit()}
 
     def known(delimiter: str) -> int:
-        columns = [(name, recognise(name)) for name in split_line(text, delimiter)]
-        return sum(
-            name in wanted or (column is not None and column.quantity in ("accelerometer", "gyroscope"))
-            for name, column in columns
-        )
+        return sum(name in wanted or sought.is_known(name) for name in split_line(text, delimiter))
 
     best = max(_DELIMITERS, key=known)
     fields = len(split_line(text, best))

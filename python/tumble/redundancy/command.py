@@ -99,12 +99,13 @@ def redundancy_command(
         ),
     ] = None,
     witness: Annotated[
-        list[Path] | None,
+        list[str] | None,
         typer.Option(
-            metavar="FILE",
+            metavar="FILE|SOURCE",
             help="Table (CSV) of what something else on board says, which settles what two units cannot: "
             "time, and velocity vx, vy, vz or vn, ve, vd (level frame), climb, or body_vx, body_vy, body_vz, "
-            "m/s, or score_UNIT, the innovations of an estimator; repeatable.",
+            "m/s, or score_UNIT, the innovations of an estimator; with --live where such rows come from, as "
+            "udp://:9200; repeatable.",
         ),
     ] = None,
     witness_sigma: Annotated[
@@ -209,7 +210,6 @@ def redundancy_command(
         of_logs = {
             "--secondary": secondary,
             "--command": command,
-            "--witness": witness,
             "--output-log": output_log,
             "--allow-missing": allow_missing,
         }
@@ -234,6 +234,8 @@ def redundancy_command(
             duration=None if duration is None else seconds_of("--duration", duration),
             dashboard=dashboard,
             sender=sender,
+            witness=witness or (),
+            witness_sigma=witness_sigma,
             as_json=as_json,
         )
         _exit_with(result)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
@@ -19,12 +19,16 @@ if TYPE_CHECKING:
     from tumble.record.writer import SessionWriter
     from tumble.redundancy.factory import Factory
     from tumble.redundancy.live import LiveRedundancy, LiveStep
+    from tumble.redundancy.monitor import RedundancyMonitor
     from tumble.redundancy.result import RedundancyResult
     from tumble.redundancy.settings import RedundancySettings
+    from tumble.redundancy.witness_live import LiveWitness
     from tumble.results import Precision
 
 Show: TypeAlias = "Callable[[LiveStep], None]"
 """Told every step."""
+REPLAY = "replay"
+"""Scheme of logs that are replayed."""
 PRIMARY = "primary"
 """Name of the unit that is the primary, unless another is named."""
 
@@ -46,6 +50,8 @@ def watch_sources(
     duration: float | None = None,
     dashboard: bool = False,
     sender: str | None = None,
+    witness: Sequence[str] = (),
+    witness_sigma: float | None = None,
     as_json: bool = False,
 ) -> RedundancyResult:
     """Watch units, `NAME=SOURCE`, until they end, for `duration` s, or until a signal; write the results.
@@ -63,6 +69,7 @@ def watch_sources(
     from tumble.redundancy.live import LiveRedundancy
     from tumble.redundancy.monitor import RedundancyMonitor
     from tumble.redundancy.summary import json_content, show_results
+    from tumble.redundancy.witness_log import WitnessLog
 
     typed = {name: address.text for name, address in parse_named_sources(words).items()}
     names = _primary_first(list(typed), primary)
@@ -87,13 +94,21 @@ def watch_sources(
         precision=precision,
         as_published=as_published,
     )
+    witnesses = _witnesses(witness, typed.values(), monitor, units, witness_sigma, sender)
     folder = prepare_folder(output or folder_named_after("redundancy"))
     check_output(folder / EVENTS, EVENTS_KIND)
     check_output(folder / REDUNDANCY_PAGE, PAGE)
     with ExitStack() as opened:
         writer = None if going_to is None else opened.enter_context(going_to.open(Facts()))
         session = _session(opened, units, record, typed, serials)
-        live = LiveRedundancy(units, monitor, output=writer, session=session)
+        live = LiveRedundancy(
+            units,
+            monitor,
+            output=writer,
+            session=session,
+            witnesses=witnesses,
+            witness_log=WitnessLog(record, monitor.units) if record is not None and witness else None,
+        )
         with stopped_by_signals(live.stop), _shown(names, as_json, dashboard) as show:
             for step in live.steps(duration):
                 show(step)
@@ -114,6 +129,41 @@ def names_of(words: Sequence[str]) -> list[str]:
     from tumble.live.naming import parse_named_sources
 
     return list(parse_named_sources(words))
+
+
+def _witnesses(
+    words: Sequence[str],
+    typed: Iterable[str],
+    monitor: RedundancyMonitor,
+    units: LiveSet,
+    sigma: float | None,
+    sender: str | None,
+) -> list[LiveWitness]:
+    """Find who else is to be heard; a log of a witness is told to the monitor at once.
+
+    Raises `LogError` where there is nobody, `ProcedureError` where units are replayed and a witness is not.
+    """
+    from tumble.live import parse_address
+    from tumble.redundancy.witness import Witness
+    from tumble.redundancy.witness_live import LiveWitness
+
+    found = []
+    lines = {parse_address(source).line for source in typed}
+    for word in words:
+        address = parse_address(word)
+        if units.is_replay != (address.scheme == REPLAY):
+            wanted = "replay:FILE, of the clock of the logs" if units.is_replay else "udp://:9200 or the like"
+            heard = "replayed" if units.is_replay else "heard as they are now"
+            raise ProcedureError(f"--witness {word}: units are {heard}; give {wanted}")
+        if address.line in lines:
+            raise ProcedureError(f"--witness {word}: is the source of a unit; give it a line of its own")
+        if units.is_replay:
+            for each in Witness.load(address.place, sigma):
+                monitor.witness(each)
+        else:
+            names = monitor.units
+            found.append(LiveWitness(word, names, sigma=sigma, sender=sender, clock_rate=units.clock_rate))
+    return found
 
 
 def _session(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -17,6 +18,8 @@ from tumble.recording import Chunk
 from tumble.redundancy.monitor import ALL_WITHIN, RedundancyMonitor
 from tumble.redundancy.procedure import result_of
 from tumble.redundancy.result import RedundancyEvent, RedundancyResult
+from tumble.redundancy.witness_live import LiveWitness
+from tumble.redundancy.witness_log import WitnessLog
 
 REPORT_EVERY = 0.5
 """s between two looks at how the set is."""
@@ -54,8 +57,8 @@ class LiveRedundancy:
 
     The set goes on without a unit whose source is lost, if it was made with `keep_going`. Compensated output
     goes to `output` before anything else is done with a sample. `session` records all samples, in the order
-    in which the monitor took them in, so that a replay of the session gives the same. What is adopted is in
-    the store of the monitor at once.
+    in which the monitor took them in, so that a replay of the session gives the same; `witness_log` beside it
+    what `witnesses` said. What is adopted is in the store of the monitor at once.
     """
 
     def __init__(
@@ -65,12 +68,16 @@ class LiveRedundancy:
         *,
         output: Writer | None = None,
         session: SessionWriter | None = None,
+        witnesses: Sequence[LiveWitness] = (),
+        witness_log: WitnessLog | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._set = units
         self._monitor = monitor
         self._output = output
         self._session = session
+        self._witnesses = witnesses
+        self._witness_log = witness_log
         self._clock = clock
         self._happened: list[SourceEvent] = []
         units.on_event = self._happened.append
@@ -109,11 +116,14 @@ class LiveRedundancy:
         """
         reason: EndReason = "end of sources"
         self._monitor.save()
-        with self._set as units:
+        with self._set as units, ExitStack() as listening:
+            for witness in self._witnesses:
+                listening.enter_context(witness)
             self._began = report_at = self._clock()
             yield self._state()
             for name, chunk in units:
                 yield from self._of_sources()
+                yield from self._of_witnesses()
                 yield from self._take(name, chunk) if len(chunk) and self._counts(name) else self._wait()
                 if self._session is not None:
                     self._session.flush()
@@ -172,6 +182,8 @@ class LiveRedundancy:
         yield from self._note(self._tick(turn))
         self._heard = self._latest_turn = turn
         happened = self._monitor.push(name, chunk)
+        if self._witness_log is not None and self._monitor.heard:
+            self._witness_log.write(self._monitor.heard, turn)
         output = self._monitor.output
         if self._output is not None and len(output):
             self._output.write(Chunk(output.time, output.specific_force, output.angular_rate))
@@ -211,6 +223,15 @@ class LiveRedundancy:
             figures = {"reason": event.reason} if event.reason else {}
             yield self._told(RedundancyEvent(event.time, event.name, event.kind, figures))
 
+    def _of_witnesses(self) -> Iterator[RedundancyEvent]:
+        """Hand on what witnesses say, and tell of those that were lost."""
+        for witness in self._witnesses:
+            for heard in witness.take():
+                if isinstance(heard, RedundancyEvent):
+                    yield self._told(heard)
+                elif self._is_watching:
+                    self._monitor.witness(heard)
+
     def _never_heard(self, now: float) -> Iterator[RedundancyEvent]:
         """Tell, once, of units that never sent anything."""
         if now - self._began <= FIRST_SAMPLE_WITHIN:
@@ -232,6 +253,8 @@ class LiveRedundancy:
     def _remarks(self) -> Iterator[str]:
         for name, remarks in self._set.remarks.items():
             yield from (f"{name}: {remark}" for remark in remarks)
+        for witness in self._witnesses:
+            yield from (f"{witness.name}: {remark}" for remark in witness.remarks)
 
     @property
     def _elapsed(self) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
@@ -33,7 +34,7 @@ from tumble.redundancy.result import (
 from tumble.redundancy.settings import RedundancySettings
 from tumble.redundancy.store import ErrorStore, Rejected
 from tumble.redundancy.units import CHANNELS, UnitSettings, identity_of
-from tumble.redundancy.witness import NativeWitness, Witness, in_order
+from tumble.redundancy.witness import NativeWitness, Witness, in_order, order
 from tumble.results import Precision
 
 Settings: TypeAlias = RedundancySettings | Mapping[str, object] | str | Path
@@ -118,6 +119,8 @@ class RedundancyMonitor:
         self._stored: dict[tuple[str, str], float] = {}
         """When what was saved of a sensor was adopted, s."""
         self._witnesses: list[NativeWitness] = []
+        self.heard: Sequence[NativeWitness] = ()
+        """What witnesses said that counted from the samples of the last `push` on."""
         self._commands: list[Command] = []
         self._output = _output_of(self.units, None)
         self.is_silent = False
@@ -149,8 +152,7 @@ class RedundancyMonitor:
         offset = self._known[number].time_offset
         time = chunk.time + offset if offset else chunk.time
         latest = float(time.max())
-        due = [each for each in self._witnesses if each[0] <= latest]
-        self._witnesses = self._witnesses[len(due) :]
+        self.heard = self._due(latest)
         commands = [(-math.inf, command) for command in self._commands]
         self._commands = []
         before = self._rejections(float(time[0]))
@@ -160,7 +162,7 @@ class RedundancyMonitor:
             np.ascontiguousarray(chunk.accelerometer),
             np.ascontiguousarray(chunk.gyroscope),
             commands,
-            due,
+            self.heard,
         )
         self._note(float(time.min()), latest, said)
         self._output = _output_of(self.units, said)
@@ -213,7 +215,7 @@ class RedundancyMonitor:
 
         Raises `ProcedureError` where a score is of no unit of the set.
         """
-        self._witnesses = sorted([*self._witnesses, *in_order([witness], self.units)], key=_time_of)
+        self._witnesses = sorted([*self._witnesses, *in_order([witness], self.units)], key=order)
 
     def command(self, command: Command) -> None:
         """Give a command with the next sample: `evaluate`, or `return to primary`."""
@@ -281,6 +283,14 @@ class RedundancyMonitor:
             yield f"the primary's own calibration is that of the store, {self._store.primary_path}"
         yield from _without_serial(self.identities)
         yield from self._store.notices()
+
+    def _due(self, latest: float) -> Sequence[NativeWitness]:
+        """Take off what witnesses said of times up to the latest."""
+        count = bisect_right(self._witnesses, latest, key=_time_of) if self._witnesses else 0
+        due = self._witnesses[:count]
+        if count:
+            self._witnesses = self._witnesses[count:]
+        return due
 
     def _note(self, first: float, latest: float, said: _core.RedundancySaid | None = None) -> None:
         self.start, self.newest = min(self.start, first), max(self.newest, latest)

@@ -19,7 +19,7 @@ from tumble.redundancy.monitor import COMMANDS, Command, RedundancyMonitor, Sett
 from tumble.redundancy.replay import replay, selected_spans
 from tumble.redundancy.result import RedundancyEvent, RedundancyResult
 from tumble.redundancy.settings import RedundancySettings
-from tumble.redundancy.witness import WitnessSource, in_order, witnesses_of
+from tumble.redundancy.witness import WitnessSource, in_order, recorded_witness, witnesses_of
 from tumble.results import Precision
 
 
@@ -50,12 +50,13 @@ def redundancy(
     calibration, which it keeps for runs without one. `factory` are turntable calibrations of secondaries,
     by name or in files that state whose they are, which become the first errors in it. `commands` are
     given to the monitor at their times, s of the common clock. `witness` is what something else on board
-    says of the motion, as `Witness` or a table of it, which settles what units cannot between them;
-    `witness_sigma`, m/s, is that of tables that state none. With `precision` `f32` it computes as a
-    device would. With `allow_missing`, a unit that cannot be read is replayed as one that never says
-    anything. With `as_published` settings begin from `RedundancySettings.as_published()`, and `settings`
-    override them. `keep_output` keeps what the platform would have used, 72 bytes a sample. `read` says
-    how to read all logs, or each by what names its unit. `progress` is told samples done, and samples
+    says of the motion, as `Witness` or a table of it, which settles what units cannot between them; without
+    it, what was heard while `log`, a session, was recorded. `witness_sigma`, m/s, is that of tables that
+    state none. With `precision` `f32` it computes as a device would. With `allow_missing`, a unit that
+    cannot be read is replayed as one that never says anything. With `as_published` settings begin from
+    `RedundancySettings.as_published()`, and `settings` override them. `keep_output` keeps what the platform
+    would have used, 72 bytes a sample. `read` says how to read all logs, or each by what names its unit.
+    `progress` is told samples done, and samples
     expected where known.
 
     Raises `TumbleError`, in one line, where settings or logs make no sense; `store` is then as it was.
@@ -65,7 +66,8 @@ def redundancy(
     _refuse_unknown_commands(commands)
     units = open_units((primary, *sources_of(secondaries)), log, read, allow_missing)
     names = tuple(unit.name for unit in units)
-    said = in_order(witnesses_of(witness, witness_sigma), names)
+    recorded = () if log is None else recorded_witness(log)
+    said = in_order(witnesses_of(witness, witness_sigma) or recorded, names)
     monitor = RedundancyMonitor(
         names[0],
         names[1:],

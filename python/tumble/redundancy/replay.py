@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import takewhile
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from tumble.recording import FloatArray
 from tumble.redundancy.logs import SideBySide
 from tumble.redundancy.monitor import Command, RedundancyMonitor
 from tumble.redundancy.result import NONE_FIT, RedundancyEvent, Selected, SetOutput, UnitTrace
-from tumble.redundancy.witness import NativeWitness
+from tumble.redundancy.witness import NativeWitness, order
 
 _TRACES = ("specific_force", "angular_rate", "specific_force_compensated", "angular_rate_compensated")
 _OUTPUT = ("time", "unit", "specific_force", "angular_rate", "flags")
@@ -112,12 +113,15 @@ def replay(
 ) -> Replayed:
     """Push all blocks into the monitor, with commands and witnesses at their times, s of the common clock.
 
-    Witnesses are in order of time; what they say before and after the logs is left out.
+    Witnesses are as `in_order` gives them; what they say before and after the logs is left out.
 
     Raises `ProcedureError` where a command lies outside the logs, or all that witnesses say.
     """
     replayed = Replayed(monitor.units)
     waiting = sorted(commands)
+    if blocks.arrivals is None:
+        # Then turns are those of the time itself.
+        witnesses = sorted(((*witness[:5], -math.inf) for witness in witnesses), key=order)
     heard = 0
     for block in blocks:
         _refuse_early(waiting, blocks.start)
@@ -125,9 +129,9 @@ def replay(
         latest = max(float(time.max()) for time, _, _ in block if len(time))
         due = [command for command in waiting if command[0] <= latest]
         waiting = waiting[len(due) :]
-        said = witnesses[heard : bisect_right(witnesses, latest, key=_time_of)]
-        heard += len(said)
         arrivals = blocks.arrivals
+        said = list(takewhile(_is_due(latest, arrivals), witnesses[heard:]))
+        heard += len(said)
         if arrivals is not None and (silence := blocks.silence):
             replayed.events += monitor.tick(monitor.newest + silence)
         replayed.add(*monitor.replay(block, due, said, arrivals=arrivals, keep_output=keep_output))
@@ -143,8 +147,10 @@ def replay(
     return replayed
 
 
-def _time_of(witness: NativeWitness) -> float:
-    return witness[0]
+def _is_due(latest: float, arrivals: Sequence[FloatArray] | None) -> Callable[[NativeWitness], bool]:
+    """Tell of what witnesses said whether it counts by the end of a block, s."""
+    until = max((float(each[-1]) for each in arrivals or () if len(each)), default=math.inf)
+    return lambda witness: witness[0] <= latest and witness[5] <= until
 
 
 def _refuse_early(commands: Sequence[tuple[float, Command]], start: float) -> None:

@@ -2,27 +2,26 @@
 
 from __future__ import annotations
 
-import csv
-import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from tumble.arrays import column, refuse_other_lengths, times, triad
 from tumble.errors import LogError, ProcedureError
+from tumble.file_names import WITNESS_FILE
 from tumble.files import FileKind, note_input, write_text
-from tumble.numbers import number_of
+from tumble.logs.options import ReadOptions
+from tumble.logs.text import SoughtTable, find_layout
 from tumble.recording import FloatArray
-from tumble.words import count_of
 
 WitnessKind: TypeAlias = Literal["velocity", "body velocity", "score"]
-NativeWitness: TypeAlias = tuple[float, WitnessKind, int, FloatArray, FloatArray]
-"""Time, kind, unit, value (3,), sigma (3,), as the monitor takes them."""
+NativeWitness: TypeAlias = tuple[float, WitnessKind, int, FloatArray, FloatArray, float]
+"""Time, kind, unit, value (3,), sigma (3,), turn, as the monitor takes them."""
 
 LEVEL: Mapping[str, tuple[int, float]] = {
     **{"vx": (0, 1.0), "vy": (1, 1.0), "vz": (2, 1.0)},
@@ -33,6 +32,8 @@ BODY: Mapping[str, tuple[int, float]] = {"body_vx": (0, 1.0), "body_vy": (1, 1.0
 """Columns of velocity in the primary's axes."""
 SCORE = "score_"
 SIGMA = "sigma"
+TIME, ARRIVAL = "time", "arrival"
+KNOWN_COLUMNS = f"{', '.join([*LEVEL, *BODY])} and {SCORE}UNIT"
 WITNESS = FileKind("a table of a witness", re.compile(rb"\Atime,"))
 
 
@@ -51,6 +52,9 @@ class Witness:
     """The unit that a score is of."""
     source: str = "witness"
     """What messages call it."""
+    arrival: FloatArray | None = field(default=None, repr=False)
+    """(n,) s by the clock of a session, with whose samples of that arrival each was heard; None where it
+    counts from the first sample of its time on."""
 
     @classmethod
     def velocity(
@@ -102,18 +106,7 @@ class Witness:
 
         Raises `LogError`, in one line, where the table cannot be read or nothing in it is known.
         """
-        path = Path(path)
-        table = _table(path)
-        stamps = table.pop("time", None)
-        if stamps is None:
-            raise LogError(f"{path}: has no column time; it holds {', '.join(table) or 'nothing'}")
-        found = [*_velocities(path, stamps, table, sigma), *_scores(path, stamps, table)]
-        if not found:
-            raise LogError(
-                f"{path}: no column is known of {', '.join(table) or 'none'}; known are "
-                f"{', '.join([*LEVEL, *BODY])} and {SCORE}UNIT"
-            )
-        return tuple(found)
+        return witnesses_in(_table(Path(path)), str(path), sigma)
 
     def save(self, path: str | Path) -> Path:
         """Write the table that `load` reads; give its path.
@@ -131,7 +124,7 @@ class Witness:
     def _columns(self) -> tuple[str, ...]:
         if self.kind == "score":
             return (f"{SCORE}{self.unit}",)
-        return tuple(LEVEL)[:3] if self.kind == "velocity" else tuple(BODY)
+        return velocity_columns(self.kind)
 
 
 WitnessSource: TypeAlias = Witness | str | Path
@@ -146,13 +139,29 @@ def witnesses_of(
     return tuple(witness for found in loaded for witness in found)
 
 
+def recorded_witness(session: str | Path) -> tuple[Witness, ...]:
+    """Give what was heard while a session was recorded; nothing where it is none, or nobody spoke."""
+    path = Path(session) / WITNESS_FILE
+    return Witness.load(path) if path.is_file() else ()
+
+
 def in_order(witnesses: Iterable[Witness], names: Sequence[str]) -> list[NativeWitness]:
-    """Give all that was said in order of time, units by their numbers; `names` are those, primary first.
+    """Give all that was said in order of arrival, where that is known of all, and of time.
+
+    Units are given by their numbers; `names` are those, primary first.
 
     Raises `ProcedureError` where a score is of none of them.
     """
-    said = [each for witness in witnesses for each in _native(witness, names)]
-    return sorted(said, key=lambda each: each[0])
+    witnesses = list(witnesses)
+    if any(witness.arrival is None for witness in witnesses):
+        witnesses = [replace(witness, arrival=None) for witness in witnesses]
+    return sorted((each for witness in witnesses for each in _native(witness, names)), key=order)
+
+
+def order(witness: NativeWitness) -> tuple[float, float, str, int]:
+    """Give what the order of witnesses goes by."""
+    time, kind, unit, _, _, turn = witness
+    return turn, time, kind, unit
 
 
 def _native(witness: Witness, names: Sequence[str]) -> Iterator[NativeWitness]:
@@ -162,65 +171,97 @@ def _native(witness: Witness, names: Sequence[str]) -> Iterator[NativeWitness]:
             "use one of these names"
         )
     unit = names.index(witness.unit) if witness.kind == "score" else 0
-    for time, value, sigma in zip(witness.time.tolist(), witness.value, witness.sigma, strict=True):
-        yield time, witness.kind, unit, value, sigma
+    turns = np.full(len(witness.time), -np.inf) if witness.arrival is None else witness.arrival
+    for time, value, sigma, turn in zip(
+        witness.time.tolist(), witness.value, witness.sigma, turns.tolist(), strict=True
+    ):
+        yield time, witness.kind, unit, value, sigma, turn
 
 
-def _velocities(
-    path: Path, stamps: FloatArray, table: Mapping[str, FloatArray], sigma: float | None
-) -> Iterator[Witness]:
+def witnesses_in(
+    columns: Mapping[str, FloatArray], source: str, sigma: float | None = None
+) -> tuple[Witness, ...]:
+    """Find what columns of a table say; `time`, s, is one of them, and what they say is left out elsewhere.
+
+    `sigma`, m/s, is that of velocities without a column of theirs.
+
+    Raises `LogError` where nothing is known of them, a velocity has no sigma, or an axis comes twice.
+    """
+    found = (*_velocities(source, columns, sigma), *_scores(source, columns))
+    if not found:
+        others = [name for name in columns if name not in (TIME, ARRIVAL)]
+        raise LogError(
+            f"{source}: no column is known of {', '.join(others) or 'none'}; known are {KNOWN_COLUMNS}"
+        )
+    return found
+
+
+def velocity_columns(kind: WitnessKind) -> tuple[str, ...]:
+    """Give the names of the columns that a velocity is written under, x, y and z."""
+    return tuple(LEVEL)[:3] if kind == "velocity" else tuple(BODY)
+
+
+def is_column(name: str) -> bool:
+    """Whether a column of this name is one of a witness."""
+    return name in (TIME, ARRIVAL, *LEVEL, *BODY) or name.startswith((SCORE, SIGMA))
+
+
+SOUGHT = SoughtTable("table of a witness", "time, vx, vy, vz, sigma", is_column)
+
+
+def _velocities(source: str, table: Mapping[str, FloatArray], sigma: float | None) -> Iterator[Witness]:
+    stamps = table[TIME]
     for known, in_body in ((LEVEL, False), (BODY, True)):
         columns = {name: known[name] for name in table if name in known}
         if not columns:
             continue
         axes = [axis for axis, _ in columns.values()]
         if len(set(axes)) < len(axes):
-            raise LogError(f"{path}: {', '.join(columns)}: two of these are of one axis; leave one out")
+            raise LogError(f"{source}: {', '.join(columns)}: two of these are of one axis; leave one out")
         values, sigmas = np.full((len(stamps), 3), np.nan), np.full((len(stamps), 3), np.inf)
         for name, (axis, sign) in columns.items():
             values[:, axis] = sign * table[name]
-            sigmas[:, axis] = _sigma(path, name, table, sigma)
+            sigmas[:, axis] = _sigma(source, name, table, sigma)
         said = np.isfinite(values).any(axis=1)
-        yield Witness.velocity(stamps[said], values[said], sigmas[said], in_body=in_body, source=str(path))
+        found = Witness.velocity(stamps[said], values[said], sigmas[said], in_body=in_body, source=source)
+        yield _with_turns(found, table, said)
 
 
-def _sigma(path: Path, name: str, table: Mapping[str, FloatArray], sigma: float | None) -> FloatArray | float:
+def _sigma(
+    source: str, name: str, table: Mapping[str, FloatArray], sigma: float | None
+) -> FloatArray | float:
     for stated in (f"{SIGMA}_{name}", SIGMA):
         if stated in table:
             return table[stated]
     if sigma is None:
-        raise LogError(f"{path}: {name} has no sigma; add a column {SIGMA}, or give --witness-sigma, m/s")
+        raise LogError(f"{source}: {name} has no sigma; add a column {SIGMA}, or give --witness-sigma, m/s")
     return sigma
 
 
-def _scores(path: Path, stamps: FloatArray, table: Mapping[str, FloatArray]) -> Iterator[Witness]:
+def _scores(source: str, table: Mapping[str, FloatArray]) -> Iterator[Witness]:
     for name, values in table.items():
         if name.startswith(SCORE):
             said = np.isfinite(values)
-            yield Witness.score(name.removeprefix(SCORE), stamps[said], values[said], source=str(path))
+            found = Witness.score(name.removeprefix(SCORE), table[TIME][said], values[said], source=source)
+            yield _with_turns(found, table, said)
 
 
-def _table(path: Path) -> dict[str, FloatArray]:
-    """Columns of numbers by their names; lines that begin with # and empty ones are left out."""
+def _with_turns(witness: Witness, table: Mapping[str, FloatArray], said: NDArray[np.bool_]) -> Witness:
+    return replace(witness, arrival=table[ARRIVAL][said]) if ARRIVAL in table else witness
+
+
+def _table(path: Path) -> Mapping[str, FloatArray]:
+    """Columns of a table that are those of a witness, by their names."""
+    from tumble.logs.csv import TextTable
+
     note_input(path)
     try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            lines = [(k, line) for k, line in enumerate(file, start=1) if line.strip() and line[0] != "#"]
-    except (OSError, UnicodeDecodeError) as error:
-        raise LogError(f"{path}: cannot be read: {error}; give a table of comma-separated values") from None
-    if not lines:
-        raise LogError(f"{path}: is empty")
-    names = [name.strip() for name in next(csv.reader([lines[0][1]]))]
-    rows = [_numbers(path, line, text, len(names)) for line, text in lines[1:]]
-    return dict(zip(names, np.array(rows).reshape(-1, len(names)).T, strict=True))
-
-
-def _numbers(path: Path, line: int, text: str, columns: int) -> list[float]:
-    cells = [cell.strip() for cell in next(csv.reader([text]))]
-    if len(cells) != columns:
-        raise LogError(f"{path}: line {line}: has {count_of('cell', len(cells))}, the names are {columns}")
-    numbers = [number_of(cell) if cell else math.nan for cell in cells]
-    for cell, number in zip(cells, numbers, strict=True):
-        if number is None:
-            raise LogError(f"{path}: line {line}: {cell!r} is no number; correct it, or leave the cell empty")
-    return [number for number in numbers if number is not None]
+        layout = find_layout(path, ReadOptions(), SOUGHT)
+        table = TextTable(path, layout, [name for name in layout.names if is_column(name)]).whole()
+    except OSError as error:
+        raise LogError(f"{path}: cannot be read: {error.strerror or error}") from error
+    if TIME not in table:
+        raise LogError(f"{path}: has no column {TIME}; it holds {', '.join(layout.names)}")
+    # So that what cannot be used is named with what can.
+    others = {name: np.empty(0) for name in layout.names if name not in table}
+    return table if any(name not in (TIME, ARRIVAL) for name in table) else {**table, **others}

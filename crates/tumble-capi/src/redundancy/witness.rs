@@ -2,7 +2,7 @@
 
 use core::mem::MaybeUninit;
 
-use tumble_core::redundancy::witness::Witness as Core;
+use tumble_core::redundancy::witness::{Witness as Core, WitnessKind as CoreKind};
 
 use crate::code::{Code, code};
 use crate::redundancy::number;
@@ -41,6 +41,9 @@ pub struct Witness {
 unsafe impl Code for WitnessKind {
     const COUNT: u32 = 3;
 }
+
+// A kind that the core gets needs its number here.
+const _: () = assert!(CoreKind::ALL.len() == WitnessKind::COUNT as usize);
 
 impl Witness {
     /// As the core has it.

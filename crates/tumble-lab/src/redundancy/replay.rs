@@ -72,12 +72,23 @@ pub struct Replay {
     pub degraded: u64,
 }
 
+/// What something else on board said.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Said {
+    /// s, when it was so.
+    pub time: f64,
+    /// Of the samples with which it came, s; of none, minus infinity: it counts from the first sample of its time on.
+    pub turn: f64,
+    /// What was said.
+    pub witness: Witness<f64>,
+}
+
 /// What to do besides pushing samples.
 pub struct ReplayOptions<'a> {
     /// s, in order, with the command to give then.
     pub commands: &'a [(f64, Command)],
-    /// s, in order, with what something else on board said of then.
-    pub witnesses: &'a [(f64, Witness<f64>)],
+    /// What something else on board said, in order.
+    pub witnesses: &'a [Said],
     /// Whether the output is kept.
     pub keep_output: bool,
     /// Time 0 of the monitor, s of the recordings' clock.
@@ -115,9 +126,10 @@ pub fn replay(
         while let Some((_, command)) = commands.next_if(|(time, _)| *time <= now) {
             monitor.command(*command);
         }
-        while let Some((time, witness)) = witnesses.next_if(|(time, _)| *time <= now) {
-            let time = microseconds(time - options.origin);
-            monitor.witness(time, witness, &mut replay.log);
+        let turn = samples.turn(row).unwrap_or(now);
+        while let Some(said) = witnesses.next_if(|said| said.time <= now && said.turn <= turn) {
+            let time = microseconds(said.time - options.origin);
+            monitor.witness(time, &said.witness, &mut replay.log);
         }
         let sample = Sample {
             time: microseconds(samples.time[row] - options.origin),

@@ -42,6 +42,19 @@ pub enum Witness<T: Real> {
 }
 
 crate::vocabulary! {
+    /// What a witness speaks of.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum WitnessKind {
+        /// `Witness::Velocity`.
+        Velocity = "velocity",
+        /// `Witness::BodyVelocity`.
+        BodyVelocity = "body velocity",
+        /// `Witness::Score`.
+        Score = "score",
+    }
+}
+
+crate::vocabulary! {
     /// Why what a witness said was left out.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum WitnessRejection {
@@ -64,6 +77,15 @@ crate::vocabulary! {
 mod tests;
 
 impl<T: Real> Witness<T> {
+    /// What one of a kind says: of a velocity `value` and `sigma`, of a score of `unit` the first of `value`.
+    pub fn of_kind(kind: WitnessKind, unit: usize, value: Vector3<T>, sigma: Vector3<T>) -> Self {
+        match kind {
+            WitnessKind::Velocity => Self::Velocity { value, sigma },
+            WitnessKind::BodyVelocity => Self::BodyVelocity { value, sigma },
+            WitnessKind::Score => Self::Score { unit, value: value.x },
+        }
+    }
+
     /// Whether it can be listened to, of a set of so many units.
     pub(crate) fn check(&self, units: usize) -> Result<(), WitnessRejection> {
         match self {
