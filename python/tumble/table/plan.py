@@ -38,6 +38,8 @@ MOST_TURNS = 6
 """Turns there and back for the gyroscope: two about each direction."""
 EXACT = 9
 """Poses up to which the shortest order is found for certain: all that a plan has."""
+ABOUT = 0.25
+"""Of a turn, by which one that was made may differ: a unit may be mounted 10 deg askew."""
 UNSEEN = 1e12
 """Variance over goal, squared, of what nothing shows."""
 STEPS = 64
@@ -89,12 +91,35 @@ class PosePlan:
     @cached_property
     def route(self) -> FloatArray:
         """(m, axes) rad, of all rests, those between turns included, in their order."""
+        return self._route([True] * len(self.angles), self.turns)
+
+    def left(self, shown: Sequence[bool], turned: FloatArray) -> FloatArray:
+        """Give what is left of the route (m, axes), rad, once some rests and turns were made.
+
+        `shown` says of each rest whether it was; `turned` (n, 3) are rotations, rad, between one rest and
+        the next in the frame of the table, or nearly. A turn of which there or back lacks is made again.
+        """
+        made = list(turned)
+        turns = tuple(each for each in self.turns if not _was_made(self._rotation(*each), made))
+        numbers = {number for number, _ in turns}
+        wanted = [not each or number in numbers for number, each in enumerate(shown)]
+        return self._route(wanted, turns)
+
+    def _route(self, wanted: Sequence[bool], turns: Sequence[tuple[int, TableTurn]]) -> FloatArray:
         stops: list[FloatArray] = []
         for number, angles in enumerate(self.angles):
-            stops.append(angles)
-            for _, turn in (each for each in self.turns if each[0] == number):
+            stops += [angles] if wanted[number] else []
+            for _, turn in (each for each in turns if each[0] == number):
                 stops += [_turned(angles, turn), angles]
-        return np.array(stops)
+        return np.array(stops).reshape(-1, len(self.axes))
+
+    def _rotation(self, number: int, turn: TableTurn) -> FloatArray:
+        """Give a turn as rotation (3,) in the frame of the table, rad; its axis is fixed there."""
+        speed = np.zeros((1, len(self.axes)))
+        speed[0, turn.axis] = turn.angle
+        rotation, _ = body_motion(self.axes, self.angles[[number]], speed, np.zeros_like(speed))
+        found: FloatArray = rotation[0]
+        return found
 
     @property
     def ups(self) -> FloatArray:
@@ -381,6 +406,19 @@ def _exchanged_order(between: FloatArray) -> list[int]:
             if improved:
                 break
     return order
+
+
+def _was_made(rotation: FloatArray, made: list[FloatArray]) -> bool:
+    """Whether a rotation and its way back are among those that were made, which they then are no more."""
+    found: list[FloatArray] = []
+    for wanted in (rotation, -rotation):
+        most = ABOUT * float(np.linalg.norm(wanted))
+        number = next((n for n, each in enumerate(made) if np.linalg.norm(each - wanted) <= most), None)
+        if number is None:
+            made += found
+            return False
+        found.append(made.pop(number))
+    return True
 
 
 def _turned(angles: FloatArray, turn: TableTurn) -> FloatArray:

@@ -193,12 +193,13 @@ def turntable_command(
 
     Writes a calibration file and a page for each target, batch.jsonl, summary.csv and turntable.html, which
     keep the targets of earlier runs into the folder. The exit code is 0 if every target was calibrated within
-    its limits, 3 if one was not, 2 if nothing could be done.
+    its limits, 3 if one was not or a live session ended before all was reached, 2 if nothing could be done.
     """
     from tumble.calibration.document import Calibration
     from tumble.files import prepare_folder
     from tumble.turntable.batch import Batch
     from tumble.turntable.limits import Limits
+    from tumble.turntable.poses import SIX_FACES
     from tumble.turntable.procedure import open_session
     from tumble.turntable.production import MOST_PAGES, Production, key_of_run, pages_for
     from tumble.turntable.targets import find_targets
@@ -218,10 +219,11 @@ def turntable_command(
         clock=clock.value,
         g_sensitivity=g_sensitivity,
     )
+    recorded = None
     with failures_told(live and as_json):
         if live:
             folder = prepare_folder(output or folder_named_after("live"))
-            session_folder = record_live(
+            recorded = record_live(
                 [reference, *(targets or [])],
                 folder,
                 asked,
@@ -236,15 +238,17 @@ def turntable_command(
                 as_json=as_json,
                 quiet=quiet,
             )
-            if session_folder is None:
+            if recorded is None:
                 return
             # What was recorded is in SI units and the case frame: nothing is left to be said of it.
-            reference, targets, poses = str(session_folder), [], None
+            reference, targets, poses = str(recorded.folder), [], None
             read_options, exceptions = ReadOptions(), []
         else:
             asked.refuse_without_live()
             folder = output or folder_for(reference)
         wanted_poses = _poses(poses, reference)
+        if recorded is not None and wanted_poses is not None and wanted_poses is not SIX_FACES:
+            wanted_poses = wanted_poses.without(recorded.not_shown)
         reference, targets = _units(reference, targets or [], reference_name)
         read = ReadingOptions(read_options, exceptions or [])
         found = find_targets(
@@ -282,7 +286,7 @@ def turntable_command(
         if not quiet:
             _remark(remarks)
         screen = _run(production, found.targets, Voice(quiet, verbose, as_json, events=live))
-    if screen.failed:
+    if screen.failed or not (recorded is None or recorded.is_all):
         raise typer.Exit(SOME_FAILED)
 
 

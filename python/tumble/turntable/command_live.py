@@ -15,6 +15,7 @@ from tumble.cli.durations import seconds_of
 from tumble.cli.read_options import read_options_for
 from tumble.errors import ProcedureError, TumbleError
 from tumble.logs.options import ReadOptions
+from tumble.words import join
 
 if TYPE_CHECKING:
     from tumble.logs.session import SessionProcedure
@@ -106,6 +107,17 @@ class LiveOptions:
                 raise ProcedureError(f"{name} is for units that are read live; add --live, or leave it out")
 
 
+@dataclass(frozen=True, slots=True)
+class RecordedSession:
+    """What a live session left to be calibrated."""
+
+    folder: Path
+    is_all: bool
+    """Whether all poses, all turns and the goal were reached."""
+    not_shown: tuple[str, ...]
+    """Poses of which nothing is there."""
+
+
 def record_live(
     words: Sequence[str],
     folder: Path,
@@ -121,8 +133,8 @@ def record_live(
     resume: bool,
     as_json: bool,
     quiet: bool,
-) -> Path | None:
-    """Lead through the session and record it; give its folder, None where only the plan was asked for.
+) -> RecordedSession | None:
+    """Lead through the session and record it; None where only the plan was asked for.
 
     Raises `TumbleError`, in one line, where that cannot be done, and `KeyboardInterrupt` at Ctrl-C and
     SIGTERM; what was recorded stays.
@@ -132,13 +144,16 @@ def record_live(
     from tumble.live.naming import parse_named_sources
     from tumble.turntable.command_live_screen import shown
     from tumble.turntable.goal import Goal
-    from tumble.turntable.live import POSE_SECONDS, REFERENCE, LiveTurntable
+    from tumble.turntable.live import POSE_SECONDS, REFERENCE, SESSION_FOLDER, LiveTurntable
     from tumble.turntable.poses import SIX_FACES
+    from tumble.turntable.session_poses import poses_of
     from tumble.turntable.table_plan import turned_table
 
     typed = {name: address.text for name, address in parse_named_sources(words).items()}
     goal = Goal.parse(live.until) if live.until else None
     seconds = POSE_SECONDS if live.pose_seconds is None else seconds_of("--pose-seconds", live.pose_seconds)
+    if resume and poses is None:
+        poses = poses_of(folder / SESSION_FOLDER)
     table = turned_table(live.table, live.table_limits, seconds, poses, live.turns) if live.table else None
     if table is not None:
         _say(table.lines())
@@ -168,10 +183,11 @@ def record_live(
         with stopped_by_signals(session.stop), shown(as_json, quiet) as show:
             for step in session.steps():
                 show(step)
-    if not session.is_complete:
+    if session.was_stopped:
         _say_how_to_go_on(session)
         raise KeyboardInterrupt
-    return session.session
+    _refuse_if_unheard(session, reference or REFERENCE, typed)
+    return RecordedSession(session.session, session.is_complete and session.goal_is_met, session.not_shown)
 
 
 @contextmanager
@@ -203,6 +219,15 @@ def _procedure(
             **({"resumed": True} if resume else {}),
         },
     )
+
+
+def _refuse_if_unheard(session: LiveTurntable, reference: str, names: Iterable[str]) -> None:
+    silent = [name for name in names if name not in session.heard]
+    if reference in silent or not session.heard - {reference}:
+        raise ProcedureError(
+            f"there is nothing to calibrate, as no sample came of {join(silent)}; check power, cables and "
+            "addresses, and go on with --resume"
+        )
 
 
 def _say_how_to_go_on(session: LiveTurntable) -> None:

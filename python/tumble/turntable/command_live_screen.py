@@ -25,6 +25,8 @@ BAR_WIDTH = 10
 DONE, OPEN, BAR, EMPTY = "✓", " ", "█", "░"
 STYLES = {"waiting": "dim", "rest": "green", "motion": "cyan", "silent": "red", "lost": "red"}
 SHOWN = {"waiting": "waiting", "rest": "still", "motion": "moves", "silent": "SILENT", "lost": "LOST"}
+TROUBLE = ("warning", "ended early")
+"""What is said even where little is."""
 A_ROW = 6
 """Poses beside each other."""
 
@@ -39,12 +41,12 @@ def shown(as_json: bool, quiet: bool) -> Iterator[Show]:
     if as_json:
         yield lambda step: print_event(event_of(step))
     elif not console.is_terminal or quiet:
-        yield lambda step: _print_line("" if quiet and step.kind != "warning" else prompt(step))
+        yield lambda step: _print_line("" if quiet and step.kind not in TROUBLE else prompt(step))
     else:
         with Live(console=console, auto_refresh=False) as screen:
 
             def show(step: TurntableStep) -> None:
-                if step.kind in ("warning", "done"):
+                if step.kind in (*TROUBLE, "done"):
                     screen.console.print(prompt(step), style="yellow" if step.text else "", highlight=False)
                 screen.update(drawn(step), refresh=True)
 
@@ -86,6 +88,7 @@ def prompt(step: TurntableStep) -> str:
         "turn done": f"Turn about {step.subject} done.",
         "warning": f"Warning: {step.subject}: {step.text}",
         "done": "Done.",
+        "ended early": f"Ended early: {step.text}.",
     }.get(step.kind, "")
 
 

@@ -99,6 +99,16 @@ class Guide:
         everything: list[WantedPose | WantedTurn] = [*self.poses, *self.turns]
         return next((each for each in everything if not each.is_done), None)
 
+    def begin_anew(self) -> None:
+        """Forget what was shown, not what is wanted."""
+        for pose in self.poses:
+            pose.done = pose.now = 0.0
+            pose.told = False
+        for turn in self.turns:
+            turn.done = 0
+        self.motion()
+        self._turned, self._turn_taken = np.zeros(3), True
+
     def turn(self, angle: FloatArray) -> None:
         """Take in what the reference turned, (3,) rad about its axes."""
         self._turned = self._turned + angle

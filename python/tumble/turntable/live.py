@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -16,7 +16,7 @@ import numpy as np
 from pydantic import JsonValue
 
 from tumble.acquisition.acquire import acquire, rests_of
-from tumble.errors import ProcedureError
+from tumble.errors import ProcedureError, TumbleError
 from tumble.live import LiveChunk, LiveSet
 from tumble.logs import open_recording
 from tumble.logs.session import Session, SessionProcedure, recorded_so_far
@@ -28,9 +28,18 @@ from tumble.turntable.poses import SIX_FACES, PoseList
 from tumble.turntable.procedure import open_session
 from tumble.turntable.session_poses import keep_poses
 from tumble.turntable.so_far import Acquisition, Objection, OpenSession, SoFar, evaluate
+from tumble.words import join
 
 TurntableStepKind: TypeAlias = Literal[
-    "listening", "pose wanted", "pose done", "turn wanted", "turn done", "progress", "warning", "done"
+    "listening",
+    "pose wanted",
+    "pose done",
+    "turn wanted",
+    "turn done",
+    "progress",
+    "warning",
+    "done",
+    "ended early",
 ]
 POSE_SECONDS = 10.0
 """s at each pose if nothing is stated."""
@@ -46,6 +55,8 @@ TIPPED_AFTER = 4.0
 """s at rest off all poses, after which that is said."""
 LONGEST_GAP = 0.1
 """s between two samples over which the gyroscope's last word holds."""
+GONE_AFTER = 30.0
+"""s without a word from any unit, after which the session ends with what it has."""
 MARGIN, LARGEST_STEP = 1.1, 4.0
 """How much longer than sigma asks for to rest, and by what factor at most at a time."""
 LONGEST_POSE = 1800.0
@@ -101,7 +112,7 @@ class TurntableStep:
     subject: str = ""
     """The pose, the turn or the unit that it is about."""
     text: str = ""
-    """Of a warning: what is wrong, and what to do."""
+    """Of a warning, and of an early end: what is wrong, and what to do."""
 
 
 class Driver(Protocol):
@@ -123,6 +134,13 @@ class Driver(Protocol):
 
     def again(self, seconds: float) -> bool:
         """Go everywhere once more, for so many s of rest; False where that was done often enough."""
+
+    def leave_out(self, ups: Sequence[FloatArray], turned: FloatArray) -> None:
+        """Do not go again where a recording was: rests with these directions up, and turns.
+
+        `ups` are (3,) in the frame of the table, `turned` (n, 3) rad by which the reference turned between
+        one rest and the next.
+        """
 
 
 class LiveTurntable:
@@ -197,12 +215,32 @@ class LiveTurntable:
         self._next_finding = -math.inf
         self._began_finding = 0.0
         self._is_complete = False
+        self._was_stopped = False
+        self._heard = clock()
+        """s of `clock` at which any unit was last there."""
+        self._why_early = "all sources have ended"
         if resume:
             self._go_on()
 
     def stop(self) -> None:
         """Have `steps` come to its end soon; may be called by a handler of signals."""
+        self._was_stopped = True
         self._recorder.stop()
+
+    @property
+    def was_stopped(self) -> bool:
+        """Whether `stop` ended it."""
+        return self._was_stopped and not self._is_complete
+
+    @property
+    def heard(self) -> frozenset[str]:
+        """Names of the units that gave samples."""
+        return frozenset(self._acquired.recordings())
+
+    @property
+    def not_shown(self) -> tuple[str, ...]:
+        """Names of the poses at which the table never rested."""
+        return tuple(each.name for each in self.guide.poses if each.seconds == 0.0)
 
     @property
     def is_complete(self) -> bool:
@@ -212,10 +250,16 @@ class LiveTurntable:
     @property
     def goal_is_met(self) -> bool:
         """Whether there is no goal, or it was met."""
-        return self._goal is None or all(each.ratio <= 1.0 for each in self._so_far.goals)
+        return all(each.ratio <= 1.0 for each in self._goals)
+
+    @property
+    def _goals(self) -> tuple[GoalProgress, ...]:
+        return self._so_far.goals or (self._goal.progress(()) if self._goal else ())
 
     def steps(self) -> Iterator[TurntableStep]:
         """Guide, record and watch until all is done, or until `stop`; give what happens as it happens.
+
+        It ends early where all sources have ended, and where no unit was heard of for `GONE_AFTER`.
 
         Raises `LogError` where a source cannot be opened, `OutputError` where the disk is full, `TableError`
         where the table does not obey.
@@ -235,11 +279,50 @@ class LiveTurntable:
         elif step.kind in ("silent", "lost", "returned"):
             yield from self._broken(step)
         elif step.kind == "done":
-            if self._is_complete:
-                yield self._step("done", step)
+            yield from self._ended(step)
         else:
             yield from self._watched(step)
+            yield from self._silence(step)
             yield self._step("progress", step)
+
+    def _ended(self, step: RecordStep) -> Iterator[TurntableStep]:
+        if not (self._is_complete or self._was_stopped):
+            # What came last, and a log that came all at once, was not looked at yet.
+            self._tick_what_was_recorded()
+            yield from self._found_at_last(step)
+            self._is_complete = self._all_is_done and self.goal_is_met
+            self._describe_what_was_reached()
+        if self._is_complete:
+            yield self._step("done", step)
+        elif not self._was_stopped:
+            yield self._step("ended early", step, text=f"{self._why_early}; {self._what_is_missing()}")
+
+    def _silence(self, step: RecordStep) -> Iterator[TurntableStep]:
+        """Say at once that no unit is there any more, and end where that lasts."""
+        now = self._clock()
+        if any(unit.condition in ("rest", "motion") for unit in step.units):
+            self._heard = now
+            return
+        if any(unit.samples for unit in step.units):
+            text = f"no unit sends any more; the session ends after {GONE_AFTER:.0f} s, unless one returns"
+            names = join([unit.name for unit in step.units])
+            yield from self._warnings(step, [Objection(names, f"all gone {self._heard}", text)])
+        if now - self._heard > GONE_AFTER:
+            self._end_early(f"no unit has sent anything for {GONE_AFTER:.0f} s")
+
+    def _end_early(self, why: str) -> None:
+        self._why_early = why
+        self._recorder.stop()
+
+    def _what_is_missing(self) -> str:
+        guide = self.guide
+        turns = [f"turns about {each.name}" for each in guide.turns if not each.is_done]
+        missing = [*(each.name for each in guide.poses if not each.is_done), *turns]
+        if missing:
+            return f"not shown long enough: {join(missing)}; go on with --resume"
+        if not self.goal_is_met:
+            return "the goal was not reached; go on with --resume"
+        return "go on with --resume"
 
     def _broken(self, step: RecordStep) -> Iterator[TurntableStep]:
         texts = {
@@ -266,8 +349,9 @@ class LiveTurntable:
             yield from self._end_or_go_on(step)
         if self._driver is not None and math.isfinite(self._time):
             self._driver.advance(self._time, rest[1] if rest else None)
-            if self._driver.is_done and self.guide.wanted is not None:
-                self._driver.again(0.0)
+            missed = self._driver.is_done and self.guide.wanted is not None
+            if missed and not self._driver.again(0.0):
+                self._end_early("the table was everywhere again and again")
         yield from self._wants(step)
 
     def _wants(self, step: RecordStep) -> Iterator[TurntableStep]:
@@ -326,6 +410,15 @@ class LiveTurntable:
         if is_final or self._clock() >= self._next_finding:
             self._begin_to_find(is_final)
 
+    def _found_at_last(self, step: RecordStep) -> Iterator[TurntableStep]:
+        """Find out how far it is by all that was recorded."""
+        wait([self._finding] if self._finding is not None else [])
+        self._finding = None
+        self._begin_to_find(is_final=True)
+        if self._finding is not None:
+            wait([self._finding])
+            yield from self._found(step)
+
     def _begin_to_find(self, is_final: bool) -> None:
         recordings = self._acquired.recordings()
         if self._reference not in recordings:
@@ -346,18 +439,13 @@ class LiveTurntable:
         if not self._found_last:
             return
         self._found_last = False
-        missed = [each for each in self._so_far.goals if each.ratio > 1.0]
-        if self._goal is not None and not self._so_far.goals:
-            missed = list(self._goal.progress(()))
+        missed = [each for each in self._goals if each.ratio > 1.0]
         if missed and self._ask_for_more(missed):
             return
         if missed:
             yield from self._warnings(step, [self._out_of_reach(missed[0])])
         self._is_complete = True
-        self._procedure = self._procedure.model_copy(
-            update={"options": {**self._procedure.options, **self._reached()}}
-        )
-        self._recorder.describe(self._procedure)
+        self._describe_what_was_reached()
         self._recorder.stop()
 
     def _ask_for_more(self, missed: list[GoalProgress]) -> bool:
@@ -386,12 +474,15 @@ class LiveTurntable:
         )
         return Objection(missed.target, f"out of reach {missed.term.name}", text)
 
-    def _reached(self) -> dict[str, JsonValue]:
-        """Sigma reached of each term of the goal, for those who certify."""
-        return {
+    def _describe_what_was_reached(self) -> None:
+        """Keep the sigma reached of each term of the goal, for those who certify."""
+        reached: dict[str, JsonValue] = {
             f"sigma of {each.term.name}": each.sigma if math.isfinite(each.sigma) else None
             for each in self._so_far.goals
         }
+        options = {**self._procedure.options, **reached}
+        self._procedure = self._procedure.model_copy(update={"options": options})
+        self._recorder.describe(self._procedure)
 
     def _warnings(
         self, step: RecordStep, objections: tuple[Objection, ...] | list[Objection]
@@ -424,13 +515,26 @@ class LiveTurntable:
             if recorded_so_far(self.session, name).samples:
                 for chunk in open_recording(f"{self.session}:{name}").chunks():
                     self._acquired.push(name, chunk)
+        self._tick_what_was_recorded()
+
+    def _tick_what_was_recorded(self) -> None:
+        """Tick poses and turns by all samples there are."""
         recording = self._acquired.recordings().get(self._reference)
         if recording is None:
             return
-        shown = acquire(recording).acquired
-        turned = [np.zeros(3), *shown.turn_angles]
-        for rest, angle in zip(rests_of(shown), turned, strict=True):
+        try:
+            shown = acquire(recording).acquired
+        except TumbleError:
+            # Too little to be anything; more comes.
+            return
+        self.guide.begin_anew()
+        rests = rests_of(shown)
+        turned = [np.zeros(3), *shown.turn_angles][: len(rests)]
+        for rest, angle in zip(rests, turned, strict=True):
             self.guide.motion()
             self.guide.turn(angle)
             deque(self.guide.rest(rest.specific_force, rest.end - rest.start), maxlen=0)
         self.guide.motion()
+        if self._driver is not None:
+            ups = [each.pose.up for each in self.guide.poses if each.is_done]
+            self._driver.leave_out(ups, np.array(shown.turn_angles))

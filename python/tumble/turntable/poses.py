@@ -5,7 +5,7 @@ At a pose whose `up` is `n`, a perfect accelerometer mounted square to the table
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from itertools import combinations
 from pathlib import Path, PurePath, PurePosixPath
@@ -97,6 +97,11 @@ class PoseList:
         return {
             PurePath(pose.file or pose.name.replace(" ", "_")).stem.casefold(): pose for pose in self.poses
         }
+
+    def without(self, names: Collection[str]) -> PoseList | None:
+        """Give the list without some of its poses; None where too few are left."""
+        left = tuple(pose for pose in self.poses if pose.name not in names)
+        return PoseList(left, self.source) if len(left) >= FEWEST_POSES else None
 
     def directions(self) -> FloatArray:
         """(k, 3) unit vectors of `up` in the table frame."""

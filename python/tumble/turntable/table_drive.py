@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from tumble.errors import TableError
 from tumble.recording import FloatArray
 from tumble.table.axes import Axis, ups
 from tumble.table.guarded import GuardedTable
-from tumble.table.plan import reachable
+from tumble.table.plan import PosePlan, reachable
 from tumble.turntable.poses import PoseList, angle_between
 
 MOST_PASSES = 10
@@ -22,12 +23,13 @@ SAME_ANGLE = 0.01
 
 
 class TableDrive:
-    """Goes to each stop of a route (n, axes), rad, and rests there for so many s."""
+    """Goes where a plan says, and rests there for as long as that has it."""
 
-    def __init__(self, table: GuardedTable, route: FloatArray, rest: float) -> None:
+    def __init__(self, table: GuardedTable, plan: PosePlan) -> None:
         self._table = table
-        self._route = route
-        self._rest = rest
+        self._plan = plan
+        self._route = plan.route
+        self._rest = plan.rest
         self._stop = -1
         self._passes = 1
         self._is_moving = False
@@ -37,7 +39,7 @@ class TableDrive:
     @property
     def is_done(self) -> bool:
         """See `Driver`."""
-        return self._stop >= len(self._route)
+        return max(self._stop, 0) >= len(self._route)
 
     @property
     def aim(self) -> str:
@@ -63,9 +65,16 @@ class TableDrive:
 
     def again(self, seconds: float) -> bool:
         """See `Driver`."""
+        if self._passes >= MOST_PASSES:
+            return False
         self._passes += 1
-        self._stop, self._rest = -1, max(seconds, self._rest)
-        return self._passes <= MOST_PASSES
+        self._route, self._stop, self._rest = self._plan.route, -1, max(seconds, self._rest)
+        return True
+
+    def leave_out(self, ups: Sequence[FloatArray], turned: FloatArray) -> None:
+        """See `Driver`."""
+        shown = [any(angle_between(up, other) <= SAME_ANGLE for other in ups) for up in self._plan.ups]
+        self._route = self._plan.left(shown, turned)
 
     def _look(self, now: float) -> None:
         if self._table.settled():

@@ -48,7 +48,7 @@ class TurnedTable:
         """Open the table, armed; it is stopped on every way out."""
         limits = parse_limits(self.limits, self.table.axes)
         with GuardedTable(self.table, limits, armed=True) as table:
-            yield TableDrive(table, self.plan.route, self.plan.rest)
+            yield TableDrive(table, self.plan)
 
 
 def turned_table(
@@ -63,11 +63,11 @@ def turned_table(
     rest = seconds + AFTER_STOP
     if poses is None:
         plan = plan_poses(axes, rest, gyroscope=turns)
-        return TurnedTable(address, table, limits, plan, plan.poses())
-    start = np.zeros(len(axes))
-    plan = PosePlan(axes, in_shortest_order(axes, angles_at(axes, poses), start), start, rest)
-    plan = with_turns(plan) if turns else plan
-    return TurnedTable(address, table, limits, plan, _with_ends_of_turns(poses, plan))
+    else:
+        start = np.zeros(len(axes))
+        plan = PosePlan(axes, in_shortest_order(axes, angles_at(axes, poses), start), start, rest)
+        plan = with_turns(plan) if turns else plan
+    return TurnedTable(address, table, limits, plan, _with_ends_of_turns(poses or plan.poses(), plan))
 
 
 def _with_ends_of_turns(poses: PoseList, plan: PosePlan) -> PoseList:
