@@ -46,6 +46,9 @@ class Kept(Outlet):
     def __init__(self):
         self.samples, self.garbled, self.plugs = NONE, [], []
 
+    def is_heard(self):
+        return True
+
     def plug(self):
         self.plugs.append("in")
 
@@ -255,6 +258,25 @@ def test_each_unit_is_read_over_its_own_line(transport, tmp_path):
             assert np.median(np.diff(samples[:, 0])) == pytest.approx(0.005, abs=1e-5)
             assert samples[0, 0] >= 0.0
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("transport", ["udp", "pty", "tcp", "mavlink"])
+def test_a_motion_that_nobody_can_command_begins_when_somebody_listens(transport, tmp_path):
+    with LiveSimulation(
+        seed=SEED, motion="spin", transport=transport, port=0, rest_seconds=2.0, folder=tmp_path
+    ) as robot:
+        for _ in range(3):
+            time.sleep(0.1)
+            assert robot.now() == 0.0
+        with open_source(robot.addresses["imu"]) as source:
+            samples = first_samples(source, 10)
+        assert robot.now() > 0.0
+    assert samples[0, 0] < robot.scenario.uptime + 0.1
+
+
+def test_a_motion_that_nobody_listens_to_ends_after_its_duration():
+    with LiveSimulation(seed=SEED, motion="spin", port=0, speed=50.0, duration_seconds=10.0) as robot:
+        assert robot.wait(60.0)
 
 
 def test_a_program_that_connects_by_tcp_is_told_the_columns_first():

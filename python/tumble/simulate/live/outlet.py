@@ -45,6 +45,10 @@ class Outlet(ABC):
         """Send samples; with `garble`, that share of their bytes is damaged on the way."""
 
     @abstractmethod
+    def is_heard(self) -> bool:
+        """Whether somebody listens, as far as that can be known."""
+
+    @abstractmethod
     def plug(self) -> None:
         """Plug the unit in, or in again."""
 
@@ -70,11 +74,13 @@ def damaged(data: bytes, garble: np.random.Generator | None, share: float) -> by
 
 
 class UdpOutlet(Outlet):
-    """A datagram of JSON a sample; whether anybody listens is not known."""
+    """A datagram of JSON a sample."""
 
     def __init__(self, host: str, port: int) -> None:
         self._place = (host, port or free_port(host))
         self._socket: socket.socket | None = None
+        self._probe: socket.socket | None = None
+        """Asks whether somebody listens, while that is asked."""
         self.plug()
 
     @property
@@ -86,11 +92,29 @@ class UdpOutlet(Outlet):
         """See `Outlet`."""
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
 
+    def is_heard(self) -> bool:
+        """Whether a datagram without content was not refused since the last call, as a closed port does."""
+        if self._probe is None:
+            self._probe = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        elif self._probe.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR) == 0:
+            self._probe.close()
+            self._probe = None
+            return True
+        try:
+            self._probe.connect(self._place)
+            self._probe.send(b"")
+        except OSError:
+            # Nobody is there, which is what was asked.
+            self._probe.close()
+            self._probe = None
+        return False
+
     def unplug(self) -> None:
         """See `Outlet`."""
-        if self._socket is not None:
-            self._socket.close()
-            self._socket = None
+        for each in (self._socket, self._probe):
+            if each is not None:
+                each.close()
+        self._socket = self._probe = None
 
     def send(self, samples: Samples, garble: np.random.Generator | None, share: float) -> None:
         """See `Outlet`."""
@@ -144,6 +168,10 @@ class _LineOutlet(Outlet):
             return
         for text in texts(samples, _ROW):
             self._put(damaged(text.encode(), garble, share))
+
+    def is_heard(self) -> bool:
+        """See `Outlet`."""
+        return self._is_read()
 
     @abstractmethod
     def _is_read(self) -> bool:

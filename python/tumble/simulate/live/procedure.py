@@ -27,6 +27,8 @@ from tumble.table.simulated import SimulatedTable
 
 TICK = 0.005
 """s between two rounds in which samples are made and sent."""
+BETWEEN_PROBES = 0.05
+"""s between two looks whether somebody listens."""
 REMEMBERED = 10.0
 """s for which the table knows where it was."""
 WAY = b"way"
@@ -75,6 +77,10 @@ class LiveUnit:
         self._outlet.send(leaving, self._garble if share else None, share)
         self.sent += ready
 
+    def is_heard(self) -> bool:
+        """Whether somebody listens, as far as that can be known."""
+        return self._outlet.is_heard()
+
     def close(self) -> None:
         """Take the line away for good."""
         self._outlet.unplug()
@@ -115,6 +121,8 @@ class LiveUnit:
 class LiveSimulation:
     """Serves a table and units while it is entered; `wait` until it ends by itself.
 
+    A table moves when it is told; any other motion begins once somebody listens to a unit.
+
     `changes` are fields of `LiveScenario`, set on top of it or of its defaults. `folder` is where
     pseudo-terminals are linked.
 
@@ -154,7 +162,7 @@ class LiveSimulation:
                 unit = LiveUnit(name, number, feed, self._outlet(number, name), self.scenario)
                 stack.callback(unit.close)
                 self._units.append(unit)
-            self._began = time.monotonic()
+            self._began = time.monotonic() if self.table is not None else 0.0
             thread = threading.Thread(target=self._serve, name="bench", daemon=True)
             thread.start()
             stack.callback(thread.join)
@@ -241,6 +249,7 @@ class LiveSimulation:
             self._ended.set()
 
     def _rounds(self) -> Iterator[float]:
+        self._await_listener()
         due = time.monotonic()
         while not self._ended.is_set():
             now = self.now()
@@ -254,3 +263,13 @@ class LiveSimulation:
                 self._ended.wait(wait)
             else:
                 due = time.monotonic()
+
+    def _await_listener(self) -> None:
+        """Begin once somebody listens: nobody holds still for a program that is not there yet."""
+        if self._began:
+            return
+        latest = time.monotonic() + self.scenario.end / self.scenario.speed
+        while not any(unit.is_heard() for unit in self._units) and time.monotonic() < latest:
+            if self._ended.wait(BETWEEN_PROBES):
+                return
+        self._began = time.monotonic()
