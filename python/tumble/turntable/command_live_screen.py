@@ -96,7 +96,7 @@ def drawn(step: TurntableStep) -> Group:
     """Draw poses and turns with ticks, each unit, and sigmas against the goal."""
     from rich.console import Group
 
-    return Group(_poses(step), *_turns(step), _units(step), *_goals(step))
+    return Group(_poses(step), *_turns(step), *_table(step), _units(step), *_goals(step))
 
 
 def _print_line(text: str) -> None:
@@ -148,6 +148,13 @@ def _turns(step: TurntableStep) -> Iterator[Text]:
             f"[{DONE if turn.done else OPEN}] {turn.name} {turn.count}/{turn.wanted}" for turn in step.turns
         )
         yield Text("turns  " + "  ".join(each))
+
+
+def _table(step: TurntableStep) -> Iterator[Text]:
+    from rich.text import Text
+
+    if step.table:
+        yield Text(f"table  {step.table}")
 
 
 def _units(step: TurntableStep) -> Table:

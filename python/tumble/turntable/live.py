@@ -22,6 +22,7 @@ from tumble.logs import open_recording
 from tumble.logs.session import Session, SessionProcedure, recorded_so_far
 from tumble.record.procedure import SHORTEST_REST, Recorder, RecordStep, UnitCondition
 from tumble.recording import FloatArray
+from tumble.turntable.frozen import FrozenUnits
 from tumble.turntable.goal import Goal, GoalProgress
 from tumble.turntable.guide import Guide, WantedPose, WantedTurn
 from tumble.turntable.poses import SIX_FACES, PoseList
@@ -113,6 +114,8 @@ class TurntableStep:
     """The pose, the turn or the unit that it is about."""
     text: str = ""
     """Of a warning, and of an early end: what is wrong, and what to do."""
+    table: str = ""
+    """Where a table that turns itself is or goes; empty before it goes anywhere, and without one."""
 
 
 class Driver(Protocol):
@@ -189,6 +192,7 @@ class LiveTurntable:
         self._procedure = procedure or SessionProcedure(name="turntable")
         self._clock = clock
         self._acquired = Acquisition()
+        self._frozen = FrozenUnits()
         self._recorder = Recorder(
             units,
             self.session,
@@ -333,6 +337,8 @@ class LiveTurntable:
         yield self._step("warning", step, step.unit, texts[step.kind])
 
     def _watched(self, step: RecordStep) -> Iterator[TurntableStep]:
+        moving = {unit.name: unit.condition == "motion" for unit in step.units}
+        yield from self._warnings(step, list(self._frozen.objections(moving)))
         rest = self._note_rest(step)
         if rest is not None:
             force, seconds = rest
@@ -395,6 +401,7 @@ class LiveTurntable:
                 self.guide.turn((chunk.gyroscope - self._rate).T @ steps)
             self._time = float(chunk.time[-1])
         self._acquired.push(name, chunk)
+        self._frozen.push(name, chunk)
 
     def _found(self, step: RecordStep) -> Iterator[TurntableStep]:
         """Take what was found so far, and begin to find it anew where that is due."""
@@ -507,6 +514,7 @@ class LiveTurntable:
             guide.at.name if guide.at else "",
             subject,
             text,
+            self._driver.aim if self._driver is not None else "",
         )
 
     def _go_on(self) -> None:
