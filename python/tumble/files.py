@@ -291,6 +291,31 @@ def prepare_folder(folder: Path | str) -> Path:
     return folder
 
 
+def missing_folders(folder: Path) -> list[Path]:
+    """List the folders that are to be made for `folder` to be there, itself first."""
+    return [each for each in (folder, *folder.parents) if not each.exists()]
+
+
+def remove_empty(folders: Iterable[Path]) -> None:
+    """Remove folders that we made, one in another, as far as there is nothing in them."""
+    for folder in folders:
+        try:
+            folder.rmdir()
+        except OSError:
+            return
+
+
+@contextmanager
+def no_empty_folder(folder: Path) -> Iterator[None]:
+    """Leave no empty folder behind where the block ends with an error that found none there."""
+    missing = missing_folders(folder)
+    try:
+        yield
+    except BaseException:
+        remove_empty(missing)
+        raise
+
+
 def _check_replaceable(path: Path, kind: FileKind, inputs: Iterable[Path], renews: bool) -> None:
     if not stat.S_ISREG(path.stat().st_mode):
         raise OutputError(f"{path}: is a device or a pipe, not a file to write to; give a file name")

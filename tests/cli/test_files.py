@@ -54,6 +54,7 @@ def test_no_module_but_one_changes_anything_on_disk():
         "touch",
         "unlink",
         "write_text",
+        "rmdir",
     }
 
 

@@ -9,13 +9,14 @@ import socket
 import sys
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
 from live_fixtures import first_samples, resting
 from tumble.errors import OutputError
 from tumble.live import LiveChunk, open_source
-from tumble.live.outputs import NAMES, parse_output
+from tumble.live.outputs import NAMES, OF_A_SET, SetChunk, parse_output
 from tumble.logs import Facts, open_recording
 
 TABLE = resting(40)
@@ -131,3 +132,47 @@ def test_a_reader_that_is_gone_is_said(monkeypatch):
     monkeypatch.setattr(sys, "stdout", Closed())
     with pytest.raises(OutputError, match="whoever read it is gone"):
         sent("stdout", TABLE)
+
+
+def set_chunks():
+    flags = np.arange(len(TABLE)) % 2
+    for first in range(0, len(TABLE), 10):
+        part = slice(first, first + 10)
+        rows, unit = TABLE[part], first // 10 % 2
+        yield SetChunk(
+            rows[:, 0], rows[:, 1:4], rows[:, 4:], unit=unit, source=f"imu{unit}", flags=flags[part]
+        )
+
+
+def test_of_a_set_every_line_says_whose_it_is_and_what_is_to_be_known_of_it(capsys, tmp_path):
+    told = [(f"imu{place // 10 % 2}", place % 2) for place in range(len(TABLE))]
+    for as_json in (False, True):
+        with parse_output("stdout", as_json=as_json).open(Facts()) as writer:
+            for chunk in set_chunks():
+                writer.write(chunk)
+    lines = capsys.readouterr().out.splitlines()
+    names, *rows = lines[: len(TABLE) + 1]
+    assert names.split(",") == [*NAMES[:-1], *OF_A_SET]
+    assert [(row.split(",")[-2], int(row.split(",")[-1])) for row in rows] == told
+    objects = [json.loads(line) for line in lines[len(TABLE) + 1 :]]
+    assert [(each["source"], each["flags"]) for each in objects] == told
+    for path in (tmp_path / "out.csv", tmp_path / "out.parquet"):
+        with parse_output(str(path)).open(Facts(further=OF_A_SET)) as writer:
+            for chunk in set_chunks():
+                writer.write(chunk)
+        (read,) = [np.concatenate([chunk.time for chunk in open_recording(path).chunks()])]
+        assert np.array_equal(read, TABLE[:, 0])
+    table = pq.read_table(tmp_path / "out.parquet")
+    assert list(zip(table["source"].to_pylist(), table["flags"].to_pylist(), strict=True)) == told
+
+
+def test_over_mavlink_the_id_of_a_message_is_the_number_of_the_unit(listener):
+    first, second, *_ = set_chunks()
+    with parse_output(f"mavlink:udpout:127.0.0.1:{listener.getsockname()[1]}").open(Facts()) as writer:
+        writer.write(first)
+        writer.write(second)
+    reader, ids = mavlink.MAVLink(None), []
+    while len(ids) < 20:
+        found = reader.parse_buffer(listener.recv(1 << 16)) or []
+        ids += [message.id for message in found if message.get_type() == "HIGHRES_IMU"]
+    assert ids == [0] * 10 + [1] * 10

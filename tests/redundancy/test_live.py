@@ -194,6 +194,29 @@ def test_what_came_over_sockets_is_replayed_in_the_order_in_which_it_came(served
     assert json.loads(again.out)["selected"] == result["selected"]
 
 
+def test_a_set_that_is_silent_to_the_end_is_told_of_in_the_replay_as_it_was_live(tmp_path):
+    board = Board(np.random.SeedSequence().entropy)
+    sender = threading.Thread(target=board.send, args=(dict.fromkeys(NAMES, ((0.0, 1.0),)),))
+    sender.start()
+    try:
+        _, events, result = watched(
+            *board.words, "--primary", "imu1", "-o", tmp_path / "live", "--record", tmp_path / "session",
+            "--duration", "4s", *PATIENT,
+        )  # fmt: skip
+    finally:
+        board.ended.set()
+        sender.join()
+    again = typed(
+        "redundancy", tmp_path / "session", "--primary", "imu1", *PATIENT, "-o", tmp_path / "again", "--json"
+    )
+    lines = (tmp_path / "again/events.jsonl").read_text(encoding="utf-8").splitlines()
+    assert events[-1]["event"] == "no samples"
+    assert list(map(json.loads, lines)) == events
+    replayed = json.loads(again.out)
+    assert replayed["selected"] == result["selected"]
+    assert replayed["known_faults"] == result["known_faults"]
+
+
 def test_the_output_goes_where_it_is_sent_to(served):
     folder, _, _, _ = served
     replayed = tumble.redundancy(

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import sys
 
 import numpy as np
 import pytest
 import yaml
 
+import tumble.apply.command_live  # noqa: F401
 from live_fixtures import text_lines
 from spin_sessions import record, still, turn
 from tumble.calibration.document import Calibration
@@ -92,7 +94,48 @@ def test_a_spin_that_fails_keeps_its_recording_and_says_how_it_ended(session, tm
 def test_a_source_that_is_not_there_leaves_no_session_behind(tmp_path):
     words = ("spin", "--live", "serial:/dev/no_such_port", "--record", tmp_path / "taken", "-o", tmp_path)
     assert "there is no such device" in typed(*words).err
-    assert not (tmp_path / "taken" / "session.yaml").exists()
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("record", "a=serial:/dev/no_such_port", "-o", "results/session"),
+        ("spin", "--live", "serial:/dev/no_such_port", "--record", "results/session", "-o", "results/live"),
+        ("redundancy", "--live", "primary=serial:/dev/no_such_port", "a=udp://:0", "-o", "results/live"),
+    ],
+)
+def test_a_source_that_cannot_be_opened_leaves_no_folder_behind(words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert typed(*words).code == 2
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_samples_go_on_while_the_page_is_written_and_a_page_that_cannot_be_is_said(
+    log, session, tmp_path, monkeypatch
+):
+    heard = []
+
+    def correct(found, samples, output, **options):
+        heard.append((tmp_path / "drive.live.html").exists())
+
+    monkeypatch.setattr(sys.modules["tumble.apply.command_live"], "correct", correct)
+    done = live(log, "--then-apply", tmp_path / "rest.csv", "-o", tmp_path)
+    assert done.code == 0, done.err
+    assert heard == [False]
+    assert (tmp_path / "drive.live.html").read_text(encoding="utf-8").startswith("<!doctype html")
+
+    (tmp_path / "drive.live.html").unlink()
+    monkeypatch.setattr(
+        sys.modules["tumble.apply.command_live"],
+        "correct",
+        lambda *_, **__: (tmp_path / "drive.live.html").mkdir(),
+    )
+    done = live(log, "--then-apply", tmp_path / "rest.csv", "-o", tmp_path)
+    assert done.code == 2
+    last = done.err.splitlines()[-1]
+    assert last.startswith("tumble: error: ")
+    assert "drive.live.html: is a folder" in last
 
 
 def test_recording_and_going_on_are_refused_with_a_log(log):

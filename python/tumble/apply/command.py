@@ -8,14 +8,12 @@ from typing import Annotated
 
 import typer
 
+from tumble.cli.live_options import LIVE, SenderOption, ToOption
 from tumble.cli.output import file_named_after, output_path
-from tumble.cli.outputs import ToOption
 from tumble.cli.read_options import with_read_options
 from tumble.errors import ProcedureError
 from tumble.logs.options import ReadOptions
 from tumble.words import count_of
-
-_LIVE = "With --live"
 
 
 @with_read_options
@@ -51,21 +49,12 @@ def apply_command(
     ] = False,
     live: Annotated[
         bool,
-        typer.Option("--live", help="Correct samples while they come from SOURCE.", rich_help_panel=_LIVE),
+        typer.Option("--live", help="Correct samples while they come from SOURCE.", rich_help_panel=LIVE),
     ] = False,
     to: ToOption = None,
-    sender: Annotated[
-        str | None,
-        typer.Option(
-            "--from",
-            metavar="ADDRESS",
-            help="The one host whose datagrams count; the first that sends if not given.",
-            rich_help_panel=_LIVE,
-            show_default=False,
-        ),
-    ] = None,
+    sender: SenderOption = None,
     as_json: Annotated[
-        bool, typer.Option("--json", help="To stdout as JSON, a line a sample.", rich_help_panel=_LIVE)
+        bool, typer.Option("--json", help="To stdout as JSON, a line a sample.", rich_help_panel=LIVE)
     ] = False,
 ) -> None:
     """Correct a log with a calibration.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import socket
 import sys
@@ -10,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 from tumble.errors import LogError, OutputError
 from tumble.files import check_output
@@ -21,18 +22,41 @@ from tumble.logs.writer import Facts, Writer
 from tumble.logs.writers import FORMATS, format_for, open_writer
 from tumble.recording import Chunk
 
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
 Place: TypeAlias = Any
 """Address of a socket: host and port, and more where they are those of version 6."""
 
 STDOUT = "stdout"
 NAMES = ("time", "ax", "ay", "az", "gx", "gy", "gz", "temperature")
 """Of what is sent, in s, m/s^2, rad/s and degC."""
+OF_A_SET = ("source", "flags")
+"""What is sent besides of a `SetChunk`."""
 LARGEST_PAYLOAD = 1400
 """Bytes of a datagram that goes through most networks in one piece."""
 SYSTEM, PERIPHERAL = 1, 158
 """What we call ourselves on MAVLink: a peripheral of the vehicle."""
 BETWEEN_HEARTBEATS = 1.0
 """s, on MAVLink: whoever does not say so for long is taken to be gone."""
+
+
+@dataclass(frozen=True, slots=True)
+class SetChunk(Chunk):
+    """Samples that one of several units gave for all of them."""
+
+    unit: int = 0
+    """Its number, 0 the primary."""
+    source: str = ""
+    """Its name."""
+    flags: NDArray[np.int64] | None = None
+    """(n,) what is to be known of each sample, as in `tumble.redundancy.result.FLAGS`; None: nothing."""
+
+    @property
+    def flag_list(self) -> list[int]:
+        """Flags of each sample."""
+        return [0] * len(self) if self.flags is None else self.flags.tolist()
 
 
 class Output(Protocol):
@@ -123,8 +147,12 @@ class _Lines:
         head = []
         if not self._names:
             self._names = NAMES if chunk.temperature is not None else NAMES[:-1]
-            head = [",".join(self._names)]
-        return head + [",".join(map(repr, row[: len(self._names)])) for row in rows_of(chunk)]
+            of_a_set = OF_A_SET if isinstance(chunk, SetChunk) else ()
+            head = [",".join((*self._names, *of_a_set))]
+        rows = [",".join(map(repr, row[: len(self._names)])) for row in rows_of(chunk)]
+        if isinstance(chunk, SetChunk):
+            rows = [f"{row},{chunk.source},{flags}" for row, flags in zip(rows, chunk.flag_list, strict=True)]
+        return head + rows
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,17 +235,18 @@ class _MavlinkMessages:
         if (now := time.monotonic()) >= self._heartbeat_at:
             self._heartbeat_at = now + BETWEEN_HEARTBEATS
             self._line.send(self._heartbeat())
+        unit = chunk.unit if isinstance(chunk, SetChunk) else 0
         for row in rows_of(chunk):
-            self._line.send(self._message(row))
+            self._line.send(self._message(row, unit))
 
     def close(self) -> None: ...
 
-    def _message(self, row: Sequence[float]) -> bytes:
+    def _message(self, row: Sequence[float], unit: int) -> bytes:
         temperature = row[-1] if len(row) == len(NAMES) and math.isfinite(row[-1]) else None
         updated = HIGHRES_TRIADS | (0 if temperature is None else HIGHRES_TEMPERATURE)
         others = (0.0,) * 3 + (0.0, 0.0, 0.0, temperature or 0.0)
         message = self._dialect.MAVLink_highres_imu_message(
-            max(0, round(1e6 * row[0])), *row[1:7], *others, updated
+            max(0, round(1e6 * row[0])), *row[1:7], *others, updated, unit
         )
         packed: bytes = message.pack(self._sender)
         return packed
@@ -250,10 +279,17 @@ def json_lines(chunk: Chunk) -> list[str]:
     """Give a JSON object a sample; what is no number is null."""
     # Written by hand: a library takes ten times as long, which counts at 8000 samples a second.
     plain = _JSON_ROW if chunk.temperature is not None else _JSON_ROW_WITHOUT_TEMPERATURE
-    return [
+    lines = [
         plain % tuple(row if math.isfinite(sum(row)) else [_json_number(value) for value in row])
         for row in rows_of(chunk)
     ]
+    if isinstance(chunk, SetChunk):
+        source = json.dumps(chunk.source)
+        lines = [
+            f'{line[:-1]}, "source": {source}, "flags": {flags}}}'
+            for line, flags in zip(lines, chunk.flag_list, strict=True)
+        ]
+    return lines
 
 
 def _json_row(names: Sequence[str]) -> str:

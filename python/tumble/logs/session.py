@@ -76,6 +76,8 @@ class Session(Document):
     """UTC, ISO 8601; absent while it runs, or where it was killed."""
     reason: str | None = None
     """Why it ended."""
+    closed: float | None = None
+    """s of the clock of `arrival` at which it ended: since the last sample all units were silent."""
     units: tuple[SessionUnit, ...] = Field(min_length=1, strict=False)
     """In the order in which they were typed."""
     software: str = ""

@@ -23,7 +23,7 @@ class Facts:
     triads: tuple[Triad, ...] = TRIADS
     """Those that were recorded, and are written."""
     further: tuple[str, ...] = ()
-    """Columns besides, which chunks have under these names, (n,) each; Parquet only."""
+    """Columns besides, which chunks have under these names: (n,), or a word for all; CSV and Parquet only."""
     notes: Mapping[str, str] = field(default_factory=dict)
     """What else is kept of the file; Parquet only."""
 

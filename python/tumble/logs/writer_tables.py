@@ -30,8 +30,8 @@ def _schema(chunk: Chunk, triads: Sequence[Triad], further: Sequence[str] = ()) 
     names = ["time", *(name for triad in triads for name in _COLUMNS[triad])]
     if chunk.temperature is not None:
         names.append("temperature")
-    names += further
-    return pa.schema([(name, pa.float64()) for name in names])
+    columns = [(name, pa.float64()) for name in names]
+    return pa.schema([*columns, *((name, _further(chunk, name).type) for name in further)])
 
 
 def _batch(
@@ -41,8 +41,19 @@ def _batch(
     if "temperature" in schema.names:
         unknown = np.full(len(chunk), np.nan)
         columns.append(unknown if chunk.temperature is None else chunk.temperature)
-    columns += [getattr(chunk, name) for name in further]
-    return pa.record_batch([_arrow(column) for column in columns], schema=schema)
+    arrays = [*map(_arrow, columns), *(_further(chunk, name) for name in further)]
+    return pa.record_batch(arrays, schema=schema)
+
+
+def _further(chunk: Chunk, name: str) -> pa.Array:
+    """Give a column that only some logs have: numbers, whole ones, or one word for all samples."""
+    values = getattr(chunk, name)
+    if isinstance(values, str):
+        return pa.array([values] * len(chunk), pa.string())
+    if np.issubdtype(values.dtype, np.integer):
+        numbers = np.ascontiguousarray(values, dtype=np.int64)
+        return pa.Array.from_buffers(pa.int64(), len(numbers), [None, pa.py_buffer(numbers)])
+    return _arrow(values)
 
 
 def _arrow(column: FloatArray) -> pa.Array:
@@ -63,11 +74,11 @@ class CsvWriter:
     def write(self, chunk: Chunk) -> None:
         """Append rows; the first chunk decides whether there is a temperature column."""
         if self._writer is None:
-            self._schema = _schema(chunk, self._facts.triads)
+            self._schema = _schema(chunk, self._facts.triads, self._facts.further)
             self._file.write(self._head(self._schema).encode())
             options = pa.csv.WriteOptions(include_header=False, quoting_style="none")
             self._writer = pa.csv.CSVWriter(self._file, self._schema, write_options=options)
-        self._writer.write_batch(_batch(chunk, self._schema, self._facts.triads))
+        self._writer.write_batch(_batch(chunk, self._schema, self._facts.triads, self._facts.further))
 
     def close(self) -> None:
         """Finish the file."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tumble.cli.durations import seconds_of
+from tumble.cli.live_options import AlwaysLiveSenderOption
 from tumble.cli.output import OutputFolder
 from tumble.cli.read_options import ExceptionsOption, read_options_for, with_read_options
 from tumble.cli.stopping import stopped_by_signals
@@ -51,15 +52,7 @@ def record_command(
             show_default=False,
         ),
     ] = None,
-    sender: Annotated[
-        str | None,
-        typer.Option(
-            "--from",
-            metavar="ADDRESS",
-            help="The one host whose datagrams count; the first that sends to each port if not given.",
-            show_default=False,
-        ),
-    ] = None,
+    sender: AlwaysLiveSenderOption = None,
     exceptions: ExceptionsOption = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print events and progress as lines of JSON instead of a table.")

@@ -14,7 +14,7 @@ from typing import Literal, TypeAlias
 from tumble import _core
 from tumble.errors import LogError, OutputError
 from tumble.file_names import SESSION_FILE
-from tumble.files import prepare_folder, remove_made
+from tumble.files import missing_folders, prepare_folder, remove_empty, remove_made
 from tumble.live import LiveChunk, Source
 from tumble.logs import Facts
 from tumble.logs.session import (
@@ -89,6 +89,8 @@ class SessionWriter:
             units=tuple(unit.described(name) for name, unit in units.items()),
             software=f"tumble {_core.__version__}",
         )
+        self._missing = missing_folders(folder)
+        """Folders that were not there before."""
         self._folder = prepare_folder(folder)
         self._held = hold(folder)
         try:
@@ -166,11 +168,19 @@ class SessionWriter:
         self._wait()
         self._writing = self._disk.submit(self._write, self._taken())
 
-    def finish(self, reason: EndReason, remarks: Mapping[str, Sequence[str]] | None = None) -> None:
+    def finish(
+        self,
+        reason: EndReason,
+        remarks: Mapping[str, Sequence[str]] | None = None,
+        *,
+        closed: float | None = None,
+    ) -> None:
         """Write the rest, join the parts, and say in `session.yaml` how it ended.
 
-        `remarks` are those on each unit, where they are not those of its source alone.
+        `remarks` are those on each unit, where they are not those of its source alone. `closed` is the time
+        of the clock of arrivals, s, at which it ended; now, if that is not said.
         """
+        closed = (time.monotonic() if closed is None else closed) + self._shift
         self._wait()
         try:
             self._write(self._taken())
@@ -189,7 +199,9 @@ class SessionWriter:
             )
             for unit in self.session.units
         )
-        self.session = self.session.model_copy(update={"ended": date_now(), "reason": reason, "units": units})
+        self.session = self.session.model_copy(
+            update={"ended": date_now(), "reason": reason, "closed": closed, "units": units}
+        )
         write_session(self._folder, self.session)
 
     def _wheels(self, unit: SessionUnit) -> tuple[str, ...]:
@@ -205,6 +217,7 @@ class SessionWriter:
             self.finish("failed")
         else:
             remove_made(self._folder / SESSION_FILE)
+            remove_empty(self._missing)
 
     def _go_on(self) -> None:
         for name, unit in self._units.items():
@@ -290,4 +303,4 @@ def _resumed(folder: Path, fresh: Session) -> Session:
         unit.model_copy(update={"samples": recorded_so_far(folder, unit.name).samples})
         for unit in before.units
     )
-    return before.model_copy(update={"ended": None, "reason": None, "units": counted})
+    return before.model_copy(update={"ended": None, "reason": None, "closed": None, "units": counted})

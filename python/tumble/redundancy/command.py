@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tumble.cli.durations import seconds_of
+from tumble.cli.live_options import LIVE, SenderOption, ToOption
 from tumble.cli.output import OutputFolder, folder_for
-from tumble.cli.outputs import ToOption
 from tumble.cli.read_options import ExceptionsOption, read_options_for, with_read_options
 from tumble.errors import ProcedureError
 from tumble.logs.options import ReadOptions
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from tumble.redundancy.result import RedundancyResult
     from tumble.redundancy.settings import RedundancySettings
 
-_LIVE = "With --live"
 NOT_ALL_WELL = 3
 """Exit code where something is known to be wrong and stayed so."""
 
@@ -141,7 +140,7 @@ def redundancy_command(
     exceptions: ExceptionsOption = None,
     live: Annotated[
         bool,
-        typer.Option("--live", help="Watch units while they run: NAME=SOURCE...", rich_help_panel=_LIVE),
+        typer.Option("--live", help="Watch units while they run: NAME=SOURCE...", rich_help_panel=LIVE),
     ] = False,
     to: ToOption = None,
     record: Annotated[
@@ -150,30 +149,22 @@ def redundancy_command(
             "--record",
             metavar="DIR",
             help="Record all samples into a session, whose replay gives the same.",
-            rich_help_panel=_LIVE,
+            rich_help_panel=LIVE,
         ),
     ] = None,
     duration: Annotated[
         str | None,
-        typer.Option(metavar="TIME", help="How long to watch, such as 90s or 2h.", rich_help_panel=_LIVE),
+        typer.Option(metavar="TIME", help="How long to watch, such as 90s or 2h.", rich_help_panel=LIVE),
     ] = None,
     dashboard: Annotated[
         bool,
         typer.Option(
             "--dashboard",
             help="Show each unit, its deviations against their thresholds, and the source.",
-            rich_help_panel=_LIVE,
+            rich_help_panel=LIVE,
         ),
     ] = False,
-    sender: Annotated[
-        str | None,
-        typer.Option(
-            "--from",
-            metavar="ADDRESS",
-            help="The one host whose datagrams count; the first that sends to each port if not given.",
-            rich_help_panel=_LIVE,
-        ),
-    ] = None,
+    sender: SenderOption = None,
     explain: Annotated[
         bool,
         typer.Option("--explain", help="Print every setting with meaning, unit and default; no log needed."),

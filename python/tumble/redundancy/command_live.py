@@ -60,10 +60,10 @@ def watch_sources(
     """
     from tumble.cli.stopping import stopped_by_signals
     from tumble.file_names import EVENTS, REDUNDANCY_PAGE
-    from tumble.files import PAGE, check_output, prepare_folder
+    from tumble.files import PAGE, check_output, no_empty_folder, prepare_folder
     from tumble.live import open_set
     from tumble.live.naming import parse_named_sources
-    from tumble.live.outputs import STDOUT, parse_output
+    from tumble.live.outputs import OF_A_SET, STDOUT, parse_output
     from tumble.logs.writer import Facts
     from tumble.redundancy.command_files import EVENTS_KIND, write_results
     from tumble.redundancy.live import LiveRedundancy
@@ -95,11 +95,12 @@ def watch_sources(
         as_published=as_published,
     )
     witnesses = _witnesses(witness, typed.values(), monitor, units, witness_sigma, sender)
-    folder = prepare_folder(output or folder_named_after("redundancy"))
-    check_output(folder / EVENTS, EVENTS_KIND)
-    check_output(folder / REDUNDANCY_PAGE, PAGE)
-    with ExitStack() as opened:
-        writer = None if going_to is None else opened.enter_context(going_to.open(Facts()))
+    folder = output or folder_named_after("redundancy")
+    with no_empty_folder(folder), ExitStack() as opened:
+        prepare_folder(folder)
+        check_output(folder / EVENTS, EVENTS_KIND)
+        check_output(folder / REDUNDANCY_PAGE, PAGE)
+        writer = None if going_to is None else opened.enter_context(going_to.open(Facts(further=OF_A_SET)))
         session = _session(opened, units, record, typed, serials)
         live = LiveRedundancy(
             units,

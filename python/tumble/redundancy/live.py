@@ -12,9 +12,9 @@ from typing import TypeAlias
 from tumble.errors import ProcedureError
 from tumble.live import FIRST_SAMPLE_WITHIN, LiveChunk, LiveSet, SourceEvent, nothing_came
 from tumble.live.host_clock import DelayCounts
+from tumble.live.outputs import SetChunk
 from tumble.logs.writer import Writer
 from tumble.record.writer import EndReason, SessionWriter
-from tumble.recording import Chunk
 from tumble.redundancy.monitor import ALL_WITHIN, RedundancyMonitor
 from tumble.redundancy.procedure import result_of
 from tumble.redundancy.result import RedundancyEvent, RedundancyResult
@@ -140,7 +140,7 @@ class LiveRedundancy:
             yield from self._wait()
             self._ended = self._clock()
             if self._session is not None:
-                self._session.finish(reason, units.remarks)
+                self._session.finish(reason, units.remarks, closed=self._ended)
         yield self._state()
         if not any(self._samples.values()):
             raise ProcedureError(
@@ -186,7 +186,9 @@ class LiveRedundancy:
             self._witness_log.write(self._monitor.heard, turn)
         output = self._monitor.output
         if self._output is not None and len(output):
-            self._output.write(Chunk(output.time, output.specific_force, output.angular_rate))
+            unit = int(output.source[0])
+            said = (output.time, output.specific_force, output.angular_rate)
+            self._output.write(SetChunk(*said, unit=unit, source=output.units[unit], flags=output.flags))
         if chunk.arrival is not None and len(output):
             self.delays.add([self._clock() - chunk.arrival])
         self._samples[name] += len(chunk)

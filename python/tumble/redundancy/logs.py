@@ -175,8 +175,18 @@ class Arrivals:
         return joined[:count]
 
 
-def _recorded_arrivals(units: Sequence[UnitLog]) -> list[Arrivals] | None:
-    """Give those of units that were recorded together, from one session; None where they were not."""
+@dataclass(frozen=True, slots=True)
+class RecordedOrder:
+    """In what order samples of a session came, and when it ended."""
+
+    arrivals: list[Arrivals]
+    """Of each unit."""
+    closed: float
+    """s of the clock of arrivals; NaN where that is not known."""
+
+
+def _recorded_order(units: Sequence[UnitLog]) -> RecordedOrder | None:
+    """Give that of units that were recorded together, in one session; None where they were not."""
     recordings = [unit.recording for unit in units]
     specs = [
         parse_spec(each.metadata.source) for each in recordings if each and each.metadata.format == "session"
@@ -184,7 +194,10 @@ def _recorded_arrivals(units: Sequence[UnitLog]) -> list[Arrivals] | None:
     if len(specs) < len(units) or len({spec.path.resolve() for spec in specs}) > 1:
         return None
     found = [Arrivals(spec.path, spec.imu or "") for spec in specs]
-    return found if all(each.are_known for each in found) else None
+    if not all(each.are_known for each in found):
+        return None
+    closed = session.Session.load(specs[0].path).closed
+    return RecordedOrder(found, np.nan if closed is None else closed)
 
 
 @dataclass(slots=True)
@@ -296,9 +309,10 @@ class SideBySide(Iterator[list[SampleArrays]]):
             _Reader(unit, offset, iter(()) if unit.recording is None else unit.recording.chunks())
             for unit, offset in zip(units, offsets, strict=True)
         ]
-        recorded = _recorded_arrivals(units)
-        for reader, arrivals in zip(self._readers, recorded or (), strict=False):
+        recorded = _recorded_order(units)
+        for reader, arrivals in zip(self._readers, recorded.arrivals if recorded else (), strict=False):
             reader.recorded = arrivals
+        self._closed = recorded.closed if recorded else np.nan
         self._progress = progress
         self._expected = _expected(self._readers)
         self.start, self.end = np.inf, -np.inf
@@ -330,6 +344,12 @@ class SideBySide(Iterator[list[SampleArrays]]):
         if self._progress is not None:
             self._progress(sum(reader.read for reader in self._readers), self._expected)
         return block
+
+    @property
+    def last_silence(self) -> float:
+        """Time, s, from the last sample of all units to the end of their session; 0 where it is not known."""
+        silence = self._closed - self._heard
+        return float(silence) if silence > 0.0 else 0.0
 
     def _begin_with_the_primary(self) -> None:
         """Leave out what came before the first sample of the primary, as when a set is watched live."""

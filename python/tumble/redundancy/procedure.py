@@ -85,7 +85,7 @@ def redundancy(
     result = result_of(
         monitor,
         replayed.events,
-        end=blocks.end,
+        end=blocks.end + (blocks.last_silence if monitor.is_silent else 0.0),
         warnings=(*_warnings(units), *monitor.notices(), *blocks.notices()),
         preset="as published" if as_published else "",
     )

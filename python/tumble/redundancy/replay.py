@@ -135,6 +135,7 @@ def replay(
         if arrivals is not None and (silence := blocks.silence):
             replayed.events += monitor.tick(monitor.newest + silence)
         replayed.add(*monitor.replay(block, due, said, arrivals=arrivals, keep_output=keep_output))
+    replayed.events += monitor.tick(monitor.newest + blocks.last_silence)
     if not replayed.blocks:
         raise ProcedureError(f"{', '.join(monitor.units)}: none of these units has a sample; check the logs")
     if waiting:

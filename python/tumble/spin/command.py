@@ -9,6 +9,7 @@ import typer
 
 from tumble.cli.durations import seconds_of
 from tumble.cli.gravity import GravityOption, HeightOption, LatitudeOption, check_gravity
+from tumble.cli.live_options import LIVE, SenderOption
 from tumble.cli.output import OutputFolder, folder_for, output_path
 from tumble.cli.read_options import with_read_options
 from tumble.errors import ProcedureError
@@ -17,8 +18,6 @@ from tumble.spin.command_results import SOME_FAILED, calibration_of, prepare, sh
 
 if TYPE_CHECKING:
     from tumble.spin.turns import TrueTurns
-
-_LIVE = "With --live"
 
 
 @with_read_options
@@ -108,23 +107,14 @@ def spin_command(
             show_default=False,
         ),
     ] = None,
-    sender: Annotated[
-        str | None,
-        typer.Option(
-            "--from",
-            metavar="ADDRESS",
-            help="The one host whose datagrams count; the first that sends if not given.",
-            rich_help_panel=_LIVE,
-            show_default=False,
-        ),
-    ] = None,
+    sender: SenderOption = None,
     record: Annotated[
         Path | None,
         typer.Option(
             metavar="DIR",
             parser=output_path,
             help="Record all samples into a session folder, as tumble record does.",
-            rich_help_panel=_LIVE,
+            rich_help_panel=LIVE,
             show_default=False,
         ),
     ] = None,
@@ -134,7 +124,7 @@ def spin_command(
             metavar="TO",
             help="Once calibrated, go on and send corrected samples to stdout, udp://HOST:PORT, "
             "mavlink:udpout:HOST:PORT or FILE.",
-            rich_help_panel=_LIVE,
+            rich_help_panel=LIVE,
             show_default=False,
         ),
     ] = None,

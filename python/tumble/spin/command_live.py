@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from tumble.results import Precision
     from tumble.spin.live import LiveSpin, LiveSpinOptions, LiveStep
     from tumble.spin.preset import TurnPreset
+    from tumble.spin.result import SpinResult
     from tumble.spin.turns import TrueTurns
 
 Show: TypeAlias = "Callable[[LiveStep], None]"
@@ -69,11 +70,12 @@ def run_live(
     """
     from tumble.apply.command_live import correct
     from tumble.cli.output import folder_named_after
+    from tumble.files import no_empty_folder
     from tumble.live import open_source
     from tumble.live.continued import ContinuedSource
     from tumble.live.outputs import STDOUT, parse_output
     from tumble.record.recorded_source import recorded_source
-    from tumble.spin.command_results import SOME_FAILED, calibration_of, prepare, show_results, write_results
+    from tumble.spin.command_results import SOME_FAILED, calibration_of, prepare, show_results
     from tumble.spin.live import LiveSpin, LiveSpinOptions
     from tumble.spin.settings import DEFAULT, DEFAULT_TURNS
     from tumble.spin.summary import json_content
@@ -96,29 +98,44 @@ def run_live(
     )
     stream = open_source(source, read_options, sender=sender)
     folder = output or folder_named_after(stream.name)
-    prepare(folder, stream.name, "live")
     going_on = None if then_apply is None else parse_output(then_apply, as_json=as_json)
     serial = read_options.serial or getattr(stream, "serial", "")
-    with recorded_source(ContinuedSource(stream), record, typed=source, serial=serial) as samples, samples:
+    recorded = recorded_source(ContinuedSource(stream), record, typed=source, serial=serial)
+    with no_empty_folder(folder), recorded as samples, samples:
+        prepare(folder, stream.name, "live")
         live = LiveSpin(
             samples, options, typed=source, serial=serial, calibration=calibration, precision=precision
         )
         _run(live, source, options, as_json)
         result = live.result()
         found = calibration_of(result)
-        files = write_results(result, found, folder)
-        if as_json:
-            print_json_line({"event": "result", **json_content(result, found, files)})
-        else:
-            # Where samples go to standard output, nothing else does.
-            with redirect_stdout(sys.stderr if then_apply == STDOUT else sys.stdout):
-                show_results(result, found, files, as_json=False)
         all_found = result.accelerometer_bias.observable and result.gyroscope_bias.observable
-        if going_on is not None and all_found:
-            # The stream the calibration was found on is the one it is for.
-            correct(found, samples, going_on, serial=serial, force=True)
+        with _written(result, found, folder, meanwhile=going_on is not None and all_found) as files:
+            if as_json:
+                print_json_line({"event": "result", **json_content(result, found, files)})
+            else:
+                # Where samples go to standard output, nothing else does.
+                with redirect_stdout(sys.stderr if then_apply == STDOUT else sys.stdout):
+                    show_results(result, found, files, as_json=False)
+            if going_on is not None and all_found:
+                # The stream the calibration was found on is the one it is for.
+                correct(found, samples, going_on, serial=serial, force=True)
     if not all_found:
         raise typer.Exit(SOME_FAILED)
+
+
+@contextmanager
+def _written(
+    result: SpinResult, found: Calibration, folder: Path, *, meanwhile: bool
+) -> Iterator[dict[str, Path]]:
+    """Have the files written: at once, or the page while the block runs."""
+    from tumble.spin.command_results import page_written_meanwhile, write_results
+
+    if not meanwhile:
+        yield write_results(result, found, folder)
+        return
+    with page_written_meanwhile(result, found, folder) as files:
+        yield files
 
 
 def _run(live: LiveSpin, source: str, options: LiveSpinOptions, as_json: bool) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -40,12 +43,41 @@ def prepare(folder: Path | str, name: str, procedure: UnitProcedure) -> tuple[Pa
 
 def write_results(result: SpinResult, found: Calibration, folder: Path | str) -> dict[str, Path]:
     """Write everything into `folder`, named after the unit; give the path of each file by what it is."""
-    from tumble.spin.report.page import SPIN_REPORT
-
     page, path = prepare(folder, result.name, "live" if result.options.get("live") else "spin")
-    SPIN_REPORT.write(result, page)
+    _write_page(result, page)
     found.save(path)
     return {"calibration": path, "report": page}
+
+
+@contextmanager
+def page_written_meanwhile(
+    result: SpinResult, found: Calibration, folder: Path | str
+) -> Iterator[dict[str, Path]]:
+    """Do what `write_results` does, but write the page beside the block, which samples may not wait for.
+
+    Raises at the end what went wrong with it.
+    """
+    from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import get_context
+
+    page, path = prepare(folder, result.name, "live")
+    found.save(path)
+    with ProcessPoolExecutor(1, get_context("spawn"), _leave_interrupts_to_others) as aside:
+        writing = aside.submit(_write_page, result, page)
+        yield {"calibration": path, "report": page}
+        writing.result()
+
+
+def _write_page(result: SpinResult, page: Path) -> None:
+    from tumble.spin.report.page import SPIN_REPORT
+
+    SPIN_REPORT.write(result, page)
+
+
+def _leave_interrupts_to_others() -> None:
+    """Have Control-C end what runs beside this, and this where that has ended."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
 
 
 def show_results(result: SpinResult, found: Calibration, files: dict[str, Path], as_json: bool) -> None:

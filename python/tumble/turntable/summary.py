@@ -48,8 +48,22 @@ class SharedWarning:
     """As the first target has it."""
     alike: bool = True
     """Whether it is the same to the letter for all."""
+    times: int = 0
+    """How often it was said: more than once of a target to which it happened at several poses."""
     targets: int = 0
+    latest: str = ""
+    """The target that it was said of last."""
     names: list[str] = field(default_factory=list)
+
+    def say_of(self, target: str, text: str, most_named: int | None) -> None:
+        """Take in that it was said of a target; targets come one after another."""
+        self.alike = self.alike and self.text == text
+        self.times += 1
+        if self.targets and self.latest == target:
+            return
+        self.targets, self.latest = self.targets + 1, target
+        if most_named is None or len(self.names) <= most_named:
+            self.names.append(target)
 
 
 class ScreenSummary:
@@ -77,10 +91,7 @@ class ScreenSummary:
             self._hidden_failures += 1
         for warning in record.warnings:
             shared = self._warnings.setdefault(_OWN.sub("#", warning), SharedWarning(warning))
-            shared.alike = shared.alike and shared.text == warning
-            shared.targets += 1
-            if len(shared.names) <= MOST_NAMED or self._everything:
-                shared.names.append(record.target)
+            shared.say_of(record.target, warning, None if self._everything else MOST_NAMED)
 
     def counts(self) -> str:
         """Say how many targets got which verdict."""
@@ -110,13 +121,15 @@ class ScreenSummary:
         """Say each warning once, with how many targets share it."""
         total = self.verdicts.total()
         for shared in self._warnings.values():
+            again = shared.times - shared.targets
+            more = f", and {again} more like it" if again else ""
             if shared.targets == 1:
-                yield f"{shared.names[0]}: {shared.text}"
+                yield f"{shared.names[0]}: {shared.text}{more}"
                 continue
             few = shared.targets <= MOST_NAMED or self._everything
             names = f" ({', '.join(shared.names)})" if few and shared.targets < total else ""
             example = "" if shared.alike else f"such as {shared.names[0]}: "
-            yield f"{shared.targets} of {total}{names}: {example}{shared.text}"
+            yield f"{shared.targets} of {total}{names}: {example}{shared.text}{more}"
 
     def _head(self) -> Iterator[str]:
         reference = self._batch.reference

@@ -1,0 +1,37 @@
+"""Options of live streams that commands share: whom to listen to, and where samples go."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, TypeAlias
+
+import typer
+
+LIVE = "With --live"
+"""Heading of options that mean something with `--live` only."""
+
+
+def _sender(panel: str | None) -> Any:  # noqa: ANN401 - what typer makes of an option
+    return typer.Option(
+        "--from",
+        metavar="ADDRESS",
+        help="The one host whose datagrams count; the first that sends to each port if not given.",
+        rich_help_panel=panel,
+        show_default=False,
+    )
+
+
+SenderOption: TypeAlias = Annotated[str | None, _sender(LIVE)]
+AlwaysLiveSenderOption: TypeAlias = Annotated[str | None, _sender(None)]
+"""The same, of a command that knows nothing but live streams."""
+
+ToOption: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--to",
+        metavar="TO",
+        help="Where corrected samples go: stdout, udp://HOST:PORT, mavlink:udpout:HOST:PORT, or a file that "
+        "ends in .csv, .parquet or .mcap.",
+        rich_help_panel=LIVE,
+        show_default=False,
+    ),
+]
