@@ -3,13 +3,14 @@
 //! [`acquisition`] turns a recording of any length into rests and turns, and watches its channels. [`turntable`] lays
 //! targets beside their reference and calibrates them. [`mod@correct`] applies the result to arrays.
 //! [`spin`] does the same for a robot that turned on the spot. [`align`](mod@align) finds how two units that move together
-//! sit beside each other. [`distributions`] tells how likely a misfit is. [`simulate`] makes recordings whose truth
+//! sit beside each other. [`mod@multipose`] calibrates a unit that was held in many orientations. [`distributions`] tells how likely a misfit is. [`simulate`] makes recordings whose truth
 //! is known. [`setting_table`] lists all settings. [`verdict`] has the words that results are judged by.
 
 pub mod acquisition;
 pub mod align;
 pub mod correct;
 pub mod distributions;
+pub mod multipose;
 pub mod redundancy;
 mod sensor_range;
 pub mod setting;

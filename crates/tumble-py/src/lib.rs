@@ -7,6 +7,7 @@ mod align;
 mod convert;
 mod correct;
 mod distributions;
+mod multipose;
 mod redundancy;
 mod redundancy_values;
 mod rotation;
@@ -27,6 +28,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     align::register(module)?;
     correct::register(module)?;
     distributions::register(module)?;
+    multipose::register(module)?;
     redundancy::register(module)?;
     rotation::register(module)?;
     settings::register(module)?;

@@ -206,7 +206,8 @@ fn clock<'py>(
     Ok(figures)
 }
 
-fn triad<'py>(py: Python<'py>, triad: &TriadCalibration) -> PyResult<Bound<'py, PyDict>> {
+/// Figures of one triad.
+pub fn triad<'py>(py: Python<'py>, triad: &TriadCalibration) -> PyResult<Bound<'py, PyDict>> {
     let figures = PyDict::new(py);
     let parameters = triad.parts.parameters(&triad.model.bias);
     let values: Vec<f64> = [

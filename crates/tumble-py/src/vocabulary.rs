@@ -19,6 +19,7 @@ use tumble_core::spin::machine::{SpinEvent, SpinState};
 use tumble_lab::acquisition::RestRejection;
 use tumble_lab::acquisition::channels::ChannelFaultKind;
 use tumble_lab::align::AlignError;
+use tumble_lab::multipose::MultiposeError;
 use tumble_lab::turntable::{PairingError, TurntableError};
 use tumble_lab::verdict::Verdict;
 
@@ -46,6 +47,7 @@ const KINDS: [(&str, &[&str]); 28] = [
     ("align error", AlignError::NAMES),
     ("turntable error", TurntableError::NAMES),
     ("pairing error", PairingError::NAMES),
+    ("multipose error", MultiposeError::NAMES),
     ("rejected rest", RestRejection::NAMES),
     ("channel fault", ChannelFaultKind::NAMES),
     ("spin event", SpinEvent::NAMES),

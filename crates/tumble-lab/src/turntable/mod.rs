@@ -18,4 +18,5 @@ pub use error::{PairingError, TurntableError};
 pub use reference::{Reference, Ups, fit_reference, force_sigma, own_sphere, poses, rate_sigma};
 pub use settings::{Clocks, FEWEST_RESTS, TurntableSettings};
 pub use target::{Target, Triads, calibrate};
+pub(crate) use triad::widening;
 pub use triad::{Label, TriadCalibration};

@@ -54,7 +54,7 @@ const UNLIKELY: f64 = 5.0;
 
 /// Factor on the variances where the residuals show more than the noise explains (Birge 1932; docs/theory/turntable.md,
 /// eq. 20).
-fn widening(chi_square: f64, degrees_of_freedom: u32) -> f64 {
+pub(crate) fn widening(chi_square: f64, degrees_of_freedom: u32) -> f64 {
     let freedom = f64::from(degrees_of_freedom);
     if chi_square > freedom + UNLIKELY * (2.0 * freedom).sqrt() && freedom > 0.0 {
         chi_square / freedom // eq. 20

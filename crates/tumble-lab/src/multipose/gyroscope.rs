@@ -1,0 +1,448 @@
+//! The gyroscope: gravity, carried through a turn, ends where the accelerometer finds it.
+//!
+//! Scale, non-orthogonality and the angles to the accelerometer come from the turns, the bias from turns and rests together.
+
+use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, Vector3};
+use rayon::prelude::*;
+use tumble_core::model::ErrorModel;
+
+use super::accelerometer::UNKNOWNS as FORCE_UNKNOWNS;
+use super::error::MultiposeError;
+use super::levenberg_marquardt::{Linearised, minimise};
+use super::observability;
+use super::robust;
+use super::rotation_response::{IntegratedTurn, RateModel, TurnSamples};
+
+/// Nine elements of M and three biases; with g-sensitivity nine more.
+const UNKNOWNS: (usize, usize) = (12, 21);
+
+/// Scales tried to begin with, as a share of what readings say: each differs from the last by a 25th.
+const SCALES: (i32, f64) = (25, 1.04);
+
+/// Median angle between gravity as turned and as found, rad, beyond which no gyroscope of this unit read this.
+const CONTRADICTION: f64 = 0.1;
+
+/// Rounds in which weights and covariances settle.
+const ROUNDS: u32 = 4;
+
+/// Chi-square beyond this many of its own sigma above its mean is no chance.
+const UNLIKELY: f64 = 5.0;
+
+const BISECTIONS: u32 = 60;
+
+/// Bias that a gyroscope may have, rad/s, and g-sensitivity, rad/s per m/s^2, for what counts as shown.
+const SIZES: (f64, f64) = (0.1, 0.01);
+
+/// A rest as a calibrated accelerometer and the gyroscope saw it.
+#[derive(Clone, Debug)]
+pub struct RestDirection {
+    /// True specific force, m/s^2.
+    pub force: Vector3<f64>,
+    /// Of the direction of gravity from noise, rad^2.
+    pub covariance: Matrix3<f64>,
+    /// Derivative of the direction by the unknowns of the accelerometer.
+    pub by_accelerometer: SMatrix<f64, 3, FORCE_UNKNOWNS>,
+    /// Mean reading of the gyroscope, rad/s.
+    pub rate: Vector3<f64>,
+    /// Variance of that mean, (rad/s)^2.
+    pub rate_variance: Vector3<f64>,
+    /// What is known of the Earth's rotation there, rad/s.
+    pub earth_rate: Vector3<f64>,
+}
+
+impl RestDirection {
+    /// Up, in the case frame.
+    pub fn up(&self) -> Vector3<f64> {
+        self.force.normalize()
+    }
+}
+
+/// A turn between two rests.
+#[derive(Clone, Debug)]
+pub struct Turn {
+    /// Index of the rest before.
+    pub before: usize,
+    /// Index of the rest after.
+    pub after: usize,
+    /// What was read.
+    pub samples: TurnSamples,
+    /// Variance of the angle about any axis from the gyroscope's noise, rad^2.
+    pub variance: f64,
+}
+
+/// All that a gyroscope is fitted to.
+#[derive(Clone, Debug)]
+pub struct Rotations {
+    /// Rests, in order.
+    pub rests: Vec<RestDirection>,
+    /// Turns that were recorded whole.
+    pub turns: Vec<Turn>,
+    /// Of the accelerometer's unknowns.
+    pub accelerometer_covariance: SMatrix<f64, FORCE_UNKNOWNS, FORCE_UNKNOWNS>,
+    /// Whether the response to specific force is fitted.
+    pub g_sensitivity: bool,
+}
+
+/// Scale, non-orthogonality, mounting against the accelerometer, and bias of a gyroscope.
+#[derive(Clone, Debug)]
+pub struct RatesFit {
+    /// What it does to the truth.
+    pub errors: RateModel,
+    /// Of the unknowns from noise alone: `[M row by row, b]`, then G row by row.
+    pub covariance: DMatrix<f64>,
+    /// Direction of gravity as turned less as found, of each turn, rad.
+    pub turned_less_found: Vec<Vector3<f64>>,
+    /// Variance of one component of the same, rad^2.
+    pub turn_variance: Vec<f64>,
+    /// The same angle, rad, without any calibration of the gyroscope but its bias at rest.
+    pub angle_before: Vec<f64>,
+    /// Of each turn in the robust loss.
+    pub weights: Vec<f64>,
+    /// What noise does not explain, and the sigmas include.
+    pub excess: Excess,
+    /// Weighted squares over their expected size.
+    pub chi_square: f64,
+    /// Residuals less unknowns: two of a turn, three of a rest.
+    pub degrees_of_freedom: u32,
+}
+
+impl RatesFit {
+    /// Angle between gravity as turned and as found, of each turn, rad.
+    pub fn angles(&self) -> impl Iterator<Item = f64> {
+        self.turned_less_found
+            .iter()
+            .map(|apart| 2.0 * (0.5 * apart.norm()).min(1.0).asin())
+    }
+}
+
+/// Fits all turns and rests.
+///
+/// # Errors
+/// [`MultiposeError`] where there are no turns, or they do not show all unknowns.
+pub fn fit_rates(data: &Rotations) -> Result<RatesFit, MultiposeError> {
+    if data.turns.is_empty() {
+        return Err(MultiposeError::NoTurns);
+    }
+    let (mut x, angle_before) = data.start().ok_or(MultiposeError::Unsolvable)?;
+    let mut data = data.clone();
+    let mut weights = vec![1.0; data.turns.len()];
+    let mut excess = Excess::none();
+    for _ in 0..ROUNDS {
+        let noise = data.turn_noise(&x, &weights).ok_or(MultiposeError::Unsolvable)?;
+        let solved = minimise(x.clone(), |x| data.whitened(x, &noise));
+        x = solved.ok_or(MultiposeError::Unsolvable)?.x;
+        weights = data.weights(&x).ok_or(MultiposeError::Unsolvable)?;
+        excess = data
+            .add_excess(&x, &weights, &excess)
+            .ok_or(MultiposeError::Unsolvable)?;
+    }
+    data.finish(&x, weights, angle_before, excess)
+}
+
+/// What turns and rests scatter besides noise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Excess {
+    /// Variance of the angle of a turn about any axis, rad^2.
+    pub turn: f64,
+    /// Variance of the bias from rest to rest, (rad/s)^2.
+    pub rest: f64,
+}
+
+impl Excess {
+    fn none() -> Self {
+        Self { turn: 0.0, rest: 0.0 }
+    }
+}
+
+impl Rotations {
+    fn unknowns(&self) -> usize {
+        if self.g_sensitivity {
+            UNKNOWNS.1
+        } else {
+            UNKNOWNS.0
+        }
+    }
+
+    /// Bias as the rests show it, and of many scales the one with which gravity turns as it was found to; beside it the
+    /// angles, rad, without any.
+    fn start(&self) -> Option<(DVector<f64>, Vec<f64>)> {
+        #[allow(clippy::cast_precision_loss)]
+        let bias = self.rests.iter().map(|rest| rest.rate).sum::<Vector3<f64>>() / self.rests.len() as f64;
+        let scaled = |scale: f64| {
+            let mut x = DVector::zeros(self.unknowns());
+            for i in 0..3 {
+                x[4 * i] = scale;
+                x[9 + i] = bias[i];
+            }
+            x
+        };
+        let plain = self.angles(&scaled(1.0))?;
+        let candidates = (-SCALES.0..=SCALES.0).filter_map(|step| {
+            let x = scaled(SCALES.1.powi(step));
+            let apart = median(self.angles(&x)?);
+            Some((apart, x))
+        });
+        let best = candidates.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some((best.1, plain))
+    }
+
+    /// Angle between gravity as turned and as found, of each turn, rad.
+    fn angles(&self, x: &DVector<f64>) -> Option<Vec<f64>> {
+        let turned = self.integrated(&errors_of(x))?;
+        let each = self.turns.iter().zip(&turned);
+        Some(
+            each.map(|(turn, turned)| self.carried(turn, turned).angle(&self.rests[turn.after].up()))
+                .collect(),
+        )
+    }
+
+    fn integrated(&self, errors: &RateModel) -> Option<Vec<IntegratedTurn>> {
+        self.turns
+            .par_iter()
+            .map(|turn| turn.samples.integrate(errors))
+            .collect()
+    }
+
+    /// Up of the rest before, carried through a turn.
+    fn carried(&self, turn: &Turn, turned: &IntegratedTurn) -> Vector3<f64> {
+        turned.end_from_start * self.rests[turn.before].up() // eq. 12
+    }
+
+    /// Residuals of turns, then of rests, each over its sigma, with their derivative.
+    fn whitened(&self, x: &DVector<f64>, noise: &DMatrix<f64>) -> Option<Linearised> {
+        let errors = errors_of(x);
+        let correction = errors.model.correction().ok()?;
+        let turned = self.integrated(&errors)?;
+        let (turns, rests, unknowns) = (self.turns.len(), self.rests.len(), self.unknowns());
+        let mut of_turns = DMatrix::zeros(3 * turns, unknowns + 1);
+        for (k, (turn, turned)) in self.turns.iter().zip(&turned).enumerate() {
+            let carried = self.carried(turn, turned);
+            let mut rows = of_turns.rows_mut(3 * k, 3);
+            rows.columns_mut(0, unknowns).copy_from(&turned.derivative(
+                &carried,
+                &correction.matrix,
+                unknowns,
+            ));
+            rows.column_mut(unknowns)
+                .copy_from(&(carried - self.rests[turn.after].up())); // eq. 15
+        }
+        noise.solve_lower_triangular_mut(&mut of_turns);
+        let mut all = DMatrix::zeros(3 * (turns + rests), unknowns + 1);
+        all.rows_mut(0, 3 * turns).copy_from(&of_turns);
+        for (k, rest) in self.rests.iter().enumerate() {
+            all.rows_mut(3 * (turns + k), 3)
+                .copy_from(&rest_rows(rest, &errors, unknowns));
+        }
+        Some(Linearised {
+            residuals: all.column(unknowns).into_owned(),
+            jacobian: all.columns(0, unknowns).into_owned(),
+        })
+    }
+
+    /// Cholesky factor of the covariance of all turns: neighbours share a rest, all share the accelerometer's calibration
+    /// (docs/theory/multipose.md, eq. 16).
+    fn turn_noise(&self, x: &DVector<f64>, weights: &[f64]) -> Option<DMatrix<f64>> {
+        let turned = self.integrated(&errors_of(x))?;
+        let size = 3 * self.turns.len();
+        let mut covariance = DMatrix::zeros(size, size);
+        let mut by_accelerometer = DMatrix::zeros(size, FORCE_UNKNOWNS);
+        for (k, (turn, turned)) in self.turns.iter().zip(&turned).enumerate() {
+            let (from, to) = (&self.rests[turn.before], &self.rests[turn.after]);
+            let carry = &turned.end_from_start;
+            let up = to.up();
+            let across = Matrix3::identity() - up * up.transpose();
+            let own = carry * from.covariance * carry.transpose() + to.covariance;
+            let gyroscope = turn.variance / weights[k];
+            // Along up, where a direction cannot err, any size does that is neither large nor small.
+            let along = up * up.transpose() * (gyroscope + 0.5 * own.trace());
+            let block = own + across * gyroscope + along; // eq. 16
+            covariance.fixed_view_mut::<3, 3>(3 * k, 3 * k).copy_from(&block);
+            by_accelerometer
+                .fixed_view_mut::<3, FORCE_UNKNOWNS>(3 * k, 0)
+                .copy_from(&(carry * from.by_accelerometer - to.by_accelerometer));
+            // The rest that ends one turn begins the next.
+            if k > 0 && self.turns[k - 1].after == turn.before {
+                let shared = -(carry * from.covariance); // eq. 16
+                covariance
+                    .fixed_view_mut::<3, 3>(3 * k, 3 * k - 3)
+                    .copy_from(&shared);
+                covariance
+                    .fixed_view_mut::<3, 3>(3 * k - 3, 3 * k)
+                    .copy_from(&shared.transpose());
+            }
+        }
+        covariance += &by_accelerometer * self.accelerometer_covariance * by_accelerometer.transpose(); // eq. 16
+        covariance.cholesky().map(|factor| factor.l())
+    }
+
+    /// Variance of one component of a turn's residual, rad^2.
+    fn variance(&self, turn: &Turn) -> f64 {
+        let (from, to) = (&self.rests[turn.before], &self.rests[turn.after]);
+        turn.variance + 0.5 * (from.covariance + to.covariance).trace()
+    }
+
+    fn weights(&self, x: &DVector<f64>) -> Option<Vec<f64>> {
+        let angles = self.angles(x)?;
+        let each = angles.iter().zip(&self.turns);
+        let normalised: Vec<f64> = each
+            .map(|(angle, turn)| angle / (2.0 * self.variance(turn)).sqrt())
+            .collect();
+        Some(robust::weights(&normalised, self.unknowns() / 2))
+    }
+
+    /// Puts what turns and rests scatter beyond noise into their variances, in place of what was put there before
+    /// (docs/theory/multipose.md, eq. 18).
+    fn add_excess(&mut self, x: &DVector<f64>, weights: &[f64], before: &Excess) -> Option<Excess> {
+        let angles = self.angles(x)?;
+        let errors = errors_of(x);
+        let rests = self.rest_terms(&errors, before);
+        let mut excess = Excess {
+            turn: 0.0,
+            rest: unexplained(&rests, 3.0),
+        };
+        self.put_excess(&excess, before);
+        let turns: Vec<_> = (0..self.turns.len())
+            .map(|k| (weights[k] * angles[k].powi(2), self.variance(&self.turns[k]), 2.0))
+            .collect();
+        #[allow(clippy::cast_precision_loss)]
+        let unknowns = self.unknowns() as f64 - 3.0;
+        excess.turn = unexplained(&turns, unknowns);
+        let of_rests = Excess { turn: 0.0, ..excess };
+        self.put_excess(&excess, &of_rests);
+        Some(excess)
+    }
+
+    /// Squares of what is left at each axis of each rest, and their variance from noise.
+    fn rest_terms(&self, errors: &RateModel, before: &Excess) -> Vec<(f64, f64, f64)> {
+        let of_rest = |rest: &RestDirection| {
+            let apart = rest.rate - errors.modelled(&rest.earth_rate, &rest.force);
+            std::array::from_fn::<_, 3, _>(|i| (apart[i].powi(2), rest.rate_variance[i] - before.rest, 1.0))
+        };
+        self.rests.iter().flat_map(of_rest).collect()
+    }
+
+    /// A bias that wanders from rest to rest is as far off all through a turn.
+    fn put_excess(&mut self, excess: &Excess, before: &Excess) {
+        for turn in &mut self.turns {
+            let wandering = (excess.rest - before.rest) * turn.samples.duration().powi(2);
+            turn.variance += excess.turn - before.turn + wandering; // eq. 18
+        }
+        for rest in &mut self.rests {
+            rest.rate_variance.add_scalar_mut(excess.rest - before.rest); // eq. 18
+        }
+    }
+
+    fn finish(
+        &self,
+        x: &DVector<f64>,
+        weights: Vec<f64>,
+        angle_before: Vec<f64>,
+        excess: Excess,
+    ) -> Result<RatesFit, MultiposeError> {
+        let angles = self.angles(x).ok_or(MultiposeError::Unsolvable)?;
+        let angle = median(angles);
+        if angle > CONTRADICTION {
+            return Err(MultiposeError::GyroscopeContradicts {
+                angle: angle.to_degrees(),
+            });
+        }
+        let at = self
+            .turn_noise(x, &weights)
+            .and_then(|noise| self.whitened(x, &noise))
+            .ok_or(MultiposeError::Unsolvable)?;
+        let covariance = observability::covariance(&at.jacobian, &self.sizes()).map_err(|shares| {
+            MultiposeError::TurnsLeaveOpen {
+                shares: std::array::from_fn(|i| shares[i]),
+            }
+        })?;
+        let errors = errors_of(x);
+        let turned = self.integrated(&errors).ok_or(MultiposeError::Unsolvable)?;
+        let each = self.turns.iter().zip(&turned);
+        let residuals = 2 * self.turns.len() + 3 * self.rests.len();
+        Ok(RatesFit {
+            errors,
+            covariance,
+            turned_less_found: each
+                .map(|(turn, turned)| self.carried(turn, turned) - self.rests[turn.after].up())
+                .collect(),
+            turn_variance: self.turns.iter().map(|turn| self.variance(turn)).collect(),
+            angle_before,
+            weights,
+            excess,
+            chi_square: at.residuals.norm_squared(),
+            degrees_of_freedom: u32::try_from(residuals.saturating_sub(self.unknowns())).unwrap_or(u32::MAX),
+        })
+    }
+
+    fn sizes(&self) -> DVector<f64> {
+        DVector::from_fn(self.unknowns(), |i, _| match i {
+            0..9 => 1.0,
+            9..12 => SIZES.0,
+            _ => SIZES.1,
+        })
+    }
+}
+
+/// Mean reading of a rest less what the model has, over sigma, in the last column; before it its derivative.
+fn rest_rows(rest: &RestDirection, errors: &RateModel, unknowns: usize) -> DMatrix<f64> {
+    let modelled = errors.modelled(&rest.earth_rate, &rest.force);
+    let mut rows = DMatrix::zeros(3, unknowns + 1);
+    for axis in 0..3 {
+        let over_sigma = 1.0 / rest.rate_variance[axis].sqrt();
+        rows[(axis, unknowns)] = (rest.rate[axis] - modelled[axis]) * over_sigma; // eq. 17
+        rows[(axis, 9 + axis)] = -over_sigma;
+        for column in 0..3 {
+            rows[(axis, 3 * axis + column)] = -rest.earth_rate[column] * over_sigma;
+            if unknowns == UNKNOWNS.1 {
+                rows[(axis, 12 + 3 * axis + column)] = -rest.force[column] * over_sigma;
+            }
+        }
+    }
+    rows
+}
+
+/// The errors that unknowns stand for.
+fn errors_of(x: &DVector<f64>) -> RateModel {
+    RateModel {
+        model: ErrorModel {
+            matrix: Matrix3::from_row_slice(&x.as_slice()[..9]),
+            bias: Vector3::new(x[9], x[10], x[11]),
+        },
+        g_sensitivity: x
+            .as_slice()
+            .get(12..21)
+            .map_or_else(Matrix3::zeros, Matrix3::from_row_slice),
+    }
+}
+
+/// Variance that, added to that of noise, makes squares what they should be; zero where noise does explain them. Each
+/// term: sum of squares, variance of one from noise, how many they are.
+fn unexplained(terms: &[(f64, f64, f64)], unknowns: f64) -> f64 {
+    let expected = terms.iter().map(|(_, _, count)| count).sum::<f64>() - unknowns;
+    let cost = |excess: f64| -> f64 {
+        terms
+            .iter()
+            .map(|(squares, noise, _)| squares / (noise + excess))
+            .sum()
+    };
+    let chance = UNLIKELY * (2.0 * expected.max(0.0)).sqrt();
+    if expected <= 0.0 || cost(0.0) <= expected + chance {
+        return 0.0;
+    }
+    let mut high = terms.iter().map(|(squares, _, _)| squares).sum::<f64>();
+    let mut low = 0.0;
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (low + high);
+        if cost(middle) > expected {
+            low = middle
+        } else {
+            high = middle
+        } // eq. 18
+    }
+    high
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
