@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     )
     from tumble.inspect.procedure import inspect
     from tumble.logs import ReadOptions, list_imus, open_recording, open_writer
+    from tumble.multipose.procedure import multipose
+    from tumble.multipose.result import MultiposeResult
     from tumble.recording import Chunk, Recording
     from tumble.redundancy.monitor import RedundancyMonitor
     from tumble.redundancy.procedure import redundancy
@@ -50,6 +52,7 @@ __all__ = [
     "Chunk",
     "Limits",
     "LogError",
+    "MultiposeResult",
     "OutputError",
     "Pose",
     "PoseList",
@@ -70,6 +73,7 @@ __all__ = [
     "apply",
     "inspect",
     "list_imus",
+    "multipose",
     "open_recording",
     "open_writer",
     "redundancy",
@@ -88,6 +92,8 @@ _HOMES = {
     "tumble.align.procedure": ("align",),
     "tumble.apply.procedure": ("apply",),
     "tumble.inspect.procedure": ("inspect",),
+    "tumble.multipose.procedure": ("multipose",),
+    "tumble.multipose.result": ("MultiposeResult",),
     "tumble.simulate": ("simulate_flight", "simulate_spin", "simulate_turntable"),
     "tumble.turntable.poses": ("Pose", "PoseList"),
     "tumble.turntable.limits": ("Limits",),

@@ -1,7 +1,7 @@
 """The numeric core. Arrays are C-contiguous float64; units are SI; frames as in docs/conventions.md."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Literal, TypeAlias, TypedDict
+from typing import Any, Literal, TypeAlias, TypedDict
 
 from tumble.recording import FloatArray
 
@@ -164,6 +164,63 @@ def calibrate_target(
     settings: TurntableSettings,
     triads: tuple[bool, bool] = (True, True),
 ) -> TargetFigures: ...
+
+class MultiposePoses(TypedDict):
+    """One entry a rest; see `tumble.multipose.result.PoseFit`. `force` (k, 3) m/s^2, corrected."""
+
+    force: FloatArray
+    before: list[float]
+    after: list[float]
+    sigma: list[float]
+    weight: list[float]
+    leverage: list[float]
+    influence: list[float]
+    held_out: list[float]
+    direction: list[int]
+
+class NextOrientationFigures(TypedDict):
+    """Up in the case frame; the largest sigma before and after; the place of that unknown in [M, b]."""
+
+    up: FloatArray
+    before: float
+    after: float
+    unknown: int
+
+class MultiposeGyroscope(TypedDict):
+    """Angles in rad; `turns` are rests before and after; excess: what noise does not explain, rad and rad/s."""
+
+    calibration: TriadFigures
+    turns: list[tuple[int, int]]
+    angles_before: list[float]
+    angles_after: list[float]
+    with_g_sensitivity: float | None
+    turn_excess: float
+    bias_excess: float
+
+class MultiposeFigures(TypedDict):
+    """A unit calibrated without equipment; `nominal_scale` is SI per count."""
+
+    tolerance: float
+    nominal_scale: tuple[float, float] | None
+    accelerometer: TriadFigures
+    poses: MultiposePoses
+    next: NextOrientationFigures | None
+    gyroscope: MultiposeGyroscope | None
+    gyroscope_refusal: tuple[str, dict[str, Any]] | None
+    acquired: Acquired
+
+def multipose_of(
+    time: FloatArray,
+    force: FloatArray,
+    rate: FloatArray,
+    gravity: float,
+    *,
+    gyroscope: bool = True,
+    g_sensitivity: bool = False,
+    latitude: float | None = None,
+    raw: bool = False,
+    shortest_rest: float = 1.0,
+) -> MultiposeFigures: ...
 def sphere_residual(unit: Acquired, gravity: float) -> float | None: ...
 def judge_gyroscope(unit: Acquired) -> tuple[str, float, list[tuple[int, float]]]: ...
 def rotation_vector(rotation: FloatArray) -> FloatArray: ...

@@ -127,6 +127,16 @@ def refuse_if_misread(name: str, unit: _core.Acquired, gravity: float) -> None:
         raise ProcedureError(misread.line(), about=name)
 
 
+def refuse_if_rate_misread(name: str, unit: _core.Acquired) -> None:
+    """Raise `ProcedureError`, in one line, where another unit or order of axes of the gyroscope fits its turns.
+
+    A gyroscope that fits in none is not refused: its scale may be far off.
+    """
+    misread = _gyroscope_unit(unit)
+    if misread and misread.option:
+        raise ProcedureError(misread.line(), about=name)
+
+
 def _samples(unit: _core.Acquired) -> str:
     if unit.samples + unit.not_finite == 0:
         return "holds no samples; record again"

@@ -30,6 +30,7 @@ from tumble.documents import (
     write_document,
 )
 from tumble.errors import ProcedureError
+from tumble.multipose.result import MultiposeResult
 from tumble.plain import plain
 from tumble.provenance import LogFacts
 from tumble.recording import FloatArray
@@ -295,6 +296,11 @@ class Calibration(Document):
         return cls.model_validate(spin_content(result, before.content() if before else {}))
 
     @classmethod
+    def from_multipose(cls, result: MultiposeResult) -> Calibration:
+        """Make the calibration file of a unit that was held in many orientations."""
+        return cls.model_validate(_from_multipose(result))
+
+    @classmethod
     def from_redundancy(
         cls, result: RedundancyResult, unit: str, primary: Calibration | None = None
     ) -> Calibration:
@@ -420,10 +426,32 @@ def _from_target(target: TargetResult, batch: TurntableResult) -> dict[str, Any]
         },
         "gravity": {"value": batch.gravity, "source": batch.gravity_source},
     }
-    if target.temperature is not None:
-        low, mean, high = target.temperature
+    return content | _found(target)
+
+
+def _from_multipose(result: MultiposeResult) -> dict[str, Any]:
+    content: dict[str, Any] = {
+        "name": result.name,
+        "serial": result.serial,
+        "software": result.software,
+        "date": result.provenance.date,
+        "operator": result.provenance.operator,
+        "station": result.provenance.station,
+        "log": _log(result.source, result.log),
+        "verdict": result.verdict,
+        "method": {"procedure": "multipose", "truth": "gravity", "options": plain(result.options)},
+        "gravity": {"value": result.gravity, "source": result.gravity_source},
+    }
+    return content | _found(result)
+
+
+def _found(result: TargetResult | MultiposeResult) -> dict[str, Any]:
+    """Give temperature and triads of a unit whose M and b were found."""
+    content: dict[str, Any] = {}
+    if result.temperature is not None:
+        low, mean, high = result.temperature
         content["temperature"] = {"low": low, "mean": mean, "high": high}
-    for kind, triad in (("accelerometer", target.accelerometer), ("gyroscope", target.gyroscope)):
+    for kind, triad in (("accelerometer", result.accelerometer), ("gyroscope", result.gyroscope)):
         if triad is not None:
             content[kind] = _from_triad(triad)
     return content

@@ -39,6 +39,11 @@ COMMANDS = {
     "spin": CommandEntry(
         "tumble.spin.command", "spin_command", "Find the biases of a robot's IMU from a turn on the spot."
     ),
+    "multipose": CommandEntry(
+        "tumble.multipose.command",
+        "multipose_command",
+        "Calibrate an IMU that was held still in many orientations, without equipment.",
+    ),
     "redundancy": CommandEntry(
         "tumble.redundancy.command",
         "redundancy_command",

@@ -7,7 +7,6 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from pathlib import Path
 from typing import Literal, TypeAlias, get_args
 
@@ -15,13 +14,14 @@ import numpy as np
 
 from tumble import _core
 from tumble.acquisition.acquire import acquire, refuse_if_unfit
+from tumble.acquisition.digest import log_digest
 from tumble.acquisition.imu import Imu
 from tumble.calibration.document import Calibration
 from tumble.errors import LogError, ProcedureError, TumbleError
 from tumble.gravity import local_gravity
 from tumble.logs import ReadOptions, open_recording, options_for, parse_spec
 from tumble.logs.session import procedure_of
-from tumble.provenance import Provenance, date_now, sha256_of
+from tumble.provenance import Provenance, date_now
 from tumble.recording import Recording, RecordingSource, sources_of
 from tumble.turntable.limits import Limits
 from tumble.turntable.matching import PoseMatch, match_poses
@@ -274,18 +274,6 @@ def _without_folders(text: str, source: str | Path) -> str:
         path = Path(source)
     near = Path(*[part for part in path.parts[-2:] if part != path.anchor])
     return text.replace(str(path), str(near))
-
-
-def log_digest(source: str | Path) -> str:
-    """SHA-256 of a log, in hexadecimal; of several IMUs in one file it is computed once."""
-    path = parse_spec(source).path.resolve()
-    status = path.stat()
-    return _digest(path, status.st_size, status.st_mtime_ns)
-
-
-@lru_cache(maxsize=16)
-def _digest(path: Path, _size: int, _changed: int) -> str:
-    return sha256_of(path)
 
 
 def _same(one: RecordingSource, other: RecordingSource) -> bool:

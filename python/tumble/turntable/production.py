@@ -17,6 +17,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
+from tumble.acquisition.digest import log_digest
 from tumble.calibration.document import KIND, Calibration
 from tumble.errors import ProcedureError, TumbleError
 from tumble.file_names import SUMMARY, TURNTABLE_PAGE
@@ -30,7 +31,6 @@ from tumble.turntable.poses import PoseList
 from tumble.turntable.procedure import (
     Session,
     UnitRead,
-    log_digest,
     refuse_if_all_failed,
     serial_of,
     with_serial,

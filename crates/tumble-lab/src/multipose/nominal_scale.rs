@@ -80,7 +80,7 @@ pub(super) fn counts(force: &[[f64; 3]], rate: &[[f64; 3]], gravity: f64) -> Opt
         force_zero,
         rate_zero: *rate_zero,
         scale: NominalScale {
-            force: rounded(gravity / radius),
+            force: rounded(radius / gravity).recip(),
             rate: if *scatter > 0.0 {
                 USUAL_RATE_SCATTER / scatter
             } else {

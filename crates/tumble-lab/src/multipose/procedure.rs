@@ -143,7 +143,7 @@ impl<'a> Centred<'a> {
         let (Ok(gyroscope), Some(nominal)) = (&found.gyroscope, &mut self.nominal) else {
             return false;
         };
-        let scale = rounded(nominal.rate / gyroscope.calibration.parts.scale.mean());
+        let scale = rounded(gyroscope.calibration.parts.scale.mean() / nominal.rate).recip();
         let factor = scale / nominal.rate;
         centre(&mut self.rate, &Vector3::zeros(), factor);
         self.rate_zero *= factor;

@@ -1,0 +1,84 @@
+"""A multi-pose calibration as a table on screen, and as JSON for machines."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from tumble.calibration.document import Calibration
+from tumble.multipose.report.text import next_sentence, sentences
+from tumble.multipose.result import MultiposeResult
+from tumble.plain import finite
+from tumble.report.numbers import NOT_OBSERVABLE, measurement, readable_scale
+from tumble.results import Parameter
+
+
+def screen_summary(result: MultiposeResult) -> RenderableType:
+    """Say what a person wants to know at once: what was found, how good it is, what would better it."""
+    head = [Text(line) for line in sentences(result)]
+    notes = [Text(f"Warning: {line}", "yellow") for line in result.warnings]
+    advice = next_sentence(result)
+    return Group(*head, "", _table(result), "", *([Text(advice)] if advice else []), *notes)
+
+
+def _table(result: MultiposeResult) -> Table:
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1), show_edge=False)
+    for title in ("", *(triad.triad for triad in result.triads)):
+        table.add_column(title, no_wrap=True)
+    for each in zip(*(triad.parameters for triad in result.triads), strict=True):
+        table.add_row(each[0].name, *(_cell(parameter) for parameter in each))
+    return table
+
+
+def _cell(parameter: Parameter) -> Text:
+    if not parameter.observable:
+        return Text(NOT_OBSERVABLE, "dim")
+    scale = readable_scale(parameter.unit, max(abs(parameter.value), parameter.sigma))
+    return Text(measurement(scale.factor * parameter.value, scale.factor * parameter.sigma, scale.unit))
+
+
+def json_content(result: MultiposeResult, files: dict[str, Path]) -> dict[str, Any]:
+    """Give the result without its recording: what was found, and the files it was written to."""
+    content = {
+        "name": result.name,
+        "source": result.source,
+        "software": result.software,
+        "verdict": result.verdict,
+        "gravity": {"value": result.gravity, "source": result.gravity_source},
+        "options": result.options,
+        "norm": {
+            "before": result.norm_before,
+            "after": result.norm_after,
+            "held_out": result.norm_held_out,
+        },
+        "angle": {"before": result.angle_before, "after": result.angle_after},
+        "directions": result.directions,
+        "tolerance": result.tolerance,
+        "nominal_scale": asdict(result.nominal_scale) if result.nominal_scale else None,
+        "parameters": list(_parameters(result)),
+        "gyroscope_reason": result.gyroscope_reason,
+        "poses": [asdict(pose) for pose in result.poses],
+        "turns": [asdict(turn) for turn in result.turns],
+        "next_orientation": asdict(result.next_orientation) if result.next_orientation else None,
+        "rests": [{"start": rest.start, "end": rest.end, "used": rest.used} for rest in result.rests],
+        "warnings": result.warnings,
+        "calibration": Calibration.from_multipose(result).content(),
+        "files": files,
+    }
+    return {key: finite(value) for key, value in content.items()}
+
+
+def _parameters(result: MultiposeResult) -> Iterator[dict[str, object]]:
+    for row in result.rows():
+        yield {
+            key: None if isinstance(value, float) and not math.isfinite(value) else value
+            for key, value in row.items()
+        }
