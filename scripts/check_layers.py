@@ -33,7 +33,11 @@ DEVICE_CRATES = {"tumble-capi", "tumble-core", "tumble-store"}
 BORDER_CRATES = {"tumble-capi"}
 """C hands over pointers, which only unsafe code can follow."""
 
-PROCEDURES = {"align", "apply", "inspect", "multipose", "record", "redundancy", "simulate", "spin", "table", "turntable"}
+PROCEDURES = {"align", "apply", "inspect", "multipose", "record", "redundancy", "simulate"} | {
+    "spin",
+    "table",
+    "turntable",
+}
 """Folders of one procedure each; their files have the layers `result`, `procedure`, `page` and `command`."""
 
 FOLDERS_OF_PROCEDURES = {"simulate"}

@@ -132,6 +132,8 @@ pub fn fit_forces(
     refuse_too_few(rests, start)?;
     let mut weights = vec![1.0; rests.len()];
     let mut x = unknowns_of(start);
+    // What is open from the start leads a fit astray.
+    covariance_at(&residuals_at(&x, rests, gravity)?, &weights, gravity)?;
     for _ in 0..ROUNDS {
         let sigmas = residuals_at(&x, rests, gravity)?;
         let solved = minimise(x.clone(), |x| weighted(x, rests, gravity, &sigmas, &weights));
@@ -218,15 +220,25 @@ fn finish(
         residuals,
         weights,
     };
-    let rows = DMatrix::from_fn(rests.len(), UNKNOWNS, |k, i| found.whitened(k)[i]);
+    let covariance = covariance_at(&found.residuals, &found.weights, gravity)?;
+    found.covariance.copy_from(&covariance);
+    Ok(found)
+}
+
+fn covariance_at(
+    residuals: &[NormResidual],
+    weights: &[f64],
+    gravity: f64,
+) -> Result<DMatrix<f64>, MultiposeError> {
+    let rows = DMatrix::from_fn(residuals.len(), UNKNOWNS, |k, i| {
+        residuals[k].row[i] * weights[k].sqrt() / residuals[k].sigma
+    });
     let sizes = DVector::from_column_slice(sizes(gravity).as_slice());
-    let covariance = observability::covariance(&rows, &sizes).map_err(|shares| {
+    observability::covariance(&rows, &sizes).map_err(|shares| {
         let mut placed = [0.0; 12];
         for (place, share) in PLACES.iter().zip(&shares) {
             placed[*place] = *share;
         }
         MultiposeError::PosesLeaveOpen { shares: placed }
-    })?;
-    found.covariance.copy_from(&covariance);
-    Ok(found)
+    })
 }

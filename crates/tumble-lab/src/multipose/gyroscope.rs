@@ -4,7 +4,9 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, Vector3};
 use rayon::prelude::*;
+use tumble_core::gravity::EARTH_RATE;
 use tumble_core::model::ErrorModel;
+use tumble_core::turntable::reference::earth_variance;
 
 use super::accelerometer::UNKNOWNS as FORCE_UNKNOWNS;
 use super::error::MultiposeError;
@@ -81,6 +83,14 @@ pub struct Rotations {
     pub accelerometer_covariance: SMatrix<f64, FORCE_UNKNOWNS, FORCE_UNKNOWNS>,
     /// Whether the response to specific force is fitted.
     pub g_sensitivity: bool,
+    /// Latitude, rad, where the upward part of the Earth's rotation is known.
+    pub latitude: Option<f64>,
+}
+
+/// Lower triangles that whiten the residuals of turns and of rests.
+struct Factors {
+    turns: DMatrix<f64>,
+    rests: DMatrix<f64>,
 }
 
 /// Scale, non-orthogonality, mounting against the accelerometer, and bias of a gyroscope.
@@ -128,7 +138,7 @@ pub fn fit_rates(data: &Rotations) -> Result<RatesFit, MultiposeError> {
     let mut weights = vec![1.0; data.turns.len()];
     let mut excess = Excess::none();
     for _ in 0..ROUNDS {
-        let noise = data.turn_noise(&x, &weights).ok_or(MultiposeError::Unsolvable)?;
+        let noise = data.factors(&x, &weights).ok_or(MultiposeError::Unsolvable)?;
         let solved = minimise(x.clone(), |x| data.whitened(x, &noise));
         x = solved.ok_or(MultiposeError::Unsolvable)?.x;
         weights = data.weights(&x).ok_or(MultiposeError::Unsolvable)?;
@@ -188,18 +198,18 @@ impl Rotations {
 
     /// Angle between gravity as turned and as found, of each turn, rad.
     fn angles(&self, x: &DVector<f64>) -> Option<Vec<f64>> {
-        let turned = self.integrated(&errors_of(x))?;
-        let each = self.turns.iter().zip(&turned);
-        Some(
-            each.map(|(turn, turned)| self.carried(turn, turned).angle(&self.rests[turn.after].up()))
-                .collect(),
-        )
+        let errors = errors_of(x);
+        let angle = |turn: &Turn| {
+            let carried = turn.samples.carry(&errors, &self.rests[turn.before].up())?;
+            Some(carried.angle(&self.rests[turn.after].up()))
+        };
+        self.turns.par_iter().map(angle).collect()
     }
 
     fn integrated(&self, errors: &RateModel) -> Option<Vec<IntegratedTurn>> {
         self.turns
             .par_iter()
-            .map(|turn| turn.samples.integrate(errors))
+            .map(|turn| turn.samples.integrate(errors, self.g_sensitivity))
             .collect()
     }
 
@@ -209,7 +219,7 @@ impl Rotations {
     }
 
     /// Residuals of turns, then of rests, each over its sigma, with their derivative.
-    fn whitened(&self, x: &DVector<f64>, noise: &DMatrix<f64>) -> Option<Linearised> {
+    fn whitened(&self, x: &DVector<f64>, noise: &Factors) -> Option<Linearised> {
         let errors = errors_of(x);
         let correction = errors.model.correction().ok()?;
         let turned = self.integrated(&errors)?;
@@ -218,35 +228,88 @@ impl Rotations {
         for (k, (turn, turned)) in self.turns.iter().zip(&turned).enumerate() {
             let carried = self.carried(turn, turned);
             let mut rows = of_turns.rows_mut(3 * k, 3);
-            rows.columns_mut(0, unknowns).copy_from(&turned.derivative(
-                &carried,
-                &correction.matrix,
-                unknowns,
-            ));
+            rows.columns_mut(0, unknowns)
+                .copy_from(&turned.derivative(&carried, &correction.matrix));
             rows.column_mut(unknowns)
                 .copy_from(&(carried - self.rests[turn.after].up())); // eq. 15
         }
-        noise.solve_lower_triangular_mut(&mut of_turns);
-        let mut all = DMatrix::zeros(3 * (turns + rests), unknowns + 1);
-        all.rows_mut(0, 3 * turns).copy_from(&of_turns);
+        noise.turns.solve_lower_triangular_mut(&mut of_turns);
+        let mut of_rests = DMatrix::zeros(3 * rests, unknowns + 1);
         for (k, rest) in self.rests.iter().enumerate() {
-            all.rows_mut(3 * (turns + k), 3)
+            of_rests
+                .rows_mut(3 * k, 3)
                 .copy_from(&rest_rows(rest, &errors, unknowns));
         }
+        noise.rests.solve_lower_triangular_mut(&mut of_rests);
+        let mut all = DMatrix::zeros(3 * (turns + rests), unknowns + 1);
+        all.rows_mut(0, 3 * turns).copy_from(&of_turns);
+        all.rows_mut(3 * turns, 3 * rests).copy_from(&of_rests);
         Some(Linearised {
             residuals: all.column(unknowns).into_owned(),
             jacobian: all.columns(0, unknowns).into_owned(),
         })
     }
 
+    /// What residuals are whitened with.
+    fn factors(&self, x: &DVector<f64>, weights: &[f64]) -> Option<Factors> {
+        let errors = errors_of(x);
+        let turned = self.integrated(&errors)?;
+        Some(Factors {
+            turns: self.turn_noise(&turned, weights)?,
+            rests: self.rest_noise(&turned, &errors)?,
+        })
+    }
+
+    /// Cholesky factor of the covariance of all rests: what is not known of the Earth's rotation is the same at all of
+    /// them, seen from the attitudes that the turns lead to (docs/theory/multipose.md, eq. 18).
+    fn rest_noise(&self, turned: &[IntegratedTurn], errors: &RateModel) -> Option<DMatrix<f64>> {
+        let size = 3 * self.rests.len();
+        let mut covariance = DMatrix::zeros(size, size);
+        let mut by_earth = DMatrix::zeros(size, 3);
+        let mut here_from_start = Matrix3::identity();
+        let mut first = 0;
+        let mut turns = self.turns.iter().zip(turned).peekable();
+        for k in 0..self.rests.len() {
+            match turns.next_if(|(turn, _)| turn.after == k) {
+                Some((_, turn)) => here_from_start = turn.end_from_start * here_from_start,
+                // Nobody knows how the unit was turned: the Earth may be seen from anywhere.
+                None => (here_from_start, first) = (Matrix3::identity(), k),
+            }
+            by_earth
+                .fixed_view_mut::<3, 3>(3 * k, 0)
+                .copy_from(&(errors.model.matrix * here_from_start));
+            let unknown = self.unknown_earth(&self.rests[first].up());
+            let since = by_earth.rows(3 * first, 3 * (k + 1 - first)) * unknown;
+            let row = by_earth.fixed_rows::<3>(3 * k) * since.transpose(); // eq. 18
+            covariance
+                .view_mut((3 * k, 3 * first), (3, row.ncols()))
+                .copy_from(&row);
+            for axis in 0..3 {
+                covariance[(3 * k + axis, 3 * k + axis)] += self.rests[k].rate_variance[axis];
+            }
+        }
+        // The factor is made of the lower triangle alone.
+        covariance.cholesky().map(|factor| factor.l())
+    }
+
+    /// Covariance of what is not known of the Earth's rotation, (rad/s)^2: of all of it, or of its part towards north.
+    fn unknown_earth(&self, up: &Vector3<f64>) -> Matrix3<f64> {
+        match self.latitude {
+            Some(latitude) => {
+                let level = Matrix3::identity() - up * up.transpose();
+                level * (0.5 * (EARTH_RATE * latitude.cos()).powi(2))
+            }
+            None => Matrix3::identity() * earth_variance::<f64>(),
+        }
+    }
+
     /// Cholesky factor of the covariance of all turns: neighbours share a rest, all share the accelerometer's calibration
     /// (docs/theory/multipose.md, eq. 16).
-    fn turn_noise(&self, x: &DVector<f64>, weights: &[f64]) -> Option<DMatrix<f64>> {
-        let turned = self.integrated(&errors_of(x))?;
+    fn turn_noise(&self, turned: &[IntegratedTurn], weights: &[f64]) -> Option<DMatrix<f64>> {
         let size = 3 * self.turns.len();
         let mut covariance = DMatrix::zeros(size, size);
         let mut by_accelerometer = DMatrix::zeros(size, FORCE_UNKNOWNS);
-        for (k, (turn, turned)) in self.turns.iter().zip(&turned).enumerate() {
+        for (k, (turn, turned)) in self.turns.iter().zip(turned).enumerate() {
             let (from, to) = (&self.rests[turn.before], &self.rests[turn.after]);
             let carry = &turned.end_from_start;
             let up = to.up();
@@ -291,7 +354,7 @@ impl Rotations {
     }
 
     /// Puts what turns and rests scatter beyond noise into their variances, in place of what was put there before
-    /// (docs/theory/multipose.md, eq. 18).
+    /// (docs/theory/multipose.md, eq. 19).
     fn add_excess(&mut self, x: &DVector<f64>, weights: &[f64], before: &Excess) -> Option<Excess> {
         let angles = self.angles(x)?;
         let errors = errors_of(x);
@@ -316,7 +379,11 @@ impl Rotations {
     fn rest_terms(&self, errors: &RateModel, before: &Excess) -> Vec<(f64, f64, f64)> {
         let of_rest = |rest: &RestDirection| {
             let apart = rest.rate - errors.modelled(&rest.earth_rate, &rest.force);
-            std::array::from_fn::<_, 3, _>(|i| (apart[i].powi(2), rest.rate_variance[i] - before.rest, 1.0))
+            let earth = self.unknown_earth(&rest.up()).trace() / 3.0;
+            std::array::from_fn::<_, 3, _>(|i| {
+                let noise = rest.rate_variance[i] - before.rest;
+                (apart[i].powi(2), noise + earth, 1.0)
+            })
         };
         self.rests.iter().flat_map(of_rest).collect()
     }
@@ -325,10 +392,10 @@ impl Rotations {
     fn put_excess(&mut self, excess: &Excess, before: &Excess) {
         for turn in &mut self.turns {
             let wandering = (excess.rest - before.rest) * turn.samples.duration().powi(2);
-            turn.variance += excess.turn - before.turn + wandering; // eq. 18
+            turn.variance += excess.turn - before.turn + wandering; // eq. 19
         }
         for rest in &mut self.rests {
-            rest.rate_variance.add_scalar_mut(excess.rest - before.rest); // eq. 18
+            rest.rate_variance.add_scalar_mut(excess.rest - before.rest); // eq. 19
         }
     }
 
@@ -347,7 +414,7 @@ impl Rotations {
             });
         }
         let at = self
-            .turn_noise(x, &weights)
+            .factors(x, &weights)
             .and_then(|noise| self.whitened(x, &noise))
             .ok_or(MultiposeError::Unsolvable)?;
         let covariance = observability::covariance(&at.jacobian, &self.sizes()).map_err(|shares| {
@@ -383,18 +450,17 @@ impl Rotations {
     }
 }
 
-/// Mean reading of a rest less what the model has, over sigma, in the last column; before it its derivative.
+/// Mean reading of a rest less what the model has, in the last column; before it its derivative.
 fn rest_rows(rest: &RestDirection, errors: &RateModel, unknowns: usize) -> DMatrix<f64> {
     let modelled = errors.modelled(&rest.earth_rate, &rest.force);
     let mut rows = DMatrix::zeros(3, unknowns + 1);
     for axis in 0..3 {
-        let over_sigma = 1.0 / rest.rate_variance[axis].sqrt();
-        rows[(axis, unknowns)] = (rest.rate[axis] - modelled[axis]) * over_sigma; // eq. 17
-        rows[(axis, 9 + axis)] = -over_sigma;
+        rows[(axis, unknowns)] = rest.rate[axis] - modelled[axis]; // eq. 17
+        rows[(axis, 9 + axis)] = -1.0;
         for column in 0..3 {
-            rows[(axis, 3 * axis + column)] = -rest.earth_rate[column] * over_sigma;
+            rows[(axis, 3 * axis + column)] = -rest.earth_rate[column];
             if unknowns == UNKNOWNS.1 {
-                rows[(axis, 12 + 3 * axis + column)] = -rest.force[column] * over_sigma;
+                rows[(axis, 12 + 3 * axis + column)] = -rest.force[column];
             }
         }
     }
@@ -437,7 +503,7 @@ fn unexplained(terms: &[(f64, f64, f64)], unknowns: f64) -> f64 {
             low = middle
         } else {
             high = middle
-        } // eq. 18
+        } // eq. 19
     }
     high
 }

@@ -19,6 +19,9 @@ mod robust;
 pub mod rotation_response;
 mod settings;
 
+#[cfg(test)]
+mod tests;
+
 pub use error::MultiposeError;
 pub use nominal_scale::NominalScale;
 pub use procedure::{Gyroscope, Multipose, Pose, UnitSamples, multipose};

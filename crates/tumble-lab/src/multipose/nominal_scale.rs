@@ -18,7 +18,7 @@ const USUAL_RATE_SCATTER: f64 = 0.003;
 /// Samples of a window in which scatter is judged.
 const WINDOW: usize = 50;
 
-/// Centre and radius of the sphere that readings at rest lie on (docs/theory/multipose.md, eq. 18); `None` where they lie
+/// Centre and radius of the sphere that readings at rest lie on (docs/theory/multipose.md, eq. 20); `None` where they lie
 /// in a plane.
 pub(super) fn sphere(readings: &[Vector3<f64>]) -> Option<(Vector3<f64>, f64)> {
     #[allow(clippy::cast_precision_loss)]
@@ -33,10 +33,11 @@ pub(super) fn sphere(readings: &[Vector3<f64>]) -> Option<(Vector3<f64>, f64)> {
         right += row * y.norm_squared();
     }
     let eigenvalues = normal.symmetric_eigenvalues();
-    if !(eigenvalues.min() > 1e-4 * eigenvalues.max()) {
+    let surrounds = eigenvalues.min() > 1e-4 * eigenvalues.max();
+    if !surrounds {
         return None;
     }
-    let solved = normal.cholesky()?.solve(&right); // eq. 18
+    let solved = normal.cholesky()?.solve(&right); // eq. 20
     let centre: Vector3<f64> = solved.fixed_rows::<3>(0) * 0.5;
     let radius = (solved.w + centre.norm_squared()).sqrt();
     radius

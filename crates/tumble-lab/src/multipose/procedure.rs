@@ -6,6 +6,7 @@ use tumble_core::gravity::{EARTH_RATE, vertical_earth_rate};
 use tumble_core::model::{Covariance, ErrorModel};
 use tumble_core::real::seconds;
 use tumble_core::segmenter::Segment;
+use tumble_core::turntable::reference::earth_variance;
 
 use super::accelerometer::{ForcesFit, PLACES, RestForce, UNKNOWNS, fit_forces, sizes};
 use super::error::MultiposeError;
@@ -152,7 +153,7 @@ impl<'a> Centred<'a> {
     }
 
     /// The calibration that is known best, of all that are with one tolerance or another: each by its largest sigma,
-    /// widened by its normalised cost (docs/theory/multipose.md, eq. 19).
+    /// widened by its normalised cost (docs/theory/multipose.md, eq. 21).
     fn calibrate(&self, settings: &MultiposeSettings) -> Result<Multipose, MultiposeError> {
         let tried: Vec<_> = TOLERANCES
             .par_iter()
@@ -176,7 +177,7 @@ impl<'a> Centred<'a> {
                 .diagonal()
                 .map(f64::sqrt)
                 .component_div(&sizes(settings.gravity));
-            sigmas.max() * cost_factor(fit).sqrt() // eq. 19
+            sigmas.max() * cost_factor(fit).sqrt() // eq. 21
         };
         let mut refusal = MultiposeError::NoRests;
         let mut solved = Vec::new();
@@ -228,6 +229,7 @@ impl<'a> Centred<'a> {
             turns: self.turns(unit, fit, settings),
             accelerometer_covariance: fit.covariance * cost_factor(fit),
             g_sensitivity: settings.g_sensitivity,
+            latitude: settings.latitude,
         };
         let rates = fit_rates(&data)?;
         let turns = data.turns.iter().map(|turn| (turn.before, turn.after)).collect();
@@ -369,7 +371,6 @@ fn rest_directions(unit: &Acquired, fit: &ForcesFit, settings: &MultiposeSetting
         let across = (Matrix3::identity() - up * up.transpose()) / found.force.norm();
         let by_reading = across * correction.matrix;
         let noise = Matrix3::from_diagonal(&force_sigma(unit, k).map(|sigma| sigma * sigma));
-        let (known, unknown) = earth(&up, settings);
         RestDirection {
             force: found.force,
             covariance: by_reading * noise * by_reading.transpose(),
@@ -378,23 +379,11 @@ fn rest_directions(unit: &Acquired, fit: &ForcesFit, settings: &MultiposeSetting
                 place => -by_reading[(i, place - 9)],
             }),
             rate: unit.rests[k].angular_rate(),
-            rate_variance: rate_sigma(unit, k).map(|sigma| sigma * sigma + unknown),
-            earth_rate: known,
+            rate_variance: rate_sigma(unit, k).map(|sigma| sigma * sigma),
+            earth_rate: up * settings.latitude.map_or(0.0, vertical_earth_rate),
         }
     });
     each.collect()
-}
-
-/// What is known of the Earth's rotation, rad/s, and the variance of a component of what is not: which way north is, nobody
-/// said.
-fn earth(up: &Vector3<f64>, settings: &MultiposeSettings) -> (Vector3<f64>, f64) {
-    match settings.latitude {
-        Some(latitude) => (
-            up * vertical_earth_rate::<f64>(latitude),
-            (EARTH_RATE * latitude.cos()).powi(2) / 2.0,
-        ),
-        None => (Vector3::zeros(), EARTH_RATE * EARTH_RATE / 3.0),
-    }
 }
 
 /// Variance of the angle of a turn about any axis, rad^2.
@@ -405,8 +394,11 @@ fn turn_variance(unit: &Acquired, turn: &Segment<f64>, settings: &MultiposeSetti
         noise[i].covariance(&span, &span, &unit.session()) * duration * duration
             + turn.interpolation.variance[i]
     };
-    let (_, unknown) = earth(&Vector3::zeros(), settings);
-    (of_axis(0) + of_axis(1) + of_axis(2)) / 3.0 + unknown * duration * duration
+    // Only its level part takes gravity from where the turn led it.
+    let earth = settings.latitude.map_or(earth_variance(), |latitude| {
+        0.5 * (EARTH_RATE * latitude.cos()).powi(2)
+    });
+    (of_axis(0) + of_axis(1) + of_axis(2)) / 3.0 + earth * duration * duration
 }
 
 fn force_calibration(unit: &Acquired, fit: &ForcesFit) -> Result<TriadCalibration, MultiposeError> {

@@ -1,6 +1,6 @@
 //! A turn integrated from a gyroscope's readings, with the derivative of the result by the gyroscope's errors.
 
-use nalgebra::{DMatrix, Matrix3, SMatrix, UnitQuaternion, Vector3};
+use nalgebra::{DMatrix, Matrix3, UnitQuaternion, Vector3};
 use tumble_core::model::{Correction, ErrorModel};
 use tumble_core::rotation::{cross_matrix, rotation_of};
 
@@ -14,6 +14,13 @@ pub struct RateModel {
     pub model: ErrorModel<f64>,
     /// G, rad/s per m/s^2; zero where it is not asked for.
     pub g_sensitivity: Matrix3<f64>,
+}
+
+impl RateModel {
+    /// What the gyroscope reads where rate and specific force truly are these.
+    pub fn modelled(&self, rate: &Vector3<f64>, force: &Vector3<f64>) -> Vector3<f64> {
+        self.model.measure(rate) + self.g_sensitivity * force // eq. 10
+    }
 }
 
 /// What was read between two rests, from the end of the first to the start of the second.
@@ -32,16 +39,9 @@ pub struct TurnSamples {
 pub struct IntegratedTurn {
     /// Case at the end from case at the start.
     pub end_from_start: Matrix3<f64>,
-    /// Rotation vector, in the case at its end, of what an error `du = [e_1 e_2 e_3] z` of the true rate adds: three
-    /// columns for each element of the regressor.
-    response: SMatrix<f64, 3, { 3 * REGRESSORS }>,
-}
-
-impl RateModel {
-    /// What the gyroscope reads where rate and specific force truly are these.
-    pub fn modelled(&self, rate: &Vector3<f64>, force: &Vector3<f64>) -> Vector3<f64> {
-        self.model.measure(rate) + self.g_sensitivity * force // eq. 10
-    }
+    /// Rotation vector, in the case at its end, of what an error `du = e z_c` of the true rate adds, for each element
+    /// `z_c` of the regressor; the first four where g-sensitivity is not asked for.
+    response: Vec<Matrix3<f64>>,
 }
 
 impl TurnSamples {
@@ -53,23 +53,61 @@ impl TurnSamples {
             .map_or(0.0, |(end, start)| end - start)
     }
 
-    /// Integrates sample by sample, rates straight between samples (docs/theory/multipose.md, eq. 11 to 13); `None` where
-    /// M has no inverse.
-    pub fn integrate(&self, errors: &RateModel) -> Option<IntegratedTurn> {
+    /// Carries a direction through the turn, rates straight between samples (docs/theory/multipose.md, eq. 11 and 12);
+    /// `None` where M has no inverse.
+    pub fn carry(&self, errors: &RateModel, from: &Vector3<f64>) -> Option<Vector3<f64>> {
         let correction = errors.model.correction().ok()?;
-        let truth = |k: usize| true_rate(&correction, errors, &self.rate[k], &self.force[k]);
+        let mut end_from_start = UnitQuaternion::identity();
+        self.for_each_step(&correction, errors, |step| {
+            end_from_start = rotation_of(&-step.angle()) * end_from_start; // eq. 12
+        });
+        Some(end_from_start * from)
+    }
+
+    /// The same rotation with its derivative (docs/theory/multipose.md, eq. 11 to 13); `None` where M has no inverse.
+    pub fn integrate(&self, errors: &RateModel, g_sensitivity: bool) -> Option<IntegratedTurn> {
+        let correction = errors.model.correction().ok()?;
+        let columns = if g_sensitivity { REGRESSORS } else { REGRESSORS - 3 };
         let mut turned = IntegratedTurn {
             end_from_start: Matrix3::identity(),
-            response: SMatrix::zeros(),
+            response: vec![Matrix3::zeros(); columns],
         };
+        self.for_each_step(&correction, errors, |step| turned.advance(step));
+        Some(turned)
+    }
+
+    fn for_each_step(&self, correction: &Correction<f64>, errors: &RateModel, mut take: impl FnMut(&Step)) {
+        let truth = |k: usize| true_rate(correction, errors, &self.rate[k], &self.force[k]);
         let mut from = truth(0);
         for k in 1..self.time.len() {
             let to = truth(k);
-            let dt = self.time[k] - self.time[k - 1];
-            turned.advance(dt, (&from, &self.force[k - 1]), (&to, &self.force[k]));
+            take(&Step {
+                duration: self.time[k] - self.time[k - 1],
+                rates: [from, to],
+                forces: [self.force[k - 1], self.force[k]],
+            });
             from = to;
         }
-        Some(turned)
+    }
+}
+
+/// From one sample to the next: true rates and specific forces at both.
+struct Step {
+    duration: f64,
+    rates: [Vector3<f64>; 2],
+    forces: [Vector3<f64>; 2],
+}
+
+impl Step {
+    /// What the second order of coning is multiplied by, s^2.
+    fn coning(&self) -> f64 {
+        self.duration * self.duration / 12.0
+    }
+
+    /// Rotation vector of the step.
+    fn angle(&self) -> Vector3<f64> {
+        let [from, to] = &self.rates;
+        (from + to) * (0.5 * self.duration) + from.cross(to) * self.coning() // eq. 11
     }
 }
 
@@ -87,46 +125,35 @@ fn regressor(rate: &Vector3<f64>, force: &Vector3<f64>) -> [f64; REGRESSORS] {
 }
 
 impl IntegratedTurn {
-    /// One step; `from` and `to` are true rate and specific force at its ends.
-    fn advance(&mut self, dt: f64, from: (&Vector3<f64>, &Vector3<f64>), to: (&Vector3<f64>, &Vector3<f64>)) {
-        let coning = dt * dt / 12.0;
-        let angle = (from.0 + to.0) * (0.5 * dt) + from.0.cross(to.0) * coning; // eq. 11
-        let back: UnitQuaternion<f64> = rotation_of(&-angle);
-        let back = back.to_rotation_matrix().into_inner();
+    fn advance(&mut self, step: &Step) {
+        let [from, to] = &step.rates;
+        let angle = step.angle();
+        let back = rotation_of(&-angle).to_rotation_matrix().into_inner();
         let jacobian = right_jacobian(&angle);
-        let half = Matrix3::identity() * (0.5 * dt);
-        let by_first = jacobian * (half - cross_matrix(to.0) * coning); // eq. 13
-        let by_second = jacobian * (half + cross_matrix(from.0) * coning); // eq. 13
+        let half = Matrix3::identity() * (0.5 * step.duration);
+        let by_first = jacobian * (half - cross_matrix(to) * step.coning()); // eq. 13
+        let by_second = jacobian * (half + cross_matrix(from) * step.coning()); // eq. 13
         self.end_from_start = back * self.end_from_start; // eq. 12
-        self.response = back * self.response; // eq. 13
-        let (first, second) = (regressor(from.0, from.1), regressor(to.0, to.1));
-        for column in 0..REGRESSORS {
-            let mut own = self.response.fixed_columns_mut::<3>(3 * column);
-            own += by_first * first[column] + by_second * second[column]; // eq. 13
+        let (first, second) = (regressor(from, &step.forces[0]), regressor(to, &step.forces[1]));
+        for (column, response) in self.response.iter_mut().enumerate() {
+            *response = back * *response + by_first * first[column] + by_second * second[column]; // eq. 13
         }
     }
 
     /// Derivative of a direction carried through the turn, `to = R from`, by `[M row by row, b]`, and by G row by row where
-    /// `unknowns` are 21 (docs/theory/multipose.md, eq. 14).
-    pub fn derivative(
-        &self,
-        to: &Vector3<f64>,
-        case_from_sensor: &Matrix3<f64>,
-        unknowns: usize,
-    ) -> DMatrix<f64> {
+    /// that was asked for (docs/theory/multipose.md, eq. 14).
+    pub fn derivative(&self, to: &Vector3<f64>, case_from_sensor: &Matrix3<f64>) -> DMatrix<f64> {
         let turning = -cross_matrix(to);
-        let mut derivative = DMatrix::zeros(3, unknowns);
-        for column in 0..REGRESSORS {
-            let each = turning * self.response.fixed_columns::<3>(3 * column) * case_from_sensor; // eq. 14
+        let mut derivative = DMatrix::zeros(3, 3 * self.response.len());
+        for (column, response) in self.response.iter().enumerate() {
+            let each = turning * response * case_from_sensor; // eq. 14
             for row in 0..3 {
                 let unknown = match column {
                     0..3 => 3 * row + column,
                     3 => 9 + row,
                     _ => 12 + 3 * row + column - 4,
                 };
-                if unknown < unknowns {
-                    derivative.column_mut(unknown).copy_from(&each.column(row));
-                }
+                derivative.column_mut(unknown).copy_from(&each.column(row));
             }
         }
         derivative

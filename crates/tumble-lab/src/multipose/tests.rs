@@ -1,0 +1,236 @@
+//! Laws of both fits, on poses and turns whose truth is known.
+
+use nalgebra::{DVector, Matrix3, Vector3};
+use proptest::prelude::*;
+use tumble_core::model::ErrorModel;
+
+use super::accelerometer::{PLACES, RestForce, UNKNOWNS, fit_forces, model_of, residual, unknowns_of};
+use super::error::MultiposeError;
+use super::influence::{held_out, influence};
+use super::next_orientation::next_orientation;
+use super::rotation_response::{RateModel, TurnSamples};
+
+const GRAVITY: f64 = 9.8;
+const SIGMA: f64 = 1e-3;
+
+/// Points that cover the sphere, turned off its axes.
+fn ups(count: u32) -> Vec<Vector3<f64>> {
+    (0..count)
+        .map(|i| {
+            let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(count);
+            let (sine, cosine) = (2.4 * f64::from(i) + 0.3).sin_cos();
+            let across = (1.0 - z * z).sqrt();
+            Vector3::new(across * cosine, across * sine, z)
+        })
+        .collect()
+}
+
+fn truth() -> ErrorModel<f64> {
+    ErrorModel {
+        matrix: Matrix3::new(1.25, 0.0, 0.0, 0.01, 0.8, 0.0, -0.02, 0.015, 1.1),
+        bias: Vector3::new(0.4, -0.3, 0.2),
+    }
+}
+
+/// Rests with an error that alternates.
+fn rests(ups: &[Vector3<f64>], error: f64) -> Vec<RestForce> {
+    let each = ups.iter().enumerate().map(|(k, up)| {
+        let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+        RestForce {
+            mean: truth().measure(&(up * (GRAVITY + sign * error))),
+            variance: Vector3::repeat(SIGMA * SIGMA),
+        }
+    });
+    each.collect()
+}
+
+#[test]
+fn from_scales_a_quarter_off_the_errors_of_the_accelerometer_are_found() {
+    let found = fit_forces(&rests(&ups(15), 0.0), GRAVITY, &ErrorModel::identity()).expect("solvable");
+    assert!(
+        (found.model.matrix - truth().matrix).amax() < 1e-9,
+        "{}",
+        found.model.matrix
+    );
+    assert!(
+        (found.model.bias - truth().bias).amax() < 1e-8,
+        "{}",
+        found.model.bias
+    );
+}
+
+#[test]
+fn nine_orientations_are_refused_whatever_they_are() {
+    let refused = fit_forces(&rests(&ups(9), 0.0), GRAVITY, &truth());
+    assert!(
+        matches!(
+            refused,
+            Err(MultiposeError::TooFewDirections {
+                found: 9,
+                needed: 10,
+                rests: 9
+            })
+        ),
+        "{refused:?}"
+    );
+}
+
+#[test]
+fn poses_in_a_plane_leave_the_axis_across_it_open() {
+    let in_plane: Vec<_> = (0..20)
+        .map(|i| {
+            let (sine, cosine) = (f64::from(i) * 0.314).sin_cos();
+            Vector3::new(cosine, sine, 0.0)
+        })
+        .collect();
+    let refused = fit_forces(&rests(&in_plane, 0.0), GRAVITY, &ErrorModel::identity());
+    let Err(MultiposeError::PosesLeaveOpen { shares }) = refused else {
+        panic!("{refused:?}");
+    };
+    let across: f64 = [6, 7, 8, 11].iter().map(|place| shares[*place].powi(2)).sum();
+    assert!(across > 0.9, "{shares:?}");
+}
+
+#[test]
+fn one_pose_that_was_touched_does_not_carry_the_others_with_it() {
+    let mut touched = rests(&ups(20), 0.5 * SIGMA);
+    touched[7].mean *= 1.02;
+    let found = fit_forces(&touched, GRAVITY, &truth()).expect("solvable");
+    assert!(found.weights[7] < 0.1, "{:?}", found.weights);
+    assert!(
+        (found.model.matrix - truth().matrix).amax() < 0.01,
+        "{}",
+        found.model.matrix
+    );
+}
+
+#[test]
+fn the_influence_of_a_pose_is_what_a_fit_without_it_changes() {
+    let all = rests(&ups(16), 0.2 * SIGMA);
+    let found = fit_forces(&all, GRAVITY, &truth()).expect("solvable");
+    let sigmas = found.covariance.diagonal().map(f64::sqrt);
+    for (k, influence) in influence(&found).iter().enumerate() {
+        let mut others = all.clone();
+        others.remove(k);
+        let without = fit_forces(&others, GRAVITY, &truth()).expect("solvable");
+        let change = unknowns_of(&found.model) - unknowns_of(&without.model);
+        let largest = (0..UNKNOWNS)
+            .map(|i| (change[i] / sigmas[i]).abs())
+            .fold(0.0, f64::max);
+        assert!(
+            (influence.change - largest).abs() < 0.01 * largest + 1e-6,
+            "rest {k}"
+        );
+    }
+}
+
+#[test]
+fn what_a_fit_has_not_seen_it_foretells_worse_than_what_it_has() {
+    let all = rests(&ups(16), SIGMA);
+    let found = fit_forces(&all, GRAVITY, &truth()).expect("solvable");
+    let unseen = held_out(&all, &found.groups, GRAVITY, &found.model);
+    for (k, unseen) in unseen.iter().enumerate() {
+        let unseen = unseen.expect("fifteen others carry a fit");
+        assert!(unseen.abs() >= found.residuals[k].value.abs() - 1e-9, "rest {k}");
+    }
+}
+
+#[test]
+fn the_orientation_to_add_lies_where_none_has_been() {
+    let away: Vec<_> = ups(40).into_iter().filter(|up| up.x < 0.2).collect();
+    let all = rests(&away, 0.0);
+    let found = fit_forces(&all, GRAVITY, &truth()).expect("solvable");
+    let next = next_orientation(&found, &all, GRAVITY).expect("rests");
+    assert!(next.up.x > 0.6, "{}", next.up);
+    assert!(next.after < 0.5 * next.before, "{next:?}");
+}
+
+/// A turn with all axes in it, sampled at 100 Hz.
+fn turn() -> TurnSamples {
+    let times: Vec<f64> = (0..200).map(|k| f64::from(k) * 0.01).collect();
+    let rate = |t: &f64| {
+        Vector3::new(
+            (3.0 * t).sin(),
+            0.8 * (2.0 * t).cos(),
+            1.5 * (1.3 * t).sin() - 0.2,
+        )
+    };
+    let force = |t: &f64| Vector3::new(9.0 * t.cos(), 4.0, 9.0 * t.sin());
+    TurnSamples {
+        rate: times.iter().map(rate).collect(),
+        force: times.iter().map(force).collect(),
+        time: times,
+    }
+}
+
+#[test]
+fn a_turn_about_one_axis_comes_out_as_its_angle() {
+    let samples = TurnSamples {
+        time: (0..=100).map(|k| f64::from(k) * 0.01).collect(),
+        rate: vec![Vector3::new(0.0, 0.0, 0.7); 101],
+        force: vec![Vector3::zeros(); 101],
+    };
+    let errors = RateModel {
+        model: ErrorModel::identity(),
+        g_sensitivity: Matrix3::zeros(),
+    };
+    let carried = samples.carry(&errors, &Vector3::x()).expect("invertible");
+    let expected = Vector3::new(0.7_f64.cos(), -(0.7_f64.sin()), 0.0);
+    assert!((carried - expected).amax() < 1e-12, "{carried}");
+}
+
+proptest! {
+    #[test]
+    fn the_derivative_of_the_length_of_gravity_is_that_of_differences(
+        x in prop::array::uniform9(-0.1_f64..0.1), up in prop::array::uniform3(-1.0_f64..1.0)
+    ) {
+        let up = Vector3::from(up);
+        prop_assume!(up.norm() > 0.1);
+        let mut start = unknowns_of(&truth());
+        start += DVector::from_column_slice(&x);
+        let rest = RestForce { mean: up.normalize() * GRAVITY, variance: Vector3::repeat(1.0) };
+        let value = |x: &DVector<f64>| residual(&model_of(x), &rest, GRAVITY).expect("invertible").value;
+        let row = residual(&model_of(&start), &rest, GRAVITY).expect("invertible").row;
+        for unknown in 0..PLACES.len() {
+            let mut step = DVector::zeros(UNKNOWNS);
+            step[unknown] = 1e-6;
+            let numeric = (value(&(&start + &step)) - value(&(&start - &step))) / 2e-6;
+            prop_assert!((row[unknown] - numeric).abs() < 1e-6 * (1.0 + numeric.abs()), "unknown {}", unknown);
+        }
+    }
+
+    #[test]
+    fn the_derivative_of_a_turn_is_that_of_differences(
+        x in prop::array::uniform21(-0.05_f64..0.05), up in prop::array::uniform3(-1.0_f64..1.0)
+    ) {
+        let up = Vector3::from(up);
+        prop_assume!(up.norm() > 0.1);
+        let up = up.normalize();
+        let samples = turn();
+        let errors = |x: &[f64]| RateModel {
+            model: ErrorModel {
+                matrix: Matrix3::identity() + Matrix3::from_row_slice(&x[..9]),
+                bias: Vector3::from_column_slice(&x[9..12]),
+            },
+            g_sensitivity: Matrix3::from_row_slice(&x[12..]) * 0.01,
+        };
+        let at = errors(&x);
+        let turned = samples.integrate(&at, true).expect("invertible");
+        let to = turned.end_from_start * up;
+        let carried = samples.carry(&at, &up).expect("invertible");
+        prop_assert!((to - carried).amax() < 1e-12);
+        let correction = at.model.correction().expect("invertible");
+        let derivative = turned.derivative(&to, &correction.matrix);
+        for unknown in 0..21 {
+            let moved = |by: f64| {
+                let mut x = x;
+                x[unknown] += by;
+                samples.carry(&errors(&x), &up).expect("invertible")
+            };
+            let unit = if unknown < 12 { 1.0 } else { 0.01 };
+            let numeric = (moved(1e-5) - moved(-1e-5)) / (2e-5 * unit);
+            let apart = (derivative.column(unknown) - numeric).amax();
+            prop_assert!(apart < 1e-6 * (1.0 + numeric.amax()), "unknown {}: {}", unknown, apart);
+        }
+    }
+}
