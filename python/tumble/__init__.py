@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from tumble.redundancy.result import RedundancyResult
     from tumble.redundancy.settings import RedundancySettings
     from tumble.redundancy.witness import Witness
-    from tumble.simulate import simulate_flight, simulate_spin, simulate_turntable
+    from tumble.simulate import simulate_flight, simulate_multipose, simulate_spin, simulate_turntable
     from tumble.spin.machine import SpinMachine
     from tumble.spin.procedure import spin
     from tumble.spin.result import SpinResult
@@ -78,6 +78,7 @@ __all__ = [
     "open_writer",
     "redundancy",
     "simulate_flight",
+    "simulate_multipose",
     "simulate_spin",
     "simulate_turntable",
     "spin",
@@ -94,7 +95,7 @@ _HOMES = {
     "tumble.inspect.procedure": ("inspect",),
     "tumble.multipose.procedure": ("multipose",),
     "tumble.multipose.result": ("MultiposeResult",),
-    "tumble.simulate": ("simulate_flight", "simulate_spin", "simulate_turntable"),
+    "tumble.simulate": ("simulate_flight", "simulate_multipose", "simulate_spin", "simulate_turntable"),
     "tumble.turntable.poses": ("Pose", "PoseList"),
     "tumble.turntable.limits": ("Limits",),
     "tumble.redundancy.procedure": ("redundancy",),

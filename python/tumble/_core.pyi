@@ -187,7 +187,7 @@ class NextOrientationFigures(TypedDict):
     unknown: int
 
 class MultiposeGyroscope(TypedDict):
-    """Angles in rad; `turns` are rests before and after; excess: what noise does not explain, rad and rad/s."""
+    """Angles in rad; `turns` are rests before and after; excess is what noise leaves, rad and rad/s."""
 
     calibration: TriadFigures
     turns: list[tuple[int, int]]

@@ -7,6 +7,7 @@ import os
 import time
 from dataclasses import dataclass
 from datetime import datetime, timezone
+from functools import lru_cache
 from pathlib import Path
 
 from tumble.errors import TumbleError
@@ -64,3 +65,15 @@ def sha256_of(path: Path) -> str:
         while block := file.read(_BLOCK):
             digest.update(block)
     return digest.hexdigest()
+
+
+def log_digest(path: Path) -> str:
+    """SHA-256 of a log, in hexadecimal; of several IMUs in one file it is computed once."""
+    whole = path.resolve()
+    status = whole.stat()
+    return _digest(whole, status.st_size, status.st_mtime_ns)
+
+
+@lru_cache(maxsize=16)
+def _digest(path: Path, _size: int, _changed: int) -> str:
+    return sha256_of(path)

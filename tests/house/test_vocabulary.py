@@ -9,6 +9,7 @@ import pytest
 from tumble._core import VOCABULARY
 from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.align import messages as align
+from tumble.multipose import messages as multipose
 from tumble.redundancy import messages as redundancy
 from tumble.redundancy.report import text
 from tumble.redundancy.result import Rung, Sensor
@@ -50,6 +51,7 @@ TABLES = {
     "rung": get_args(Rung),
     "setting error": redundancy.MESSAGES,
     "align error": align.MESSAGES,
+    "multipose error": multipose.MESSAGES,
     "spin failure": {kind.value for kind in spin.MESSAGES} - ONLY_OF_A_LOG - REST_REJECTIONS.keys(),
     "rejected rest": REST_REJECTIONS,
     "verdict": get_args(Verdict),

@@ -24,7 +24,7 @@ use tumble_lab::turntable::{PairingError, TurntableError};
 use tumble_lab::verdict::Verdict;
 
 /// Every kind of word, and its words in the core's order.
-const KINDS: [(&str, &[&str]); 28] = [
+const KINDS: [(&str, &[&str]); 29] = [
     ("event", EventKind::<f64>::NAMES),
     ("check", Check::NAMES),
     ("withheld", Withheld::NAMES),

@@ -128,7 +128,7 @@ def refuse_if_misread(name: str, unit: _core.Acquired, gravity: float) -> None:
 
 
 def refuse_if_rate_misread(name: str, unit: _core.Acquired) -> None:
-    """Raise `ProcedureError`, in one line, where another unit or order of axes of the gyroscope fits its turns.
+    """Raise `ProcedureError`, in one line, where another unit or order of axes of the gyroscope fits.
 
     A gyroscope that fits in none is not refused: its scale may be far off.
     """

@@ -1,4 +1,4 @@
-"""`tumble multipose`: reads the log of a unit held in many orientations, writes its calibration and report."""
+"""`tumble multipose`: reads the log of a unit held in many orientations, writes its calibration and page."""
 
 from __future__ import annotations
 
@@ -52,13 +52,14 @@ def multipose_command(
 ) -> None:
     """Calibrate an IMU that was held still in many orientations, without equipment.
 
-    The unit is held or laid down still for 3 s or longer in 15 to 20 orientations, all different, and turned by
-    hand in between, in one log.
+    The unit is held or laid down still for 3 s or longer in 15 to 20 orientations, all different, and turned
+    by hand in between, in one log.
 
     Example: tumble multipose session.csv -o results
 
     Finds the rests in the log by itself. Writes a calibration file and a page. The exit code is 0 if both
-    sensors were calibrated, 3 if only the accelerometer was or the model does not fit, 2 if nothing could be done.
+    sensors were calibrated, 3 if only the accelerometer was or the model does not fit, 2 if nothing could be
+    done.
     """
     check_gravity(latitude, height, gravity)
     from tumble.cli.progress import sample_progress

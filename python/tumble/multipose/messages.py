@@ -31,8 +31,8 @@ def _too_few_directions(figures: RefusalFigures) -> str:
         seen = f"shows one orientation only, in {count_of('rest', rests)}: any nine numbers fit that"
     else:
         seen = (
-            f"shows {found} orientations, in {count_of('rest', rests)}; nine unknowns would fit so few whatever "
-            "their values"
+            f"shows {found} orientations, in {count_of('rest', rests)}; nine unknowns would fit so few "
+            "whatever their values"
         )
     return (
         f"{seen}; hold the unit still for 3 s or longer in {needed} different orientations or more, "
@@ -49,7 +49,8 @@ def _open(shares: Sequence[float]) -> str:
 
 MESSAGES: dict[str, Callable[[RefusalFigures], str]] = {
     "no rests": lambda _: (
-        "shows no rest of 1 s or longer; hold the unit still for 3 s or longer in each of 15 to 20 orientations"
+        "shows no rest of 1 s or longer; hold the unit still for 3 s or longer in each of 15 to 20 "
+        "orientations"
     ),
     "too few directions": _too_few_directions,
     "poses leave open": lambda figures: (
@@ -57,20 +58,20 @@ MESSAGES: dict[str, Callable[[RefusalFigures], str]] = {
         "poses across it, with each axis up, down and in between"
     ),
     "no turns": lambda _: (
-        "no turn between two rests was recorded whole, so the gyroscope is not calibrated; turn the unit by hand "
-        "between the poses, in one recording"
+        "no turn between two rests was recorded whole, so the gyroscope is not calibrated; turn the unit by "
+        "hand between the poses, in one recording"
     ),
     "turns leave open": lambda figures: (
-        f"the turns leave open of the gyroscope: {_open(figures['shares'])}; turn about each axis, also while "
-        "it is level"
+        f"the turns leave open of the gyroscope: {_open(figures['shares'])}; turn about each axis, also "
+        "while it is level"
     ),
     "gyroscope contradicts": lambda figures: (
         f"gyroscope and accelerometer disagree by {figures['angle']:.0f} deg about how the unit turned, "
         "whatever the scale; check units and axes of both, and that both belong to one unit"
     ),
     "left-handed gyroscope": lambda _: (
-        "the gyroscope's axes are left-handed (two are exchanged, or one has its sign turned); correct it with "
-        "--columns or --axes x,y,-z"
+        "the gyroscope's axes are left-handed (two are exchanged, or one has its sign turned); correct it "
+        "with --columns or --axes x,y,-z"
     ),
     "axes coincide": lambda _: "two axes read the same; check the columns",
     "unsolvable": lambda _: (

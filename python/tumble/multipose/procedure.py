@@ -19,15 +19,14 @@ from tumble.acquisition.acquire import (
     rests_of,
     trace_of,
 )
-from tumble.acquisition.digest import log_digest
 from tumble.acquisition.imu import Imu, log_name
 from tumble.acquisition.notices import notices
 from tumble.errors import ProcedureError
 from tumble.gravity import local_gravity
-from tumble.logs import ReadOptions, open_recording
+from tumble.logs import ReadOptions, open_recording, parse_spec
 from tumble.multipose.messages import explain
 from tumble.multipose.result import MultiposeResult, NextOrientation, NominalScale, PoseFit, TurnFit
-from tumble.provenance import Provenance, date_now
+from tumble.provenance import Provenance, date_now, log_digest
 from tumble.recording import FloatArray, Recording, RecordingSource, SampleProgress
 from tumble.results import TriadResult
 from tumble.turntable.triads import triad_result
@@ -73,12 +72,12 @@ def multipose(
 ) -> MultiposeResult:
     """Calibrate a unit that was held still in many orientations and turned by hand in between.
 
-    At rest the length of specific force is gravity in any orientation, which shows scale, non-orthogonality and
-    bias of the accelerometer; between rests the gyroscope has to turn gravity as the accelerometer finds it
-    turned. Gravity is standard, or `gravity` in m/s^2, or follows from `latitude` in deg and `height` in m. With
-    `g_sensitivity` the gyroscope's response to specific force is fitted. With `earth_rate`, which needs the
-    latitude, the upward part of the Earth's rotation is taken off. With `raw`, readings are counts of a scale
-    nobody knows, which gravity and the turns show.
+    At rest the length of specific force is gravity in any orientation, which shows scale, non-orthogonality
+    and bias of the accelerometer; between rests the gyroscope has to turn gravity as the accelerometer finds
+    it turned. Gravity is standard, or `gravity` in m/s^2, or follows from `latitude` in deg and `height` in
+    m. With `g_sensitivity` the gyroscope's response to specific force is fitted. With `earth_rate`, which
+    needs the latitude, the upward part of the Earth's rotation is taken off. With `raw`, readings are counts
+    of a scale nobody knows, which gravity and the turns show.
 
     Raises `TumbleError`, in one line, where the poses do not show all that is asked of the accelerometer. A
     gyroscope that cannot be calibrated has its reason in `gyroscope_reason`.
@@ -104,7 +103,7 @@ def multipose(
         raise ProcedureError(explain(*error.args), about=recording.name) from None
     found = replace(unit, acquired=figures["acquired"])
     reason = _gyroscope_reason(figures, has_gyroscope)
-    sha256 = log_digest(source) if isinstance(source, str | Path) else ""
+    sha256 = log_digest(parse_spec(source).path) if isinstance(source, str | Path) else ""
     result = MultiposeResult(
         name=recording.name,
         source=log_name(recording),
@@ -139,8 +138,8 @@ def _acquired(recording: Recording, gravity: float, *, raw: bool, progress: Samp
     """Read the recording for the first time, and refuse what cannot serve."""
     if recording.parts:
         raise ProcedureError(
-            f"is a folder of {count_of('log', len(recording.parts))}, one per pose; give the one log in which "
-            "the unit is held and turned",
+            f"is a folder of {count_of('log', len(recording.parts))}, one per pose; give the one log in "
+            "which the unit is held and turned",
             about=recording.name,
         )
     if "accelerometer" not in recording.metadata.triads:
@@ -262,14 +261,18 @@ def _warnings(result: MultiposeResult, unit: Imu, figures: _core.MultiposeFigure
         yield from _about_counts(result.nominal_scale)
     if result.directions - 9 < FEW_TO_CHECK:
         yield (
-            f"{result.directions} orientations for nine unknowns: hardly anything checks the fit; 15 to 20 are good"
+            f"{result.directions} orientations for nine unknowns: hardly anything checks the fit; 15 to 20 "
+            "are good"
         )
     spoilt = [str(k + 1) for k, pose in enumerate(result.poses) if pose.weight < STANDS_OUT]
     if spoilt:
         yield f"rest {', '.join(spoilt)}: departs from all others and weighs less in the fit; was it touched?"
     decisive = [str(k + 1) for k, pose in enumerate(result.poses) if pose.leverage > DECISIVE]
     if decisive:
-        yield f"rest {', '.join(decisive)}: no other shows what it shows, so nothing checks it; add poses near it"
+        yield (
+            f"rest {', '.join(decisive)}: no other shows what it shows, so nothing checks it; add poses "
+            "near it"
+        )
     if result.gyroscope_reason:
         yield result.gyroscope_reason
     if figures["gyroscope"] is not None:
@@ -277,7 +280,8 @@ def _warnings(result: MultiposeResult, unit: Imu, figures: _core.MultiposeFigure
     for triad in result.triads:
         if triad.widening > 1.0:
             yield (
-                f"{triad.triad}: residuals are {triad.widening:.1f} times what noise explains; its sigmas include that"
+                f"{triad.triad}: residuals are {triad.widening:.1f} times what noise explains; its sigmas "
+                "include that"
             )
 
 
@@ -300,10 +304,11 @@ def _about_the_gyroscope(figures: _core.MultiposeGyroscope, result: MultiposeRes
         )
     if figures["bias_excess"] > 0.0:
         yield (
-            f"the gyroscope's bias varies by {figures['bias_excess']:.2g} rad/s from rest to rest, more than noise "
-            "explains; its sigmas include that"
+            f"the gyroscope's bias varies by {figures['bias_excess']:.2g} rad/s from rest to rest, more than "
+            "noise explains; its sigmas include that"
         )
     if figures["turn_excess"] > 0.0:
         yield (
-            f"turns are off by {math.degrees(figures['turn_excess']):.2g} deg beyond noise; the sigmas include that"
+            f"turns are off by {math.degrees(figures['turn_excess']):.2g} deg beyond noise; the sigmas "
+            "include that"
         )

@@ -27,7 +27,7 @@ class PoseFit:
     sigma: float
     """1-sigma of the latter from noise, m/s^2."""
     held_out: float
-    """|u| - g by a fit that has seen no pose in this direction, m/s^2; NaN where the others do not carry one."""
+    """|u| - g by a fit without any pose in this direction, m/s^2; NaN where the others do not carry one."""
     weight: float
     """In the robust loss; 1 where nothing stands out."""
     direction: int
@@ -137,7 +137,7 @@ class MultiposeResult(Tabular):
 
     @property
     def angle_before(self) -> float:
-        """Root mean square angle of gravity after a turn, rad, with only the bias known; NaN without turns."""
+        """Root mean square angle of gravity after a turn, rad, only the bias known; NaN without turns."""
         return _rms([turn.angle_before for turn in self.turns])
 
     @property

@@ -36,6 +36,8 @@ from tumble.simulate.live.fault import LIVE_FAULTS, LiveFault
 from tumble.simulate.live.files import write_live
 from tumble.simulate.live.procedure import LiveSimulation
 from tumble.simulate.live.scenario import LiveScenario
+from tumble.simulate.multipose.files import write_multipose
+from tumble.simulate.multipose.procedure import SimulatedMultipose, simulate_multipose
 from tumble.simulate.scenario import ScenarioError
 from tumble.simulate.spin.files import write_spin
 from tumble.simulate.spin.procedure import SimulatedSpin, simulate_spin
@@ -65,6 +67,7 @@ __all__ = [
     "ScenarioError",
     "SimulatedFlight",
     "SimulatedFlightUnit",
+    "SimulatedMultipose",
     "SimulatedSpin",
     "SimulatedTurntable",
     "SimulatedUnit",
@@ -78,11 +81,13 @@ __all__ = [
     "grade_names",
     "parse_plan",
     "simulate_flight",
+    "simulate_multipose",
     "simulate_spin",
     "simulate_turntable",
     "unit_names",
     "write_flight",
     "write_live",
+    "write_multipose",
     "write_spin",
     "write_turntable",
 ]

@@ -7,6 +7,7 @@ import typer
 from tumble.cli.abbreviations import AbbreviatingCommand
 from tumble.simulate.flight.command import flight_command
 from tumble.simulate.live.command import live_command
+from tumble.simulate.multipose.command import multipose_command
 from tumble.simulate.spin.command import spin_command
 from tumble.simulate.turntable.command import turntable_command
 
@@ -21,4 +22,5 @@ def _simulate() -> None:
 simulate_app.command("turntable", cls=AbbreviatingCommand)(turntable_command)
 simulate_app.command("flight", cls=AbbreviatingCommand)(flight_command)
 simulate_app.command("spin", cls=AbbreviatingCommand)(spin_command)
+simulate_app.command("multipose", cls=AbbreviatingCommand)(multipose_command)
 simulate_app.command("live", cls=AbbreviatingCommand)(live_command)

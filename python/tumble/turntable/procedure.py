@@ -14,14 +14,13 @@ import numpy as np
 
 from tumble import _core
 from tumble.acquisition.acquire import acquire, refuse_if_unfit
-from tumble.acquisition.digest import log_digest
 from tumble.acquisition.imu import Imu
 from tumble.calibration.document import Calibration
 from tumble.errors import LogError, ProcedureError, TumbleError
 from tumble.gravity import local_gravity
 from tumble.logs import ReadOptions, open_recording, options_for, parse_spec
 from tumble.logs.session import procedure_of
-from tumble.provenance import Provenance, date_now
+from tumble.provenance import Provenance, date_now, log_digest
 from tumble.recording import Recording, RecordingSource, sources_of
 from tumble.turntable.limits import Limits
 from tumble.turntable.matching import PoseMatch, match_poses
@@ -258,7 +257,7 @@ def _acquire(source: RecordingSource, calibration: Calibration | None, read: Rea
     try:
         unit = acquire(open_recording(source, read), calibration)
         if isinstance(source, str | Path):
-            return replace(unit, log=replace(unit.log, sha256=log_digest(source)))
+            return replace(unit, log=replace(unit.log, sha256=log_digest(parse_spec(source).path)))
     except TumbleError as error:
         if isinstance(source, str | Path):
             error.why = _without_folders(error.why, source)

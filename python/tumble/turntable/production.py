@@ -17,7 +17,6 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
-from tumble.acquisition.digest import log_digest
 from tumble.calibration.document import KIND, Calibration
 from tumble.errors import ProcedureError, TumbleError
 from tumble.file_names import SUMMARY, TURNTABLE_PAGE
@@ -25,7 +24,7 @@ from tumble.files import PAGE, prepare_folder, write_text
 from tumble.logs import parse_spec
 from tumble.logs.options import ReadOptions
 from tumble.plain import finite
-from tumble.provenance import Provenance
+from tumble.provenance import Provenance, log_digest
 from tumble.turntable.batch import CALIBRATION_ENDING, PAGE_ENDING, Batch
 from tumble.turntable.poses import PoseList
 from tumble.turntable.procedure import (
@@ -98,7 +97,9 @@ class Production:
 
     def _key(self, target: Target, read: ReadOptions | None) -> str:
         imu = parse_spec(target.source).imu
-        return digest_of([self.key, log_digest(target.source), imu, target.name, target.serial, read])
+        return digest_of(
+            [self.key, log_digest(parse_spec(target.source).path), imu, target.name, target.serial, read]
+        )
 
     def _none_swapped(self, read: Iterator[ReadTarget]) -> Iterator[ReadTarget]:
         first = list(islice(read, FIRST))

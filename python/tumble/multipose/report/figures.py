@@ -28,7 +28,7 @@ _RINGS = (30.0, 60.0, 90.0)
 
 
 def sphere_figure(result: MultiposeResult, prefix: str) -> Markup:
-    """Draw which direction of the case was up at each rest, on both halves of the sphere, and the next to add."""
+    """Draw which direction was up at each rest, on both halves of the sphere, and the next to add."""
     figure = Figure(HALF_WIDTH, _SIDE + 0.75)
     gap = (HALF_WIDTH - 2 * _SIDE) / 3
     ups = np.array([pose.up for pose in result.poses]).reshape(-1, 3)
@@ -48,12 +48,12 @@ def sphere_figure(result: MultiposeResult, prefix: str) -> Markup:
     return inline_svg(
         figure,
         prefix,
-        f"Orientations of {len(result.poses)} rests on the two halves of the sphere, and the next",
+        f"Orientations of {len(result.poses)} rests on both halves of the sphere, and the next",
     )
 
 
 def flattened(ups: FloatArray) -> FloatArray:
-    """Lay directions (k, 3) of one half of the sphere into a disk (k, 2), equal areas equal; its edge is level.
+    """Lay directions (k, 3) of a half of the sphere into a disk (k, 2), equal areas equal; its edge is level.
 
     Lambert's azimuthal projection, scaled to 1 at 90 deg from the pole.
     """
@@ -76,7 +76,7 @@ def _draw_half(axes: Axes, title: str) -> None:
 
 
 def norm_figure(result: MultiposeResult, prefix: str) -> Markup:
-    """Draw |specific force| less gravity at each rest: as read, calibrated, and by a fit that had not seen it."""
+    """Draw |specific force| less gravity at each rest: as read, calibrated, and by a fit without it."""
     figure = Figure(FULL_WIDTH, 4.2)
     upper = figure.add_axes(box(FULL_WIDTH, bottom=2.5, height=1.35))
     lower = figure.add_axes(box(FULL_WIDTH, bottom=0.55, height=1.4))

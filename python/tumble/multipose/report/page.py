@@ -63,9 +63,10 @@ def multipose_page(result: MultiposeResult) -> MultiposePage:
         warnings=result.warnings,
         sphere=Picture(
             sphere_figure(result, "sphere"),
-            "Which direction of the case was up at each rest, seen from +z and, right, through the unit from +z; "
-            "equal areas show equal parts of the sphere, the edge is where z is level. Dark: rests without which "
-            "a parameter would change by more than its sigma. Hollow: where one more would help most.",
+            "Which direction of the case was up at each rest, seen from +z and, right, through the unit from "
+            "+z; equal areas show equal parts of the sphere, the edge is where z is level. Dark: rests "
+            "without which a parameter would change by more than its sigma. Hollow: the one that would help "
+            "most.",
         ),
         influence=Picture(
             influence_figure(result, "influence"),
@@ -73,8 +74,8 @@ def multipose_page(result: MultiposeResult) -> MultiposePage:
         ),
         norm=Picture(
             norm_figure(result, "norm"),
-            "Length of specific force at each rest less gravity. Bars: one sigma of noise. Circles below: by a fit "
-            "that had seen no rest in that orientation, which is what to expect of new data.",
+            "Length of specific force at each rest less gravity. Bars: one sigma of noise. Circles below: "
+            "by a fit that had seen no rest in that orientation, which is what to expect of new data.",
         ),
         turns=_turns(result),
         no_gyroscope=result.gyroscope_reason,

@@ -32,8 +32,8 @@ def sentences(result: MultiposeResult) -> Iterator[str]:
     )
     if turns:
         yield (
-            f"gravity after a turn: {_quantity(math.degrees(result.angle_before), 'deg')} off with the bias at "
-            f"rest alone, {_quantity(math.degrees(result.angle_after), 'deg')} calibrated"
+            f"gravity after a turn: {_quantity(math.degrees(result.angle_before), 'deg')} off with the bias "
+            f"at rest alone, {_quantity(math.degrees(result.angle_after), 'deg')} calibrated"
         )
 
 
@@ -44,7 +44,10 @@ def next_sentence(result: MultiposeResult) -> str:
         return ""
     gain = f"{significant(100.0 * found.before, 2)} % to {significant(100.0 * found.after, 2)} %"
     opening = "Next" if found.after < WORTH_ADDING * found.before else "Next, though it gains little"
-    return f"{opening}: hold it with {leaning(found.up)} up; lowers the largest sigma, of {found.parameter}, from {gain}"
+    return (
+        f"{opening}: hold it with {leaning(found.up)} up; lowers the largest sigma, of {found.parameter}, "
+        f"from {gain}"
+    )
 
 
 def leaning(up: FloatArray) -> str:

@@ -1,0 +1,1 @@
+"""One unit, held still in many orientations and turned by hand in between."""

@@ -1,0 +1,46 @@
+"""A simulated multi-pose session on disk: the log as any logger would write it, and the truth beside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from tumble.documents import write_document
+from tumble.files import prepare_folder
+from tumble.logs import Facts, open_writer
+from tumble.plain import plain
+from tumble.simulate.files import TRUTH, LogFormat, pieces, triad_content
+from tumble.simulate.multipose.procedure import SimulatedMultipose
+
+_HEADER = """\
+The truth of this simulated session. SI units, angles in rad unless a key ends in _deg; frames as in
+docs/conventions.md. y = M u + b + G f. own_axes is M in the frame of the accelerometer's own axes."""
+
+
+def write_multipose(
+    found: SimulatedMultipose,
+    directory: str | Path,
+    format: LogFormat = "csv",  # noqa: A002
+) -> dict[str, Path]:
+    """Write the log and `truth.yaml`; give the path of each by what it is.
+
+    Raises `OutputError` where the folder cannot be written to.
+    """
+    folder = prepare_folder(directory)
+    unit = found.unit
+    paths = {"log": folder / f"multipose.{format}", "truth": folder / "truth.yaml"}
+    with open_writer(paths["log"], format, Facts(serial=unit.recording.metadata.serial)) as writer:
+        for chunk in pieces(unit.samples):
+            writer.write(chunk)
+    content: dict[str, Any] = {
+        "schema": TRUTH,
+        "seed": found.session.scenario.seed,
+        "gravity": found.session.scenario.gravity,
+        "duration": found.session.duration,
+        "grade": unit.grade.name,
+        "own_axes": {"accelerometer": found.force_matrix, "gyroscope": found.rate_matrix},
+        "accelerometer": triad_content(unit.accelerometer),
+        "gyroscope": triad_content(unit.gyroscope),
+    }
+    write_document(paths["truth"], _HEADER, {key: plain(value) for key, value in content.items()})
+    return paths

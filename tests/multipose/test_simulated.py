@@ -1,0 +1,217 @@
+"""Simulated sessions by hand: what was put in comes out, within its sigmas."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import yaml
+from scipy.stats import chi2
+
+import tumble
+from tumble import Calibration
+from tumble.simulate import simulate_multipose, write_multipose
+from turntable_sessions import contents, one_line, typed
+
+QUIET = {"bias_instability": False, "g_sensitivity": False, "latitude_deg": None}
+OWN = [0, 3, 4, 6, 7, 8, 9, 10, 11]
+"""What is free of [M, b] of an accelerometer in its own axes."""
+UNLIKELY = 1e-5
+
+
+def session(seed, **changes):
+    print(f"seed {seed}")
+    return simulate_multipose(seed=seed, **{**QUIET, **changes})
+
+
+def misfit(triad, matrix, bias, free):
+    """Chi-square of the errors over the covariance."""
+    error = np.concatenate([(triad.M - matrix).ravel(), triad.b - bias])[free]
+    return float(error @ np.linalg.solve(triad.covariance[np.ix_(free, free)], error))
+
+
+@pytest.fixture(scope="module")
+def hand():
+    return session(11)
+
+
+@pytest.fixture(scope="module")
+def found(hand):
+    return tumble.multipose(hand.recording)
+
+
+def test_both_sensors_come_out_as_they_were_within_their_covariance(hand, found):
+    unit = hand.unit
+    force = misfit(found.accelerometer, hand.force_matrix, unit.accelerometer.b, OWN)
+    rate = misfit(found.gyroscope, hand.rate_matrix, unit.gyroscope.b, range(12))
+    assert found.verdict == "calibrated"
+    assert force < chi2.isf(UNLIKELY, len(OWN))
+    assert rate < chi2.isf(UNLIKELY, 12)
+
+
+def test_gravity_is_found_at_rests_and_after_turns(found):
+    assert found.norm_after < 0.02 * found.norm_before
+    assert found.norm_after < found.norm_held_out < 5 * found.norm_after
+    assert found.angle_after < 0.2 * found.angle_before
+
+
+def test_nothing_shows_how_the_accelerometer_sits_in_its_case(found):
+    mounting = [each for each in found.accelerometer.parameters if each.name.startswith("mounting")]
+    assert len(mounting) == 3
+    assert not any(each.observable for each in mounting)
+    assert all(math.isnan(each.value) and "own axes" in each.reason for each in mounting)
+    assert np.allclose(np.triu(found.accelerometer.M, 1), 0.0)
+
+
+@pytest.mark.parametrize("scale", [0.8, 1.24])
+def test_scales_a_quarter_off_do_no_harm(hand, scale):
+    samples = hand.unit.samples
+    recording = tumble.Recording.from_arrays(
+        "off", samples.time, scale * samples.accelerometer, scale * samples.gyroscope
+    )
+    found = tumble.multipose(recording)
+    assert np.allclose(found.accelerometer.M / scale, hand.force_matrix, atol=2e-3)
+    assert np.allclose(found.gyroscope.M / scale, hand.rate_matrix, atol=5e-3)
+
+
+def test_counts_whose_scale_nobody_states_are_calibrated(hand):
+    samples = hand.unit.samples
+    counts = 32768.0 + np.round(413.0 * samples.accelerometer), 32700.0 + np.round(4770.0 * samples.gyroscope)
+    recording = tumble.Recording.from_arrays("counts", samples.time, *counts)
+    found = tumble.multipose(recording, raw=True)
+    scale = found.nominal_scale
+    assert np.allclose(found.accelerometer.M * scale.accelerometer / 413.0, hand.force_matrix, atol=2e-3)
+    assert np.allclose(found.gyroscope.M * scale.gyroscope / 4770.0, hand.rate_matrix, atol=5e-3)
+    assert any("--accelerometer-scale" in line for line in found.warnings)
+    corrected = Calibration.from_multipose(found).correct(
+        counts[0] / scale.accelerometer, counts[1] / scale.gyroscope
+    )[0]
+    rest = (samples.time > found.rests[3].start) & (samples.time < found.rests[3].end)
+    assert abs(np.linalg.norm(corrected[rest].mean(axis=0)) - found.gravity) < 0.01
+
+
+def test_counts_are_refused_where_nobody_said_that_they_are(hand):
+    samples = hand.unit.samples
+    recording = tumble.Recording.from_arrays(
+        "counts", samples.time, 16384 * samples.accelerometer, samples.gyroscope
+    )
+    with pytest.raises(tumble.ProcedureError, match="or take readings for counts, with --raw"):
+        tumble.multipose(recording)
+
+
+def test_a_bias_that_depends_on_attitude_is_found_out_and_fitted_on_request():
+    hand = session(5, g_sensitivity=True)
+    samples = hand.unit.samples
+    response = np.array([[2e-4, 0.0, 1e-4], [-3e-4, 1e-4, 0.0], [0.0, -1e-4, 2e-4]])
+    felt = samples.accelerometer @ response.T
+    recording = tumble.Recording.from_arrays(
+        "felt", samples.time, samples.accelerometer, samples.gyroscope + felt
+    )
+    without = tumble.multipose(recording)
+    assert any("--g-sensitivity" in line for line in without.warnings)
+    found = tumble.multipose(recording, g_sensitivity=True)
+    truth = response + hand.unit.gyroscope.g_sensitivity @ hand.unit.accelerometer.Q.T
+    error = np.abs(found.gyroscope.g_sensitivity - truth)
+    assert (error < 5 * found.gyroscope.g_sensitivity_sigma + 1e-5).all()
+    assert found.angle_after < 0.7 * without.angle_after
+
+
+def test_one_orientation_is_refused():
+    with pytest.raises(tumble.ProcedureError, match="one orientation only"):
+        tumble.multipose(session(3, orientations=1, rest_seconds=10.0).recording)
+
+
+def test_nine_orientations_for_nine_unknowns_are_refused():
+    with pytest.raises(tumble.ProcedureError, match="shows 9 orientations, in 9 rests"):
+        tumble.multipose(session(4, orientations=9).recording)
+
+
+def test_without_turns_the_accelerometer_is_calibrated_alone(hand):
+    samples = hand.unit.samples
+    recording = tumble.Recording.from_arrays("half", samples.time, samples.accelerometer, None)
+    found = tumble.multipose(recording)
+    assert found.verdict == "partly calibrated"
+    assert found.gyroscope is None
+    assert found.gyroscope_reason == "no gyroscope readings were recorded"
+
+
+def test_where_samples_are_missing_in_every_turn_the_gyroscope_is_refused_with_the_reason(hand):
+    samples = hand.unit.samples
+    keep = np.zeros(len(samples), dtype=bool)
+    for rest in hand.session.rests:
+        keep |= (samples.time >= rest.start) & (samples.time <= rest.end)
+    recording = tumble.Recording.from_arrays(
+        "rests", samples.time[keep], samples.accelerometer[keep], samples.gyroscope[keep]
+    )
+    found = tumble.multipose(recording)
+    assert found.gyroscope is None
+    assert "no turn between two rests was recorded whole" in found.gyroscope_reason
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory, hand):
+    folder = tmp_path_factory.mktemp("hand")
+    return write_multipose(hand, folder)["log"]
+
+
+def test_the_command_writes_what_python_writes(written, tmp_path):
+    done = typed("multipose", written, "-o", tmp_path / "typed", "--operator", "A")
+    assert done.code == 0, done.err
+    assert "18 rests in 18 orientations, 17 turns between them" in done.text
+    files = contents(tmp_path / "typed")
+    assert set(files) == {"multipose.html", "multipose.yaml"}
+    tumble.multipose(written, operator="A").save(tmp_path / "python")
+    loaded = [Calibration.load(tmp_path / each / "multipose.yaml") for each in ("typed", "python")]
+    assert np.array_equal(loaded[0].accelerometer.M, loaded[1].accelerometer.M)
+    assert loaded[0].method.procedure == "multipose"
+    assert loaded[0].operator == "A"
+    assert loaded[0].log.sha256
+    text = yaml.safe_load((tmp_path / "typed" / "multipose.yaml").read_text())
+    assert text["accelerometer"]["sigma"]["mounting"] == [None] * 3
+
+
+def test_json_holds_poses_turns_and_the_orientation_to_add(written, tmp_path):
+    import json
+
+    done = typed("multipose", written, "-o", tmp_path, "--json")
+    content = json.loads(done.out)
+    assert content["verdict"] == "calibrated"
+    assert len(content["poses"]) == 18
+    assert len(content["turns"]) == 17
+    assert math.isclose(np.linalg.norm(content["next_orientation"]["up"]), 1.0)
+    assert content["norm"]["held_out"] > content["norm"]["after"]
+
+
+def test_the_page_shows_sphere_norms_influence_and_turns(found):
+    from tumble.multipose.report.page import MULTIPOSE_REPORT
+
+    html = MULTIPOSE_REPORT.render(found)
+    for heading in ("On the sphere", "Influence of each rest", "At the rests", "After the turns", "Model"):
+        assert heading in html
+    assert "nan" not in html.lower().replace("nanm", "")
+
+
+def test_a_folder_that_cannot_be_written_loses_nothing(written, tmp_path):
+    (tmp_path / "file").write_text("mine")
+    done = typed("multipose", written, "-o", tmp_path / "file")
+    assert done.code == 2
+    one_line(done.err)
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_the_rotation_of_the_earth_needs_a_latitude(written, tmp_path):
+    done = typed("multipose", written, "-o", tmp_path, "--earth-rate")
+    assert done.code == 2
+    assert "--latitude" in one_line(done.err)
+
+
+def test_lists_and_data_frames_will_do_in_place_of_a_log(hand, found):
+    pandas = pytest.importorskip("pandas")
+    samples = hand.unit.samples
+    columns = {"time": samples.time}
+    columns |= {f"a{axis}": samples.accelerometer[:, k] for k, axis in enumerate("xyz")}
+    columns |= {f"g{axis}": samples.gyroscope[:, k] for k, axis in enumerate("xyz")}
+    again = tumble.multipose(pandas.DataFrame(columns))
+    assert np.allclose(again.accelerometer.M, found.accelerometer.M)
+    assert len(list(found.to_frame()["parameter"])) == 24
