@@ -1,4 +1,4 @@
-//! The accelerometer: at rest in any orientation the length of specific force is g.
+//! The accelerometer: at rest in any orientation the length of specific force is g (docs/theory/multipose.md).
 //!
 //! Nobody knows how the unit was held, so the case frame is that of the sensing axes: x along the first, y in the plane of
 //! the first two. M is lower triangular then, `Q = 1`.

@@ -1,4 +1,4 @@
-//! The gyroscope: gravity, carried through a turn, ends where the accelerometer finds it.
+//! The gyroscope: gravity, carried through a turn, ends where the accelerometer finds it (docs/theory/multipose.md).
 //!
 //! Scale, non-orthogonality and the angles to the accelerometer come from the turns, the bias from turns and rests together.
 
