@@ -13,10 +13,13 @@ from hypothesis import strategies as st
 
 import tumble
 from live_benches import waiting_bench, words_of
+from table_fixtures import Clock, NotingTable
 from tumble.live import open_set
+from tumble.table.guarded import GuardedTable
 from tumble.table.simulated import PRESETS
 from tumble.turntable import live, table_drive
 from tumble.turntable.live import LiveTurntable
+from tumble.turntable.table_drive import TableDrive
 from tumble.turntable.table_plan import turned_table
 from turntable_sessions import Pair, one_line, simulate, typed
 
@@ -200,3 +203,27 @@ def test_a_session_on_a_table_that_was_stopped_goes_on_with_the_stops_that_lack(
     assert resumed.is_complete
     assert len(went) == len(live.SIX_FACES) - 2
     assert len(set(went)) == len(went)
+
+
+def test_a_table_does_not_leave_a_stop_whose_samples_have_not_come_yet():
+    clock = Clock()
+    simulated = NotingTable(clock=clock)
+    plan = plan_of("two-axis", turns=False)
+    with GuardedTable(simulated, armed=True) as guarded:
+        drive = TableDrive(guarded, plan)
+
+        def stops():
+            return simulated.told.count("goto")
+
+        for now in np.arange(0.0, 20.0, 0.5):
+            clock.now += 0.5
+            drive.advance(now, now + 10.0)
+        assert stops() == 2, "the first stop is where the table is, and it rests there"
+        # By now it is at the second one, but the units are still heard to rest where they were.
+        for now in np.arange(20.0, 40.0, 0.5):
+            clock.now += 0.5
+            drive.advance(now, now + 10.0)
+        assert stops() == 2
+        for now in np.arange(40.0, 40.0 + plan.rest + 2.0, 0.5):
+            drive.advance(now, now - 40.0)
+        assert stops() == 3

@@ -25,7 +25,7 @@ from tumble.recording import FloatArray
 from tumble.turntable.frozen import FrozenUnits
 from tumble.turntable.goal import Goal, GoalProgress
 from tumble.turntable.guide import Guide, WantedPose, WantedTurn
-from tumble.turntable.poses import SIX_FACES, PoseList
+from tumble.turntable.poses import SIX_FACES, PoseList, angle_between
 from tumble.turntable.procedure import open_session
 from tumble.turntable.session_poses import keep_poses
 from tumble.turntable.so_far import Acquisition, Objection, OpenSession, SoFar, evaluate
@@ -52,6 +52,8 @@ BETWEEN_REPORTS = 0.2
 """s of the samples' clock between two looks at them."""
 SHARE_OF_TIME = 0.1
 """Of all time that may go into finding how far it is."""
+MOVED = 2.0
+"""deg between two looks at a rest, from which it is not the same one."""
 TIPPED_AFTER = 4.0
 """s at rest off all poses, after which that is said."""
 LONGEST_GAP = 0.1
@@ -206,6 +208,8 @@ class LiveTurntable:
         self._rest_since: float | None = None
         self._on_pose = -math.inf
         """s at which the table last rested at a pose; a rest is seen to end a little late."""
+        self._force = np.zeros(3)
+        """m/s^2 that the accelerometer of the reference read when it last rested."""
         self._rate = np.zeros(3)
         """Rad/s that the gyroscope of the reference reads at rest."""
         self._asked = ""
@@ -356,9 +360,16 @@ class LiveTurntable:
         if self._driver is not None and math.isfinite(self._time):
             self._driver.advance(self._time, rest[1] if rest else None)
             missed = self._driver.is_done and self.guide.wanted is not None
-            if missed and not self._driver.again(0.0):
+            if missed and not self._send_again(self._driver):
                 self._end_early("the table was everywhere again and again")
         yield from self._wants(step)
+
+    def _send_again(self, driver: Driver) -> bool:
+        """Have the table go where something still lacks; whether it may."""
+        may = driver.again(0.0)
+        self._leave_out_what_was_shown(driver)
+        # What lacks may be the end of a turn, which is no stop of its own.
+        return may and (not driver.is_done or driver.again(0.0))
 
     def _wants(self, step: RecordStep) -> Iterator[TurntableStep]:
         """Say once what to do next."""
@@ -382,10 +393,15 @@ class LiveTurntable:
             self._rest_since = None
             return None
         newest = self._acquired.newest(self._reference, SHORTEST_REST)
+        force = newest.accelerometer.mean(axis=0)
+        if self._rest_since is not None and angle_between(force, self._force) > MOVED:
+            # Samples that were held up came at once, with a motion among them.
+            self.guide.motion()
+            self._rest_since = None
         if self._rest_since is None:
             self._rest_since = self._time - SHORTEST_REST
-        self._rate = newest.gyroscope.mean(axis=0)
-        return newest.accelerometer.mean(axis=0), self._time - self._rest_since
+        self._force, self._rate = force, newest.gyroscope.mean(axis=0)
+        return force, self._time - self._rest_since
 
     def _tipped(self) -> Objection:
         text = (
@@ -524,6 +540,8 @@ class LiveTurntable:
                 for chunk in open_recording(f"{self.session}:{name}").chunks():
                     self._acquired.push(name, chunk)
         self._tick_what_was_recorded()
+        if self._driver is not None:
+            self._leave_out_what_was_shown(self._driver)
 
     def _tick_what_was_recorded(self) -> None:
         """Tick poses and turns by all samples there are."""
@@ -543,6 +561,16 @@ class LiveTurntable:
             self.guide.turn(angle)
             deque(self.guide.rest(rest.specific_force, rest.end - rest.start), maxlen=0)
         self.guide.motion()
-        if self._driver is not None:
-            ups = [each.pose.up for each in self.guide.poses if each.is_done]
-            self._driver.leave_out(ups, np.array(shown.turn_angles))
+
+    def _leave_out_what_was_shown(self, driver: Driver) -> None:
+        """Have the table not go again where the recording was."""
+        recording = self._acquired.recordings().get(self._reference)
+        try:
+            turned = (
+                np.array(acquire(recording).acquired.turn_angles)
+                if recording is not None
+                else np.empty((0, 3))
+            )
+        except TumbleError:
+            turned = np.empty((0, 3))
+        driver.leave_out([each.pose.up for each in self.guide.poses if each.is_done], turned)

@@ -17,7 +17,7 @@ from tumble.turntable.poses import PoseList, angle_between
 MOST_PASSES = 10
 """Times that the table goes everywhere for the sake of a goal."""
 RESTLESS = 60.0
-"""s after the table has settled by which the units have to be at rest."""
+"""s beyond the rest that is wanted by which the units have to have rested where the table has settled."""
 SAME_ANGLE = 0.01
 """deg between a pose of a list and where the table can go."""
 
@@ -35,6 +35,8 @@ class TableDrive:
         self._is_moving = False
         self._there_since = math.nan
         """s of the samples' clock at which the table had settled."""
+        self._left_at = -math.inf
+        """s of that clock at which it began to move there; -inf where it was there already."""
 
     @property
     def is_done(self) -> bool:
@@ -55,9 +57,9 @@ class TableDrive:
             return
         if self._is_moving:
             self._look(now)
-        elif self._stop < 0 or (rest is not None and min(rest, now - self._there_since) >= self._rest):
-            self._go_on()
-        elif rest is None and now - self._there_since > RESTLESS:
+        elif self._stop < 0 or self._has_rested(now, rest):
+            self._go_on(now)
+        elif now - self._there_since > RESTLESS + self._rest:
             raise TableError(
                 f"{self._table.name}: is at {self.aim}, but the units are not at rest; what shakes them? "
                 "See to that, and go on with --resume"
@@ -76,15 +78,22 @@ class TableDrive:
         shown = [any(angle_between(up, other) <= SAME_ANGLE for other in ups) for up in self._plan.ups]
         self._route = self._plan.left(shown, turned)
 
+    def _has_rested(self, now: float, rest: float | None) -> bool:
+        """Whether units rest here for long enough: here, as samples may come later than the table obeys."""
+        if rest is None or now - rest < self._left_at:
+            return False
+        return min(rest, now - self._there_since) >= self._rest
+
     def _look(self, now: float) -> None:
         if self._table.settled():
             self._is_moving, self._there_since = False, now
 
-    def _go_on(self) -> None:
+    def _go_on(self, now: float) -> None:
         self._stop += 1
         if not self.is_done:
-            self._table.goto(self._route[self._stop])
+            took = self._table.goto(self._route[self._stop])
             self._is_moving = True
+            self._left_at = now if took > 0.0 else -math.inf
 
 
 def stop_name(axes: tuple[Axis, ...], angles: FloatArray) -> str:

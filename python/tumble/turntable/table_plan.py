@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tumble.table.axes import ups
+from tumble.table.axes import Axis, ups
 from tumble.table.bounds import parse_limits
 from tumble.table.guarded import GuardedTable
 from tumble.table.plan import PosePlan, in_shortest_order, plan_poses, with_turns
@@ -60,6 +60,13 @@ def turned_table(
     """
     table = open_table(address)
     axes = GuardedTable(table, parse_limits(limits, table.axes)).axes
+    return TurnedTable(address, table, limits, *planned(axes, seconds, poses, turns))
+
+
+def planned(
+    axes: tuple[Axis, ...], seconds: float, poses: PoseList | None, turns: bool
+) -> tuple[PosePlan, PoseList]:
+    """Give a plan for axes, and all poses at which it rests; arguments as those of `turned_table`."""
     rest = seconds + AFTER_STOP
     if poses is None:
         plan = plan_poses(axes, rest, gyroscope=turns)
@@ -67,7 +74,7 @@ def turned_table(
         start = np.zeros(len(axes))
         plan = PosePlan(axes, in_shortest_order(axes, angles_at(axes, poses), start), start, rest)
         plan = with_turns(plan) if turns else plan
-    return TurnedTable(address, table, limits, plan, _with_ends_of_turns(poses or plan.poses(), plan))
+    return plan, _with_ends_of_turns(poses or plan.poses(), plan)
 
 
 def _with_ends_of_turns(poses: PoseList, plan: PosePlan) -> PoseList:

@@ -20,7 +20,7 @@ from tumble.simulate.live.playback import names_of, playback
 from tumble.simulate.live.samples import NONE, Feed, Samples, delays, disturbed, shown
 from tumble.simulate.live.scenario import LiveScenario
 from tumble.simulate.live.table_server import TableServer
-from tumble.simulate.live.table_units import units_on
+from tumble.simulate.live.table_units import TableUnit, units_on
 from tumble.simulate.turntable.files import truth_content
 from tumble.table.profile import load_profile
 from tumble.table.simulated import SimulatedTable
@@ -145,6 +145,8 @@ class LiveSimulation:
         self.error: BaseException | None = None
         """What ended it, where that was a bug."""
         self._folder = Path(folder)
+        self.units_on_table: Mapping[str, TableUnit] = {}
+        """What each unit on a table is and feels; empty where there is none."""
         self._units: list[LiveUnit] = []
         self._server: TableServer | None = None
         self._stack = ExitStack()
@@ -216,6 +218,7 @@ class LiveSimulation:
         axes = tuple(axis.axis(profile.units) for axis in profile.axes)
         self.table = SimulatedTable(axes, self.now, profile.name)
         session, feeds, noise = units_on(self.table, self.scenario, faults)
+        self.units_on_table = feeds
         stack.callback(noise.close)
         content = truth_content(session)
         self.truth = {key: content[key] for key in content if key not in ("rests", "duration")}

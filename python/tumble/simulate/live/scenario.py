@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, fields
 from typing import Literal, TypeAlias, get_args
 
 from tumble.constants import STANDARD_GRAVITY
-from tumble.simulate.grade import grade_names
+from tumble.simulate.grade import Grade, grade_names
 from tumble.simulate.live.fault import LiveFault
 from tumble.simulate.scenario import FASTEST_RATE_HZ, SLOWEST_RATE_HZ, ScenarioError, Vector, is_finite
 
@@ -31,7 +31,7 @@ class LiveScenario:
     seed: int = 1
     """All that is random follows from it."""
     motion: Motion = "table"
-    grades: Sequence[str] = ()
+    grades: Sequence[str | Grade] = ()
     """One unit each, the first being the reference, or the primary; what is usual if none is given."""
     rate_hz: float = 200.0
     """Samples a second of every unit, by its own clock."""
@@ -85,7 +85,7 @@ class LiveScenario:
         if self.transport not in get_args(TransportName):
             yield f"unknown transport {self.transport!r}; known are {', '.join(get_args(TransportName))}"
         for grade in self.grades:
-            if grade not in grade_names():
+            if isinstance(grade, str) and grade not in grade_names():
                 yield f"unknown grade {grade!r}; known are {', '.join(grade_names())}"
         if len(self.grades) > MOST_UNITS:
             yield f"{len(self.grades)} units; {MOST_UNITS} at most"
@@ -109,7 +109,7 @@ class LiveScenario:
                 yield f"{name} is {getattr(self, name)}; give 0 to {most}"
 
     @property
-    def usual_grades(self) -> tuple[str, ...]:
+    def usual_grades(self) -> tuple[str | Grade, ...]:
         """Give the grades, those that are usual where none were given."""
         if self.grades:
             return tuple(self.grades)

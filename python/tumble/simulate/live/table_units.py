@@ -122,7 +122,7 @@ class _Setup:
 
 
 class TableUnit:
-    """One unit on the table; a `Feed`."""
+    """One unit on the table, `unit`; a `Feed`."""
 
     def __init__(
         self,
@@ -133,7 +133,7 @@ class TableUnit:
         lever_arm: tuple[float, float, float],
         faults: tuple[LiveFault, ...],
     ) -> None:
-        self._unit = unit
+        self.unit = unit
         self._setup = _Setup(session.R_e, session.earth_rate, np.array([0.0, 0.0, session.scenario.gravity]))
         self._table = table
         self._noise = noise
@@ -144,18 +144,18 @@ class TableUnit:
 
     def until(self, now: float) -> Samples:
         """See `Feed`."""
-        clock = self._unit.clock
+        clock = self.unit.clock
         skew = clock.skew * PPM
         # As the simulator's clock has it: it ticks evenly by itself, and gains by its skew.
         end = max(self._next, int((now * self._rate - clock.phase) * (1.0 + skew)) + 1)
         numbers = np.arange(self._next, end)
-        noise = self._noise.rows(self._unit.name, self._next, len(numbers))
+        noise = self._noise.rows(self.unit.name, self._next, len(numbers))
         self._next = end
         taken = (clock.phase + numbers / (1.0 + skew)) / self._rate
         began = clock.phase / self._rate
         own = began * (1.0 + skew) + clock.offset + numbers / self._rate
-        force, rate = self._felt(taken)
-        grade, accelerometer, gyroscope = self._unit.grade, self._unit.accelerometer, self._unit.gyroscope
+        force, rate = self.felt(taken)
+        grade, accelerometer, gyroscope = self.unit.grade, self.unit.accelerometer, self.unit.gyroscope
         return Samples(
             taken,
             own,
@@ -163,8 +163,11 @@ class TableUnit:
             _reading(gyroscope, rate, force, noise[:, 3:], grade.gyroscope.range),
         )
 
-    def _felt(self, taken: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Give specific force and angular rate (n, 3) where the unit sits, case frame of the reference."""
+    def felt(self, taken: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Give specific force and angular rate (n, 3) where it sits, case frame of the reference.
+
+        m/s^2 and rad/s, at times (n,), s of the bench's clock.
+        """
         states = self._table.states(taken)
         case = self._setup.case_from_table
         turned, speeding = (each @ case.T for each in body_motion(self._table.axes, *states))
