@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import errno
+import shutil
+import subprocess
 from contextlib import closing
 from pathlib import Path
 
@@ -277,3 +279,30 @@ def test_what_is_not_permitted_is_said_with_a_remedy(root, monkeypatch):
 def test_a_matrix_that_is_none_is_refused(root):
     with imitated(root, attributes={"in_mount_matrix": "1, 0; 0, 1"}):
         assert "no 3 by 3 matrix" in refusal(f"iio:device0?root={root}")
+
+
+@pytest.fixture
+def dummy():
+    """A device of the kernel's own module for tests, where there is one and it may be made."""
+    if modprobe := shutil.which("modprobe"):
+        subprocess.run([modprobe, "iio_dummy"], capture_output=True, check=False)
+    place = Path("/sys/kernel/config/iio/devices/dummy")
+    if not place.is_dir():
+        pytest.skip(f"{place} is not there: this kernel has no module iio_dummy, or configfs is not mounted")
+    device = place / "tumble-test"
+    try:
+        device.mkdir()
+    except PermissionError:
+        pytest.skip(f"{device} cannot be made: only root may")
+    yield device.name
+    device.rmdir()
+
+
+def test_a_device_of_the_kernel_that_is_no_imu_is_listed_and_refused_in_one_line(dummy):
+    with pytest.raises(LogError) as refused, open_source("iio:no-such-device"):
+        pass
+    assert dummy in str(refused.value)
+    with pytest.raises(LogError) as refused, open_source(f"iio:{dummy}"):
+        pass
+    assert dummy in str(refused.value)
+    assert "\n" not in str(refused.value)

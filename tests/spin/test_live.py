@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -338,3 +340,27 @@ def test_what_a_spin_cannot_tell_is_a_warning_as_for_a_log():
     session = record([still(6.0), turn(2.5)], seed=24)
     _, result = run(Fed(session))
     assert any("a scale error of the accelerometer" in warning for warning in result.warnings)
+
+
+def samples_of(table):
+    return SimpleNamespace(time=table[:, 0], accelerometer=table[:, 1:4], gyroscope=table[:, 4:])
+
+
+@pytest.mark.parametrize("start", [2.0, 5.8, 8.0])
+def test_a_sensor_that_freezes_for_a_while_is_refused(start):
+    session = record([still(6.0), turn(2.5), still(3.0)], seed=31)
+    table = session.table.copy()
+    frozen = (table[:, 0] >= table[0, 0] + start) & (table[:, 0] < table[0, 0] + start + 0.5)
+    table[frozen, 1:] = table[frozen, 1:][0]
+    assert re.search(
+        r"all readings stood still from \d+\.\d\d s on for 0\.\d\d s", refusal(Fed(samples_of(table)))
+    )
+
+
+def test_a_sensor_so_coarse_that_it_often_repeats_itself_is_not_taken_for_frozen():
+    session = record([still(6.0), turn(2.5), still(3.0)], seed=31)
+    table = session.table.copy()
+    table[:, 1:4] = np.round(table[:, 1:4] / 0.2) * 0.2
+    table[:, 4:] = np.round(table[:, 4:] / 0.02) * 0.02
+    _, result = run(Fed(samples_of(table)))
+    assert result.spins

@@ -36,6 +36,10 @@ TOO_SLOW, TOO_FAST = 0.5, 1.5
 """Of the rate asked for, at which a user is told so."""
 BETWEEN_PROGRESS = 0.1
 """s of the stream between two reports of progress."""
+FROZEN = 0.25
+"""s for which all readings may stand still, as long as samples may be missing."""
+COARSE = 0.05
+"""Share of readings that repeat the one before, above which a sensor is too coarse to tell that it froze."""
 MISREAD_RATE = 10.0
 """Times the rate asked for beyond which an assumed unit is wrong: deg/s for rad/s are 57 times as fast."""
 
@@ -127,6 +131,7 @@ class LiveSpin:
             refuse_if_misread(self._source.name, self._acquired, self._machine.gravity)
         if self._machine.failure is not None:
             raise ProcedureError(f"{self._source.name}: {self._why(self._machine.failure)}")
+        self._refuse_frozen(_within(self._kept, self._machine.span))
         yield self._step("done")
 
     def result(self) -> SpinResult:
@@ -230,6 +235,15 @@ class LiveSpin:
         hint = "; if the gyroscope is in deg/s, no unit being stated, give --gyroscope-unit deg/s"
         return explain(failure) + (hint if doubtful else "")
 
+    def _refuse_frozen(self, samples: Chunk) -> None:
+        """Refuse readings that stood still for a while, of a sensor whose readings else never do."""
+        start, length = _longest_repetition(samples)
+        if length > FROZEN:
+            raise ProcedureError(
+                f"{self._source.name}: all readings stood still from {start:.2f} s on for {length:.2f} s, as "
+                "those of no sensor with noise do: it, or what sends, was frozen; do it again"
+            )
+
     def _refuse_misread_rate(self, gyroscope: FloatArray) -> None:
         seen = float(np.linalg.norm(gyroscope.mean(axis=0)))
         if self._source.gyroscope_unit_is_assumed and seen > MISREAD_RATE * self._options.rate:
@@ -237,6 +251,26 @@ class LiveSpin:
                 f"{self._source.name}: gyroscope was assumed to be in rad/s, as no unit is stated, but reads "
                 f"{seen:.3g} where {self._options.rate:.3g} were asked for; give --gyroscope-unit (deg/s?)"
             )
+
+
+def _longest_repetition(samples: Chunk) -> tuple[float, float]:
+    """Give when all channels repeated a reading for longest, and how long, s.
+
+    Nothing is a repetition to a sensor so coarse that single readings often repeat themselves.
+    """
+    readings = np.column_stack([samples.accelerometer, samples.gyroscope])
+    changes = np.flatnonzero(np.any(np.diff(readings, axis=0) != 0.0, axis=1))
+    # Readings that are alike lie between two changes.
+    first = np.concatenate([[0], changes + 1])
+    last = np.concatenate([changes, [len(readings) - 1]])
+    alike = last - first
+    longest = int(alike.argmax())
+    others = int(alike.sum() - alike[longest])
+    if others > COARSE * len(readings):
+        return math.nan, 0.0
+    return float(samples.time[first[longest]]), float(
+        samples.time[last[longest]] - samples.time[first[longest]]
+    )
 
 
 def _within(chunks: Sequence[Chunk], span: tuple[float, float]) -> Chunk:

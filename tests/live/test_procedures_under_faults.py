@@ -1,0 +1,323 @@
+"""Whatever befalls a line, a live procedure ends in words, finds nothing wrong, and what it left is read."""
+
+from __future__ import annotations
+
+import json
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import yaml
+
+from live_fixtures import resting, text_lines
+from repetitions import SOAK
+from tumble.calibration.document import Calibration
+from tumble.errors import OutputError
+from tumble.logs import open_recording
+from tumble.logs.session import Session
+from tumble.record.parts import UnitParts
+from tumble.simulate import LiveFault, LiveSimulation
+from turntable_sessions import typed
+
+DRAWS = 50 if SOAK else 1
+KILLS = 34 if SOAK else 1
+"""Of each command."""
+SPEED = 8.0
+"""Simulated s in one of ours."""
+KINDS = ("unplugged", "garbled", "restart", "frozen", "gap", "late", "clock-jump", "time-backwards")
+TOLERATED = 6.0
+"""Sigmas."""
+LOST, ON_ITS_WAY = 2.0, 1.0
+"""s that a kill may cost, and for which samples may be on their way on a busy computer."""
+
+
+def drawn(rng, kind, last):
+    """A fault of that kind somewhere in a run; garbage is there all the time, at 1 % of bytes."""
+    start = 0.0 if kind == "garbled" else float(rng.uniform(0.0, last))
+    lasts = last if kind == "garbled" else float(rng.uniform(0.3, 5.0))
+    return LiveFault(kind, start=start, end=start + lasts)
+
+
+def ended_in_words(done):
+    """Whether it ended well, or in one line that says why not."""
+    assert "Traceback" not in done.err + done.out, done.err
+    assert done.code in (0, 2, 3), done.err
+    errors = [line for line in done.err.splitlines() if line.startswith("tumble: error:")]
+    assert len(errors) == (done.code == 2), done.err
+    return done.code == 0
+
+
+def samples_in(session):
+    """(n, 7) of each unit that was recorded: all that can be read of it, in order of time."""
+    found = {}
+    for unit in Session.load(session).units:
+        if unit.samples == 0:
+            continue
+        chunks = list(open_recording(f"{session}:{unit.name}", keep_faults=True).chunks())
+        found[unit.name] = np.concatenate(
+            [np.column_stack([each.time, each.accelerometer]) for each in chunks]
+        )
+        assert np.isfinite(found[unit.name][:, 0]).all()
+        assert (np.diff(found[unit.name][:, 0]) > 0.0).all()
+        if unit.samples is not None:
+            assert len(found[unit.name]) == unit.samples
+    return found
+
+
+@pytest.mark.parametrize("draw", range(DRAWS))
+@pytest.mark.parametrize("kind", KINDS if SOAK else ["garbled"])
+def test_a_spin_that_something_befalls_ends_in_words_or_finds_the_truth(tmp_path, kind, draw):
+    seed = 100 * draw + KINDS.index(kind)
+    print(f"seed {seed}")
+    rng = np.random.default_rng(seed)
+    faults = {"imu": [drawn(rng, kind, 30.0)]}
+    transport = str(rng.choice(["tcp", "pty", "udp"]))
+    robot = LiveSimulation(
+        seed=seed, motion="spin", transport=transport, port=0, speed=SPEED, rest_seconds=12.0, rate_hz=100.0,
+        faults=faults, folder=tmp_path,
+    )  # fmt: skip
+    with robot:
+        done = typed(
+            *("spin", "--live", robot.addresses["imu"], "--turns", "2", "--record", tmp_path / "session"),
+            *("-o", tmp_path / "out"),
+        )
+    if ended_in_words(done):
+        (path,) = (tmp_path / "out").glob("*.live.yaml")
+        found = Calibration.load(path)
+        for triad in ("accelerometer", "gyroscope"):
+            section = getattr(found, triad)
+            off = np.abs(section.b - robot.truth[f"{triad}_bias"]) / section.sigma.bias
+            assert np.nanmax(off) < TOLERATED, f"{triad}: {off} sigmas: {faults}"
+    if (tmp_path / "session" / "session.yaml").exists():
+        samples_in(tmp_path / "session")
+
+
+@pytest.mark.parametrize("draw", range(DRAWS))
+@pytest.mark.parametrize("kind", KINDS if SOAK else ["unplugged"])
+def test_a_recording_that_something_befalls_goes_on_and_is_read(tmp_path, kind, draw):
+    seed = 100 * draw + KINDS.index(kind)
+    print(f"seed {seed}")
+    rng = np.random.default_rng(seed)
+    names = ("reference", "target_1", "target_2")
+    faults = {str(rng.choice(names)): [drawn(rng, kind, 20.0)]}
+    transport = str(rng.choice(["tcp", "pty", "udp"]))
+    bench = LiveSimulation(
+        seed=seed, motion="six-faces", grades=("reference", "consumer", "tactical"), transport=transport,
+        port=0, speed=SPEED, rate_hz=100.0, faults=faults, folder=tmp_path,
+    )  # fmt: skip
+    with bench:
+        words = [f"{name}={address}" for name, address in bench.addresses.items()]
+        done = typed("record", *words, "-o", tmp_path / "session", "--duration", "3s")
+    assert ended_in_words(done), done.err
+    found = samples_in(tmp_path / "session")
+    assert set(found) == set(names)
+    for name in set(names) - set(faults):
+        assert len(found[name]) > 0.5 * 3.0 * SPEED * 100.0
+
+
+def mounted(bench, path):
+    """What is known of the units of a flight beforehand."""
+    units = {
+        name: {"sensor_from_primary": unit["nominal_mounting"], "lever_arm": unit["lever_arm"]}
+        for name, unit in bench.truth["units"].items()
+        if name != "primary"
+    }
+    path.write_text(yaml.safe_dump({"schema": "tumble-redundancy/1", "units": units}))
+    return path
+
+
+SET = ("primary", "secondary_1", "secondary_2")
+SECONDS = 12.0 if SOAK else 6.0
+"""For which a set is watched."""
+FLIGHT = ("--set", "collect=15", "--set", "evaluate_every=3", "--set", "late=2")
+
+
+def fly_with(tmp_path, seed, faults):
+    """Watch a simulated flight; give how it ended, and its truth."""
+    flight = LiveSimulation(
+        seed=seed, motion="flight", grades=("industrial", "consumer", "consumer"), port=0, speed=SPEED,
+        rate_hz=100.0, faults=faults,
+    )  # fmt: skip
+    with flight:
+        words = [f"{name}={address}" for name, address in flight.addresses.items()]
+        known = mounted(flight, tmp_path / "units.yaml")
+        true_calibration(flight.truth, "primary").save(tmp_path / "primary.yaml")
+        done = typed(
+            *("redundancy", "--live", *words, "--settings", known, *FLIGHT, "--store", tmp_path / "store"),
+            *("--calibration", tmp_path / "primary.yaml", "--record", tmp_path / "session"),
+            *("-o", tmp_path / "out", "--duration", f"{SECONDS}s", "--json"),
+        )
+    return done, flight.truth
+
+
+def true_calibration(truth, name):
+    """Errors of a unit at the end of a flight."""
+    unit = truth["units"][name]
+    triads = {
+        triad: {
+            "M": unit[triad]["M"],
+            "b": [a + b for a, b in zip(unit[triad]["b"], unit[triad]["drift"], strict=True)],
+        }
+        for triad in ("accelerometer", "gyroscope")
+    }
+    return Calibration.model_validate({"name": name, **triads})
+
+
+WARMING = {"accelerometer": 0.05, "gyroscope": 0.01}
+"""m/s^2 and rad/s by which biases drift while they warm up, beside what sigmas cover."""
+
+
+def refuse_wrong(errors, truth):
+    """Hold what is stored of secondaries against the truth."""
+    for error in errors:
+        unit, primary = (
+            getattr(true_calibration(truth, name), error["sensor"]) for name in (error["unit"], "primary")
+        )
+        matrix = unit.M @ np.linalg.inv(primary.M)
+        bias = unit.b - matrix @ primary.b
+        shown = [np.array(error[name], dtype=float) for name in ("matrix_sigma", "bias_sigma")]
+        matrix_sigma, bias_sigma = (np.where(np.isnan(sigma), np.inf, sigma) for sigma in shown)
+        assert (np.abs(error["matrix"] - matrix) < TOLERATED * matrix_sigma + 0.002).all(), error
+        allowed = TOLERATED * bias_sigma + WARMING[error["sensor"]]
+        assert (np.abs(error["bias"] - bias) < allowed).all(), error
+
+
+@pytest.mark.parametrize("draw", range(DRAWS))
+@pytest.mark.parametrize("kind", KINDS if SOAK else ["restart"])
+def test_a_set_that_something_befalls_is_watched_on_and_adopts_nothing_wrong(tmp_path, kind, draw):
+    seed = 100 * draw + KINDS.index(kind)
+    print(f"seed {seed}")
+    rng = np.random.default_rng(seed)
+    done, truth = fly_with(tmp_path, seed, {str(rng.choice(SET)): [drawn(rng, kind, 70.0)]})
+    ended_in_words(done)
+    assert done.code in (0, 3), done.err
+    errors = json.loads(done.out.splitlines()[-1])["errors"]
+    print(f"{len(errors)} adopted")
+    refuse_wrong(errors, truth)
+    samples_in(tmp_path / "session")
+    again = typed(
+        *("redundancy", tmp_path / "session", "--settings", tmp_path / "units.yaml", *FLIGHT),
+        *(
+            "--calibration",
+            tmp_path / "primary.yaml",
+            "--store",
+            tmp_path / "store",
+            "-o",
+            tmp_path / "again",
+        ),
+    )
+    assert again.code in (0, 3), again.err
+
+
+def killed(words, after, ready):
+    """Run a command, and kill it some seconds after what it writes is there; give s of the clock then."""
+    program = "from tumble.cli.main import main; main()"
+    command = [sys.executable, "-c", program, *map(str, words)]
+    running = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    until = time.monotonic() + 60.0
+    while not ready() and running.poll() is None and time.monotonic() < until:
+        time.sleep(0.02)
+    time.sleep(after)
+    when = time.monotonic()
+    running.send_signal(signal.SIGKILL)
+    _, said = running.communicate(timeout=60.0)
+    assert "Traceback" not in said
+    return when
+
+
+KILLED = {
+    "record": lambda words, folder: ("record", *words, "-o", folder / "session"),
+    "redundancy": lambda words, folder: (
+        *("redundancy", "--live", *words, "--settings", folder / "units.yaml", *FLIGHT),
+        *("--record", folder / "session", "--store", folder / "store", "-o", folder / "out"),
+    ),
+    "spin": lambda words, folder: (
+        *("spin", "--live", words[0].partition("=")[2], "--record", folder / "session"),
+        *("-o", folder / "out"),
+    ),
+}
+
+
+@pytest.mark.parametrize("draw", range(KILLS))
+@pytest.mark.parametrize("command", KILLED if SOAK else ["redundancy"])
+def test_whatever_is_killed_leaves_a_recording_and_a_store_that_are_read(tmp_path, command, draw):
+    seed = 10 * draw + list(KILLED).index(command)
+    print(f"seed {seed}")
+    rng = np.random.default_rng(seed)
+    motion, speed = ("spin", 1.0) if command == "spin" else ("flight", SPEED)
+    bench = LiveSimulation(seed=seed, motion=motion, port=0, speed=speed, rate_hz=100.0, rest_seconds=8.0)
+    with bench:
+        if motion == "flight":
+            mounted(bench, tmp_path / "units.yaml")
+        words = [f"{name}={address}" for name, address in bench.addresses.items()]
+        session = tmp_path / "session"
+        when = killed(
+            KILLED[command](words, tmp_path),
+            rng.uniform(0.0, 6.0),
+            lambda: len({part.parent for part in session.glob("*.parts/*.parquet")}) == len(words),
+        )
+        now = bench.scenario.uptime + bench.now() if command == "spin" else speed * when
+    found = samples_in(session)
+    assert len(found) == len(words)
+    for rows in found.values():
+        assert rows[-1, 0] > now - speed * (LOST + ON_ITS_WAY)
+    if command == "redundancy":
+        again = typed(
+            *("redundancy", tmp_path / "session", "--settings", tmp_path / "units.yaml", *FLIGHT),
+            *("--store", tmp_path / "store", "-o", tmp_path / "again"),
+        )
+        assert again.code in (0, 3), again.err
+        assert "rejected" not in again.out
+
+
+COMMANDS = {
+    "record": lambda words, folder: ("record", *words, "-o", folder / "session"),
+    "spin": lambda words, folder: (
+        *("spin", "--live", words[0].partition("=")[2], "--record", folder / "session"),
+        *("-o", folder / "out"),
+    ),
+    "redundancy": lambda words, folder: (
+        *("redundancy", "--live", *words, "--primary", "a", "--record", folder / "session"),
+        *("-o", folder / "out"),
+    ),
+}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_full_disk_is_said_in_one_line_and_what_was_recorded_is_read(tmp_path, command, monkeypatch):
+    original, written = UnitParts.write, []
+
+    def write(self, chunk):
+        if len(written) == 3:
+            raise OutputError("session/a.parts/000002.parquet: cannot be written: No space left on device")
+        written.append(len(chunk))
+        original(self, chunk)
+
+    monkeypatch.setattr(UnitParts, "write", write)
+    monkeypatch.setattr("tumble.record.writer.FLUSH_EVERY", 0.0)
+    words = []
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.csv").write_bytes(text_lines(resting(400, seed=len(words))))
+        words.append(f"{name}=replay:{tmp_path / name}.csv?speed=4")
+    done = typed(*COMMANDS[command](words, tmp_path))
+    assert done.code == 2
+    assert not ended_in_words(done)
+    assert "No space left on device; what was recorded is readable" in done.err
+    assert all(0 < len(rows) < 400 for rows in samples_in(tmp_path / "session").values())
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_two_programs_on_one_port_are_refused_in_one_line_and_leave_nothing(tmp_path, command):
+    with socket.socket(type=socket.SOCK_DGRAM) as first:
+        first.bind(("127.0.0.1", 0))
+        port = first.getsockname()[1]
+        words = [f"a=udp://:{port}", f"b=tcp://127.0.0.1:{port}"]
+        done = typed(*COMMANDS[command](words, tmp_path))
+    assert done.code == 2
+    assert not ended_in_words(done)
+    assert "is another program listening?" in done.err
+    assert list(tmp_path.iterdir()) == []
