@@ -90,7 +90,7 @@ def test_units_of_a_session_share_a_clock_and_state_their_units(tmp_path, logs):
     assert (one.gyroscope_unit.name, one.gyroscope_unit.reason) == ("rad/s", "session")
 
 
-def test_the_state_of_the_wheels_is_recorded_and_said_not_to_be_read_again(tmp_path):
+def test_the_state_of_the_wheels_is_recorded_and_replayed(tmp_path):
     lines = text_lines(TABLE, header="time,ax,ay,az,gx,gy,gz").decode().splitlines()
     rows = [f"{line},{'moving' if number == 0 else number % 2}" for number, line in enumerate(lines)]
     port = free_port()
@@ -106,7 +106,10 @@ def test_the_state_of_the_wheels_is_recorded_and_said_not_to_be_read_again(tmp_p
     session = Session.load(tmp_path / "session")
     (path,) = unit_files(tmp_path / "session", session.names[0])
     assert pq.read_table(path)["moving"].to_pylist()[:4] == [1.0, 0.0, 1.0, 0.0]
-    assert "not read again" in " ".join(session.units[0].remarks)
+    assert "a replay goes by it" in " ".join(session.units[0].remarks)
+    with open_source(f"replay:{tmp_path / 'session'}?speed=max") as replayed:
+        moving = np.concatenate([chunk.moving for chunk in replayed])
+    assert np.array_equal(moving, pq.read_table(path)["moving"].to_numpy())
     assert session.clock == "sensor"
     assert open_recording(tmp_path / "session").metadata.serial == "7"
 

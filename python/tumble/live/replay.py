@@ -13,7 +13,8 @@ from tumble.live.conditioning import EMPTY
 from tumble.live.source import LOG_CLOCK, LiveChunk, PolledSource
 from tumble.logs import open_recording
 from tumble.logs.options import ReadOptions
-from tumble.recording import Chunk, Recording
+from tumble.logs.session import RecordedColumn, wheels_of
+from tumble.recording import Chunk, FloatArray, Recording
 
 PIECE_SAMPLES = 50
 """Samples given together where the pace does not matter."""
@@ -29,7 +30,7 @@ def open_replay(address: Address, options: ReadOptions) -> ReplaySource:
     speed = np.inf if unlimited else address.number("speed", 1.0)
     recording = open_recording(address.place, options)
     recording.need_both_triads("a live procedure")
-    return ReplaySource(recording, speed)
+    return ReplaySource(recording, speed, wheels_of(recording.metadata.source))
 
 
 class ReplaySource(PolledSource):
@@ -37,7 +38,7 @@ class ReplaySource(PolledSource):
 
     clock = LOG_CLOCK
 
-    def __init__(self, recording: Recording, speed: float) -> None:
+    def __init__(self, recording: Recording, speed: float, wheels: RecordedColumn | None = None) -> None:
         self.name = recording.name
         self.remarks = recording.metadata.remarks
         self.serial = recording.metadata.serial
@@ -46,6 +47,9 @@ class ReplaySource(PolledSource):
         self._chunks = (chunk for chunk in recording.chunks() if len(chunk))
         self._speed = speed
         self._chunk: Chunk | None = None
+        self._wheels = wheels
+        self._moving: FloatArray | None = None
+        """Whether wheels turned, of the chunk."""
         self._done = 0
         """Samples of the chunk that were given."""
         self._began, self._start = math.nan, math.nan
@@ -81,6 +85,8 @@ class ReplaySource(PolledSource):
         """Give the chunk that has samples left; raises `EOFError` after the last one."""
         if self._chunk is None or self._done >= len(self._chunk):
             self._chunk, self._done = next(self._chunks, None), 0
+            if self._wheels is not None and self._chunk is not None:
+                self._moving = self._wheels.take(len(self._chunk))
         if self._chunk is None:
             raise EOFError
         if math.isnan(self._began):
@@ -95,6 +101,7 @@ class ReplaySource(PolledSource):
         part = slice(self._done, up_to)
         self._done = up_to
         temperature = None if chunk.temperature is None else chunk.temperature[part]
+        moving = None if self._moving is None else self._moving[part]
         return LiveChunk(
-            chunk.time[part], chunk.accelerometer[part], chunk.gyroscope[part], temperature, None, arrival
+            chunk.time[part], chunk.accelerometer[part], chunk.gyroscope[part], temperature, moving, arrival
         )

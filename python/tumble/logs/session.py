@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, TypeAlias
 
+import numpy as np
 from pydantic import Field, JsonValue
 
 from tumble.documents import Document, read_document
@@ -28,8 +29,8 @@ from tumble.schemas import SESSION
 
 SCHEMA: Literal["tumble-session/1"] = "tumble-session/1"
 SessionClock: TypeAlias = Literal["host", "sensor", "log"]
-ARRIVAL = "arrival"
-"""Column of when samples came."""
+ARRIVAL, MOVING = "arrival", "moving"
+"""Columns of when samples came, s of the clock of the session, and of whether wheels turned."""
 LAST_PART = "last-part"
 """Note of a Parquet file: the number of the last part that was joined in it."""
 _PART = re.compile(r"(\d+)(?:-(\d+))?\.parquet")
@@ -165,15 +166,46 @@ def recorded_so_far(folder: Path, name: str) -> Recorded:
     return Recorded(samples, last, columns)
 
 
-def arrivals(folder: Path, name: str) -> Iterator[FloatArray]:
-    """Give when the samples of a unit came, piece by piece, s of the clock of the session.
+class RecordedColumn:
+    """A column of a recorded unit that logs do not have, taken off in order."""
 
-    NaN where nobody knows: of a log that was read as fast as it can be.
-    """
+    def __init__(self, folder: Path, name: str, column: str) -> None:
+        self._pieces = _pieces(folder, name, column)
+        self._waiting = next(self._pieces, np.empty(0))
+
+    @property
+    def is_known(self) -> bool:
+        """Whether it was recorded: it is NaN throughout where nobody knew."""
+        return len(self._waiting) > 0 and bool(np.isfinite(self._waiting[0]))
+
+    def take(self, count: int) -> FloatArray:
+        """Take off so many."""
+        pieces = [self._waiting]
+        while sum(map(len, pieces)) < count:
+            pieces.append(next(self._pieces))
+        joined = np.concatenate(pieces)
+        self._waiting = joined[count:]
+        return joined[:count]
+
+
+def _pieces(folder: Path, name: str, column: str) -> Iterator[FloatArray]:
     for path in unit_files(folder, name):
         with parquet.opened(path) as file:
-            for batch in file.iter_batches(columns=[ARRIVAL], use_threads=False):
-                yield batch.column(0).to_numpy()
+            if column not in file.schema_arrow.names:
+                return
+            for batch in file.iter_batches(columns=[column], use_threads=False):
+                yield batch.column(0).to_numpy(zero_copy_only=False)
+
+
+def wheels_of(source: str) -> RecordedColumn | None:
+    """Give whether the wheels turned, of a unit of a recorded session; None where that is not known."""
+    spec = parse_spec(source)
+    if not (spec.path / SESSION_FILE).is_file():
+        return None
+    names = Session.load(spec.path).names
+    name = spec.imu or names[0]
+    is_there = MOVING in recorded_so_far(spec.path, name).columns
+    return RecordedColumn(spec.path, name, MOVING) if is_there else None
 
 
 def list_imus(path: Path) -> tuple[str, ...]:

@@ -153,33 +153,11 @@ def _whose(unit: UnitLog) -> str:
     return f"{spec.path.resolve()}:{(spec.imu or '').strip('/')}"
 
 
-class Arrivals:
-    """When samples of a unit of a recorded session came, taken off in order."""
-
-    def __init__(self, folder: Path, name: str) -> None:
-        self._pieces = session.arrivals(folder, name)
-        self._waiting = next(self._pieces, np.empty(0))
-
-    @property
-    def are_known(self) -> bool:
-        """Whether they were recorded."""
-        return len(self._waiting) > 0 and bool(np.isfinite(self._waiting[0]))
-
-    def take(self, count: int) -> FloatArray:
-        """Take off so many."""
-        pieces = [self._waiting]
-        while sum(map(len, pieces)) < count:
-            pieces.append(next(self._pieces))
-        joined = np.concatenate(pieces)
-        self._waiting = joined[count:]
-        return joined[:count]
-
-
 @dataclass(frozen=True, slots=True)
 class RecordedOrder:
     """In what order samples of a session came, and when it ended."""
 
-    arrivals: list[Arrivals]
+    arrivals: list[session.RecordedColumn]
     """Of each unit."""
     closed: float
     """s of the clock of arrivals; NaN where that is not known."""
@@ -193,8 +171,8 @@ def _recorded_order(units: Sequence[UnitLog]) -> RecordedOrder | None:
     ]
     if len(specs) < len(units) or len({spec.path.resolve() for spec in specs}) > 1:
         return None
-    found = [Arrivals(spec.path, spec.imu or "") for spec in specs]
-    if not all(each.are_known for each in found):
+    found = [session.RecordedColumn(spec.path, spec.imu or "", session.ARRIVAL) for spec in specs]
+    if not all(each.is_known for each in found):
         return None
     closed = session.Session.load(specs[0].path).closed
     return RecordedOrder(found, np.nan if closed is None else closed)
@@ -216,7 +194,7 @@ class _Reader:
     """When those that wait arrived: at their own time; where time went back, just after the one before."""
     stepped_back: float = 0.0
     """s by which time went back so far."""
-    recorded: Arrivals | None = None
+    recorded: session.RecordedColumn | None = None
     """When samples came, where that was recorded: then they arrived at that time."""
     ended: bool = False
     read: int = 0
