@@ -207,9 +207,7 @@ class SessionWriter:
     def _wheels(self, unit: SessionUnit) -> tuple[str, ...]:
         if "moving" not in (self._units[unit.name].optional or ()):
             return ()
-        return (
-            "whether the wheels turn is recorded; a replay goes by it, as it was live, and a log does not",
-        )
+        return ("whether the wheels turn is recorded: a replay goes by it, a spin on the session does not",)
 
     def _end_failed(self) -> None:
         """Keep what was taken; where there is nothing, leave no session that the next attempt would meet."""
