@@ -45,6 +45,7 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 	$(BIN)/python -m benchmarks.production
 	$(BIN)/python -m benchmarks.memory
 	$(BIN)/python -m benchmarks.live
+	$(BIN)/python -m benchmarks.live_table
 	scripts/install_device_tools.sh qemu-system-arm gcc-arm-none-eabi
 	$(BIN)/python -m benchmarks.footprint
 	$(BIN)/python -m benchmarks.report

@@ -11,6 +11,9 @@ from benchmarks.bound import TRIADS
 from benchmarks.digits import two_digits
 from benchmarks.disturbed import LARGEST_RATIO as LARGEST_SIGMA_RATIO
 from benchmarks.footprint import FLASH_GOAL, INSTRUCTION_GOALS, INSTRUCTION_NAMES, MEMORY_GOAL
+from benchmarks.live import LARGEST_GROWTH as LARGEST_LIVE_GROWTH
+from benchmarks.live import LARGEST_LATENCY, LARGEST_SHARE
+from benchmarks.live_table import LARGEST_TIME, largest_ratio, largest_time
 from benchmarks.memory import LARGEST_GROWTH
 from benchmarks.production import LARGEST_GROWTH as LARGEST_BATCH_GROWTH
 from benchmarks.production import SECONDS
@@ -123,6 +126,42 @@ def _spin_live(content: Content) -> Iterator[Goal]:
         yield Goal(what, f"{LARGEST_REDUCED:g}", f"{off:.3f}", off <= LARGEST_REDUCED)
         covered = list(content[way]["coverage"].values())
         yield _coverage(f"spin, {way}: share of 95 % intervals that hold the truth", covered, LIVE_COVERAGE)
+
+
+def _live(content: Content) -> Iterator[Goal]:
+    for way in content["ways"]:
+        over, lost, share = way["over"], int(way["lost"]), float(way["processor"])
+        yield Goal(f"live, {over}: samples lost", "0", str(lost), lost == 0)
+        most = LARGEST_SHARE
+        yield Goal(f"live, {over}: cores busy", f"{most:g}", f"{share:.2f}", share <= most)
+        for name, longest in LARGEST_LATENCY.items():
+            late = float(way["latency"][name])
+            what = f"live, {over}: time from a sample to its output, {name}"
+            yield Goal(what, f"{1e3 * longest:g} ms", f"{1e3 * late:.2f} ms", late <= longest)
+        yield _growth(f"live, {over}: memory at the end over that at the start", way["memory_growth"])
+    long = content["flood"]
+    what = f"live: memory after {long['hours']:g} h of samples over that at the start"
+    yield _growth(what, long["memory_growth"])
+
+
+def _growth(what: str, growth: float) -> Goal:
+    most = LARGEST_LIVE_GROWTH
+    return Goal(what, f"{most:g}", f"{growth:.3f}", growth <= most)
+
+
+def _live_table(content: Content) -> Iterator[Goal]:
+    ratio = largest_ratio(content["figures"])
+    yield Goal(
+        "turntable, live: error of any group of parameters over the Cramér-Rao bound, corrected for sampling "
+        "error",
+        f"{LARGEST_RATIO:g}",
+        f"{ratio:.3f}",
+        ratio <= LARGEST_RATIO,
+    )
+    for what, name in (("motion", "motion of the table"), ("all", "motion and rests")):
+        took = largest_time(content["times"], what)
+        title = f"turntable, live: time of {name} over the shortest"
+        yield Goal(title, f"{LARGEST_TIME:g}", f"{took:.2f}", took <= LARGEST_TIME)
 
 
 def _redundancy(content: Content) -> Iterator[Goal]:
@@ -350,6 +389,8 @@ GOALS_OF: dict[str, Callable[[Content], Iterator[Goal]]] = {
     "truths": _truths,
     "spin": _spin,
     "spin_live": _spin_live,
+    "live": _live,
+    "live_table": _live_table,
     "redundancy": _redundancy,
     "redundancy_adoptions": _adoptions,
     "redundancy_campaign": _campaign,

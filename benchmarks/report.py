@@ -285,6 +285,61 @@ def spin_live(content: Content) -> Iterator[str]:
     )
 
 
+def live(content: Content) -> Iterator[str]:
+    """Losses, load, latency and memory of several units read, corrected and sent on."""
+    yield "| over | samples | lost | cores busy | p50 | p99 | p99.9 | longest | memory, end over start |"
+    yield "|---|---|---|---|---|---|---|---|---|"
+    for way in content["ways"]:
+        latency = [f"{1e3 * way['latency'][name]:.2f} ms" for name in ("p50", "p99", "p99.9")]
+        yield _row(
+            [
+                way["over"],
+                str(way["sent"]),
+                str(way["lost"]),
+                f"{way['processor']:.2f}",
+                *latency,
+                f"{1e3 * way['largest_latency']:.1f} ms",
+                f"{way['memory_growth']:.3f}",
+            ]
+        )
+    long = content["flood"]
+    yield ""
+    yield (
+        f"{content['units']} units at {content['rate']:g} Hz for {content['seconds']:g} s, from a sample "
+        f"sent to its corrected datagram. {long['hours']:g} h of samples of one unit, put through "
+        f"{long['times_real_time']:.0f} times faster than life, leave {long['memory_growth']:.3f} times the "
+        "memory."
+    )
+
+
+def live_table(content: Content) -> Iterator[str]:
+    """Error against the bound and time of live sessions on a table that turns itself."""
+    yield "| | | RMSE against the bound | corrected for sampling | over sockets, corrected |"
+    yield "|---|---|---|---|---|"
+    for triad in TRIADS:
+        for group in GROUPS:
+            quick, lived = (content[of][triad]["groups"][group] for of in ("figures", "figures_over_sockets"))
+            yield _row(
+                [
+                    triad,
+                    group,
+                    f"{quick['ratio']:.3f} ± {quick['ratio_error']:.3f}",
+                    f"{quick['ratio_without_luck']:.3f} ± {quick['ratio_without_luck_error']:.3f}",
+                    f"{lived['ratio_without_luck']:.3f} ± {lived['ratio_without_luck_error']:.3f}",
+                ]
+            )
+    times = content["times"]
+    yield ""
+    yield (
+        f"{content['sessions']} sessions of {content['targets']} targets at {content['rate']:g} Hz with "
+        f"white noise, six faces for {content['pose_seconds']:g} s each and turns, {content['stops']} stops, "
+        f"on a clock of their own without sockets, and {content['over_sockets']} over UDP and TCP at the "
+        f"pace of life. There the table moved for {max(times['motion']):.1f} s, the shortest being "
+        f"{times['shortest_motion']:.1f} s, and all took {max(times['all']):.0f} s, the shortest being "
+        f"{times['shortest']:.0f} s."
+    )
+
+
 RUNGS = ("offset", "affine", "affine and lever arm")
 
 
@@ -533,6 +588,8 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "truths": truths,
     "spin": spin,
     "spin_live": spin_live,
+    "live": live,
+    "live_table": live_table,
     "redundancy": redundancy,
     "redundancy_adoptions": redundancy_adoptions,
     "redundancy_campaign": redundancy_campaign,

@@ -95,12 +95,13 @@ def run(cell: Cell, session: int) -> dict[str, Outcome]:
     accelerometer, force_noise = _accelerometer(played)
     gyroscope, rate_noise = _gyroscope(played)
     return {
-        "accelerometer": _outcome(found.accelerometer, target.accelerometer, accelerometer, force_noise),
-        "gyroscope": _outcome(found.gyroscope, target.gyroscope, gyroscope, rate_noise),
+        "accelerometer": outcome_of(found.accelerometer, target.accelerometer, accelerometer, force_noise),
+        "gyroscope": outcome_of(found.gyroscope, target.gyroscope, gyroscope, rate_noise),
     }
 
 
-def _outcome(found: TriadResult, true: TriadTruth, bound: Bound, noise: FloatArray) -> Outcome:
+def outcome_of(found: TriadResult, true: TriadTruth, bound: Bound, noise: FloatArray) -> Outcome:
+    """Hold what was found against the truth, and against the efficient estimate on the same noise."""
     estimated = parts(found.M, found.b)
     stated = np.array([p.sigma for p in found.parameters])
     reach = np.array([0.5 * (p.high - p.low) for p in found.parameters])
@@ -143,9 +144,20 @@ def _both(
 
 
 def _accelerometer(played: SimulatedTurntable) -> tuple[Bound, FloatArray]:
-    covariance, reference, target = _both(played, "accelerometer", turns=False)
-    seen, felt = (unit.accelerometer for unit in played.units)
     forces = np.array([rest.specific_force for rest in played.rests])
+    seen, felt = (unit.accelerometer for unit in played.units)
+    return accelerometer_of(*_both(played, "accelerometer", turns=False), forces, seen, felt)
+
+
+def accelerometer_of(
+    covariance: NoiseCovariance,
+    reference: FloatArray,
+    target: FloatArray,
+    forces: FloatArray,
+    seen: TriadTruth,
+    felt: TriadTruth,
+) -> tuple[Bound, FloatArray]:
+    """Give the bound and the noise of means (k, 3) over rests with true `forces` (k, 3)."""
     noise = np.vstack(
         [reference - forces - seen.b - seen.drift, target - forces @ felt.M.T - felt.b - felt.drift]
     )
@@ -153,15 +165,28 @@ def _accelerometer(played: SimulatedTurntable) -> tuple[Bound, FloatArray]:
 
 
 def _gyroscope(played: SimulatedTurntable) -> tuple[Bound, FloatArray]:
-    covariance, reference, target = _both(played, "gyroscope", turns=True)
     seen, felt = (unit.gyroscope for unit in played.units)
     forces = np.array([rest.specific_force for rest in played.rests])
     earth = np.array([rest.angular_rate for rest in played.rests])
+    seconds, own_seconds = (intervals_of(played, unit, turns=True).seconds for unit in played.units)
+    stretch = (seconds / own_seconds)[len(forces) :]
+    return gyroscope_of(*_both(played, "gyroscope", turns=True), forces, earth, stretch, seen, felt)
+
+
+def gyroscope_of(
+    covariance: NoiseCovariance,
+    reference: FloatArray,
+    target: FloatArray,
+    forces: FloatArray,
+    earth: FloatArray,
+    stretch: FloatArray,
+    seen: TriadTruth,
+    felt: TriadTruth,
+) -> tuple[Bound, FloatArray]:
+    """Give the bound and the noise of means over rests, then turns; `earth` (k, 3) rad/s is felt at rests."""
     rests = len(forces)
     # The true angle of a turn is unknown to the estimate, so it may be counted from what the reference saw.
     turn_rates = reference[rests:] - seen.b - seen.drift
-    seconds, own_seconds = (intervals_of(played, unit, turns=True).seconds for unit in played.units)
-    stretch = (seconds / own_seconds)[rests:]
     of_target = np.vstack([earth, stretch[:, None] * turn_rates])
     noise = np.vstack(
         [
