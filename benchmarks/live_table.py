@@ -251,11 +251,13 @@ def _outcome(
         rests if triad == "accelerometer" else np.vstack([rests, np.stack([rests[:-1, 1], rests[1:, 0]], 1)])
     )
     covariances: list[FloatArray] = []
+    counts: list[FloatArray] = []
     means: list[FloatArray] = []
     for unit, (times, *samples) in zip(units, readings, strict=True):
         first, last = np.searchsorted(times, spans).T
         intervals = Intervals(first, last, len(times), 1.0 / RATE_HZ)
         covariances.append(intervals.covariance(getattr(unit.unit.grade, triad), RATE_HZ, unstable=False))
+        counts.append((last - first).astype(np.float64))
         means.append(intervals.means(samples[TRIADS.index(triad)]))
     forces, earth = units[0].felt(rests.mean(axis=1))
     seen, felt = (getattr(unit.unit, triad) for unit in units)
@@ -263,9 +265,9 @@ def _outcome(
     if triad == "accelerometer":
         bound, noise = accelerometer_of(covariance, reference, target, forces, seen, felt)
     else:
-        bound, noise = gyroscope_of(
-            covariance, reference, target, forces, earth, np.ones(len(rests) - 1), seen, felt
-        )
+        # Samples of the one may cover a sample more of a turn than those of the other.
+        stretch = (counts[0] / counts[1])[len(rests) :]
+        bound, noise = gyroscope_of(covariance, reference, target, forces, earth, stretch, seen, felt)
     return outcome_of(found, felt, bound, noise)
 
 
