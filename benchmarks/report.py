@@ -20,7 +20,7 @@ from benchmarks.footprint import rows as footprint_rows
 from benchmarks.goals import SPEED_NAMES, all_goals
 from benchmarks.redundancy_figures import IN_HEALTH, flown
 from benchmarks.redundancy_judgement import OUTCOMES
-from benchmarks.results import Content, load
+from benchmarks.results import Content, measured
 from benchmarks.speed import GOALS
 from benchmarks.spin import DESIGN as DESIGN_OF_TILTS
 from benchmarks.spin import LARGEST_RATIO as LARGEST_SPIN_RATIO
@@ -628,9 +628,12 @@ def placed(text: str, name: str, table: str) -> str:
 
 def printed(text: str, names: Sequence[str]) -> str:
     """Put the tables of these names in their places."""
-    results = {name: load(name) for name in TABLES}
+    results = measured(TABLES)
     for name in names:
-        lines = TABLES[name](results[name]) if name in TABLES else SUMMARIES[name](results)
+        if name in SUMMARIES:
+            lines = SUMMARIES[name](results)
+        else:
+            lines = TABLES[name](results[name]) if name in results else iter(["Not measured yet."])
         text = placed(text, name, "".join(f"{line}\n" for line in lines))
     return text
 

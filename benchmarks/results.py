@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import platform
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,12 @@ def load(name: str, folder: Path = RESULTS) -> Content:
     """Read the figures of a benchmark."""
     content: Content = json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
     return content
+
+
+def measured(names: Iterable[str]) -> dict[str, Content]:
+    """Read the figures of those benchmarks that were run."""
+    folder: Path = (load.__defaults__ or (RESULTS,))[0]
+    return {name: load(name) for name in names if (folder / f"{name}.json").is_file()}
 
 
 def machine() -> Content:

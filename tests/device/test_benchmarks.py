@@ -95,7 +95,7 @@ def test_the_pages_show_a_table_for_each_benchmark(measured, tmp_path):
 
 
 def test_a_goal_that_is_missed_is_named_and_one_that_is_reached_is_not(measured):
-    found = {name: results.load(name, measured) for name in report.TABLES}
+    found = results.measured(report.TABLES)
     named = [goal.what for goal in goals.all_goals(found) if not goal.is_met]
     flash, apply = "Cortex-M4F: flash of everything together", "Cortex-M4F: instructions of applying"
     assert flash in named
