@@ -38,6 +38,7 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 	$(BIN)/python -m benchmarks.truths
 	$(BIN)/python -m benchmarks.spin
 	$(BIN)/python -m benchmarks.spin_live
+	$(BIN)/python -m benchmarks.multipose
 	$(BIN)/python -m benchmarks.spin_enough
 	$(BIN)/python -m benchmarks.spin_chart
 	$(BIN)/python -m benchmarks.redundancy

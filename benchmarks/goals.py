@@ -15,6 +15,9 @@ from benchmarks.live import LARGEST_GROWTH as LARGEST_LIVE_GROWTH
 from benchmarks.live import LARGEST_LATENCY, LARGEST_SHARE
 from benchmarks.live_table import LARGEST_TIME, largest_ratio, largest_time
 from benchmarks.memory import LARGEST_GROWTH
+from benchmarks.multipose import COVERAGE as MULTIPOSE_COVERAGE
+from benchmarks.multipose import IMU_TK, MPU_9150
+from benchmarks.multipose import LARGEST_RATIO as LARGEST_MULTIPOSE_RATIO
 from benchmarks.production import LARGEST_GROWTH as LARGEST_BATCH_GROWTH
 from benchmarks.production import SECONDS
 from benchmarks.redundancy_adoptions import FAILURES
@@ -118,6 +121,35 @@ def _spin(content: Content) -> Iterator[Goal]:
             f"{100 * of[group]:.2f} % ({group})",
             of[group] <= LARGEST_DIFFERENCE,
         )
+
+
+def _multipose(content: Content) -> Iterator[Goal]:
+    ratio = max(of["ratio"] for of in content["accelerometer"].values())
+    yield Goal(
+        "multi-pose: error of the accelerometer's parameters over the Cramér-Rao bound",
+        f"{LARGEST_MULTIPOSE_RATIO:g}",
+        f"{ratio:.3f}",
+        ratio <= LARGEST_MULTIPOSE_RATIO,
+    )
+    covered = [of["coverage"] for triad in ("accelerometer", "gyroscope") for of in content[triad].values()]
+    yield _coverage("multi-pose: share of 95 % intervals that hold the truth", covered, MULTIPOSE_COVERAGE)
+    recorded = content.get("recorded")
+    if recorded is None:
+        return
+    xsens = recorded["xsens, g-sensitivity"]
+    what = "multi-pose, the recording of imu_tk:"
+    yield _at_most(f"{what} angle of gravity after a turn", IMU_TK["angle"], xsens["angle"][1], "deg")
+    yield _at_most(
+        f"{what} the same without g-sensitivity", IMU_TK["angle"], recorded["xsens"]["angle"][1], "deg"
+    )
+    unseen = "residual at orientations kept from the fit, against the published in-sample one"
+    yield _at_most(f"{what} {unseen}", 1e3 * IMU_TK["norm"], 1e3 * xsens["norm"][2], "mm/s²")
+    for unit, (scale, bias) in MPU_9150.items():
+        found = recorded[f"mpu9150 {unit}"]
+        apart = max(abs(100 * (k - 1) - stated) for k, stated in zip(found["scale"], scale, strict=True))
+        yield _at_most(f"multi-pose, mpu9150 {unit}: scale from the published", 0.02, apart, "%")
+        apart = max(abs(b - stated) for b, stated in zip(found["bias"], bias, strict=True))
+        yield _at_most(f"multi-pose, mpu9150 {unit}: bias from the published", 3.0, 1e3 * apart, "mm/s²")
 
 
 def _spin_live(content: Content) -> Iterator[Goal]:
@@ -391,6 +423,7 @@ GOALS_OF: dict[str, Callable[[Content], Iterator[Goal]]] = {
     "spin_live": _spin_live,
     "live": _live,
     "live_table": _live_table,
+    "multipose": _multipose,
     "redundancy": _redundancy,
     "redundancy_adoptions": _adoptions,
     "redundancy_campaign": _campaign,

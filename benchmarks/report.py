@@ -18,6 +18,7 @@ from benchmarks.digits import three_digits, two_digits
 from benchmarks.footprint import FLASH_GOAL, MEMORY_GOAL
 from benchmarks.footprint import rows as footprint_rows
 from benchmarks.goals import SPEED_NAMES, all_goals
+from benchmarks.multipose import IMU_TK
 from benchmarks.redundancy_figures import IN_HEALTH, flown
 from benchmarks.redundancy_judgement import OUTCOMES
 from benchmarks.results import Content, measured
@@ -235,6 +236,52 @@ def spin(content: Content) -> Iterator[str]:
         "1e-6 m/s². "
         f"The state machine takes {size['f32']} bytes in f32, {size['f64']} in f64."
     )
+
+
+def multipose(content: Content) -> Iterator[str]:
+    """Error against the bound and coverage of sessions by hand, then every recording: a result or why not."""
+    yield "| | RMSE over the bound | RMSE over the stated sigma | 95 % hold |"
+    yield "|---|---|---|---|"
+    for group, of in content["accelerometer"].items():
+        yield _row([f"accelerometer {group}", f"{of['ratio']:.3f}", "", f"{100 * of['coverage']:.1f} %"])
+    for group, of in content["gyroscope"].items():
+        yield _row(
+            [f"gyroscope {group}", "", f"{of['error_over_sigma']:.3f}", f"{100 * of['coverage']:.1f} %"]
+        )
+    yield ""
+    yield (
+        f"{content['sessions']} simulated sessions, 18 orientations of 4 s at 100 Hz, consumer grade with "
+        "white noise alone; the bound is that of |u| = g at the true rests, in numpy."
+    )
+    recorded = content.get("recorded", {})
+    yield ""
+    norm = "\\|f\\| less g: as read, calibrated, kept from the fit, mm/s²"
+    yield f"| recording | orientations | {norm} | after a turn, deg |"
+    yield "|---|---|---|---|"
+    for name, of in recorded.items():
+        if "refused" in of:
+            yield _row([name, "refused", of["refused"].partition(";")[0].replace("|", "\\|"), ""])
+            continue
+        norms = ", ".join("none" if each is None else three_digits(1e3 * each) for each in of["norm"])
+        angles = (
+            " → ".join(three_digits(each) for each in of["angle"]) if of["angle"] else of["gyroscope_reason"]
+        )
+        yield _row([name, str(of["directions"]), norms, angles])
+    xsens = recorded.get("xsens, g-sensitivity")
+    if xsens:
+        yield ""
+        yield "| the recording of imu_tk | imu_tk, published | Tumble |"
+        yield "|---|---|---|"
+        for what, key in (
+            ("accelerometer scale, counts per m/s²", "scale"),
+            ("accelerometer bias, counts", "bias"),
+            ("gyroscope scale, counts per rad/s", "rate_scale"),
+        ):
+            cells = [", ".join(f"{each:.1f}" for each in figures) for figures in (IMU_TK[key], xsens[key])]
+            yield _row([what, *cells])
+        yield _row(
+            ["angle of gravity after a turn, deg", f"{IMU_TK['angle']:g}", three_digits(xsens["angle"][1])]
+        )
 
 
 def _spin_cells(content: Content, group: str, figures: Content) -> list[str]:
@@ -590,6 +637,7 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "spin_live": spin_live,
     "live": live,
     "live_table": live_table,
+    "multipose": multipose,
     "redundancy": redundancy,
     "redundancy_adoptions": redundancy_adoptions,
     "redundancy_campaign": redundancy_campaign,

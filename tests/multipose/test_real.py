@@ -43,7 +43,7 @@ def test_a_gyroscope_that_feels_gravity_is_found_out():
 
 
 @pytest.mark.parametrize("unit", PUBLISHED)
-def test_three_units_come_out_as_published(unit):
+def test_units_that_others_calibrated_come_out_as_published(unit):
     columns = np.loadtxt(DATA / "mpu9150" / f"{unit}.log")
     recording = loaded(unit, np.arange(len(columns)) / 100.0, columns[:, :3], columns[:, 3:])
     found = tumble.multipose(recording, gravity=9.81)
