@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from live_fixtures import HEADER, resting, samples_of, scripted, text_lines
+from live_fixtures import HEADER, pieces_of, resting, samples_of, scripted, text_lines
 from tumble.errors import LogError
 from tumble.live.clock import ArrivalClock, CountingClock, DeviceClock
 
@@ -98,3 +98,14 @@ def test_samples_are_counted_across_pieces():
     clock = CountingClock(200.0)
     found = np.concatenate([clock.stamp(3), clock.stamp(0), clock.stamp(5)])
     assert np.array_equal(found, np.arange(8) / 200.0)
+
+
+@pytest.mark.parametrize("back", [0.3, 0.9])
+def test_a_clock_that_is_set_back_by_less_than_a_second_is_refused_and_one_late_sample_is_not(back):
+    table = resting(300)
+    table[150:, 0] -= back
+    with pytest.raises(LogError, match="time ran back"):
+        samples_of(scripted(pieces_of(text_lines(table), 64)))
+    table = resting(300)
+    table[[100, 200], 0] -= back
+    assert len(samples_of(scripted(pieces_of(text_lines(table), 64)))) >= 295

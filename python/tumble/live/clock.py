@@ -16,6 +16,8 @@ LEAP = 10.0
 """s ahead of the newest at which a stamp is strange: robots and radio links stall for less."""
 RESTARTED = 1.0
 """s behind the newest at which it is: a sample that is late is so by less."""
+SET_BACK = 0.25
+"""s for which stamps go on behind the newest where the clock was set back: a sample that is late is alone."""
 STAMPS_TO_BELIEVE = 5
 """Strange stamps in succession that agree with each other: the clock itself has leapt."""
 ABSURD = 1e25
@@ -78,6 +80,8 @@ class StampGate:
     _strange: float = np.nan
     _leap: float = 0.0
     _successive: int = 0
+    _behind: float = np.nan
+    """s, the first of successive stamps behind the newest."""
 
     def believes_all(self, time: FloatArray) -> bool:
         """Whether (n,) stamps, s, run on evenly after those before, as most do; then they are believed."""
@@ -86,7 +90,7 @@ class StampGate:
             if not 0.0 < stamp - newest <= self._stall:
                 return False
             newest = stamp
-        self.newest, self._successive = newest, 0
+        self.newest, self._successive, self._behind = newest, 0, np.nan
         return True
 
     def believed(self, time: FloatArray) -> NDArray[np.bool_]:
@@ -103,6 +107,8 @@ class StampGate:
         if not np.isfinite(stamp):
             return False
         if np.isinf(self.newest) or -RESTARTED <= stamp - self.newest <= self._stall:
+            if self._is_set_back(stamp):
+                self.ran_back, self.newest = self.newest - stamp, stamp
             self.newest, self._successive = max(self.newest, stamp), 0
             return True
         if not 0.0 < stamp - self._strange <= LEAP:
@@ -114,6 +120,14 @@ class StampGate:
         self.ran_back = max(0.0, -self._leap)
         self.newest, self._successive = stamp, 0
         return True
+
+    def _is_set_back(self, stamp: float) -> bool:
+        """Whether stamps have gone on behind the newest for so long that it is the clock that was set."""
+        if stamp > self.newest:
+            self._behind = np.nan
+        elif not stamp >= self._behind:
+            self._behind = stamp
+        return stamp - self._behind > SET_BACK
 
 
 @dataclass(slots=True)
