@@ -18,6 +18,8 @@ from benchmarks.memory import LARGEST_GROWTH
 from benchmarks.multipose import COVERAGE as MULTIPOSE_COVERAGE
 from benchmarks.multipose import IMU_TK, MPU_9150
 from benchmarks.multipose import LARGEST_RATIO as LARGEST_MULTIPOSE_RATIO
+from benchmarks.noise_terms import COVERAGE as NOISE_COVERAGE
+from benchmarks.noise_terms import FASTER, LARGEST_NOISE_GROWTH, PROMISED
 from benchmarks.production import LARGEST_GROWTH as LARGEST_BATCH_GROWTH
 from benchmarks.production import SECONDS
 from benchmarks.redundancy_adoptions import FAILURES
@@ -372,6 +374,27 @@ def _production(content: Content) -> Iterator[Goal]:
     )
 
 
+def _noise(content: Content) -> Iterator[Goal]:
+    covered = [row["coverage"][term] for row in content["intervals"] for term in PROMISED]
+    records = content["intervals"][0]["records"]
+    what = f"noise: share of 95 % intervals of N, B and K that hold the truth, of {records} records"
+    yield _coverage(what, covered, NOISE_COVERAGE)
+    timed = content["speed"]
+    yield Goal(
+        f"noise: {timed['hours']:g} h of six axes at 400 Hz with fits, beside `oadev` of {timed['peer']}",
+        f"{FASTER:g} times",
+        f"{timed['times_faster']:.1f} times",
+        timed["times_faster"] >= FASTER,
+    )
+    growth = content["memory"]["growth"]
+    yield Goal(
+        "noise: growth of memory where a record is ten times as long",
+        f"{100 * (LARGEST_NOISE_GROWTH - 1.0):.0f} %",
+        f"{100 * (growth - 1.0):.0f} %",
+        growth <= LARGEST_NOISE_GROWTH,
+    )
+
+
 def _memory(content: Content) -> Iterator[Goal]:
     for name, of in content["formats"].items():
         yield Goal(
@@ -424,6 +447,7 @@ GOALS_OF: dict[str, Callable[[Content], Iterator[Goal]]] = {
     "live": _live,
     "live_table": _live_table,
     "multipose": _multipose,
+    "noise_terms": _noise,
     "redundancy": _redundancy,
     "redundancy_adoptions": _adoptions,
     "redundancy_campaign": _campaign,

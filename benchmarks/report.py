@@ -310,6 +310,28 @@ def _spin_words(content: Content) -> str:
     )
 
 
+def noise_terms(content: Content) -> Iterator[str]:
+    """Whether the intervals of noise terms hold the truth, and how fast they are found."""
+    terms = list(content["intervals"][0]["coverage"])
+    yield _row(["95 % intervals hold the truth, identifiable in", *terms])
+    yield "|" + "---|" * (1 + len(terms))
+    for row in content["intervals"]:
+        shares = (
+            f"{100 * row['coverage'][term]:.1f} %, {100 * row['identifiable'][term]:.0f} %" for term in terms
+        )
+        yield _row([row["name"], *shares])
+    timed, (short, long) = content["speed"], content["memory"]["mebibytes"]
+    yield ""
+    yield (
+        f"{content['intervals'][0]['records']} records of each. {timed['hours']:g} h of six axes at "
+        f"400 Hz, {timed['averaging_times']} averaging times: {timed['seconds_with_fit']:.1f} s with fits "
+        "and intervals, "
+        f"`oadev` of {timed['peer']} {timed['peer_seconds']:.0f} s; where Tumble does not start a "
+        f"difference at every sample, they differ by {timed['largest_difference_sigmas']:.2f} sigma at most. "
+        f"The process takes {short:.0f} MiB after a million samples, {long:.0f} MiB after ten."
+    )
+
+
 def spin_live(content: Content) -> Iterator[str]:
     """Whether chi-square and intervals of a live spin mean what they say, beside those of the log."""
     groups = list(content["live"]["coverage"])
@@ -638,6 +660,7 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "live": live,
     "live_table": live_table,
     "multipose": multipose,
+    "noise_terms": noise_terms,
     "redundancy": redundancy,
     "redundancy_adoptions": redundancy_adoptions,
     "redundancy_campaign": redundancy_campaign,

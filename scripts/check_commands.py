@@ -20,7 +20,18 @@ from itertools import chain
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-HOW_TOS = ("turntable", "spin", "multipose", "live", "redundancy", "align", "read-logs", "simulate", "tables")
+HOW_TOS = (
+    "turntable",
+    "spin",
+    "multipose",
+    "live",
+    "redundancy",
+    "align",
+    "noise",
+    "read-logs",
+    "simulate",
+    "tables",
+)
 README = ROOT / "README.md"
 PAGES = (README, *(ROOT / "docs" / "how-to" / f"{name}.md" for name in HOW_TOS))
 

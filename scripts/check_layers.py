@@ -33,17 +33,16 @@ DEVICE_CRATES = {"tumble-capi", "tumble-core", "tumble-store"}
 BORDER_CRATES = {"tumble-capi"}
 """C hands over pointers, which only unsafe code can follow."""
 
-PROCEDURES = {"align", "apply", "inspect", "multipose", "record", "redundancy", "simulate"} | {
-    "spin",
-    "table",
-    "turntable",
+PROCEDURES = {
+    *("align", "apply", "inspect", "multipose", "noise", "record", "redundancy", "simulate", "spin"),
+    *("table", "turntable"),
 }
 """Folders of one procedure each; their files have the layers `result`, `procedure`, `page` and `command`."""
 
 FOLDERS_OF_PROCEDURES = {"simulate"}
 """Procedures that hold a folder for each thing they do."""
 
-FILES_OF_A_RESULT = {"result", "record", "poses", "limits", "spans", "known_faults"}
+FILES_OF_A_RESULT = {"result", "record", "poses", "limits", "spans", "known_faults", "keys"}
 """Plain data of a procedure; files that users write of it among them."""
 FILES_OF_A_COMMAND = {"command", "options", "summary", "explain", "targets", "batch", "production"}
 """What a procedure's command is made of; `command_live` is a command too.

@@ -30,13 +30,21 @@ if TYPE_CHECKING:
     from tumble.logs import ReadOptions, list_imus, open_recording, open_writer
     from tumble.multipose.procedure import multipose
     from tumble.multipose.result import MultiposeResult
+    from tumble.noise.procedure import noise
+    from tumble.noise.result import NoiseResult
     from tumble.recording import Chunk, Recording
     from tumble.redundancy.monitor import RedundancyMonitor
     from tumble.redundancy.procedure import redundancy
     from tumble.redundancy.result import RedundancyResult
     from tumble.redundancy.settings import RedundancySettings
     from tumble.redundancy.witness import Witness
-    from tumble.simulate import simulate_flight, simulate_multipose, simulate_spin, simulate_turntable
+    from tumble.simulate import (
+        simulate_flight,
+        simulate_multipose,
+        simulate_spin,
+        simulate_static,
+        simulate_turntable,
+    )
     from tumble.spin.machine import SpinMachine
     from tumble.spin.procedure import spin
     from tumble.spin.result import SpinResult
@@ -53,6 +61,7 @@ __all__ = [
     "Limits",
     "LogError",
     "MultiposeResult",
+    "NoiseResult",
     "OutputError",
     "Pose",
     "PoseList",
@@ -74,12 +83,14 @@ __all__ = [
     "inspect",
     "list_imus",
     "multipose",
+    "noise",
     "open_recording",
     "open_writer",
     "redundancy",
     "simulate_flight",
     "simulate_multipose",
     "simulate_spin",
+    "simulate_static",
     "simulate_turntable",
     "spin",
     "turntable",
@@ -95,7 +106,15 @@ _HOMES = {
     "tumble.inspect.procedure": ("inspect",),
     "tumble.multipose.procedure": ("multipose",),
     "tumble.multipose.result": ("MultiposeResult",),
-    "tumble.simulate": ("simulate_flight", "simulate_multipose", "simulate_spin", "simulate_turntable"),
+    "tumble.noise.procedure": ("noise",),
+    "tumble.noise.result": ("NoiseResult",),
+    "tumble.simulate": (
+        "simulate_flight",
+        "simulate_multipose",
+        "simulate_spin",
+        "simulate_static",
+        "simulate_turntable",
+    ),
     "tumble.turntable.poses": ("Pose", "PoseList"),
     "tumble.turntable.limits": ("Limits",),
     "tumble.redundancy.procedure": ("redundancy",),

@@ -339,6 +339,59 @@ def simulate_flight(text: str) -> SimulatedFlightFigures: ...
 def simulate_spin(text: str) -> SimulatedSpinFigures: ...
 def simulate_turntable(text: str) -> SimulatedSession: ...
 
+class NoiseTermFigures(TypedDict):
+    """One term of noise; units of the field at one unit of the channel."""
+
+    term: str
+    value: float
+    low: float
+    high: float
+    identifiable: bool
+    needed: float | None
+    """Length, s, of a record that would show half of `high`; None where it is identifiable, or none would."""
+
+class NoiseFitFigures(TypedDict):
+    """Terms of one channel."""
+
+    terms: list[NoiseTermFigures]
+    chi_square: float
+    degrees_of_freedom: int
+    widening: float
+    shortest: float
+    """Shortest averaging time of the fit, s."""
+    coefficients: FloatArray
+    """(5,) that fit best."""
+
+class NoiseFigures(TypedDict):
+    """One channel; deviations are (n, 5): averaging time s, deviation, low, high, degrees of freedom."""
+
+    allan: FloatArray
+    modified: FloatArray
+    hadamard: FloatArray
+    fit: NoiseFitFigures | None
+
+class NoiseRecord:
+    """Allan deviations of channels that are sampled together, in constant memory."""
+
+    def __init__(self, channels: int, allan_only: bool = False) -> None: ...
+    def push(self, samples: FloatArray) -> None:
+        """Take in successive samples, (n, channels)."""
+
+    def end_stretch(self) -> None:
+        """End a stretch without gaps: no difference spans what follows."""
+
+    def conclude(self, interval: float) -> list[NoiseFigures]:
+        """Give what all ended stretches show, of samples that many s apart."""
+
+class StillNoise:
+    """Channels that stand still, with noise of known terms."""
+
+    def __init__(self, seed: int, coefficients: FloatArray, rate: float, samples: int) -> None:
+        """`coefficients` (channels, 5) are Q, N, B, K and R; `rate` in Hz; `samples` drawn in all."""
+
+    def draw(self, samples: int) -> FloatArray:
+        """Give the next samples, (n, channels)."""
+
 SettingTable: TypeAlias = Literal["redundancy", "spin"]
 
 class SettingRow(TypedDict):

@@ -24,11 +24,11 @@ WITNESS_FILE = "witness.csv"
 ALIGN_PAGE = "align.html"
 ALIGN_SETTINGS = "align.yaml"
 
-UnitProcedure: TypeAlias = Literal["spin", "live", "redundancy", "multipose"]
+UnitProcedure: TypeAlias = Literal["spin", "live", "redundancy", "multipose", "noise"]
 """Whatever names files after a unit, besides the turntable; `live` is a spin from a live stream."""
 
 TAKEN = frozenset(
-    ("turntable", "summary", "spin", "live", "redundancy", "multipose", "events", "align", "batch")
+    ("turntable", "summary", "spin", "live", "redundancy", "multipose", "noise", "events", "align", "batch")
 )
 """Names of files, without their endings, that no target may bear."""
 
@@ -36,7 +36,7 @@ TAKEN = frozenset(
 def file_stem(name: str) -> str:
     """Make of a unit's name one that a file can bear; the ending of a procedure becomes part of the name."""
     stem = re.sub(r"[^\w.+-]+", "_", name.strip("/")).lstrip(".") or "unit"
-    return re.sub(r"\.(?=(spin|live|redundancy|multipose)$)", "_", stem)
+    return re.sub(r"\.(?=(spin|live|redundancy|multipose|noise)$)", "_", stem)
 
 
 def unit_stem(name: str, procedure: UnitProcedure) -> str:

@@ -28,6 +28,8 @@ Verdict = Literal[
     "not calibrated",
     "aligned",
     "partly aligned",
+    "measured",
+    "partly measured",
 ]
 """What a procedure says of a unit, or of a set of them, in a word."""
 

@@ -64,6 +64,11 @@ class TimeWatch:
         mean = self._sum / self._count
         return math.sqrt(max(0.0, self._squares / self._count - mean * mean))
 
+    @property
+    def longest_step(self) -> float:
+        """Time between samples, s, beyond which it is a gap; infinite before there are two samples."""
+        return self._gap
+
     def _push_one(self, stamp: float) -> None:
         """Do the same without numpy, which takes ten times as long for a single sample."""
         step, self._last, self.end = stamp - self._last, stamp, stamp

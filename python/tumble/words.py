@@ -9,6 +9,10 @@ ESCAPED = "tumble-escaped"
 """Name, for `errors` of `str.encode`, of the way to write what an encoding cannot say: `rob\\xe9t`."""
 
 
+_LENGTHS = {"min": 60.0, "h": 3600.0, "days": 86400.0}
+"""Units in which lengths of time are told, s."""
+
+
 def count_of(thing: str, count: int) -> str:
     """Print `1 target`, `5 targets`."""
     return f"{count} {thing}{'' if count == 1 else 's'}"
@@ -17,6 +21,16 @@ def count_of(thing: str, count: int) -> str:
 def join(names: Sequence[str]) -> str:
     """Join to `a`, `a and b`, `a, b and c`."""
     return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
+
+
+def length_of_time(seconds: float) -> str:
+    """Print how long something takes: `40 s`, `7.5 min`, `3 h`, `2.5 days`."""
+    unit, scale = "s", 1.0
+    for name, size in _LENGTHS.items():
+        if seconds >= 2.0 * size:
+            unit, scale = name, size
+    shown = seconds / scale
+    return f"{shown:.2g} {unit}" if shown < 100.0 else f"{shown:.0f} {unit}"
 
 
 def utf8(text: str) -> bytes:

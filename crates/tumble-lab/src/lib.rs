@@ -3,7 +3,8 @@
 //! [`acquisition`] turns a recording of any length into rests and turns, and watches its channels. [`turntable`] lays
 //! targets beside their reference and calibrates them. [`mod@correct`] applies the result to arrays.
 //! [`spin`] does the same for a robot that turned on the spot. [`align`](mod@align) finds how two units that move together
-//! sit beside each other. [`mod@multipose`] calibrates a unit that was held in many orientations. [`distributions`] tells how likely a misfit is. [`simulate`] makes recordings whose truth
+//! sit beside each other. [`mod@multipose`] calibrates a unit that was held in many orientations. [`mod@noise`] measures
+//! that of a sensor at rest. [`distributions`] tells how likely a misfit is. [`simulate`] makes recordings whose truth
 //! is known. [`setting_table`] lists all settings. [`verdict`] has the words that results are judged by.
 
 pub mod acquisition;
@@ -11,6 +12,7 @@ pub mod align;
 pub mod correct;
 pub mod distributions;
 pub mod multipose;
+pub mod noise;
 pub mod redundancy;
 mod sensor_range;
 pub mod setting;

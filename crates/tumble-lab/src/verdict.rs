@@ -20,5 +20,9 @@ tumble_core::vocabulary! {
         Aligned = "aligned",
         /// The motion did not show all of them.
         PartlyAligned = "partly aligned",
+        /// White noise, bias instability and random walk of every channel were found.
+        Measured = "measured",
+        /// The record does not show all of them.
+        PartlyMeasured = "partly measured",
     }
 }

@@ -8,6 +8,7 @@ mod convert;
 mod correct;
 mod distributions;
 mod multipose;
+mod noise;
 mod redundancy;
 mod redundancy_values;
 mod rotation;
@@ -29,6 +30,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     correct::register(module)?;
     distributions::register(module)?;
     multipose::register(module)?;
+    noise::register(module)?;
     redundancy::register(module)?;
     rotation::register(module)?;
     settings::register(module)?;

@@ -20,11 +20,12 @@ use tumble_lab::acquisition::RestRejection;
 use tumble_lab::acquisition::channels::ChannelFaultKind;
 use tumble_lab::align::AlignError;
 use tumble_lab::multipose::MultiposeError;
+use tumble_lab::noise::term::NoiseTerm;
 use tumble_lab::turntable::{PairingError, TurntableError};
 use tumble_lab::verdict::Verdict;
 
 /// Every kind of word, and its words in the core's order.
-const KINDS: [(&str, &[&str]); 29] = [
+const KINDS: [(&str, &[&str]); 30] = [
     ("event", EventKind::<f64>::NAMES),
     ("check", Check::NAMES),
     ("withheld", Withheld::NAMES),
@@ -53,6 +54,7 @@ const KINDS: [(&str, &[&str]); 29] = [
     ("spin event", SpinEvent::NAMES),
     ("spin state", SpinState::<f64>::NAMES),
     ("spin failure", SpinFailure::<f64>::NAMES),
+    ("noise term", NoiseTerm::NAMES),
     ("verdict", Verdict::NAMES),
 ];
 

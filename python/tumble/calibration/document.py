@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from pydantic import Field, JsonValue, model_validator
 
 from tumble import arrays
+from tumble.calibration.noise import noise_content
 from tumble.calibration.redundancy import redundancy_content
 from tumble.calibration.spin import spin_content
 from tumble.documents import (
@@ -31,6 +32,7 @@ from tumble.documents import (
 )
 from tumble.errors import ProcedureError
 from tumble.multipose.result import MultiposeResult
+from tumble.noise.result import NoiseResult
 from tumble.plain import plain
 from tumble.provenance import LogFacts
 from tumble.recording import FloatArray
@@ -131,6 +133,8 @@ class Triad(Document):
     """White noise, unit / sqrt(Hz)."""
     bias_instability: VectorWithGaps | None = None
     """Flicker noise, in the unit of the triad."""
+    random_walk: VectorWithGaps | None = None
+    """Rate or acceleration random walk, unit / s / sqrt(Hz)."""
     residuals: tuple[Residual, ...] = Field(default=(), strict=False)
     covariance: Covariance | None = None
     """Of [M row by row, b]."""
@@ -316,6 +320,14 @@ class Calibration(Document):
         if all(error.unit != unit for error in result.errors):
             raise ProcedureError(f"{unit}: has no stored error, so there is no calibration to save")
         return cls.model_validate(redundancy_content(result, unit, primary.content() if primary else {}))
+
+    @classmethod
+    def from_noise(cls, result: NoiseResult) -> Calibration:
+        """Make the calibration file of a unit whose noise was measured, on top of what it was started from.
+
+        A triad that has no calibration yet is left as measured.
+        """
+        return cls.model_validate(noise_content(result))
 
     @overload
     def correct(self, accelerometer: ArrayLike, gyroscope: ArrayLike) -> tuple[FloatArray, FloatArray]: ...

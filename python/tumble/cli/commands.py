@@ -54,6 +54,11 @@ COMMANDS = {
         "align_command",
         "Find rotation, time offset and lever arm between units that moved together.",
     ),
+    "noise": CommandEntry(
+        "tumble.noise.command",
+        "noise_command",
+        "Find the noise of a sensor that stands still: Allan deviations and the terms they show.",
+    ),
     "apply": CommandEntry("tumble.apply.command", "apply_command", "Correct a log with a calibration."),
     "inspect": CommandEntry(
         "tumble.inspect.command",

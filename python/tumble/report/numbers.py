@@ -24,6 +24,10 @@ _SIGNS = {
     "m/s^2": "m/s²",
     "m/s^2/sqrt(Hz)": "m/s²/√Hz",
     "rad/s/sqrt(Hz)": "rad/s/√Hz",
+    "m/s^3": "m/s³",
+    "m/s^3/sqrt(Hz)": "m/s³/√Hz",
+    "rad/s^2": "rad/s²",
+    "rad/s^2/sqrt(Hz)": "rad/s²/√Hz",
     "rad/s per m/s^2": "(rad/s)/(m/s²)",
     "degC": "°C",
     "1": "",
@@ -34,6 +38,7 @@ _PREFIXES = ((1.0, ""), (1e3, "m"), (1e6, "µ"), (1e9, "n"))
 _SMALLEST_READABLE = 0.1
 
 _SQUARED = re.compile(r"(?<=/s)\^2")
+_CUBED = re.compile(r"(?<=/s)\^3")
 _ROOT_HERTZ = re.compile(r"sqrt\(Hz\)")
 _NEGATIVE = re.compile(r"(?<![^\s(\[,=±])-(?=\.?\d)")
 """A hyphen that begins a number; one within a name, a date or a range does not."""
@@ -76,7 +81,7 @@ def readable_scale(unit: str, magnitude: float) -> Scale:
 
 def typeset(sentence: str) -> str:
     """Print the units and negative numbers of a sentence made for a terminal as all others of a page are."""
-    return _NEGATIVE.sub(MINUS, _ROOT_HERTZ.sub("√Hz", _SQUARED.sub("²", sentence)))
+    return _NEGATIVE.sub(MINUS, _ROOT_HERTZ.sub("√Hz", _CUBED.sub("³", _SQUARED.sub("²", sentence))))
 
 
 def round_pair(value: float, sigma: float) -> tuple[str, str]:

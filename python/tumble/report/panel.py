@@ -17,6 +17,7 @@ LABEL_SIZE = 7.5
 LONGEST_NAME = 16
 """Letters of a name for which figures have room."""
 
+_MOST_LOG_TICKS = 9
 _TICK_STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
 
 
@@ -103,6 +104,20 @@ def log_axis(axes: Axes, low: float, high: float, title: str) -> None:
     numbered_horizontal_axis(
         axes, decades, [f"{10.0**decade:.{max(0, -decade)}f}" for decade in decades], title
     )
+
+
+def log_value_axis(axes: Axes, low: float, high: float, title: str) -> None:
+    """Set a vertical range of decadic logarithms, with grid lines at 1, 2 and 5 of each decade."""
+    axes.set_ylim(low, high)
+    decades = range(math.floor(low), math.ceil(high) + 1)
+    numbers = [(digit, decade) for decade in decades for digit in (1, 2, 5)]
+    inside = [each for each in numbers if low <= math.log10(each[0]) + each[1] <= high]
+    if len(inside) > _MOST_LOG_TICKS:
+        inside = [each for each in inside if each[0] == 1]
+    ticks = [math.log10(digit) + decade for digit, decade in inside]
+    texts = [f"{digit}e{decade}".replace("-", MINUS) for digit, decade in inside]
+    axes.grid(ticks, "y", GRID)
+    numbered_value_axis(axes, ticks, texts, title)
 
 
 def numbered_horizontal_axis(axes: Axes, ticks: Sequence[float], texts: Sequence[str], title: str) -> None:

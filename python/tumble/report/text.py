@@ -13,6 +13,8 @@ VERDICT_SIGNS: dict[Verdict, str] = {
     "not calibrated": "○",
     "aligned": "●",
     "partly aligned": "◐",
+    "measured": "●",
+    "partly measured": "◐",
 }
 VERDICT_TITLES = {word: word.capitalize() for word in VERDICT_SIGNS}
 

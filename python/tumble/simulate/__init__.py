@@ -1,10 +1,11 @@
 """Recordings with known truth: a turntable session as it would be recorded.
 
 Read in this order: `grade` (how good a sensor is), `fault` (what can be wrong with it), `unit` (what one
-records, and what is true of it), then `turntable`, `spin` (a robot that turns on the spot) or `flight`
-(several units on a quadrotor or a vehicle), each with its `scenario` (everything it is made of),
-`procedure` (from there to recordings and truth), `files` (those on disk) and `command`. `native` says how a
-scenario reaches the native simulator. `live` serves all of these, and a table, as they happen.
+records, and what is true of it), then `turntable`, `spin` (a robot that turns on the spot), `static` (a unit
+that stands still) or `flight` (several units on a quadrotor or a vehicle), each with its `scenario`
+(everything it is made of), `procedure` (from there to recordings and truth), `files` (those on disk) and
+`command`. `native` says how a scenario reaches the native simulator. `live` serves all of these, and a table,
+as they happen.
 
 >>> from tumble.simulate import simulate_turntable
 >>> session = simulate_turntable(seed=7, grades=("consumer", "tactical"))
@@ -42,6 +43,9 @@ from tumble.simulate.scenario import ScenarioError
 from tumble.simulate.spin.files import write_spin
 from tumble.simulate.spin.procedure import SimulatedSpin, simulate_spin
 from tumble.simulate.spin.scenario import Disturbance, SpinScenario, Step, parse_plan
+from tumble.simulate.static.files import write_static
+from tumble.simulate.static.procedure import SimulatedStatic, simulate_static
+from tumble.simulate.static.scenario import StaticScenario
 from tumble.simulate.turntable.files import write_turntable
 from tumble.simulate.turntable.procedure import SimulatedTurntable, TrueRest, simulate_turntable
 from tumble.simulate.turntable.scenario import TurntableScenario
@@ -69,9 +73,11 @@ __all__ = [
     "SimulatedFlightUnit",
     "SimulatedMultipose",
     "SimulatedSpin",
+    "SimulatedStatic",
     "SimulatedTurntable",
     "SimulatedUnit",
     "SpinScenario",
+    "StaticScenario",
     "Step",
     "TriadGrade",
     "TriadTruth",
@@ -83,11 +89,13 @@ __all__ = [
     "simulate_flight",
     "simulate_multipose",
     "simulate_spin",
+    "simulate_static",
     "simulate_turntable",
     "unit_names",
     "write_flight",
     "write_live",
     "write_multipose",
     "write_spin",
+    "write_static",
     "write_turntable",
 ]

@@ -35,6 +35,7 @@ pub mod scenario;
 pub mod sensor;
 pub mod series;
 pub mod spin;
+pub mod still;
 pub mod stream;
 pub mod sway;
 pub mod table;

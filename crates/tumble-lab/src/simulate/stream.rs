@@ -36,6 +36,8 @@ pub enum Purpose {
     Ride = 11,
     /// Vibration of the structure.
     Vibration = 12,
+    /// Noise of a channel that stands still.
+    StillNoise = 13,
 }
 
 /// Stream of `unit` (0 is the reference) for `purpose`.

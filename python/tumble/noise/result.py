@@ -1,0 +1,180 @@
+"""What a record shows of the noise of a sensor, as plain data: what reports show and files keep."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from tumble.recording import FloatArray
+from tumble.results import LARGEST_WIDENING, Collection, Parameter, Row, Tabular, Verdict
+from tumble.units import UNITS, Triad
+
+QUANTISATION, WHITE, BIAS_INSTABILITY, RANDOM_WALK, RAMP = (
+    "quantisation",
+    "white noise",
+    "bias instability",
+    "random walk",
+    "ramp",
+)
+"""The core's words for the terms."""
+ASKED_FOR = (WHITE, BIAS_INSTABILITY, RANDOM_WALK)
+"""Terms that a record is made for; the others are told where they show."""
+
+TERM_UNITS: Mapping[Triad, Mapping[str, str]] = {
+    "accelerometer": {
+        QUANTISATION: "m/s",
+        WHITE: "m/s^2/sqrt(Hz)",
+        BIAS_INSTABILITY: UNITS["accelerometer"],
+        RANDOM_WALK: "m/s^3/sqrt(Hz)",
+        RAMP: "m/s^3",
+    },
+    "gyroscope": {
+        QUANTISATION: "rad",
+        WHITE: "rad/s/sqrt(Hz)",
+        BIAS_INSTABILITY: UNITS["gyroscope"],
+        RANDOM_WALK: "rad/s^2/sqrt(Hz)",
+        RAMP: "rad/s^2",
+    },
+}
+"""Units of the coefficients Q, N, B, K and R."""
+
+
+@dataclass(frozen=True, slots=True)
+class DeviationCurve:
+    """Deviations over averaging times; unit of the channel, 95 % intervals."""
+
+    tau: FloatArray
+    """(n,) s, a quarter octave apart."""
+    deviation: FloatArray
+    low: FloatArray
+    high: FloatArray
+    freedom: FloatArray
+    """Equivalent degrees of freedom."""
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelNoise:
+    """Noise of one channel."""
+
+    name: str
+    """`accelerometer x`."""
+    triad: Triad
+    allan: DeviationCurve
+    modified: DeviationCurve
+    hadamard: DeviationCurve
+    terms: tuple[Parameter, ...]
+    """Q, N, B, K and R by the core's words; where one is not identifiable, `high` is a bound on it."""
+    model: FloatArray
+    """(5,) Q, N, B, K and R that fit best, units of the terms; NaN where nothing could be fitted."""
+    chi_square: float
+    shortest: float
+    """Shortest averaging time that the terms were fitted to, s: below it the sensor's filter shapes noise."""
+    degrees_of_freedom: int = 0
+    widening: float = 1.0
+    """Factor by which intervals were widened because the terms do not explain the deviations; else 1."""
+
+    @property
+    def unit(self) -> str:
+        """Unit of the deviations."""
+        return UNITS[self.triad]
+
+    def term(self, name: str) -> Parameter:
+        """Give one term by its word; raises `KeyError` where there is none of that name."""
+        for each in self.terms:
+            if each.name == name:
+                return each
+        raise KeyError(f"{name}: is none of {', '.join(each.name for each in self.terms)}")
+
+
+@dataclass(frozen=True, slots=True)
+class StillPart:
+    """How much of the logs was used."""
+
+    logs: int
+    samples: int
+    """All that were read."""
+    used: int
+    """Samples that stood still."""
+    duration: float
+    """s that the used ones last."""
+    interval: float
+    """s between samples, by the clock of the logs."""
+    stretches: int
+    """Parts without a gap, each by itself."""
+    longest: float
+    """s, longest stretch."""
+    gaps: int
+    """Gaps in the time of the logs."""
+
+
+@dataclass(frozen=True, slots=True)
+class NoiseResult(Tabular, Collection[ChannelNoise]):
+    """Noise of all channels of one sensor."""
+
+    name: str
+    sources: tuple[str, ...]
+    serial: str
+    still: StillPart
+    channels: tuple[ChannelNoise, ...]
+    temperature: tuple[float, float, float] | None = None
+    """Lowest, mean and highest, degC."""
+    start_hash: str = ""
+    """sha256 of the calibration that the noise is added to; empty if there was none."""
+    start: Mapping[str, object] = field(default_factory=dict, repr=False)
+    """Content of that calibration; empty if there was none."""
+    options: dict[str, object] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    software: str = ""
+
+    def _items(self) -> Sequence[ChannelNoise]:
+        return self.channels
+
+    @property
+    def triads(self) -> tuple[Triad, ...]:
+        """Those that were recorded."""
+        return tuple(dict.fromkeys(channel.triad for channel in self.channels))
+
+    @property
+    def rate(self) -> float:
+        """Hz, by the clock of the logs."""
+        return 1.0 / self.still.interval
+
+    @property
+    def verdict(self) -> Verdict:
+        """`measured` where N, B and K of all were found, `model not met` where nothing explains them."""
+        if any(channel.widening > LARGEST_WIDENING for channel in self.channels):
+            return "model not met"
+        asked = (channel.term(name) for channel in self.channels for name in ASKED_FOR)
+        return "measured" if all(term.observable for term in asked) else "partly measured"
+
+    def term(self, triad: Triad, name: str) -> FloatArray:
+        """(3,) a term of x, y and z; NaN where the record does not show it."""
+        found = [channel.term(name) for channel in self.channels if channel.triad == triad]
+        return np.array([each.value if each.observable else np.nan for each in found])
+
+    def rows(self) -> Iterator[Row]:
+        """Give a line for each term of each channel."""
+        for channel in self.channels:
+            for term in channel.terms:
+                yield {"channel": channel.name} | term.row()
+
+    def save(self, folder: Path | str) -> dict[str, Path]:
+        """Write what `tumble noise` writes; give the path of each file by what it is.
+
+        Raises `OutputError` where a file cannot be written; what stood there before is untouched.
+        """
+        from tumble.noise.command_files import write_results
+
+        return write_results(self, folder)
+
+    def __repr__(self) -> str:
+        lines = [
+            f"{channel.name} {term.name} = {term.value:.4g}, {term.low:.4g} to {term.high:.4g} {term.unit}"
+            for channel in self.channels
+            for term in channel.terms
+            if term.observable
+        ]
+        return "\n  ".join([f"NoiseResult({self.name}: {self.still.duration:.6g} s)", *lines])

@@ -1,0 +1,99 @@
+"""What of logs stands still: stretches of samples without a gap, handed to the core as they are read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from tumble import _core
+from tumble.noise.result import StillPart
+from tumble.recording import Chunk, FloatArray, Recording, SampleProgress
+from tumble.timing import TimeWatch
+from tumble.units import Triad
+
+
+class StillSamples:
+    """Hands what stands still to the core, stretch by stretch, and counts what it hands over."""
+
+    def __init__(self, triads: Sequence[Triad]) -> None:
+        self.record = _core.NoiseRecord(3 * len(triads))
+        self._triads = triads
+        self._logs = self._samples = self._used = self._stretches = self._gaps = 0
+        self._longest = self._in_stretch = 0
+        self._time = 0.0
+        self._steps = 0
+
+    def read(self, recording: Recording, rests: FloatArray, progress: SampleProgress | None = None) -> None:
+        """Read a log; `rests` (k, 2) are the times, s, in which it stood still."""
+        self._logs += 1
+        for part in recording.parts or (recording,):
+            self._read_part(part, rests, progress)
+
+    def finish(self) -> tuple[list[_core.NoiseFigures], StillPart]:
+        """Give what the core found, and how much it was given."""
+        interval = self._time / self._steps if self._steps else float("nan")
+        found = self.record.conclude(interval)
+        return found, StillPart(
+            logs=self._logs,
+            samples=self._samples,
+            used=self._used,
+            duration=self._used * interval,
+            interval=interval,
+            stretches=self._stretches,
+            longest=self._longest * interval,
+            gaps=self._gaps,
+        )
+
+    def _read_part(self, part: Recording, rests: FloatArray, progress: SampleProgress | None) -> None:
+        watch, last, at = TimeWatch(), float("nan"), -1
+        for chunk in part.chunks():
+            watch.push(chunk.time)
+            rest = _rest_of(chunk.time, rests)
+            steps = np.diff(chunk.time, prepend=last)
+            gap = steps > watch.longest_step
+            same = np.diff(rest, prepend=at) == 0
+            within = ~gap & same & (rest >= 0) & np.isfinite(steps)
+            self._time += float(steps[within].sum())
+            self._steps += int(within.sum())
+            for number, rows in enumerate(_runs(~(gap | ~same))):
+                if number or not within[0]:
+                    self._end_stretch()
+                if rest[rows.start] >= 0:
+                    self._push(chunk, rows)
+            last, at = float(chunk.time[-1]), int(rest[-1])
+            self._samples += len(chunk)
+            if progress is not None:
+                progress(self._samples, None)
+        self._end_stretch()
+        self._gaps += watch.gaps
+
+    def _push(self, chunk: Chunk, rows: slice) -> None:
+        values = [getattr(chunk, triad)[rows] for triad in self._triads]
+        self.record.push(np.ascontiguousarray(np.hstack(values)))
+        self._in_stretch += rows.stop - rows.start
+
+    def _end_stretch(self) -> None:
+        if not self._in_stretch:
+            return
+        self.record.end_stretch()
+        self._stretches += 1
+        self._used += self._in_stretch
+        self._longest = max(self._longest, self._in_stretch)
+        self._in_stretch = 0
+
+
+def _rest_of(time: FloatArray, rests: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    """(n,) number of the rest that each instant is in; -1 for none."""
+    if not len(rests):
+        return np.full(len(time), -1)
+    number = np.searchsorted(rests[:, 0], time, side="right") - 1
+    inside = (number >= 0) & (time <= rests[np.maximum(number, 0), 1])
+    return np.where(inside, number, -1)
+
+
+def _runs(joined: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Iterator[slice]:
+    """Give runs of rows, of which each but the first row is joined to the one before it."""
+    starts = [0, *(np.flatnonzero(~joined[1:]) + 1).tolist(), len(joined)]
+    return (slice(start, end) for start, end in pairwise(starts))

@@ -1,0 +1,1 @@
+"""A unit that stands still: noise of known terms, for hours."""

@@ -1,0 +1,120 @@
+"""Stretches: gaps, motion and chunks part what is read, and lose nothing else."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import tumble
+from tumble import _core
+from tumble.recording import Chunk, Recording
+from tumble.simulate import simulate_static
+
+RATE = 100.0
+
+
+def record(seed=3, duration=120.0, **changes):
+    return simulate_static(seed=seed, duration=duration, rate_hz=RATE, **changes).recording
+
+
+def in_chunks(recording, lengths):
+    """The same samples in other chunks."""
+    (whole,) = [next(iter([chunk])) for chunk in recording.chunks()]
+    ends = [0, *sorted({min(length, len(whole)) for length in lengths}), len(whole)]
+
+    def opened():
+        for start, end in pairwise(ends):
+            if end > start:
+                yield Chunk(whole.time[start:end], whole.accelerometer[start:end], whole.gyroscope[start:end])
+
+    return Recording(replace(recording.metadata), opened)
+
+
+@given(lengths=st.lists(st.integers(1, 11_999), max_size=5), gap=st.floats(5.0, 110.0))
+@settings(max_examples=5, deadline=None)
+def test_how_samples_are_chunked_changes_nothing(lengths, gap):
+    recording = record(gaps=((gap, gap + 0.5),))
+    whole, pieces = tumble.noise(recording), tumble.noise(in_chunks(recording, lengths))
+    assert pieces.still.used == whole.still.used
+    assert pieces.still.stretches == whole.still.stretches
+    assert pieces.rate == pytest.approx(whole.rate)
+    for one, other in zip(whole.channels, pieces.channels, strict=True):
+        np.testing.assert_allclose(other.allan.deviation, one.allan.deviation, rtol=1e-9)
+
+
+def test_a_gap_parts_the_record_and_is_told():
+    result = tumble.noise(record(gaps=((40.0, 45.0), (80.0, 80.5))))
+    assert result.still.gaps == 2
+    assert result.still.stretches == 3
+    assert result.still.longest == pytest.approx(40.0, abs=1.5)
+    assert any(line.startswith("2 gaps") for line in result.warnings)
+
+
+def test_a_step_at_a_gap_is_no_noise():
+    recording = record(gaps=((40.0, 45.0),))
+    (chunk,) = recording.chunks()
+    stepped = chunk.gyroscope + np.where(chunk.time < 42.0, 0.0, 0.01)[:, None]
+    other = Recording.from_arrays("stepped", chunk.time, chunk.accelerometer, stepped)
+    one, two = tumble.noise(recording), tumble.noise(other)
+    np.testing.assert_allclose(
+        two["gyroscope x"].allan.deviation, one["gyroscope x"].allan.deviation, rtol=1e-6
+    )
+
+
+def test_several_logs_are_records_of_one_sensor():
+    logs = [record(seed) for seed in (1, 2)]
+    joined = tumble.noise(logs)
+    alone = [tumble.noise(log) for log in logs]
+    assert joined.still.logs == 2
+    assert joined.still.used == sum(each.still.used for each in alone)
+    curves = [each["gyroscope y"].allan for each in (joined, *alone)]
+    counts = [0.5, 0.5]
+    mean = sum(share * curve.deviation[0] ** 2 for share, curve in zip(counts, curves[1:], strict=True))
+    assert curves[0].deviation[0] ** 2 == pytest.approx(mean, rel=1e-3)
+    assert curves[0].freedom[20] == pytest.approx(curves[1].freedom[20] + curves[2].freedom[20], rel=0.02)
+
+
+def test_motion_is_left_out_and_told():
+    recording = record()
+    (chunk,) = recording.chunks()
+    turning = np.where((chunk.time > 50.0) & (chunk.time < 60.0), 1.0, 0.0)[:, None]
+    moved = Recording.from_arrays("moved", chunk.time, chunk.accelerometer, chunk.gyroscope + turning)
+    result = tumble.noise(moved)
+    assert result.still.duration < 111.0
+    assert any("did not stand still" in line for line in result.warnings)
+    still = tumble.noise(recording)
+    assert result["gyroscope z"].allan.deviation[0] == pytest.approx(
+        still["gyroscope z"].allan.deviation[0], rel=0.03
+    )
+
+
+def test_the_rate_is_that_of_the_clock_of_the_log():
+    (chunk,) = record().chunks()
+    slow = Recording.from_arrays("slow", 1.001 * chunk.time, chunk.accelerometer, chunk.gyroscope)
+    assert tumble.noise(slow).rate == pytest.approx(RATE / 1.001)
+
+
+def test_a_record_with_one_triad_shows_that_triad():
+    (chunk,) = record().chunks()
+    result = tumble.noise(Recording.from_arrays("gyroscope", chunk.time, None, chunk.gyroscope))
+    assert [channel.name for channel in result] == ["gyroscope x", "gyroscope y", "gyroscope z"]
+
+
+def test_deviations_are_those_of_allantools():
+    allantools = pytest.importorskip("allantools")
+    rng = np.random.default_rng(8)
+    print("seed 8")
+    y = np.cumsum(rng.normal(size=(20_000, 1)), axis=0) * 0.01 + rng.normal(size=(20_000, 1))
+    record = _core.NoiseRecord(1)
+    record.push(y)
+    record.end_stretch()
+    (found,) = record.conclude(1.0 / RATE)
+    for name, peer in (("allan", "oadev"), ("modified", "mdev"), ("hadamard", "ohdev")):
+        curve = found[name][found[name][:, 0] < 32.0 / RATE]
+        _, deviation, _, _ = getattr(allantools, peer)(y[:, 0], rate=RATE, data_type="freq", taus=curve[:, 0])
+        np.testing.assert_allclose(curve[:, 1], deviation, rtol=1e-5)
