@@ -2,8 +2,9 @@
 //!
 //! A sample is the mean over its interval, as of a sensor that integrates, so that the Allan variance of each term is
 //! that of theory at every averaging time: white noise, random walk, quantisation and ramp exactly, bias instability
-//! within 0.3 % up to the length of the record. Bias instability is made of first-order Gauss-Markov processes as in
-//! [`crate::simulate::noise`], here each averaged over the interval, from a sixteenth of a sample on.
+//! within 0.5 % from averages of four samples on. It is made of first-order Gauss-Markov processes as in
+//! [`crate::simulate::noise`], here each averaged over the interval, from a sixteenth of a sample on: what is faster is
+//! missing, 4 % of the variance of bias instability between single samples, where white noise stands above it.
 
 use rand::RngExt;
 use rand_distr::StandardNormal;
@@ -148,7 +149,7 @@ mod tests {
     use crate::noise::deviation::{Deviations, Kind};
 
     #[test]
-    fn each_term_has_the_allan_variance_of_theory_at_every_averaging_time() {
+    fn each_term_has_the_allan_variance_of_theory_and_bias_instability_from_four_samples_on() {
         let (seed, samples, runs) = (20_261_122, 4096, 60);
         println!("seed {seed}");
         for term in NoiseTerm::ALL {
@@ -162,7 +163,8 @@ mod tests {
                 deviations.end_stretch();
                 found.push(deviations.variances(Kind::Allan));
             }
-            for place in (0..found[0].len()).filter(|i| found[0][*i].samples <= 256) {
+            let shortest = if *term == NoiseTerm::BiasInstability { 4 } else { 1 };
+            for place in (0..found[0].len()).filter(|i| (shortest..=256).contains(&found[0][*i].samples)) {
                 let each: Vec<f64> = found.iter().map(|variances| variances[place].variance).collect();
                 let mean = each.iter().sum::<f64>() / runs as f64;
                 let scatter = each.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (runs - 1) as f64;

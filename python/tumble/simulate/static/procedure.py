@@ -32,7 +32,8 @@ def simulate_static(scenario: StaticScenario | None = None, **changes: Any) -> S
     """Simulate a record at rest; `changes` are fields of `StaticScenario`, set on top of it or its defaults.
 
     Its noise has exactly the Allan variance of its terms: white noise, random walk, quantisation and ramp at
-    all averaging times; bias instability, made of first-order Gauss-Markov processes, within 0.3 %.
+    all averaging times; bias instability, made of first-order Gauss-Markov processes, within 0.5 % from
+    averages of four samples on.
 
     Raises `ScenarioError`, in one line, where a figure makes no sense.
     """
