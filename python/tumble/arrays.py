@@ -17,8 +17,6 @@ from tumble.errors import ArrayError
 FloatArray: TypeAlias = NDArray[np.float64]
 
 AXES = 3
-FEW_SAMPLES = 10
-"""Samples that are looked at sooner one by one than by numpy."""
 _FLOAT64 = np.dtype(np.float64)
 
 

@@ -14,6 +14,9 @@ from tumble.arrays import FloatArray as FloatArray  # where the rest of the pack
 from tumble.errors import ArrayError, LogError
 from tumble.units import TRIADS, Triad
 
+FEW_SAMPLES = 10
+"""Samples that are looked at sooner one by one than by numpy."""
+
 SampleProgress: TypeAlias = Callable[[int, int | None], None]
 """Told samples done, and samples expected where they are known."""
 

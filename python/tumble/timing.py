@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from tumble.arrays import FEW_SAMPLES
-from tumble.recording import FloatArray
+from tumble.recording import FEW_SAMPLES, FloatArray
 
 
 class TimeWatch:

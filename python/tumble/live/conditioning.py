@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tumble.arrays import FEW_SAMPLES
 from tumble.errors import LogError
 from tumble.live.clock import ArrivalClock, CountingClock, DeviceClock, StampGate, without_absurd
 from tumble.live.readings import Readings, StreamFacts
@@ -16,7 +15,7 @@ from tumble.logs.conversion import Conversion, conversion_for, notices_on_axes
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import RawSamples, StatedUnit
 from tumble.logs.units import IMPOSSIBLE_RAD_PER_S
-from tumble.recording import FloatArray
+from tumble.recording import FEW_SAMPLES, FloatArray
 from tumble.words import count_of
 
 HEAD_SAMPLES = 20
