@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from statistics import median
 
+from tumble.lower_hull import add_corner, lower_hull
+
 BLOCKS = 32
 """Blocks in a window; each keeps its hull."""
 FIRST_BLOCK = 1.0 / 32.0
@@ -30,25 +32,6 @@ FEW = 2.0
 """The same is so much larger, over the number of blocks that carry no line, where there are few of them."""
 NEWEST = 3
 """Blocks that are the newest: what they all lie above the line may be its error."""
-
-
-def lower_hull(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Give the corners of the lower convex hull of points in order of their first coordinate."""
-    corners: list[tuple[float, float]] = []
-    for point in points:
-        add_corner(corners, point)
-    return corners
-
-
-def add_corner(corners: list[tuple[float, float]], point: tuple[float, float]) -> None:
-    """Add a point to the right of a lower hull, and drop the corners that lie above it by now."""
-    x, y = point
-    while len(corners) > 1:
-        (x0, y0), (x1, y1) = corners[-2:]
-        if (y1 - y0) * (x - x0) < (y - y0) * (x1 - x0):
-            break
-        corners.pop()
-    corners.append(point)
 
 
 @dataclass(slots=True)

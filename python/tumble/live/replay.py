@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
 from types import TracebackType
 
 import numpy as np
@@ -28,7 +29,7 @@ def open_replay(address: Address, options: ReadOptions) -> ReplaySource:
     address.refuse_other_settings("speed")
     unlimited = address.settings.get("speed") == "max"
     speed = np.inf if unlimited else address.number("speed", 1.0)
-    recording = open_recording(address.place, options)
+    recording = open_recording(address.place, replace(options, live_times=True))
     recording.need_both_triads("a live procedure")
     return ReplaySource(recording, speed, wheels_of(recording.metadata.source))
 

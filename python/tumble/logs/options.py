@@ -53,6 +53,8 @@ class ReadOptions:
     """Leave out lines of a text log that cannot be read, up to 1 % of them."""
     serial: str = ""
     """Serial number of the unit."""
+    live_times: bool = False
+    """Times of a recorded session as given live, when the clock of each sensor was still being found."""
 
 
 def options_for(

@@ -22,6 +22,7 @@ from tumble.errors import LogError
 from tumble.file_names import SESSION_FILE
 from tumble.logs import parquet
 from tumble.logs.options import ReadOptions
+from tumble.logs.session_clock import STAMP, lines_of, steady
 from tumble.logs.spec import parse_spec
 from tumble.logs.track import LoggedImu, RawSamples, StatedUnit, Transform, choose
 from tumble.recording import FloatArray
@@ -29,8 +30,8 @@ from tumble.schemas import SESSION
 
 SCHEMA: Literal["tumble-session/1"] = "tumble-session/1"
 SessionClock: TypeAlias = Literal["host", "sensor", "log"]
-ARRIVAL, MOVING = "arrival", "moving"
-"""Columns of when samples came, s of the clock of the session, and of whether wheels turned."""
+MOVING = "moving"
+"""Column of whether wheels turned."""
 LAST_PART = "last-part"
 """Note of a Parquet file: the number of the last part that was joined in it."""
 _PART = re.compile(r"(\d+)(?:-(\d+))?\.parquet")
@@ -224,12 +225,18 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     files = unit_files(path, name)
     if not files:
         raise LogError(f"{path}: no sample of {name} was recorded; give another unit")
+    lines = lines_of(files) if session.clock == "host" and not options.live_times else []
+    if lines:
+        options = replace(options, columns={**options.columns, "time": STAMP})
     first = parquet.open_logged_imu(files[0], None, options)
     tracks = [first, *(parquet.open_logged_imu(file, None, options) for file in files[1:])]
 
-    def read(transform: Transform) -> Iterator[RawSamples]:
+    def recorded() -> Iterator[RawSamples]:
         for track in tracks:
-            yield from track.read(transform)
+            yield from track.read(lambda samples: samples)
+
+    def read(transform: Transform) -> Iterator[RawSamples]:
+        return map(transform, steady(recorded(), lines) if lines else recorded())
 
     return replace(
         first,

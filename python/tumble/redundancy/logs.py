@@ -11,6 +11,7 @@ import numpy as np
 from tumble.acquisition.twins import GyroscopeHead, twins
 from tumble.errors import LogError, ProcedureError
 from tumble.logs import ChunkStream, ReadOptions, list_imus, open_recording, options_for, parse_spec, session
+from tumble.logs.session_clock import ARRIVAL
 from tumble.recording import Chunk, FloatArray, Recording, RecordingSource, SampleProgress
 from tumble.redundancy.monitor import ALL_WITHIN, SILENCE, SampleArrays, refuse_other_counts
 from tumble.words import count_of
@@ -103,7 +104,8 @@ def _open_unit(
     read: ReadOptions | Mapping[str, ReadOptions] | None,
     allow_missing: bool,
 ) -> UnitLog:
-    options = options_for(source, read)
+    # What a live monitor did comes out again of the times that it was given.
+    options = replace(options_for(source, read) or ReadOptions(), live_times=True)
     if not isinstance(source, str | Path):
         recording = _whole(open_recording(source, options, keep_faults=True))
         return UnitLog(recording.name, recording.metadata.source, recording)
@@ -171,7 +173,7 @@ def _recorded_order(units: Sequence[UnitLog]) -> RecordedOrder | None:
     ]
     if len(specs) < len(units) or len({spec.path.resolve() for spec in specs}) > 1:
         return None
-    found = [session.RecordedColumn(spec.path, spec.imu or "", session.ARRIVAL) for spec in specs]
+    found = [session.RecordedColumn(spec.path, spec.imu or "", ARRIVAL) for spec in specs]
     if not all(each.is_known for each in found):
         return None
     closed = session.Session.load(specs[0].path).closed

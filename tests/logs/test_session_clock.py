@@ -1,0 +1,87 @@
+"""Times of a recorded session, laid anew by one line from each sensor's own clock."""
+
+import numpy as np
+import pytest
+
+from tumble.live import LiveChunk
+from tumble.live.host_clock import HostClock
+from tumble.logs import ReadOptions, open_recording
+from tumble.logs.session import Session
+from tumble.record.writer import RecordedUnit, SessionWriter
+
+RATE = 100.0
+SKEW = 40e-6
+"""By which the sensor's clock is fast."""
+
+
+class Sensor:
+    """What a session has to know of a source."""
+
+    name = "unit"
+    clock = serial = ""
+    already_corrected = None
+    remarks = ()
+    stamped = True
+
+
+def recorded(folder, seed, *, seconds=120.0, set_back_at=None):
+    """Record a unit over a line that is late, as on a busy computer; give the true times of its samples."""
+    generator = np.random.default_rng(seed)
+    print(f"seed {seed}")
+    taken = 1000.0 + np.arange(int(seconds * RATE)) / RATE
+    stamps = 5.0 + (taken - taken[0]) * (1.0 + SKEW)
+    if set_back_at is not None:
+        stamps[taken - taken[0] >= set_back_at] -= 3.0
+    # Quieter from half time on, so that the line is found to have been too high.
+    late = np.where(taken < taken[0] + 0.5 * seconds, 4e-3, 1e-3)
+    arrival = np.maximum.accumulate(taken + generator.exponential(late))
+    clock = HostClock()
+    with SessionWriter(folder, {"unit": RecordedUnit(Sensor(), "udp://:9000", "")}, "host") as writer:
+        for k, (stamp, came) in enumerate(zip(stamps, arrival, strict=True)):
+            host = clock.host_times(np.array([stamp]), came)
+            said = np.full((1, 3), 9.8), np.zeros((1, 3))
+            chunk = LiveChunk(host, *said, arrival=came, sensor_time=stamps[k : k + 1])
+            writer.take("unit", chunk)
+            if k % 200 == 0:
+                writer._flush_at = 0.0
+                writer.flush()
+        writer.finish("done")
+    return taken
+
+
+def times(folder, **options):
+    chunks = open_recording(folder, ReadOptions(**options)).chunks()
+    return np.concatenate([chunk.time for chunk in chunks])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_pace_of_a_recorded_unit_is_even_although_times_were_slewed_live(tmp_path, seed):
+    taken = recorded(tmp_path / "session", seed)
+    live, anew = times(tmp_path / "session", live_times=True), times(tmp_path / "session")
+    assert len(anew) == len(taken)
+
+    def uneven(found):
+        return np.ptp(np.diff((found - taken)[::500])) / (500 / RATE)
+
+    assert uneven(live) > 1e-4
+    assert uneven(anew) < 1e-9
+    # The pace itself is known from delays of ms over the whole session.
+    pace = np.polyfit(taken - taken[0], anew - anew[0], 1)[0] - 1.0
+    assert abs(pace) < 5e-6
+
+
+def test_a_clock_that_was_set_back_has_a_line_before_and_another_after(tmp_path):
+    taken = recorded(tmp_path / "session", 4, set_back_at=60.0)
+    found = times(tmp_path / "session")
+    assert (np.diff(found) > 0.0).all()
+    # Until the leap is believed its samples have the times that they were given.
+    late = found - taken[-len(found) :] if len(found) == len(taken) else None
+    assert late is not None
+    assert np.abs(late[[0, 3000, 9000, -1]] - late[3000]).max() < 2e-3
+
+
+def test_times_as_they_were_given_live_are_kept_for_what_has_to_come_out_again(tmp_path):
+    recorded(tmp_path / "session", 5, seconds=30.0)
+    assert Session.load(tmp_path / "session").clock == "host"
+    live = times(tmp_path / "session", live_times=True)
+    assert (times(tmp_path / "session") != live).any()
