@@ -63,7 +63,7 @@ LAYERS: dict[str, set[str]] = {
     "numbers": set(),
     "units": set(),
     "words": set(),
-    "lower_hull": set(),
+    "clock_line": set(),
     "errors": set(),
     "files": {"errors", "words"},
     "file_names": set(),
@@ -82,9 +82,9 @@ LAYERS: dict[str, set[str]] = {
     "result": DATA,
     "calibration": DATA | {"result", "_core"},
     "logs": {"lazy", "constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording"}
-    | {"schemas", "documents", "words", "lower_hull"},
+    | {"schemas", "documents", "words", "clock_line"},
     "live": {"numbers", "units", "errors", "files", "file_names", "recording", "timing", "words", "logs"}
-    | {"lower_hull"},
+    | {"clock_line"},
     "gravity": {"errors", "constants", "_core"},
     "acquisition": DATA | {"calibration", "logs", "gravity", "_core"},
     "procedure": DATA

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from repetitions import repetitions
+from tumble.clock_line import lower_hull
 from tumble.live.host_clock import DelayCounts, HostClock
 from tumble.live.least_delay import BLOCKS, MOST_CORNERS, LeastDelay
-from tumble.lower_hull import lower_hull
 
 LEAST = 0.003
 """s that even the quickest sample takes."""

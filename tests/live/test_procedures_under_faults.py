@@ -115,8 +115,8 @@ def test_a_recording_that_something_befalls_goes_on_and_is_read(tmp_path, kind, 
     assert ended_in_words(done), done.err
     found = samples_in(tmp_path / "session")
     assert set(found) == set(names)
-    for name in set(names) - set(faults):
-        assert len(found[name]) > 0.5 * 3.0 * SPEED * 100.0
+    sound = [len(found[name]) for name in set(names) - set(faults)]
+    assert min(sound) > 0.8 * max(sound) > 0.0
 
 
 def mounted(bench, path):

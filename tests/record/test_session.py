@@ -20,7 +20,7 @@ from live_fixtures import resting, text_lines
 from repetitions import SOAK
 from tumble.live import LiveChunk, open_source
 from tumble.live.together import ABREAST
-from tumble.logs import Facts, list_imus, open_recording
+from tumble.logs import Facts, ReadOptions, list_imus, open_recording
 from tumble.logs.session import Session, joined_file, parts_folder, unit_files
 from tumble.record import parts
 from tumble.record.parts import RecordedChunk, UnitParts
@@ -31,11 +31,11 @@ TABLE = resting(300)
 
 
 def samples_of(source):
-    """(n, 7) time, specific force and angular rate of a log."""
+    """(n, 7) time, specific force and angular rate of a log, times as they were recorded."""
     return np.concatenate(
         [
             np.column_stack([chunk.time, chunk.accelerometer, chunk.gyroscope])
-            for chunk in open_recording(str(source)).chunks()
+            for chunk in open_recording(str(source), ReadOptions(live_times=True)).chunks()
         ]
     )
 

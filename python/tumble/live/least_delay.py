@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from statistics import median
 
-from tumble.lower_hull import add_corner, lower_hull
+from tumble.clock_line import MOST_SKEW, add_corner, lower_hull
 
 BLOCKS = 32
 """Blocks in a window; each keeps its hull."""
@@ -22,8 +22,6 @@ LAST_BLOCK = 4.0
 """s of a block of the whole window, which is 128 s: skew changes by 0.1 ppm or so while an IMU warms."""
 MOST_CORNERS = 16
 """Corners of a block's hull; noise has about eight, and only a clock that bends has more."""
-MOST_SKEW = 0.05
-"""Beyond it stamps are no seconds; the rate of a sensor that only counts its samples is known within 5 %."""
 PRIOR_SKEW = 0.01
 """1-sigma of skew before anything is known: that of an oscillator without a crystal."""
 SUPPORT = 2.0

@@ -74,6 +74,8 @@ class Session(Document):
     replayed logs."""
     clock_origin: float = 0.0
     """s since 1970 at which that clock of the computer was zero."""
+    clock_rate: float = Field(default=1.0, gt=0.0)
+    """s of `time` in a second of `arrival`: not one on a simulated bench that runs faster than life."""
     ended: str | None = None
     """UTC, ISO 8601; absent while it runs, or where it was killed."""
     reason: str | None = None
@@ -225,7 +227,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     files = unit_files(path, name)
     if not files:
         raise LogError(f"{path}: no sample of {name} was recorded; give another unit")
-    lines = lines_of(files) if session.clock == "host" and not options.live_times else []
+    lines = lines_of(files, session.clock_rate) if session.clock == "host" and not options.live_times else []
     if lines:
         options = replace(options, columns={**options.columns, "time": STAMP})
     first = parquet.open_logged_imu(files[0], None, options)

@@ -7,16 +7,18 @@ what is integrated over them errs by as much. Afterwards all arrivals are known,
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
+from tumble.clock_line import MOST_SKEW, lower_hull
 from tumble.logs import parquet
 from tumble.logs.track import RawSamples
-from tumble.lower_hull import lower_hull
 from tumble.recording import FloatArray
 
 STAMP, ARRIVAL = "sensor_time", "arrival"
@@ -36,13 +38,29 @@ class Line:
     pace: float
 
 
+class _Arrival(NamedTuple):
+    """How a sample came: its stamp and arrival, s, and by how much the latter is after its time."""
+
+    stamp: float
+    arrival: float
+    late: float
+
+
 @dataclass(slots=True)
 class _Stretch:
     """What is known between two leaps of the sensor's clock."""
 
     first_row: int
-    quickest: list[tuple[float, float]]
-    """Stamp and arrival of the sample of each second that was on its way for the least time."""
+    quickest: list[_Arrival]
+    """The one of each second of the sensor."""
+
+    def add(self, one: _Arrival) -> None:
+        """Take in the quickest sample of a second, or of a part of it, by wherever files or batches end."""
+        last = self.quickest[-1] if self.quickest else None
+        if last is None or math.floor(last.stamp) != math.floor(one.stamp):
+            self.quickest.append(one)
+        elif one.late < last.late:
+            self.quickest[-1] = one
 
 
 def steady(pieces: Iterable[RawSamples], lines: list[Line]) -> Iterator[RawSamples]:
@@ -57,23 +75,30 @@ def steady(pieces: Iterable[RawSamples], lines: list[Line]) -> Iterator[RawSampl
         yield replace(piece, time=offsets[which] + paces[which] * piece.time)
 
 
-def lines_of(files: Iterable[Path]) -> list[Line]:
-    """Find the line of each stretch of a unit; empty where no arrivals or stamps were recorded."""
+def lines_of(files: Iterable[Path], clock_rate: float = 1.0) -> list[Line]:
+    """Find the line of each stretch of a unit; `clock_rate` is s of its clock in a second of arrivals.
+
+    Empty where no arrivals or stamps were recorded, or where these are not of clocks that go alike.
+    """
     stretches: list[_Stretch] = []
     row, before = 0, np.nan
-    for time, stamp, arrival in _columns(files):
-        apart = time - stamp
+    for time, stamp, came in _columns(files):
+        if not (np.isfinite(came).all() and np.isfinite(stamp).all()):
+            return []
+        arrival = clock_rate * came
+        apart, late = time - stamp, arrival - time
         leaps = np.flatnonzero(np.abs(np.diff(apart, prepend=before)) > LEAP).tolist()
         if not stretches:
             stretches.append(_Stretch(0, []))
-        for first, end in pairwise([0, *leaps, len(time)]):
+        for first, end in pairwise([*sorted({0, *leaps}), len(time)]):
             if first in leaps:
                 stretches.append(_Stretch(row + first, []))
             for begin, stop in pairwise(_second_by_second(stamp, first, end)):
-                quickest = begin + int(np.argmin((arrival - time)[begin:stop]))
-                stretches[-1].quickest.append((float(stamp[quickest]), float(arrival[quickest])))
+                at = begin + int(np.argmin(late[begin:stop]))
+                stretches[-1].add(_Arrival(float(stamp[at]), float(arrival[at]), float(late[at])))
         row, before = row + len(time), float(apart[-1])
-    return [_line(stretch) for stretch in stretches if stretch.quickest]
+    lines = [_line(stretch) for stretch in stretches if stretch.quickest]
+    return lines if all(abs(line.pace - 1.0) <= MOST_SKEW for line in lines) else []
 
 
 def _second_by_second(stamp: FloatArray, first: int, end: int) -> list[int]:
@@ -90,14 +115,13 @@ def _columns(files: Iterable[Path]) -> Iterator[tuple[FloatArray, FloatArray, Fl
                 return
             for batch in file.iter_batches(columns=names, use_threads=False):
                 time, stamp, arrival = (batch.column(name).to_numpy(zero_copy_only=False) for name in names)
-                if np.isfinite(arrival).all() and np.isfinite(stamp).all():
-                    yield time, stamp, arrival
+                yield time, stamp, arrival
 
 
 def _line(stretch: _Stretch) -> Line:
     """Lay the line below all arrivals with the least sum of distances (eq. 8)."""
-    points = np.array(stretch.quickest)
-    stamp, arrival = points.T
+    stamp = np.array([one.stamp for one in stretch.quickest])
+    arrival = np.array([one.arrival for one in stretch.quickest])
     if stamp[-1] - stamp[0] < LEAST_SPAN:
         return Line(stretch.first_row, float((arrival - stamp).min()), 1.0)
     corners = lower_hull(zip((stamp - stamp[0]).tolist(), (arrival - stamp).tolist(), strict=True))

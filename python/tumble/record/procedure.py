@@ -128,7 +128,7 @@ class Recorder:
             for name, source in units.sources.items()
         }
         clock: Literal["log", "host"] = "log" if units.is_replay else "host"
-        self._writer = SessionWriter(folder, described, clock, resume=resume)
+        self._writer = SessionWriter(folder, described, clock, resume=resume, clock_rate=units.clock_rate)
         self._units = {name: _Unit() for name in typed}
         self._began = math.nan
         self._oldest, self._newest = math.inf, -math.inf

@@ -71,21 +71,29 @@ class _Unit:
 class SessionWriter:
     """Writes samples as they come: a context manager; call `take` and `flush` while they do, then `finish`.
 
-    `clock` is what times of samples are of. With `resume` a session that is there goes on; its units have to
-    be the same. Left with an error, what was taken is written and the session ends as failed.
+    `clock` is what times of samples are of, and `clock_rate` as in `Session`. With `resume` a session that is
+    there goes on; its units have to be the same. Left with an error, what was taken is written and the
+    session ends as failed.
 
     Raises `OutputError`, in one line, where the folder cannot be written to, or holds a session and `resume`
     was not asked for. What is on disk by then stays readable.
     """
 
     def __init__(
-        self, folder: Path, units: Mapping[str, RecordedUnit], clock: SessionClock, *, resume: bool = False
+        self,
+        folder: Path,
+        units: Mapping[str, RecordedUnit],
+        clock: SessionClock,
+        *,
+        resume: bool = False,
+        clock_rate: float = 1.0,
     ) -> None:
         origin = time.time() - time.monotonic() if clock == "host" else 0.0
         fresh = Session(
             started=date_now(),
             clock=clock,
             clock_origin=origin,
+            clock_rate=clock_rate,
             units=tuple(unit.described(name) for name, unit in units.items()),
             software=f"tumble {_core.__version__}",
         )

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from tumble.calibration.document import Calibration
     from tumble.live import LiveSet
     from tumble.logs.options import ReadOptions
+    from tumble.logs.session import SessionClock
     from tumble.record.writer import SessionWriter
     from tumble.redundancy.factory import Factory
     from tumble.redundancy.live import LiveRedundancy, LiveStep
@@ -182,7 +183,8 @@ def _session(
     described = {
         name: RecordedUnit(source, typed[name], serials[name]) for name, source in units.sources.items()
     }
-    return opened.enter_context(SessionWriter(folder, described, "log" if units.is_replay else "host"))
+    clock: SessionClock = "log" if units.is_replay else "host"
+    return opened.enter_context(SessionWriter(folder, described, clock, clock_rate=units.clock_rate))
 
 
 def _primary_first(names: list[str], primary: str | None) -> list[str]:

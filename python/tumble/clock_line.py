@@ -1,8 +1,15 @@
-"""Lower convex hull of points in a plane (Andrew, Information Processing Letters 9, 1979)."""
+"""What live and recorded clocks share: the lower convex hull of delays, and what a line below them may be.
+
+Andrew, "Another efficient algorithm for convex hulls in two dimensions", Information Processing Letters
+9, 1979.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+
+MOST_SKEW = 0.05
+"""Beyond it stamps are no seconds; the rate of a sensor that only counts its samples is known within 5 %."""
 
 
 def lower_hull(points: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
