@@ -8,7 +8,7 @@
 //! 3. [`stillness`] and [`segmenter`]: a recording becomes rests, and turns between them; [`pauses`] where samples are missing.
 //! 4. [`noise`]: white noise and bias instability, and what they do to a mean.
 //! 5. [`regression`] and [`rotation`]: the two solvers; [`eigen`] serves both.
-//! 6. [`gravity`]: what the Earth adds.
+//! 6. [`gravity`]: what the Earth adds; [`temperature`]: what it does to bias and scale.
 //! 7. [`turntable`]: targets against a co-mounted reference; [`spin`]: a robot that turns on the spot;
 //!    [`redundancy`]: a primary that keeps its secondaries calibrated.
 //!
@@ -31,5 +31,6 @@ pub mod segmenter;
 pub mod soft_mean;
 pub mod spin;
 pub mod stillness;
+pub mod temperature;
 pub mod turntable;
 pub mod vocabulary;

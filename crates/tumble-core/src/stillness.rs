@@ -90,6 +90,15 @@ impl<T: Real> Stillness<T> {
         }
     }
 
+    /// Knows the noise floor of the sensor.
+    pub fn with_floor(settings: StillnessSettings<T>, floor: Scatter<T>) -> Self {
+        Self {
+            floor: Some(floor),
+            settled: true,
+            ..Self::new(settings)
+        }
+    }
+
     /// Variance of a sample at the quietest so far; `None` before the first block.
     pub fn floor(&self) -> Option<Scatter<T>> {
         self.floor

@@ -18,6 +18,7 @@ use tumble_core::sample::{CHANNELS, Sample};
 use tumble_core::segmenter::{FinishedSegment, Segment, Segmenter, SegmenterSettings};
 use tumble_core::spin::collector::Collector;
 use tumble_core::spin::settings::SpinSettings;
+use tumble_core::temperature::TemperatureDrift;
 use tumble_core::turntable::fit::fit;
 use tumble_core::turntable::mounting::{PoseMean, fit_mounting};
 use tumble_core::turntable::observation::FitInputs;
@@ -135,6 +136,26 @@ fn model<T: Named>() {
         vectors.check(case, "y", y.iter().copied());
         let u = model.correction().expect("an inverse").apply(&y);
         vectors.check(case, "corrected", u.iter().copied());
+    }
+}
+
+fn temperature<T: Named>() {
+    let vectors = read("temperature");
+    for case in vectors.cases.as_array().expect("cases") {
+        let powers = |name: &str| [0, 1, 2].map(|power| vector::<T>(&case[name][power]));
+        let drift = TemperatureDrift {
+            reference: number(&case["reference"]),
+            range: [number(&case["range"][0]), number(&case["range"][1])],
+            bias: powers("bias"),
+            scale: powers("scale"),
+        };
+        let (y, b) = (vector(&case["y"]), vector(&case["b"]));
+        let found = drift.at_reference(&y, &b, number(&case["temperature"]));
+        vectors.check(case, "at_reference", found.iter().copied());
+        if T::NAME == f32::NAME {
+            let bits = found.map(|value| f64::from((value.wide() as f32).to_bits()));
+            assert_eq!(bits.as_slice(), numbers(&case["bits"]));
+        }
     }
 }
 
@@ -449,6 +470,7 @@ macro_rules! in_both_precisions {
 
 in_both_precisions! {
     the_error_model_agrees_with_its_vectors: model,
+    readings_are_taken_to_the_reference_as_their_vectors_say: temperature,
     moments_agree_with_their_vectors: moments,
     normal_gravity_agrees_with_its_vectors: gravity,
     the_allan_ladder_agrees_with_its_vectors: allan,

@@ -4,8 +4,9 @@
 //! targets beside their reference and calibrates them. [`mod@correct`] applies the result to arrays.
 //! [`spin`] does the same for a robot that turned on the spot. [`align`](mod@align) finds how two units that move together
 //! sit beside each other. [`mod@multipose`] calibrates a unit that was held in many orientations. [`mod@noise`] measures
-//! that of a sensor at rest. [`distributions`] tells how likely a misfit is. [`simulate`] makes recordings whose truth
-//! is known. [`setting_table`] lists all settings. [`verdict`] has the words that results are judged by.
+//! that of a sensor at rest, [`thermal`] its drift over temperature. [`distributions`] tells how likely a misfit is.
+//! [`simulate`] makes recordings whose truth is known. [`setting_table`] lists all settings. [`verdict`] has the words
+//! that results are judged by.
 
 pub mod acquisition;
 pub mod align;
@@ -19,5 +20,6 @@ pub mod setting;
 pub mod setting_table;
 pub mod simulate;
 pub mod spin;
+pub mod thermal;
 pub mod turntable;
 pub mod verdict;

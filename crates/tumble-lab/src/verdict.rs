@@ -24,5 +24,11 @@ tumble_core::vocabulary! {
         Measured = "measured",
         /// The record does not show all of them.
         PartlyMeasured = "partly measured",
+        /// Two calibrations agree within what is known of both.
+        Same = "same",
+        /// They do not.
+        Differ = "differ",
+        /// Nothing of one is known with an uncertainty and stands in the other.
+        CannotBeTold = "cannot be told",
     }
 }

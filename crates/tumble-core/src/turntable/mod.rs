@@ -12,7 +12,7 @@
 //! 4. *calibrate* scale, non-orthogonality and bias from the compensated data: [`fit`],
 //!    over [`observation`]s.
 //!
-//! [`reference`] finds what the reference itself adds: its biases, and the rotation of the Earth it saw.
+//! [`mod@reference`] finds what the reference itself adds: its biases, and the rotation of the Earth it saw.
 //! Derivations: docs/theory/turntable.md.
 
 pub mod clock;

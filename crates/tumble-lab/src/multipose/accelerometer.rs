@@ -31,6 +31,51 @@ pub struct RestForce {
     pub variance: Vector3<f64>,
 }
 
+/// All rests that an accelerometer is fitted to, and what their means have in common.
+#[derive(Clone, Debug)]
+pub struct RestForces {
+    /// Rests, in order of time.
+    pub rests: Vec<RestForce>,
+    /// B^2 of each axis, (m/s^2)^2.
+    pub flicker: Vector3<f64>,
+    /// Covariance of flicker of B = 1 among the rests (docs/theory/noise.md, eq. 4).
+    pub remembered: DMatrix<f64>,
+}
+
+impl RestForces {
+    /// Rests whose noise is white.
+    pub fn independent(rests: Vec<RestForce>) -> Self {
+        Self {
+            flicker: Vector3::zeros(),
+            remembered: DMatrix::zeros(rests.len(), rests.len()),
+            rests,
+        }
+    }
+
+    /// Lower triangle that whitens the residuals: what rests have in common is bias instability
+    /// (docs/theory/multipose.md, eq. 4).
+    fn factor(&self, residuals: &[NormResidual], weights: &[f64]) -> Option<DMatrix<f64>> {
+        let size = residuals.len();
+        let own = |k: usize| residuals[k].sigma.powi(2) / weights[k];
+        if self.flicker == Vector3::zeros() {
+            return Some(DMatrix::from_fn(size, size, |k, l| {
+                if k == l { own(k).sqrt() } else { 0.0 }
+            }));
+        }
+        let responses: Vec<_> = residuals.iter().map(NormResidual::response).collect();
+        let wandering: Vec<_> = responses.iter().map(|v| v.component_mul(&self.flicker)).collect();
+        let mut covariance = DMatrix::zeros(size, size);
+        for k in 0..size {
+            covariance[(k, k)] = own(k);
+            for l in 0..k {
+                // The factor is made of the lower triangle alone.
+                covariance[(k, l)] = wandering[k].dot(&responses[l]) * self.remembered[(k, l)]; // eq. 4
+            }
+        }
+        covariance.cholesky().map(|factor| factor.l())
+    }
+}
+
 /// The length of gravity at a rest against what it should be.
 #[derive(Clone, Copy, Debug)]
 pub struct NormResidual {
@@ -42,6 +87,13 @@ pub struct NormResidual {
     pub force: Vector3<f64>,
     /// Derivative of the value by the unknowns.
     pub row: SVector<f64, UNKNOWNS>,
+}
+
+impl NormResidual {
+    /// Derivative of the value by the reading.
+    pub fn response(&self) -> Vector3<f64> {
+        -self.row.fixed_rows::<3>(6)
+    }
 }
 
 /// Scale, non-orthogonality and bias of an accelerometer.
@@ -57,15 +109,14 @@ pub struct ForcesFit {
     pub weights: Vec<f64>,
     /// Direction each rest shows, numbered.
     pub groups: Vec<usize>,
+    /// Lower triangle that whitens residuals.
+    pub factor: DMatrix<f64>,
 }
 
 impl ForcesFit {
-    /// Sum of the weighted squares of the normalised residuals.
+    /// Sum of the squares of the whitened residuals.
     pub fn chi_square(&self) -> f64 {
-        let terms = self.residuals.iter().zip(&self.weights);
-        terms
-            .map(|(r, weight)| weight * (r.value / r.sigma).powi(2))
-            .sum()
+        self.whitened_residuals().norm_squared()
     }
 
     /// Rests less unknowns.
@@ -73,10 +124,23 @@ impl ForcesFit {
         u32::try_from(self.residuals.len().saturating_sub(UNKNOWNS)).unwrap_or(u32::MAX)
     }
 
-    /// The row of a rest over its sigma, weighted as in the fit.
-    pub fn whitened(&self, k: usize) -> SVector<f64, UNKNOWNS> {
-        self.residuals[k].row * (self.weights[k].sqrt() / self.residuals[k].sigma)
+    /// Residuals, each independent of the others and of sigma one.
+    pub fn whitened_residuals(&self) -> DVector<f64> {
+        let mut values = DVector::from_iterator(self.residuals.len(), self.residuals.iter().map(|r| r.value));
+        self.factor.solve_lower_triangular_mut(&mut values);
+        values
     }
+
+    /// Their derivative by the unknowns.
+    pub fn whitened_rows(&self) -> DMatrix<f64> {
+        whitened_rows(&self.residuals, &self.factor)
+    }
+}
+
+fn whitened_rows(residuals: &[NormResidual], factor: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut rows = DMatrix::from_fn(residuals.len(), UNKNOWNS, |k, i| residuals[k].row[i]);
+    factor.solve_lower_triangular_mut(&mut rows);
+    rows
 }
 
 /// What an unknown may be: a scale of one, a bias of g.
@@ -125,18 +189,20 @@ pub fn unknowns_of(model: &ErrorModel<f64>) -> DVector<f64> {
 /// # Errors
 /// [`MultiposeError`] where the rests do not show all nine unknowns, or nothing to check them by.
 pub fn fit_forces(
-    rests: &[RestForce],
+    data: &RestForces,
     gravity: f64,
     start: &ErrorModel<f64>,
 ) -> Result<ForcesFit, MultiposeError> {
+    let rests = &data.rests;
     refuse_too_few(rests, start)?;
     let mut weights = vec![1.0; rests.len()];
     let mut x = unknowns_of(start);
     // What is open from the start leads a fit astray.
-    covariance_at(&residuals_at(&x, rests, gravity)?, &weights, gravity)?;
+    finish(&x, data, gravity, weights.clone())?;
     for _ in 0..ROUNDS {
         let sigmas = residuals_at(&x, rests, gravity)?;
-        let solved = minimise(x.clone(), |x| weighted(x, rests, gravity, &sigmas, &weights));
+        let factor = data.factor(&sigmas, &weights).ok_or(MultiposeError::Unsolvable)?;
+        let solved = minimise(x.clone(), |x| whitened(x, rests, gravity, &factor));
         x = solved.ok_or(MultiposeError::Unsolvable)?.x;
         let found = residuals_at(&x, rests, gravity)?;
         let normalised: Vec<f64> = found.iter().map(|r| r.value / r.sigma).collect();
@@ -146,7 +212,7 @@ pub fn fit_forces(
             break;
         }
     }
-    finish(&x, rests, gravity, weights)
+    finish(&x, data, gravity, weights)
 }
 
 fn refuse_too_few(rests: &[RestForce], start: &ErrorModel<f64>) -> Result<(), MultiposeError> {
@@ -181,64 +247,54 @@ fn residuals_at(
     found.filter(usable).ok_or(MultiposeError::Unsolvable)
 }
 
-/// Residuals over the sigma they had at the start of the round, so that a larger scale does not make them smaller.
-fn weighted(
+/// Residuals whitened by what they scattered at the start of the round, so that a larger scale does not make them smaller.
+fn whitened(
     x: &DVector<f64>,
     rests: &[RestForce],
     gravity: f64,
-    sigmas: &[NormResidual],
-    weights: &[f64],
+    factor: &DMatrix<f64>,
 ) -> Option<Linearised> {
     let model = model_of(x);
-    let mut at = Linearised {
-        residuals: DVector::zeros(rests.len()),
-        jacobian: DMatrix::zeros(rests.len(), UNKNOWNS),
-    };
+    let mut all = DMatrix::zeros(rests.len(), UNKNOWNS + 1);
     for (k, rest) in rests.iter().enumerate() {
         let found = residual(&model, rest, gravity)?;
-        let factor = weights[k].sqrt() / sigmas[k].sigma;
-        at.residuals[k] = found.value * factor;
-        at.jacobian
-            .row_mut(k)
-            .copy_from(&(found.row * factor).transpose());
+        all.view_mut((k, 0), (1, UNKNOWNS))
+            .copy_from(&found.row.transpose());
+        all[(k, UNKNOWNS)] = found.value;
     }
-    Some(at)
+    factor.solve_lower_triangular_mut(&mut all);
+    Some(Linearised {
+        residuals: all.column(UNKNOWNS).into_owned(),
+        jacobian: all.columns(0, UNKNOWNS).into_owned(),
+    })
 }
 
 fn finish(
     x: &DVector<f64>,
-    rests: &[RestForce],
+    data: &RestForces,
     gravity: f64,
     weights: Vec<f64>,
 ) -> Result<ForcesFit, MultiposeError> {
-    let residuals = residuals_at(x, rests, gravity)?;
+    let residuals = residuals_at(x, &data.rests, gravity)?;
+    let factor = data
+        .factor(&residuals, &weights)
+        .ok_or(MultiposeError::Unsolvable)?;
     let ups: Vec<_> = residuals.iter().map(|r| r.force.normalize()).collect();
-    let mut found = ForcesFit {
-        model: model_of(x),
-        covariance: SMatrix::zeros(),
-        groups: directions::grouped(&ups),
-        residuals,
-        weights,
-    };
-    let covariance = covariance_at(&found.residuals, &found.weights, gravity)?;
-    found.covariance.copy_from(&covariance);
-    Ok(found)
-}
-
-fn covariance_at(
-    residuals: &[NormResidual],
-    weights: &[f64],
-    gravity: f64,
-) -> Result<DMatrix<f64>, MultiposeError> {
-    let rows = DMatrix::from_fn(residuals.len(), UNKNOWNS, |k, i| {
-        residuals[k].row[i] * weights[k].sqrt() / residuals[k].sigma
-    });
     let sizes = DVector::from_column_slice(sizes(gravity).as_slice());
-    observability::covariance(&rows, &sizes).map_err(|shares| {
+    let covariance = observability::covariance(&whitened_rows(&residuals, &factor), &sizes);
+    let covariance = covariance.map_err(|shares| {
         let mut placed = [0.0; 12];
         for (place, share) in PLACES.iter().zip(&shares) {
             placed[*place] = *share;
         }
         MultiposeError::PosesLeaveOpen { shares: placed }
+    })?;
+    Ok(ForcesFit {
+        model: model_of(x),
+        covariance: SMatrix::from_fn(|i, j| covariance[(i, j)]),
+        groups: directions::grouped(&ups),
+        residuals,
+        weights,
+        factor,
     })
 }

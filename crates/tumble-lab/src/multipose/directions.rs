@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 const ALIKE: f64 = 0.15;
 
 /// The direction each rest shows, numbered in order of appearance. `directions` are unit vectors.
-pub(super) fn grouped(directions: &[Vector3<f64>]) -> Vec<usize> {
+pub fn grouped(directions: &[Vector3<f64>]) -> Vec<usize> {
     let mut firsts: Vec<Vector3<f64>> = Vec::new();
     directions
         .iter()

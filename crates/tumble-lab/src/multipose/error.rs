@@ -17,6 +17,11 @@ tumble_core::vocabulary! {
             /// Rests in them.
             rests: usize,
         } = "too few directions",
+        /// Of six faces some were not laid down.
+        FacesMissing {
+            /// Whether each is missing, in the order of [`super::SectionLabel::FACES`].
+            missing: [bool; 6],
+        } = "faces missing",
         /// The directions leave a combination of the accelerometer's unknowns open.
         PosesLeaveOpen {
             /// Share of each of `[M row by row, b]` in it.

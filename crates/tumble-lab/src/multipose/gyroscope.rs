@@ -2,13 +2,13 @@
 //!
 //! Scale, non-orthogonality and the angles to the accelerometer come from the turns, the bias from turns and rests together.
 
-use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 use tumble_core::gravity::EARTH_RATE;
-use tumble_core::model::ErrorModel;
+use tumble_core::model::{Covariance, ErrorModel, PARAMETERS};
+use tumble_core::noise::Noise;
 use tumble_core::turntable::reference::earth_variance;
 
-use super::accelerometer::UNKNOWNS as FORCE_UNKNOWNS;
 use super::error::MultiposeError;
 use super::levenberg_marquardt::{Linearised, minimise};
 use super::observability;
@@ -20,6 +20,12 @@ const UNKNOWNS: (usize, usize) = (12, 21);
 
 /// Scales tried to begin with, as a share of what readings say: each differs from the last by a 25th.
 const SCALES: (i32, f64) = (25, 1.04);
+
+/// Turns that tell one scale from another.
+const ENOUGH_TURNS: usize = 16;
+
+/// Change of weights, and of variances as a share of them, below which a round changes nothing.
+const SETTLED: f64 = 1e-3;
 
 /// Median angle between gravity as turned and as found, rad, beyond which no gyroscope of this unit read this.
 const CONTRADICTION: f64 = 0.1;
@@ -42,8 +48,8 @@ pub struct RestDirection {
     pub force: Vector3<f64>,
     /// Of the direction of gravity from noise, rad^2.
     pub covariance: Matrix3<f64>,
-    /// Derivative of the direction by the unknowns of the accelerometer.
-    pub by_accelerometer: SMatrix<f64, 3, FORCE_UNKNOWNS>,
+    /// Derivative of the direction by `[M row by row, b]` of the accelerometer.
+    pub by_accelerometer: SMatrix<f64, 3, PARAMETERS>,
     /// Mean reading of the gyroscope, rad/s.
     pub rate: Vector3<f64>,
     /// Variance of that mean, (rad/s)^2.
@@ -72,6 +78,50 @@ pub struct Turn {
     pub variance: f64,
 }
 
+/// A turn about the vertical that ended where it began.
+#[derive(Clone, Copy, Debug)]
+pub struct FullTurn {
+    /// Up in the case, in which nobody says which way it turned.
+    pub axis: Vector3<f64>,
+    /// Integral of the readings, rad.
+    pub angle: Vector3<f64>,
+    /// Integral of true specific force, m/s.
+    pub velocity: Vector3<f64>,
+    /// Length, s.
+    pub duration: f64,
+    /// Covariance of the true angle and of the noise of its integral, rad^2.
+    pub covariance: Matrix3<f64>,
+}
+
+impl FullTurn {
+    /// True angle as a gyroscope with these errors tells it, by its correction.
+    fn turned(&self, errors: &RateModel, case_from_sensor: &Matrix3<f64>) -> Vector3<f64> {
+        let felt = errors.g_sensitivity * self.velocity;
+        case_from_sensor * (self.angle - errors.model.bias * self.duration - felt) // eq. 25
+    }
+
+    /// Angle about the axis less a full turn, either way, in the last column; before it its derivative.
+    fn rows(&self, errors: &RateModel, case_from_sensor: &Matrix3<f64>, unknowns: usize) -> DMatrix<f64> {
+        let turned = self.turned(errors, case_from_sensor);
+        let truth = self.axis * std::f64::consts::TAU.copysign(turned.dot(&self.axis));
+        let mut rows = DMatrix::zeros(3, unknowns + 1);
+        rows.column_mut(unknowns).copy_from(&(turned - truth)); // eq. 25
+        for row in 0..3 {
+            let by_reading = -case_from_sensor.column(row);
+            for column in 0..3 {
+                rows.column_mut(3 * row + column)
+                    .copy_from(&(by_reading * turned[column]));
+                if unknowns == UNKNOWNS.1 {
+                    rows.column_mut(12 + 3 * row + column)
+                        .copy_from(&(by_reading * self.velocity[column]));
+                }
+            }
+            rows.column_mut(9 + row).copy_from(&(by_reading * self.duration));
+        }
+        rows
+    }
+}
+
 /// All that a gyroscope is fitted to.
 #[derive(Clone, Debug)]
 pub struct Rotations {
@@ -79,8 +129,14 @@ pub struct Rotations {
     pub rests: Vec<RestDirection>,
     /// Turns that were recorded whole.
     pub turns: Vec<Turn>,
-    /// Of the accelerometer's unknowns.
-    pub accelerometer_covariance: SMatrix<f64, FORCE_UNKNOWNS, FORCE_UNKNOWNS>,
+    /// Turns known to be full.
+    pub full_turns: Vec<FullTurn>,
+    /// Of `[M row by row, b]` of the accelerometer.
+    pub accelerometer_covariance: Covariance<f64>,
+    /// Noise of the three axes.
+    pub noise: [Noise<f64>; 3],
+    /// Covariance of flicker of B = 1 among the rests (docs/theory/noise.md, eq. 4).
+    pub remembered: DMatrix<f64>,
     /// Whether the response to specific force is fitted.
     pub g_sensitivity: bool,
     /// Latitude, rad, where the upward part of the Earth's rotation is known.
@@ -90,6 +146,7 @@ pub struct Rotations {
 /// Lower triangles that whiten the residuals of turns and of rests.
 struct Factors {
     turns: DMatrix<f64>,
+    full_turns: Vec<Matrix3<f64>>,
     rests: DMatrix<f64>,
 }
 
@@ -119,9 +176,7 @@ pub struct RatesFit {
 impl RatesFit {
     /// Angle between gravity as turned and as found, of each turn, rad.
     pub fn angles(&self) -> impl Iterator<Item = f64> {
-        self.turned_less_found
-            .iter()
-            .map(|apart| 2.0 * (0.5 * apart.norm()).min(1.0).asin())
+        self.turned_less_found.iter().map(angle_of)
     }
 }
 
@@ -130,23 +185,31 @@ impl RatesFit {
 /// # Errors
 /// [`MultiposeError`] where there are no turns, or they do not show all unknowns.
 pub fn fit_rates(data: &Rotations) -> Result<RatesFit, MultiposeError> {
-    if data.turns.is_empty() {
+    if data.turns.is_empty() && data.full_turns.is_empty() {
         return Err(MultiposeError::NoTurns);
     }
     let (mut x, angle_before) = data.start().ok_or(MultiposeError::Unsolvable)?;
     let mut data = data.clone();
     let mut weights = vec![1.0; data.turns.len()];
     let mut excess = Excess::none();
+    let mut turned = data.turned(&x).ok_or(MultiposeError::Unsolvable)?;
     for _ in 0..ROUNDS {
-        let noise = data.factors(&x, &weights).ok_or(MultiposeError::Unsolvable)?;
+        let noise = data.factors(&x, &turned, &weights);
+        let noise = noise.ok_or(MultiposeError::Unsolvable)?;
         let solved = minimise(x.clone(), |x| data.whitened(x, &noise));
         x = solved.ok_or(MultiposeError::Unsolvable)?.x;
-        weights = data.weights(&x).ok_or(MultiposeError::Unsolvable)?;
-        excess = data
-            .add_excess(&x, &weights, &excess)
-            .ok_or(MultiposeError::Unsolvable)?;
+        turned = data.turned(&x).ok_or(MultiposeError::Unsolvable)?;
+        let found = data.weights(&turned);
+        let change = found.iter().zip(&weights).map(|(a, b)| (a - b).abs());
+        let settled = change.fold(0.0, f64::max) < SETTLED;
+        weights = found;
+        let before = excess;
+        excess = data.add_excess(&x, &turned, &weights, &before);
+        if settled && excess.is_near(&before) {
+            break;
+        }
     }
-    data.finish(&x, weights, angle_before, excess)
+    data.finish(&x, &turned, weights, angle_before, excess)
 }
 
 /// What turns and rests scatter besides noise.
@@ -161,6 +224,11 @@ pub struct Excess {
 impl Excess {
     fn none() -> Self {
         Self { turn: 0.0, rest: 0.0 }
+    }
+
+    fn is_near(&self, other: &Self) -> bool {
+        let near = |a: f64, b: f64| (a - b).abs() <= SETTLED * a.max(b);
+        near(self.turn, other.turn) && near(self.rest, other.rest)
     }
 }
 
@@ -186,24 +254,51 @@ impl Rotations {
             }
             x
         };
-        let plain = self.angles(&scaled(1.0))?;
+        let plain = self.angles(&self.turned(&scaled(1.0))?);
+        if let Some(scale) = self.scale_of_full_turns(&bias) {
+            return Some((scaled(scale), plain));
+        }
+        let every = self.turns.len().div_ceil(ENOUGH_TURNS).max(1);
+        let some = Self {
+            turns: self.turns.iter().step_by(every).cloned().collect(),
+            ..self.clone()
+        };
         let candidates = (-SCALES.0..=SCALES.0).filter_map(|step| {
             let x = scaled(SCALES.1.powi(step));
-            let apart = median(self.angles(&x)?);
+            let apart = median(some.angles(&some.turned(&x)?));
             Some((apart, x))
         });
         let best = candidates.min_by(|a, b| a.0.total_cmp(&b.0))?;
         Some((best.1, plain))
     }
 
-    /// Angle between gravity as turned and as found, of each turn, rad.
-    fn angles(&self, x: &DVector<f64>) -> Option<Vec<f64>> {
+    /// Scale with which full turns are full, in the mean.
+    fn scale_of_full_turns(&self, bias: &Vector3<f64>) -> Option<f64> {
+        let read = |turn: &FullTurn| (turn.angle - bias * turn.duration).norm() / std::f64::consts::TAU;
+        let read: Vec<f64> = self.full_turns.iter().map(read).collect();
+        #[allow(clippy::cast_precision_loss)]
+        let count = read.len() as f64;
+        (count > 0.0).then(|| read.iter().sum::<f64>() / count)
+    }
+
+    /// Case at the end of each turn from case at its start.
+    fn turned(&self, x: &DVector<f64>) -> Option<Vec<UnitQuaternion<f64>>> {
         let errors = errors_of(x);
-        let angle = |turn: &Turn| {
-            let carried = turn.samples.carry(&errors, &self.rests[turn.before].up())?;
-            Some(carried.angle(&self.rests[turn.after].up()))
-        };
-        self.turns.par_iter().map(angle).collect()
+        self.turns
+            .par_iter()
+            .map(|turn| turn.samples.end_from_start(&errors))
+            .collect()
+    }
+
+    /// Gravity as turned less as found, of each turn.
+    fn apart(&self, turned: &[UnitQuaternion<f64>]) -> impl Iterator<Item = Vector3<f64>> {
+        let each = self.turns.iter().zip(turned);
+        each.map(|(turn, turned)| turned * self.rests[turn.before].up() - self.rests[turn.after].up()) // eq. 15
+    }
+
+    /// Angle between the two, rad.
+    fn angles(&self, turned: &[UnitQuaternion<f64>]) -> Vec<f64> {
+        self.apart(turned).map(|apart| angle_of(&apart)).collect()
     }
 
     fn integrated(&self, errors: &RateModel) -> Option<Vec<IntegratedTurn>> {
@@ -211,11 +306,6 @@ impl Rotations {
             .par_iter()
             .map(|turn| turn.samples.integrate(errors, self.g_sensitivity))
             .collect()
-    }
-
-    /// Up of the rest before, carried through a turn.
-    fn carried(&self, turn: &Turn, turned: &IntegratedTurn) -> Vector3<f64> {
-        turned.end_from_start * self.rests[turn.before].up() // eq. 12
     }
 
     /// Residuals of turns, then of rests, each over its sigma, with their derivative.
@@ -226,7 +316,7 @@ impl Rotations {
         let (turns, rests, unknowns) = (self.turns.len(), self.rests.len(), self.unknowns());
         let mut of_turns = DMatrix::zeros(3 * turns, unknowns + 1);
         for (k, (turn, turned)) in self.turns.iter().zip(&turned).enumerate() {
-            let carried = self.carried(turn, turned);
+            let carried = turned.end_from_start * self.rests[turn.before].up(); // eq. 12
             let mut rows = of_turns.rows_mut(3 * k, 3);
             rows.columns_mut(0, unknowns)
                 .copy_from(&turned.derivative(&carried, &correction.matrix));
@@ -241,9 +331,15 @@ impl Rotations {
                 .copy_from(&rest_rows(rest, &errors, unknowns));
         }
         noise.rests.solve_lower_triangular_mut(&mut of_rests);
-        let mut all = DMatrix::zeros(3 * (turns + rests), unknowns + 1);
+        let full = self.full_turns.len();
+        let mut all = DMatrix::zeros(3 * (turns + rests + full), unknowns + 1);
         all.rows_mut(0, 3 * turns).copy_from(&of_turns);
         all.rows_mut(3 * turns, 3 * rests).copy_from(&of_rests);
+        for (k, (turn, factor)) in self.full_turns.iter().zip(&noise.full_turns).enumerate() {
+            let mut rows = turn.rows(&errors, &correction.matrix, unknowns);
+            factor.solve_lower_triangular_mut(&mut rows);
+            all.rows_mut(3 * (turns + rests + k), 3).copy_from(&rows);
+        }
         Some(Linearised {
             residuals: all.column(unknowns).into_owned(),
             jacobian: all.columns(0, unknowns).into_owned(),
@@ -251,18 +347,25 @@ impl Rotations {
     }
 
     /// What residuals are whitened with.
-    fn factors(&self, x: &DVector<f64>, weights: &[f64]) -> Option<Factors> {
-        let errors = errors_of(x);
-        let turned = self.integrated(&errors)?;
+    fn factors(&self, x: &DVector<f64>, turned: &[UnitQuaternion<f64>], weights: &[f64]) -> Option<Factors> {
+        let turned: Vec<_> = turned
+            .iter()
+            .map(|turned| turned.to_rotation_matrix().into_inner())
+            .collect();
         Some(Factors {
             turns: self.turn_noise(&turned, weights)?,
-            rests: self.rest_noise(&turned, &errors)?,
+            full_turns: self
+                .full_turns
+                .iter()
+                .map(|turn| turn.covariance.cholesky().map(|factor| factor.l()))
+                .collect::<Option<_>>()?,
+            rests: self.rest_noise(&turned, &errors_of(x))?,
         })
     }
 
     /// Cholesky factor of the covariance of all rests: what is not known of the Earth's rotation is the same at all of
     /// them, seen from the attitudes that the turns lead to (docs/theory/multipose.md, eq. 18).
-    fn rest_noise(&self, turned: &[IntegratedTurn], errors: &RateModel) -> Option<DMatrix<f64>> {
+    fn rest_noise(&self, turned: &[Matrix3<f64>], errors: &RateModel) -> Option<DMatrix<f64>> {
         let size = 3 * self.rests.len();
         let mut covariance = DMatrix::zeros(size, size);
         let mut by_earth = DMatrix::zeros(size, 3);
@@ -271,7 +374,7 @@ impl Rotations {
         let mut turns = self.turns.iter().zip(turned).peekable();
         for k in 0..self.rests.len() {
             match turns.next_if(|(turn, _)| turn.after == k) {
-                Some((_, turn)) => here_from_start = turn.end_from_start * here_from_start,
+                Some((_, turned)) => here_from_start = turned * here_from_start,
                 // Nobody knows how the unit was turned: the Earth may be seen from anywhere.
                 None => (here_from_start, first) = (Matrix3::identity(), k),
             }
@@ -286,6 +389,10 @@ impl Rotations {
                 .copy_from(&row);
             for axis in 0..3 {
                 covariance[(3 * k + axis, 3 * k + axis)] += self.rests[k].rate_variance[axis];
+                for before in 0..k {
+                    covariance[(3 * k + axis, 3 * before + axis)] +=
+                        self.noise[axis].flicker * self.remembered[(k, before)];
+                }
             }
         }
         // The factor is made of the lower triangle alone.
@@ -305,13 +412,12 @@ impl Rotations {
 
     /// Cholesky factor of the covariance of all turns: neighbours share a rest, all share the accelerometer's calibration
     /// (docs/theory/multipose.md, eq. 16).
-    fn turn_noise(&self, turned: &[IntegratedTurn], weights: &[f64]) -> Option<DMatrix<f64>> {
+    fn turn_noise(&self, turned: &[Matrix3<f64>], weights: &[f64]) -> Option<DMatrix<f64>> {
         let size = 3 * self.turns.len();
         let mut covariance = DMatrix::zeros(size, size);
-        let mut by_accelerometer = DMatrix::zeros(size, FORCE_UNKNOWNS);
-        for (k, (turn, turned)) in self.turns.iter().zip(turned).enumerate() {
+        let mut by_accelerometer = DMatrix::zeros(size, PARAMETERS);
+        for (k, (turn, carry)) in self.turns.iter().zip(turned).enumerate() {
             let (from, to) = (&self.rests[turn.before], &self.rests[turn.after]);
-            let carry = &turned.end_from_start;
             let up = to.up();
             let across = Matrix3::identity() - up * up.transpose();
             let own = carry * from.covariance * carry.transpose() + to.covariance;
@@ -321,7 +427,7 @@ impl Rotations {
             let block = own + across * gyroscope + along; // eq. 16
             covariance.fixed_view_mut::<3, 3>(3 * k, 3 * k).copy_from(&block);
             by_accelerometer
-                .fixed_view_mut::<3, FORCE_UNKNOWNS>(3 * k, 0)
+                .fixed_view_mut::<3, PARAMETERS>(3 * k, 0)
                 .copy_from(&(carry * from.by_accelerometer - to.by_accelerometer));
             // The rest that ends one turn begins the next.
             if k > 0 && self.turns[k - 1].after == turn.before {
@@ -344,19 +450,25 @@ impl Rotations {
         turn.variance + 0.5 * (from.covariance + to.covariance).trace()
     }
 
-    fn weights(&self, x: &DVector<f64>) -> Option<Vec<f64>> {
-        let angles = self.angles(x)?;
+    fn weights(&self, turned: &[UnitQuaternion<f64>]) -> Vec<f64> {
+        let angles = self.angles(turned);
         let each = angles.iter().zip(&self.turns);
         let normalised: Vec<f64> = each
             .map(|(angle, turn)| angle / (2.0 * self.variance(turn)).sqrt())
             .collect();
-        Some(robust::weights(&normalised, self.unknowns() / 2))
+        robust::weights(&normalised, self.unknowns() / 2)
     }
 
     /// Puts what turns and rests scatter beyond noise into their variances, in place of what was put there before
     /// (docs/theory/multipose.md, eq. 19).
-    fn add_excess(&mut self, x: &DVector<f64>, weights: &[f64], before: &Excess) -> Option<Excess> {
-        let angles = self.angles(x)?;
+    fn add_excess(
+        &mut self,
+        x: &DVector<f64>,
+        turned: &[UnitQuaternion<f64>],
+        weights: &[f64],
+        before: &Excess,
+    ) -> Excess {
+        let angles = self.angles(turned);
         let errors = errors_of(x);
         let rests = self.rest_terms(&errors, before);
         let mut excess = Excess {
@@ -372,7 +484,7 @@ impl Rotations {
         excess.turn = unexplained(&turns, unknowns);
         let of_rests = Excess { turn: 0.0, ..excess };
         self.put_excess(&excess, &of_rests);
-        Some(excess)
+        excess
     }
 
     /// Squares of what is left at each axis of each rest, and their variance from noise.
@@ -402,19 +514,19 @@ impl Rotations {
     fn finish(
         &self,
         x: &DVector<f64>,
+        turned: &[UnitQuaternion<f64>],
         weights: Vec<f64>,
         angle_before: Vec<f64>,
         excess: Excess,
     ) -> Result<RatesFit, MultiposeError> {
-        let angles = self.angles(x).ok_or(MultiposeError::Unsolvable)?;
-        let angle = median(angles);
+        let angle = median(self.angles(turned));
         if angle > CONTRADICTION {
             return Err(MultiposeError::GyroscopeContradicts {
                 angle: angle.to_degrees(),
             });
         }
         let at = self
-            .factors(x, &weights)
+            .factors(x, turned, &weights)
             .and_then(|noise| self.whitened(x, &noise))
             .ok_or(MultiposeError::Unsolvable)?;
         let covariance = observability::covariance(&at.jacobian, &self.sizes()).map_err(|shares| {
@@ -423,15 +535,11 @@ impl Rotations {
             }
         })?;
         let errors = errors_of(x);
-        let turned = self.integrated(&errors).ok_or(MultiposeError::Unsolvable)?;
-        let each = self.turns.iter().zip(&turned);
-        let residuals = 2 * self.turns.len() + 3 * self.rests.len();
+        let residuals = 2 * self.turns.len() + 3 * (self.rests.len() + self.full_turns.len());
         Ok(RatesFit {
             errors,
             covariance,
-            turned_less_found: each
-                .map(|(turn, turned)| self.carried(turn, turned) - self.rests[turn.after].up())
-                .collect(),
+            turned_less_found: self.apart(turned).collect(),
             turn_variance: self.turns.iter().map(|turn| self.variance(turn)).collect(),
             angle_before,
             weights,
@@ -441,7 +549,8 @@ impl Rotations {
         })
     }
 
-    fn sizes(&self) -> DVector<f64> {
+    /// What each unknown may be.
+    pub fn sizes(&self) -> DVector<f64> {
         DVector::from_fn(self.unknowns(), |i, _| match i {
             0..9 => 1.0,
             9..12 => SIZES.0,
@@ -506,6 +615,11 @@ fn unexplained(terms: &[(f64, f64, f64)], unknowns: f64) -> f64 {
         } // eq. 19
     }
     high
+}
+
+/// Angle between two directions, rad, of which this is the difference.
+fn angle_of(apart: &Vector3<f64>) -> f64 {
+    2.0 * (0.5 * apart.norm()).min(1.0).asin()
 }
 
 fn median(mut values: Vec<f64>) -> f64 {

@@ -1,9 +1,9 @@
 //! How much the result leans on each pose, and how well it foretells poses that it has not seen.
 
-use nalgebra::SVector;
-use tumble_core::model::ErrorModel;
+use nalgebra::{DMatrix, DVector};
 
-use super::accelerometer::{ForcesFit, RestForce, UNKNOWNS, fit_forces, residual};
+use super::accelerometer::ForcesFit;
+use super::settings::FEWEST_DIRECTIONS;
 
 /// What the fit would be without a rest, to first order.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,42 +14,97 @@ pub struct Influence {
     pub change: f64,
 }
 
+/// Leverage beyond which the others do not carry a fit.
+const DECISIVE: f64 = 1.0 - 1e-6;
+
+/// A fit as it answers to its residuals.
+struct Answer<'a> {
+    fit: &'a ForcesFit,
+    rows: DMatrix<f64>,
+    /// Of the unknowns to whitened residuals.
+    gains: DMatrix<f64>,
+    /// Whitened residuals that no fit takes up.
+    left: DVector<f64>,
+}
+
 /// Of each rest (Cook 1977; docs/theory/multipose.md, eq. 7 and 8).
 pub fn influence(fit: &ForcesFit) -> Vec<Influence> {
-    (0..fit.residuals.len()).map(|k| without(fit, k)).collect()
-}
-
-fn without(fit: &ForcesFit, k: usize) -> Influence {
-    let row = fit.whitened(k);
-    let gain: SVector<f64, UNKNOWNS> = fit.covariance * row;
-    let leverage = row.dot(&gain).min(1.0); // eq. 7
-    let normalised = fit.residuals[k].value * fit.weights[k].sqrt() / fit.residuals[k].sigma;
-    let left = (1.0 - leverage).max(f64::EPSILON);
-    let change = gain * (normalised / left); // eq. 8
+    let answer = Answer::of(fit);
     let sigmas = fit.covariance.diagonal().map(f64::sqrt);
-    Influence {
-        leverage,
-        change: change.component_div(&sigmas).amax(),
-    }
+    let of_rest = |k: usize| {
+        let (own, shown_by_others) = answer.alone(&[k]);
+        let change = answer.change(&own, &shown_by_others);
+        let change = change.map_or(f64::INFINITY, |change| {
+            let each = change
+                .iter()
+                .zip(&sigmas)
+                .map(|(change, sigma)| (change / sigma).abs());
+            each.fold(0.0, f64::max)
+        });
+        Influence {
+            leverage: 1.0 - shown_by_others[(0, 0)] / own.norm_squared(), // eq. 7
+            change,
+        }
+    };
+    (0..fit.residuals.len()).map(of_rest).collect()
 }
 
-/// `|u| - g` of each rest, m/s^2, by a fit without any rest in its direction; `None` where the others do not carry one.
-pub fn held_out(
-    rests: &[RestForce],
-    groups: &[usize],
-    gravity: f64,
-    start: &ErrorModel<f64>,
-) -> Vec<Option<f64>> {
-    let mut residuals = vec![None; rests.len()];
-    for group in 0..=groups.iter().copied().max().unwrap_or(0) {
-        let others = rests.iter().zip(groups).filter(|(_, own)| **own != group);
-        let kept: Vec<RestForce> = others.map(|(rest, _)| *rest).collect();
-        let Ok(fit) = fit_forces(&kept, gravity, start) else {
-            continue;
-        };
-        for (k, rest) in rests.iter().enumerate().filter(|(k, _)| groups[*k] == group) {
-            residuals[k] = residual(&fit.model, rest, gravity).map(|found| found.value);
+/// `|u| - g` of each rest, m/s^2, by a fit without any rest in its direction, to first order; `None` where the others do not
+/// carry one (docs/theory/multipose.md, eq. 8).
+pub fn held_out(fit: &ForcesFit) -> Vec<Option<f64>> {
+    let answer = Answer::of(fit);
+    let mut residuals = vec![None; fit.residuals.len()];
+    let groups = fit.groups.iter().max().map_or(0, |last| last + 1);
+    if groups <= FEWEST_DIRECTIONS {
+        return residuals;
+    }
+    for group in 0..groups {
+        let members: Vec<usize> = (0..residuals.len()).filter(|k| fit.groups[*k] == group).collect();
+        let (own, shown_by_others) = answer.alone(&members);
+        let leverage = 1.0 - shown_by_others.trace() / own.norm_squared();
+        let change = answer
+            .change(&own, &shown_by_others)
+            .filter(|_| leverage < DECISIVE);
+        for k in members {
+            let found = &fit.residuals[k];
+            let moved =
+                |change: &DVector<f64>| -> f64 { found.row.iter().zip(change).map(|(a, b)| a * b).sum() };
+            residuals[k] = change.as_ref().map(|change| found.value - moved(change));
         }
     }
     residuals
+}
+
+impl<'a> Answer<'a> {
+    fn of(fit: &'a ForcesFit) -> Self {
+        let rows = fit.whitened_rows();
+        let unknowns = rows.ncols();
+        let gains = DMatrix::from_fn(unknowns, unknowns, |i, j| fit.covariance[(i, j)]) * rows.transpose();
+        let values = fit.whitened_residuals();
+        Self {
+            left: &values - &rows * (&gains * &values),
+            fit,
+            rows,
+            gains,
+        }
+    }
+
+    /// What readings of these rests alone are, whitened, and how much of them the fit leaves.
+    fn alone(&self, rests: &[usize]) -> (DMatrix<f64>, DMatrix<f64>) {
+        let mut own = DMatrix::zeros(self.rows.nrows(), rests.len());
+        for (column, rest) in rests.iter().enumerate() {
+            own[(*rest, column)] = 1.0;
+        }
+        self.fit.factor.solve_lower_triangular_mut(&mut own);
+        let taken_up = own.tr_mul(&self.rows) * (&self.gains * &own);
+        let left = own.tr_mul(&own) - taken_up;
+        (own, left)
+    }
+
+    /// By how much the unknowns are what they are because of these rests; `None` where nothing else shows them.
+    fn change(&self, own: &DMatrix<f64>, shown_by_others: &DMatrix<f64>) -> Option<DVector<f64>> {
+        let pulled = shown_by_others.clone().cholesky()?.solve(&own.tr_mul(&self.left));
+        // A residual that is high has pulled the unknowns down its slope.
+        Some(-(&self.gains * own * pulled)) // eq. 8
+    }
 }

@@ -26,7 +26,7 @@ pub struct Minimum {
 const MOST_STEPS: u32 = 200;
 
 /// A step that promises less than this share of the sum of squares is the last.
-const NEGLIGIBLE: f64 = 1e-15;
+const NEGLIGIBLE: f64 = 1e-12;
 
 /// Damping beyond which no shorter step helps: what is left is rounding.
 const STUCK: f64 = 1e16;

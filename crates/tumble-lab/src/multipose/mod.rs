@@ -1,28 +1,36 @@
 //! Calibration without equipment: rests in many orientations, turned by hand in between (docs/theory/multipose.md).
 //!
 //! [`multipose()`] takes the samples of one unit. [`accelerometer`] fits the length of gravity at the rests, [`gyroscope`]
-//! how gravity turned between them, each with [`levenberg_marquardt`]. [`influence`] and [`next_orientation`] say how far
-//! the poses carry the result, [`nominal_scale`] what counts of an unknown unit are.
+//! how gravity turned between them, each with [`levenberg_marquardt`]. [`influence`], [`next_orientation`] and [`next_turn`] say how far
+//! the poses carry the result, `nominal_scale` what counts of an unknown unit are. [`sections`] are stretches that somebody
+//! labelled; six [`faces`] of a box are a case of their own, beside which stand the formulas of [`ferraris`].
 
 pub mod accelerometer;
 mod directions;
 mod error;
+pub mod faces;
+pub mod ferraris;
 pub mod gyroscope;
 pub mod influence;
 pub mod levenberg_marquardt;
 pub mod next_orientation;
+pub mod next_turn;
 mod nominal_scale;
 mod observability;
 mod procedure;
 mod rest_selection;
 mod robust;
 pub mod rotation_response;
+pub mod sections;
 mod settings;
 
 #[cfg(test)]
 mod tests;
 
+pub use directions::grouped;
 pub use error::MultiposeError;
 pub use nominal_scale::NominalScale;
-pub use procedure::{Gyroscope, Multipose, Pose, UnitSamples, multipose};
-pub use settings::{FEWEST_DIRECTIONS, MultiposeSettings};
+pub use procedure::{Faces, Gyroscope, Multipose, Pose, UnitSamples, multipose};
+pub use rest_selection::{BY_HAND, rest_settings};
+pub use sections::{Section, SectionLabel};
+pub use settings::{FEWEST_DIRECTIONS, FULL_TURN_SIGMA, KnownNoise, MultiposeSettings};

@@ -28,7 +28,7 @@ pub fn next_orientation(fit: &ForcesFit, rests: &[RestForce], gravity: f64) -> O
     };
     let (unknown, before) = largest(&fit.covariance);
     let variance = median_variance(rests)?;
-    let tried = ups().filter_map(|up| {
+    let tried = covering(CANDIDATES).filter_map(|up| {
         let rest = RestForce {
             mean: fit.model.measure(&(up * gravity)),
             variance,
@@ -48,10 +48,10 @@ pub fn next_orientation(fit: &ForcesFit, rests: &[RestForce], gravity: f64) -> O
 }
 
 /// Points that cover the sphere evenly, each turned from the last by the golden angle.
-fn ups() -> impl Iterator<Item = Vector3<f64>> {
+pub(super) fn covering(count: u32) -> impl Iterator<Item = Vector3<f64>> {
     let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
-    (0..CANDIDATES).map(move |i| {
-        let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(CANDIDATES);
+    (0..count).map(move |i| {
+        let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(count);
         let (sine, cosine) = (golden * f64::from(i)).sin_cos();
         let across = (1.0 - z * z).sqrt();
         Vector3::new(across * cosine, across * sine, z)

@@ -1,23 +1,31 @@
 //! From the samples of one unit to the calibration of both its triads.
 
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3};
 use rayon::prelude::*;
 use tumble_core::gravity::{EARTH_RATE, vertical_earth_rate};
 use tumble_core::model::{Covariance, ErrorModel};
+use tumble_core::noise::Interval;
 use tumble_core::real::seconds;
 use tumble_core::segmenter::Segment;
 use tumble_core::turntable::reference::earth_variance;
 
-use super::accelerometer::{ForcesFit, PLACES, RestForce, UNKNOWNS, fit_forces, sizes};
+use super::accelerometer::{
+    ForcesFit, NormResidual, PLACES, RestForce, RestForces, UNKNOWNS, fit_forces, residual, sizes,
+};
 use super::error::MultiposeError;
-use super::gyroscope::{Excess, RatesFit, RestDirection, Rotations, Turn, fit_rates};
+use super::faces::{FaceRest, FacesFit, fit_faces, fit_tilted, label_faces};
+use super::ferraris::{Ferraris, ferraris};
+use super::gyroscope::{Excess, FullTurn, RatesFit, RestDirection, Rotations, Turn, fit_rates};
 use super::influence::{Influence, held_out, influence};
 use super::next_orientation::{NextOrientation, next_orientation};
+use super::next_turn::{NextTurn, next_turn};
 use super::nominal_scale::{NominalScale, counts, rounded, start};
 use super::rest_selection::{TOLERANCES, acquire};
 use super::rotation_response::TurnSamples;
-use super::settings::MultiposeSettings;
+use super::sections::{Section, take_labelled};
+use super::settings::{FULL_TURN_SIGMA, KnownNoise, MultiposeSettings};
 use crate::acquisition::{Acquired, interval};
+use crate::turntable::flicker::remembered;
 use crate::turntable::{Label, TriadCalibration, force_sigma, rate_sigma, widening};
 
 /// The samples of one unit, all finite, in order of time.
@@ -63,6 +71,8 @@ pub struct Gyroscope {
     pub angles: Vec<(f64, f64)>,
     /// What turns and rests scatter besides noise.
     pub excess: Excess,
+    /// The turn that is worth most.
+    pub next: Option<NextTurn>,
     /// Root mean square of the angles, rad, with g-sensitivity, where it was not fitted and the bias depends on attitude.
     pub with_g_sensitivity: Option<f64>,
 }
@@ -82,13 +92,26 @@ pub struct Multipose {
     pub poses: Vec<Pose>,
     /// The orientation that is worth most.
     pub next: Option<NextOrientation>,
+    /// What six faces show besides.
+    pub faces: Option<Faces>,
     /// Or why there is none.
     pub gyroscope: Result<Gyroscope, MultiposeError>,
 }
 
+/// What a session on six faces shows besides.
+#[derive(Clone, Debug)]
+pub struct Faces {
+    /// By how much a face was off level about either axis, rad, 1-sigma.
+    pub tilt: f64,
+    /// Which stretches were taken for what.
+    pub sections: Vec<Section>,
+    /// The formulas of Ferraris, of readings as they were given.
+    pub ferraris: Ferraris,
+}
+
 /// A unit as it is worked on: SI units, zeros near zero.
 struct Centred<'a> {
-    time: &'a [f64],
+    given: UnitSamples<'a>,
     force: Vec<[f64; 3]>,
     rate: Vec<[f64; 3]>,
     force_zero: Vector3<f64>,
@@ -117,10 +140,35 @@ pub fn multipose(
     Ok(found)
 }
 
+/// Rests found with one tolerance, or labelled, and the accelerometer fitted to them.
+struct Candidate {
+    tolerance: f64,
+    acquired: Acquired,
+    sections: Vec<Section>,
+    fit: Fitted,
+}
+
+/// How the accelerometer was fitted.
+enum Fitted {
+    /// To the length of gravity.
+    Norm(RestForces, Box<ForcesFit>),
+    /// To the directions of six faces.
+    Faces(Vec<FaceRest>, Box<FacesFit>),
+}
+
+/// A calibrated accelerometer, as the gyroscope needs it.
+struct CalibratedForces {
+    model: ErrorModel<f64>,
+    covariance: Covariance<f64>,
+    /// Corrected specific force at each rest, m/s^2.
+    forces: Vec<Vector3<f64>>,
+    full_turns: Vec<FullTurn>,
+}
+
 impl<'a> Centred<'a> {
     fn of(samples: &UnitSamples<'a>, settings: &MultiposeSettings) -> Result<Self, MultiposeError> {
         let mut unit = Self {
-            time: samples.time,
+            given: *samples,
             force: samples.force.to_vec(),
             rate: samples.rate.to_vec(),
             force_zero: Vector3::zeros(),
@@ -155,64 +203,98 @@ impl<'a> Centred<'a> {
     /// The calibration that is known best, of all that are with one tolerance or another: each by its largest sigma,
     /// widened by its normalised cost (docs/theory/multipose.md, eq. 21).
     fn calibrate(&self, settings: &MultiposeSettings) -> Result<Multipose, MultiposeError> {
-        let tried: Vec<_> = TOLERANCES
-            .par_iter()
-            .map(|tolerance| {
-                let unit = acquire(
-                    self.time,
-                    &self.force,
-                    &self.rate,
-                    settings.shortest_rest,
-                    *tolerance,
-                );
-                let forces = Forces::of(&unit, settings.gravity);
-                forces
-                    .fit(settings.gravity)
-                    .map(|fit| (*tolerance, unit, forces, fit))
-            })
-            .collect();
-        let cost = |fit: &ForcesFit| {
-            let sigmas = fit
-                .covariance
-                .diagonal()
-                .map(f64::sqrt)
-                .component_div(&sizes(settings.gravity));
-            sigmas.max() * cost_factor(fit).sqrt() // eq. 21
+        let tolerances = if settings.sections.is_empty() {
+            &TOLERANCES[..]
+        } else {
+            &TOLERANCES[..1]
         };
+        let tried: Vec<_> = tolerances
+            .par_iter()
+            .map(|tolerance| self.candidate(*tolerance, settings))
+            .collect();
         let mut refusal = MultiposeError::NoRests;
         let mut solved = Vec::new();
         for each in tried {
             match each {
-                Ok(each) => solved.push((cost(&each.3), each)),
+                Ok(each) => solved.push((each.fit.cost(settings.gravity), each)),
                 // The refusal of the tolerance with which most was found says most.
                 Err(error) if says_more(&error, &refusal) => refusal = error,
                 Err(_) => {}
             }
         }
         let best = solved.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-        let (_, (tolerance, unit, forces, fit)) = best.ok_or(refusal)?;
-        self.describe(tolerance, unit, &forces, &fit, settings)
+        let (_, candidate) = best.ok_or(refusal)?;
+        self.describe(candidate, settings)
+    }
+
+    fn candidate(&self, tolerance: f64, settings: &MultiposeSettings) -> Result<Candidate, MultiposeError> {
+        let mut acquired = acquire(
+            self.given.time,
+            &self.force,
+            &self.rate,
+            settings.shortest_rest,
+            tolerance,
+        );
+        let sections = if settings.faces && settings.sections.is_empty() {
+            label_faces(&acquired, |time| self.index(time))
+        } else {
+            settings.sections.clone()
+        };
+        if settings.faces || !sections.is_empty() {
+            let samples = UnitSamples {
+                time: self.given.time,
+                force: &self.force,
+                rate: &self.rate,
+            };
+            take_labelled(&mut acquired, &samples, &sections);
+        }
+        KnownNoise::put_into(&settings.noise, &mut acquired);
+        let fit = if settings.faces {
+            Fitted::to_faces(&acquired, &sections, settings.gravity)?
+        } else {
+            Fitted::to_norm(&acquired, settings.gravity)?
+        };
+        Ok(Candidate {
+            tolerance,
+            acquired,
+            sections,
+            fit,
+        })
     }
 
     fn describe(
         &self,
-        tolerance: f64,
-        acquired: Acquired,
-        forces: &Forces,
-        fit: &ForcesFit,
+        candidate: Candidate,
         settings: &MultiposeSettings,
     ) -> Result<Multipose, MultiposeError> {
+        let Candidate {
+            tolerance,
+            acquired,
+            sections,
+            fit,
+        } = candidate;
+        let accelerometer = fit.calibration(&acquired)?;
         let gyroscope = if settings.gyroscope {
-            self.gyroscope(&acquired, fit, settings)
+            let full_turns = self.full_turns(&acquired, &sections, &fit);
+            let forces = fit.calibrated(&accelerometer, full_turns);
+            self.gyroscope(&acquired, &forces, settings)
         } else {
             Err(MultiposeError::NoTurns)
         };
         Ok(Multipose {
             tolerance,
             nominal: None,
-            accelerometer: force_calibration(&acquired, fit)?,
-            poses: forces.poses(fit, settings.gravity),
-            next: next_orientation(fit, &forces.rests, settings.gravity),
+            poses: fit.poses(&acquired, settings.gravity),
+            next: fit.next(settings.gravity),
+            faces: fit
+                .tilt()
+                .zip(ferraris(&self.given, &sections, settings.gravity))
+                .map(|(tilt, ferraris)| Faces {
+                    tilt,
+                    sections,
+                    ferraris,
+                }),
+            accelerometer,
             gyroscope,
             acquired,
         })
@@ -221,13 +303,16 @@ impl<'a> Centred<'a> {
     fn gyroscope(
         &self,
         unit: &Acquired,
-        fit: &ForcesFit,
+        forces: &CalibratedForces,
         settings: &MultiposeSettings,
     ) -> Result<Gyroscope, MultiposeError> {
         let data = Rotations {
-            rests: rest_directions(unit, fit, settings),
-            turns: self.turns(unit, fit, settings),
-            accelerometer_covariance: fit.covariance * cost_factor(fit),
+            rests: rest_directions(unit, forces, settings),
+            turns: self.turns(unit, forces, settings),
+            full_turns: forces.full_turns.clone(),
+            accelerometer_covariance: forces.covariance,
+            noise: unit.rate_noise(),
+            remembered: remembered_at_rests(unit),
             g_sensitivity: settings.g_sensitivity,
             latitude: settings.latitude,
         };
@@ -238,14 +323,58 @@ impl<'a> Centred<'a> {
             with_g_sensitivity: with_g_sensitivity(&data, &rates),
             calibration: rate_calibration(&data, &rates)?,
             excess: rates.excess,
+            next: next_turn(&data, &rates),
             turns,
         })
     }
 
+    /// What labelled full turns read, where they lie on a table as the faces do.
+    fn full_turns(&self, unit: &Acquired, sections: &[Section], fit: &Fitted) -> Vec<FullTurn> {
+        let Fitted::Faces(_, faces) = fit else {
+            return Vec::new();
+        };
+        let Ok(correction) = faces.model.correction() else {
+            return Vec::new();
+        };
+        let noise = unit.rate_noise();
+        let of = |section: &Section| {
+            let axis = Vector3::ith(section.label.turned_about()?, 1.0);
+            let within = section.first..section.end;
+            #[allow(clippy::cast_precision_loss)]
+            let samples = within.len() as f64;
+            let (from, to) = (self.given.time[section.first], self.given.time[section.end - 1]);
+            let duration = (to - from) * samples / (samples - 1.0);
+            let mean = |readings: &[[f64; 3]]| {
+                readings[within.clone()]
+                    .iter()
+                    .map(|y| Vector3::from(*y))
+                    .sum::<Vector3<f64>>()
+                    / samples
+            };
+            let span = Interval {
+                start: from - unit.origin,
+                end: from - unit.origin + duration,
+            };
+            let of_noise = Vector3::from_fn(|i, _| {
+                noise[i].covariance(&span, &span, &unit.session()) * duration * duration
+            });
+            let along = axis * axis.transpose();
+            let across = (Matrix3::identity() - along) * (std::f64::consts::TAU * faces.tilt).powi(2);
+            Some(FullTurn {
+                axis,
+                angle: mean(&self.rate) * duration,
+                velocity: correction.apply(&mean(&self.force)) * duration,
+                duration,
+                covariance: along * FULL_TURN_SIGMA.powi(2) + across + Matrix3::from_diagonal(&of_noise), // eq. 26
+            })
+        };
+        sections.iter().filter_map(of).collect()
+    }
+
     /// The turns that were recorded whole.
-    fn turns(&self, unit: &Acquired, fit: &ForcesFit, settings: &MultiposeSettings) -> Vec<Turn> {
+    fn turns(&self, unit: &Acquired, forces: &CalibratedForces, settings: &MultiposeSettings) -> Vec<Turn> {
         let whole = unit.turns.iter().enumerate().filter(|(_, turn)| turn.complete);
-        let Ok(correction) = fit.model.correction() else {
+        let Ok(correction) = forces.model.correction() else {
             return Vec::new();
         };
         let turns = whole.filter_map(|(before, turn)| {
@@ -253,7 +382,7 @@ impl<'a> Centred<'a> {
             let to = self.index(unit.origin + seconds::<f64>(unit.rests[before + 1].start));
             let force = self.force.get(from..=to)?;
             let samples = TurnSamples {
-                time: self.time[from..=to].to_vec(),
+                time: self.given.time[from..=to].to_vec(),
                 rate: self.rate[from..=to].iter().map(|w| Vector3::from(*w)).collect(),
                 force: force
                     .iter()
@@ -273,9 +402,10 @@ impl<'a> Centred<'a> {
     /// The sample nearest to a time, s.
     fn index(&self, time: f64) -> usize {
         // Segments know their times to the microsecond.
-        self.time
+        self.given
+            .time
             .partition_point(|t| *t < time - 1e-6)
-            .min(self.time.len() - 1)
+            .min(self.given.time.len() - 1)
     }
 }
 
@@ -291,10 +421,12 @@ fn with_g_sensitivity(data: &Rotations, found: &RatesFit) -> Option<f64> {
     let with = fit_rates(&data)
         .ok()
         .filter(|with| with.excess.rest < 0.5 * found.excess.rest)?;
-    let angles: Vec<f64> = with.angles().collect();
-    #[allow(clippy::cast_precision_loss)]
-    let count = angles.len() as f64;
-    Some((angles.iter().map(|angle| angle * angle).sum::<f64>() / count).sqrt())
+    let rms = |fit: &RatesFit| {
+        #[allow(clippy::cast_precision_loss)]
+        let count = fit.turned_less_found.len().max(1) as f64;
+        (fit.angles().map(|angle| angle * angle).sum::<f64>() / count).sqrt()
+    };
+    Some(rms(&with)).filter(|with| *with < rms(found))
 }
 
 fn centre(readings: &mut [[f64; 3]], zero: &Vector3<f64>, scale: f64) {
@@ -309,6 +441,7 @@ fn says_more(error: &MultiposeError, before: &MultiposeError) -> bool {
     let rank = |error: &MultiposeError| match error {
         MultiposeError::NoRests => 0,
         MultiposeError::TooFewDirections { found, .. } => *found,
+        MultiposeError::FacesMissing { missing } => missing.iter().filter(|missing| !**missing).count(),
         _ => usize::MAX,
     };
     rank(error) > rank(before)
@@ -320,62 +453,195 @@ fn cost_factor(fit: &ForcesFit) -> f64 {
 }
 
 /// The rests of a unit.
-struct Forces {
-    rests: Vec<RestForce>,
-    start: ErrorModel<f64>,
+fn forces_of(unit: &Acquired) -> RestForces {
+    let of = |k: usize| RestForce {
+        mean: unit.rests[k].specific_force(),
+        variance: force_sigma(unit, k).map(|sigma| sigma * sigma),
+    };
+    RestForces {
+        rests: (0..unit.rests.len()).map(of).collect(),
+        flicker: Vector3::from(unit.force_noise().map(|noise| noise.flicker)),
+        remembered: remembered_at_rests(unit),
+    }
 }
 
-impl Forces {
-    fn of(unit: &Acquired, gravity: f64) -> Self {
-        let rests: Vec<_> = (0..unit.rests.len())
-            .map(|k| RestForce {
-                mean: unit.rests[k].specific_force(),
-                variance: force_sigma(unit, k).map(|sigma| sigma * sigma),
+fn remembered_at_rests(unit: &Acquired) -> DMatrix<f64> {
+    let intervals: Vec<_> = unit.rests.iter().map(interval).collect();
+    remembered(&intervals, &unit.session())
+}
+
+impl Fitted {
+    fn to_norm(unit: &Acquired, gravity: f64) -> Result<Self, MultiposeError> {
+        let data = forces_of(unit);
+        let means: Vec<_> = data.rests.iter().map(|rest| rest.mean).collect();
+        let fit = fit_forces(&data, gravity, &start(&means, gravity))?;
+        Ok(Self::Norm(data, Box::new(fit)))
+    }
+
+    fn to_faces(unit: &Acquired, sections: &[Section], gravity: f64) -> Result<Self, MultiposeError> {
+        let mut faces: Vec<_> = sections
+            .iter()
+            .filter(|section| section.label.up().is_some())
+            .collect();
+        faces.sort_by_key(|section| section.first);
+        let each = faces.iter().zip(&unit.rests);
+        let rests: Vec<_> = each
+            .filter_map(|(section, rest)| {
+                Some(FaceRest {
+                    up: section.label.up()?,
+                    mean: rest.specific_force(),
+                    interval: interval(rest),
+                })
             })
             .collect();
-        let means: Vec<_> = rests.iter().map(|rest| rest.mean).collect();
-        Self {
-            start: start(&means, gravity),
-            rests,
+        let fit = fit_faces(&rests, &unit.force_noise(), &unit.session(), gravity)?;
+        Ok(Self::Faces(rests, Box::new(fit)))
+    }
+
+    /// The largest sigma, in units of scale or of g (docs/theory/multipose.md, eq. 21).
+    fn cost(&self, gravity: f64) -> f64 {
+        match self {
+            Self::Norm(_, fit) => {
+                let sigmas = fit.covariance.diagonal().map(f64::sqrt);
+                sigmas.component_div(&sizes(gravity)).max() * cost_factor(fit).sqrt() // eq. 21
+            }
+            Self::Faces(_, fit) => {
+                let sigmas = fit.covariance.diagonal().map(f64::sqrt);
+                sigmas.rows(0, 9).max().max(sigmas.rows(9, 3).max() / gravity)
+            }
         }
     }
 
-    fn fit(&self, gravity: f64) -> Result<ForcesFit, MultiposeError> {
-        fit_forces(&self.rests, gravity, &self.start)
+    fn tilt(&self) -> Option<f64> {
+        match self {
+            Self::Norm(..) => None,
+            Self::Faces(_, fit) => Some(fit.tilt),
+        }
     }
 
-    fn poses(&self, fit: &ForcesFit, gravity: f64) -> Vec<Pose> {
-        let unseen = held_out(&self.rests, &fit.groups, gravity, &fit.model);
-        let influences = influence(fit);
-        (0..self.rests.len())
-            .map(|k| Pose {
-                force: fit.residuals[k].force,
-                before: self.rests[k].mean.norm() - gravity,
-                after: fit.residuals[k].value,
-                sigma: fit.residuals[k].sigma,
-                weight: fit.weights[k],
-                direction: fit.groups[k],
-                influence: influences[k],
-                held_out: unseen[k],
-            })
-            .collect()
+    fn calibration(&self, unit: &Acquired) -> Result<TriadCalibration, MultiposeError> {
+        match self {
+            Self::Norm(_, fit) => force_calibration(unit, fit),
+            Self::Faces(_, fit) => faces_calibration(fit),
+        }
+    }
+
+    fn calibrated(&self, found: &TriadCalibration, full_turns: Vec<FullTurn>) -> CalibratedForces {
+        let forces = match self {
+            Self::Norm(_, fit) => fit.residuals.iter().map(|r| r.force).collect(),
+            Self::Faces(rests, fit) => {
+                let correction = fit.model.correction().ok();
+                rests
+                    .iter()
+                    .filter_map(|rest| Some(correction.as_ref()?.apply(&rest.mean)))
+                    .collect()
+            }
+        };
+        CalibratedForces {
+            model: found.model,
+            covariance: found.covariance,
+            forces,
+            full_turns,
+        }
+    }
+
+    fn next(&self, gravity: f64) -> Option<NextOrientation> {
+        match self {
+            Self::Norm(data, fit) => next_orientation(fit, &data.rests, gravity),
+            // A seventh orientation is no face.
+            Self::Faces(..) => None,
+        }
+    }
+
+    fn poses(&self, unit: &Acquired, gravity: f64) -> Vec<Pose> {
+        match self {
+            Self::Norm(data, fit) => norm_poses(data, fit, gravity),
+            Self::Faces(rests, fit) => face_poses(unit, rests, fit, gravity),
+        }
     }
 }
 
-fn rest_directions(unit: &Acquired, fit: &ForcesFit, settings: &MultiposeSettings) -> Vec<RestDirection> {
-    let Ok(correction) = fit.model.correction() else {
+fn norm_poses(data: &RestForces, fit: &ForcesFit, gravity: f64) -> Vec<Pose> {
+    let unseen = held_out(fit);
+    let influences = influence(fit);
+    (0..data.rests.len())
+        .map(|k| Pose {
+            before: data.rests[k].mean.norm() - gravity,
+            weight: fit.weights[k],
+            direction: fit.groups[k],
+            influence: influences[k],
+            held_out: unseen[k],
+            ..pose(&fit.residuals[k])
+        })
+        .collect()
+}
+
+fn face_poses(unit: &Acquired, rests: &[FaceRest], fit: &FacesFit, gravity: f64) -> Vec<Pose> {
+    let data = forces_of(unit).rests;
+    let sigmas = fit.covariance.diagonal().map(f64::sqrt);
+    let of = |k: usize| {
+        let here = residual(&fit.model, &data[k], gravity)?;
+        let others: Vec<_> = (0..rests.len())
+            .filter(|other| *other != k)
+            .map(|other| rests[other])
+            .collect();
+        let noise = unit.force_noise();
+        let without = fit_tilted(&others, &noise, &unit.session(), gravity, fit.tilt).ok()?;
+        let matrix = (fit.model.matrix - without.model.matrix).transpose();
+        let bias = fit.model.bias - without.model.bias;
+        let changes = matrix.iter().chain(&bias).zip(&sigmas);
+        let held_out = residual(&without.model, &data[k], gravity)?.value;
+        Some(Pose {
+            before: data[k].mean.norm() - gravity,
+            direction: rests.iter().position(|rest| rest.up == rests[k].up)?,
+            influence: Influence {
+                leverage: 1.0 - (here.value / held_out).abs().min(1.0),
+                change: changes
+                    .map(|(change, sigma)| (change / sigma).abs())
+                    .fold(0.0, f64::max),
+            },
+            held_out: Some(held_out),
+            ..pose(&here)
+        })
+    };
+    (0..rests.len()).filter_map(of).collect()
+}
+
+/// What a residual alone says of a pose.
+fn pose(found: &NormResidual) -> Pose {
+    Pose {
+        force: found.force,
+        before: f64::NAN,
+        after: found.value,
+        sigma: found.sigma,
+        weight: 1.0,
+        direction: 0,
+        influence: Influence {
+            leverage: 0.0,
+            change: 0.0,
+        },
+        held_out: None,
+    }
+}
+
+fn rest_directions(
+    unit: &Acquired,
+    forces: &CalibratedForces,
+    settings: &MultiposeSettings,
+) -> Vec<RestDirection> {
+    let Ok(correction) = forces.model.correction() else {
         return Vec::new();
     };
-    let each = fit.residuals.iter().enumerate().map(|(k, found)| {
-        let up = found.force.normalize();
-        let across = (Matrix3::identity() - up * up.transpose()) / found.force.norm();
+    let each = forces.forces.iter().enumerate().map(|(k, force)| {
+        let up = force.normalize();
+        let across = (Matrix3::identity() - up * up.transpose()) / force.norm();
         let by_reading = across * correction.matrix;
         let noise = Matrix3::from_diagonal(&force_sigma(unit, k).map(|sigma| sigma * sigma));
         RestDirection {
-            force: found.force,
+            force: *force,
             covariance: by_reading * noise * by_reading.transpose(),
-            by_accelerometer: SMatrix::from_fn(|i, unknown| match PLACES[unknown] {
-                place @ 0..9 => -by_reading[(i, place / 3)] * found.force[place % 3],
+            by_accelerometer: SMatrix::from_fn(|i, place| match place {
+                0..9 => -by_reading[(i, place / 3)] * force[place % 3],
                 place => -by_reading[(i, place - 9)],
             }),
             rate: unit.rests[k].angular_rate(),
@@ -431,6 +697,26 @@ fn force_calibration(unit: &Acquired, fit: &ForcesFit) -> Result<TriadCalibratio
                 )
             })
             .collect(),
+        labels: (0..fit.residuals.len()).map(Label::Rest).collect(),
+    })
+}
+
+fn faces_calibration(fit: &FacesFit) -> Result<TriadCalibration, MultiposeError> {
+    let parts = fit.model.decompose()?;
+    Ok(TriadCalibration {
+        model: fit.model,
+        covariance: fit.covariance,
+        observed: [true; 12],
+        parts,
+        parts_covariance: parts.carry(&fit.covariance),
+        g_sensitivity: None,
+        rank: 12,
+        widened: 1.0,
+        // What tilts the faces is known from what they leave, and no better.
+        variance_freedom: f64::from(fit.degrees_of_freedom),
+        chi_square: fit.chi_square,
+        degrees_of_freedom: fit.degrees_of_freedom,
+        residuals: fit.residuals.clone(),
         labels: (0..fit.residuals.len()).map(Label::Rest).collect(),
     })
 }

@@ -5,16 +5,13 @@ use tumble_core::segmenter::SegmenterSettings;
 use crate::acquisition::{Acquired, Acquisition};
 
 /// Tolerances tried, as factors on the usual limits of scatter and drift: a table, a lap, a hand.
-pub(super) const TOLERANCES: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
+pub(super) const TOLERANCES: [f64; 4] = [1.0, 2.0, 4.0, BY_HAND];
 
-/// Cuts samples into rests and turns with limits this much wider than usual.
-pub(super) fn acquire(
-    time: &[f64],
-    force: &[[f64; 3]],
-    rate: &[[f64; 3]],
-    shortest_rest: u64,
-    tolerance: f64,
-) -> Acquired {
+/// Of a unit that is held, not laid down.
+pub const BY_HAND: f64 = 8.0;
+
+/// How to cut samples into rests and turns with limits this much wider than usual; `shortest_rest` in microseconds.
+pub fn rest_settings(shortest_rest: u64, tolerance: f64) -> SegmenterSettings<f64> {
     let mut settings = SegmenterSettings {
         shortest_rest,
         ..SegmenterSettings::default()
@@ -25,7 +22,18 @@ pub(super) fn acquire(
     limits.smallest_angular_rate_scatter *= tolerance;
     limits.specific_force_drift *= tolerance;
     limits.angular_rate_drift *= tolerance;
-    let mut acquisition = Acquisition::new(settings);
+    settings
+}
+
+/// Cuts samples into rests and turns.
+pub(super) fn acquire(
+    time: &[f64],
+    force: &[[f64; 3]],
+    rate: &[[f64; 3]],
+    shortest_rest: u64,
+    tolerance: f64,
+) -> Acquired {
+    let mut acquisition = Acquisition::new(rest_settings(shortest_rest, tolerance));
     acquisition.push(time, force, rate, None);
     acquisition.finish()
 }

@@ -53,27 +53,24 @@ impl TurnSamples {
             .map_or(0.0, |(end, start)| end - start)
     }
 
-    /// Carries a direction through the turn, rates straight between samples (docs/theory/multipose.md, eq. 11 and 12);
+    /// Case at the end from case at the start, rates straight between samples (docs/theory/multipose.md, eq. 11 and 12);
     /// `None` where M has no inverse.
-    pub fn carry(&self, errors: &RateModel, from: &Vector3<f64>) -> Option<Vector3<f64>> {
+    pub fn end_from_start(&self, errors: &RateModel) -> Option<UnitQuaternion<f64>> {
         let correction = errors.model.correction().ok()?;
         let mut end_from_start = UnitQuaternion::identity();
         self.for_each_step(&correction, errors, |step| {
             end_from_start = rotation_of(&-step.angle()) * end_from_start; // eq. 12
         });
-        Some(end_from_start * from)
+        Some(end_from_start)
     }
 
     /// The same rotation with its derivative (docs/theory/multipose.md, eq. 11 to 13); `None` where M has no inverse.
     pub fn integrate(&self, errors: &RateModel, g_sensitivity: bool) -> Option<IntegratedTurn> {
         let correction = errors.model.correction().ok()?;
         let columns = if g_sensitivity { REGRESSORS } else { REGRESSORS - 3 };
-        let mut turned = IntegratedTurn {
-            end_from_start: Matrix3::identity(),
-            response: vec![Matrix3::zeros(); columns],
-        };
-        self.for_each_step(&correction, errors, |step| turned.advance(step));
-        Some(turned)
+        let mut turning = Turning::begin(columns);
+        self.for_each_step(&correction, errors, |step| turning.advance(step));
+        Some(turning.end())
     }
 
     fn for_each_step(&self, correction: &Correction<f64>, errors: &RateModel, mut take: impl FnMut(&Step)) {
@@ -120,26 +117,70 @@ fn true_rate(
     correction.apply(&(rate - errors.g_sensitivity * force)) // eq. 10
 }
 
+/// A turn while it is integrated.
+struct Turning {
+    end_from_start: UnitQuaternion<f64>,
+    /// What an error of the true rate adds, seen from the case at the start, for each element of the regressor.
+    response: Vec<Matrix3<f64>>,
+    /// The regressor of the last sample, and what the steps to it and from it multiply it by.
+    regressor: [f64; REGRESSORS],
+    by_regressor: Matrix3<f64>,
+}
+
+impl Turning {
+    fn begin(columns: usize) -> Self {
+        Self {
+            end_from_start: UnitQuaternion::identity(),
+            response: vec![Matrix3::zeros(); columns],
+            regressor: [0.0; REGRESSORS],
+            by_regressor: Matrix3::zeros(),
+        }
+    }
+
+    fn advance(&mut self, step: &Step) {
+        let [from, to] = &step.rates;
+        let angle = step.angle();
+        self.end_from_start = rotation_of(&-angle) * self.end_from_start; // eq. 12
+        let start_from_end = self.end_from_start.inverse().to_rotation_matrix().into_inner();
+        let turning = start_from_end * right_jacobian(&angle);
+        let half = turning * (0.5 * step.duration);
+        // The regressor of the first sample has been waiting for its second half.
+        self.by_regressor += half - cross_rows(&turning, to) * step.coning(); // eq. 13
+        self.regressor = regressor(from, &step.forces[0]);
+        self.take();
+        self.by_regressor = half + cross_rows(&turning, from) * step.coning(); // eq. 13
+        self.regressor = regressor(to, &step.forces[1]);
+    }
+
+    fn take(&mut self) {
+        for (response, regressor) in self.response.iter_mut().zip(self.regressor) {
+            *response += self.by_regressor * regressor; // eq. 13
+        }
+    }
+
+    fn end(mut self) -> IntegratedTurn {
+        self.take();
+        let end_from_start = self.end_from_start.to_rotation_matrix().into_inner();
+        let response = self.response.iter().map(|each| end_from_start * each);
+        IntegratedTurn {
+            response: response.collect(),
+            end_from_start,
+        }
+    }
+}
+
 fn regressor(rate: &Vector3<f64>, force: &Vector3<f64>) -> [f64; REGRESSORS] {
     [rate.x, rate.y, rate.z, 1.0, force.x, force.y, force.z]
 }
 
-impl IntegratedTurn {
-    fn advance(&mut self, step: &Step) {
-        let [from, to] = &step.rates;
-        let angle = step.angle();
-        let back = rotation_of(&-angle).to_rotation_matrix().into_inner();
-        let jacobian = right_jacobian(&angle);
-        let half = Matrix3::identity() * (0.5 * step.duration);
-        let by_first = jacobian * (half - cross_matrix(to) * step.coning()); // eq. 13
-        let by_second = jacobian * (half + cross_matrix(from) * step.coning()); // eq. 13
-        self.end_from_start = back * self.end_from_start; // eq. 12
-        let (first, second) = (regressor(from, &step.forces[0]), regressor(to, &step.forces[1]));
-        for (column, response) in self.response.iter_mut().enumerate() {
-            *response = back * *response + by_first * first[column] + by_second * second[column]; // eq. 13
-        }
-    }
+/// `A [v]_x`: each row of A crossed with v.
+fn cross_rows(matrix: &Matrix3<f64>, v: &Vector3<f64>) -> Matrix3<f64> {
+    let column = |i| matrix.fixed_view::<3, 1>(0, i).into_owned();
+    let (x, y, z) = (column(0), column(1), column(2));
+    Matrix3::from_columns(&[y * v.z - z * v.y, z * v.x - x * v.z, x * v.y - y * v.x])
+}
 
+impl IntegratedTurn {
     /// Derivative of a direction carried through the turn, `to = R from`, by `[M row by row, b]`, and by G row by row where
     /// that was asked for (docs/theory/multipose.md, eq. 14).
     pub fn derivative(&self, to: &Vector3<f64>, case_from_sensor: &Matrix3<f64>) -> DMatrix<f64> {
@@ -160,9 +201,13 @@ impl IntegratedTurn {
     }
 }
 
-/// `exp(phi + d) = exp(phi) exp(J d)` for the short angles of a sample.
+/// `exp(phi + d) = exp(phi) exp(J d)` for the short angles of a sample: `1 - h/2 + h^2/6 - h^3/24` with `h = [phi]_x`, of
+/// which `h^2 = phi phi' - |phi|^2` and `h^3 = -|phi|^2 h`.
 fn right_jacobian(phi: &Vector3<f64>) -> Matrix3<f64> {
-    let hat = cross_matrix(phi);
-    let square = hat * hat;
-    Matrix3::identity() - hat * 0.5 + square / 6.0 - square * hat / 24.0
+    let square = phi.norm_squared();
+    let mut jacobian = phi * phi.transpose() / 6.0 - cross_matrix(phi) * (0.5 - square / 24.0);
+    for i in 0..3 {
+        jacobian[(i, i)] += 1.0 - square / 6.0;
+    }
+    jacobian
 }

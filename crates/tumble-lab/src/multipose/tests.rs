@@ -1,14 +1,21 @@
 //! Laws of both fits, on poses and turns whose truth is known.
 
-use nalgebra::{DVector, Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SMatrix, SVector, Vector3};
 use proptest::prelude::*;
 use tumble_core::model::ErrorModel;
+use tumble_core::noise::{Interval, Noise};
 
-use super::accelerometer::{PLACES, RestForce, UNKNOWNS, fit_forces, model_of, residual, unknowns_of};
+use super::accelerometer::{
+    PLACES, RestForce, RestForces, UNKNOWNS, fit_forces, model_of, residual, unknowns_of,
+};
 use super::error::MultiposeError;
+use super::gyroscope::{RestDirection, Rotations, Turn, fit_rates};
 use super::influence::{held_out, influence};
 use super::next_orientation::next_orientation;
+use super::next_turn::next_turn;
 use super::rotation_response::{RateModel, TurnSamples};
+use crate::simulate::stream::{Purpose, normal_vector, stream};
+use crate::turntable::flicker::remembered;
 
 const GRAVITY: f64 = 9.8;
 const SIGMA: f64 = 1e-3;
@@ -33,7 +40,7 @@ fn truth() -> ErrorModel<f64> {
 }
 
 /// Rests with an error that alternates.
-fn rests(ups: &[Vector3<f64>], error: f64) -> Vec<RestForce> {
+fn rests(ups: &[Vector3<f64>], error: f64) -> RestForces {
     let each = ups.iter().enumerate().map(|(k, up)| {
         let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
         RestForce {
@@ -41,7 +48,28 @@ fn rests(ups: &[Vector3<f64>], error: f64) -> Vec<RestForce> {
             variance: Vector3::repeat(SIGMA * SIGMA),
         }
     });
-    each.collect()
+    RestForces::independent(each.collect())
+}
+
+/// The same with bias instability, remembered from rest to rest.
+fn wandering(ups: &[Vector3<f64>], error: f64) -> RestForces {
+    let mut all = rests(ups, error);
+    let intervals: Vec<_> = (0..ups.len())
+        .map(|k| Interval {
+            start: 6.0 * k as f64,
+            end: 6.0 * k as f64 + 4.0,
+        })
+        .collect();
+    let session = Interval {
+        start: 0.0,
+        end: 6.0 * ups.len() as f64,
+    };
+    all.remembered = remembered(&intervals, &session);
+    all.flicker = Vector3::repeat(4.0 * SIGMA * SIGMA);
+    for (k, rest) in all.rests.iter_mut().enumerate() {
+        rest.variance += all.flicker * all.remembered[(k, k)];
+    }
+    all
 }
 
 #[test]
@@ -94,7 +122,7 @@ fn poses_in_a_plane_leave_the_axis_across_it_open() {
 #[test]
 fn one_pose_that_was_touched_does_not_carry_the_others_with_it() {
     let mut touched = rests(&ups(20), 0.5 * SIGMA);
-    touched[7].mean *= 1.02;
+    touched.rests[7].mean *= 1.02;
     let found = fit_forces(&touched, GRAVITY, &truth()).expect("solvable");
     assert!(found.weights[7] < 0.1, "{:?}", found.weights);
     assert!(
@@ -106,13 +134,25 @@ fn one_pose_that_was_touched_does_not_carry_the_others_with_it() {
 
 #[test]
 fn the_influence_of_a_pose_is_what_a_fit_without_it_changes() {
-    let all = rests(&ups(16), 0.2 * SIGMA);
-    let found = fit_forces(&all, GRAVITY, &truth()).expect("solvable");
+    for all in [rests(&ups(16), 0.2 * SIGMA), wandering(&ups(16), 0.2 * SIGMA)] {
+        influence_is_that_of_a_fit_without(&all);
+    }
+}
+
+fn some_of(all: &RestForces, kept: &[usize]) -> RestForces {
+    RestForces {
+        rests: kept.iter().map(|k| all.rests[*k]).collect(),
+        flicker: all.flicker,
+        remembered: all.remembered.select_rows(kept).select_columns(kept),
+    }
+}
+
+fn influence_is_that_of_a_fit_without(all: &RestForces) {
+    let found = fit_forces(all, GRAVITY, &truth()).expect("solvable");
     let sigmas = found.covariance.diagonal().map(f64::sqrt);
     for (k, influence) in influence(&found).iter().enumerate() {
-        let mut others = all.clone();
-        others.remove(k);
-        let without = fit_forces(&others, GRAVITY, &truth()).expect("solvable");
+        let others: Vec<usize> = (0..all.rests.len()).filter(|other| *other != k).collect();
+        let without = fit_forces(&some_of(all, &others), GRAVITY, &truth()).expect("solvable");
         let change = unknowns_of(&found.model) - unknowns_of(&without.model);
         let largest = (0..UNKNOWNS)
             .map(|i| (change[i] / sigmas[i]).abs())
@@ -128,9 +168,17 @@ fn the_influence_of_a_pose_is_what_a_fit_without_it_changes() {
 fn what_a_fit_has_not_seen_it_foretells_worse_than_what_it_has() {
     let all = rests(&ups(16), SIGMA);
     let found = fit_forces(&all, GRAVITY, &truth()).expect("solvable");
-    let unseen = held_out(&all, &found.groups, GRAVITY, &found.model);
-    for (k, unseen) in unseen.iter().enumerate() {
+    for (k, unseen) in held_out(&found).iter().enumerate() {
         let unseen = unseen.expect("fifteen others carry a fit");
+        let others: Vec<usize> = (0..16).filter(|other| *other != k).collect();
+        let without = fit_forces(&some_of(&all, &others), GRAVITY, &truth()).expect("solvable");
+        let refitted = residual(&without.model, &all.rests[k], GRAVITY)
+            .expect("invertible")
+            .value;
+        assert!(
+            (unseen - refitted).abs() < 0.01 * refitted.abs() + 1e-6,
+            "rest {k}: {unseen} {refitted}"
+        );
         assert!(unseen.abs() >= found.residuals[k].value.abs() - 1e-9, "rest {k}");
     }
 }
@@ -140,7 +188,7 @@ fn the_orientation_to_add_lies_where_none_has_been() {
     let away: Vec<_> = ups(40).into_iter().filter(|up| up.x < 0.2).collect();
     let all = rests(&away, 0.0);
     let found = fit_forces(&all, GRAVITY, &truth()).expect("solvable");
-    let next = next_orientation(&found, &all, GRAVITY).expect("rests");
+    let next = next_orientation(&found, &all.rests, GRAVITY).expect("rests");
     assert!(next.up.x > 0.6, "{}", next.up);
     assert!(next.after < 0.5 * next.before, "{next:?}");
 }
@@ -174,7 +222,7 @@ fn a_turn_about_one_axis_comes_out_as_its_angle() {
         model: ErrorModel::identity(),
         g_sensitivity: Matrix3::zeros(),
     };
-    let carried = samples.carry(&errors, &Vector3::x()).expect("invertible");
+    let carried = samples.end_from_start(&errors).expect("invertible") * Vector3::x();
     let expected = Vector3::new(0.7_f64.cos(), -(0.7_f64.sin()), 0.0);
     assert!((carried - expected).amax() < 1e-12, "{carried}");
 }
@@ -217,7 +265,7 @@ proptest! {
         let at = errors(&x);
         let turned = samples.integrate(&at, true).expect("invertible");
         let to = turned.end_from_start * up;
-        let carried = samples.carry(&at, &up).expect("invertible");
+        let carried = samples.end_from_start(&at).expect("invertible") * up;
         prop_assert!((to - carried).amax() < 1e-12);
         let correction = at.model.correction().expect("invertible");
         let derivative = turned.derivative(&to, &correction.matrix);
@@ -225,7 +273,7 @@ proptest! {
             let moved = |by: f64| {
                 let mut x = x;
                 x[unknown] += by;
-                samples.carry(&errors(&x), &up).expect("invertible")
+                samples.end_from_start(&errors(&x)).expect("invertible") * up
             };
             let unit = if unknown < 12 { 1.0 } else { 0.01 };
             let numeric = (moved(1e-5) - moved(-1e-5)) / (2e-5 * unit);
@@ -233,4 +281,89 @@ proptest! {
             prop_assert!(apart < 1e-6 * (1.0 + numeric.amax()), "unknown {}: {}", unknown, apart);
         }
     }
+}
+
+#[test]
+fn errors_are_as_large_as_their_covariance_where_rests_share_bias_instability() {
+    const SESSIONS: u32 = 300;
+    let mut random = stream(5, 0, Purpose::AccelerometerFlicker);
+    let quiet = wandering(&ups(18), 0.0);
+    let spread = (&quiet.remembered * quiet.flicker.x + DMatrix::identity(18, 18) * (SIGMA * SIGMA))
+        .cholesky()
+        .expect("positive")
+        .l();
+    let session = || {
+        let mut drawn = quiet.clone();
+        let draws: Vec<Vector3<f64>> = (0..18).map(|_| normal_vector(&mut random)).collect();
+        for (k, rest) in drawn.rests.iter_mut().enumerate() {
+            rest.mean += draws
+                .iter()
+                .enumerate()
+                .map(|(l, draw)| draw * spread[(k, l)])
+                .sum::<Vector3<f64>>();
+        }
+        let found = fit_forces(&drawn, GRAVITY, &truth()).expect("solvable");
+        let error = unknowns_of(&found.model) - unknowns_of(&truth());
+        let error = SVector::<f64, UNKNOWNS>::from_fn(|i, _| error[i]);
+        let inverse = found.covariance.try_inverse().expect("positive");
+        error.dot(&(inverse * error))
+    };
+    let mean = std::iter::repeat_with(session)
+        .take(SESSIONS as usize)
+        .sum::<f64>()
+        / f64::from(SESSIONS);
+    let (unknowns, sigma) = (9.0, (2.0 * 9.0 / f64::from(SESSIONS)).sqrt());
+    assert!((mean - unknowns).abs() < 4.0 * sigma, "{mean}");
+}
+
+#[test]
+fn a_turn_is_advised_about_the_axis_that_no_turn_was_about() {
+    let rest = |up: Vector3<f64>| RestDirection {
+        force: up * GRAVITY,
+        covariance: Matrix3::identity() * 1e-8,
+        by_accelerometer: SMatrix::zeros(),
+        rate: Vector3::zeros(),
+        rate_variance: Vector3::repeat(1e-8),
+        earth_rate: Vector3::zeros(),
+    };
+    let axes = [
+        Vector3::x(),
+        Vector3::y(),
+        Vector3::new(0.6, 0.8, 0.0),
+        Vector3::new(0.99, 0.0, 0.14),
+        Vector3::new(0.0, 0.99, 0.14),
+    ];
+    let (mut rests, mut turns) = (vec![rest(Vector3::z())], Vec::new());
+    for (k, axis) in axes.iter().cycle().take(30).enumerate() {
+        let axis = axis.normalize();
+        let rate = axis * 2.0;
+        let before = rests[k].up();
+        let samples = TurnSamples {
+            time: (0..=100).map(|i| f64::from(i) * 0.01).collect(),
+            rate: vec![rate; 101],
+            force: vec![before * GRAVITY; 101],
+        };
+        rests.push(rest(Rotation3::new(-rate) * before));
+        turns.push(Turn {
+            before: k,
+            after: k + 1,
+            samples,
+            variance: 1e-6,
+        });
+    }
+    let data = Rotations {
+        remembered: DMatrix::zeros(rests.len(), rests.len()),
+        rests,
+        turns,
+        full_turns: Vec::new(),
+        accelerometer_covariance: SMatrix::zeros(),
+        noise: [Noise::none(); 3],
+        g_sensitivity: false,
+        latitude: None,
+    };
+    let fit = fit_rates(&data).expect("solvable");
+    let next = next_turn(&data, &fit).expect("turns");
+    assert!(next.axis.z.abs() > 0.7, "{next:?}");
+    assert!(next.after < next.before, "{next:?}");
+    assert!(next.axis.dot(&next.up).abs() < 1e-9, "{next:?}");
 }

@@ -1,6 +1,6 @@
 //! What noise is made of: terms, each with its own slope against averaging time.
 //!
-//! Lengths are in samples and strengths are squared coefficients at one sample a second; [`Term::coefficient`] leads to
+//! Lengths are in samples and strengths are squared coefficients at one sample a second; [`NoiseTerm::coefficient`] leads to
 //! the units of the field.
 
 use std::f64::consts::{LN_2, PI};

@@ -33,7 +33,8 @@ pub(super) fn refine<const P: usize, const Q: usize>(
     inputs: &FitInputs<f64, Q>,
 ) -> [Noise<f64>; 3] {
     let unchanged = inputs.noise;
-    let remembered = remembered(observations, &inputs.session);
+    let intervals: Vec<_> = observations.iter().map(|o| o.interval).collect();
+    let remembered = remembered(&intervals, &inputs.session);
     let axes: Option<Vec<Axis>> = (0..3)
         .map(|axis| Axis::of(observations, inputs, &remembered, axis))
         .collect();
@@ -88,13 +89,13 @@ pub(super) fn variance_freedom<const P: usize, const Q: usize>(
     }
 }
 
-/// Covariance of flicker of B = 1 among all intervals.
-fn remembered<const P: usize, const Q: usize>(
-    observations: &[Observation<f64, P, Q>],
-    session: &Interval<f64>,
-) -> DMatrix<f64> {
+/// Covariance of flicker of B = 1 among intervals.
+pub(crate) fn remembered(intervals: &[Interval<f64>], session: &Interval<f64>) -> DMatrix<f64> {
     let flicker = Flicker::over(session);
-    let placed: Vec<_> = observations.iter().map(|o| flicker.placed(&o.interval)).collect();
+    let placed: Vec<_> = intervals
+        .iter()
+        .map(|interval| flicker.placed(interval))
+        .collect();
     let mut covariance = DMatrix::zeros(placed.len(), placed.len());
     for (i, a) in placed.iter().enumerate() {
         for (j, b) in placed.iter().enumerate().take(i + 1) {

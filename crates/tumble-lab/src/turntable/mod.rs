@@ -5,7 +5,7 @@
 
 mod accelerometer;
 mod error;
-mod flicker;
+pub(crate) mod flicker;
 mod gyroscope;
 pub mod pairing;
 mod reference;

@@ -1,0 +1,333 @@
+//! One axis: polynomials of temperature by generalised least squares, in noise that is white and wanders
+//! (docs/theory/thermal.md).
+//!
+//! The noise is not given: `N` and `B` are those that make what is left over most likely (restricted maximum
+//! likelihood; Patterson and Thompson, Biometrika 58, 1971). Errors of successive means hang together, and least squares
+//! that took them for independent would promise far too much.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::distributions::student_quantile;
+
+use super::block::Block;
+use super::whitening::Whitening;
+
+/// Ratios `B^2 / N^2`, 1/s, over which is averaged: the bias wanders on an hour's time, or on a second's.
+const RATIOS: [f64; 2] = [1e-5, 10.0];
+const RATIOS_EACH_DECADE: u32 = 4;
+
+/// Share below, and place of, the end of an interval of 95 % of a normal distribution.
+const NORMAL_TAIL: f64 = 0.975;
+const NORMAL_QUANTILE: f64 = 1.959963984540054;
+
+/// Sigmas from which on a power is there, however little of it stretches that were left out show.
+const CERTAIN: f64 = 5.0;
+
+/// Rounds of a fit with scale, after which what a pose reads at the reference no longer changes.
+const ROUNDS: usize = 3;
+/// Share of a column that the columns before it must leave, for its coefficient to mean something.
+const SINGULAR: f64 = 1e-9;
+
+/// Which terms are fitted besides a constant for each pose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Terms {
+    /// Highest power of temperature in the bias, 0 for none.
+    pub bias: usize,
+    /// The same in the scale factor.
+    pub scale: usize,
+    /// Whether warming and cooling differ by a constant.
+    pub hysteresis: bool,
+}
+
+impl Terms {
+    /// How many.
+    pub fn count(&self) -> usize {
+        self.bias + self.scale + usize::from(self.hysteresis)
+    }
+}
+
+/// What of blocks an axis is fitted to: temperatures, legs and poses, and their noise.
+#[derive(Clone, Debug)]
+pub struct Design<'a> {
+    whitening: &'a Whitening,
+    /// Temperature less the reference, over the largest there is, for each block.
+    temperature: Vec<f64>,
+    legs: Vec<f64>,
+    poses: Vec<usize>,
+    held: usize,
+    largest: f64,
+}
+
+/// What was found of one axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxisFit {
+    /// Which terms.
+    pub terms: Terms,
+    /// What the axis reads at the reference temperature in each pose, in its unit.
+    pub constants: Vec<f64>,
+    /// Coefficients of `t`, `t^2` ... of the bias, then those of the scale factor, then by how much more is read while
+    /// warming than while cooling.
+    pub coefficients: DVector<f64>,
+    /// Of the coefficients.
+    pub covariance: DMatrix<f64>,
+    /// `N^2` and `B^2` of what is left.
+    pub noise: [f64; 2],
+    /// Logarithm of the restricted likelihood, but for a constant: of noise, the terms given.
+    pub restricted_likelihood: f64,
+    /// Logarithm of the likelihood, but for a constant: of other temperatures of the same blocks.
+    pub likelihood: f64,
+}
+
+impl AxisFit {
+    /// Coefficients of the powers of the bias.
+    pub fn bias(&self) -> &[f64] {
+        &self.coefficients.as_slice()[..self.terms.bias]
+    }
+
+    /// Coefficients of the powers of the scale factor.
+    pub fn scale(&self) -> &[f64] {
+        &self.coefficients.as_slice()[self.terms.bias..self.terms.bias + self.terms.scale]
+    }
+
+    /// One of the coefficients and its 1-sigma.
+    pub fn coefficient(&self, place: usize) -> Option<[f64; 2]> {
+        let value = self.coefficients.get(place)?;
+        Some([*value, self.covariance[(place, place)].sqrt()])
+    }
+
+    /// Whether its highest powers are far from what chance makes of none.
+    pub fn is_certain(&self) -> bool {
+        let is_clear = |count: usize, last: usize| {
+            let of_last = last.checked_sub(1).and_then(|place| self.coefficient(place));
+            count == 0 || of_last.is_some_and(|[value, sigma]| value.abs() > CERTAIN * sigma)
+        };
+        let Terms { bias, scale, .. } = self.terms;
+        is_clear(bias, bias) && is_clear(scale, bias + scale)
+    }
+
+    /// What the axis reads in a pose `t` K above the reference, on a leg.
+    pub fn reading(&self, pose: usize, t: f64, leg: f64) -> f64 {
+        let hysteresis = if self.terms.hysteresis {
+            self.coefficients[self.terms.count() - 1]
+        } else {
+            0.0
+        };
+        self.without_bias(pose, t) + polynomial(self.bias(), t) + 0.5 * leg * hysteresis // eq. 3
+    }
+
+    /// The same, had its bias no drift.
+    pub fn without_bias(&self, pose: usize, t: f64) -> f64 {
+        let constant = self.constants[pose];
+        constant + (constant - middle(&self.constants)) * polynomial(self.scale(), t) // eq. 3
+    }
+}
+
+impl<'a> Design<'a> {
+    /// Blocks that `whitening` was made of, temperatures counted from `reference`, degC.
+    pub fn new(whitening: &'a Whitening, blocks: &[Block], reference: f64) -> Self {
+        let off = blocks.iter().map(|block| block.temperature - reference);
+        let largest = off.clone().map(f64::abs).fold(f64::MIN_POSITIVE, f64::max);
+        Self {
+            whitening,
+            temperature: off.map(|t| t / largest).collect(),
+            legs: blocks.iter().map(|block| 0.5 * block.leg).collect(),
+            poses: blocks.iter().map(|block| block.pose).collect(),
+            held: blocks.iter().map(|block| block.pose + 1).max().unwrap_or(0),
+            largest,
+        }
+    }
+
+    /// Fits the terms to the means of one axis, in the order of the blocks; None where there are too few, or
+    /// the terms cannot be told apart.
+    pub fn fit(&self, means: &[f64], terms: &Terms) -> Option<AxisFit> {
+        let y = self.whitened(means);
+        let mut constants = self.pose_means(means);
+        let mut found = None;
+        // What a pose reads at the reference is known well from the first round on.
+        for _ in 0..if terms.scale > 0 { ROUNDS } else { 1 } {
+            let rows = self.whitening.apply(&self.rows(terms, &constants));
+            let fit = self.averaged(&y, &rows, terms)?;
+            constants.clone_from(&fit.constants);
+            found = Some(fit);
+        }
+        found.map(|fit| self.in_kelvin(fit))
+    }
+
+    /// Fits the terms where the noise is known, `N^2` and `B^2`: with the covariance that no unbiased fit can beat.
+    pub fn fit_with_noise(&self, means: &[f64], terms: &Terms, noise: [f64; 2]) -> Option<AxisFit> {
+        let rows = self.whitening.apply(&self.rows(terms, &self.pose_means(means)));
+        let mut fit = self.with_ratio(&self.whitened(means), &rows, noise[1] / noise[0], terms)?;
+        fit.covariance *= noise[0] / fit.noise[0];
+        Some(self.in_kelvin(fit))
+    }
+
+    fn whitened(&self, means: &[f64]) -> DVector<f64> {
+        let column = DMatrix::from_column_slice(means.len(), 1, means);
+        self.whitening.apply(&column).column(0).into_owned()
+    }
+
+    /// Rows of what is fitted: a pose each, then the terms; `constants` are what the poses read, which, less the bias, a
+    /// change of scale multiplies.
+    fn rows(&self, terms: &Terms, constants: &[f64]) -> DMatrix<f64> {
+        let middle = middle(constants);
+        DMatrix::from_fn(
+            self.temperature.len(),
+            self.held + terms.count(),
+            |row, column| {
+                let (t, pose) = (self.temperature[row], self.poses[row]);
+                let power = |of: usize| (0..of).fold(t, |power, _| power * t);
+                match column.checked_sub(self.held) {
+                    None => f64::from(u8::from(column == pose)),
+                    Some(term) if term < terms.bias => power(term),
+                    Some(term) if term < terms.bias + terms.scale => {
+                        power(term - terms.bias) * (constants[pose] - middle) // eq. 3
+                    }
+                    Some(_) => self.legs[row],
+                }
+            },
+        )
+    }
+
+    fn pose_means(&self, means: &[f64]) -> Vec<f64> {
+        let of_pose = |pose: usize| {
+            let mine = means.iter().zip(&self.poses).filter(move |(_, of)| **of == pose);
+            let (sum, count) = mine.fold((0.0, 0.0), |(sum, count), (mean, _)| (sum + mean, count + 1.0));
+            sum / f64::max(count, 1.0)
+        };
+        (0..self.held).map(of_pose).collect()
+    }
+
+    /// The mean over all ratios of `B^2` to `N^2`, each as likely as what is left makes it: the data do not show the
+    /// ratio well, and a sigma for the most likely one alone would be too small.
+    fn averaged(&self, y: &DVector<f64>, rows: &DMatrix<f64>, terms: &Terms) -> Option<AxisFit> {
+        let fits: Vec<AxisFit> = ratios()
+            .filter_map(|ratio| self.with_ratio(y, rows, ratio, terms))
+            .collect();
+        let likeliest = fits
+            .iter()
+            .max_by(|a, b| a.restricted_likelihood.total_cmp(&b.restricted_likelihood))?
+            .clone();
+        let shares = fits
+            .iter()
+            .map(|fit| (fit.restricted_likelihood - likeliest.restricted_likelihood).exp());
+        let total: f64 = shares.clone().sum();
+        let weighted: Vec<(&AxisFit, f64)> = fits.iter().zip(shares.map(|share| share / total)).collect();
+        let none = DVector::zeros(likeliest.coefficients.len());
+        let coefficients = weighted
+            .iter()
+            .fold(none, |sum, (fit, share)| sum + &fit.coefficients * *share); // eq. 6
+        let nothing = DMatrix::zeros(coefficients.len(), coefficients.len());
+        let covariance = weighted.iter().fold(nothing, |sum, (fit, share)| {
+            let off = &fit.coefficients - &coefficients;
+            sum + (&fit.covariance + &off * off.transpose()) * *share // eq. 6
+        });
+        let freedom = (y.len() - rows.ncols()) as f64;
+        let widening = widening(&weighted, &covariance, freedom);
+        let covariance = &widening * covariance * &widening;
+        Some(AxisFit {
+            coefficients,
+            covariance,
+            ..likeliest
+        })
+    }
+
+    fn with_ratio(
+        &self,
+        y: &DVector<f64>,
+        rows: &DMatrix<f64>,
+        ratio: f64,
+        terms: &Terms,
+    ) -> Option<AxisFit> {
+        let freedom = y.len().checked_sub(rows.ncols()).filter(|freedom| *freedom > 0)? as f64;
+        let variance = self.whitening.variances(ratio);
+        let weights = variance.map(|v| v.sqrt().recip());
+        let mut weighted = rows.clone();
+        for (mut row, weight) in weighted.row_iter_mut().zip(weights.iter()) {
+            row *= *weight;
+        }
+        let y = y.component_mul(&weights);
+        let qr = weighted.clone().qr();
+        let (q, r) = (qr.q(), qr.r());
+        let told_apart = |column: usize| r[(column, column)].abs() > SINGULAR * r.column(column).norm();
+        let inverse = (0..r.ncols())
+            .all(told_apart)
+            .then(|| r.try_inverse())
+            .flatten()?;
+        let x = &inverse * q.tr_mul(&y);
+        // What has no noise at all is as likely as can be, but not infinitely so.
+        let squares = (&y - &weighted * &x).norm_squared().max(f64::MIN_POSITIVE);
+        let white = squares / freedom; // eq. 5
+        let covariance = &inverse * inverse.transpose() * white;
+        let of_noise: f64 = variance.iter().map(|v| v.ln()).sum();
+        let of_fit: f64 = -2.0 * inverse.diagonal().map(|v| v.abs().ln()).sum();
+        let held = self.held;
+        Some(AxisFit {
+            terms: *terms,
+            constants: x.rows(0, held).iter().copied().collect(),
+            coefficients: x.rows(held, x.len() - held).into_owned(),
+            covariance: covariance
+                .view((held, held), (x.len() - held, x.len() - held))
+                .into_owned(),
+            noise: [white, white * ratio],
+            restricted_likelihood: -0.5 * (freedom * white.ln() + of_noise + of_fit), // eq. 4
+            likelihood: -0.5 * (y.len() as f64 * squares.ln() + of_noise),            // eq. 11
+        })
+    }
+
+    /// Undoes the scaling of temperature.
+    fn in_kelvin(&self, mut fit: AxisFit) -> AxisFit {
+        let terms = fit.terms;
+        let factor = DVector::from_fn(terms.count(), |term, _| {
+            let power = if term < terms.bias {
+                term
+            } else {
+                term - terms.bias
+            } + 1;
+            let is_power = term < terms.bias + terms.scale;
+            if is_power {
+                (0..power).fold(1.0, |factor, _| factor / self.largest)
+            } else {
+                1.0
+            }
+        });
+        let scaling = DMatrix::from_diagonal(&factor);
+        fit.coefficients.component_mul_assign(&factor);
+        fit.covariance = &scaling * fit.covariance * &scaling;
+        fit
+    }
+}
+
+fn ratios() -> impl Iterator<Item = f64> {
+    let decades = (RATIOS[1] / RATIOS[0]).log10().round();
+    let each = f64::from(RATIOS_EACH_DECADE);
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let steps = (decades * each) as u32;
+    (0..=steps).map(move |step| RATIOS[0] * 10f64.powf(f64::from(step) / each))
+}
+
+/// By how much the sigma of each coefficient is to be widened, as its variance is itself uncertain.
+fn widening(weighted: &[(&AxisFit, f64)], covariance: &DMatrix<f64>, freedom: f64) -> DMatrix<f64> {
+    let each = DVector::from_fn(covariance.ncols(), |term, _| {
+        let variance = covariance[(term, term)];
+        let spread: f64 = weighted
+            .iter()
+            .map(|(fit, share)| {
+                let own = fit.covariance[(term, term)];
+                share * ((own - variance).powi(2) + own * own * 2.0 / freedom)
+            })
+            .sum();
+        student_quantile(NORMAL_TAIL, 2.0 * variance * variance / spread) / NORMAL_QUANTILE // eq. 7
+    });
+    DMatrix::from_diagonal(&each)
+}
+
+fn polynomial(powers: &[f64], t: f64) -> f64 {
+    powers.iter().rev().fold(0.0, |sum, power| (sum + power) * t)
+}
+
+/// Midway between the least and the largest: what an axis reads where it feels nothing, if it was turned over.
+fn middle(constants: &[f64]) -> f64 {
+    let least = constants.iter().copied().fold(f64::INFINITY, f64::min);
+    let largest = constants.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    0.5 * (least + largest)
+}

@@ -1,0 +1,268 @@
+//! What temperature does to both triads of a unit (docs/theory/thermal.md).
+
+use tumble_core::sample::CHANNELS;
+use tumble_core::temperature::HIGHEST_ORDER;
+
+use super::block::{Block, ThermalBlocks, blocks};
+use super::fit::{AxisFit, Design, Terms};
+use super::lag::{Lag, Needs, thermometer_lag};
+use super::order::{Choice, Folds};
+use super::recorder::Span;
+use super::whitening::Whitening;
+
+/// Highest power of temperature in the scale factor: what poses show of it is less than of the bias.
+const HIGHEST_SCALE_ORDER: usize = 1;
+/// Blocks below which there is nothing to leave out.
+const FEWEST_BLOCKS: usize = 30;
+/// Blocks of one pose on each leg, from which they show by how much warming differs from cooling.
+const FEWEST_OF_A_LEG: usize = 4;
+/// Change of temperature, K, in one pose that a drift is to be seen in.
+pub const LEAST_RANGE: f64 = 5.0;
+/// m/s^2 between what an accelerometer axis feels in two poses, so that they tell its scale from its bias.
+const TURNED_OVER: f64 = 5.0;
+
+tumble_core::vocabulary! {
+    /// Why nothing can be said of temperature.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub enum ThermalError {
+        /// It did not change enough while the unit stayed where it was.
+        RangeTooSmall {
+            /// Lowest and highest, degC, at rest.
+            low: f64,
+            /// degC.
+            high: f64,
+            /// Largest change in one pose, K.
+            within: f64,
+            /// K that are needed.
+            needed: f64,
+        } = "range too small",
+        /// The unit stood still for too short a time.
+        TooLittleAtRest {
+            /// s at rest.
+            still: f64,
+            /// s in motion.
+            moved: f64,
+        } = "too little at rest",
+    }
+}
+
+/// What is known beforehand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ThermalSettings {
+    /// Whether the unit was turned by a fixture that returns to an orientation exactly.
+    pub fixture: bool,
+    /// Temperature at which nothing is to change, degC; the middle of the range where there is none.
+    pub reference: Option<f64>,
+    /// Which of the six channels were recorded.
+    pub channels: Vec<usize>,
+}
+
+/// What temperature does to one axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxisDrift {
+    /// Which of the six channels.
+    pub channel: usize,
+    /// Of the terms that the data bear, hysteresis last where both legs are known.
+    pub fit: AxisFit,
+    /// Sets of terms among which was chosen.
+    pub candidates: Vec<Terms>,
+    /// Which of them, and what each left.
+    pub choice: Choice,
+    /// By how much more is read while warming than while cooling, and its 1-sigma; None where one of both is missing.
+    pub hysteresis: Option<[f64; 2]>,
+    /// First power of the bias, per K, and its 1-sigma, chosen or not.
+    pub slope: [f64; 2],
+    /// Change of the scale factor, 1/K, and its 1-sigma, chosen or not; None where no poses tell scale from bias.
+    pub scale: Option<[f64; 2]>,
+}
+
+impl AxisDrift {
+    /// By how much each block reads other than at the reference in its pose, less what scale does: unit of the axis.
+    pub fn changes(&self, data: &ThermalBlocks, reference: f64) -> Vec<f64> {
+        let change = |(block, means): (&Block, &[f64; CHANNELS])| {
+            means[self.channel] - self.fit.without_bias(block.pose, block.temperature - reference)
+        };
+        data.blocks.iter().zip(&data.means).map(change).collect()
+    }
+}
+
+/// What temperature does to a unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ThermalDrift {
+    /// Temperature at which nothing changes, degC.
+    pub reference: f64,
+    /// degC.
+    pub range: [f64; 2],
+    /// Time constant of the thermometer, where the data show it.
+    pub lag: Option<Lag>,
+    /// What was fitted, temperatures those of the sensor.
+    pub data: ThermalBlocks,
+    /// One for each channel that was recorded.
+    pub axes: Vec<AxisDrift>,
+}
+
+/// Finds what temperature does to a unit; `step` is that of its thermometer, K.
+///
+/// # Errors
+/// [`ThermalError`], where temperature did not change or the unit did not rest.
+pub fn thermal(spans: &[Span], step: f64, settings: &ThermalSettings) -> Result<ThermalDrift, ThermalError> {
+    let mut data = blocks(spans, step, settings.fixture);
+    refuse_unfit(&data)?;
+    let whitening = Whitening::new(&data.blocks);
+    let hysteresis = both_legs(&data);
+    let most = |channel: &usize| (*channel, most_terms(&data, *channel, hysteresis));
+    let needs: Vec<Needs> = settings.channels.iter().map(most).collect();
+    let lag = thermometer_lag(&data, &whitening, &needs);
+    if let Some(lag) = lag {
+        data.blocks
+            .iter_mut()
+            .for_each(|block| *block = block.lagged(lag.value));
+    }
+    let range = range_of(&data.blocks);
+    // Beyond the range nothing changes, so that its edge stands for what lies there (eq. 2).
+    let reference = settings
+        .reference
+        .unwrap_or(0.5 * (range[0] + range[1]))
+        .clamp(range[0], range[1]);
+    let folds = Folds::new(&data.blocks);
+    let design = Design::new(&whitening, &data.blocks, reference);
+    let axes = settings
+        .channels
+        .iter()
+        .map(|&channel| axis(&data, &design, &folds, reference, channel, hysteresis))
+        .collect::<Option<_>>()
+        .ok_or(ThermalError::TooLittleAtRest {
+            still: data.still,
+            moved: data.moved,
+        })?;
+    Ok(ThermalDrift {
+        reference,
+        range,
+        lag,
+        data,
+        axes,
+    })
+}
+
+fn refuse_unfit(data: &ThermalBlocks) -> Result<(), ThermalError> {
+    if data.blocks.len() < FEWEST_BLOCKS {
+        return Err(ThermalError::TooLittleAtRest {
+            still: data.still,
+            moved: data.moved,
+        });
+    }
+    let [low, high] = range_of(&data.blocks);
+    let within = (0..data.poses)
+        .map(|pose| pose_range(data, pose))
+        .fold(0.0, f64::max);
+    if within < LEAST_RANGE {
+        return Err(ThermalError::RangeTooSmall {
+            low,
+            high,
+            within,
+            needed: LEAST_RANGE,
+        });
+    }
+    Ok(())
+}
+
+fn range_of<'a>(blocks: impl IntoIterator<Item = &'a Block>) -> [f64; 2] {
+    let nothing = [f64::INFINITY, f64::NEG_INFINITY];
+    blocks.into_iter().fold(nothing, |[low, high], block| {
+        [low.min(block.temperature), high.max(block.temperature)]
+    })
+}
+
+fn pose_range(data: &ThermalBlocks, pose: usize) -> f64 {
+    let [low, high] = range_of(data.blocks.iter().filter(|block| block.pose == pose));
+    high - low
+}
+
+/// Whether some pose was held both while it warmed and while it cooled.
+fn both_legs(data: &ThermalBlocks) -> bool {
+    let blocks_of = |pose: usize, leg: f64| {
+        data.blocks
+            .iter()
+            .filter(|b| b.pose == pose && b.leg == leg)
+            .count()
+    };
+    (0..data.poses).any(|pose| blocks_of(pose, 1.0).min(blocks_of(pose, -1.0)) >= FEWEST_OF_A_LEG)
+}
+
+fn axis(
+    data: &ThermalBlocks,
+    design: &Design,
+    folds: &Folds,
+    reference: f64,
+    channel: usize,
+    hysteresis: bool,
+) -> Option<AxisDrift> {
+    let means = data.channel(channel);
+    let most = most_terms(data, channel, hysteresis);
+    let fits: Vec<AxisFit> = candidates(&most)
+        .iter()
+        .filter_map(|terms| design.fit(&means, terms))
+        .collect();
+    let candidates: Vec<Terms> = fits.iter().map(|fit| fit.terms).collect();
+    let certain: Vec<bool> = fits.iter().map(AxisFit::is_certain).collect();
+    let choice = folds.choose(&data.blocks, &means, reference, &candidates, &certain)?;
+    let fit = fits[choice.chosen].clone();
+    let terms = fit.terms;
+    let with_slope = Terms {
+        bias: terms.bias.max(1),
+        ..terms
+    };
+    let with_scale = Terms {
+        scale: terms.scale.max(HIGHEST_SCALE_ORDER),
+        ..terms
+    };
+    let slope = design.fit(&means, &with_slope)?;
+    let scale = (most.scale > 0)
+        .then(|| design.fit(&means, &with_scale))
+        .flatten();
+    Some(AxisDrift {
+        channel,
+        hysteresis: if hysteresis {
+            fit.coefficient(terms.count() - 1)
+        } else {
+            None
+        },
+        slope: slope.coefficient(0)?,
+        scale: scale.and_then(|fit| fit.coefficient(terms.bias)),
+        fit,
+        candidates,
+        choice,
+    })
+}
+
+/// The most terms that a channel may need: of its scale none where its poses look alike.
+fn most_terms(data: &ThermalBlocks, channel: usize, hysteresis: bool) -> Terms {
+    let turned_over = channel < CHANNELS / 2 && felt(data, &data.channel(channel)) > TURNED_OVER;
+    Terms {
+        bias: HIGHEST_ORDER,
+        scale: if turned_over { HIGHEST_SCALE_ORDER } else { 0 },
+        hysteresis,
+    }
+}
+
+/// Sets of terms up to the most, the simplest first.
+fn candidates(most: &Terms) -> Vec<Terms> {
+    let of_bias = |bias: usize| (0..=most.scale).map(move |scale| Terms { bias, scale, ..*most });
+    let mut all: Vec<Terms> = (0..=most.bias).flat_map(of_bias).collect();
+    all.sort_by_key(|terms| terms.bias + terms.scale);
+    all
+}
+
+/// By how much an axis felt different specific forces in poses whose temperature changed, m/s^2.
+fn felt(data: &ThermalBlocks, means: &[f64]) -> f64 {
+    let tells = |pose: usize| pose_range(data, pose) >= LEAST_RANGE;
+    let told: Vec<bool> = (0..data.poses).map(tells).collect();
+    let of_told = || {
+        data.blocks
+            .iter()
+            .zip(means)
+            .filter(|(block, _)| told[block.pose])
+            .map(|(_, mean)| *mean)
+    };
+    of_told().fold(f64::NEG_INFINITY, f64::max) - of_told().fold(f64::INFINITY, f64::min)
+}

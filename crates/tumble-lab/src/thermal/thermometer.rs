@@ -1,0 +1,98 @@
+//! The temperature of the sensor, from a thermometer that has steps, noise, and a time constant of its own.
+//!
+//! Over a window that several steps fall into, a straight line through the readings is nearer to the temperature than any
+//! reading; its slope says whether the unit warms, and how far a slow thermometer is behind.
+
+use super::recorder::Span;
+
+/// Steps of the thermometer in a window, at least.
+const STEPS: f64 = 4.0;
+/// Longest window, as a share of a session, and shortest, in spans.
+const LONGEST: f64 = 0.1;
+const SHORTEST: usize = 3;
+/// Window in which the slope is read, as a share of a session, at least.
+const SLOPE: f64 = 0.02;
+/// Share of the usual slope below which it neither warms nor cools.
+const LEVEL: f64 = 0.02;
+
+/// Of one span.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SmoothTemperature {
+    /// degC.
+    pub value: f64,
+    /// K/s.
+    pub slope: f64,
+    /// 1 where it warms, -1 where it cools, else 0.
+    pub leg: f64,
+}
+
+impl SmoothTemperature {
+    /// The mean with that of a later span, which is a share of both.
+    pub(super) fn append(&mut self, later: &Self, share: f64) {
+        self.value += (later.value - self.value) * share;
+        self.slope += (later.slope - self.slope) * share;
+        self.leg += (later.leg - self.leg) * share;
+    }
+}
+
+/// Smooths the temperature of one session, whose thermometer has a step, K (docs/theory/thermal.md, eq. 9).
+pub fn smooth(spans: &[Span], step: f64) -> Vec<SmoothTemperature> {
+    let (times, readings): (Vec<f64>, Vec<f64>) =
+        spans.iter().map(|span| (span.middle(), span.temperature)).unzip();
+    let session = times.last().unwrap_or(&0.0) - times.first().unwrap_or(&0.0);
+    let half = 0.5 * window(&times, &readings, step);
+    // A slope needs longer than a value, in a thermometer that scatters.
+    let half_of_slope = half.max(0.5 * SLOPE * session);
+    let values = (0..times.len()).map(|place| line_at(&times, &readings, place, half).0);
+    let slopes: Vec<f64> = (0..times.len())
+        .map(|place| line_at(&times, &readings, place, half_of_slope).1)
+        .collect();
+    let usual = median(slopes.iter().map(|slope| slope.abs()).collect());
+    values
+        .zip(&slopes)
+        .map(|(value, &slope)| SmoothTemperature {
+            value,
+            slope,
+            leg: if slope.abs() > LEVEL * usual {
+                slope.signum()
+            } else {
+                0.0
+            },
+        })
+        .collect()
+}
+
+fn window(times: &[f64], readings: &[f64], step: f64) -> f64 {
+    let session = times.last().unwrap_or(&0.0) - times.first().unwrap_or(&0.0);
+    let travelled: f64 = readings.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
+    let rate = travelled / session.max(f64::MIN_POSITIVE);
+    let steps = if step.is_finite() {
+        STEPS * step / rate.max(f64::MIN_POSITIVE)
+    } else {
+        0.0
+    };
+    let spans = session / times.len().max(1) as f64;
+    steps.min(LONGEST * session).max(SHORTEST as f64 * spans)
+}
+
+/// The line through the readings within `half` a window of a place: its value there and its slope.
+fn line_at(times: &[f64], readings: &[f64], place: usize, half: f64) -> (f64, f64) {
+    let centre = times[place];
+    let first = times.partition_point(|time| *time < centre - half);
+    let end = times.partition_point(|time| *time <= centre + half);
+    let count = (end - first) as f64;
+    let mean = |values: &[f64]| values[first..end].iter().sum::<f64>() / count;
+    let (middle, level) = (mean(times), mean(readings));
+    let (mut products, mut squares) = (0.0, 0.0);
+    for (time, reading) in times[first..end].iter().zip(&readings[first..end]) {
+        products += (time - middle) * (reading - level);
+        squares += (time - middle).powi(2);
+    }
+    let slope = if squares > 0.0 { products / squares } else { 0.0 };
+    (level + slope * (centre - middle), slope)
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
