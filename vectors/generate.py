@@ -67,6 +67,54 @@ def model() -> list[dict[str, Any]]:
     return cases
 
 
+def temperature() -> list[dict[str, Any]]:
+    """Give what readings would be at the reference, by powers; `bits` are single, by Horner's rule."""
+    rng = np.random.default_rng(11)
+    low, reference, high = -20.0, 25.0, 70.0
+    sizes = np.array([1e-3, 1e-5, 1e-7])[:, None]
+    cases = []
+    for degrees in (-60.0, -20.0, 3.5, 25.0, 61.0, 70.0, 95.0):
+        # Numbers that single precision holds, so that both precisions are given the same.
+        bias, scale, b, y = (
+            np.float64(np.float32(values))
+            for values in (
+                sizes * rng.normal(size=(3, 3)),
+                0.05 * sizes * rng.normal(size=(3, 3)),
+                rng.normal(0, 0.2, 3),
+                rng.normal(0, 6, 3),
+            )
+        )
+        t = np.clip(degrees, low, high) - reference
+        powers = t ** np.arange(1, 4)
+        cases.append(
+            {
+                "reference": reference,
+                "range": [low, high],
+                "bias": bias,
+                "scale": scale,
+                "b": b,
+                "y": y,
+                "temperature": degrees,
+                "at_reference": (y - b - powers @ bias) / (1.0 + powers @ scale) + b,
+                "bits": _single(y, b, bias, scale, t).view(np.uint32).tolist(),
+            }
+        )
+    return cases
+
+
+def _single(y: Array, b: Array, bias: Array, scale: Array, t: float) -> NDArray[np.float32]:
+    """Take a reading to the reference in single precision, step by step."""
+    one, degrees = np.float32(1.0), np.float32(t)
+    y_single, b_single = y.astype(np.float32), b.astype(np.float32)
+    first, second, third = zip(bias.astype(np.float32), scale.astype(np.float32), strict=True)
+    d, s = (
+        ((cubic * degrees + square) * degrees + linear) * degrees
+        for linear, square, cubic in zip(first, second, third, strict=True)
+    )
+    found: NDArray[np.float32] = (y_single - b_single - d) / (one + s) + b_single
+    return found
+
+
 def moments() -> dict[str, Any]:
     """Mean and variance of two channels."""
     rng = np.random.default_rng(2)
@@ -397,6 +445,7 @@ VECTORS = {
             "corrected": (2e-14, 1e-5),
         },
     ),
+    "temperature": Vectors(temperature, {"at_reference": (2e-15, 2e-6)}),
     "moments": Vectors(moments, {"mean": (2e-14, 5e-6), "variance": (5e-17, 5e-9)}),
     "gravity": Vectors(gravity, {"gravity": (5e-10, 5e-6)}),
     "allan": Vectors(allan, {"averaging": (5e-15, 2e-6), "variance": (2e-19, 5e-11)}),

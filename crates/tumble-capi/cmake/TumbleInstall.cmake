@@ -1,4 +1,4 @@
-# What `cmake --install` puts where find_package(tumble) finds it.
+# What `cmake --install` puts where find_package(tumble) and pkg-config find it.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -14,3 +14,8 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/libtumble.a DESTINATION ${CMAKE_INSTAL
 install(FILES include/tumble.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/tumbleConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/tumbleConfigVersion.cmake
     DESTINATION ${folder})
+
+set(folder ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+file(RELATIVE_PATH TUMBLE_PREFIX_FROM_PC /prefix/${folder} /prefix)
+configure_file(cmake/tumble.pc.in ${CMAKE_CURRENT_BINARY_DIR}/tumble.pc @ONLY)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/tumble.pc DESTINATION ${folder})

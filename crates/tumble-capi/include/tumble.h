@@ -30,6 +30,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/** Version of this header and its library: of the release, after https://semver.org. */
+#define TUMBLE_VERSION "0.1.0"
+
 #ifndef TUMBLE_UNITS
 /** Units of a redundant set, the primary included, 2 to 8: the one the library was built for. */
 #define TUMBLE_UNITS 3
@@ -73,6 +76,11 @@
  * Words of 8 bytes in the storage of a store.
  */
 #define TUMBLE_STORE_WORDS 12
+
+/**
+ * Bytes of an encoded drift.
+ */
+#define TUMBLE_DRIFT_BYTES 100
 
 /**
  * How a call went: ::TUMBLE_OK, or why nothing was done. Where a function says nothing else, what it was to write was
@@ -2126,6 +2134,47 @@ typedef struct tumble_write_limit {
     uint32_t at_once;
 } tumble_write_limit;
 
+/**
+ * What temperature T does to a sensor: `y = (1 + s) M u + b + d`, where d and s are polynomials in T less the reference.
+ * M and b hold at the reference; beyond the range the value at its edge is held.
+ */
+typedef struct tumble_temperature_drift {
+    /**
+     * Temperature at which nothing changes, degC.
+     */
+    float reference;
+    /**
+     * Lowest and highest temperature at which it was seen, degC.
+     */
+    float range[2];
+    /**
+     * d: a row of the three axes for the first, second and third power, m/s^2 or rad/s per K, K^2, K^3.
+     */
+    float bias[3][3];
+    /**
+     * s: the same of the scale factors, 1/K, 1/K^2, 1/K^3.
+     */
+    float scale[3][3];
+} tumble_temperature_drift;
+
+/**
+ * What temperature does to one sensor of one unit, as it is stored.
+ */
+typedef struct tumble_drift_record {
+    /**
+     * Of the unit.
+     */
+    uint64_t identity;
+    /**
+     * Which sensor of it.
+     */
+    tumble_sensor sensor;
+    /**
+     * In the axes and the unit of the sensor.
+     */
+    struct tumble_temperature_drift drift;
+} tumble_drift_record;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -2381,7 +2430,7 @@ tumble_status tumble_store_init(struct tumble_store *store,
                                 const struct tumble_write_limit *limit);
 
 /**
- * Says how many records there is room for: three of each sensor of each unit stay, and the more room there is beside
+ * Says how many records there is room for: three of each sensor of each unit stay, and its drift, and the more room there is beside
  * them, the less often flash is erased.
  *
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
@@ -2425,6 +2474,25 @@ tumble_status tumble_store_save_factory(struct tumble_store *store,
                                         uint64_t *wait);
 
 /**
+ * Reads what temperature does to a sensor of a unit. Calibrations that are adopted leave it as it is.
+ *
+ * Errors: as of tumble_store_load().
+ */
+tumble_status tumble_store_load_drift(struct tumble_store *store,
+                                      uint64_t identity,
+                                      tumble_sensor sensor,
+                                      struct tumble_temperature_drift *drift);
+
+/**
+ * Keeps what temperature does to a sensor, in place of what was kept of that before. Everything else is as of
+ * tumble_store_save().
+ */
+tumble_status tumble_store_save_drift(struct tumble_store *store,
+                                      uint64_t now,
+                                      const struct tumble_drift_record *drift,
+                                      uint64_t *wait);
+
+/**
  * Puts the previous or the factory's record in force again; what was in force becomes the previous one. `record` is it
  * then; it may be null, and so may `wait`. Give the record to tumble_redundancy_restore() to put it in use.
  *
@@ -2444,6 +2512,36 @@ tumble_status tumble_store_roll_back(struct tumble_store *store,
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, ::TUMBLE_ERROR_FLASH.
  */
 tumble_status tumble_store_erase(struct tumble_store *store);
+
+/**
+ * Takes off a reading what temperature did to it: `at_reference` is what the sensor would read at the reference, which
+ * goes on to tumble_correction_apply(), to a spin or to a redundant set. `bias` is b of its calibration, m/s^2 or rad/s;
+ * `temperature` is in degC, and counts as the reference where it is NaN. `reading` and `at_reference` may be the same.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_NOT_FINITE if the reading, its bias or what the drift makes of them is not.
+ *
+ */
+tumble_status tumble_temperature_drift_remove(const struct tumble_temperature_drift *drift,
+                                              const float bias[3],
+                                              float temperature,
+                                              const float reading[3],
+                                              float at_reference[3]);
+
+/**
+ * Writes a drift as bytes, ::TUMBLE_DRIFT_BYTES of them.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_CODE of the sensor; ::TUMBLE_ERROR_NOT_FINITE of the numbers, also where the
+ * range is none or the reference not within it.
+ */
+tumble_status tumble_drift_encode(const struct tumble_drift_record *record,
+                                  uint8_t *bytes);
+
+/**
+ * Reads a drift from the `length` bytes that are it, neither more nor fewer.
+ *
+ * Errors: as of tumble_record_decode(); ::TUMBLE_ERROR_NOT_A_RECORD if they are a record of another kind.
+ */
+tumble_status tumble_drift_decode(const uint8_t *bytes, size_t length, struct tumble_drift_record *record);
 
 /**
  * Says in words what a status means. The text is constant, in ASCII, and the library's.

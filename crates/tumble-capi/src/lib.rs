@@ -1,7 +1,7 @@
 //! Tumble for firmware in C and C++. The header `include/tumble.h` is made of this crate.
 //!
 //! 1. [`status`]: how a call went; `pointer` and `code` take what C hands over, and trust none of it;
-//! 2. [`model`]: samples, the error model, readings corrected;
+//! 2. [`model`]: samples, the error model, readings corrected; [`temperature`]: what warmth did to them;
 //! 3. [`spin`]: a robot that stands still and turns on the spot;
 //! 4. [`redundancy`]: a primary and its secondaries;
 //! 5. [`record`], [`flash`] and [`store`]: what outlasts a reset.
@@ -20,4 +20,5 @@ pub mod redundancy;
 pub mod spin;
 pub mod status;
 pub mod store;
+pub mod temperature;
 pub mod text;

@@ -257,7 +257,7 @@ pub fn encode_error(error: EncodeError) -> Status {
 pub fn decode_error(error: DecodeError) -> Status {
     match error {
         DecodeError::TooShort { .. } => Status::TumbleErrorTooShort,
-        DecodeError::NotARecord => Status::TumbleErrorNotARecord,
+        DecodeError::NotARecord | DecodeError::OtherKind { .. } => Status::TumbleErrorNotARecord,
         DecodeError::Corrupt => Status::TumbleErrorCorrupt,
         DecodeError::UnknownVersion { .. } => Status::TumbleErrorVersion,
         DecodeError::UnknownCode { .. } => Status::TumbleErrorCode,

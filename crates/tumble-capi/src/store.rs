@@ -12,6 +12,7 @@ use crate::flash::{Driver, DriverError, Flash, WORD};
 use crate::pointer::{Place, Storage, answer, begin, change, read, view};
 use crate::record::{Record, Sensor, decode_error, encode_error};
 use crate::status::{Status, StatusResult, status};
+use crate::temperature::{DriftRecord, TemperatureDrift};
 
 /// Words of 8 bytes in the storage of a store.
 pub const TUMBLE_STORE_WORDS: usize = 12;
@@ -84,7 +85,7 @@ pub unsafe extern "C" fn tumble_store_init(
     status(unsafe { begin(store, size, state) })
 }
 
-/// Says how many records there is room for: three of each sensor of each unit stay, and the more room there is beside
+/// Says how many records there is room for: three of each sensor of each unit stay, and its drift, and the more room there is beside
 /// them, the less often flash is erased.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
@@ -156,6 +157,50 @@ pub unsafe extern "C" fn tumble_store_save_factory(
             store.save_factory(now, record)
         })
     }
+}
+
+/// Reads what temperature does to a sensor of a unit. Calibrations that are adopted leave it as it is.
+///
+/// Errors: as of tumble_store_load().
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tumble_store_load_drift(
+    store: *mut Store,
+    identity: u64,
+    sensor: MaybeUninit<Sensor>,
+    drift: *mut TemperatureDrift,
+) -> Status {
+    // SAFETY: as the header asks of all pointers.
+    let place = unsafe { Place::at(drift) };
+    let work = |store: &mut RecordStore<Driver>| {
+        let (place, sensor) = (place?, code(sensor)?.in_core());
+        let found = store.drift(identity, sensor);
+        let found = found.map_err(|error| error_of(&error))?;
+        place.write(TemperatureDrift::of(
+            &found.ok_or(Status::TumbleErrorNothingStored)?,
+        ));
+        Ok(())
+    };
+    // SAFETY: the same.
+    status(unsafe { change(store, work) })
+}
+
+/// Keeps what temperature does to a sensor, in place of what was kept of that before. Everything else is as of
+/// tumble_store_save().
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tumble_store_save_drift(
+    store: *mut Store,
+    now: u64,
+    drift: *const DriftRecord,
+    wait: *mut u64,
+) -> Status {
+    // SAFETY: as the header asks of all pointers.
+    let (drift, wait) = unsafe { (read(drift), Place::if_wanted(wait)) };
+    let work = |store: &mut RecordStore<Driver>| {
+        let (drift, wait) = (drift?.in_store()?, wait?);
+        written(store.save_drift(now, &drift), wait).map(|_| ())
+    };
+    // SAFETY: the same.
+    status(unsafe { change(store, work) })
 }
 
 /// Puts the previous or the factory's record in force again; what was in force becomes the previous one. `record` is it

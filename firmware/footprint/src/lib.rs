@@ -25,6 +25,7 @@ use tumble_core::redundancy::settings::{RedundancySettings, Rung};
 use tumble_core::sample::Sample;
 use tumble_core::spin::machine::{SpinMachine, Wheels};
 use tumble_core::spin::settings::SpinSettings;
+use tumble_core::temperature::TemperatureDrift;
 use tumble_store::flash::{RecordStore, Which, WriteLimit};
 use tumble_store::record::StoredRecord;
 
@@ -59,6 +60,24 @@ pub fn use_apply() {
     let correction = || black_box(ErrorModel::<f32>::identity()).correction();
     if let (Ok(accelerometer), Ok(gyroscope)) = (correction(), correction()) {
         black_box(apply(&[accelerometer, gyroscope], &sample()));
+    }
+}
+
+/// The same at a temperature.
+pub fn use_temperature() {
+    let drift = black_box(TemperatureDrift::<f32> {
+        reference: 25.0,
+        range: [-20.0, 70.0],
+        bias: [Vector3::zeros(); 3],
+        scale: [Vector3::zeros(); 3],
+    });
+    let correction = || black_box(ErrorModel::<f32>::identity()).correction();
+    if let (Ok(accelerometer), Ok(gyroscope)) = (correction(), correction()) {
+        let mut reading = sample();
+        let degrees = black_box(30.0);
+        reading.specific_force = drift.at_reference(&reading.specific_force, &accelerometer.bias, degrees);
+        reading.angular_rate = drift.at_reference(&reading.angular_rate, &gyroscope.bias, degrees);
+        black_box(apply(&[accelerometer, gyroscope], &reading));
     }
 }
 

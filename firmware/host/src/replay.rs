@@ -4,7 +4,7 @@ use std::path::Path;
 
 use mission::nor::{BYTES, ERASED, Nor};
 use mission::work_meter::Nobody;
-use mission::{MissionError, flight, spin};
+use mission::{MissionError, flight, spin, temperature};
 
 use crate::HostError;
 
@@ -22,6 +22,7 @@ pub fn replay(vectors: &Path) -> Result<String, HostError> {
     flight::first(&flown, Nor::new(&mut memory), &mut Nobody, &mut said).map_err(of(&redundancy))?;
     flight::second(&flown, Nor::new(&mut memory), &mut Nobody, &mut said).map_err(of(&redundancy))?;
     spin::spin(&spun, &mut Nobody, &mut said).map_err(of(&robot))?;
+    temperature::temperature(&mut said).map_err(of(&robot))?;
     Ok(said)
 }
 

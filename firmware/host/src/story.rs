@@ -12,7 +12,7 @@ pub fn shared(said: &str) -> impl Iterator<Item = &str> {
 const LEFT_OUT: [&str; 2] = ["  output", "      "];
 
 /// Lines with which a part of the mission begins.
-const PARTS: [&str; 3] = ["first start", "second start", "spin"];
+const PARTS: [&str; 4] = ["first start", "second start", "spin", "temperature"];
 
 /// Tells it in decimals.
 pub fn tell(said: &str) {

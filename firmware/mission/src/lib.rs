@@ -1,4 +1,5 @@
-//! What the movable platform goes through, from its first start to the failure of its primary; and a robot's spin.
+//! What the movable platform goes through, from its first start to the failure of its primary; a robot's spin; and what
+//! temperature does to a sensor.
 //!
 //! The device and the host run this same code over the same vectors, and say what comes of it, number by number in
 //! the bits of single precision: the two must not differ. Read in this order:
@@ -6,7 +7,7 @@
 //! 1. [`vectors`]: the sensors' readings, out of a JSON file.
 //! 2. [`units`]: the redundant set that gives them, and [`nor`], the flash that outlasts a reset.
 //! 3. [`flight`]: the first start, up to records in flash; the second, from records in flash.
-//! 4. [`spin`]: a robot that turns on the spot.
+//! 4. [`spin`]: a robot that turns on the spot; [`temperature`]: a sensor that gets warm.
 //! 5. [`words`]: how events, records and results are written down.
 //! 6. [`watch`]: who measures the stack meanwhile.
 //!
@@ -16,6 +17,7 @@
 pub mod flight;
 pub mod nor;
 pub mod spin;
+pub mod temperature;
 pub mod text;
 pub mod units;
 pub mod vectors;

@@ -20,7 +20,7 @@ use cortex_m::peripheral::SCB;
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 use mission::nor::{BYTES, Nor};
 use mission::units::UNITS;
-use mission::{MissionError, flight, spin};
+use mission::{MissionError, flight, spin, temperature};
 use tumble_core::model::Correction;
 use tumble_core::redundancy::monitor::Monitor;
 use tumble_core::redundancy::platform::Platform;
@@ -121,6 +121,7 @@ fn fly(
 /// The spin, and what all of it took.
 fn turn(vectors: &[u8], stack: &mut Stack, out: &mut Console) -> Result<(), MissionError> {
     spin::spin(vectors, stack, out)?;
+    temperature::temperature(out)?;
     stack.tell(out)?;
     states(out)?;
     Ok(())

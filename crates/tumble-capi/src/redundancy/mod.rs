@@ -130,6 +130,7 @@ pub struct Knowledge {
 /// ::TUMBLE_ERROR_PRIMARY, ::TUMBLE_ERROR_MOUNTING, ::TUMBLE_ERROR_SAME_IDENTITY.
 ///
 /// cbindgen:ptrs-as-arrays=[[units; ]]
+#[allow(rustdoc::broken_intra_doc_links)] // The line above is for cbindgen.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_redundancy_init(
     redundancy: *mut Redundancy,

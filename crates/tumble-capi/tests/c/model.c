@@ -63,6 +63,59 @@ static void agrees_with_the_vectors(void)
     cJSON_Delete(file);
 }
 
+static tumble_temperature_drift drift_of(const cJSON *a_case)
+{
+    tumble_temperature_drift drift;
+    drift.reference = (float)number(a_case, "reference");
+    for (int i = 0; i < 2; ++i) {
+        drift.range[i] = (float)element(member(a_case, "range"), i)->valuedouble;
+    }
+    matrix(a_case, "bias", drift.bias);
+    matrix(a_case, "scale", drift.scale);
+    return drift;
+}
+
+static void temperature_agrees_with_its_vectors_to_the_bit(void)
+{
+    cJSON *file = vectors_read("temperature");
+    const cJSON *cases = member(file, "cases");
+    CHECK(cJSON_GetArraySize(cases) > 0);
+    for (int i = 0; i < cJSON_GetArraySize(cases); ++i) {
+        const cJSON *a_case = element(cases, i);
+        const tumble_temperature_drift drift = drift_of(a_case);
+        const float temperature = (float)number(a_case, "temperature");
+        float bias[3];
+        float reading[3];
+        float found[3];
+        vector(a_case, "b", bias);
+        vector(a_case, "y", reading);
+        ANSWERS(TUMBLE_OK, tumble_temperature_drift_remove(&drift, bias, temperature, reading, found));
+        agrees(file, a_case, "at_reference", 1, found);
+        for (int axis = 0; axis < 3; ++axis) {
+            uint32_t bits;
+            memcpy(&bits, &found[axis], sizeof bits);
+            CHECK((double)bits == element(member(a_case, "bits"), axis)->valuedouble);
+        }
+        ANSWERS(TUMBLE_OK, tumble_temperature_drift_remove(&drift, bias, temperature, reading, reading));
+        CHECK(memcmp(reading, found, sizeof found) == 0);
+    }
+    cJSON_Delete(file);
+}
+
+static void a_failed_thermometer_counts_as_the_reference(void)
+{
+    const tumble_temperature_drift drift = {
+        25.0F, {-20.0F, 70.0F}, {{0.01F, 0.0F, 0.0F}}, {{0.0F, 0.0F, 0.0F}}};
+    const float bias[3] = {0.0F, 0.0F, 0.0F};
+    float reading[3] = {1.0F, 2.0F, 3.0F};
+    float found[3] = {0.0F, 0.0F, 0.0F};
+    ANSWERS(TUMBLE_OK, tumble_temperature_drift_remove(&drift, bias, NAN, reading, found));
+    CHECK(memcmp(reading, found, sizeof found) == 0);
+    reading[1] = NAN;
+    ANSWERS(TUMBLE_ERROR_NOT_FINITE, tumble_temperature_drift_remove(&drift, bias, 30.0F, reading, found));
+    CHECK(found[1] == 2.0F);
+}
+
 /* A unit whose accelerometer and gyroscope err differently. */
 static tumble_correction some_correction(void)
 {
@@ -124,6 +177,8 @@ static void no_inverse_is_refused(void)
 
 const law model_laws[] = {
     {"the error model agrees with its vectors", agrees_with_the_vectors},
+    {"what temperature does agrees with its vectors to the bit", temperature_agrees_with_its_vectors_to_the_bit},
+    {"a thermometer that failed counts as the reference", a_failed_thermometer_counts_as_the_reference},
     {"a sample may be corrected in place", may_be_corrected_in_place},
     {"a sample that is not finite is refused and leaves the result alone",
      not_finite_is_refused_and_leaves_the_place_alone},

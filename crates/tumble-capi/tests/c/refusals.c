@@ -49,6 +49,7 @@ static void null_is_refused_everywhere(void)
     uint8_t bytes[TUMBLE_RECORD_BYTES];
     size_t length = 0;
     float three[3] = {0.0F, 0.0F, 0.0F};
+    tumble_drift_record drift = {1, TUMBLE_SENSOR_GYROSCOPE, {25.0F, {-20.0F, 70.0F}, {{0.0F}}, {{0.0F}}}};
 
     const tumble_status answers[] = {
         tumble_correction_init(NULL, &calibration),
@@ -59,6 +60,10 @@ static void null_is_refused_everywhere(void)
         tumble_error_model_measure(NULL, three, three),
         tumble_error_model_measure(&model, NULL, three),
         tumble_error_model_measure(&model, three, NULL),
+        tumble_temperature_drift_remove(NULL, three, 30.0F, three, three),
+        tumble_temperature_drift_remove(&drift.drift, NULL, 30.0F, three, three),
+        tumble_temperature_drift_remove(&drift.drift, three, 30.0F, NULL, three),
+        tumble_temperature_drift_remove(&drift.drift, three, 30.0F, three, NULL),
         tumble_error_model_decompose(NULL, &parts),
         tumble_error_model_decompose(&model, NULL),
         tumble_spin_defaults(NULL),
@@ -98,6 +103,14 @@ static void null_is_refused_everywhere(void)
         tumble_record_encode(&record, bytes, sizeof bytes, NULL),
         tumble_record_decode(NULL, TUMBLE_RECORD_BYTES, &record),
         tumble_record_decode(bytes, TUMBLE_RECORD_BYTES, NULL),
+        tumble_drift_encode(NULL, bytes),
+        tumble_drift_encode(&drift, NULL),
+        tumble_drift_decode(NULL, TUMBLE_DRIFT_BYTES, &drift),
+        tumble_drift_decode(bytes, TUMBLE_DRIFT_BYTES, NULL),
+        tumble_store_load_drift(NULL, 1, TUMBLE_SENSOR_GYROSCOPE, &drift.drift),
+        tumble_store_load_drift(store, 1, TUMBLE_SENSOR_GYROSCOPE, NULL),
+        tumble_store_save_drift(NULL, 0, &drift, NULL),
+        tumble_store_save_drift(store, 0, NULL, NULL),
         tumble_store_init(NULL, sizeof *store, &driver, FLASH_START, 2 * PAGE, NULL),
         tumble_store_init(store, sizeof *store, NULL, FLASH_START, 2 * PAGE, NULL),
         tumble_store_get_entries(NULL, &number),

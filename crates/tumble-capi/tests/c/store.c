@@ -66,6 +66,51 @@ static void keeps_last_previous_and_factory(void)
     free(store);
 }
 
+static tumble_drift_record some_drift(void)
+{
+    const tumble_drift_record record = {
+        IDENTITY,
+        TUMBLE_SENSOR_ACCELEROMETER,
+        {25.0F, {-20.0F, 70.0F}, {{0.001F, 0.0F, -0.002F}, {0.0F, 1e-5F, 0.0F}}, {{1e-5F, 0.0F, 0.0F}}}};
+    return record;
+}
+
+static void keeps_what_temperature_does_beside_the_records(void)
+{
+    ram_flash flash;
+    ram_flash_erase(&flash);
+    tumble_store *store = ram_flash_open(&flash);
+    tumble_temperature_drift read;
+    ANSWERS(TUMBLE_ERROR_NOTHING_STORED,
+            tumble_store_load_drift(store, IDENTITY, TUMBLE_SENSOR_ACCELEROMETER, &read));
+    const tumble_drift_record written = some_drift();
+    ANSWERS(TUMBLE_OK, tumble_store_save_drift(store, 0, &written, NULL));
+    for (uint32_t sequence = 1; sequence < 60; ++sequence) {
+        ANSWERS(TUMBLE_OK, save(store, sequence));
+    }
+    ANSWERS(TUMBLE_OK, tumble_store_load_drift(store, IDENTITY, TUMBLE_SENSOR_ACCELEROMETER, &read));
+    CHECK(memcmp(&read, &written.drift, sizeof read) == 0);
+    tumble_drift_record spoilt = written;
+    spoilt.drift.reference = 90.0F;
+    ANSWERS(TUMBLE_ERROR_NOT_FINITE, tumble_store_save_drift(store, 0, &spoilt, NULL));
+    free(store);
+}
+
+static void a_drift_is_a_record_of_its_own(void)
+{
+    const tumble_drift_record written = some_drift();
+    uint8_t bytes[TUMBLE_DRIFT_BYTES];
+    tumble_drift_record read;
+    tumble_record error;
+    ANSWERS(TUMBLE_OK, tumble_drift_encode(&written, bytes));
+    ANSWERS(TUMBLE_OK, tumble_drift_decode(bytes, sizeof bytes, &read));
+    CHECK(read.identity == IDENTITY && read.sensor == TUMBLE_SENSOR_ACCELEROMETER);
+    CHECK(memcmp(&read.drift, &written.drift, sizeof read.drift) == 0);
+    ANSWERS(TUMBLE_ERROR_NOT_A_RECORD, tumble_record_decode(bytes, sizeof bytes, &error));
+    bytes[20] ^= 1;
+    ANSWERS(TUMBLE_ERROR_CORRUPT, tumble_drift_decode(bytes, sizeof bytes, &read));
+}
+
 /* After a cut, the old or the new record is in force, whole; and the store goes on. Gives which. */
 static uint32_t whole_after_cut(ram_flash *flash, uint32_t old)
 {
@@ -282,6 +327,8 @@ static void a_limit_of_none_at_once_is_a_limit_of_one(void)
 
 const law store_laws[] = {
     {"the last, the previous and the factory's record are kept, and come back", keeps_last_previous_and_factory},
+    {"what temperature does is kept beside the records", keeps_what_temperature_does_beside_the_records},
+    {"what temperature does is a record of its own", a_drift_is_a_record_of_its_own},
     {"a power cut at any byte leaves the old or the new record, whole",
      a_power_cut_leaves_the_old_or_the_new_record},
     {"writing too often is refused with the time to wait", writing_too_often_is_refused_with_the_time_to_wait},

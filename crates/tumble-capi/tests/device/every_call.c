@@ -34,6 +34,9 @@ static void correct(void)
     tumble_correction correction;
     answers += tumble_correction_init(&correction, &calibration);
     answers += tumble_correction_apply(&correction, &sample, &sample);
+    const tumble_temperature_drift drift = {25.0F, {-20.0F, 70.0F}, {{0.0F}}, {{0.0F}}};
+    answers += tumble_temperature_drift_remove(&drift, calibration.gyroscope.bias, 30.0F, sample.angular_rate,
+                                               sample.angular_rate);
     answers += tumble_error_model_measure(&calibration.gyroscope, sample.angular_rate, sample.angular_rate);
 }
 
@@ -75,6 +78,11 @@ static void keep(void)
     answers += tumble_store_save(&store, 0, &record, &wait);
     answers += tumble_store_save_factory(&store, 0, &record, &wait);
     answers += tumble_store_roll_back(&store, 0, 1, TUMBLE_SENSOR_GYROSCOPE, TUMBLE_WHICH_FACTORY, NULL, NULL);
+    tumble_drift_record drift = {1, TUMBLE_SENSOR_GYROSCOPE, {25.0F, {-20.0F, 70.0F}, {{0.0F}}, {{0.0F}}}};
+    answers += tumble_drift_encode(&drift, bytes);
+    answers += tumble_drift_decode(bytes, TUMBLE_DRIFT_BYTES, &drift);
+    answers += tumble_store_save_drift(&store, 0, &drift, &wait);
+    answers += tumble_store_load_drift(&store, 1, TUMBLE_SENSOR_GYROSCOPE, &drift.drift);
     answers += tumble_store_erase(&store);
 }
 

@@ -3,7 +3,7 @@
 
 use tumble_core::redundancy::sensor::Sensor;
 
-use crate::record::{MAX_ENCODED, checksum, sensor, sensor_code};
+use crate::record::{DRIFT_ENCODED, MAX_ENCODED, checksum, sensor, sensor_code};
 
 /// Bytes of an entry. A record of version 2 leaves 5 of them, for versions to come.
 pub const ENTRY: usize = 192;
@@ -14,6 +14,9 @@ pub const PEEK: usize = 32;
 /// What flash holds where nothing was written.
 pub const ERASED: u8 = 0xFF;
 
+/// What follows a drift, which is so short that parts of its entry would read as erased, and be cleared after a cut.
+const FILLED: u8 = 0;
+
 /// Bytes before the record: kind, length, sensor, one that stays erased, identity.
 const HEAD: usize = 12;
 
@@ -22,7 +25,7 @@ const CHECKSUM: usize = 4;
 /// Most bytes of a record in an entry.
 const ROOM: usize = ENTRY - HEAD - CHECKSUM;
 
-const _: () = assert!(MAX_ENCODED <= ROOM);
+const _: () = assert!(MAX_ENCODED <= ROOM && DRIFT_ENCODED <= ROOM);
 
 /// Whose a record is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,20 +34,22 @@ pub struct Key {
     pub sensor: Sensor,
 }
 
-/// Where a record comes from.
+/// Where a record comes from, or that it says what temperature does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// It was there when the unit was made.
     Factory,
     /// It was put in force later.
     Adopted,
+    /// It is a drift.
+    Drift,
 }
 
 impl Kind {
     /// How many of a sensor stay when a bank is left: of those adopted, the last and the one before.
     pub fn kept(self) -> u32 {
         match self {
-            Kind::Factory => 1,
+            Kind::Factory | Kind::Drift => 1,
             Kind::Adopted => 2,
         }
     }
@@ -53,11 +58,12 @@ impl Kind {
         match self {
             Kind::Factory => b'F',
             Kind::Adopted => b'A',
+            Kind::Drift => b'T',
         }
     }
 
     fn of(code: u8) -> Option<Self> {
-        [Kind::Factory, Kind::Adopted]
+        [Kind::Factory, Kind::Adopted, Kind::Drift]
             .into_iter()
             .find(|kind| kind.code() == code)
     }
@@ -86,6 +92,9 @@ impl Entry {
             sensor_code(key.sensor),
         );
         *identity = key.identity.to_le_bytes();
+        if kind == Kind::Drift {
+            room.fill(FILLED);
+        }
         room.get_mut(..record.len())?.copy_from_slice(record);
         *signature = checksum(covered).to_le_bytes();
         Some(entry)

@@ -1,7 +1,8 @@
 //! The records of many units in NOR flash.
 //!
 //! Of each sensor of each unit three records stay: the factory's, the last that was adopted, and the one before. What
-//! is in force is the last adopted, else the factory's. Replacing is atomic: power may be cut at any byte of any write
+//! is in force is the last adopted, else the factory's. What temperature does to it is kept beside them, where it was
+//! stored. Replacing is atomic: power may be cut at any byte of any write
 //! and anywhere in an erasure, whatever that leaves behind, be it a word that reads otherwise in each boot, and the old or
 //! the new record reads back whole. One that was said to be stored does so in all boots to come.
 //!
@@ -19,13 +20,17 @@ use core::ops::Range;
 
 use embedded_storage::nor_flash::NorFlash;
 use tumble_core::redundancy::sensor::Sensor;
+use tumble_core::temperature::TemperatureDrift;
 
 pub use crate::flash::at::At;
 use crate::flash::bank::{Bank, Banks, Found};
 use crate::flash::entry::{Entry, Key, Kind, label};
 pub use crate::flash::limit::WriteLimit;
 use crate::flash::limit::Writes;
-use crate::record::{DecodeError, EncodeError, MAX_ENCODED, StoredRecord, decode, encode};
+use crate::record::{
+    DRIFT_ENCODED, DecodeError, DriftRecord, EncodeError, MAX_ENCODED, StoredRecord, decode, decode_drift,
+    encode, encode_drift,
+};
 
 /// Which of the records of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,7 +113,7 @@ impl<F: NorFlash> RecordStore<F> {
         })
     }
 
-    /// Entries that there is room for. Three of each sensor of each unit stay; the fewer of the others there are, the
+    /// Entries that there is room for. Three of each sensor of each unit stay, and its drift, if it has one; the fewer of the others there are, the
     /// more often flash is erased, so let there be twice as many.
     pub fn entries(&self) -> u32 {
         self.banks.slots()
@@ -159,6 +164,42 @@ impl<F: NorFlash> RecordStore<F> {
     pub fn save_factory(&mut self, now: u64, record: &StoredRecord) -> Result<Saved, StoreError<F::Error>> {
         let entry = written(Kind::Factory, record)?;
         let stored = self.find(key(record), Which::Factory)?;
+        self.store(now, &entry, stored)
+    }
+
+    /// What temperature does to a sensor, if that was stored; calibrations leave it as it is.
+    ///
+    /// # Errors
+    /// [`StoreError`], where it cannot be read.
+    pub fn drift(
+        &mut self,
+        identity: u64,
+        sensor: Sensor,
+    ) -> Result<Option<TemperatureDrift<f32>>, StoreError<F::Error>> {
+        let key = Key { identity, sensor };
+        let Some((_, found)) = self.found_drift(key)? else {
+            return Ok(None);
+        };
+        let record = decode_drift(found.entry.record()).map_err(StoreError::Decode)?;
+        let named = (record.identity, record.sensor) == (identity, sensor);
+        let drift = named.then_some(Some(record.drift));
+        drift.ok_or(StoreError::Decode(DecodeError::Corrupt))
+    }
+
+    /// Keeps what temperature does to a sensor, in place of what was kept of that before.
+    ///
+    /// # Errors
+    /// [`StoreError`], as of [`RecordStore::save`].
+    pub fn save_drift(&mut self, now: u64, record: &DriftRecord) -> Result<Saved, StoreError<F::Error>> {
+        let key = Key {
+            identity: record.identity,
+            sensor: record.sensor,
+        };
+        let mut buffer = [0; DRIFT_ENCODED];
+        let bytes = encode_drift(record, &mut buffer).map_err(StoreError::Encode)?;
+        let entry = Entry::new(Kind::Drift, key, bytes);
+        let entry = entry.ok_or(StoreError::Encode(EncodeError::NoRoom))?;
+        let stored = self.found_drift(key)?;
         self.store(now, &entry, stored)
     }
 
@@ -225,6 +266,15 @@ impl<F: NorFlash> RecordStore<F> {
             self.writes = before;
         }
         appended.map(|()| Saved::Written)
+    }
+
+    fn found_drift(&mut self, key: Key) -> Result<Option<(Bank, Found)>, StoreError<F::Error>> {
+        let Some(bank) = self.banks.in_use()? else {
+            return Ok(None);
+        };
+        let end = self.banks.slots();
+        let found = self.banks.last_before(bank, end, key, Kind::Drift)?;
+        Ok(found.map(|found| (bank, found)))
     }
 
     fn found_in_force(&mut self, key: Key) -> Result<Option<(Bank, Found)>, StoreError<F::Error>> {

@@ -7,6 +7,7 @@
 mod frame;
 mod version_1;
 mod version_2;
+mod version_3;
 
 #[cfg(test)]
 mod older_version_tests;
@@ -17,12 +18,20 @@ pub(crate) use version_1::{sensor, sensor_code};
 use nalgebra::{convert, convert_unchecked};
 use tumble_core::real::Real;
 use tumble_core::redundancy::record::Record;
+use tumble_core::redundancy::sensor::Sensor;
+use tumble_core::temperature::TemperatureDrift;
 
 /// The version that [`encode`] writes; [`decode`] reads it and all before it.
 pub const VERSION: u8 = 2;
 
 /// Most bytes that [`encode`] writes.
 pub const MAX_ENCODED: usize = frame::FRAME + version_2::MAX_PAYLOAD;
+
+/// The version that [`encode_drift`] writes: a record of another kind, for whoever uses it.
+pub const DRIFT_VERSION: u8 = 3;
+
+/// Bytes that [`encode_drift`] writes.
+pub const DRIFT_ENCODED: usize = frame::FRAME + version_3::PAYLOAD;
 
 /// A record of the core, with what the core does not need.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +40,17 @@ pub struct StoredRecord {
     pub record: Record<f32>,
     /// Of the unit while it was calibrated, degC, if known.
     pub temperature: Option<f32>,
+}
+
+/// What temperature does to one sensor of one unit: to what it says itself, whatever its error against a primary is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DriftRecord {
+    /// Of the unit.
+    pub identity: u64,
+    /// Which sensor of it.
+    pub sensor: Sensor,
+    /// In the axes and the unit of the sensor.
+    pub drift: TemperatureDrift<f32>,
 }
 
 /// Why a record cannot be written as bytes.
@@ -56,6 +76,11 @@ pub enum DecodeError {
     Corrupt,
     /// They are as written, by a newer version of this crate.
     UnknownVersion {
+        /// Their version.
+        found: u8,
+    },
+    /// They are as written, but of another kind: a drift where an error is asked for, or the other way round.
+    OtherKind {
         /// Their version.
         found: u8,
     },
@@ -91,6 +116,8 @@ pub enum Field {
     Followed,
     /// While it was calibrated.
     Temperature,
+    /// Reference, range or coefficients of a drift.
+    Drift,
 }
 
 /// Writes a record at the start of `buffer`; gives the bytes that are the record.
@@ -119,11 +146,54 @@ const READERS: [(u8, Reader); 2] = [(1, version_1::read), (2, version_2::read)];
 /// Reads a record of any version that has a reader.
 fn decode_by(readers: &[(u8, Reader)], bytes: &[u8]) -> Result<StoredRecord, DecodeError> {
     let (found, payload) = frame::open(bytes)?;
+    if found == DRIFT_VERSION {
+        return Err(DecodeError::OtherKind { found });
+    }
     let mut readers = readers.iter().filter(|(version, _)| *version == found);
     let (_, read) = readers.next().ok_or(DecodeError::UnknownVersion { found })?;
     let record = read(payload)?;
     record.check().map_err(DecodeError::NotFinite)?;
     Ok(record)
+}
+
+/// Writes what temperature does at the start of `buffer`; gives the bytes that are it, [`DRIFT_ENCODED`].
+///
+/// # Errors
+/// [`EncodeError`]; what is in `buffer` then is no record.
+pub fn encode_drift<'b>(record: &DriftRecord, buffer: &'b mut [u8]) -> Result<&'b [u8], EncodeError> {
+    record.check().map_err(EncodeError::NotFinite)?;
+    frame::write(DRIFT_VERSION, &version_3::Payload::from(record), buffer)
+}
+
+/// Reads what temperature does from the bytes that are it, neither more nor fewer.
+///
+/// # Errors
+/// [`DecodeError`], never another record than was written.
+pub fn decode_drift(bytes: &[u8]) -> Result<DriftRecord, DecodeError> {
+    match frame::open(bytes)? {
+        (DRIFT_VERSION, payload) => {
+            let record = version_3::read(payload)?;
+            record.check().map_err(DecodeError::NotFinite)?;
+            Ok(record)
+        }
+        (found, _) if found < DRIFT_VERSION => Err(DecodeError::OtherKind { found }),
+        (found, _) => Err(DecodeError::UnknownVersion { found }),
+    }
+}
+
+impl DriftRecord {
+    /// Finds what is no drift: numbers that are not finite, and a range that is none.
+    fn check(&self) -> Result<(), Field> {
+        let TemperatureDrift {
+            reference,
+            range: [low, high],
+            bias,
+            scale,
+        } = &self.drift;
+        let finite = bias.iter().chain(scale).flatten().all(|x| x.is_finite());
+        let ordered = low <= reference && reference <= high && low.is_finite() && high.is_finite();
+        (finite && ordered).then_some(()).ok_or(Field::Drift)
+    }
 }
 
 impl StoredRecord {

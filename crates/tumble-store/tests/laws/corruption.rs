@@ -7,7 +7,7 @@ use tumble_core::redundancy::sensor::Sensor;
 use tumble_store::flash::Which;
 use tumble_store::record::StoredRecord;
 
-use crate::common::history::{Kept, Model, Update, drawn, make, numbered, open};
+use crate::common::history::{Kept, Model, Update, drawn, make, numbered, numbered_drift, open};
 use crate::common::sign;
 use crate::common::simulated::{Cut, Operation, PAGE, Remains, Simulated};
 
@@ -51,6 +51,13 @@ fn read_all(flash: &Simulated<4>, model: &Model, all: &[StoredRecord]) -> usize 
                 (*identity, *sensor)
             );
         }
+        found.drift = store.drift(*identity, *sensor).unwrap_or(None);
+        let written = |drift| (0..60).any(|n| numbered_drift(*identity, *sensor, n).drift == drift);
+        assert!(
+            found.drift.is_none_or(written),
+            "a drift that nobody wrote: {:?}",
+            found.drift
+        );
         others += usize::from(found != *kept);
     }
     others

@@ -9,7 +9,7 @@ use tumble_core::redundancy::platform::PrimaryCalibration;
 use tumble_core::redundancy::record::{Record, Storage};
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_store::flash::{RecordStore, Saved, StoreError, Which, WriteLimit};
-use tumble_store::record::{DecodeError, EncodeError, Field, StoredRecord, VERSION};
+use tumble_store::record::{DRIFT_VERSION, DecodeError, EncodeError, Field, StoredRecord};
 
 use crate::common::history::{Model, Update, drawn, make, numbered, open, whole};
 use crate::common::sign;
@@ -282,7 +282,7 @@ fn a_record_of_a_newer_version_is_not_taken_for_another_and_outlasts_turnovers()
     let entry = &mut flash.memory[64..64 + 192];
     let length = usize::from(entry[1]);
     let record = &mut entry[12..12 + length];
-    let found = VERSION + 1;
+    let found = DRIFT_VERSION + 1;
     record[2] = found;
     sign(record);
     sign(entry);

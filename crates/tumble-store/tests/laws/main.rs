@@ -2,6 +2,7 @@
 
 mod common;
 mod corruption;
+mod drift_record;
 mod flash;
 mod layout;
 mod marginal;

@@ -42,7 +42,7 @@ impl Promises {
         let (record, of_factory) = match update {
             Update::Save(record) => (record, false),
             Update::SaveFactory(record) => (record, true),
-            Update::RollBack(..) => return,
+            Update::SaveDrift(_) | Update::RollBack(..) => return,
         };
         for (unit, sensor, promised) in &mut self.0 {
             let its = (*unit, SENSORS[*sensor]) == (record.record.identity, record.record.sensor);

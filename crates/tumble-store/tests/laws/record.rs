@@ -6,7 +6,7 @@ use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::redundancy::settings::Rung;
 use tumble_store::record::{
-    DecodeError, EncodeError, Field, MAX_ENCODED, StoredRecord, VERSION, decode, encode,
+    DRIFT_VERSION, DecodeError, EncodeError, Field, MAX_ENCODED, StoredRecord, VERSION, decode, encode,
 };
 
 use crate::common::{example, record, sign};
@@ -138,7 +138,7 @@ fn rewritten(changes: &[(usize, u8)]) -> Vec<u8> {
 #[test]
 fn what_is_whole_but_means_nothing_is_named() {
     let unknown = |field, found| Err(DecodeError::UnknownCode { field, found });
-    let found = VERSION + 1;
+    let found = DRIFT_VERSION + 1;
     assert_eq!(
         decode(&rewritten(&[(2, found)])),
         Err(DecodeError::UnknownVersion { found })

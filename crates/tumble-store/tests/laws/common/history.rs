@@ -6,11 +6,12 @@ use std::ops::Range;
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use tumble_core::redundancy::sensor::{SENSORS, Sensor};
+use tumble_core::temperature::TemperatureDrift;
 use tumble_store::flash::{RecordStore, StoreError, Which, WriteLimit};
-use tumble_store::record::StoredRecord;
+use tumble_store::record::{DriftRecord, StoredRecord};
 
-use crate::common::example;
 use crate::common::simulated::{Fault, Simulated};
+use crate::common::{drift, example};
 
 /// A store over the flash given.
 pub fn open<const WORD: usize>(flash: Simulated<WORD>) -> RecordStore<Simulated<WORD>> {
@@ -34,6 +35,7 @@ pub const UNLIMITED: WriteLimit = WriteLimit {
 pub enum Update {
     Save(StoredRecord),
     SaveFactory(StoredRecord),
+    SaveDrift(DriftRecord),
     RollBack(u64, Sensor, Which),
 }
 
@@ -48,6 +50,17 @@ pub fn numbered(identity: u64, sensor: Sensor, number: u32) -> StoredRecord {
     stored
 }
 
+/// A drift that differs from every other of another number.
+pub fn numbered_drift(identity: u64, sensor: Sensor, number: u32) -> DriftRecord {
+    let mut drift = drift();
+    drift.bias[2].y = number as f32;
+    DriftRecord {
+        identity,
+        sensor,
+        drift,
+    }
+}
+
 /// An update of one of several units, chosen at random.
 pub fn drawn(random: &mut Pcg64Mcg, units: u64, number: u32) -> Update {
     let identity = random.random_range(1..=units);
@@ -57,6 +70,7 @@ pub fn drawn(random: &mut Pcg64Mcg, units: u64, number: u32) -> Update {
         1 => Update::RollBack(identity, sensor, Which::Factory),
         // Few have a record from the factory, so that not all entries are of use.
         2 if identity == 1 => Update::SaveFactory(numbered(identity, sensor, number)),
+        3 if identity == 2 => Update::SaveDrift(numbered_drift(identity, sensor, number)),
         _ => Update::Save(numbered(identity, sensor, number)),
     }
 }
@@ -69,6 +83,7 @@ pub fn make<const WORD: usize>(
     match *update {
         Update::Save(record) => store.save(0, &record).map(|_| ()),
         Update::SaveFactory(record) => store.save_factory(0, &record).map(|_| ()),
+        Update::SaveDrift(drift) => store.save_drift(0, &drift).map(|_| ()),
         Update::RollBack(identity, sensor, to) => match store.roll_back(0, identity, sensor, to) {
             Err(StoreError::NothingStored(_)) => Ok(()),
             outcome => outcome.map(|_| ()),
@@ -82,6 +97,7 @@ pub struct Kept {
     pub last: Option<StoredRecord>,
     pub previous: Option<StoredRecord>,
     pub factory: Option<StoredRecord>,
+    pub drift: Option<TemperatureDrift<f32>>,
 }
 
 impl Kept {
@@ -104,12 +120,14 @@ impl Model {
             Update::Save(StoredRecord { record, .. }) | Update::SaveFactory(StoredRecord { record, .. }) => {
                 (record.identity, record.sensor)
             }
+            Update::SaveDrift(drift) => (drift.identity, drift.sensor),
             Update::RollBack(identity, sensor, _) => (*identity, *sensor),
         };
         let kept = self.0.entry((identity, sensor)).or_default();
         match update {
             Update::Save(record) => kept.put_in_force(*record),
             Update::SaveFactory(record) => kept.factory = Some(*record),
+            Update::SaveDrift(drift) => kept.drift = Some(drift.drift),
             Update::RollBack(_, _, to) => {
                 let record = if *to == Which::Factory {
                     kept.factory
@@ -131,6 +149,7 @@ impl Model {
                 last: load(Which::Last),
                 previous: load(Which::Previous),
                 factory: load(Which::Factory),
+                drift: store.drift(identity, sensor).expect("it can be read"),
             }
         };
         Self(

@@ -11,7 +11,8 @@ use tumble_core::model::ErrorModel;
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::{SENSORS, Sensor};
 use tumble_core::redundancy::settings::Rung;
-use tumble_store::record::StoredRecord;
+use tumble_core::temperature::TemperatureDrift;
+use tumble_store::record::{DriftRecord, StoredRecord};
 
 /// The example of `docs/record-format.md`.
 pub fn example() -> StoredRecord {
@@ -49,6 +50,24 @@ pub fn example() -> StoredRecord {
     StoredRecord {
         record,
         temperature: Some(36.5),
+    }
+}
+
+/// The example of a drift in `docs/record-format.md`.
+pub fn drift() -> TemperatureDrift<f32> {
+    TemperatureDrift {
+        reference: 25.0,
+        range: [-20.0, 70.0],
+        bias: [
+            Vector3::new(1.0 / 1024.0, 0.0, -1.0 / 512.0),
+            Vector3::new(0.0, 1.0 / 65536.0, 0.0),
+            Vector3::zeros(),
+        ],
+        scale: [
+            Vector3::new(1.0 / 65536.0, -1.0 / 32768.0, 0.0),
+            Vector3::zeros(),
+            Vector3::zeros(),
+        ],
     }
 }
 
@@ -95,6 +114,22 @@ prop_compose! {
             followed: Vector3::from(followed),
         };
         StoredRecord { record, temperature }
+    }
+}
+
+prop_compose! {
+    /// Any drift.
+    pub fn drift_record()(
+        identity in any::<u64>(),
+        sensor in prop::sample::select(SENSORS.to_vec()),
+        mut temperatures in uniform3(finite()),
+        powers in (uniform9(finite()), uniform9(finite())),
+    ) -> DriftRecord {
+        temperatures.sort_by(f32::total_cmp);
+        let [low, reference, high] = temperatures;
+        let rows = |row: &[f32; 9]| [0, 3, 6].map(|k| Vector3::new(row[k], row[k + 1], row[k + 2]));
+        let (bias, scale) = (rows(&powers.0), rows(&powers.1));
+        DriftRecord { identity, sensor, drift: TemperatureDrift { reference, range: [low, high], bias, scale } }
     }
 }
 

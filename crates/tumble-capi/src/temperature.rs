@@ -1,0 +1,161 @@
+//! What temperature does to a sensor, taken off its readings and kept over a reset.
+
+use core::mem::MaybeUninit;
+use core::slice;
+
+use tumble_core::temperature::TemperatureDrift as CoreDrift;
+use tumble_store::record::{DRIFT_ENCODED, DriftRecord as StoredDrift, decode_drift, encode_drift};
+
+use crate::code::code;
+use crate::model::vector;
+use crate::pointer::{Place, look, read};
+use crate::record::{Sensor, decode_error, encode_error};
+use crate::status::{Status, StatusResult, status};
+
+/// Bytes of an encoded drift.
+pub const TUMBLE_DRIFT_BYTES: usize = 100;
+
+const _: () = assert!(TUMBLE_DRIFT_BYTES == DRIFT_ENCODED);
+
+/// What temperature T does to a sensor: `y = (1 + s) M u + b + d`, where d and s are polynomials in T less the reference.
+/// M and b hold at the reference; beyond the range the value at its edge is held.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct TemperatureDrift {
+    /// Temperature at which nothing changes, degC.
+    pub reference: f32,
+    /// Lowest and highest temperature at which it was seen, degC.
+    pub range: [f32; 2],
+    /// d: a row of the three axes for the first, second and third power, m/s^2 or rad/s per K, K^2, K^3.
+    pub bias: [[f32; 3]; 3],
+    /// s: the same of the scale factors, 1/K, 1/K^2, 1/K^3.
+    pub scale: [[f32; 3]; 3],
+}
+
+/// What temperature does to one sensor of one unit, as it is stored.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct DriftRecord {
+    /// Of the unit.
+    pub identity: u64,
+    /// Which sensor of it.
+    pub sensor: MaybeUninit<Sensor>,
+    /// In the axes and the unit of the sensor.
+    pub drift: TemperatureDrift,
+}
+
+/// Takes off a reading what temperature did to it: `at_reference` is what the sensor would read at the reference, which
+/// goes on to tumble_correction_apply(), to a spin or to a redundant set. `bias` is b of its calibration, m/s^2 or rad/s;
+/// `temperature` is in degC, and counts as the reference where it is NaN. `reading` and `at_reference` may be the same.
+///
+/// Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_NOT_FINITE if the reading, its bias or what the drift makes of them is not.
+///
+/// cbindgen:ptrs-as-arrays=[[bias; 3], [reading; 3], [at_reference; 3]]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tumble_temperature_drift_remove(
+    drift: *const TemperatureDrift,
+    bias: *const f32,
+    temperature: f32,
+    reading: *const f32,
+    at_reference: *mut f32,
+) -> Status {
+    let (bias, reading) = (bias.cast::<[f32; 3]>(), reading.cast::<[f32; 3]>());
+    let at_reference = at_reference.cast::<[f32; 3]>();
+    // SAFETY: as the header asks of all pointers.
+    let (drift, bias, reading) = unsafe { (look(drift), read(bias), read(reading)) };
+    // SAFETY: the same.
+    let place = unsafe { Place::at(at_reference) };
+    status((|| {
+        let (drift, bias, reading, place) = (drift?.in_core(), bias?, reading?, place?);
+        let found = drift.at_reference(&vector(&reading), &vector(&bias), temperature);
+        if !found.iter().all(|y| y.is_finite()) {
+            return Err(Status::TumbleErrorNotFinite);
+        }
+        place.write(found.into());
+        Ok(())
+    })())
+}
+
+/// Writes a drift as bytes, ::TUMBLE_DRIFT_BYTES of them.
+///
+/// Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_CODE of the sensor; ::TUMBLE_ERROR_NOT_FINITE of the numbers, also where the
+/// range is none or the reference not within it.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tumble_drift_encode(record: *const DriftRecord, bytes: *mut u8) -> Status {
+    // SAFETY: as the header asks of all pointers.
+    let (record, place) = unsafe { (read(record), Place::at(bytes.cast::<[u8; DRIFT_ENCODED]>())) };
+    status((|| {
+        let (record, place) = (record?.in_store()?, place?);
+        let mut buffer = [0; DRIFT_ENCODED];
+        encode_drift(&record, &mut buffer).map_err(encode_error)?;
+        place.write(buffer);
+        Ok(())
+    })())
+}
+
+/// Reads a drift from the `length` bytes that are it, neither more nor fewer.
+///
+/// Errors: as of tumble_record_decode(); ::TUMBLE_ERROR_NOT_A_RECORD if they are a record of another kind.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tumble_drift_decode(
+    bytes: *const u8,
+    length: usize,
+    record: *mut DriftRecord,
+) -> Status {
+    // SAFETY: as the header asks of all pointers.
+    let place = unsafe { Place::at(record) };
+    status((|| {
+        let place = place?;
+        if bytes.is_null() {
+            return Err(Status::TumbleErrorNull);
+        }
+        if length > TUMBLE_DRIFT_BYTES {
+            return Err(Status::TumbleErrorCorrupt);
+        }
+        // SAFETY: there are that many bytes, and few enough for a slice.
+        let bytes = unsafe { slice::from_raw_parts(bytes, length) };
+        place.write(DriftRecord::of(&decode_drift(bytes).map_err(decode_error)?));
+        Ok(())
+    })())
+}
+
+impl TemperatureDrift {
+    fn in_core(&self) -> CoreDrift<f32> {
+        CoreDrift {
+            reference: self.reference,
+            range: self.range,
+            bias: self.bias.map(Into::into),
+            scale: self.scale.map(Into::into),
+        }
+    }
+
+    /// As C has it.
+    pub fn of(drift: &CoreDrift<f32>) -> Self {
+        Self {
+            reference: drift.reference,
+            range: drift.range,
+            bias: drift.bias.map(Into::into),
+            scale: drift.scale.map(Into::into),
+        }
+    }
+}
+
+impl DriftRecord {
+    /// As C has it.
+    fn of(record: &StoredDrift) -> Self {
+        Self {
+            identity: record.identity,
+            sensor: MaybeUninit::new(Sensor::of(record.sensor)),
+            drift: TemperatureDrift::of(&record.drift),
+        }
+    }
+
+    /// As the store has it.
+    pub fn in_store(&self) -> StatusResult<StoredDrift> {
+        Ok(StoredDrift {
+            identity: self.identity,
+            sensor: code(self.sensor)?.in_core(),
+            drift: self.drift.in_core(),
+        })
+    }
+}
