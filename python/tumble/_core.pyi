@@ -12,13 +12,31 @@ STANDARD_GRAVITY: float
 VOCABULARY: dict[str, tuple[str, ...]]
 """The words of core and lab by kind: events, reasons, choices and errors, each enumeration in its order."""
 
+FEWEST_DIRECTIONS: int
+"""Orientations from which on multi-pose says anything."""
+
+LEAST_TEMPERATURE_RANGE: float
+"""K, that a drift is to be seen in."""
+
+FULL_TURN_SIGMA: float
+"""rad, by which a full turn by hand is taken to miss one."""
+
 class CoreError(Exception):
     """What the core objects to; `args` is (kind, figures)."""
+
+def encode_record(record: Mapping[str, Any], temperature: float | None = None) -> bytes: ...
+def decode_record(record: bytes) -> dict[str, Any]: ...
+def encode_drift_record(identity: int, sensor: str, drift: Mapping[str, Any]) -> bytes: ...
+def decode_drift_record(record: bytes) -> dict[str, Any]: ...
+
+RECORD_VERSION: int
+DRIFT_RECORD_VERSION: int
+DRIFT_RECORD_BYTES: int
 
 class Segmenter:
     """Takes in one recording chunk by chunk; keeps sums over rests and turns only."""
 
-    def __init__(self, shortest_rest: float = 1.0) -> None: ...
+    def __init__(self, shortest_rest: float = 1.0, by_hand: bool = False) -> None: ...
     def push(
         self,
         time: FloatArray,
@@ -186,6 +204,15 @@ class NextOrientationFigures(TypedDict):
     after: float
     unknown: int
 
+class NextTurnFigures(TypedDict):
+    """The turn that is worth most; `unknown` is its place in [M row by row, b], then G row by row."""
+
+    axis: FloatArray
+    up: FloatArray
+    before: float
+    after: float
+    unknown: int
+
 class MultiposeGyroscope(TypedDict):
     """Angles in rad; `turns` are rests before and after; excess is what noise leaves, rad and rad/s."""
 
@@ -194,8 +221,26 @@ class MultiposeGyroscope(TypedDict):
     angles_before: list[float]
     angles_after: list[float]
     with_g_sensitivity: float | None
+    next: NextTurnFigures | None
     turn_excess: float
     bias_excess: float
+
+class FerrarisFigures(TypedDict):
+    """A triad by the formulas of Ferraris; `parameters` are values and differences in sigmas."""
+
+    scale: FloatArray
+    rotation: FloatArray
+    bias: FloatArray
+    parameters: list[tuple[float, float]] | None
+
+class FaceFigures(TypedDict):
+    """What six faces show besides."""
+
+    tilt: float
+    sections: list[tuple[str, int, int]]
+    accelerometer: FerrarisFigures
+    gyroscope: FerrarisFigures | None
+    g_sensitivity: FloatArray
 
 class MultiposeFigures(TypedDict):
     """A unit calibrated without equipment; `nominal_scale` is SI per count."""
@@ -205,6 +250,7 @@ class MultiposeFigures(TypedDict):
     accelerometer: TriadFigures
     poses: MultiposePoses
     next: NextOrientationFigures | None
+    faces: FaceFigures | None
     gyroscope: MultiposeGyroscope | None
     gyroscope_refusal: tuple[str, dict[str, Any]] | None
     acquired: Acquired
@@ -220,7 +266,12 @@ def multipose_of(
     latitude: float | None = None,
     raw: bool = False,
     shortest_rest: float = 1.0,
+    noise_density: FloatArray | None = None,
+    bias_instability: FloatArray | None = None,
+    faces: bool = False,
+    sections: list[tuple[str, int, int]] = ...,
 ) -> MultiposeFigures: ...
+def multipose_directions(force: FloatArray) -> list[int]: ...
 def sphere_residual(unit: Acquired, gravity: float) -> float | None: ...
 def judge_gyroscope(unit: Acquired) -> tuple[str, float, list[tuple[int, float]]]: ...
 def rotation_vector(rotation: FloatArray) -> FloatArray: ...
@@ -229,6 +280,18 @@ def chi_square_tail(x: float, freedom: float) -> float: ...
 def chi_square_quantile(tail: float, freedom: float) -> float: ...
 def student_quantile(p: float, freedom: float) -> float: ...
 def normal_gravity(latitude: float, height: float) -> float: ...
+
+class TemperatureDriftFigures(TypedDict):
+    """See `tumble.calibration.temperature_drift.TemperatureDrift`."""
+
+    reference: float
+    range: list[float]
+    bias: list[list[float]]
+    scale: list[list[float]]
+
+def at_reference(
+    y: FloatArray, bias: FloatArray, temperature: FloatArray, drift: TemperatureDriftFigures
+) -> FloatArray: ...
 def correct(
     y: FloatArray, matrix_m: FloatArray, bias: FloatArray, out: FloatArray | None = None
 ) -> FloatArray: ...
@@ -391,6 +454,66 @@ class StillNoise:
 
     def draw(self, samples: int) -> FloatArray:
         """Give the next samples, (n, channels)."""
+
+class AxisDriftFigures(TypedDict):
+    """What temperature does to one axis, unit of the axis and K."""
+
+    channel: int
+    bias: FloatArray
+    """(p,) coefficients of t, t^2 ..."""
+    scale: FloatArray
+    """(q,) the same, 1/K^k."""
+    covariance: FloatArray
+    """Of [bias, scale, hysteresis]."""
+    hysteresis: tuple[float, float] | None
+    """Bias while warming less that while cooling, and its 1-sigma."""
+    slope: tuple[float, float]
+    """First power of the bias and its 1-sigma, chosen or not."""
+    scale_change: tuple[float, float] | None
+    """1/K, and its 1-sigma."""
+    constants: FloatArray
+    """(poses,) what is read at the reference in each."""
+    noise_density: float
+    bias_instability: float
+    scores: list[tuple[int, int, float]]
+    """Powers in bias and scale of each candidate, and what it did not foretell."""
+    chosen: int
+    """Which of them."""
+    change: FloatArray
+    """(blocks,) what each reads other than at the reference, less what scale does."""
+
+class ThermalFigures(TypedDict):
+    """What temperature does to a unit: degC, s."""
+
+    reference: float
+    range: tuple[float, float]
+    step: float
+    lag: tuple[float, float] | None
+    still: float
+    moved: float
+    time: FloatArray
+    session: FloatArray
+    pose: FloatArray
+    temperature: FloatArray
+    leg: FloatArray
+    axes: list[AxisDriftFigures]
+
+class ThermalRecorder:
+    """Takes in logs of a unit whose temperature changes, in memory that does not grow."""
+
+    def __init__(self) -> None: ...
+    def begin_session(self) -> None:
+        """Begin another log."""
+
+    def push(
+        self, time: FloatArray, accelerometer: FloatArray, gyroscope: FloatArray, temperature: FloatArray
+    ) -> None:
+        """Take in samples (n,), (n, 3), (n, 3), (n,); those that are not finite are left out."""
+
+    def conclude(
+        self, channels: list[int], *, fixture: bool = False, reference: float | None = None
+    ) -> ThermalFigures:
+        """Give what all logs show of those channels; raises `CoreError`: word and figures."""
 
 SettingTable: TypeAlias = Literal["redundancy", "spin"]
 

@@ -5,8 +5,8 @@ use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use tumble_core::real::seconds;
-use tumble_core::segmenter::SegmenterSettings;
 use tumble_lab::acquisition::{Acquired, Acquisition, CHANNEL_NAMES};
+use tumble_lab::multipose::{BY_HAND, rest_settings};
 use tumble_lab::turntable::{force_sigma, rate_sigma};
 
 use crate::convert::{rows, stacked};
@@ -19,17 +19,17 @@ pub struct PyAcquisition {
 
 #[pymethods]
 impl PyAcquisition {
-    /// Nothing seen yet. `shortest_rest` in s.
+    /// Nothing seen yet. `shortest_rest` in s; what is `by_hand` need not be as still as what lies.
     #[new]
-    #[pyo3(signature = (shortest_rest=1.0))]
-    fn new(shortest_rest: f64) -> Self {
+    #[pyo3(signature = (shortest_rest=1.0, by_hand=false))]
+    fn new(shortest_rest: f64, by_hand: bool) -> Self {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let settings = SegmenterSettings {
-            shortest_rest: (shortest_rest * 1e6) as u64,
-            ..SegmenterSettings::default()
-        };
+        let shortest = (shortest_rest * 1e6) as u64;
         Self {
-            acquisition: Some(Acquisition::new(settings)),
+            acquisition: Some(Acquisition::new(rest_settings(
+                shortest,
+                if by_hand { BY_HAND } else { 1.0 },
+            ))),
         }
     }
 

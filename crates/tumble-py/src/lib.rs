@@ -9,6 +9,7 @@ mod correct;
 mod distributions;
 mod multipose;
 mod noise;
+mod record;
 mod redundancy;
 mod redundancy_values;
 mod rotation;
@@ -19,6 +20,7 @@ mod simulate_spin;
 mod spin;
 mod spin_figures;
 mod spin_machine;
+mod thermal;
 mod turntable;
 mod vocabulary;
 
@@ -31,6 +33,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     distributions::register(module)?;
     multipose::register(module)?;
     noise::register(module)?;
+    record::register(module)?;
     redundancy::register(module)?;
     rotation::register(module)?;
     settings::register(module)?;
@@ -39,6 +42,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     simulate_spin::register(module)?;
     spin::register(module)?;
     spin_machine::register(module)?;
+    thermal::register(module)?;
     turntable::register(module)?;
     vocabulary::register(module)?;
     module.add("STANDARD_GRAVITY", tumble_core::gravity::STANDARD)?;

@@ -1,23 +1,30 @@
 //! Calibration without equipment: samples of one unit in, both triads out.
 
+use nalgebra::Vector3;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use tumble_core::sample::CHANNELS;
 use tumble_lab::multipose::accelerometer::PLACES;
+use tumble_lab::multipose::ferraris::FerrarisTriad;
+use tumble_lab::multipose::next_turn::NextTurn;
 use tumble_lab::multipose::{
-    Gyroscope, Multipose, MultiposeError, MultiposeSettings, Pose, UnitSamples, multipose,
+    FEWEST_DIRECTIONS, FULL_TURN_SIGMA, Faces, Gyroscope, KnownNoise, Multipose, MultiposeError,
+    MultiposeSettings, Pose, Section, SectionLabel, UnitSamples, grouped, multipose,
 };
+use tumble_lab::turntable::TriadCalibration;
 
 use crate::acquisition::PyAcquired;
-use crate::convert::{array1, rows, stacked};
+use crate::convert::{array1, array2, rows, stacked};
 use crate::turntable::{CoreError, triad};
 
 /// Calibrates a unit from finite samples in order of time: time (n,) s, accelerometer (n, 3) m/s^2, gyroscope (n, 3) rad/s,
-/// or both in counts where `raw`. Latitude in rad.
+/// or both in counts where `raw`. Latitude in rad. Noise that is known, (6,), with NaN where it is not, goes before that of
+/// the rests. With `faces` the unit lay on six faces; `sections` are label, first sample and the one after the last.
 #[pyfunction]
 #[pyo3(signature = (time, force, rate, gravity, *, gyroscope=true, g_sensitivity=false, latitude=None, raw=false,
-    shortest_rest=1.0))]
+    shortest_rest=1.0, noise_density=None, bias_instability=None, faces=false, sections=Vec::new()))]
 #[allow(clippy::too_many_arguments)]
 fn multipose_of<'py>(
     py: Python<'py>,
@@ -30,7 +37,15 @@ fn multipose_of<'py>(
     latitude: Option<f64>,
     raw: bool,
     shortest_rest: f64,
+    noise_density: Option<[f64; CHANNELS]>,
+    bias_instability: Option<[f64; CHANNELS]>,
+    faces: bool,
+    sections: Vec<(String, usize, usize)>,
 ) -> PyResult<Bound<'py, PyDict>> {
+    let sections: PyResult<Vec<Section>> = sections
+        .into_iter()
+        .map(|each| section(each, time.len()?))
+        .collect();
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let settings = MultiposeSettings {
         gravity,
@@ -39,6 +54,12 @@ fn multipose_of<'py>(
         gyroscope,
         raw,
         shortest_rest: (shortest_rest * 1e6) as u64,
+        noise: std::array::from_fn(|k| KnownNoise {
+            density: stated(noise_density, k),
+            bias_instability: stated(bias_instability, k),
+        }),
+        faces,
+        sections: sections?,
     };
     let samples = UnitSamples {
         time: time.as_slice()?,
@@ -53,6 +74,33 @@ fn multipose_of<'py>(
     let found = py.detach(|| multipose(&samples, &settings));
     let found = found.map_err(|error| refusal(py, &error))?;
     figures(py, found)
+}
+
+/// A number of a list that may be absent, and hold NaN for what is not known.
+fn stated(numbers: Option<[f64; CHANNELS]>, place: usize) -> Option<f64> {
+    numbers
+        .map(|numbers| numbers[place])
+        .filter(|number| number.is_finite())
+}
+
+/// Numbers the directions that rests show, by their mean specific force (k, 3): near ones are one.
+#[pyfunction]
+fn multipose_directions(force: PyReadonlyArray2<'_, f64>) -> PyResult<Vec<usize>> {
+    let directions: Vec<_> = rows(&force, "accelerometer")?
+        .iter()
+        .map(|force| Vector3::from(*force))
+        .collect();
+    Ok(grouped(&directions))
+}
+
+fn section((label, first, end): (String, usize, usize), samples: usize) -> PyResult<Section> {
+    let known = SectionLabel::named(&label);
+    // Two samples make an interval.
+    let holds = end <= samples && first + 2 <= end;
+    known
+        .filter(|_| holds)
+        .map(|label| Section { label, first, end })
+        .ok_or_else(|| PyValueError::new_err(format!("{label}: no such section of {samples} samples")))
 }
 
 fn figures(py: Python<'_>, found: Multipose) -> PyResult<Bound<'_, PyDict>> {
@@ -73,6 +121,8 @@ fn figures(py: Python<'_>, found: Multipose) -> PyResult<Bound<'_, PyDict>> {
         }
         None => figures.set_item("next", py.None())?,
     }
+    let faces = found.faces.as_ref().map(|faces| face_figures(py, faces, &found));
+    figures.set_item("faces", faces.transpose()?)?;
     match &found.gyroscope {
         Ok(gyroscope) => {
             figures.set_item("gyroscope", gyroscope_figures(py, gyroscope)?)?;
@@ -119,8 +169,60 @@ fn gyroscope_figures<'py>(py: Python<'py>, gyroscope: &Gyroscope) -> PyResult<Bo
     figures.set_item("angles_before", before)?;
     figures.set_item("angles_after", after)?;
     figures.set_item("with_g_sensitivity", gyroscope.with_g_sensitivity)?;
+    let next = gyroscope.next.as_ref().map(|next| turn_to_add(py, next));
+    figures.set_item("next", next.transpose()?)?;
     figures.set_item("turn_excess", gyroscope.excess.turn.sqrt())?;
     figures.set_item("bias_excess", gyroscope.excess.rest.sqrt())?;
+    Ok(figures)
+}
+
+fn turn_to_add<'py>(py: Python<'py>, next: &NextTurn) -> PyResult<Bound<'py, PyDict>> {
+    let figures = PyDict::new(py);
+    figures.set_item("axis", array1(py, &next.axis))?;
+    figures.set_item("up", array1(py, &next.up))?;
+    figures.set_item("before", next.before)?;
+    figures.set_item("after", next.after)?;
+    figures.set_item("unknown", next.unknown)?;
+    Ok(figures)
+}
+
+fn face_figures<'py>(py: Python<'py>, faces: &Faces, found: &Multipose) -> PyResult<Bound<'py, PyDict>> {
+    let figures = PyDict::new(py);
+    figures.set_item("tilt", faces.tilt)?;
+    let sections = faces.sections.iter();
+    let sections: Vec<_> = sections
+        .map(|each| (each.label.name(), each.first, each.end))
+        .collect();
+    figures.set_item("sections", sections)?;
+    let nominal = found
+        .nominal
+        .map_or((1.0, 1.0), |scale| (scale.force, scale.rate));
+    let ferraris = &faces.ferraris;
+    let accelerometer = ferraris_triad(py, &ferraris.accelerometer, nominal.0, Some(&found.accelerometer))?;
+    figures.set_item("accelerometer", accelerometer)?;
+    let own = found
+        .gyroscope
+        .as_ref()
+        .ok()
+        .map(|gyroscope| &gyroscope.calibration);
+    let gyroscope = ferraris.gyroscope.as_ref();
+    let gyroscope = gyroscope.map(|triad| ferraris_triad(py, triad, nominal.1, own));
+    figures.set_item("gyroscope", gyroscope.transpose()?)?;
+    figures.set_item("g_sensitivity", array2(py, &ferraris.g_sensitivity))?;
+    Ok(figures)
+}
+
+fn ferraris_triad<'py>(
+    py: Python<'py>,
+    triad: &FerrarisTriad,
+    nominal: f64,
+    own: Option<&TriadCalibration>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let figures = PyDict::new(py);
+    figures.set_item("scale", array1(py, &triad.scale))?;
+    figures.set_item("rotation", array2(py, &triad.rotation))?;
+    figures.set_item("bias", array1(py, &triad.bias))?;
+    figures.set_item("parameters", own.and_then(|own| triad.parameters(nominal, own)))?;
     Ok(figures)
 }
 
@@ -139,6 +241,14 @@ fn refusal_figures<'py>(py: Python<'py>, error: &MultiposeError) -> PyResult<Bou
             figures.set_item("needed", needed)?;
             figures.set_item("rests", rests)?;
         }
+        MultiposeError::FacesMissing { missing } => {
+            let faces = SectionLabel::FACES.iter().zip(missing);
+            let named: Vec<_> = faces
+                .filter(|(_, missing)| *missing)
+                .map(|(face, _)| face.name())
+                .collect();
+            figures.set_item("missing", named)?;
+        }
         MultiposeError::PosesLeaveOpen { shares } | MultiposeError::TurnsLeaveOpen { shares } => {
             figures.set_item("shares", shares.to_vec())?;
         }
@@ -154,5 +264,8 @@ fn refusal_figures<'py>(py: Python<'py>, error: &MultiposeError) -> PyResult<Bou
 
 /// Adds to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add_function(wrap_pyfunction!(multipose_of, module)?)
+    module.add("FULL_TURN_SIGMA", FULL_TURN_SIGMA)?;
+    module.add("FEWEST_DIRECTIONS", FEWEST_DIRECTIONS)?;
+    module.add_function(wrap_pyfunction!(multipose_of, module)?)?;
+    module.add_function(wrap_pyfunction!(multipose_directions, module)?)
 }

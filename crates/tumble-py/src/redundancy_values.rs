@@ -108,6 +108,11 @@ pub(crate) fn offset(seconds: f64) -> i64 {
     (seconds * 1e6).round() as i64
 }
 
+/// A word that the core does not know.
+pub(crate) fn unknown_word(kind: &str, word: &str) -> PyErr {
+    PyValueError::new_err(format!("there is no {kind} '{word}'"))
+}
+
 /// A record out of a dictionary.
 pub(crate) fn read_record(record: &Bound<'_, PyDict>) -> PyResult<Record<f64>> {
     fn item<'py, V: FromPyObjectOwned<'py>>(record: &Bound<'py, PyDict>, name: &str) -> PyResult<V> {
@@ -122,10 +127,9 @@ pub(crate) fn read_record(record: &Bound<'_, PyDict>) -> PyResult<Record<f64>> {
     };
     let sensor: String = item(record, "sensor")?;
     let rung: String = item(record, "rung")?;
-    let unknown = |kind, word: &str| PyValueError::new_err(format!("there is no {kind} '{word}'"));
     Ok(Record {
         identity: item(record, "identity")?,
-        sensor: Sensor::named(&sensor).ok_or_else(|| unknown("sensor", &sensor))?,
+        sensor: Sensor::named(&sensor).ok_or_else(|| unknown_word("sensor", &sensor))?,
         model: ErrorModel {
             matrix: matrix(&item(record, "matrix")?, "matrix")?,
             bias: vector_of("bias")?,
@@ -134,7 +138,7 @@ pub(crate) fn read_record(record: &Bound<'_, PyDict>) -> PyResult<Record<f64>> {
         bias_sigma: vector_of("bias_sigma")?,
         lever_arm: optional("lever_arm", 0.0)?,
         lever_arm_sigma: optional("lever_arm_sigma", f64::INFINITY)?,
-        rung: Rung::named(&rung).ok_or_else(|| unknown("rung", &rung))?,
+        rung: Rung::named(&rung).ok_or_else(|| unknown_word("rung", &rung))?,
         directions: item(record, "directions")?,
         residual: item(record, "residual")?,
         residual_before: item(record, "residual_before")?,

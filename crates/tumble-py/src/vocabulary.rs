@@ -19,13 +19,14 @@ use tumble_core::spin::machine::{SpinEvent, SpinState};
 use tumble_lab::acquisition::RestRejection;
 use tumble_lab::acquisition::channels::ChannelFaultKind;
 use tumble_lab::align::AlignError;
-use tumble_lab::multipose::MultiposeError;
+use tumble_lab::multipose::{MultiposeError, SectionLabel};
 use tumble_lab::noise::term::NoiseTerm;
+use tumble_lab::thermal::procedure::ThermalError;
 use tumble_lab::turntable::{PairingError, TurntableError};
 use tumble_lab::verdict::Verdict;
 
 /// Every kind of word, and its words in the core's order.
-const KINDS: [(&str, &[&str]); 30] = [
+const KINDS: [(&str, &[&str]); 32] = [
     ("event", EventKind::<f64>::NAMES),
     ("check", Check::NAMES),
     ("withheld", Withheld::NAMES),
@@ -49,12 +50,14 @@ const KINDS: [(&str, &[&str]); 30] = [
     ("turntable error", TurntableError::NAMES),
     ("pairing error", PairingError::NAMES),
     ("multipose error", MultiposeError::NAMES),
+    ("section", SectionLabel::NAMES),
     ("rejected rest", RestRejection::NAMES),
     ("channel fault", ChannelFaultKind::NAMES),
     ("spin event", SpinEvent::NAMES),
     ("spin state", SpinState::<f64>::NAMES),
     ("spin failure", SpinFailure::<f64>::NAMES),
     ("noise term", NoiseTerm::NAMES),
+    ("thermal error", ThermalError::NAMES),
     ("verdict", Verdict::NAMES),
 ];
 
