@@ -7,7 +7,7 @@ unit: `drive.spin.yaml`. No target is given a name that is taken below, or that 
 from __future__ import annotations
 
 import re
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, get_args
 
 TURNTABLE_PAGE = "turntable.html"
 SUMMARY = "summary.csv"
@@ -23,20 +23,21 @@ WITNESS_FILE = "witness.csv"
 """What witnesses said while a session was recorded."""
 ALIGN_PAGE = "align.html"
 ALIGN_SETTINGS = "align.yaml"
+COMPARE_PAGE = "compare.html"
 
-UnitProcedure: TypeAlias = Literal["spin", "live", "redundancy", "multipose", "noise"]
+UnitProcedure: TypeAlias = Literal["spin", "live", "redundancy", "multipose", "noise", "thermal"]
 """Whatever names files after a unit, besides the turntable; `live` is a spin from a live stream."""
 
-TAKEN = frozenset(
-    ("turntable", "summary", "spin", "live", "redundancy", "multipose", "noise", "events", "align", "batch")
-)
+_OF_UNITS: tuple[str, ...] = get_args(UnitProcedure)
+
+TAKEN = frozenset((*_OF_UNITS, "turntable", "summary", "events", "align", "batch", "compare"))
 """Names of files, without their endings, that no target may bear."""
 
 
 def file_stem(name: str) -> str:
     """Make of a unit's name one that a file can bear; the ending of a procedure becomes part of the name."""
     stem = re.sub(r"[^\w.+-]+", "_", name.strip("/")).lstrip(".") or "unit"
-    return re.sub(r"\.(?=(spin|live|redundancy|multipose|noise)$)", "_", stem)
+    return re.sub(rf"\.(?=({'|'.join(_OF_UNITS)})$)", "_", stem)
 
 
 def unit_stem(name: str, procedure: UnitProcedure) -> str:

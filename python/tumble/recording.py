@@ -36,6 +36,8 @@ class Chunk:
     """(n, 3) angular rate, rad/s."""
     temperature: FloatArray | None = None
     """(n,) degC, where the log has it."""
+    received: FloatArray | None = field(default=None, kw_only=True)
+    """(n,) s by the clock of the recorder at which each came, where the log has that besides `time`."""
 
     def __post_init__(self) -> None:
         if arrays.are_samples(self.time, self.accelerometer, self.gyroscope, self.temperature):
@@ -74,7 +76,7 @@ class Metadata:
     source: str
     """What the user typed: path, and IMU where the file holds several."""
     format: str
-    """`csv`, `parquet`, `imu_tk`, `ros1`, `ros2`, `mcap`, `session`, `folder`, or `arrays`, `table`."""
+    """Name of a row of `tumble.log_formats.LOG_FORMATS`, or `folder`, `arrays`, `table`."""
     accelerometer_unit: ResolvedUnit
     gyroscope_unit: ResolvedUnit
     time_unit: ResolvedUnit

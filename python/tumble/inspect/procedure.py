@@ -11,7 +11,7 @@ from tumble.constants import STANDARD_GRAVITY
 from tumble.errors import LogError
 from tumble.inspect.result import ChannelFacts, Inspection, Timing
 from tumble.inspect.samples import CHANNELS, SampleWatch
-from tumble.inspect.services import directions_of, services_of
+from tumble.inspect.services import directions_of, faults_of, services_alone, services_of
 from tumble.logs import ChunkStream, Counts, ReadOptions, open_recording
 from tumble.recording import Metadata, RecordingSource, SampleProgress
 from tumble.words import count_of
@@ -31,25 +31,34 @@ def inspect(
     """
     recording = open_recording(recording, read)
     triads = recording.metadata.triads
-    watch, segmenter, counts = SampleWatch(triads), _core.Segmenter(), Counts()
+    watch, counts = SampleWatch(triads), Counts()
+    segmenter, by_hand = _core.Segmenter(), _core.Segmenter(by_hand=True)
     for number, part in enumerate(recording.parts or (recording,)):
         if number:
             watch.time.begin_part()
-        segmenter.begin_part(part.name if recording.parts else "")
+        for each in (segmenter, by_hand):
+            each.begin_part(part.name if recording.parts else "")
         stream = part.chunks()
         for chunk in stream:
             watch.push(chunk)
-            push_recorded(segmenter, chunk, chunk.accelerometer, chunk.gyroscope, triads)
+            for each in (segmenter, by_hand):
+                push_recorded(each, chunk, chunk.accelerometer, chunk.gyroscope, triads)
             if progress is not None:
                 progress(watch.time.samples, stream.expected if isinstance(stream, ChunkStream) else None)
         if isinstance(stream, ChunkStream):
             counts.add(stream.counts)
     if watch.time.samples == 0:
         raise LogError(f"{recording.metadata.source}: holds no samples")
-    return _conclude(recording.metadata, watch, segmenter.finish(), counts)
+    return _conclude(recording.metadata, watch, segmenter.finish(), by_hand.finish(), counts)
 
 
-def _conclude(metadata: Metadata, watch: SampleWatch, acquired: _core.Acquired, counts: Counts) -> Inspection:
+def _conclude(
+    metadata: Metadata,
+    watch: SampleWatch,
+    acquired: _core.Acquired,
+    by_hand: _core.Acquired,
+    counts: Counts,
+) -> Inspection:
     triads = metadata.triads
     rests = rests_of(acquired, triads=triads)
     channels = _channels(watch, acquired)
@@ -63,8 +72,23 @@ def _conclude(metadata: Metadata, watch: SampleWatch, acquired: _core.Acquired, 
         rests=rests,
         not_rests=tuple((start, end, REST_REJECTIONS[why]) for start, end, why in acquired.rejected_rests),
         directions=len(directions_of(rests)) if "accelerometer" in triads else 0,
-        services=services_of(
-            rests, acquired.turn_angles, acquired.trace(), metadata.alone, watch.time.interval, stuck, triads
+        services=(
+            *services_of(
+                rests,
+                acquired.turn_angles,
+                acquired.trace(),
+                metadata.alone,
+                watch.time.interval,
+                stuck,
+                triads,
+            ),
+            *services_alone(
+                rests_of(by_hand, triads=triads),
+                rests,
+                watch.temperature,
+                faults_of(watch.time.interval, stuck),
+                triads,
+            ),
         ),
         remarks=(
             *metadata.remarks,

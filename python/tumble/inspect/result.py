@@ -67,7 +67,7 @@ class Service:
     """Whether a recording can serve a procedure."""
 
     procedure: str
-    """`turntable, as reference`, `turntable, as target`, `spin`, `redundancy`."""
+    """`turntable, as reference`, `turntable, as target`, or the name of another procedure."""
     missing: tuple[str, ...]
     """What the procedure needs and the recording does not show; empty if it can serve."""
     remarks: tuple[str, ...] = ()
@@ -177,7 +177,8 @@ def service_line(service: Service) -> str:
 
 
 def _corrected(metadata: Metadata) -> str:
-    return "already corrected" if metadata.already_corrected else "not known to be corrected"
+    words = {True: "already corrected", False: "as the sensor gives it", None: "not known to be corrected"}
+    return words[metadata.already_corrected]
 
 
 def _gap_details(timing: Timing) -> str:

@@ -106,6 +106,8 @@ class SampleWatch:
 
     def __init__(self, triads: Sequence[Triad]) -> None:
         self.time = TimeWatch()
+        self.temperature: tuple[float, float] | None = None
+        """Lowest and highest, degC; None where none was recorded."""
         self._triads = triads
         self.channels = tuple(
             ChannelWatch(f"{triad} {axis}", UNITS[triad]) for triad in triads for axis in "xyz"
@@ -114,6 +116,13 @@ class SampleWatch:
     def push(self, chunk: Chunk) -> None:
         """Take in a chunk."""
         self.time.push(chunk.time)
+        self._push_temperature(chunk.temperature)
         columns = (column for triad in self._triads for column in getattr(chunk, triad).T)
         for channel, column in zip(self.channels, columns, strict=True):
             channel.push(np.ascontiguousarray(column))
+
+    def _push_temperature(self, values: FloatArray | None) -> None:
+        known = np.empty(0) if values is None else values[np.isfinite(values)]
+        if len(known):
+            low, high = self.temperature or (math.inf, -math.inf)
+            self.temperature = min(low, float(known.min())), max(high, float(known.max()))

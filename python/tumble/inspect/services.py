@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from tumble import _core
 from tumble.acquisition.acquire import FEWEST_RESTS
 from tumble.inspect.result import Service
 from tumble.logs.units import FASTEST_HZ, SLOWEST_HZ, is_imu_step
@@ -54,10 +55,7 @@ def services_of(
 
     `alone` says that no other IMU was logged together with this one, `interval` how far samples are apart, s.
     """
-    faults = (
-        *_lacking_rate(interval),
-        *(f"{'an' if name.startswith('a') else 'a'} {name} that is not stuck" for name in stuck),
-    )
+    faults = faults_of(interval, stuck)
     no_turns = not _turned(rests, turn_angles)
     unseen = ("gyroscope scale and axes stay unknown without turns between rests",) if no_turns else ()
     if "accelerometer" not in triads:
@@ -85,6 +83,47 @@ def services_of(
     )
 
 
+def services_alone(
+    rests_by_hand: Sequence[Rest],
+    rests: Sequence[Rest],
+    temperature: tuple[float, float] | None,
+    faults: Sequence[str],
+    triads: Sequence[Triad] = TRIADS,
+) -> tuple[Service, ...]:
+    """Judge whether a recording serves the procedures that need no equipment.
+
+    `rests_by_hand` are those of a unit that is held, `temperature` the lowest and highest, degC, `faults`
+    what no procedure can do with.
+    """
+    untouched = () if rests else ("a rest of at least 1 s, untouched",)
+    return (
+        _multipose(rests_by_hand, faults, triads),
+        Service("noise", (*untouched, *faults)),
+        Service("thermal", (*_lacking_temperature(temperature), *untouched, *faults)),
+    )
+
+
+def _multipose(rests: Sequence[Rest], faults: Sequence[str], triads: Sequence[Triad]) -> Service:
+    if "accelerometer" not in triads:
+        return _refused("multipose", "accelerometer")
+    force = np.array([rest.specific_force for rest in rests]).reshape(-1, 3)
+    found = len(set(_core.multipose_directions(force)))
+    wanted = f"rests in at least {_core.FEWEST_DIRECTIONS} orientations, held for 3 s"
+    lacking = () if found >= _core.FEWEST_DIRECTIONS else (f"{wanted}, {found} found",)
+    return Service(
+        "multipose", (*lacking, *faults), () if "gyroscope" in triads else (_unknown("gyroscope"),)
+    )
+
+
+def _lacking_temperature(temperature: tuple[float, float] | None) -> tuple[str, ...]:
+    if temperature is None:
+        return ("a temperature, none was recorded",)
+    low, high = temperature
+    if high - low >= _core.LEAST_TEMPERATURE_RANGE:
+        return ()
+    return (f"{_core.LEAST_TEMPERATURE_RANGE:g} K of change in temperature, {high - low:.2g} K found",)
+
+
 def _unknown(triad: Triad) -> str:
     return f"the {triad} stays unknown, as none was recorded"
 
@@ -99,6 +138,14 @@ def _refused_in_motion(missing: Triad) -> tuple[Service, Service]:
 
 def _lacking_rests(rests: Sequence[Rest]) -> tuple[str, ...]:
     return () if len(rests) >= FEWEST_RESTS else (f"at least {FEWEST_RESTS} rests, {len(rests)} found",)
+
+
+def faults_of(interval: float, stuck: Sequence[str]) -> tuple[str, ...]:
+    """Say what no procedure can do with; `interval` is how far samples are apart, s."""
+    return (
+        *_lacking_rate(interval),
+        *(f"{'an' if name.startswith('a') else 'a'} {name} that is not stuck" for name in stuck),
+    )
 
 
 def _lacking_rate(interval: float) -> tuple[str, ...]:

@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import NamedTuple, Protocol
 
 from tumble.errors import LogError
+from tumble.logs.message_form import Definition
 from tumble.logs.rosmsg import Encoding
 
 
 @dataclass(frozen=True, slots=True)
 class Topic:
-    """A topic that holds messages of a kind we read."""
+    """A topic that holds messages of a kind we read as they are."""
 
     name: str
     kind: str
@@ -40,11 +41,15 @@ class Bag(Protocol):
     """What a user should know of the file: damage to what is not needed, and what cannot be checked."""
 
     def topics(self) -> list[Topic]:
-        """Topics of the kinds we read."""
+        """Topics of the kinds we read as they are."""
         ...
 
     def all_topics(self) -> dict[str, str]:
         """Type of every topic, by name."""
+        ...
+
+    def definitions(self) -> dict[str, Definition]:
+        """How the messages of each topic are made, by name, as far as the file says so."""
         ...
 
     def facts(self) -> dict[str, str]:

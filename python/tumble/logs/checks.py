@@ -180,7 +180,7 @@ class ChunkStream(Iterator[Chunk]):
         if time is None:
             assert self._rate is not None
             time = np.arange(first, first + len(piece), dtype=np.float64) / self._rate
-        return Chunk(time, piece.accelerometer, piece.gyroscope, piece.temperature)
+        return Chunk(time, piece.accelerometer, piece.gyroscope, piece.temperature, received=piece.received)
 
     def _drop_unsound(self, chunk: Chunk, first: int) -> Chunk:
         """Leave out samples that are no readings, then see that time runs forwards over what is left.
@@ -365,7 +365,7 @@ class ChunkStream(Iterator[Chunk]):
         if counts.bad_lines.count > _LARGEST_SHARE_OF_BAD_LINES * lines:
             raise LogError(
                 f"{self._track.source}: {counts.bad_lines.count} of {lines} lines "
-                f"are bad, {counts.bad_lines.first}; --skip-bad-lines leaves out up to 1 %: repair the log"
+                f"are bad, {counts.bad_lines.first}; up to 1 % can be left out: repair the log"
             )
         if counts.read == 0:
             raise LogError(f"{self._track.source}: holds no samples")
@@ -392,7 +392,10 @@ class ChunkStream(Iterator[Chunk]):
 
 def _select(chunk: Chunk, mask: Mask) -> Chunk:
     temperature: FloatArray | None = None if chunk.temperature is None else chunk.temperature[mask]
-    return Chunk(chunk.time[mask], chunk.accelerometer[mask], chunk.gyroscope[mask], temperature)
+    received: FloatArray | None = None if chunk.received is None else chunk.received[mask]
+    return Chunk(
+        chunk.time[mask], chunk.accelerometer[mask], chunk.gyroscope[mask], temperature, received=received
+    )
 
 
 def _largest(values: FloatArray) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from tumble.errors import LogError
@@ -20,6 +21,8 @@ _ACCELEROMETER = (
     "linear_acceleration",
     "linearacceleration",
     "specific_force",
+    "lin_acc",
+    "a_rs_s",
     "acceleration",
     "accelerometer",
     "accel",
@@ -33,6 +36,8 @@ _GYROSCOPE = (
     "angularvelocity",
     "angular_rate",
     "rotation_rate",
+    "ang_vel",
+    "w_rs_s",
     "rotationrate",
     "gyroscope",
     "omega",
@@ -91,7 +96,8 @@ def _patterns(words: Sequence[str], quantity: Quantity) -> tuple[str, ...]:
 
 def _scalar_patterns(words: Sequence[str], quantity: Quantity) -> tuple[str, ...]:
     """Ways in which names spell time or temperature: without a prefix, then with one."""
-    tail = f"(?:{_any(words)})(?:_?(?P<unit>{_any(list(SPELLINGS[quantity]))}))?"
+    name = _any(words).replace("_", "[_ ]")
+    tail = f"(?:{name})(?:(?:_| in )?(?P<unit>{_any(list(SPELLINGS[quantity]))}))?"
     return f"(?P<imu>){tail}", f"{_PREFIX}{tail}"
 
 
@@ -152,8 +158,11 @@ class ImuColumns:
 
 
 _LONGEST_NAME = 100
+_NAMES_TO_REMEMBER = 1024
+"""Devices send the names of their columns again and again, when samples have no time to wait for them."""
 
 
+@lru_cache(_NAMES_TO_REMEMBER)
 def recognise(name: str) -> Column | None:
     """Read the name of a column; None if it is none of ours."""
     if len(name) > _LONGEST_NAME:  # The patterns take time that grows with the square of it.

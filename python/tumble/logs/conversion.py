@@ -134,6 +134,7 @@ class Conversion:
             self.gyroscope(samples.gyroscope),
             temperature,
             samples.bad_lines,
+            samples.received,
         )
 
 

@@ -21,6 +21,7 @@ from tumble.errors import LogError
 from tumble.logs.columns import ImuColumns, find_imus
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import BLANKS, TextLayout, find_layout, is_time_stamp, split_line
+from tumble.logs.text_file import open_text, text_size
 from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, StatedUnit, choose, stack
 from tumble.numbers import number_of
 from tumble.recording import FloatArray
@@ -32,7 +33,7 @@ _BLOCKS_AHEAD = min(4, _CORES)
 """Blocks of one table that are parsed at a time."""
 _LONGEST_SHOWN = 40
 _ODD = re.compile("[^\t\x20-\x7e]")
-_RATE_KEYS = ("fs", "rate", "sample rate", "sample_rate", "sampling rate", "frequency", "sampling frequency")
+RATE_KEYS = ("fs", "rate", "sample rate", "sample_rate", "sampling rate", "frequency", "sampling frequency")
 
 
 @cache
@@ -58,15 +59,31 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     layout = find_layout(path, options)
     imus = find_imus(layout.names, path, options.columns)
     name = choose(path, tuple(imus), imu, "column prefix")
-    table = TextTable(path, layout, imus[name].names, skip_bad_lines=options.skip_bad_lines)
-    columns = imus[name]
+    found = imu_of_table(path, layout, imus[name], options)
+    return replace(found, imu=name, alone=len(imus) == 1)
+
+
+def imu_of_table(
+    path: Path,
+    layout: TextLayout,
+    columns: ImuColumns,
+    options: ReadOptions,
+    samples: Callable[[Rows], RawSamples] | None = None,
+    table: TextTable | None = None,
+) -> LoggedImu:
+    """Read the only IMU of a text table from columns that are known.
+
+    `samples` makes samples of rows where that is more than to gather columns; `table` is not the usual one.
+    """
+    table = table or TextTable(path, layout, columns.names, skip_bad_lines=options.skip_bad_lines)
+    gather = samples or (lambda rows: table_samples(rows, columns))
     rate, notices = _stated_rate(layout, columns, options)
     return LoggedImu(
         path=path,
-        imu=name,
+        imu="",
         format="csv",
-        read=lambda transform: table.read(lambda rows: transform(table_samples(rows, columns))),
-        head=lambda: table_samples(table.head(), columns),
+        read=lambda transform: table.read(lambda rows: transform(gather(rows))),
+        head=lambda: gather(table.head()),
         locate=lambda sample: f"line {table.line_of(sample)}",
         accelerometer_unit=columns.accelerometer_unit,
         gyroscope_unit=columns.gyroscope_unit,
@@ -77,11 +94,16 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         serial=layout.preamble.get("serial", ""),
         triads=columns.triads,
         columns=layout.names,
-        alone=len(imus) == 1,
-        expected=int((path.stat().st_size - layout.data_offset) / layout.row_bytes),
+        expected=expected_rows(path, layout),
         already_corrected=True if "corrected" in layout.preamble else None,
         notices=layout.notices + notices,
     )
+
+
+def expected_rows(path: Path, layout: TextLayout) -> int | None:
+    """Guess the number of rows; None where the file is packed."""
+    size = text_size(path)
+    return None if size is None else int((size - layout.data_offset) / layout.row_bytes)
 
 
 def _stated_rate(
@@ -89,7 +111,7 @@ def _stated_rate(
 ) -> tuple[float | None, tuple[str, ...]]:
     if columns.time is not None or options.rate is not None:
         return None, ()
-    for key in _RATE_KEYS:
+    for key in RATE_KEYS:
         rate = number_of(layout.preamble.get(key, "").lower().removesuffix("hz"))
         if rate is not None and 0.0 < rate < math.inf:
             return rate, (f"rate of {rate:g} Hz from the line {key!r} before the columns",)
@@ -97,7 +119,7 @@ def _stated_rate(
 
 
 def _time_unit(layout: TextLayout, columns: ImuColumns) -> StatedUnit | None:
-    if columns.time is not None and is_time_stamp(layout.first_row[layout.names.index(columns.time)]):
+    if columns.time is not None and is_time_stamp(layout.first_field(columns.time)):
         return StatedUnit("ns", "date and time")
     return columns.time_unit
 
@@ -118,7 +140,7 @@ def samples_of(batch: Mapping[str, FloatArray], columns: ImuColumns) -> RawSampl
 
 
 @dataclass(frozen=True, slots=True)
-class _Block:
+class Block:
     """Whole lines of a file."""
 
     offset: int
@@ -180,8 +202,7 @@ class TextTable:
 
     def line_of(self, sample: int) -> int:
         """Line, from 1, of a sample, from 0: blank lines hold no sample."""
-        with self._path.open("rb") as file:
-            file.seek(self._layout.data_offset)
+        with open_text(self._path, self._layout.data_offset) as file:
             numbered = enumerate(file, start=self._layout.lines_before + 1)
             rows = (line for line, text in numbered if text.strip(b"\r\n") and not self._is_left_out(text))
             return next(line for row, line in enumerate(rows) if row == sample)
@@ -189,28 +210,28 @@ class TextTable:
     def _is_left_out(self, line: bytes) -> bool:
         return bool(self._skip_bad_lines and self._problem(_decoded(line.rstrip(b"\r\n")), cut_off=False))
 
-    def _blocks(self) -> Iterator[_Block]:
-        with self._path.open("rb") as file:
-            offset = file.seek(self._layout.data_offset)
-            rest = b""
+    def _blocks(self) -> Iterator[Block]:
+        offset = self._layout.data_offset
+        with open_text(self._path, offset) as file:
+            rest: list[bytes] = []
             while piece := file.read(self._block_bytes):
                 cut = piece.rfind(b"\n") + 1
                 if cut == 0:
-                    rest += piece
-                    if len(rest) > _LARGEST_BLOCK:
+                    rest.append(piece)
+                    if sum(map(len, rest)) > _LARGEST_BLOCK:
                         raise LogError(
                             f"{self._path}: not a log: a line is longer than {_LARGEST_BLOCK >> 20} MiB"
                         )
                     continue
-                data = rest + piece[:cut]
-                rest = piece[cut:]
+                data = b"".join((*rest, piece[:cut]))
+                rest = [piece[cut:]]
                 if data.strip():
-                    yield _Block(offset, data)
+                    yield Block(offset, data)
                 offset += len(data)
-            if rest.strip():
-                yield _Block(offset, rest)
+            if (last := b"".join(rest)).strip():
+                yield Block(offset, last)
 
-    def _parse(self, block: _Block) -> Rows:
+    def _parse(self, block: Block) -> Rows:
         try:
             return Rows(self._parsed(block.data))
         except pa.ArrowInvalid as error:
@@ -265,8 +286,7 @@ class TextTable:
         return {name: as_floats(table.column(name)) for name in self._names}
 
     def _type(self, name: str) -> pa.DataType:
-        position = self._layout.names.index(name)
-        field = self._layout.first_row[position] if position < len(self._layout.first_row) else ""
+        field = self._layout.first_field(name)
         if not is_time_stamp(field):
             return pa.float64()
         return pa.timestamp("ns", tz="UTC" if re.search(r"(Z|[+-]\d\d:?\d\d)$", field) else None)
@@ -309,8 +329,8 @@ class TextTable:
 
     def _newlines_before(self, offset: int) -> int:
         count = 0
-        with self._path.open("rb") as file:
-            position = file.seek(self._layout.data_offset)
+        position = self._layout.data_offset
+        with open_text(self._path, position) as file:
             while position < offset:
                 piece = file.read(min(1 << 20, offset - position))
                 count += piece.count(b"\n")

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from tumble.errors import LogError
-from tumble.files import LOG_SUFFIXES
+from tumble.log_formats import LOG_SUFFIXES, has_log_ending
 from tumble.logs.checks import ChunkStream, Counts
 from tumble.recording import Chunk, Recording
 from tumble.words import count_of
@@ -24,7 +24,7 @@ def log_files(folder: Path) -> list[Path]:
     files = [
         path
         for path in sorted(folder.iterdir())
-        if path.is_file() and path.suffix.lower() in LOG_SUFFIXES and not path.name.startswith(".")
+        if path.is_file() and has_log_ending(path) and not path.name.startswith(".")
     ]
     if not files:
         known = " ".join(sorted(LOG_SUFFIXES))

@@ -1,121 +1,193 @@
-"""Which reader a file needs: by its first bytes, and by its name where bytes do not tell.
+"""Which reader a file needs: by its first bytes, and by what stands in it where those do not tell.
 
 A reader, and the library it is made with, is imported when a file needs it.
 """
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
+from importlib import import_module
 from pathlib import Path
+from typing import Protocol, cast
 
 from tumble.errors import LogError
-from tumble.file_names import SESSION_FILE
 from tumble.files import note_input
+from tumble.log_formats import LOG_FORMATS, NO_LOGS, LogFormat, NoLog, Packing, packing_of
+from tumble.logs.optional import not_installed
 from tumble.logs.options import ReadOptions
+from tumble.logs.text_file import open_text
 from tumble.logs.track import LoggedImu
 
-_MAGIC = {
-    b"PAR1": "parquet",
-    b"#ROSBAG V2": "ros1",
-    b"\x89MCAP0\r\n": "mcap",
-    b"SQLite format 3\x00": "ros2",
-}
-_NO_LOGS = {
-    b"\x89PNG": "a PNG picture",
-    b"\xff\xd8\xff": "a JPEG picture",
-    b"%PDF": "a PDF document",
-    b"\x1f\x8b": "a gzip archive; unpack it first",
-    b"PK\x03\x04": "a ZIP archive; unpack it first",
-    b"\x28\xb5\x2f\xfd": "a zstd archive; unpack it first",
-    b"ULog\x01\x12\x35": "a PX4 ULog, which is not read yet; convert it to CSV with ulog2csv",
-}
+HEAD_BYTES = 4096
+"""Of a file, by which its reader is found."""
+_ZIP_INDEX_BYTES = 1 << 16
+_FEW_ZEROS = 4
+"""Bytes that a serial line garbles in a text, which is text all the same."""
+FOLDER = "folder"
+"""What is found where a folder is none of the formats: it may hold one log a pose."""
 
 
-_BAGS = ("ros1", "ros2", "mcap")
+class Reader(Protocol):
+    """What the module of a format has."""
+
+    def recognises(self, path: Path, head: bytes) -> bool:
+        """Say whether a file, or a folder, is of this format; `head` is empty for a folder."""
+        ...
+
+    def open_logged_imu(self, path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
+        """Find one IMU; raises `LogError` where there is no such one, or several and none is named."""
+        ...
+
+    def list_imus(self, path: Path, options: ReadOptions) -> tuple[str, ...]:
+        """Give the names of its IMUs; one that needs no name has an empty one."""
+        ...
+
+
+class ParameterReader(Reader, Protocol):
+    """What the module of a format has whose logs hold the parameters of firmware."""
+
+    def parameters_in(self, path: Path) -> Mapping[str, float]:
+        """Give the parameters as they were when the log ended."""
+        ...
+
+
+def reader_of(log_format: LogFormat, path: Path) -> Reader:
+    """Import the reader of a format; raises `LogError` where a library that it needs is not installed."""
+    try:
+        return cast("Reader", import_module(f"tumble.logs.{log_format.module}"))
+    except ModuleNotFoundError as error:
+        if not log_format.extra:
+            raise
+        raise not_installed(path, error.name, log_format.extra) from error
 
 
 def find_format(path: Path) -> str:
-    """Give `csv`, `parquet`, `imu_tk`, `ros1`, `ros2`, `mcap`, `session` or `folder`.
+    """Give the name of a file's format, or `folder`.
 
     Raises `LogError` where the file is empty, cannot be opened, or is known not to be a log.
     """
-    if path.is_dir():
-        if (path / "metadata.yaml").is_file():
-            for part in path.iterdir():
-                note_input(part)
-            return "ros2"
-        if (path / SESSION_FILE).is_file():
-            return "session"
-        return _pair_or(path, "folder")
-    if path.exists() and not path.is_file():
-        raise LogError(f"{path}: is a device or a pipe, not a log; give a file, or pipe it in and give -")
-    note_input(path)
-    try:
-        with path.open("rb") as file:
-            head = file.read(16)
-    except OSError as error:
-        raise LogError(f"{path}: cannot be opened: {error.strerror}") from error
-    if not head:
-        raise LogError(f"{path}: is empty; record or copy it again")
-    for magic, name in _MAGIC.items():
-        if head.startswith(magic):
-            return name
-    for magic, what in _NO_LOGS.items():
-        if head.startswith(magic):
-            raise LogError(f"{path}: not a log but {what}")
-    if path.suffix in (".parquet", ".pq", ".bag", ".db3", ".mcap"):
-        raise LogError(f"{path}: does not start like a {path.suffix} file; copy it again, or rename it")
-    return _pair_or(path, "csv")
+    found = _find(path)
+    return FOLDER if found is None else found.name
 
 
-def _pair_or(path: Path, otherwise: str) -> str:
-    from tumble.logs import imu_tk
+def firmware_parameters(path: Path) -> tuple[str, Mapping[str, float]] | None:
+    """Give the firmware whose log this is, and its parameters; None for what is no log of firmware.
 
-    return "imu_tk" if imu_tk.find_pair(path) else otherwise
+    Raises `LogError` where the log is damaged before it holds any.
+    """
+    if not path.is_file() or not path.stat().st_size:
+        return None
+    head = _head(path)
+    for each in LOG_FORMATS:
+        if each.firmware and head.startswith(each.begins):
+            return each.firmware, cast("ParameterReader", reader_of(each, path)).parameters_in(path)
+    return None
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
     """Open a file, or a bag folder, with the reader it needs."""
-    kind = find_format(path)
-    if kind in _BAGS:
-        from tumble.logs import ros
-
-        return ros.open_logged_imu(path, kind, imu)
-    if kind == "parquet":
-        from tumble.logs import parquet
-
-        return parquet.open_logged_imu(path, imu, options)
-    if kind == "session":
-        from tumble.logs import session
-
-        return session.open_logged_imu(path, imu, options)
-    if kind == "imu_tk":
-        from tumble.logs import imu_tk
-
-        pair = imu_tk.find_pair(path)
-        assert pair is not None
-        return imu_tk.open_logged_imu(pair, path, options)
-    from tumble.logs import csv
-
-    return csv.open_logged_imu(path, imu, options)
+    return _reader_for(path).open_logged_imu(path, imu, options)
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
     """Give the names of the IMUs in a file or bag folder; an IMU that needs no name has an empty one."""
-    kind = find_format(path)
-    if kind in _BAGS:
-        from tumble.logs import ros
+    return _reader_for(path).list_imus(path, options)
 
-        return ros.list_imus(path, kind)
-    if kind == "parquet":
-        from tumble.logs import parquet
 
-        return parquet.list_imus(path, options)
-    if kind == "session":
-        from tumble.logs import session
+def _reader_for(path: Path) -> Reader:
+    found = _find(path)
+    if found is None:
+        raise LogError(f"{path}: a folder, not a log; name one of its files")
+    return reader_of(found, path)
 
-        return session.list_imus(path)
-    if kind == "imu_tk":
-        return ("",)
-    from tumble.logs import csv
 
-    return csv.list_imus(path, options)
+def _find(path: Path) -> LogFormat | None:
+    """Find the format of a file, or of a folder; None for a folder of none."""
+    if path.is_dir():
+        return _folder_of(path) or _recognised(path, b"")
+    if path.exists() and not path.is_file():
+        raise LogError(f"{path}: is a device or a pipe, not a log; give a file, or pipe it in and give -")
+    head = _head(path)
+    packing = packing_of(head)
+    if packing is None and (begun := _begun(head)):
+        return begun
+    with open_text(path) as file:
+        head = file.read(HEAD_BYTES)
+    if packing is not None:
+        _refuse_packed(path, head, packing)
+    found = _recognised(path, head)
+    if found is not None:
+        return found
+    if no_log := _no_log(path, head):
+        raise LogError(f"{path}: not a log but {no_log.what}; {no_log.remedy}")
+    if any(each.binary and path.suffix in each.endings for each in LOG_FORMATS):
+        raise LogError(f"{path}: does not start like a {path.suffix} file; copy it again, or rename it")
+    return LOG_FORMATS[-1]
+
+
+def _begun(head: bytes) -> LogFormat | None:
+    return next((each for each in LOG_FORMATS if head.startswith(each.begins)), None)
+
+
+def _no_log(path: Path, head: bytes) -> NoLog | None:
+    """Find what a file that is no log is; the names in a ZIP archive stand at its end."""
+    if head.startswith(b"PK"):
+        with path.open("rb") as file:
+            file.seek(max(0, path.stat().st_size - _ZIP_INDEX_BYTES))
+            head += file.read()
+    for each in NO_LOGS:
+        if head.startswith(each.begins) or (each.pattern and re.search(each.pattern, head)):
+            return each
+    return None
+
+
+def _refuse_packed(path: Path, head: bytes, packing: Packing) -> None:
+    """Raise `LogError` where what is packed is no text, which alone is read packed."""
+    if not head:
+        raise LogError(f"{path}: holds nothing, packed by {packing.name}; record or copy it again")
+    binary = _begun(head)
+    what = f"the format {binary.name}" if binary else ""
+    if not binary and (no_log := _no_log(path, head)):
+        what = f"{no_log.what}; {no_log.remedy}"
+    elif not binary and head.count(b"\x00") > _FEW_ZEROS:
+        what = "no text"
+    if what:
+        unpack = f"{packing.unpack} {path.name}"
+        raise LogError(
+            f"{path}: only text is read packed, and this {packing.name} file holds {what}: {unpack}"
+        )
+
+
+def _folder_of(path: Path) -> LogFormat | None:
+    for each in LOG_FORMATS:
+        if each.folder_with and (path / each.folder_with).exists():
+            for part in path.iterdir():
+                note_input(part)
+            return each
+    return None
+
+
+def _head(path: Path) -> bytes:
+    note_input(path)
+    try:
+        with path.open("rb") as file:
+            head = file.read(HEAD_BYTES)
+    except OSError as error:
+        raise LogError(f"{path}: cannot be opened: {error.strerror}") from error
+    if not head:
+        raise LogError(f"{path}: is empty; record or copy it again")
+    return head
+
+
+def _recognised(path: Path, head: bytes) -> LogFormat | None:
+    """Find the pattern of a format, and ask those readers that look inside, in their order."""
+    for each in LOG_FORMATS:
+        if head and each.pattern:
+            if not re.search(each.pattern, head):
+                continue
+            if not each.looks_inside:
+                return each
+        if each.looks_inside and reader_of(each, path).recognises(path, head):
+            return each
+    return None

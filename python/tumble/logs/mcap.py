@@ -1,4 +1,4 @@
-"""MCAP files with ROS 2 (CDR) or ROS 1 messages."""
+"""MCAP files with messages of ROS 2 (CDR), ROS 1, JSON or protocol buffers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,11 @@ from mcap.summary import Summary
 
 from tumble.logs.bags import BagMessage, Topic, damage_reported, kind_of
 from tumble.logs.mcap_integrity import check_summary, chunk_remarks
+from tumble.logs.message_form import Definition
+from tumble.logs.options import ReadOptions
+from tumble.logs.ros import imu_of, imus_of
 from tumble.logs.rosmsg import CDR, ROS1, Encoding
+from tumble.logs.track import LARGEST_RATIO, LoggedImu
 
 FACTS = "tumble"
 """Name of the metadata record in which Tumble keeps what it knows of a recording."""
@@ -24,6 +28,16 @@ _ENCODINGS: dict[str, Encoding] = {"cdr": CDR, "ros1": ROS1}
 _RECORD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")
 _OP_MESSAGE = 5
+
+
+def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
+    """Give the topics that hold IMUs."""
+    return imus_of(McapFile(path))
+
+
+def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
+    """Find a topic with an IMU; raises `LogError` where there is none, or several and none is named."""
+    return imu_of(McapFile(path), imu)
 
 
 class McapFile:
@@ -58,6 +72,15 @@ class McapFile:
             channel.topic: schemas[channel.schema_id].name if channel.schema_id in schemas else "no schema"
             for channel in self._summary.channels.values()
         }
+
+    def definitions(self) -> dict[str, Definition]:
+        """How the messages of each topic are made; those of JSON need no schema."""
+        none = Schema(id=0, name="", encoding="", data=b"")
+        found = {}
+        for channel in self._summary.channels.values():
+            schema = self._summary.schemas.get(channel.schema_id, none)
+            found[channel.topic] = Definition(channel.message_encoding, schema.name, schema.data)
+        return found
 
     def topics(self) -> list[Topic]:
         """Topics of the kinds we read."""
@@ -126,6 +149,8 @@ def _records(file: IO[bytes]) -> Iterator[McapRecord]:
 
 def _messages(chunk: Chunk, wanted: Mapping[int, str]) -> Iterator[BagMessage]:
     """Walk the records of a chunk (mcap.dev/spec): an opcode, a length, the content."""
+    if chunk.uncompressed_size > LARGEST_RATIO * (len(chunk.data) + 1):
+        raise ValueError(f"a chunk of {len(chunk.data)} bytes says it unpacks to {chunk.uncompressed_size}")
     stream, length = get_chunk_data_stream(chunk, validate_crc=True)
     data = stream.read(length)
     position = 0

@@ -51,8 +51,12 @@ class ReadOptions:
     """Lines to skip before the column names, or before the numbers where there are no names."""
     skip_bad_lines: bool = False
     """Leave out lines of a text log that cannot be read, up to 1 % of them."""
+    interpolate: bool = False
+    """Bring an accelerometer with times of its own, in a file of its own, to those of the gyroscope."""
     serial: str = ""
     """Serial number of the unit."""
+    undo_correction: bool = False
+    """Undo what the firmware of an autopilot did to the samples, by the parameters in its log."""
     live_times: bool = False
     """Times of a recorded session as given live, when the clock of each sensor was still being found."""
 

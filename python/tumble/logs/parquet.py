@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -10,11 +10,11 @@ import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
 from tumble.errors import LogError
+from tumble.logs.arrow import arrow_time_unit, leaf_names, leaves
 from tumble.logs.columns import ImuColumns, find_imus
-from tumble.logs.csv import as_floats, samples_of
+from tumble.logs.csv import samples_of
 from tumble.logs.options import ReadOptions
-from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, StatedUnit, Transform, choose
-from tumble.recording import FloatArray
+from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, Transform, choose
 
 FACTS = (b"tumble.serial", b"tumble.corrected")
 """Keys of the file's metadata under which Tumble keeps what it knows of a recording."""
@@ -23,7 +23,7 @@ FACTS = (b"tumble.serial", b"tumble.corrected")
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
     """Give the column prefixes of a Parquet table."""
     with opened(path) as file:
-        return tuple(find_imus(_leaf_names(file.schema_arrow), path, options.columns))
+        return tuple(find_imus(leaf_names(file.schema_arrow), path, options.columns))
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
@@ -35,7 +35,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         schema, rows = file.schema_arrow, file.metadata.num_rows
     if rows == 0:
         raise LogError(f"{path}: names columns, but holds no samples")
-    leaves = _leaf_names(schema)
+    leaves = leaf_names(schema)
     imus = find_imus(leaves, path, options.columns)
     name = choose(path, tuple(imus), imu, "column prefix")
     columns = imus[name]
@@ -49,7 +49,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         locate=lambda sample: f"row {sample + 1}",
         accelerometer_unit=columns.accelerometer_unit,
         gyroscope_unit=columns.gyroscope_unit,
-        time_unit=_time_unit(schema, columns),
+        time_unit=arrow_time_unit(schema, columns),
         temperature_unit=columns.temperature_unit,
         clock=f"{path.resolve()}#{columns.time or 'row'}",
         serial=facts.get("tumble.serial", ""),
@@ -68,7 +68,7 @@ def opened(path: Path) -> Iterator[pq.ParquetFile]:
     try:
         with pq.ParquetFile(path, page_checksum_verification=True, **in_pages) as file:
             yield file
-    except (pa.ArrowInvalid, pa.ArrowException, OSError) as error:
+    except (pa.ArrowInvalid, pa.ArrowException, OSError, UnicodeDecodeError) as error:
         raise LogError(f"{path}: {_problem(path)} ({str(error).splitlines()[0]})") from error
 
 
@@ -85,33 +85,4 @@ def _read(path: Path, columns: ImuColumns, transform: Transform) -> Iterator[Raw
     roots = list(dict.fromkeys(columns.names))
     with opened(path) as file:
         for batch in file.iter_batches(CHUNK_SAMPLES, columns=roots, use_threads=False):
-            yield transform(samples_of(_leaves(path, batch, columns.names), columns))
-
-
-def _leaves(path: Path, batch: pa.RecordBatch, names: Sequence[str]) -> Mapping[str, FloatArray]:
-    table = pa.Table.from_batches([batch])
-    while any(pa.types.is_struct(field.type) for field in table.schema):
-        table = table.flatten()
-    return {name: _numbers(path, name, table.column(name)) for name in names}
-
-
-def _numbers(path: Path, name: str, column: pa.ChunkedArray) -> FloatArray:
-    try:
-        return as_floats(column)
-    except (pa.ArrowInvalid, pa.ArrowNotImplementedError) as error:
-        raise LogError(f"{path}: column {name} holds {column.type}, not numbers") from error
-
-
-def _leaf_names(schema: pa.Schema) -> list[str]:
-    """Names of all columns; fields of a structure as `linear_acceleration.x`."""
-    table = schema.empty_table()
-    while any(pa.types.is_struct(field.type) for field in table.schema):
-        table = table.flatten()
-    names: list[str] = table.column_names
-    return names
-
-
-def _time_unit(schema: pa.Schema, columns: ImuColumns) -> StatedUnit | None:
-    if columns.time in schema.names and pa.types.is_timestamp(schema.field(columns.time).type):
-        return StatedUnit("ns", "column type")
-    return columns.time_unit
+            yield transform(samples_of(leaves(path, batch, columns.names), columns))

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from tumble.errors import LogError
+from tumble.log_formats import stem_of
 from tumble.logs import formats, table
 from tumble.logs.checks import ChunkStream
 from tumble.logs.columns import listed
@@ -74,6 +75,11 @@ def _open_file(path: Path, imu: str | None, options: ReadOptions, keep_faults: b
 
 
 def _recording(track: LoggedImu, options: ReadOptions, keep_faults: bool) -> Recording:
+    if options.undo_correction and not track.undone and track.already_corrected is not False:
+        raise LogError(
+            f"{track.source}: --undo-correction: it does not state how it was corrected; logs of PX4 and "
+            "ArduPilot do"
+        )
     head = track.head()
     if options.rate is not None:
         if not options.rate > 0.0:
@@ -146,6 +152,6 @@ def _name(track: LoggedImu) -> str:
     """Short name: the file's, and the IMU's where the file needs one."""
     if track.name:
         return track.name
-    stem = track.path.stem if track.path.is_file() else track.path.name
+    stem = stem_of(track.path) if track.path.is_file() else track.path.name
     imu = "" if track.alone else track.imu.strip("/").replace("/", "_")
     return f"{stem}-{imu}" if imu else stem

@@ -2,44 +2,67 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 
 from tumble.errors import LogError
 from tumble.logs.bags import Bag, BagMessage, Topic
-from tumble.logs.rosmsg import MalformedMessageError, decode, frame_of, seconds
-from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, StatedUnit, choose
+from tumble.logs.message_form import Definition, JsonForm
+from tumble.logs.message_imu import (
+    ROS_UNITS,
+    ImuDecoder,
+    PlainImu,
+    embedded_imus,
+    imus_by_names,
+    may_hold_imu,
+)
+from tumble.logs.optional import not_installed
+from tumble.logs.rosmsg import MalformedMessageError, decode, seconds
+from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, choose
 from tumble.recording import FloatArray
 
 _HEAD_SAMPLES = 1 << 14
+_IMU_TYPE = re.compile(rb"\bsensor_msgs/(msg/)?Imu\b|\bsensor_msgs::msg::Imu\b")
 
 
-def list_imus(path: Path, kind: str) -> tuple[str, ...]:
-    """Give the topics of a bag that hold sensor_msgs/Imu; `kind` is `ros1`, `ros2` or `mcap`."""
-    return tuple(_imu_topics(_open_bag(path, kind)))
+@dataclass(frozen=True, slots=True)
+class _Imu:
+    """One IMU of a bag."""
+
+    name: str
+    """Its topic, with the field that it is in."""
+    topic: str
+    decoder: ImuDecoder
 
 
-def open_logged_imu(path: Path, kind: str, imu: str | None) -> LoggedImu:
-    """Find an Imu topic in a bag; `kind` is `ros1`, `ros2` or `mcap`.
+def imus_of(bag: Bag) -> tuple[str, ...]:
+    """Give the topics of a bag that hold IMUs, with the fields of messages that hold several things."""
+    return tuple(_imus(bag))
+
+
+def imu_of(bag: Bag, imu: str | None) -> LoggedImu:
+    """Find an IMU in a bag.
 
     Raises `LogError` where there is no such topic, or several and none is named.
     """
-    bag = _open_bag(path, kind)
-    topics = _imu_topics(bag)
-    name = choose(path, tuple(topics), imu, "topic")
-    first = next(bag.messages([name]), None)
+    path = bag.path
+    imus = _imus(bag)
+    name = choose(path, tuple(imus), imu, "topic")
+    found = imus[name]
+    first = next(bag.messages([found.topic]), None)
     if first is None:
-        raise LogError(f"{path}: topic {name} holds no messages")
-    gatherer = _Gatherer(bag, topics[name], _temperature_topic(bag, name), use_stamps=True)
+        raise LogError(f"{path}: topic {found.topic} holds no messages")
+    temperature = _temperature_topic(bag, found.topic)
+    gatherer = _Gatherer(bag, found, temperature, use_stamps=True)
     head = next(gatherer.samples(_HEAD_SAMPLES))
-    stamped = bool(np.any(head.time))
+    stamped = head.time is not None and bool(np.any(head.time))
     if not stamped:
-        gatherer = _Gatherer(bag, topics[name], _temperature_topic(bag, name), use_stamps=False)
+        gatherer = _Gatherer(bag, found, temperature, use_stamps=False)
         head = next(gatherer.samples(_HEAD_SAMPLES))
-    facts = bag.facts()
+    facts, units = bag.facts(), found.decoder.units
     return LoggedImu(
         path=path,
         imu=name,
@@ -47,40 +70,74 @@ def open_logged_imu(path: Path, kind: str, imu: str | None) -> LoggedImu:
         read=lambda transform: map(transform, gatherer.samples(CHUNK_SAMPLES)),
         head=lambda: head,
         locate=lambda sample: f"message {sample + 1} of {name}",
-        accelerometer_unit=StatedUnit("m/s^2", "message definition"),
-        gyroscope_unit=StatedUnit("rad/s", "message definition"),
-        time_unit=StatedUnit("s", "message definition"),
-        temperature_unit=StatedUnit("degC", "message definition"),
-        frame=frame_of(first.data, topics[name].encoding) or "case",
+        accelerometer_unit=units.accelerometer,
+        gyroscope_unit=units.gyroscope,
+        time_unit=units.time if stamped else ROS_UNITS.time,
+        temperature_unit=ROS_UNITS.temperature if temperature else units.temperature,
+        frame=found.decoder.frame(first.data) or "case",
         clock="" if stamped else f"{path.resolve()}#log time",
         serial=facts.get("serial", ""),
         already_corrected=True if "corrected" in facts else None,
-        alone=len(topics) == 1,
+        alone=len(imus) == 1,
         notices=(*bag.remarks, *(() if stamped else ("headers carry no stamp: time is that of recording",))),
     )
 
 
-def _open_bag(path: Path, kind: str) -> Bag:
-    """Open a bag with the library of its kind, which is imported only then."""
-    if kind == "mcap":
-        from tumble.logs.mcap import McapFile
+def _imus(bag: Bag) -> dict[str, _Imu]:
+    """Find the IMUs: messages and fields of that type, else what the names of fields say."""
+    found = {
+        topic.name: _Imu(topic.name, topic.name, PlainImu(topic.encoding))
+        for topic in bag.topics()
+        if topic.kind == "imu"
+    }
+    definitions = bag.definitions()
+    for topic, definition in definitions.items():
+        if topic not in found and _IMU_TYPE.search(definition.text):
+            found |= _of_topic(bag, topic, definition, by_names=False)
+    if not found:
+        for topic, definition in definitions.items():
+            if definition.encoding == "json" or may_hold_imu(definition.text):
+                found |= _of_topic(bag, topic, definition, by_names=True)
+    if not found:
+        topics = ", ".join(f"{name} ({kind})" for name, kind in bag.all_topics().items()) or "none"
+        raise LogError(
+            f"{bag.path}: no topic holds sensor_msgs/Imu, or fields such as linear_acceleration and "
+            f"angular_velocity; topics found: {topics}"
+        )
+    return dict(sorted(found.items()))
 
-        return McapFile(path)
-    if kind == "ros1":
-        from tumble.logs.rosbag1 import RosBag1
 
-        return RosBag1(path)
-    from tumble.logs.rosbag2 import RosBag2
+def _of_topic(bag: Bag, topic: str, definition: Definition, *, by_names: bool) -> dict[str, _Imu]:
+    """Find the IMUs in the fields of a topic's messages; none where nobody can say what they are."""
+    from tumble.logs.message_types import protobuf_form, ros_form
 
-    return RosBag2(path)
-
-
-def _imu_topics(bag: Bag) -> dict[str, Topic]:
-    topics = {topic.name: topic for topic in bag.topics() if topic.kind == "imu"}
-    if not topics:
-        found = ", ".join(f"{name} ({kind})" for name, kind in bag.all_topics().items()) or "none"
-        raise LogError(f"{bag.path}: no topic holds sensor_msgs/Imu; topics found: {found}")
-    return dict(sorted(topics.items()))
+    decoders: Mapping[str, ImuDecoder] = {}
+    try:
+        if definition.encoding in ("cdr", "ros1"):
+            form, embedded = ros_form(definition)
+            decoders = (
+                imus_by_names(form, definition.type)
+                if by_names
+                else embedded_imus(form, embedded, definition.type)
+            )
+        elif by_names and definition.encoding == "protobuf":
+            decoders = imus_by_names(protobuf_form(definition), definition.type)
+        elif by_names and definition.encoding == "json":
+            first = next(bag.messages([topic]), None)
+            if first is not None:
+                decoders = imus_by_names(JsonForm(first.data), definition.type or "JSON")
+    except ModuleNotFoundError as error:
+        raise not_installed(f"{bag.path}:{topic}", "protobuf", "formats") from error
+    except LogError:
+        raise
+    except Exception:  # a library raises anything over a definition that is none
+        return {}
+    return {
+        name: _Imu(name, topic, decoder)
+        for name, decoder in (
+            (f"{topic}.{field}" if field else topic, each) for field, each in decoders.items()
+        )
+    }
 
 
 def _temperature_topic(bag: Bag, imu: str) -> Topic | None:
@@ -108,7 +165,7 @@ class _Batch:
 class _Gatherer:
     """Passes over the messages of one IMU and gathers them into samples."""
 
-    def __init__(self, bag: Bag, imu: Topic, temperature: Topic | None, *, use_stamps: bool) -> None:
+    def __init__(self, bag: Bag, imu: _Imu, temperature: Topic | None, *, use_stamps: bool) -> None:
         self._bag = bag
         self._imu = imu
         self._temperature = temperature
@@ -116,7 +173,7 @@ class _Gatherer:
 
     def samples(self, size: int) -> Iterator[RawSamples]:
         """Give `size` samples at a time, fewer at the end."""
-        names = [self._imu.name, *([self._temperature.name] if self._temperature else [])]
+        names = [self._imu.topic, *([self._temperature.name] if self._temperature else [])]
         batch, first, held = _Batch(), 0, np.nan
         for message in self._bag.messages(names):
             self._add(batch, message)
@@ -128,7 +185,7 @@ class _Gatherer:
             yield self._decode(batch, first, held)[0]
 
     def _add(self, batch: _Batch, message: BagMessage) -> None:
-        if message.topic == self._imu.name:
+        if message.topic == self._imu.topic:
             batch.imu.append(message.data)
             batch.log_times.append(message.log_time)
         else:
@@ -138,21 +195,35 @@ class _Gatherer:
     def _decode(self, batch: _Batch, first: int, held: float) -> tuple[RawSamples, float]:
         """Decode a batch, and give the last temperature to hold for the next one."""
         try:
-            imu = decode(batch.imu, "imu", self._imu.encoding)
+            samples = self._imu.decoder.decode(batch.imu)
         except MalformedMessageError as error:
             number = first + error.index + 1
             raise LogError(
-                f"{self._bag.path}: message {number} of {self._imu.name} {error}: not sensor_msgs/Imu; "
-                "cut it out of the bag"
+                f"{self._bag.path}: message {number} of {self._imu.topic} {error}: not "
+                f"{self._imu.decoder.what}; cut it out of the bag"
             ) from error
-        stamps = imu.stamp if self._use_stamps else np.array(batch.log_times, dtype=np.int64)
-        temperature, held = self._temperature_at(batch, held)
-        return RawSamples(seconds(stamps), imu.specific_force, imu.angular_rate, temperature), held
+        recorded = self._recorded(batch)
+        if self._use_stamps:
+            samples.received = recorded
+        else:
+            samples.time = recorded
+        if self._temperature is not None:
+            samples.temperature, held = self._temperature_at(batch, held)
+        return samples, held
 
-    def _temperature_at(self, batch: _Batch, held: float) -> tuple[FloatArray | None, float]:
+    def _recorded(self, batch: _Batch) -> FloatArray:
+        """Give when each message was recorded, (n,) s."""
+        try:
+            return seconds(np.array(batch.log_times, dtype=np.int64))
+        except OverflowError as error:
+            raise LogError(
+                f"{self._bag.path}: a message of {self._imu.topic} says it was recorded after the year 2262: "
+                "the file is damaged; copy it again"
+            ) from error
+
+    def _temperature_at(self, batch: _Batch, held: float) -> tuple[FloatArray, float]:
         """Give the latest temperature at every Imu message; NaN before the first."""
-        if self._temperature is None:
-            return None, held
+        assert self._temperature is not None
         values = [held]
         if batch.temperature:
             try:

@@ -2,20 +2,32 @@
 
 from __future__ import annotations
 
+import bz2
 import os
 import struct
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
+from typing import Any
 
+from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
 from rosbags.rosbag1 import Reader
-from rosbags.rosbag1.reader import IndexData
+from rosbags.rosbag1.reader import IndexData, decompressors
 
 from tumble.logs.bags import BagMessage, Topic, damage_reported, kind_of
+from tumble.logs.message_form import Definition
+from tumble.logs.options import ReadOptions
+from tumble.logs.ros import imu_of, imus_of
 from tumble.logs.rosmsg import ROS1
+from tumble.logs.track import LARGEST_RATIO, LoggedImu
 
 _UINT32 = struct.Struct("<I")
 _TIME = struct.Struct("<II")
 _MESSAGE_DATA = b"\x02"
+_UNPACKERS: dict[Callable[[bytes], bytes], Callable[[], Any]] = {
+    decompressors["bz2"]: bz2.BZ2Decompressor,
+    decompressors["lz4"]: LZ4FrameDecompressor,
+}
+"""What unpacks up to a limit, by what the library would unpack all with."""
 
 
 class _ReaderWithoutIndex(Reader):
@@ -29,6 +41,16 @@ class _ReaderWithoutIndex(Reader):
             self.bio.seek(length, os.SEEK_CUR)
 
 
+def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
+    """Give the topics that hold IMUs."""
+    return imus_of(RosBag1(path))
+
+
+def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
+    """Find a topic with an IMU; raises `LogError` where there is none, or several and none is named."""
+    return imu_of(RosBag1(path), imu)
+
+
 class RosBag1:
     """A `.bag` file."""
 
@@ -39,10 +61,20 @@ class RosBag1:
         self.path = path
         with damage_reported(path), _ReaderWithoutIndex(path) as reader:
             self._types = {connection.topic: connection.msgtype for connection in reader.connections}
+            self._definitions = {
+                connection.topic: Definition(
+                    "ros1", connection.msgtype, connection.msgdef.data.encode("utf-8", "replace")
+                )
+                for connection in reader.connections
+            }
 
     def all_topics(self) -> dict[str, str]:
         """Type of every topic, by name."""
         return self._types
+
+    def definitions(self) -> dict[str, Definition]:
+        """How the messages of each topic are made."""
+        return self._definitions
 
     def topics(self) -> list[Topic]:
         """Topics of the kinds we read."""
@@ -70,7 +102,18 @@ class RosBag1:
                 raw = reader.bio.read(chunk.datasize)
                 if len(raw) != chunk.datasize:
                     raise EOFError(f"{len(raw)} of {chunk.datasize} bytes of a chunk are there")
-                yield from _messages(chunk.decompressor(raw), wanted)
+                yield from _messages(_unpacked(raw, chunk.decompressor), wanted)
+
+
+def _unpacked(data: bytes, unpack: Callable[[bytes], bytes]) -> bytes:
+    """Unpack a chunk; raises `ValueError` where it becomes more than readings do."""
+    if unpack not in _UNPACKERS:
+        return data
+    unpacker = _UNPACKERS[unpack]()
+    unpacked: bytes = unpacker.decompress(data, LARGEST_RATIO * len(data))
+    if not unpacker.eof:
+        raise ValueError("a compressed chunk has no end, or unpacks to too much")
+    return unpacked
 
 
 def _messages(chunk: bytes, wanted: dict[int, str]) -> Iterator[BagMessage]:

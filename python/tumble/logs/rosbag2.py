@@ -8,7 +8,21 @@ from pathlib import Path
 from rosbags.rosbag2 import Reader
 
 from tumble.logs.bags import BagMessage, Topic, damage_reported, kind_of
+from tumble.logs.message_form import Definition
+from tumble.logs.options import ReadOptions
+from tumble.logs.ros import imu_of, imus_of
 from tumble.logs.rosmsg import CDR
+from tumble.logs.track import LoggedImu
+
+
+def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
+    """Give the topics that hold IMUs."""
+    return imus_of(RosBag2(path))
+
+
+def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
+    """Find a topic with an IMU; raises `LogError` where there is none, or several and none is named."""
+    return imu_of(RosBag2(path), imu)
 
 
 class RosBag2:
@@ -21,10 +35,20 @@ class RosBag2:
         self.path = path
         with damage_reported(path), Reader(path) as reader:
             self._types = {connection.topic: connection.msgtype for connection in reader.connections}
+            self._definitions = {
+                connection.topic: Definition(
+                    "cdr", connection.msgtype, connection.msgdef.data.encode("utf-8", "replace")
+                )
+                for connection in reader.connections
+            }
 
     def all_topics(self) -> dict[str, str]:
         """Type of every topic, by name."""
         return self._types
+
+    def definitions(self) -> dict[str, Definition]:
+        """How the messages of each topic are made."""
+        return self._definitions
 
     def topics(self) -> list[Topic]:
         """Topics of the kinds we read."""

@@ -211,7 +211,7 @@ def wheels_of(source: str) -> RecordedColumn | None:
     return RecordedColumn(spec.path, name, MOVING) if is_there else None
 
 
-def list_imus(path: Path) -> tuple[str, ...]:
+def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
     """Give the names of the units."""
     return Session.load(path).names
 

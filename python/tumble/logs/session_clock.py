@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -25,6 +25,12 @@ STAMP, ARRIVAL = "sensor_time", "arrival"
 """Columns of the sensor's own time, and of when samples came, both in s."""
 LEAP = 0.05
 """s by which stamp and time come apart from one sample to the next where the sensor's clock was set."""
+SOONER, STRAY = 1e-3, 20.0
+"""s, and times the usual distance from the median, by which the quickest sample of a second is too quick."""
+FEWEST = 10
+"""Seconds below which none is known to be too quick."""
+LEAST_STEP = 1e-4
+"""s from a sample to one after a leap, where the step of neither side is known."""
 LEAST_SPAN = 20.0
 """s over which delays show a skew; over less the clock is taken to be right."""
 
@@ -51,8 +57,24 @@ class _Stretch:
     """What is known between two leaps of the sensor's clock."""
 
     first_row: int
-    quickest: list[_Arrival]
+    quickest: list[_Arrival] = field(default_factory=list)
     """The one of each second of the sensor."""
+    first: float = math.nan
+    """s of the sensor, of its first sample; `last` of its last one."""
+    last: float = math.nan
+    samples: int = 0
+
+    @property
+    def step(self) -> float:
+        """Mean s of the sensor between samples; 0 of a single one."""
+        return (self.last - self.first) / max(self.samples - 1, 1)
+
+    def extend(self, stamp: FloatArray) -> None:
+        """Take in where (n,) further samples, at least one, lead."""
+        if self.samples == 0:
+            self.first = float(stamp[0])
+        self.last = float(stamp[-1])
+        self.samples += len(stamp)
 
     def add(self, one: _Arrival) -> None:
         """Take in the quickest sample of a second, or of a part of it, by wherever files or batches end."""
@@ -78,26 +100,30 @@ def steady(pieces: Iterable[RawSamples], lines: list[Line]) -> Iterator[RawSampl
 def lines_of(files: Iterable[Path], clock_rate: float = 1.0) -> list[Line]:
     """Find the line of each stretch of a unit; `clock_rate` is s of its clock in a second of arrivals.
 
-    Empty where no arrivals or stamps were recorded, or where these are not of clocks that go alike.
+    Empty where no arrivals or stamps were recorded, where these are not of clocks that go alike, and where
+    times are the stamps, as of sources that share a clock.
     """
     stretches: list[_Stretch] = []
-    row, before = 0, np.nan
+    row, before, are_stamps = 0, np.nan, True
     for time, stamp, came in _columns(files):
         if not (np.isfinite(came).all() and np.isfinite(stamp).all()):
             return []
         arrival = clock_rate * came
         apart, late = time - stamp, arrival - time
+        are_stamps = are_stamps and not apart.any()
         leaps = np.flatnonzero(np.abs(np.diff(apart, prepend=before)) > LEAP).tolist()
         if not stretches:
-            stretches.append(_Stretch(0, []))
+            stretches.append(_Stretch(0))
         for first, end in pairwise([*sorted({0, *leaps}), len(time)]):
             if first in leaps:
-                stretches.append(_Stretch(row + first, []))
+                stretches.append(_Stretch(row + first))
+            if end > first:
+                stretches[-1].extend(stamp[first:end])
             for begin, stop in pairwise(_second_by_second(stamp, first, end)):
                 at = begin + int(np.argmin(late[begin:stop]))
                 stretches[-1].add(_Arrival(float(stamp[at]), float(arrival[at]), float(late[at])))
         row, before = row + len(time), float(apart[-1])
-    lines = [_line(stretch) for stretch in stretches if stretch.quickest]
+    lines = [] if are_stamps else _in_order([stretch for stretch in stretches if stretch.quickest])
     return lines if all(abs(line.pace - 1.0) <= MOST_SKEW for line in lines) else []
 
 
@@ -118,10 +144,37 @@ def _columns(files: Iterable[Path]) -> Iterator[tuple[FloatArray, FloatArray, Fl
                 yield time, stamp, arrival
 
 
+def _sound(stamp: FloatArray, arrival: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Leave out what came far sooner than the quickest of other seconds: its stamp is spoilt."""
+    if len(stamp) < FEWEST:
+        return stamp, arrival
+    delay = arrival - stamp
+    slope = np.median(np.diff(delay) / np.diff(stamp))
+    off = delay - slope * (stamp - stamp[0])
+    usual = np.median(off)
+    sound = off > usual - max(SOONER, STRAY * float(np.median(np.abs(off - usual))))
+    return stamp[sound], arrival[sound]
+
+
+def _in_order(stretches: list[_Stretch]) -> list[Line]:
+    """Lay the line of each; one that would end after the next begins had longer delays, and gives way."""
+    lines: list[Line] = []
+    begins, step = math.inf, LEAST_STEP
+    for stretch in reversed(stretches):
+        line, step = _line(stretch), stretch.step or step
+        ends = line.offset + line.pace * (stretch.last + step)
+        line = replace(line, offset=line.offset - max(ends - begins, 0.0))
+        begins = line.offset + line.pace * stretch.first
+        lines.insert(0, line)
+    return lines
+
+
 def _line(stretch: _Stretch) -> Line:
     """Lay the line below all arrivals with the least sum of distances (eq. 8)."""
-    stamp = np.array([one.stamp for one in stretch.quickest])
-    arrival = np.array([one.arrival for one in stretch.quickest])
+    stamp, arrival = _sound(
+        np.array([one.stamp for one in stretch.quickest]),
+        np.array([one.arrival for one in stretch.quickest]),
+    )
     if stamp[-1] - stamp[0] < LEAST_SPAN:
         return Line(stretch.first_row, float((arrival - stamp).min()), 1.0)
     corners = lower_hull(zip((stamp - stamp[0]).tolist(), (arrival - stamp).tolist(), strict=True))

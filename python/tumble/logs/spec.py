@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tumble.errors import LogError
 from tumble.files import name_too_long, note_input
 from tumble.logs import standard_input
+
+if TYPE_CHECKING:
+    from tumble.recording import Recording
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +45,14 @@ def parse_spec(source: str | Path) -> LogSpec:
     parent = Path(text).parent
     hint = "check the path" if parent.is_dir() else f"folder {parent} does not exist either"
     raise LogError(f"{text}: no such file or folder; {hint}")
+
+
+def files_of(recording: Recording) -> Sequence[Path]:
+    """List the files that a recording is read from, with all in its folder; none where it is in memory."""
+    if recording.metadata.in_memory:
+        return ()
+    source = parse_spec(recording.metadata.source).path
+    return (source, *source.glob("*"))
 
 
 def _exists(path: Path) -> bool:

@@ -9,9 +9,13 @@ from dataclasses import dataclass, field
 from itertools import islice, pairwise
 from pathlib import Path
 
+import numpy as np
+
 from tumble.errors import LogError
 from tumble.logs.columns import recognise
 from tumble.logs.options import ReadOptions
+from tumble.logs.text_file import open_text
+from tumble.logs.units import credible, guess_accelerometer_unit, rest_norm
 from tumble.numbers import number_of
 from tumble.schemas import schema_in
 from tumble.words import count_of
@@ -21,9 +25,10 @@ BLANKS = " "
 
 _HEAD_BYTES = 1 << 18
 _LINES_SEARCHED = 200
+_COMMENTS = (b"#", b"%", b"//")
 _ROWS_SEARCHED = 1000
 _DELIMITERS = (",", ";", "\t", "|", BLANKS)
-_PLAIN_NAMES = {
+PLAIN_NAMES = {
     6: ("ax", "ay", "az", "gx", "gy", "gz"),
     7: ("time", "ax", "ay", "az", "gx", "gy", "gz"),
 }
@@ -54,6 +59,11 @@ class TextLayout:
     notices: tuple[str, ...] = ()
     quoted: bool = False
     """Whether fields stand in quotes; a stray quote would else swallow the lines up to the next."""
+
+    def first_field(self, name: str) -> str:
+        """Give what a column holds in the first row; empty where that breaks off before it."""
+        position = self.names.index(name)
+        return self.first_row[position] if position < len(self.first_row) else ""
 
 
 def split_line(line: str, delimiter: str, quotes: str = '"') -> list[str]:
@@ -93,7 +103,7 @@ def find_layout(path: Path, options: ReadOptions, sought: SoughtTable = LOG) -> 
     for number, raw in enumerate(lines[options.skip_lines :][:_LINES_SEARCHED], start=options.skip_lines + 1):
         offset += len(raw)
         text = _decode(raw).strip()
-        body = text.lstrip("#%").strip()
+        body = text.lstrip("#%/").strip()
         delimiter = names_delimiter(body, options, sought)
         if delimiter is not None:
             return _named(path, lines, number, offset, split_line(body, delimiter), preamble)
@@ -108,7 +118,7 @@ def find_layout(path: Path, options: ReadOptions, sought: SoughtTable = LOG) -> 
 
 
 def _head_lines(path: Path) -> list[bytes]:
-    with path.open("rb") as file:
+    with open_text(path) as file:
         head = file.read(_HEAD_BYTES)
         whole = not file.read(1)
     if not _is_text(head):
@@ -127,7 +137,11 @@ def _is_text(head: bytes) -> bool:
 
 
 def _decode(line: bytes) -> str:
-    return line.decode("utf-8-sig", errors="replace")
+    """Read a line as UTF-8 or, where it is none, as Windows writes it in the west: `°/s`, `µs`."""
+    try:
+        return line.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return line.decode("cp1252", errors="replace")
 
 
 def names_delimiter(text: str, options: ReadOptions, sought: SoughtTable = LOG) -> str | None:
@@ -178,7 +192,7 @@ def _named(
         raise LogError(f"{path}: line {number} names columns, but no samples follow")
     row = max(rows, key=lambda row: _sound_fields(row, len(names)))
     delimiter = _row_delimiter(row, len(names))
-    skipped = sum(not line.startswith((b"#", b"%")) for line in lines[: number - 1])
+    skipped = sum(not line.startswith(_COMMENTS) for line in lines[: number - 1])
     _refuse_repeated(path, number, names)
     return TextLayout(
         delimiter,
@@ -262,15 +276,34 @@ def names_for(
     path: Path | str, rows: Sequence[str], delimiter: str, count: int, options: ReadOptions
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Names for columns that have none, and remarks: by position if the user maps them, else as usual."""
-    if options.columns or count not in _PLAIN_NAMES:
+    if options.columns or count not in PLAIN_NAMES:
         return tuple(str(position + 1) for position in range(count)), ()
     if count == 7 and not _increases([split_line(row, delimiter)[0] for row in rows]):
         raise LogError(
             f"{path}: seven columns without names, and the first is not time; "
             "say which is which, as --columns ax=1,ay=2,az=3,gx=4,gy=5,gz=6"
         )
-    names = _PLAIN_NAMES[count]
-    return names, (f"no column names: assumed to be {', '.join(names)}",)
+    names = PLAIN_NAMES[count]
+    assumed = "no column names: assumed to be "
+    if _gyroscope_stands_first(rows, delimiter):
+        names = (*names[:-6], *names[-3:], *names[-6:-3])
+        return names, (f"{assumed}{', '.join(names)}, as only the last three read gravity",)
+    return names, (f"{assumed}{', '.join(names)}",)
+
+
+def _gyroscope_stands_first(rows: Sequence[str], delimiter: str) -> bool:
+    """Tell it by gravity, of which only the last three of the six columns have the length."""
+    fields = [split_line(row, delimiter)[-6:] for row in rows]
+    read = [
+        [number_of(field, _decimal_point(row, delimiter)) for field in split]
+        for row, split in zip(rows, fields, strict=True)
+    ]
+    whole = np.array([row for row in read if len(row) == 6 and None not in row], dtype=np.float64)
+    if len(whole) == 0:
+        return False
+    triads = (credible(whole[:, :3]), credible(whole[:, 3:]))
+    first, last = (guess_accelerometer_unit(rest_norm(triad)) for triad in triads)
+    return first is None and last is not None
 
 
 def _increases(texts: Sequence[str]) -> bool:

@@ -12,6 +12,8 @@ from tumble.errors import LogError
 from tumble.recording import FloatArray
 from tumble.units import TRIADS, Triad
 
+LARGEST_RATIO = 1100
+"""Of a size to that when compressed, which no readings reach, and deflate cannot."""
 CHUNK_SAMPLES = 1 << 15
 """Samples in a chunk: large enough for numpy to be quick, small enough for memory not to matter."""
 
@@ -30,6 +32,8 @@ class RawSamples:
     """(n,)."""
     bad_lines: tuple[str, ...] = ()
     """What was wrong with each line that was left out among them."""
+    received: FloatArray | None = None
+    """(n,) s by the clock of the recorder, where the log has that besides the time of the sensor."""
 
     def __len__(self) -> int:
         return len(self.accelerometer)
@@ -71,6 +75,8 @@ class LoggedImu:
     rate: float | None = None
     serial: str = ""
     already_corrected: bool | None = None
+    undone: bool = False
+    """Whether a correction was undone, as the options ask; what was never corrected has nothing to undo."""
     notices: tuple[str, ...] = ()
     triads: tuple[Triad, ...] = TRIADS
     """Those that it holds; `accelerometer` or `gyroscope` of the samples is NaN where it holds but one."""

@@ -38,23 +38,26 @@ class McapWriter:
         self._channels: dict[str, int] = {}
         self._sequence = 0
 
-    def write(self, chunk: Chunk, imu: str = "", arrival: FloatArray | None = None) -> None:
+    def write(
+        self, chunk: Chunk, imu: str = "", arrival: FloatArray | None = None, frame: str | None = None
+    ) -> None:
         """Append a message a sample, and its temperature just before it.
 
         `imu` names one of several, which becomes its topic; `arrival` (n,) s is when each was received, the
-        time of the sample if not given.
+        time of the sample if not given; `frame` that of this IMU, where they differ.
         """
+        frame = self._facts.frame if frame is None else frame
         imu_topic, temperature_topic = (
             (f"/{imu}", f"/{imu}/temperature") if imu else (IMU_TOPIC, TEMPERATURE_TOPIC)
         )
-        stamps = self._nanoseconds(chunk.time)
-        logged = (stamps if arrival is None else self._nanoseconds(arrival)).tolist()
+        stamps = nanoseconds_of(chunk.time, self._path)
+        logged = (stamps if arrival is None else nanoseconds_of(arrival, self._path)).tolist()
         channels = [self._channel(imu_topic, "sensor_msgs/msg/Imu")]
-        messages = [_bytes(stamps, self._facts.frame, _imu_numbers(chunk))]
+        messages = [_bytes(stamps, frame, _imu_numbers(chunk))]
         if chunk.temperature is not None:
             numbers = np.column_stack([chunk.temperature, np.zeros(len(chunk))])
             channels.insert(0, self._channel(temperature_topic, "sensor_msgs/msg/Temperature"))
-            messages.insert(0, _bytes(stamps, self._facts.frame, numbers))
+            messages.insert(0, _bytes(stamps, frame, numbers))
         for time, stamp, *sample in zip(logged, stamps.tolist(), *messages, strict=True):
             for channel, data in zip(channels, sample, strict=True):
                 self._writer.add_message(channel, time, data, stamp, self._sequence)
@@ -73,16 +76,20 @@ class McapWriter:
             self._channels[topic] = self._writer.register_channel(topic, "cdr", schema)
         return self._channels[topic]
 
-    def _nanoseconds(self, time: FloatArray) -> NDArray[np.int64]:
-        """Whole seconds apart from the rest, so that times from 1970 on keep all their digits."""
-        first, last = float(time.min()), float(time.max())
-        if not (_STAMPS[0] <= first and last < _STAMPS[1]):
-            raise OutputError(
-                f"{self._path}: MCAP stamps hold 0 s to 2^31 s, not {first:.9g} s to {last:.9g} s; "
-                "write CSV or Parquet instead"
-            )
-        whole = np.floor(time)
-        return whole.astype(np.int64) * 1_000_000_000 + np.rint((time - whole) * 1e9).astype(np.int64)
+
+def nanoseconds_of(time: FloatArray, path: Path) -> NDArray[np.int64]:
+    """Whole seconds apart from the rest, so that times from 1970 on keep all their digits.
+
+    Raises `OutputError` where stamps cannot hold them.
+    """
+    first, last = float(time.min()), float(time.max())
+    if not (_STAMPS[0] <= first and last < _STAMPS[1]):
+        raise OutputError(
+            f"{path}: its stamps hold 0 s to 2^31 s, not {first:.9g} s to {last:.9g} s; "
+            "write CSV or Parquet instead"
+        )
+    whole = np.floor(time)
+    return whole.astype(np.int64) * 1_000_000_000 + np.rint((time - whole) * 1e9).astype(np.int64)
 
 
 def _imu_numbers(chunk: Chunk) -> FloatArray:

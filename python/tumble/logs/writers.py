@@ -66,7 +66,9 @@ def open_writer(
 
 
 @contextmanager
-def open_mcap_writer(path: str | Path, facts: Facts | None = None) -> Iterator[McapWriter]:
+def open_mcap_writer(
+    path: str | Path, facts: Facts | None = None, *, inputs: Iterable[Path] = ()
+) -> Iterator[McapWriter]:
     """Open an MCAP file to write several IMUs to; as `open_writer` else.
 
     Each is a topic of its own, so that `LOG:NAME` reads it.
@@ -75,7 +77,7 @@ def open_mcap_writer(path: str | Path, facts: Facts | None = None) -> Iterator[M
 
     path = Path(path)
     with (
-        replacing(path, FORMATS["mcap"]) as file,
+        replacing(path, FORMATS["mcap"], inputs=inputs) as file,
         closing(McapWriter(file, facts or Facts(), path)) as writer,
     ):
         yield writer

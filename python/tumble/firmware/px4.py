@@ -1,0 +1,97 @@
+"""PX4: `CAL_*`, `TC_*` and `SENS_BOARD_*`, as src/lib/sensor_calibration applies them.
+
+`R ((y - thermal - offset) * scale)` (Accelerometer.hpp), where `thermal = x0 + x1 t + x2 t^2 + x3 t^3` with t
+held within its range (src/modules/temperature_compensation/temperature_compensation.cpp).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tumble.errors import CalibrationFileError
+from tumble.firmware.correction import POWERS, Correction, Thermal, scales, triple
+from tumble.firmware.rotations import from_euler, rotation
+from tumble.recording import FloatArray
+from tumble.units import Triad
+
+MOST = 4
+"""Sensors of a kind."""
+IGNORED = 0.01
+"""m/s^2, rad/s, or a ratio: length of a change of offset or scale that PX4 takes for none."""
+LETTER: Mapping[Triad, str] = {"accelerometer": "A", "gyroscope": "G"}
+SENSOR: Mapping[Triad, str] = {"accelerometer": "ACC", "gyroscope": "GYRO"}
+_INTERNAL = -1
+
+
+@dataclass(frozen=True, slots=True)
+class Stored:
+    """What parameters say of one sensor."""
+
+    device: int
+    """That PX4 knows it by."""
+    offset: FloatArray
+    scale: FloatArray
+    thermal: Thermal | None
+
+
+def prefix(triad: Triad, number: int) -> str:
+    """Begin the names of the parameters of a sensor."""
+    return f"CAL_{SENSOR[triad]}{number}_"
+
+
+def stored(parameters: Mapping[str, float], triad: Triad, number: int) -> Stored | None:
+    """Give what is stored of a sensor; None for device id 0, which was never calibrated."""
+    names = prefix(triad, number)
+    device = int(parameters.get(f"{names}ID", 0.0))
+    if device == 0:
+        return None
+    return Stored(
+        device,
+        triple(parameters, names + "{}OFF", 0.0),
+        scales(parameters, names + "{}SCALE"),
+        _thermal(parameters, triad, number, device),
+    )
+
+
+def _thermal(parameters: Mapping[str, float], triad: Triad, number: int, device: int) -> Thermal | None:
+    letter = LETTER[triad]
+    names = f"TC_{letter}{number}_"
+    if not parameters.get(f"TC_{letter}_ENABLE", 0.0) or parameters.get(f"{names}ID") != device:
+        return None
+    constant, *coefficients = (
+        np.array([parameters.get(f"{names}X{power}_{axis}", 0.0) for axis in range(3)])
+        for power in (0, *POWERS)
+    )
+    low, high = (parameters.get(f"{names}{edge}", 0.0) for edge in ("TMIN", "TMAX"))
+    reference = parameters.get(f"{names}TREF", 0.0)
+    return Thermal(reference, (low, high), constant, np.array(coefficients))
+
+
+def correction_of(parameters: Mapping[str, float], triad: Triad, device: int) -> Correction:
+    """Give what PX4 does to the readings of a device; without parameters it only turns them.
+
+    Raises `CalibrationFileError` where a parameter makes no sense.
+    """
+    for number in range(MOST):
+        found = stored(parameters, triad, number)
+        if found is not None and found.device == device:
+            offset = found.offset if np.linalg.norm(found.offset) > IGNORED else np.zeros(3)
+            scale = found.scale if np.linalg.norm(found.scale - 1.0) > IGNORED else np.ones(3)
+            turned = _body_from_sensor(parameters, prefix(triad, number))
+            return Correction(offset, scale, found.thermal, turned)
+    return Correction(np.zeros(3), np.ones(3), None, _body_from_sensor(parameters, ""))
+
+
+def _body_from_sensor(parameters: Mapping[str, float], sensor: str) -> FloatArray:
+    """Turn a sensor outside the autopilot by its own rotation, one inside by that of the board."""
+    own = int(parameters.get(f"{sensor}ROT", _INTERNAL))
+    name = "SENS_BOARD_ROT" if own == _INTERNAL else f"{sensor}ROT"
+    number = own if own != _INTERNAL else int(parameters.get(name, 0.0))
+    level = from_euler(*triple(parameters, "SENS_BOARD_{}_OFF", 0.0))
+    try:
+        return level @ rotation(number)
+    except KeyError:
+        raise CalibrationFileError(f"{name} is {number}, a rotation that is not known") from None

@@ -1,0 +1,244 @@
+"""DataFlash, the log of ArduPilot, as bytes (`.bin`) or as lines of text (`.log`), block by block.
+
+Every message is laid out by a FMT message before it. pymavlink says what the letters of a layout mean; its
+reader would note where each message of the file stands, so that these are walked here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+from pymavlink.DFReader import FORMAT_TO_STRUCT  # type: ignore[import-untyped]
+
+from tumble.logs.walk import Damage, walk
+
+Records: TypeAlias = "np.ndarray[tuple[int], np.dtype[np.void]]"
+"""Messages of one name, by their columns."""
+
+MARK = b"\xa3\x95"
+FMT = 0x80
+PARAMETER = "PARM"
+_HEADER = 3
+_FORMAT = np.dtype([("type", "u1"), ("length", "u1"), ("name", "S4"), ("letters", "S16"), ("columns", "S64")])
+_ARRAY = "a"
+_EMPTY = (0x00, 0xFF)
+"""Bytes that fill the last page of a log."""
+
+
+@dataclass(slots=True)
+class _Layout:
+    """How the messages of one name are laid out."""
+
+    name: str
+    letters: str
+    columns: tuple[str, ...]
+
+    def binary(self) -> np.dtype[np.void]:
+        """Give the fields; no fields where letters and columns do not fit."""
+        named = all(self.columns) and len(set(self.columns)) == len(self.columns) == len(self.letters)
+        if not named or not set(self.letters) <= FORMAT_TO_STRUCT.keys():
+            return np.dtype([])
+        return np.dtype(
+            [(name, _type(letter)) for name, letter in zip(self.columns, self.letters, strict=True)]
+        )
+
+    def factors(self) -> dict[str, float]:
+        """Give what a column is to be multiplied by, where that is not one."""
+        pairs = zip(self.columns, self.letters, strict=True)
+        return {name: factor for name, letter in pairs if (factor := FORMAT_TO_STRUCT[letter][1])}
+
+
+def _type(letter: str) -> object:
+    if letter == _ARRAY:
+        return "<i2", (32,)
+    text = FORMAT_TO_STRUCT[letter][0]
+    return f"S{text[:-1]}" if text.endswith("s") else f"<{text}"
+
+
+def _text(content: bytes) -> str:
+    return content.rstrip(b"\0").decode("ascii", "replace")
+
+
+@dataclass(slots=True)
+class BinaryLog:
+    """A `.bin` file."""
+
+    path: Path
+
+    def blocks(self, wanted: Collection[str], damage: Damage) -> Iterator[dict[str, Records]]:
+        """Give the messages of these names, those of about a megabyte of file at a time."""
+        yield from _blocks(self.path, _BinaryWalk(wanted, damage))
+
+
+def _blocks(path: Path, found: _BinaryWalk | _TextWalk) -> Iterator[dict[str, Records]]:
+    with path.open("rb") as file:
+        for _ in walk(file, 0, path.stat().st_size, found.messages, found.damage):
+            if records := found.records():
+                yield records
+
+
+@dataclass(slots=True)
+class _BinaryWalk:
+    wanted: Collection[str]
+    damage: Damage
+    _lengths: list[int] = field(default_factory=lambda: [0] * 256)
+    _layouts: dict[int, _Layout] = field(default_factory=dict)
+    _gathered: dict[int, list[bytes]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self._lengths[FMT] = _HEADER + _FORMAT.itemsize
+
+    def messages(self, data: bytes, position: int, whole: bool) -> int:
+        """Take complete messages apart, and give how many bytes they are."""
+        at, length, lengths, gathered = 0, len(data), self._lengths, self._gathered
+        while at + _HEADER <= length:
+            kind = data[at + 2]
+            size = lengths[kind]
+            if data[at] != MARK[0] or data[at + 1] != MARK[1] or not size:
+                end = self._next_mark(data, at, whole)
+                if not _is_filler(data[at:end]):
+                    self.damage.add(position + at, end - at)
+                at = end
+                continue
+            end = at + size
+            if end > length:
+                break
+            parts = gathered.get(kind)
+            if parts is not None:
+                parts.append(data[at + _HEADER : end])
+            elif kind == FMT:
+                self._define(data[at + _HEADER : end])
+            at = end
+        return at
+
+    def _next_mark(self, data: bytes, at: int, whole: bool) -> int:
+        found = data.find(MARK, at + 1)
+        if found >= 0:
+            return found
+        return len(data) if whole else max(at + 1, len(data) - 1)
+
+    def _define(self, body: bytes) -> None:
+        described = np.frombuffer(body, _FORMAT)[0]
+        kind, name = int(described["type"]), _text(described["name"])
+        if kind == FMT:
+            return
+        layout = _Layout(name, _text(described["letters"]), tuple(_text(described["columns"]).split(",")))
+        self._lengths[kind] = int(described["length"]) if described["length"] >= _HEADER else 0
+        fields = layout.binary()
+        if name in self.wanted and fields.names and fields.itemsize + _HEADER == described["length"]:
+            self._layouts[kind] = layout
+            self._gathered.setdefault(kind, [])
+
+    def records(self) -> dict[str, Records]:
+        """Give what was gathered, and forget it."""
+        found: dict[str, Records] = {}
+        for kind, parts in self._gathered.items():
+            if parts:
+                layout = self._layouts[kind]
+                fields = layout.binary()
+                sound = [part for part in parts if len(part) == fields.itemsize]
+                found[layout.name] = _scaled(np.frombuffer(b"".join(sound), fields), layout.factors())
+                parts.clear()
+        return {name: records for name, records in found.items() if len(records)}
+
+
+def _is_filler(piece: bytes) -> bool:
+    return any(piece.count(byte) == len(piece) for byte in _EMPTY)
+
+
+def _scaled(records: Records, factors: dict[str, float]) -> Records:
+    if not factors:
+        return records
+    names = records.dtype.names or ()
+    kinds = [(name, "<f8" if name in factors else records.dtype[name]) for name in names]
+    scaled = np.empty(len(records), np.dtype(kinds))
+    for name in names:
+        scaled[name] = records[name] / round(1.0 / factors[name]) if name in factors else records[name]
+    return scaled
+
+
+@dataclass(slots=True)
+class TextLog:
+    """A `.log` file: the same messages as lines, which Mission Planner and sdlog write."""
+
+    path: Path
+
+    def blocks(self, wanted: Collection[str], damage: Damage) -> Iterator[dict[str, Records]]:
+        """Give the messages of these names, those of about a megabyte of file at a time."""
+        yield from _blocks(self.path, _TextWalk(wanted, damage))
+
+
+@dataclass(slots=True)
+class _TextWalk:
+    wanted: Collection[str]
+    damage: Damage
+    _layouts: dict[str, _Layout] = field(default_factory=dict)
+    _gathered: dict[str, list[bytes]] = field(default_factory=dict)
+
+    def messages(self, data: bytes, position: int, whole: bool) -> int:
+        """Take complete lines apart, and give how many bytes they are."""
+        used = len(data) if whole else data.rfind(b"\n") + 1
+        for line in data[:used].split(b"\n"):
+            name, _, rest = line.partition(b",")
+            parts = self._gathered.get(name.decode("ascii", "replace"))
+            if parts is not None:
+                parts.append(rest)
+            elif name == b"FMT":
+                self._define(rest)
+        return used
+
+    def _define(self, rest: bytes) -> None:
+        fields = [_text(each.strip()) for each in rest.split(b",")]
+        if len(fields) > 4 and (name := fields[2]) in self.wanted:
+            self._layouts[name] = _Layout(name, fields[3], tuple(fields[4:]))
+            self._gathered.setdefault(name, [])
+
+    def records(self) -> dict[str, Records]:
+        """Give what was gathered, and forget it."""
+        found: dict[str, Records] = {}
+        for name, lines in self._gathered.items():
+            layout = self._layouts[name]
+            if lines and layout.binary().names:
+                found[name] = records = _table(lines, layout)
+                self.damage.lines += len(lines) - len(records)
+            lines.clear()
+        return {name: records for name, records in found.items() if len(records)}
+
+
+def _table(lines: list[bytes], layout: _Layout) -> Records:
+    """Read those lines that have all columns, and numbers where these are numbers."""
+    split = (line.split(b",") for line in lines)
+    rows = [row for row in split if len(row) == len(layout.columns)]
+    fields = layout.binary()
+    columns = {
+        name: _column([row[at].strip() for row in rows], fields[name].kind == "S")
+        for at, name in enumerate(layout.columns)
+    }
+    sound = np.logical_and.reduce([values == values for values in columns.values()])
+    records = np.empty(
+        int(np.count_nonzero(sound)), np.dtype([(name, values.dtype) for name, values in columns.items()])
+    )
+    for name, values in columns.items():
+        records[name] = values[sound]
+    return records
+
+
+def _column(texts: list[bytes], is_text: bool) -> np.ndarray[tuple[int], np.dtype[Any]]:
+    """Give numbers, NaN for what is none."""
+    if is_text:
+        return np.array(texts, "S64")
+    try:
+        return np.array(texts, dtype="S").astype(np.float64)
+    except ValueError:
+        return np.array([_number(text) for text in texts])
+
+
+def _number(text: bytes) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return float("nan")

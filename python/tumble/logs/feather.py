@@ -1,0 +1,90 @@
+"""Feather files, which are files of Arrow, batch after batch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pyarrow as pa  # type: ignore[import-untyped]
+import pyarrow.ipc  # type: ignore[import-untyped]
+
+from tumble.errors import LogError
+from tumble.logs.arrow import arrow_time_unit, leaf_names, leaves
+from tumble.logs.columns import ImuColumns, find_imus
+from tumble.logs.csv import samples_of
+from tumble.logs.options import ReadOptions
+from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, Transform, choose
+from tumble.logs.variables import damage_said
+
+_FIRST_VERSION = b"FEA1"
+_REMEDY = "copy it again, or write it again"
+
+
+def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
+    """Give the column prefixes of a Feather table."""
+    with _opened(path) as file:
+        return tuple(find_imus(leaf_names(file.schema), path, options.columns))
+
+
+def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
+    """Find the columns of one IMU in a Feather table.
+
+    Raises `LogError` where the table has no such IMU, or a column of it holds no numbers.
+    """
+    with _opened(path) as file:
+        schema, batches = file.schema, file.num_record_batches
+    names = leaf_names(schema)
+    imus = find_imus(names, path, options.columns)
+    name = choose(path, tuple(imus), imu, "column prefix")
+    columns = imus[name]
+    if batches == 0 or next(_batches(path, columns), None) is None:
+        raise LogError(f"{path}: names columns, but holds no samples")
+    return LoggedImu(
+        path=path,
+        imu=name,
+        format="feather",
+        read=lambda transform: _read(path, columns, transform),
+        head=lambda: next(_read(path, columns, lambda samples: samples)),
+        locate=lambda sample: f"row {sample + 1}",
+        accelerometer_unit=columns.accelerometer_unit,
+        gyroscope_unit=columns.gyroscope_unit,
+        time_unit=arrow_time_unit(schema, columns),
+        temperature_unit=columns.temperature_unit,
+        clock=f"{path.resolve()}#{columns.time or 'row'}",
+        triads=columns.triads,
+        columns=tuple(names),
+        alone=len(imus) == 1,
+    )
+
+
+@contextmanager
+def _opened(path: Path, names: list[str] | None = None) -> Iterator[pa.ipc.RecordBatchFileReader]:
+    """Open for reading batch by batch, of all columns or of these."""
+    with path.open("rb") as file:
+        if file.read(len(_FIRST_VERSION)) == _FIRST_VERSION:
+            raise LogError(
+                f"{path}: is Feather of version 1; write it again with pandas.DataFrame.to_feather"
+            )
+    with damage_said(path, _REMEDY), pa.OSFile(str(path)) as file:
+        reader = pa.ipc.open_file(file)
+        if names is not None:
+            fields = [number for number, name in enumerate(reader.schema.names) if name in names]
+            reader = pa.ipc.open_file(file, options=pa.ipc.IpcReadOptions(included_fields=fields))
+        yield reader
+
+
+def _batches(path: Path, columns: ImuColumns) -> Iterator[pa.RecordBatch]:
+    """Give the rows of all batches, in pieces of a chunk."""
+    roots = [name.split(".", 1)[0] for name in columns.names]
+    with _opened(path, [*roots, *columns.names]) as file:
+        for number in range(file.num_record_batches):
+            batch = file.get_batch(number)
+            batch.validate(full=True)
+            for start in range(0, batch.num_rows, CHUNK_SAMPLES):
+                yield batch.slice(start, CHUNK_SAMPLES)
+
+
+def _read(path: Path, columns: ImuColumns, transform: Transform) -> Iterator[RawSamples]:
+    for batch in _batches(path, columns):
+        yield transform(samples_of(leaves(path, batch, columns.names), columns))

@@ -1,0 +1,151 @@
+"""What logs of PX4 and ArduPilot have in common: an IMU in several forms, and a correction to undo."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from tumble.errors import LogError
+from tumble.firmware.correction import Corrections
+from tumble.logs.options import ReadOptions
+from tumble.logs.pairing import USABLE_RATE
+from tumble.logs.track import LoggedImu, RawSamples, StatedUnit, none_such, several
+from tumble.recording import FloatArray
+from tumble.units import TRIADS, Triad
+
+_DEFINITION = "message definition"
+
+
+@dataclass(frozen=True, slots=True)
+class FlightImu:
+    """One form in which a log holds an IMU; all in SI."""
+
+    name: str
+    """As after `LOG:`."""
+    form: str
+    """What it has in common with other IMUs of the log; of the forms listed the first is the best."""
+    rate: float
+    """Hz."""
+    count: int
+    """Samples, about."""
+    read: Callable[[], Iterator[RawSamples]]
+    already_corrected: bool
+    serial: str = ""
+    triads: tuple[Triad, ...] = TRIADS
+    corrections: Callable[[], Mapping[Triad, Corrections]] | None = None
+    """What the firmware did; raises `LogError` where that is not known."""
+    has_temperature: bool = False
+    notices: tuple[str, ...] = field(default=())
+
+
+def list_of(path: Path, imus: Sequence[FlightImu], sought: str) -> tuple[str, ...]:
+    """Give their names; raises `LogError` where there are none."""
+    if not imus:
+        raise LogError(f"{path}: holds no samples of an IMU; it needs {sought}")
+    return tuple(each.name for each in imus)
+
+
+def open_flight_imu(
+    path: Path, imus: Sequence[FlightImu], wanted: str | None, options: ReadOptions, format_: str, clock: str
+) -> LoggedImu:
+    """Make the track of the wanted IMU, or of that which was logged best where none is named.
+
+    Raises `LogError` where there is no such one, or several that are as good.
+    """
+    found = _named(path, imus, wanted) if wanted else _best(path, imus)
+    beside = [each.name for each in imus if each is not found]
+    notices = list(found.notices)
+    if beside and wanted is None:
+        notices.insert(0, f"reads {found.name}; the log also holds {', '.join(beside)}")
+    undo = options.undo_correction and found.already_corrected
+    read = found.read
+    if undo:
+        read = _undoing(path, found)
+        notices.append("what the firmware did to the samples was undone by the parameters in the log")
+    elif options.undo_correction:
+        notices.append("these samples were not corrected by the firmware: nothing was undone")
+
+    def pieces() -> Iterator[RawSamples]:
+        for samples in read():
+            if len(samples):
+                yield samples
+
+    def head() -> RawSamples:
+        first = next(pieces(), None)
+        if first is None:
+            raise LogError(f"{path}:{found.name}: holds no samples")
+        return first
+
+    return LoggedImu(
+        path=path,
+        imu=found.name,
+        format=format_,
+        read=lambda transform: map(transform, pieces()),
+        head=head,
+        locate=lambda sample: f"sample {sample + 1} of {found.name}",
+        accelerometer_unit=StatedUnit("m/s^2", _DEFINITION),
+        gyroscope_unit=StatedUnit("rad/s", _DEFINITION),
+        time_unit=StatedUnit("s", _DEFINITION),
+        temperature_unit=StatedUnit("degC", _DEFINITION),
+        clock=clock,
+        serial=found.serial,
+        already_corrected=found.already_corrected and not undo,
+        undone=undo,
+        notices=tuple(notices),
+        triads=found.triads,
+        alone=not beside,
+        expected=found.count,
+    )
+
+
+def _named(path: Path, imus: Sequence[FlightImu], wanted: str) -> FlightImu:
+    for each in imus:
+        if each.name.casefold() == wanted.casefold():
+            return each
+    raise none_such(path, "IMU", wanted, [each.name for each in imus])
+
+
+def _best(path: Path, imus: Sequence[FlightImu]) -> FlightImu:
+    """Choose the first form that was logged often enough, else what was logged most often."""
+    usable = [each for each in imus if each.rate >= USABLE_RATE and each.triads == TRIADS]
+    form = (usable or [max(imus, key=lambda each: (each.triads == TRIADS, each.rate))])[0].form
+    of_form = [each for each in imus if each.form == form]
+    if len(of_form) > 1:
+        raise several(path, path.name, [each.name for each in of_form])
+    return of_form[0]
+
+
+def _undoing(path: Path, imu: FlightImu) -> Callable[[], Iterator[RawSamples]]:
+    if imu.corrections is None:
+        raise LogError(f"{path}:{imu.name}: --undo-correction: how it was corrected is not in the log")
+    corrections = imu.corrections()
+    if any(each.needs_temperature for each in corrections.values()) and not imu.has_temperature:
+        raise LogError(
+            f"{path}:{imu.name}: --undo-correction: the firmware followed temperature, which the log does "
+            "not hold; log it, or log the readings as the sensor gives them"
+        )
+
+    def read() -> Iterator[RawSamples]:
+        degrees = np.nan
+        for samples in imu.read():
+            assert samples.time is not None
+            held, degrees = _held(samples.temperature, degrees)
+            for triad, correction in corrections.items():
+                readings = correction.undo(samples.time, getattr(samples, triad), held)
+                setattr(samples, triad, readings)
+            yield samples
+
+    return read
+
+
+def _held(temperature: FloatArray | None, before: float) -> tuple[FloatArray | None, float]:
+    """Give temperature at every sample, the last known where one has none."""
+    if temperature is None or not len(temperature):
+        return temperature, before
+    values = np.concatenate([[before], temperature])
+    latest = np.maximum.accumulate(np.where(np.isnan(values), 0, np.arange(len(values))))
+    held = values[latest][1:]
+    return held, float(held[-1])

@@ -1,0 +1,131 @@
+"""HDF5 files, and those of MATLAB 7.3, which are HDF5: datasets in groups."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from math import prod
+from pathlib import Path
+from typing import Any
+
+import h5py  # type: ignore[import-untyped]
+import numpy as np
+from numpy.typing import NDArray
+
+from tumble.errors import LogError
+from tumble.logs.options import ReadOptions
+from tumble.logs.track import CHUNK_SAMPLES, LARGEST_RATIO, LoggedImu
+from tumble.logs.variables import (
+    MOST_VARIABLES,
+    Variable,
+    VariablesFile,
+    damage_said,
+    is_numeric,
+    list_variable_imus,
+    open_variables,
+)
+
+_REMEDY = "copy it again, or repair it with h5clear and h5repack"
+_UNITS = ("unit", "units", "Unit", "Units", "UNIT", "UNITS")
+_SERIALS = ("serial", "serial_number", "Serial", "SerialNumber")
+
+
+def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
+    """Give the groups, or prefixes of the datasets' names."""
+    return list_variable_imus(_opened(path), options)
+
+
+def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
+    """Find the datasets of one IMU."""
+    return open_variables(_opened(path), imu, options)
+
+
+def _opened(path: Path) -> VariablesFile:
+    with damage_said(path, _REMEDY), h5py.File(path, "r") as file:
+        datasets = _datasets(path, file)
+        size = path.stat().st_size
+        for name, each in datasets.items():
+            _refuse_more_than_is_there(name, each, size)
+        variables = [
+            Variable(name, each.shape, each.dtype, _Pieces(path, name), _text(each.attrs, _UNITS))
+            for name, each in datasets.items()
+        ]
+        numbers = {
+            name: float(np.asarray(each[()]).ravel()[0])
+            for name, each in datasets.items()
+            if prod(each.shape) == 1 and each.dtype.kind in "iuf"
+        } | {
+            name: float(value)
+            for name, value in _attributes(file.attrs).items()
+            if np.ndim(value) == 0 and isinstance(value, np.number)
+        }
+        return VariablesFile(path, "hdf5", variables, numbers, _text(file.attrs, _SERIALS), _REMEDY)
+
+
+def _datasets(path: Path, file: Any) -> dict[str, Any]:  # noqa: ANN401 - h5py has no types
+    """Give the datasets of numbers by name, each once; links to other files are not followed."""
+    found: dict[str, Any] = {}
+
+    def visit(name: str, item: Any) -> None:  # noqa: ANN401
+        if len(found) >= MOST_VARIABLES:
+            raise LogError(
+                f"{path}: holds {MOST_VARIABLES} datasets and more, which is no log; check the file"
+            )
+        # What MATLAB keeps of cells and objects is in groups that begin so.
+        if isinstance(item, h5py.Dataset) and not name.startswith("#") and _is_readable(item):
+            found[name] = item
+
+    file.visititems(visit)
+    return found
+
+
+def _is_readable(dataset: Any) -> bool:  # noqa: ANN401
+    if dataset.shape is None or 0 in dataset.shape or len(dataset.shape) > 2:
+        return False
+    if dataset.external or dataset.is_virtual or "MATLAB_empty" in dataset.attrs:
+        return False
+    if dataset.dtype.names is not None:
+        return len(dataset.shape) == 1
+    return is_numeric(dataset.dtype) and _text(dataset.attrs, ("MATLAB_class",)) not in ("char", "cell")
+
+
+def _refuse_more_than_is_there(name: str, dataset: Any, size: int) -> None:  # noqa: ANN401
+    """Raise `ValueError` where a dataset, or a chunk of it, says more than the bytes kept of it can hold."""
+    kept = dataset.id.get_storage_size()
+    packed = dataset.chunks is not None and dataset.id.get_create_plist().get_nfilters() > 0
+    most = kept * (LARGEST_RATIO if packed else 1)
+    chunk = 0 if dataset.chunks is None else prod(dataset.chunks) * dataset.dtype.itemsize
+    if kept > size or dataset.nbytes > most + chunk or chunk > LARGEST_RATIO * size:
+        raise ValueError(f"{name} says shape {dataset.shape}, and {kept} bytes of it are there")
+
+
+def _attributes(attributes: Any) -> Mapping[str, Any]:  # noqa: ANN401
+    return dict(attributes.items())
+
+
+def _text(attributes: Any, names: tuple[str, ...]) -> str:  # noqa: ANN401
+    """Give the first of these attributes that is text."""
+    for name in names:
+        value = attributes.get(name)
+        if isinstance(value, bytes):
+            return value.decode("utf-8", errors="replace")
+        if isinstance(value, str):
+            return value
+    return ""
+
+
+class _Pieces:
+    """Passes over a dataset in whole chunks of those in which it is kept, so that each is unpacked once."""
+
+    def __init__(self, path: Path, name: str) -> None:
+        self._path = path
+        self._name = name
+
+    def __call__(self, axis: int) -> Iterator[NDArray[Any]]:
+        with h5py.File(self._path, "r") as file:
+            dataset = file[self._name]
+            length = dataset.shape[axis]
+            step = CHUNK_SAMPLES
+            if dataset.chunks is not None:
+                step = -(-step // dataset.chunks[axis]) * dataset.chunks[axis]
+            for start in range(0, length, step):
+                yield dataset[start : start + step] if axis == 0 else dataset[:, start : start + step]

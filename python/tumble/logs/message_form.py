@@ -1,0 +1,237 @@
+"""Messages of any definition, as columns: numbers by the names of the fields that they stand in.
+
+A field of a field is named `imu.linear_acceleration.x`, the second of three numbers in a row `gyro_rad.1`. A
+stamp of whole seconds and nanoseconds is one number, named as the field that holds both.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from operator import attrgetter, itemgetter
+from typing import Any, Protocol
+
+import numpy as np
+
+from tumble.logs.columns import recognise
+from tumble.logs.rosmsg import MalformedMessageError, seconds
+from tumble.recording import FloatArray
+
+AXES = 3
+DEEPEST = 16
+"""Messages in one another."""
+LATEST = 9e9
+"""s since 1970 that nanoseconds in 64 bits can count; more is no stamp."""
+MOST_NAMES = 2000
+"""Of one message; what comes after is not looked at."""
+
+_SECONDS = ("sec", "secs", "seconds")
+_NANOSECONDS = ("nanosec", "nsec", "nsecs", "nanos", "nanoseconds")
+
+
+@dataclass(frozen=True, slots=True)
+class Definition:
+    """How the messages of a topic are made."""
+
+    encoding: str
+    """`cdr`, `ros1`, `json` or `protobuf`."""
+    type: str
+    """Name of the message."""
+    text: bytes
+    """What the file says of it: a message definition, a schema, or a set of descriptors."""
+
+
+class MessageForm(Protocol):
+    """The numbers in the messages of one topic."""
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Give those of all numbers that have a place of their own."""
+
+    @property
+    def dates(self) -> frozenset[str]:
+        """Give those of dates, which are read as ns since 1970."""
+
+    def read(self, messages: Sequence[bytes], names: Sequence[str]) -> Mapping[str, FloatArray]:
+        """Give some, (n,) each; raises `MalformedMessageError` where a message has none there."""
+        ...
+
+    def frame(self, message: bytes) -> str:
+        """Give the name of the frame that a message is in; empty where it says none."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Stamps:
+    """Names of a form, those of whole seconds and nanoseconds put together."""
+
+    names: tuple[str, ...]
+    parts: Mapping[str, tuple[str, str]]
+    """Names of seconds and nanoseconds, by that of the field which holds them."""
+
+
+def with_stamps(names: Sequence[str]) -> Stamps:
+    """Find the stamps among names."""
+    by_parent: dict[str, dict[str, str]] = {}
+    for name in names:
+        parent, _, last = name.rpartition(".")
+        by_parent.setdefault(parent, {})[last] = name
+    parts = {}
+    for parent, fields in by_parent.items():
+        whole = next((fields[key] for key in _SECONDS if key in fields), None)
+        rest = next((fields[key] for key in _NANOSECONDS if key in fields), None)
+        if parent and whole is not None and rest is not None:
+            parts[parent] = (whole, rest)
+    used = {name for pair in parts.values() for name in pair}
+    return Stamps((*(name for name in names if name not in used), *parts), parts)
+
+
+def stamps_of(whole: FloatArray, rest: FloatArray) -> FloatArray:
+    """Seconds from whole ones and nanoseconds; NaN where they are no stamps."""
+    sound = (np.abs(whole) < LATEST) & (np.abs(rest) < LATEST)
+    counted = np.where(sound, whole, 0.0).astype(np.int64) * 1_000_000_000
+    stamps = seconds(counted + np.where(sound, rest, 0.0).astype(np.int64))
+    return np.where(sound, stamps, np.nan)
+
+
+def is_triad(name: str) -> bool:
+    """Whether three numbers of that name are readings of a triad."""
+    column = recognise(f"{name}.x")
+    return column is not None and column.quantity in ("accelerometer", "gyroscope")
+
+
+class ObjectForm:
+    """Messages that a library makes objects of, with their fields as attributes."""
+
+    def __init__(self, names: Sequence[str], parse: Callable[[bytes], Any]) -> None:
+        self.names: Sequence[str] = tuple(names)
+        self.dates: frozenset[str] = frozenset()
+        self._parse = parse
+
+    def read(self, messages: Sequence[bytes], names: Sequence[str]) -> Mapping[str, FloatArray]:
+        """Read fields by their names."""
+        # A number behind the last dot is a place in a row.
+        fields = list(dict.fromkeys(name.removesuffix(_place(name)) for name in names))
+        get = attrgetter(*fields, fields[0])
+        rows = [get(each) for each in self._objects(messages)]
+        columns = dict(zip(fields, zip(*rows, strict=True), strict=False))
+        found = {}
+        for name in names:
+            place = _place(name)
+            values = np.array(columns[name.removesuffix(place)], np.float64)
+            found[name] = values[:, int(place[1:])] if place else values
+        return found
+
+    def frame(self, message: bytes) -> str:
+        """Give `header.frame_id`, or `frame_id`."""
+        found = self._parse(message)
+        return str(getattr(getattr(found, "header", found), "frame_id", ""))
+
+    def _objects(self, messages: Sequence[bytes]) -> Iterator[Any]:
+        for index, message in enumerate(messages):
+            try:
+                yield self._parse(message)
+            except Exception as error:  # a library raises anything over damaged bytes
+                raise MalformedMessageError(index, f"cannot be read ({type(error).__name__})") from error
+
+
+def _place(name: str) -> str:
+    last = name.rpartition(".")[2]
+    return f".{last}" if last.isdigit() else ""
+
+
+class JsonForm:
+    """Messages of JSON; their fields are those of the first."""
+
+    def __init__(self, first: bytes) -> None:
+        found = _json(first, 0)
+        self.names: Sequence[str] = tuple(islice(_json_names(found, "", 0), MOST_NAMES))
+        self.dates = frozenset(name for name in self.names if "T" in str(_at(found, name)))
+
+    def read(self, messages: Sequence[bytes], names: Sequence[str]) -> Mapping[str, FloatArray]:
+        """Read fields by their names; date and time becomes nanoseconds since 1970."""
+        objects = self._objects(messages)
+        groups: dict[str, list[str]] = {}
+        for name in names:
+            groups.setdefault(name.rpartition(".")[0], []).append(name)
+        found: dict[str, FloatArray] = {}
+        for group, members in groups.items():
+            try:
+                inner = objects
+                for key in filter(None, group.split(".")):
+                    inner = [each[key] for each in inner]
+                for name in members:
+                    last = name.rpartition(".")[2]
+                    get = itemgetter(int(last) if last.isdigit() and isinstance(inner[0], list) else last)
+                    found[name] = _numbers([get(each) for each in inner])
+            except (KeyError, TypeError, IndexError, ValueError, OverflowError):
+                raise MalformedMessageError(
+                    self._first_without(objects, members), f"holds no number {members[0]}"
+                ) from None
+        return found
+
+    def frame(self, message: bytes) -> str:
+        """Give `header.frame_id`, or `frame_id`."""
+        found = _json(message, 0)
+        inner = found.get("header", found) if isinstance(found, dict) else {}
+        frame = inner.get("frame_id", "") if isinstance(inner, dict) else ""
+        return frame if isinstance(frame, str) else ""
+
+    def _objects(self, messages: Sequence[bytes]) -> list[Any]:
+        try:
+            objects: list[Any] = json.loads(b"[" + b",".join(messages) + b"]")
+        except (ValueError, RecursionError):
+            objects = []
+        if len(objects) == len(messages):
+            return objects
+        return [_json(message, index) for index, message in enumerate(messages)]
+
+    def _first_without(self, objects: Sequence[Any], names: Sequence[str]) -> int:
+        for index, each in enumerate(objects):
+            have = set(_json_names(each, "", 0))
+            if not have.issuperset(names):
+                return index
+        return 0
+
+
+def _at(value: Any, name: str) -> Any:  # noqa: ANN401 - JSON is anything
+    for key in name.split("."):
+        value = value[int(key) if isinstance(value, list) else key]
+    return value
+
+
+def _json(message: bytes, index: int) -> Any:  # noqa: ANN401 - JSON is anything
+    try:
+        return json.loads(message)
+    except (ValueError, RecursionError) as error:
+        raise MalformedMessageError(index, "is no JSON") from error
+
+
+def _json_names(value: Any, name: str, depth: int) -> Iterator[str]:  # noqa: ANN401
+    """Names of all numbers, of text that is a number or a date, and of lists of three numbers."""
+    if depth > DEEPEST:
+        return
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from _json_names(inner, f"{name}.{key}" if name else key, depth + 1)
+    elif isinstance(value, list):
+        if len(value) == AXES and is_triad(name):
+            yield from (f"{name}.{number}" for number in range(AXES))
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield name
+    elif isinstance(value, str) and value[:1].isdigit():
+        try:
+            _numbers([value])
+        except ValueError:
+            return
+        yield name
+
+
+def _numbers(values: Sequence[Any]) -> FloatArray:
+    """Give numbers, those that JSON of protocol buffers has as text, and dates as ns since 1970."""
+    if isinstance(values[0], str) and "T" in values[0]:
+        plain = [value.removesuffix("Z") for value in values]
+        return np.array(plain, "datetime64[ns]").astype(np.int64).astype(np.float64)
+    return np.array([np.nan if value is None else value for value in values], np.float64)

@@ -1,0 +1,194 @@
+"""IMUs in messages: how the samples of one are decoded, and which fields of a message are one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from tumble.errors import LogError
+from tumble.logs.columns import ImuColumns, find_imus
+from tumble.logs.message_form import MessageForm, stamps_of, with_stamps
+from tumble.logs.rosmsg import Encoding, decode, frame_of, seconds
+from tumble.logs.track import RawSamples, StatedUnit, stack
+from tumble.recording import FloatArray
+from tumble.units import TRIADS
+
+_DEFINED = "message definition"
+_HEADER = "header"
+_COVARIANCES = {
+    "accelerometer": "linear_acceleration_covariance.0",
+    "gyroscope": "angular_velocity_covariance.0",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class MessageUnits:
+    """What the messages of an IMU state of their units."""
+
+    accelerometer: StatedUnit | None
+    gyroscope: StatedUnit | None
+    time: StatedUnit | None
+    temperature: StatedUnit | None
+
+
+ROS_UNITS = MessageUnits(
+    StatedUnit("m/s^2", _DEFINED),
+    StatedUnit("rad/s", _DEFINED),
+    StatedUnit("s", _DEFINED),
+    StatedUnit("degC", _DEFINED),
+)
+"""Those of sensor_msgs."""
+
+
+class ImuDecoder(Protocol):
+    """Makes samples of messages."""
+
+    @property
+    def units(self) -> MessageUnits:
+        """Give what is stated of units."""
+
+    @property
+    def what(self) -> str:
+        """Say what its messages are, for those that are none."""
+
+    def decode(self, messages: Sequence[bytes]) -> RawSamples:
+        """Decode some; raises `MalformedMessageError` for the first that is no such message."""
+        ...
+
+    def frame(self, message: bytes) -> str:
+        """Give the name of the frame; empty where a message says none."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class PlainImu:
+    """Messages that are sensor_msgs/Imu."""
+
+    encoding: Encoding
+    units: MessageUnits = ROS_UNITS
+    what: str = "sensor_msgs/Imu"
+
+    def decode(self, messages: Sequence[bytes]) -> RawSamples:
+        """Decode header and numbers of many at once."""
+        found = decode(messages, "imu", self.encoding)
+        return RawSamples(seconds(found.stamp), found.specific_force, found.angular_rate)
+
+    def frame(self, message: bytes) -> str:
+        """Read the name in the header."""
+        return frame_of(message, self.encoding)
+
+
+@dataclass(frozen=True, slots=True)
+class FieldImu:
+    """Fields of a message that together are one sample."""
+
+    form: MessageForm
+    columns: ImuColumns
+    stamps: Mapping[str, tuple[str, str]]
+    """Names of seconds and nanoseconds of stamps that consist of both."""
+    units: MessageUnits
+    what: str
+    embedded: str = ""
+    """Name of the field that is a sensor_msgs/Imu; empty where it is known by the names of its fields."""
+
+    def decode(self, messages: Sequence[bytes]) -> RawSamples:
+        """Read the fields."""
+        names = [part for name in self.columns.names for part in self.stamps.get(name, (name,))]
+        if self.embedded:
+            names += [f"{self.embedded}.{each}" for each in _COVARIANCES.values()]
+        read = dict(self.form.read(messages, names))
+        for name, (whole, rest) in self.stamps.items():
+            if name in self.columns.names:
+                read[name] = stamps_of(read[whole], read[rest])
+        time, temperature = self.columns.time, self.columns.temperature
+        return RawSamples(
+            None if time is None else read[time],
+            self._triad("accelerometer", read, self.columns.accelerometer),
+            self._triad("gyroscope", read, self.columns.gyroscope),
+            None if temperature is None else read[temperature],
+        )
+
+    def _triad(
+        self, triad: str, read: Mapping[str, FloatArray], names: tuple[str, str, str] | None
+    ) -> FloatArray:
+        values = stack(read, names)
+        if self.embedded:
+            # Imu.msg: -1 where the publisher does not measure the quantity.
+            values[read[f"{self.embedded}.{_COVARIANCES[triad]}"] == -1.0] = np.nan
+        return values
+
+    def frame(self, message: bytes) -> str:
+        """Read the name that the message itself says."""
+        return self.form.frame(message)
+
+
+def embedded_imus(form: MessageForm, fields: Sequence[str], what: str) -> dict[str, ImuDecoder]:
+    """Give the IMUs of those fields that are a sensor_msgs/Imu, by the names of the fields."""
+    found: dict[str, ImuDecoder] = {}
+    for field in fields:
+        inside = [name for name in form.names if name.startswith(f"{field}.")]
+        for prefix, imu in _field_imus(form, inside, what).items():
+            if prefix == field:
+                found[field] = replace(imu, units=ROS_UNITS, embedded=field)
+    return found
+
+
+def imus_by_names(form: MessageForm, what: str) -> Mapping[str, ImuDecoder]:
+    """Give the IMUs whose triads are known by the names of their fields, by the field that they are in."""
+    return _field_imus(form, form.names, what)
+
+
+def _field_imus(form: MessageForm, names: Sequence[str], what: str) -> dict[str, FieldImu]:
+    stamps = with_stamps(names)
+    # A header belongs to what it stands beside.
+    plain = {_without_header(name): name for name in stamps.names}
+    try:
+        imus = find_imus(list(plain), Path(what), {})
+    except LogError:
+        return {}
+    return {
+        prefix: _field_imus_units(FieldImu(form, _renamed(imu, plain), stamps.parts, ROS_UNITS, what), imu)
+        for prefix, imu in imus.items()
+        if imu.triads == TRIADS
+    }
+
+
+def _field_imus_units(found: FieldImu, imu: ImuColumns) -> FieldImu:
+    time = imu.time_unit
+    if found.columns.time in found.stamps:
+        time = ROS_UNITS.time
+    elif found.columns.time in found.form.dates:
+        time = StatedUnit("ns", "date and time")
+    units = MessageUnits(imu.accelerometer_unit, imu.gyroscope_unit, time, imu.temperature_unit)
+    return replace(found, units=units)
+
+
+def _without_header(name: str) -> str:
+    return ".".join(part for part in name.split(".") if part != _HEADER)
+
+
+def _renamed(imu: ImuColumns, names: Mapping[str, str]) -> ImuColumns:
+    """Give the columns by the names in the message."""
+
+    def triad(found: tuple[str, str, str] | None) -> tuple[str, str, str] | None:
+        return None if found is None else (names[found[0]], names[found[1]], names[found[2]])
+
+    return replace(
+        imu,
+        accelerometer=triad(imu.accelerometer),
+        gyroscope=triad(imu.gyroscope),
+        time=None if imu.time is None else names[imu.time],
+        temperature=None if imu.temperature is None else names[imu.temperature],
+    )
+
+
+def may_hold_imu(text: bytes) -> bool:
+    """Whether a definition has words of both triads, so that it is worth a closer look."""
+    lower = text.lower()
+    return any(word in lower for word in (b"acc", b"specific_force")) and any(
+        word in lower for word in (b"gyr", b"angular", b"omega", b"rotation")
+    )

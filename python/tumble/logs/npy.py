@@ -1,0 +1,195 @@
+"""Files of NumPy: `.npy` with one array, `.npz` with several. Pickled objects are never loaded.
+
+Format: numpy.org/doc/stable/reference/generated/numpy.lib.format.html
+"""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from io import BytesIO
+from math import prod
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from numpy.lib import format as npy_format
+from numpy.typing import NDArray
+
+from tumble.errors import LogError
+from tumble.logs.options import ReadOptions
+from tumble.logs.track import CHUNK_SAMPLES, LARGEST_RATIO, LoggedImu
+from tumble.logs.variables import (
+    MOST_VARIABLES,
+    Variable,
+    VariablesFile,
+    damage_said,
+    is_numeric,
+    list_variable_imus,
+    open_variables,
+)
+
+_MAGIC = b"\x93NUMPY"
+_ARCHIVE = b"PK\x03\x04"
+_ENDING = ".npy"
+_LARGEST_HEADER = 1 << 16
+_REMEDY = "copy it again, or save it again"
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """Say whether a file is an archive with arrays in it, or a damaged one that is named so."""
+    if not head.startswith(_ARCHIVE):
+        return False
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return any(name.endswith(_ENDING) for name in archive.namelist())
+    except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError):
+        return path.suffix.lower() == ".npz"
+
+
+def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
+    """Give the prefixes of the arrays' names."""
+    return list_variable_imus(_opened(path), options)
+
+
+def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
+    """Find the arrays, or the fields of a structured array, of one IMU."""
+    return open_variables(_opened(path), imu, options)
+
+
+@dataclass(frozen=True, slots=True)
+class _Array:
+    """An array as it stands in a file."""
+
+    name: str
+    open: Callable[[], IO[bytes]]
+    """Its bytes, from the header on."""
+    shape: tuple[int, ...]
+    column_major: bool
+    dtype: np.dtype[Any]
+    offset: int
+    """Bytes before its numbers."""
+
+    def pieces(self, axis: int) -> Iterator[NDArray[Any]]:
+        """Read it along an axis: as the bytes stand, or one stream for each line along that axis."""
+        if len(self.shape) == 1 or self.column_major == (axis == 1):
+            return self._in_order(axis)
+        return self._side_by_side(axis)
+
+    def _in_order(self, axis: int) -> Iterator[NDArray[Any]]:
+        length, across = self.shape[axis], prod(self.shape) // self.shape[axis]
+        with self.open() as stream:
+            stream.seek(self.offset)
+            for start in range(0, length, CHUNK_SAMPLES):
+                count = min(CHUNK_SAMPLES, length - start)
+                numbers = self._numbers(stream, count * across)
+                shape = tuple(count if each == axis else size for each, size in enumerate(self.shape))
+                yield numbers.reshape(shape, order="F" if self.column_major else "C")
+            stream.read(1)  # by which an archive sees the end, and that its checksum is right
+
+    def _side_by_side(self, axis: int) -> Iterator[NDArray[Any]]:
+        length, lines = self.shape[axis], self.shape[1 - axis]
+        with ExitStack() as stack:
+            streams = [stack.enter_context(self.open()) for _ in range(lines)]
+            for line, stream in enumerate(streams):
+                stream.seek(self.offset + line * length * self.dtype.itemsize)
+            for start in range(0, length, CHUNK_SAMPLES):
+                count = min(CHUNK_SAMPLES, length - start)
+                yield np.stack([self._numbers(stream, count) for stream in streams], axis=1 - axis)
+            streams[-1].read(1)
+
+    def _numbers(self, stream: IO[bytes], count: int) -> NDArray[Any]:
+        wanted = count * self.dtype.itemsize
+        data = stream.read(wanted)
+        if len(data) != wanted:
+            raise EOFError(f"{self.name or 'the array'} ends {wanted - len(data)} bytes too early")
+        return np.frombuffer(data, self.dtype)
+
+
+def _opened(path: Path) -> VariablesFile:
+    with damage_said(path, _REMEDY):
+        with path.open("rb") as file:
+            single = file.read(len(_MAGIC)) == _MAGIC
+        found = [_single(path)] if single else _members(path)
+        if objects := [each.name or path.name for each in found if each.dtype.hasobject]:
+            raise LogError(
+                f"{path}: {objects[0]} holds Python objects, which can run any program and are never loaded; "
+                "save it as numbers, as with numpy.asarray(x, float)"
+            )
+        numeric = [each for each in found if _is_readable(each)]
+        return VariablesFile(
+            path,
+            "npy",
+            [Variable(each.name, each.shape, each.dtype, each.pieces) for each in numeric],
+            dict(_single_numbers(numeric)),
+        )
+
+
+def _single(path: Path) -> _Array:
+    return _array("", lambda: path.open("rb"), path.stat().st_size)
+
+
+def _members(path: Path) -> list[_Array]:
+    with zipfile.ZipFile(path) as archive:
+        infos = [each for each in archive.infolist() if each.filename.endswith(_ENDING)]
+    if not infos:
+        raise LogError(f"{path}: not a log: holds no array of NumPy; {_REMEDY}")
+    if len(infos) > MOST_VARIABLES:
+        raise LogError(f"{path}: holds {len(infos)} arrays, which is no log; check the file")
+    found = []
+    for info in infos:
+        if info.file_size > LARGEST_RATIO * (info.compress_size + 1):
+            raise LogError(
+                f"{path}: {info.filename} says it unpacks from {info.compress_size} to {info.file_size} "
+                f"bytes, which no archive of numbers does; {_REMEDY}"
+            )
+        name = info.filename.removesuffix(_ENDING)
+        found.append(_array(name, _opener(path, info.filename), info.file_size))
+    return found
+
+
+def _opener(path: Path, member: str) -> Callable[[], IO[bytes]]:
+    def opened() -> IO[bytes]:
+        # The archive goes with its last stream.
+        return zipfile.ZipFile(path).open(member)
+
+    return opened
+
+
+def _array(name: str, opened: Callable[[], IO[bytes]], size: int) -> _Array:
+    """Read the header of an array; raises `ValueError` where it says more than the `size` bytes there are."""
+    with opened() as stream:
+        start = stream.read(len(_MAGIC) + 2)
+        version = tuple(start[len(_MAGIC) :])
+        width = 2 if version == (1, 0) else 4
+        length_bytes = stream.read(width)
+        length = int.from_bytes(length_bytes, "little")
+        if not start.startswith(_MAGIC) or len(length_bytes) < width or length > _LARGEST_HEADER:
+            raise ValueError(f"{name or 'the array'} has no header of NumPy")
+        header = BytesIO(start + length_bytes + stream.read(length))
+    npy_format.read_magic(header)
+    read = npy_format.read_array_header_1_0 if width == 2 else npy_format.read_array_header_2_0
+    shape, column_major, dtype = read(header)
+    offset = len(start) + width + length
+    if min(shape, default=0) < 0 or (not dtype.hasobject and offset + prod(shape) * dtype.itemsize > size):
+        raise ValueError(f"{name or 'the array'} says shape {shape} of {dtype}, more than its {size} bytes")
+    return _Array(name, opened, shape, column_major, dtype, offset)
+
+
+def _is_readable(array: _Array) -> bool:
+    if 0 in array.shape or len(array.shape) > 2:
+        return False
+    if array.dtype.names is None:
+        return is_numeric(array.dtype) and array.dtype.itemsize > 0
+    return len(array.shape) == 1
+
+
+def _single_numbers(arrays: list[_Array]) -> Iterator[tuple[str, float]]:
+    for array in arrays:
+        if prod(array.shape) == 1 and array.dtype.kind in "iuf":
+            with array.open() as stream:
+                stream.seek(array.offset)
+                data = stream.read(array.dtype.itemsize)
+            yield array.name, float(np.frombuffer(data, array.dtype)[0])

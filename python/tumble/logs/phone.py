@@ -1,0 +1,83 @@
+"""Folders of phone apps that write a file a sensor: Sensor Logger and phyphox.
+
+Source: github.com/tszheichoi/awesome-sensor-logger, phyphox.org/wiki (exports of raw data).
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+from tumble.errors import LogError
+from tumble.files import note_input
+from tumble.logs.options import ReadOptions
+from tumble.logs.pair import TriadFile, imu_of_pair
+from tumble.logs.text import SoughtTable, TextLayout, find_layout
+from tumble.logs.track import LoggedImu, StatedUnit, choose
+
+_PAIRS = (
+    ("TotalAcceleration.csv", "Gyroscope.csv"),
+    ("AccelerometerUncalibrated.csv", "GyroscopeUncalibrated.csv"),
+    ("AccelerometerUncalibrated.csv", "Gyroscope.csv"),
+    ("Accelerometer.csv", "Gyroscope.csv"),
+)
+"""The surest first: Accelerometer.csv of Sensor Logger is without gravity, that of phyphox is not."""
+_AXIS = re.compile(r"(?i)(?:(?:acceleration|accelerometer|gyroscope)\s*)?([xyz])(?:\s*\(.*\))?")
+_TIME = re.compile(r"(?i)time(?:\s*\((?P<unit>.*)\))?")
+_WITHOUT_GRAVITY = "seconds_elapsed"
+"""A column of Sensor Logger."""
+
+
+def find_files(path: Path) -> tuple[Path, Path] | None:
+    """Give accelerometer and gyroscope file of a folder, or of that in which a file is."""
+    folder = path if path.is_dir() else path.parent
+    for accelerometer, gyroscope in _PAIRS:
+        pair = folder / accelerometer, folder / gyroscope
+        if all(file.is_file() for file in pair) and (path == folder or path in pair):
+            return pair
+    return None
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """Say whether a folder, or that in which a file is, holds a file a sensor."""
+    return find_files(path) is not None
+
+
+def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
+    """Give the one IMU of a phone, which needs no name."""
+    return ("",)
+
+
+def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
+    """Read both files side by side; their times differ, as a rule, so that `--interpolate` is needed."""
+    choose(path, ("",), imu, "IMU")
+    pair = find_files(path)
+    assert pair is not None
+    for file in pair:
+        note_input(file)
+    accelerometer, gyroscope = (_triad(file, options) for file in pair)
+    if pair[0].name == _PAIRS[-1][0] and _WITHOUT_GRAVITY in accelerometer.layout.names:
+        raise LogError(
+            f"{pair[0]}: gravity was taken off it; switch on Total Acceleration in Sensor Logger, and record "
+            "again"
+        )
+    found = imu_of_pair(path, "phone", accelerometer, gyroscope, options)
+    return replace(found, gyroscope_unit=StatedUnit("rad/s", "documentation of the format"))
+
+
+def _triad(file: Path, options: ReadOptions) -> TriadFile:
+    layout = find_layout(file, options, SoughtTable("log", "time, x, y, z", _is_known))
+    return TriadFile(file, layout, _columns(file, layout))
+
+
+def _is_known(name: str) -> bool:
+    return _AXIS.fullmatch(name) is not None
+
+
+def _columns(file: Path, layout: TextLayout) -> tuple[str, str, str, str]:
+    axes = {match[1].lower(): name for name in layout.names if (match := _AXIS.fullmatch(name))}
+    time = next((name for name in layout.names if _TIME.fullmatch(name)), None)
+    if time is None or len(axes) < 3:
+        raise LogError(f"{file}: names no columns time, x, y, z; export it again")
+    return time, axes["x"], axes["y"], axes["z"]

@@ -1,0 +1,175 @@
+"""Tables of text whose columns a program names in its own way: which are the channels, and in what unit."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from tumble.errors import LogError
+from tumble.logs.columns import ImuColumns, listed
+from tumble.logs.csv import Rows, imu_of_table, table_samples
+from tumble.logs.options import ReadOptions
+from tumble.logs.text import SoughtTable, TextLayout, find_layout
+from tumble.logs.track import LoggedImu, RawSamples, StatedUnit, choose
+from tumble.logs.units import Quantity, find_unit
+from tumble.numbers import number_of
+
+_DOCUMENTED = "documentation of the format"
+_HEADERS_BYTES = 1 << 16
+_NAME = re.compile(r"(?P<stem>.*?)\s*(?:\((?P<unit>[^()]*)\))?")
+
+
+@dataclass(frozen=True, slots=True)
+class _Program:
+    """How a program names its columns, without the unit in brackets; of several the first that is there."""
+
+    format: str
+    accelerometer: tuple[tuple[str, str, str], ...]
+    gyroscope: tuple[tuple[str, str, str], ...]
+    time: tuple[str, ...]
+    units: Mapping[Quantity, str]
+    """Where the name states none."""
+    factor: Callable[[Path, TextLayout, ReadOptions, ImuColumns], float] = lambda *_: 1.0
+    """By which the accelerometer is multiplied."""
+    corrected: bool | None = None
+    notices: tuple[str, ...] = ()
+
+
+def _xyz(name: str) -> tuple[str, str, str]:
+    return f"{name}X", f"{name}Y", f"{name}Z"
+
+
+def _indexed(name: str) -> tuple[str, str, str]:
+    return f"{name}[0]", f"{name}[1]", f"{name}[2]"
+
+
+def _betaflight_factor(path: Path, layout: TextLayout, options: ReadOptions, columns: ImuColumns) -> float:
+    """Divide counts of the accelerometer by `acc_1G`, which stands in the head or in a file beside."""
+    assert columns.accelerometer is not None
+    if _unit_in(columns.accelerometer[0]) or options.accelerometer_scale is not None:
+        return 1.0
+    stated = layout.preamble.get("acc_1g") or layout.preamble.get('"acc_1g"', "")
+    beside = path.with_suffix(".headers.csv")
+    if not stated and beside.is_file():
+        with beside.open("rb") as file:
+            match = re.search(rb'acc_1G"?\s*,\s*"?(\d{1,6})', file.read(_HEADERS_BYTES))
+        stated = match[1].decode() if match else ""
+    counts = number_of(stated.strip('"'))
+    if not counts or counts <= 0.0:
+        raise LogError(
+            f"{path}: accSmooth is in counts, and acc_1G stands neither before the columns nor in "
+            f"{beside.name}; "
+            "decode the log with blackbox_decode --unit-acceleration g, or give acc_1G with "
+            "--accelerometer-scale"
+        )
+    return 1.0 / counts
+
+
+PROGRAMS = (
+    _Program(
+        # iOS reads -g upwards: developer.apple.com/documentation/coremotion/cmaccelerometerdata
+        "sensorlog",
+        (_xyz("accelerometerAcceleration"),),
+        (_xyz("gyroRotation"), _xyz("motionRotationRate")),
+        ("accelerometerTimestamp_sinceReboot", "motionTimestamp_sinceReboot", "loggingTime"),
+        {"accelerometer": "g", "gyroscope": "rad/s", "time": "s"},
+        factor=lambda *_: -1.0,
+        notices=("sign of the accelerometer changed, as iOS reads -g upwards",),
+    ),
+    _Program(
+        "physics_toolbox",
+        (("gFx", "gFy", "gFz"),),
+        (("wx", "wy", "wz"),),
+        ("time",),
+        {"accelerometer": "g", "gyroscope": "rad/s"},
+    ),
+    _Program(
+        # github.com/betaflight/blackbox-tools: raw rates are deg/s, raw accelerations counts, acc_1G a g.
+        "betaflight",
+        (_indexed("accSmooth"),),
+        (_indexed("gyroUnfilt"), _indexed("gyroADC")),
+        ("time",),
+        {"accelerometer": "g", "gyroscope": "deg/s", "time": "us"},
+        factor=_betaflight_factor,
+        corrected=True,
+        notices=("the firmware took off the bias of the gyroscope when it was armed, and filtered the rest",),
+    ),
+)
+
+
+def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
+    """Give the one IMU of such a table, which needs no name."""
+    return ("",)
+
+
+def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
+    """Read the table of the program whose names it has; raises `LogError` where some are missing."""
+    choose(path, ("",), imu, "IMU")
+    layout = find_layout(path, options, SoughtTable("log", "accSmooth[0], gFx", _is_known))
+    names = {_stem(name): name for name in reversed(layout.names)}
+    fitting = (each for each in PROGRAMS if any(name in names for name in each.accelerometer[0]))
+    program = next(fitting, None)
+    if program is None:
+        raise LogError(
+            f"{path}: names no column of an accelerometer once; columns found: {listed(layout.names)}"
+        )
+    columns = _columns(path, program, names, layout)
+    factor = program.factor(path, layout, options, columns)
+
+    def samples(rows: Rows) -> RawSamples:
+        found = table_samples(rows, columns)
+        return found if factor == 1.0 else replace(found, accelerometer=found.accelerometer * factor)
+
+    found = imu_of_table(path, layout, columns, options, samples)
+    return replace(
+        found,
+        format=program.format,
+        already_corrected=program.corrected,
+        notices=(*found.notices, *program.notices),
+    )
+
+
+def _is_known(name: str) -> bool:
+    return any(_stem(name) in program.accelerometer[0] for program in PROGRAMS)
+
+
+def _stem(name: str) -> str:
+    match = _NAME.fullmatch(name)
+    return match["stem"] if match else name
+
+
+def _unit_in(name: str) -> str:
+    match = _NAME.fullmatch(name)
+    return (match["unit"] or "") if match else ""
+
+
+def _columns(path: Path, program: _Program, names: Mapping[str, str], layout: TextLayout) -> ImuColumns:
+    def triad(choices: tuple[tuple[str, str, str], ...]) -> tuple[str, str, str] | None:
+        for x, y, z in choices:
+            if x in names and y in names and z in names:
+                return names[x], names[y], names[z]
+        return None
+
+    def unit(name: str | None, quantity: Quantity) -> StatedUnit | None:
+        stated = find_unit(_unit_in(name), quantity) if name else None
+        if stated:
+            return StatedUnit(stated, "column name")
+        return StatedUnit(program.units[quantity], _DOCUMENTED) if quantity in program.units else None
+
+    accelerometer, gyroscope = triad(program.accelerometer), triad(program.gyroscope)
+    if accelerometer is None:
+        raise LogError(
+            f"{path}: lacks an axis of {program.accelerometer[0][0]}; columns found: {listed(layout.names)}; "
+            "record all three"
+        )
+    time = next((names[name] for name in program.time if name in names), None)
+    return ImuColumns(
+        accelerometer,
+        gyroscope,
+        time,
+        accelerometer_unit=unit(accelerometer[0], "accelerometer"),
+        gyroscope_unit=unit(gyroscope[0] if gyroscope else None, "gyroscope"),
+        time_unit=unit(time, "time"),
+    )

@@ -1,0 +1,381 @@
+"""Variables of a file, arrays under names: what NumPy, MATLAB and HDF5 files have in common.
+
+A variable becomes columns of a table: (n,) is one, (n, 3) named as a triad is three, the fields of a
+structured array are one each. Which of them is which channel of which IMU is told by the words that tell it
+of tables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tumble.errors import LogError
+from tumble.logs.columns import ImuColumns, find_imus, recognise
+from tumble.logs.csv import RATE_KEYS
+from tumble.logs.options import ReadOptions
+from tumble.logs.text import PLAIN_NAMES
+from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, StatedUnit, Transform, choose
+from tumble.logs.units import Quantity, find_unit
+from tumble.recording import FloatArray
+
+MOST_VARIABLES = 10_000
+"""In one file; more is no log."""
+
+_MOST_COLUMNS = 64
+"""Of one variable; more, and its rows are no samples."""
+_AXES = 3
+_SEPARATOR = "/"
+"""Between the names of groups, structures and what is in them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """An array of a file that can be read piece by piece."""
+
+    name: str
+    """With the groups or structures that it is in: `imu0/acc`; empty where a file holds one without name."""
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]
+    """That of a structured array, which has one axis, says its fields."""
+    pieces: Callable[[int], Iterator[NDArray[Any]]]
+    """Starts a fresh pass along an axis: arrays of the same shape but for that axis, in order."""
+    unit: str = ""
+    """What the file says of its unit beside its name."""
+
+
+@dataclass(frozen=True, slots=True)
+class VariablesFile:
+    """What a file of variables holds."""
+
+    path: Path
+    format: str
+    variables: Sequence[Variable]
+    numbers: Mapping[str, float]
+    """Single numbers, by name: a rate may be among them."""
+    serial: str = ""
+    remedy: str = "copy it again, or save it again"
+    """What to do about a damaged one."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """Where the numbers of a column stand."""
+
+    variable: Variable
+    axis: int
+    """Of the array, along which samples follow one another."""
+    keys: tuple[int | str, ...] = ()
+    """Names of fields, one in another, and a number on the other axis."""
+
+    @property
+    def rows(self) -> int:
+        return self.variable.shape[self.axis]
+
+    @property
+    def holds_dates(self) -> bool:
+        dtype = self.variable.dtype
+        for key in self.keys:
+            dtype = dtype[key] if isinstance(key, str) else dtype.base
+        return dtype.kind == "M"
+
+    def of(self, piece: NDArray[Any]) -> FloatArray:
+        """Give its numbers in a piece, (m,): a copy, which a transform may change."""
+        for key in self.keys:
+            along = isinstance(key, str) or self.axis == 1
+            piece = piece[key] if along else piece[:, key]  # type: ignore[index]
+        if piece.dtype.kind == "M":
+            return _nanoseconds(piece)
+        return np.array(piece, np.float64)
+
+
+def _nanoseconds(dates: NDArray[Any]) -> FloatArray:
+    counted = dates.astype("datetime64[ns]")
+    return np.where(np.isnat(counted), np.nan, counted.astype(np.int64).astype(np.float64))
+
+
+@contextmanager
+def damage_said(path: Path, remedy: str) -> Iterator[None]:
+    """Turn whatever is made of damaged bytes into one line."""
+    try:
+        yield
+    except (LogError, ModuleNotFoundError):
+        raise
+    except Exception as error:
+        words = str(error).splitlines()
+        reason = words[0] if words else type(error).__name__
+        raise LogError(f"{path}: the file is damaged or cut short ({reason}); {remedy}") from error
+
+
+def is_numeric(dtype: np.dtype[Any]) -> bool:
+    """Whether these can be readings, or times."""
+    return dtype.kind in "biufM"
+
+
+def list_variable_imus(file: VariablesFile, options: ReadOptions) -> tuple[str, ...]:
+    """Give the names of the IMUs in a file of variables."""
+    return tuple(find_imus(list(_places(file)), file.path, options.columns))
+
+
+def open_variables(file: VariablesFile, imu: str | None, options: ReadOptions) -> LoggedImu:
+    """Find the variables of one IMU.
+
+    Raises `LogError` where there is no such IMU, or its variables differ in their number of samples.
+    """
+    path = file.path
+    places = _places(file)
+    imus = find_imus(list(places), path, options.columns)
+    name = choose(path, tuple(imus), imu, "variable prefix")
+    columns = _with_stated_units(imus[name], places)
+    wanted = {each: places[each] for each in columns.names}
+    rows = _equal_rows(path, wanted)
+    rate, notices = _stated_rate(file, columns, options)
+    return LoggedImu(
+        path=path,
+        imu=name,
+        format=file.format,
+        read=lambda transform: _read(file, columns, wanted, transform),
+        head=lambda: next(_read(file, columns, wanted, lambda samples: samples)),
+        locate=lambda sample: f"sample {sample + 1}",
+        accelerometer_unit=columns.accelerometer_unit,
+        gyroscope_unit=columns.gyroscope_unit,
+        time_unit=columns.time_unit,
+        temperature_unit=columns.temperature_unit,
+        clock=f"{path.resolve()}#{columns.time or 'row'}",
+        rate=rate,
+        serial=file.serial,
+        triads=columns.triads,
+        columns=tuple(places),
+        alone=len(imus) == 1,
+        expected=rows,
+        notices=notices,
+    )
+
+
+def _places(file: VariablesFile) -> dict[str, _Place]:
+    """Give all columns; arrays of six or seven are those of an IMU where no name says what they are."""
+    if len(file.variables) > MOST_VARIABLES:
+        raise LogError(f"{file.path}: holds {len(file.variables)} variables, which is no log; check the file")
+    arrays = [each for each in file.variables if 1 <= len(each.shape) <= 2 and 0 not in each.shape]
+    # A single number beside arrays is a rate or a version, no sample.
+    usable = [each for each in arrays if max(each.shape) > 1] or arrays
+    if not usable:
+        raise LogError(f"{file.path}: not a log: holds no array of numbers with one or two axes")
+    common = _common_group([each.name for each in usable])
+    named = {label: place for each in usable for label, place in _columns_of(each, each.name[len(common) :])}
+    if any(_is_of_triad(label) for label in named):
+        return named
+    tables = [
+        each
+        for each in usable
+        if len(each.shape) == 2 and min(each.shape) in PLAIN_NAMES and each.dtype.names is None
+    ]
+    return named | {
+        label: place
+        for each in tables
+        for label, place in _plain_columns(each, f"{each.name[len(common) :]}." if len(tables) > 1 else "")
+    }
+
+
+def _common_group(names: Sequence[str]) -> str:
+    """Give the group that all are in, with the separator behind it; empty where there is none."""
+    groups = [name.split(_SEPARATOR)[:-1] for name in names]
+    shared = 0
+    while all(len(group) > shared and group[shared] == groups[0][shared] for group in groups):
+        shared += 1
+    # What tells one IMU is kept even where it is the only one, as in a file without other groups.
+    return "".join(f"{group}{_SEPARATOR}" for group in groups[0][:shared])
+
+
+def _is_of_triad(label: str) -> bool:
+    column = recognise(label)
+    return column is not None and column.quantity in ("accelerometer", "gyroscope")
+
+
+def _columns_of(variable: Variable, name: str) -> Iterator[tuple[str, _Place]]:
+    if variable.dtype.names is not None:
+        prefix = f"{name}{_SEPARATOR}" if name else ""
+        for label, keys in _fields_of(variable.dtype, prefix):
+            yield label, _Place(variable, 0, keys)
+        return
+    if len(variable.shape) == 1:
+        yield name, _Place(variable, 0)
+        return
+    is_triad = _is_of_triad(f"{name}.x") and _AXES in variable.shape
+    axis = int(variable.shape[1] != _AXES) if is_triad else int(variable.shape[1] > variable.shape[0])
+    others = variable.shape[1 - axis]
+    if others > _MOST_COLUMNS:
+        return
+    if others == 1:
+        yield name, _Place(variable, axis, (0,))
+        return
+    for number in range(others):
+        yield _label(name, number, others), _Place(variable, axis, (number,))
+
+
+def _fields_of(dtype: np.dtype[Any], prefix: str) -> Iterator[tuple[str, tuple[int | str, ...]]]:
+    """Give the numbers in a structured type: fields, fields of fields, and what stands in short rows."""
+    for name in dtype.names or ():
+        field = dtype[name]
+        if field.names is not None and field.shape == ():
+            for label, keys in _fields_of(field, f"{prefix}{name}{_SEPARATOR}"):
+                yield label, (name, *keys)
+        elif is_numeric(field) and field.shape == ():
+            yield f"{prefix}{name}", (name,)
+        elif is_numeric(field.base) and len(field.shape) == 1 and field.shape[0] <= _MOST_COLUMNS:
+            for number in range(field.shape[0]):
+                yield _label(f"{prefix}{name}", number, field.shape[0]), (name, number)
+
+
+def _label(name: str, number: int, of: int) -> str:
+    """Name one of several columns that a variable has."""
+    is_triad = of == _AXES and _is_of_triad(f"{name}.x")
+    return f"{name}.{'xyz'[number]}" if is_triad else f"{name}#{number + 1}"
+
+
+def _plain_columns(variable: Variable, prefix: str) -> Iterator[tuple[str, _Place]]:
+    """Name the columns of a table without names, as those of a text table."""
+    axis = int(variable.shape[1] > variable.shape[0])
+    for number, label in enumerate(PLAIN_NAMES[variable.shape[1 - axis]]):
+        yield f"{prefix}{label}", _Place(variable, axis, (number,))
+
+
+def _with_stated_units(columns: ImuColumns, places: Mapping[str, _Place]) -> ImuColumns:
+    """Take the units that the file states beside the names."""
+
+    def stated(column: str | None, quantity: Quantity, so_far: StatedUnit | None) -> StatedUnit | None:
+        if column is None:
+            return so_far
+        if quantity == "time" and places[column].holds_dates:
+            return StatedUnit("ns", "column type")
+        unit = find_unit(places[column].variable.unit, quantity)
+        return so_far if unit is None else StatedUnit(unit, "attribute")
+
+    def first(names: Sequence[str] | None) -> str | None:
+        return names[0] if names else None
+
+    return replace(
+        columns,
+        accelerometer_unit=stated(first(columns.accelerometer), "accelerometer", columns.accelerometer_unit),
+        gyroscope_unit=stated(first(columns.gyroscope), "gyroscope", columns.gyroscope_unit),
+        time_unit=stated(columns.time, "time", columns.time_unit),
+        temperature_unit=stated(columns.temperature, "temperature", columns.temperature_unit),
+    )
+
+
+def _equal_rows(path: Path, wanted: Mapping[str, _Place]) -> int:
+    (first, rows), *others = [(name, place.rows) for name, place in wanted.items()]
+    for name, length in others:
+        if length != rows:
+            raise LogError(
+                f"{path}: {first} holds {rows} samples, {name} {length}; one IMU needs as many of each: "
+                "resample one, or name others with --columns"
+            )
+    return rows
+
+
+def _stated_rate(
+    file: VariablesFile, columns: ImuColumns, options: ReadOptions
+) -> tuple[float | None, tuple[str, ...]]:
+    if columns.time is not None or options.rate is not None:
+        return None, ()
+    for name, number in file.numbers.items():
+        key = name.rsplit(_SEPARATOR, 1)[-1]
+        if key.lower() in RATE_KEYS and 0.0 < number < np.inf:
+            return number, (f"rate of {number:g} Hz from the variable {key!r}",)
+    return None, ()
+
+
+def _read(
+    file: VariablesFile, columns: ImuColumns, wanted: Mapping[str, _Place], transform: Transform
+) -> Iterator[RawSamples]:
+    return (transform(pieces.samples(columns, wanted)) for pieces in _side_by_side(file, wanted))
+
+
+@dataclass(frozen=True, slots=True)
+class _Pieces:
+    """The same samples of several variables."""
+
+    of_variable: Mapping[int, NDArray[Any]]
+    """By the identity of the variable."""
+
+    def samples(self, columns: ImuColumns, places: Mapping[str, _Place]) -> RawSamples:
+        """Put the columns of one IMU together."""
+        triads = [
+            None if names is None else self.triad([places[name] for name in names])
+            for names in (columns.accelerometer, columns.gyroscope)
+        ]
+        acceleration, rate = (_or_unknown(triad, triads) for triad in triads)
+        return RawSamples(
+            None if columns.time is None else self.column(places[columns.time]),
+            acceleration,
+            rate,
+            None if columns.temperature is None else self.column(places[columns.temperature]),
+        )
+
+    def column(self, place: _Place) -> FloatArray:
+        """Give the numbers of one column, (m,)."""
+        return place.of(self.of_variable[id(place.variable)])
+
+    def triad(self, places: Sequence[_Place]) -> FloatArray:
+        """Give the numbers of three columns, (m, 3); in one go where they stand beside one another."""
+        first = places[0]
+        keys = [place.keys for place in places if place.variable is first.variable]
+        start = first.keys[-1] if len(first.keys) == 1 else None
+        if isinstance(start, int) and keys == [(start,), (start + 1,), (start + 2,)]:
+            piece = self.of_variable[id(first.variable)]
+            beside = piece[:, start : start + _AXES] if first.axis == 0 else piece[start : start + _AXES].T
+            return np.array(beside, np.float64, order="C")
+        return np.stack([self.column(place) for place in places], axis=1)
+
+
+def _or_unknown(triad: FloatArray | None, triads: Sequence[FloatArray | None]) -> FloatArray:
+    if triad is not None:
+        return triad
+    return next(np.full_like(other, np.nan) for other in triads if other is not None)
+
+
+def _side_by_side(file: VariablesFile, wanted: Mapping[str, _Place]) -> Iterator[_Pieces]:
+    """Pass over the variables, each of which is read once, in pieces as long as it likes."""
+    sources = list({id(place.variable): place for place in wanted.values()}.values())
+    with damage_said(file.path, file.remedy):
+        for pieces in zip(*(_even(file, place) for place in sources), strict=True):
+            yield _Pieces({id(place.variable): piece for place, piece in zip(sources, pieces, strict=True)})
+
+
+def _even(file: VariablesFile, place: _Place) -> Iterator[NDArray[Any]]:
+    """Cut the pieces of a variable to chunks, the last of which may be shorter.
+
+    Raises `LogError` where it ends before its shape says.
+    """
+    axis, rows = place.axis, place.rows
+    waiting: list[NDArray[Any]] = []
+    have = given = 0
+    for piece in chain(place.variable.pieces(axis), [None]):
+        if piece is not None:
+            waiting.append(piece)
+            have += piece.shape[axis]
+        elif have == 0:
+            break
+        if piece is not None and have < CHUNK_SAMPLES:
+            continue
+        joined = waiting[0] if len(waiting) == 1 else np.concatenate(waiting, axis=axis)
+        whole = have if piece is None else have - have % CHUNK_SAMPLES
+        for start in range(0, whole, CHUNK_SAMPLES):
+            stop = min(start + CHUNK_SAMPLES, whole)
+            yield joined[start:stop] if axis == 0 else joined[:, start:stop]
+            given += stop - start
+        rest = joined[whole:] if axis == 0 else joined[:, whole:]
+        waiting, have = ([rest] if rest.shape[axis] else []), have - whole
+    if given != rows:
+        raise LogError(
+            f"{file.path}: {place.variable.name or 'the array'} ends after {given} of {rows} samples; "
+            f"{file.remedy}"
+        )

@@ -1,0 +1,87 @@
+"""A file of messages, block by block, and what is met in it that is not as it should be."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from io import BufferedReader
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tumble.recording import FloatArray
+from tumble.words import count_of
+
+BLOCK = 1 << 20
+"""Bytes read at a time."""
+
+Take: TypeAlias = Callable[[bytes, int, bool], int]
+"""Takes complete messages apart: bytes, their place in the file, and whether no more will follow; gives how
+many bytes they are."""
+
+
+@dataclass(slots=True)
+class Damage:
+    """What a pass over a file met that is not as it should be."""
+
+    dropouts: int = 0
+    lost: int = 0
+    """ms of dropouts."""
+    bytes: int = 0
+    """Stepped over."""
+    first: int = 0
+    """Where the first of them stand."""
+    lines: int = 0
+    """Of text that could not be read."""
+    messages: int = 0
+    """Garbled, by their checksum."""
+    cut: bool = False
+    """Whether the last message is not complete."""
+
+    def add(self, position: int, count: int) -> None:
+        """Count bytes that were stepped over."""
+        if not self.bytes:
+            self.first = position
+        self.bytes += count
+
+    def notices(self) -> tuple[str, ...]:
+        """Say what was met, a line each."""
+        notices = []
+        if self.dropouts:
+            notices.append(
+                f"{count_of('dropout', self.dropouts)}, {self.lost} ms in all, in which PX4 could not write: "
+                "samples are missing"
+            )
+        if self.bytes:
+            notices.append(f"left out {self.bytes} damaged bytes, the first at byte {self.first}")
+        if self.lines:
+            notices.append(f"left out {count_of('line', self.lines)} that cannot be read")
+        if self.messages:
+            notices.append(f"left out {count_of('garbled message', self.messages)}")
+        if self.cut:
+            notices.append("the file ends in the middle of a message: it was cut short")
+        return tuple(notices)
+
+
+def doubles(numbers: NDArray[Any]) -> FloatArray:
+    """Give numbers in double precision; those that are garbled are left to whoever checks them."""
+    with np.errstate(invalid="ignore"):
+        return numbers.astype(np.float64)
+
+
+def walk(
+    file: BufferedReader, start: int, end: int, take: Take, damage: Damage, block: int = BLOCK
+) -> Iterator[None]:
+    """Pass over the bytes from `start` to `end`; comes back after each block was taken apart."""
+    file.seek(start)
+    rest, position = b"", start
+    while True:
+        read = file.read(max(min(block, end - position - len(rest)), 0))
+        data = rest + read
+        used = take(data, position, not read)
+        yield
+        rest, position = data[used:], position + used
+        if not read:
+            damage.cut |= bool(rest)
+            return
