@@ -1,13 +1,16 @@
 """The calibration file of one IMU: what the procedures find, applied to later measurements.
 
 Forward model, for each triad: `y = M u + b`, `y` what the sensor says, `u` the truth in the case frame of the
-IMU. Correction: `u = M^-1 (y - b)`. `M = K L Q`: scale, non-orthogonality, mounting (sensor_from_case).
+IMU. Correction: `u = M^-1 (y - b)`. `M = K L Q`: scale, non-orthogonality, mounting (sensor_from_case). What
+temperature adds is in `temperature_drift.py`.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias, overload
 
@@ -16,9 +19,12 @@ from numpy.typing import ArrayLike
 from pydantic import Field, JsonValue, model_validator
 
 from tumble import arrays
+from tumble.calibration.contributions import built_on, log_content
 from tumble.calibration.noise import noise_content
 from tumble.calibration.redundancy import redundancy_content
 from tumble.calibration.spin import spin_content
+from tumble.calibration.temperature_drift import TemperatureDrift
+from tumble.calibration.thermal import thermal_content
 from tumble.documents import (
     ArrayField,
     Document,
@@ -34,16 +40,18 @@ from tumble.errors import ProcedureError
 from tumble.multipose.result import MultiposeResult
 from tumble.noise.result import NoiseResult
 from tumble.plain import plain
-from tumble.provenance import LogFacts
-from tumble.recording import FloatArray
+from tumble.recording import Chunk, FloatArray
 from tumble.redundancy.result import RedundancyResult
-from tumble.results import TriadResult
+from tumble.results import TriadName, TriadResult
 from tumble.schemas import CALIBRATION
 from tumble.spin.result import SpinResult
+from tumble.thermal.result import ThermalResult
 from tumble.turntable.limits import Limits
 from tumble.turntable.result import TargetResult, TurntableResult
+from tumble.units import TRIADS
+from tumble.words import join
 
-SCHEMA: Literal["tumble-calibration/1"] = "tumble-calibration/1"
+SCHEMA: Literal["tumble-calibration/2"] = "tumble-calibration/2"
 KIND = document_kind(SCHEMA)
 
 _HEADER = f"""\
@@ -135,6 +143,8 @@ class Triad(Document):
     """Flicker noise, in the unit of the triad."""
     random_walk: VectorWithGaps | None = None
     """Rate or acceleration random walk, unit / s / sqrt(Hz)."""
+    temperature_drift: TemperatureDrift | None = None
+    """What temperature does to bias and scale; M and b are then those at its reference."""
     residuals: tuple[Residual, ...] = Field(default=(), strict=False)
     covariance: Covariance | None = None
     """Of [M row by row, b]."""
@@ -145,6 +155,12 @@ class Triad(Document):
             raise ValueError(
                 f"no sensor is that far off: b is up to {np.abs(self.b).max():.3g} {self.unit}, M up to "
                 f"{np.abs(self.M).max():.3g}; give SI units"
+            )
+        drift = self.temperature_drift.largest_bias if self.temperature_drift is not None else 0.0
+        if drift > _LARGEST_BIAS:
+            raise ValueError(
+                f"no sensor drifts that far: temperature_drift.bias adds up to {drift:.3g} {self.unit}; "
+                "give SI units"
             )
         singular_values = np.linalg.svd(self.M, compute_uv=False)
         if singular_values[-1] <= _SINGULAR * singular_values[0]:
@@ -159,6 +175,16 @@ class Triad(Document):
                     f"M differs from K L Q by {error:.2g}; edit M alone and leave K, L, Q and angles out"
                 )
         return self
+
+    def at_reference(self, readings: FloatArray, temperature: FloatArray | None) -> FloatArray:
+        """Give what readings (n, 3), at (n,) degC, would be at the temperature at which M and b hold.
+
+        Without a temperature, or where its effect is not known, they stay as they are.
+        """
+        if self.temperature_drift is None or temperature is None:
+            return readings
+        arrays.refuse_other_lengths([("temperature", temperature), ("readings", readings)])
+        return self.temperature_drift.at_reference(readings, self.b, temperature)
 
     @property
     def residual(self) -> float:
@@ -226,13 +252,28 @@ class Method(Document):
     options: dict[str, JsonValue] = Field(default_factory=dict)
 
 
+class Contribution(Document):
+    """A run of a procedure that gave parts of a calibration which its `method` did not."""
+
+    gave: tuple[str, ...] = Field(strict=False)
+    """Parts, by triad: `accelerometer noise`, `gyroscope matrix`, `gyroscope temperature drift`."""
+    method: Method
+    software: str = ""
+    date: str = ""
+    """UTC, ISO 8601."""
+    operator: str = ""
+    station: str = ""
+    logs: tuple[Log, ...] = Field(default=(), strict=False)
+
+
 class Calibration(Document):
     """One IMU's calibration, as it stands in the file.
 
     `accelerometer` or `gyroscope` is None where that triad was not calibrated; it is then left as measured.
     """
 
-    schema_: Literal["tumble-calibration/1"] = Field(default=SCHEMA, alias="schema")
+    schema_: Literal["tumble-calibration/1", "tumble-calibration/2"] = Field(default=SCHEMA, alias="schema")
+    """Files of version 1 are read, and saved, as they are."""
     name: str
     serial: str = ""
     software: str = ""
@@ -246,6 +287,9 @@ class Calibration(Document):
     limits: Limits | None = None
     """What it was held against."""
     method: Method | None = None
+    """What gave all that no contribution gave; absent where there is no such part."""
+    contributions: tuple[Contribution, ...] | None = Field(default=None, strict=False)
+    """What gave the other parts of a calibration that was built up, the earliest first."""
     reference: Reference | None = None
     gravity: Gravity | None = None
     temperature: Temperature | None = None
@@ -256,6 +300,14 @@ class Calibration(Document):
     def _has_a_triad(self) -> Calibration:
         if self.accelerometer is None and self.gyroscope is None:
             raise ValueError("has neither an accelerometer nor a gyroscope section; give at least one")
+        return self
+
+    @model_validator(mode="after")
+    def _is_of_its_version(self) -> Calibration:
+        newer = {"temperature_drift": self.temperature_drifts(), "contributions": self.contributions}
+        for key, value in newer.items():
+            if value and self.schema_ != SCHEMA:
+                raise ValueError(f"{key} is none of the keys of {self.schema_}; say schema: {SCHEMA}")
         return self
 
     @classmethod
@@ -329,20 +381,41 @@ class Calibration(Document):
         """
         return cls.model_validate(noise_content(result))
 
+    @classmethod
+    def from_thermal(cls, result: ThermalResult) -> Calibration:
+        """Make the calibration file of a unit whose drift was found, on top of what it was started from.
+
+        A triad that has no calibration yet is left as measured at the reference temperature.
+        """
+        return cls.model_validate(thermal_content(result))
+
     @overload
-    def correct(self, accelerometer: ArrayLike, gyroscope: ArrayLike) -> tuple[FloatArray, FloatArray]: ...
-    @overload
-    def correct(self, accelerometer: ArrayLike, gyroscope: None = None) -> tuple[FloatArray, None]: ...
-    @overload
-    def correct(self, accelerometer: None, gyroscope: ArrayLike) -> tuple[None, FloatArray]: ...
     def correct(
-        self, accelerometer: ArrayLike | None, gyroscope: ArrayLike | None = None
+        self, accelerometer: ArrayLike, gyroscope: ArrayLike, temperature: ArrayLike | None = None
+    ) -> tuple[FloatArray, FloatArray]: ...
+    @overload
+    def correct(
+        self, accelerometer: ArrayLike, gyroscope: None = None, temperature: ArrayLike | None = None
+    ) -> tuple[FloatArray, None]: ...
+    @overload
+    def correct(
+        self, accelerometer: None, gyroscope: ArrayLike, temperature: ArrayLike | None = None
+    ) -> tuple[None, FloatArray]: ...
+    def correct(
+        self,
+        accelerometer: ArrayLike | None,
+        gyroscope: ArrayLike | None = None,
+        temperature: ArrayLike | None = None,
     ) -> tuple[FloatArray | None, FloatArray | None]:
         """Specific force (n, 3), m/s^2, and angular rate (n, 3), rad/s, freed of the calibrated errors.
 
         A single sample, (3,), comes back as one; lists and columns of tables will do. Both are in the case
         frame of the IMU. A triad without a calibration comes back as it was given; one that was not
         measured is None.
+
+        `temperature`, degC, is one for all or (n,), one for each. A triad whose drift with it is known is
+        taken to be at the reference of that drift where it is NaN or not given, and at the edge of the range
+        where it is beyond; `TemperatureCounts` counts those.
 
         Raises `ArrayError` for other shapes, `ProcedureError` where the gyroscope's response to specific
         force was calibrated and that is not given sample for sample.
@@ -353,12 +426,23 @@ class Calibration(Document):
         rate = None if gyroscope is None else arrays.triad(gyroscope, "gyroscope")
         true_force = force
         if force is not None and self.accelerometer is not None:
-            true_force = _core.correct(force, self.accelerometer.M, self.accelerometer.b)
+            at_reference = self.accelerometer.at_reference(force, _for_each(force, temperature))
+            true_force = _core.correct(at_reference, self.accelerometer.M, self.accelerometer.b)
         if rate is not None and self.gyroscope is not None:
             if self.gyroscope.g_sensitivity is not None:
                 rate = rate - self._force_for_each(rate, true_force) @ self.gyroscope.g_sensitivity.T
-            rate = _core.correct(rate, self.gyroscope.M, self.gyroscope.b)
+            at_reference = self.gyroscope.at_reference(rate, _for_each(rate, temperature))
+            rate = _core.correct(at_reference, self.gyroscope.M, self.gyroscope.b)
         return _like(accelerometer, true_force), _like(gyroscope, rate)
+
+    def at_reference(self, chunk: Chunk) -> Chunk:
+        """Give samples as they would have been measured at the temperature at which M and b hold."""
+        accelerometer, gyroscope = chunk.accelerometer, chunk.gyroscope
+        if self.accelerometer is not None:
+            accelerometer = self.accelerometer.at_reference(accelerometer, chunk.temperature)
+        if self.gyroscope is not None:
+            gyroscope = self.gyroscope.at_reference(gyroscope, chunk.temperature)
+        return replace(chunk, accelerometer=accelerometer, gyroscope=gyroscope)
 
     def _force_for_each(self, rate: FloatArray, force: FloatArray | None) -> FloatArray:
         if force is None or len(force) != len(rate):
@@ -367,6 +451,14 @@ class Calibration(Document):
                 "give a reading of the accelerometer for each of the gyroscope"
             )
         return force
+
+    def temperature_drifts(self, triads: Sequence[TriadName] = TRIADS) -> dict[TriadName, TemperatureDrift]:
+        """Give what is known of the drift of these triads with temperature."""
+        return {
+            name: triad.temperature_drift
+            for name, triad in self._triads()
+            if name in triads and triad.temperature_drift is not None
+        }
 
     @property
     def bias_instability(self) -> tuple[float, float] | None:
@@ -392,6 +484,7 @@ class Calibration(Document):
     def __repr__(self) -> str:
         serial = f", serial {self.serial!r}" if self.serial else ""
         lines = [f"  {kind}: {_summary(triad)}" for kind, triad in self._triads()]
+        lines += [f"  {join(each.gave)} by {each.method.procedure}" for each in self.contributions or ()]
         return "\n".join([f"Calibration({self.name!r}{serial})", *lines])
 
     __str__ = __repr__
@@ -404,9 +497,19 @@ class Calibration(Document):
         head = "".join(f"<th>{cell}</th>" for cell in ("", "M", "b", "angles"))
         return f"<table><caption>{title}</caption><tr>{head}</tr>{rows}</table>"
 
-    def _triads(self) -> list[tuple[str, AccelerometerCalibration | GyroscopeCalibration]]:
-        pairs = (("accelerometer", self.accelerometer), ("gyroscope", self.gyroscope))
+    def _triads(self) -> list[tuple[TriadName, AccelerometerCalibration | GyroscopeCalibration]]:
+        pairs: tuple[tuple[TriadName, AccelerometerCalibration | GyroscopeCalibration | None], ...] = (
+            ("accelerometer", self.accelerometer),
+            ("gyroscope", self.gyroscope),
+        )
         return [(kind, triad) for kind, triad in pairs if triad is not None]
+
+
+def _for_each(readings: FloatArray, temperature: ArrayLike | None) -> FloatArray | None:
+    """Give the temperature of each reading, degC, where it is one for all or one for each."""
+    if temperature is None or np.ndim(temperature):
+        return None if temperature is None else arrays.column(temperature, "temperature")
+    return np.repeat(arrays.column(temperature, "temperature"), len(readings))
 
 
 def _like(given: ArrayLike | None, corrected: FloatArray | None) -> FloatArray | None:
@@ -426,7 +529,7 @@ def _from_target(target: TargetResult, batch: TurntableResult) -> dict[str, Any]
         "date": target.provenance.date,
         "operator": target.provenance.operator,
         "station": target.provenance.station,
-        "log": _log(target.source, target.log),
+        "log": log_content(target.source, target.log),
         "verdict": target.verdict,
         "limits": batch.limits or None,
         "method": {"procedure": "turntable", "truth": batch.truth, "options": plain(batch.options)},
@@ -434,7 +537,7 @@ def _from_target(target: TargetResult, batch: TurntableResult) -> dict[str, Any]
             "name": reference.name,
             "serial": reference.serial,
             "calibration_hash": reference.calibration_hash,
-            "log": _log(reference.source, reference.log),
+            "log": log_content(reference.source, reference.log),
         },
         "gravity": {"value": batch.gravity, "source": batch.gravity_source},
     }
@@ -449,12 +552,12 @@ def _from_multipose(result: MultiposeResult) -> dict[str, Any]:
         "date": result.provenance.date,
         "operator": result.provenance.operator,
         "station": result.provenance.station,
-        "log": _log(result.source, result.log),
+        "log": log_content(result.source, result.log),
         "verdict": result.verdict,
         "method": {"procedure": "multipose", "truth": "gravity", "options": plain(result.options)},
         "gravity": {"value": result.gravity, "source": result.gravity_source},
     }
-    return content | _found(result)
+    return built_on(result.start, content | _found(result))
 
 
 def _found(result: TargetResult | MultiposeResult) -> dict[str, Any]:
@@ -467,10 +570,6 @@ def _found(result: TargetResult | MultiposeResult) -> dict[str, Any]:
         if triad is not None:
             content[kind] = _from_triad(triad)
     return content
-
-
-def _log(file: str, facts: LogFacts) -> dict[str, Any]:
-    return {"file": file, "sha256": facts.sha256, "duration": facts.duration}
 
 
 def _from_triad(triad: TriadResult) -> dict[str, Any]:
@@ -525,6 +624,9 @@ def _or_none(value: float) -> float | None:
 def _summary(triad: Triad) -> str:
     bias = ", ".join(f"{value:.6g}" for value in triad.b)
     text = f"b = [{bias}] {triad.unit}"
+    if triad.temperature_drift is not None:
+        low, high = triad.temperature_drift.range
+        text += f" at {triad.temperature_drift.reference:g} degC, drift known from {low:g} to {high:g} degC"
     if triad.estimated == ("bias",):
         return f"{text}, bias only"
     scale = ", ".join(f"{value:.6g}" for value in np.linalg.norm(triad.M, axis=1))

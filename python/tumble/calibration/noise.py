@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from tumble.calibration.contributions import NOISE, contributed, contribution, log_content, part
 from tumble.noise.result import BIAS_INSTABILITY, RANDOM_WALK, WHITE, NoiseResult
 from tumble.units import UNITS
 
-_PLACES = {"noise_density": WHITE, "bias_instability": BIAS_INSTABILITY, "random_walk": RANDOM_WALK}
+_TERMS = dict(zip(NOISE, (WHITE, BIAS_INSTABILITY, RANDOM_WALK), strict=True))
 
 
 def noise_content(result: NoiseResult) -> dict[str, Any]:
@@ -17,14 +18,17 @@ def noise_content(result: NoiseResult) -> dict[str, Any]:
 
     A triad without a section is given one that leaves its readings as they are.
     """
-    content: dict[str, Any] = dict(result.start) or {
-        "name": result.name,
-        "serial": result.serial,
-        "software": result.software,
-        "method": {"procedure": "noise", "options": result.options},
-    }
+    run = contribution(
+        "noise",
+        [part(triad, "noise") for triad in result.triads],
+        options=result.options,
+        software=result.software,
+        date=result.date,
+        logs=[log_content(file, facts) for file, facts in zip(result.sources, result.logs, strict=True)],
+    )
+    content = contributed(result.start or {"name": result.name, "serial": result.serial}, run)
     for triad in result.triads:
         nothing = {"unit": UNITS[triad], "M": np.eye(3), "b": np.zeros(3), "estimated": ()}
         section = dict(content.get(triad, nothing))
-        content[triad] = section | {key: result.term(triad, word) for key, word in _PLACES.items()}
+        content[triad] = section | {key: result.term(triad, word) for key, word in _TERMS.items()}
     return content

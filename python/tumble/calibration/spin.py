@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from tumble.calibration.contributions import NOISE, TEMPERATURE_DRIFT, part, taken_over
 from tumble.plain import plain
 from tumble.recording import FloatArray
 from tumble.results import TriadName
@@ -39,6 +40,7 @@ def spin_content(result: SpinResult, before: Mapping[str, Any]) -> dict[str, Any
         ("accelerometer", force_bias, slice(0, 3), result.gravity * up),
         ("gyroscope", result.gyroscope_bias, slice(3, 6), np.zeros(3)),
     )
+    content |= taken_over(before, [part(triad, "bias") for triad, bias, *_ in parts if bias.observable])
     for triad, bias, rows, truth in parts:
         section = dict(before.get(triad, {}))
         if bias.observable:
@@ -88,7 +90,7 @@ def _triad(
         "estimated": tuple(dict.fromkeys(["bias", *before.get("estimated", ())])),
         "unobservable": before.get("unobservable", (_UNSEEN,)),
     }
-    kept = ("K", "L", "Q", "angles", "g_sensitivity", "g_sensitivity_sigma")
+    kept = ("K", "L", "Q", "angles", "g_sensitivity", "g_sensitivity_sigma", *NOISE, TEMPERATURE_DRIFT)
     return content | {key: before[key] for key in kept if key in before}
 
 

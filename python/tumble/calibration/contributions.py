@@ -1,0 +1,111 @@
+"""Which procedure gave what of a calibration that was built up.
+
+`method` gave all that no contribution gave. A procedure that is started from a calibration replaces parts of
+it; what it leaves keeps its origin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from tumble.plain import plain
+from tumble.provenance import LogFacts
+from tumble.units import TRIADS, Triad
+
+NOISE = ("noise_density", "bias_instability", "random_walk")
+"""Keys of a triad that noise is kept under."""
+TEMPERATURE_DRIFT = "temperature_drift"
+
+_KEYS: Mapping[str, Sequence[str]] = {
+    "bias": (),
+    "matrix": (),
+    "g-sensitivity": ("g_sensitivity",),
+    "noise": NOISE,
+    "temperature drift": (TEMPERATURE_DRIFT,),
+}
+"""Parts of a triad by the keys that hold them; bias and matrix are named where they were estimated."""
+_OF_THE_MODEL = ("bias", "matrix", "g-sensitivity")
+_OF_A_CONTRIBUTION = ("method", "software", "date", "operator", "station")
+
+
+def part(triad: Triad, name: str) -> str:
+    """Name a part of a calibration: `gyroscope noise`."""
+    assert name in _KEYS, name
+    return f"{triad} {name}"
+
+
+def contribution(
+    procedure: str,
+    gave: Sequence[str],
+    *,
+    options: Mapping[str, object],
+    software: str,
+    date: str,
+    logs: Sequence[Mapping[str, Any]],
+) -> dict[str, Any]:
+    """Describe a run of a procedure that gave these parts."""
+    return {
+        "gave": tuple(gave),
+        "method": {"procedure": procedure, "options": {key: plain(value) for key, value in options.items()}},
+        "software": software,
+        "date": date,
+        "logs": tuple(logs),
+    }
+
+
+def log_content(file: str, facts: LogFacts) -> dict[str, Any]:
+    """Describe a log as calibration files do."""
+    return {"file": file, "sha256": facts.sha256, "duration": facts.duration}
+
+
+def contributed(before: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, Any]:
+    """Content of a calibration file, `before`, as one of this version to which a run contributed."""
+    kept = {key: value for key, value in before.items() if key not in ("schema", "contributions")}
+    return kept | {"contributions": (*_without(before.get("contributions", ()), new["gave"]), new)}
+
+
+def taken_over(before: Mapping[str, Any], replaced: Sequence[str]) -> dict[str, Any]:
+    """Say who gave what is left of `before` by a procedure that becomes the `method`, and gave the rest."""
+    whole = [*before.get("contributions", ())]
+    if "method" in before:
+        own = {key: before[key] for key in _OF_A_CONTRIBUTION if key in before}
+        logs = [before["log"]] if "log" in before else []
+        whole.append({"gave": tuple(_gave(before)), **own, "logs": logs})
+    left = tuple(_without(whole, replaced))
+    return {"contributions": left} if left else {}
+
+
+def built_on(before: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, Any]:
+    """Content of the file of a procedure that found M and b, beside noise and temperature drift of `before`.
+
+    A triad that it did not find stays as `before` has it.
+    """
+    content = dict(found)
+    replaced = [part(triad, name) for triad in TRIADS if triad in found for name in _OF_THE_MODEL]
+    for triad in TRIADS:
+        kept = before.get(triad, {})
+        if triad not in found and kept:
+            content[triad] = kept
+        for keys in (NOISE, (TEMPERATURE_DRIFT,)):
+            if triad in found and any(key in kept for key in keys):
+                content[triad] = {**content[triad], **{key: kept.get(key) for key in keys}}
+    return content | taken_over(before, replaced)
+
+
+def _gave(content: Mapping[str, Any]) -> Iterator[str]:
+    """List the parts that `method` gave."""
+    by_others = {name for each in content.get("contributions", ()) for name in each["gave"]}
+    for triad in TRIADS:
+        section = content.get(triad, {})
+        for name, keys in _KEYS.items():
+            found = name in section.get("estimated", ()) or any(key in section for key in keys)
+            if found and part(triad, name) not in by_others:
+                yield part(triad, name)
+
+
+def _without(contributions: Sequence[Mapping[str, Any]], replaced: Sequence[str]) -> Iterator[dict[str, Any]]:
+    for each in contributions:
+        left = tuple(name for name in each["gave"] if name not in replaced)
+        if left:
+            yield {**each, "gave": left}

@@ -1,0 +1,65 @@
+"""What a thermal session adds to a calibration: drift over temperature, beside all that it had before."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from tumble.calibration.contributions import (
+    TEMPERATURE_DRIFT,
+    contributed,
+    contribution,
+    log_content,
+    part,
+)
+from tumble.recording import FloatArray
+from tumble.thermal.result import AxisDrift, ThermalResult
+from tumble.units import UNITS
+
+
+def thermal_content(result: ThermalResult) -> dict[str, Any]:
+    """Content of the calibration file: that it was started from, with the drift that was found.
+
+    M and b are left as they are: the reference of the drift is the temperature that they hold at. A triad
+    without a section is given one that leaves its readings at the reference as they are.
+    """
+    run = contribution(
+        "thermal",
+        [part(triad, "temperature drift") for triad in result.triads],
+        options=result.options,
+        software=result.software,
+        date=result.date,
+        logs=[log_content(file, facts) for file, facts in zip(result.sources, result.logs, strict=True)],
+    )
+    content = contributed(result.start or {"name": result.name, "serial": result.serial}, run)
+    for triad in result.triads:
+        nothing = {"unit": UNITS[triad], "M": np.eye(3), "b": np.zeros(3), "estimated": ()}
+        section = dict(content.get(triad, nothing))
+        content[triad] = section | {TEMPERATURE_DRIFT: _drift(result, result.of_triad(triad))}
+    return content
+
+
+def _drift(result: ThermalResult, axes: Sequence[AxisDrift]) -> dict[str, Any]:
+    hysteresis = [axis.hysteresis for axis in axes]
+    return {
+        "reference": result.reference,
+        "range": np.array(result.range),
+        "bias": _rows([axis.bias for axis in axes], 0.0),
+        "scale": _rows([axis.scale for axis in axes], 0.0),
+        "bias_sigma": _rows([_sigmas(axis)[: len(axis.bias)] for axis in axes], np.nan),
+        "scale_sigma": _rows([_sigmas(axis)[len(axis.bias) :][: len(axis.scale)] for axis in axes], np.nan),
+        "hysteresis": np.array([each.value for each in hysteresis]),
+        "hysteresis_sigma": np.array([each.sigma if each.observable else np.nan for each in hysteresis]),
+    }
+
+
+def _sigmas(axis: AxisDrift) -> FloatArray:
+    return np.sqrt(np.diag(axis.covariance))
+
+
+def _rows(powers: Sequence[FloatArray], without: float) -> tuple[FloatArray, ...]:
+    """Lay the coefficients of three axes side by side, a row for each power that one of them has."""
+    highest = max(len(each) for each in powers)
+    return tuple(np.array([each[k] if k < len(each) else without for each in powers]) for k in range(highest))

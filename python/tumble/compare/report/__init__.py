@@ -1,0 +1,1 @@
+"""The page of calibrations that were held against each other."""

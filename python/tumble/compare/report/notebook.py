@@ -1,0 +1,29 @@
+"""Calibrations held against each other in a notebook: what `_repr_html_` of the result shows."""
+
+from __future__ import annotations
+
+from markupsafe import Markup
+
+from tumble.compare.report.text import (
+    PARAMETER_COLUMNS,
+    drift_sentence,
+    parameter_cells,
+    sentences,
+    verdict_sentence,
+)
+from tumble.compare.result import CompareResult, Pair
+from tumble.report.notebook import paragraphs, row
+
+
+def compare_html(result: CompareResult) -> str:
+    """Print every parameter of every pair, and what it comes to."""
+    drift = paragraphs(filter(None, [drift_sentence(result)]))
+    return Markup().join([*map(_table, result.pairs), drift])
+
+
+def _table(pair: Pair) -> Markup:
+    caption = Markup("<caption><b>{}</b></caption>").format(verdict_sentence(pair))
+    head = row("th", ("", *PARAMETER_COLUMNS))
+    rows = [row("td", (each.name, *parameter_cells(each))) for each in pair.differences]
+    notes = paragraphs((*sentences(pair), *pair.notes))
+    return Markup("<table>{}{}{}</table>{}").format(caption, head, Markup().join(rows), notes)

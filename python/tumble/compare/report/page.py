@@ -1,0 +1,119 @@
+"""The page of calibrations that were held against each other, and over time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from tumble.compare.report.figures import history_figure
+from tumble.compare.report.text import (
+    HISTORY_COLUMNS,
+    MOTION_COLUMNS,
+    PARAMETER_COLUMNS,
+    TEST_COLUMNS,
+    drift_sentence,
+    hidden,
+    history_cells,
+    method_lines,
+    motion_cells,
+    parameter_cells,
+    sentences,
+    test_cells,
+    tests_of,
+    verdict_sentence,
+)
+from tumble.compare.result import CompareResult, Pair
+from tumble.report.page import Picture, ResultPage
+from tumble.units import TRIADS
+
+Rows = tuple[tuple[str, tuple[str, ...]], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Rows under columns."""
+
+    title: str
+    columns: tuple[str, ...]
+    rows: Rows
+
+
+@dataclass(frozen=True, slots=True)
+class PairSection:
+    """Everything shown of two calibrations."""
+
+    name: str
+    verdict: str
+    sentence: str
+    sentences: tuple[str, ...]
+    hidden: tuple[str, ...]
+    notes: tuple[str, ...]
+    tables: tuple[Table, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ComparePage:
+    """What the template of the page is given."""
+
+    title: str
+    verdict: str
+    pairs: tuple[PairSection, ...]
+    drift: str
+    pictures: tuple[Picture, ...]
+    history: Table | None
+    notes: tuple[str, ...]
+    method: tuple[tuple[str, str], ...]
+
+
+def compare_page(result: CompareResult) -> ComparePage:
+    """Gather the page."""
+    rows = tuple((each.name, history_cells(each)) for each in result.history)
+    return ComparePage(
+        title=" · ".join(result.names),
+        verdict=result.verdict,
+        pairs=tuple(map(_section, result.pairs)),
+        drift=drift_sentence(result),
+        pictures=tuple(_pictures(result)),
+        history=Table("parameter", HISTORY_COLUMNS, rows) if rows else None,
+        notes=result.notes,
+        method=method_lines(result),
+    )
+
+
+def _section(pair: Pair) -> PairSection:
+    return PairSection(
+        name=pair.name,
+        verdict=pair.verdict,
+        sentence=verdict_sentence(pair),
+        sentences=tuple(sentences(pair)),
+        hidden=tuple(hidden(pair)),
+        notes=pair.notes,
+        tables=(
+            Table(
+                "as an error", MOTION_COLUMNS, tuple((each.triad, motion_cells(each)) for each in pair.motion)
+            ),
+            Table(
+                "tested together",
+                TEST_COLUMNS,
+                tuple((each.name, test_cells(each)) for each in tests_of(pair)),
+            ),
+            Table(
+                "parameter",
+                (pair.first, pair.second, *PARAMETER_COLUMNS[2:]),
+                tuple((each.name, parameter_cells(each)) for each in pair.differences),
+            ),
+        ),
+    )
+
+
+def _pictures(result: CompareResult) -> Iterator[Picture]:
+    caption = (
+        "Each calibration less the mean of all, with its 95 % interval; the straight line that fits "
+        "best, and, dotted, its 95 % interval."
+    )
+    for triad in TRIADS:
+        if found := [each for each in result.history if each.name.startswith(triad)]:
+            yield Picture(history_figure(found, f"history-{triad}"), f"{triad.capitalize()}. {caption}")
+
+
+COMPARE_REPORT = ResultPage("tumble.compare.report", "compare.html.j2", compare_page)

@@ -1,0 +1,171 @@
+"""What page, screen and notebook say of two calibrations in the same words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import isfinite
+
+from tumble.compare.result import LEVEL, CompareResult, Difference, History, JointTest, MotionError, Pair
+from tumble.report.groups import shown_number
+from tumble.report.numbers import Scale, fixed, measurement, readable_scale, round_like, significant
+from tumble.results import GROUPS
+from tumble.words import count_of
+
+PARAMETER_COLUMNS = ("first", "second", "difference ± sigma", "sigmas")
+TEST_COLUMNS = ("chi-square", "degrees of freedom", "probability")
+MOTION_COLUMNS = ("motion", "error, rms", "by uncertainty alone")
+HISTORY_COLUMNS = ("a year", "sigmas", "calibrations")
+_RAREST = 1e-12
+"""Probability below which its digits say nothing."""
+
+
+def verdict_sentence(pair: Pair) -> str:
+    """Say in a sentence whether two calibrations are the same, and what that rests on."""
+    if pair.identical:
+        return f"{pair.name} are the same number by number"
+    if pair.verdict == "cannot be told":
+        return f"whether {pair.name} are the same cannot be told: {_why_not(pair)}"
+    found = [f"a probability of {probability(pair.probability)}"]
+    if pair.joint is not None:
+        found.insert(0, f"chi-square {figure(pair.joint.statistic)} for {pair.joint.degrees_of_freedom}")
+    if pair.verdict == "same":
+        return f"{pair.name} are the same within what is known: {', '.join(found)}"
+    most = pair.farthest
+    farthest = f"; most in {most.name}, {printed_difference(most)}" if most is not None else ""
+    return f"{pair.name} differ: {', '.join(found)}{farthest}"
+
+
+def _why_not(pair: Pair) -> str:
+    reasons = {each.reason for each in pair.differences}
+    if not reasons:
+        return "they have no triad in common"
+    return reasons.pop() if len(reasons) == 1 else "nothing that both hold is known with an uncertainty"
+
+
+def sentences(pair: Pair) -> Iterator[str]:
+    """Say what a difference means in motion, and where it sits."""
+    for each in pair.motion:
+        beside = f", where the uncertainties alone make {expected}" if (expected := by_chance(each)) else ""
+        yield f"{each.triad}: {error(each)} rms on {each.motion}{beside}"
+    if _only_biases(pair):
+        yield (
+            "only biases differ: scale and angles agree, as they do where a sensor was switched off and on, "
+            "or warmed, in between"
+        )
+
+
+def _only_biases(pair: Pair) -> bool:
+    differing = {test.name.split(" ")[-1] for test in pair.groups if test.probability < LEVEL}
+    others = {test.name for test in pair.groups if not test.name.endswith(GROUPS[0])}
+    return pair.verdict == "differ" and differing == {GROUPS[0]} and bool(others)
+
+
+def hidden(pair: Pair) -> Iterator[str]:
+    """Say what was not compared, and why."""
+    reasons: dict[str, list[Difference]] = {}
+    for each in pair.differences:
+        if not each.compared:
+            reasons.setdefault(each.reason, []).append(each)
+    for reason, rows in reasons.items():
+        groups = list(dict.fromkeys(row.group for row in rows))
+        yield f"{', '.join(groups)}: {reason} ({count_of('parameter', len(rows))})"
+
+
+def parameter_cells(each: Difference) -> tuple[str, ...]:
+    """Print what `PARAMETER_COLUMNS` name; a scale as what it differs from one by."""
+    scale = scale_of(each)
+    shown = [scale.quantity(_value(each, number, scale)) for number in (each.first, each.second)]
+    sigmas = fixed(each.sigmas, 1) if each.compared else each.reason
+    return (*shown, printed_difference(each), sigmas)
+
+
+def scale_of(each: Difference) -> Scale:
+    """Choose the unit that a parameter is shown in."""
+    known = [shown_number(each.group, number) for number in (each.first, each.second)]
+    return readable_scale(each.unit, max([abs(number) for number in known if isfinite(number)], default=0.0))
+
+
+def _value(each: Difference, number: float, scale: Scale) -> str:
+    shown = scale.factor * shown_number(each.group, number)
+    return round_like(shown, scale.factor * each.sigma) if each.compared else significant(shown, 4)
+
+
+def printed_difference(each: Difference) -> str:
+    """Print a difference with its sigma; empty where one of the numbers is not known."""
+    if not each.compared and each.sigma != 0.0:
+        return ""
+    scale = scale_of(each)
+    return measurement(scale.factor * each.value, scale.factor * each.sigma, scale.unit)
+
+
+def test_cells(test: JointTest) -> tuple[str, ...]:
+    """Print what `TEST_COLUMNS` name."""
+    return figure(test.statistic), str(test.degrees_of_freedom), probability(test.probability)
+
+
+def tests_of(pair: Pair) -> tuple[JointTest, ...]:
+    """Give all tests of a pair, that of all parameters last but temperature's."""
+    last = [test for test in (pair.joint, pair.temperature) if test is not None]
+    return (*pair.groups, *last)
+
+
+def motion_cells(each: MotionError) -> tuple[str, ...]:
+    """Print what `MOTION_COLUMNS` name."""
+    return each.motion, error(each), by_chance(each) or "not known"
+
+
+def error(each: MotionError) -> str:
+    """Print the error of a motion."""
+    scale = readable_scale(each.unit, each.rms)
+    return scale.quantity(significant(scale.factor * each.rms))
+
+
+def by_chance(each: MotionError) -> str:
+    """Print what uncertainty alone would make of it; empty where that is not known."""
+    scale = readable_scale(each.unit, each.expected)
+    return scale.quantity(significant(scale.factor * each.expected, 2)) if isfinite(each.expected) else ""
+
+
+def figure(statistic: float) -> str:
+    """Print a chi-square."""
+    return f"{statistic:.1f}" if statistic < 1e4 else f"{statistic:.2g}"
+
+
+def probability(chance: float) -> str:
+    """Print a probability in per cent."""
+    if chance < _RAREST:
+        return f"less than {_RAREST:.0e}"
+    return f"{100.0 * chance:.2g} %" if chance >= 1e-4 else f"{chance:.1g}"
+
+
+def history_cells(each: History) -> tuple[str, ...]:
+    """Print what `HISTORY_COLUMNS` name."""
+    scale = readable_scale(each.unit, max(abs(each.rate), each.rate_sigma))
+    rate = measurement(scale.factor * each.rate, scale.factor * each.rate_sigma, scale.unit)
+    sigmas = fixed(each.rate / each.rate_sigma, 1) if each.rate_sigma > 0.0 else ""
+    return rate, sigmas, str(len(each.years))
+
+
+def drift_sentence(result: CompareResult) -> str:
+    """Say which parameters drift with time; empty where nothing was laid over time."""
+    if not result.history:
+        return ""
+    span = max(float(each.years[-1] - each.years[0]) for each in result.history)
+    drifting = [f"{each.name} by {history_cells(each)[0]} a year" for each in result.history if each.drifts]
+    found = "; ".join(drifting) if drifting else "none clearly"
+    return f"drift over {fixed(span, 1)} years, of {count_of('parameter', len(result.history))}: {found}"
+
+
+def method_lines(result: CompareResult) -> tuple[tuple[str, str], ...]:
+    """List how it was done."""
+    dates = zip(result.names, result.dates, result.serials, strict=True)
+    made = [
+        f"{name}: {date or 'no date'}" + (f", serial {serial}" if serial else "")
+        for name, date, serial in dates
+    ]
+    return (
+        ("test", "chi-square of all differences by the sum of both covariances, full where files hold them"),
+        ("level", f"differ where chance makes it in less than {100.0 * LEVEL:.0f} of 100 cases"),
+        ("calibrations", "; ".join(made)),
+        ("software", result.software),
+    )

@@ -1,0 +1,142 @@
+"""ArduPilot: parameters of its inertial sensors, `INS_*`; what it makes of them is in `tumble.firmware`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from tumble.calibration.document import Calibration, Triad
+from tumble.errors import ProcedureError
+from tumble.exchange.parameters import all_powers, drift_section, numbers_of, single
+from tumble.exchange.parts import sensing_axes
+from tumble.exchange.target import Content, Setting, Settings, Target, Written
+from tumble.files import FileKind
+from tumble.firmware.ardupilot import COEFFICIENT, NUMBERS, REFERENCE, about, names_of, stored
+from tumble.recording import FloatArray
+from tumble.units import TRIADS, UNITS
+
+OFFSET_LIMIT = 3.5
+"""m/s^2."""
+SCALE_LIMITS = 0.8, 1.2
+NOT_ZERO = 1e-6
+"""m/s^2 or rad/s: offsets that are all zero are those of a sensor that was never calibrated."""
+_AXES = "XYZ"
+
+
+def write(calibrations: Sequence[Calibration], settings: Settings) -> Written:
+    """Write the parameters of up to three IMUs."""
+    lines = ["# Calibration by Tumble for ArduPilot: NAME,VALUE"]
+    for place, calibration in enumerate(calibrations):
+        number = place + settings.whole_number("instance")
+        if number not in NUMBERS:
+            raise ProcedureError(
+                f"--set instance={number}: ArduPilot numbers IMUs {NUMBERS[0]} to {NUMBERS[-1]}"
+            )
+        if calibration.accelerometer is not None:
+            lines += _accelerometer(calibration, calibration.accelerometer, number)
+        if calibration.gyroscope is not None:
+            lines += _triple(names_of("GYR", number) + "OFFS", _not_zero(calibration.gyroscope.b))
+        lines += _thermal(calibration, number)
+    has_gyroscope = any(calibration.gyroscope is not None for calibration in calibrations)
+    if has_gyroscope:
+        lines.append("INS_GYR_CAL,0")
+    remarks = ("INS_GYR_CAL,0 keeps ArduPilot from finding gyroscope biases anew at each start",)
+    return Written("\n".join(lines) + "\n", remarks=remarks if has_gyroscope else ())
+
+
+def _accelerometer(calibration: Calibration, section: Triad, number: int) -> Iterator[str]:
+    scale = 1.0 / sensing_axes(section.M).scale
+    low, high = SCALE_LIMITS
+    if np.abs(section.b).max() > OFFSET_LIMIT:
+        raise ProcedureError(
+            f"{calibration.name}: a bias of {np.abs(section.b).max():.3g} m/s^2 is more than the "
+            f"{OFFSET_LIMIT:g} that ArduPilot takes; check the sensor"
+        )
+    if scale.min() < low or scale.max() > high:
+        worst = float(scale[np.argmax(np.abs(scale - 1.0))])
+        raise ProcedureError(
+            f"{calibration.name}: a scale of {worst:.4g} is not within the {low} to {high} that ArduPilot "
+            "takes; calibrate readings in m/s^2"
+        )
+    yield from _triple(names_of("ACC", number) + "OFFS", _not_zero(section.b))
+    yield from _triple(names_of("ACC", number) + "SCAL", scale)
+
+
+def _thermal(calibration: Calibration, number: int) -> Iterator[str]:
+    sections = {"ACC": calibration.accelerometer, "GYR": calibration.gyroscope}
+    drifts = {
+        name: section.temperature_drift
+        for name, section in sections.items()
+        if section is not None and section.temperature_drift is not None
+    }
+    if not drifts:
+        return
+    low, high = next(iter(drifts.values())).range
+    if any(tuple(drift.range) != (low, high) for drift in drifts.values()):
+        raise ProcedureError(
+            f"{calibration.name}: its triads were seen in different ranges of temperature, and ArduPilot has "
+            "one for both; run tumble thermal on logs of both"
+        )
+    yield f"INS_TCAL{number}_ENABLE,1"
+    yield f"INS_TCAL{number}_TMIN,{single(low)}"
+    yield f"INS_TCAL{number}_TMAX,{single(high)}"
+    for name, drift in drifts.items():
+        yield f"INS_{name}{number}_CALTEMP,{single(drift.reference)}"
+        powers = COEFFICIENT * about(all_powers(drift.bias), drift.reference, REFERENCE)
+        for power, row in enumerate(powers, start=1):
+            yield from _triple(f"INS_TCAL{number}_{name}{power}_", row)
+
+
+def _triple(prefix: str, values: FloatArray) -> list[str]:
+    joint = "" if prefix.endswith("_") else "_"
+    return [f"{prefix}{joint}{axis},{single(value)}" for axis, value in zip(_AXES, values, strict=True)]
+
+
+def _not_zero(offset: FloatArray) -> FloatArray:
+    return offset if np.any(offset) else np.array([NOT_ZERO, 0.0, 0.0])
+
+
+def read(text: str) -> list[Content]:
+    """Read the calibrations of all IMUs."""
+    return calibrations_in(numbers_of(text, r"[,\s]+", 0, 1))
+
+
+def calibrations_in(parameters: Mapping[str, float]) -> list[Content]:
+    """Give the calibrations of all IMUs that parameters hold."""
+    found = [_unit(parameters, number) for number in NUMBERS]
+    return [content for content in found if TRIADS[0] in content or TRIADS[1] in content]
+
+
+def _unit(parameters: Mapping[str, float], number: int) -> Content:
+    """Give what is stored of one IMU; offsets that are all zero are those of none."""
+    content: Content = {"name": f"imu{number}"}
+    for triad in TRIADS:
+        found = stored(parameters, triad, number)
+        if not found.offset.any():
+            continue
+        if found.device:
+            content["serial"] = content.get("serial", str(found.device))
+        section: Content = {"unit": UNITS[triad], "M": np.diag(1.0 / found.scale), "b": found.offset}
+        content[triad] = section | drift_section(found.thermal)
+    return content
+
+
+ARDUPILOT = Target(
+    word="ardupilot",
+    title="ArduPilot parameters",
+    ending=".param",
+    kind=FileKind("parameters of ArduPilot", re.compile(rb"\A(#[^\n]*\n)*[A-Z][A-Z0-9_]*[,\s]")),
+    holds={
+        "accelerometer": ("bias", "scale", "bias over temperature"),
+        "gyroscope": ("bias", "bias over temperature"),
+    },
+    write=write,
+    source="https://ardupilot.org/copter/docs/parameters.html#ins-parameters",
+    settings=(Setting("instance", "number of the first IMU, 1 to 3", "1"),),
+    most=len(NUMBERS),
+    read=read,
+    read_parameters=calibrations_in,
+    remarks=("ArduPilot turns by AHRS_ORIENTATION after this: calibrate in the axes of the sensor",),
+)

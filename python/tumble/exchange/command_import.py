@@ -1,0 +1,51 @@
+"""`tumble import`: calibration files from those of another program."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tumble.cli.output import OutputFolder, folder_named_after
+from tumble.cli.screen import print_json
+
+
+def import_command(
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="File of another program, or a log of PX4 or ArduPilot.")
+    ],
+    source: Annotated[
+        str | None,
+        typer.Option(
+            "--from",
+            metavar="FORMAT",
+            help="Its format, as tumble export --to list names it, where the file does not tell.",
+            show_default=False,
+        ),
+    ] = None,
+    output: OutputFolder = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the calibrations as JSON.")] = False,
+) -> None:
+    """Read a calibration that another program made.
+
+    Example: tumble import vehicle.params -o results
+
+    A flight log (.ulg, .bin) gives the calibration that the autopilot flew with at its end.
+
+    Writes a calibration file for each IMU, to be applied, compared, or started from (--start).
+    """
+    from tumble.exchange.procedure import import_calibrations
+    from tumble.file_names import file_stem
+    from tumble.files import prepare_folder
+
+    found = import_calibrations(file, source)
+    folder = prepare_folder(output or folder_named_after(file.stem))
+    paths = [folder / f"{file_stem(each.name)}.yaml" for each in found]
+    for calibration, path in zip(found, paths, strict=True):
+        calibration.save(path)
+    if as_json:
+        print_json([{"file": str(path), **each.content()} for each, path in zip(found, paths, strict=True)])
+        return
+    for calibration, path in zip(found, paths, strict=True):
+        print(f"{path}\n{calibration}")

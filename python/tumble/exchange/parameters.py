@@ -1,0 +1,65 @@
+"""What formats of firmware share: single precision, all powers of a polynomial, a line a parameter."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from tumble.calibration.temperature_drift import HIGHEST_ORDER
+from tumble.errors import CalibrationFileError
+from tumble.firmware.correction import Thermal
+from tumble.plain import short
+from tumble.recording import FloatArray
+
+
+def single(value: float) -> str:
+    """Print a number so that single precision reads it back exactly."""
+    return f"{float(np.float32(value)):.9g}"
+
+
+def c_float(value: float) -> str:
+    """Print a constant of single precision for C."""
+    text = single(value)
+    return f"{text}f" if any(sign in text for sign in ".e") else f"{text}.0f"
+
+
+def yaml_number(value: float) -> str:
+    """Print a number so that it is read back exactly; YAML 1.1 takes 1e-05, without a point, for text."""
+    digits, sign, exponent = repr(float(value)).partition("e")
+    return f"{digits if '.' in digits else f'{digits}.0'}{sign}{exponent}" if sign else digits
+
+
+def all_powers(coefficients: Sequence[FloatArray]) -> FloatArray:
+    """Give (3, 3) coefficients of powers 1 to 3, by axis; zero beyond those given."""
+    powers = np.zeros((HIGHEST_ORDER, 3))
+    powers[: len(coefficients)] = np.reshape(coefficients, (-1, 3))
+    return powers
+
+
+def drift_section(thermal: Thermal | None) -> dict[str, object]:
+    """Give the section of a calibration file; nothing where firmware does not follow temperature."""
+    if thermal is None:
+        return {}
+    bias = tuple(thermal.coefficients)
+    return {
+        "temperature_drift": {"reference": thermal.reference, "range": np.array(thermal.range), "bias": bias}
+    }
+
+
+def numbers_of(text: str, separator: str, name: int, value: int) -> dict[str, float]:
+    """Read a line a parameter: fields between separators, of which these are its name and its value.
+
+    Raises `CalibrationFileError` with the line that is none.
+    """
+    found: dict[str, float] = {}
+    for number, line in enumerate(text.splitlines(), start=1):
+        fields = re.split(separator, line.strip())
+        if not line.strip() or line.startswith("#"):
+            continue
+        try:
+            found[fields[name]] = float(fields[value])
+        except (IndexError, ValueError):
+            raise CalibrationFileError(f"line {number}: {short(line)} is no parameter") from None
+    return found

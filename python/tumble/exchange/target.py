@@ -1,0 +1,156 @@
+"""What a format of another program is: the parts it holds, what it has to be told, its files."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from tumble.calibration.document import Calibration
+from tumble.errors import ProcedureError
+from tumble.exchange.parts import Loss, Part, losses
+from tumble.files import FileKind
+from tumble.plain import short
+from tumble.units import TRIADS, Triad
+from tumble.words import join
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """Something that a target has to be told and no calibration knows."""
+
+    name: str
+    """As in `--set NAME=VALUE`."""
+    meaning: str
+    default: str | None = None
+    """None where it has to be given."""
+
+
+class Settings:
+    """Values of a target's settings, one for all units or, between commas, one for each."""
+
+    def __init__(self, target: str, settings: Sequence[Setting], typed: Mapping[str, str]) -> None:
+        self._target = target
+        self._settings = {setting.name: setting for setting in settings}
+        if unknown := [name for name in typed if name not in self._settings]:
+            known = join(sorted(self._settings)) or "no settings"
+            raise ProcedureError(f"{target} has no setting {short(unknown[0])}; it has {known}")
+        self._values = {name: setting.default for name, setting in self._settings.items()} | dict(typed)
+
+    def text(self, name: str, unit: int = 0, units: int = 1) -> str:
+        """Give the value for one of so many units; raises `ProcedureError` where there is none."""
+        value = self._values[name]
+        if value is None:
+            raise ProcedureError(f"{self._target} needs --set {name}=...: {self._settings[name].meaning}")
+        values = value.split(",")
+        if len(values) not in (1, units):
+            raise ProcedureError(
+                f"--set {name}={value} has {len(values)} values for {units} calibrations; give one for each"
+            )
+        return values[unit if len(values) > 1 else 0].strip()
+
+    def refusal(self, name: str, remedy: str) -> ProcedureError:
+        """Give the error for a value that will not do."""
+        return ProcedureError(f"--set {name}={self._values[name]}: {remedy}")
+
+    def whole_number(self, name: str, unit: int = 0, units: int = 1) -> int:
+        """Give it as a whole number; hexadecimal will do."""
+        text = self.text(name, unit, units)
+        try:
+            return int(text, 0)
+        except ValueError:
+            raise self.refusal(name, "give a whole number") from None
+
+    def c_name(self, name: str) -> str:
+        """Give it as a name of C."""
+        text = self.text(name)
+        if not re.fullmatch(r"[A-Za-z_]\w*", text, re.ASCII):
+            raise self.refusal(name, "give a name of C")
+        return text
+
+    def positive_number(self, name: str) -> float:
+        """Give it as a number above zero."""
+        text = self.text(name)
+        try:
+            number = float(text)
+        except ValueError:
+            number = 0.0
+        if not 0.0 < number < float("inf"):
+            raise self.refusal(name, "give a number above zero")
+        return number
+
+
+@dataclass(frozen=True, slots=True)
+class Exported:
+    """A file for another program, and what it does not say."""
+
+    content: bytes
+    losses: tuple[Loss, ...]
+    """Errors that stay, as the target cannot hold what would remove them."""
+    remarks: tuple[str, ...] = ()
+    """What to know or to do besides."""
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """What the writer of a target gives."""
+
+    content: str
+    losses: tuple[Loss, ...] = ()
+    """Beside those that follow from the parts that the target holds."""
+    remarks: tuple[str, ...] = ()
+
+
+Write: TypeAlias = Callable[[Sequence[Calibration], Settings], Written]
+Content: TypeAlias = dict[str, object]
+"""Of a calibration file."""
+Read: TypeAlias = Callable[[str], list[Content]]
+ReadParameters: TypeAlias = Callable[[Mapping[str, float]], list[Content]]
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """A format of another program."""
+
+    word: str
+    """As after `--to`."""
+    title: str
+    ending: str
+    """Of its files, with the dot."""
+    kind: FileKind
+    """What its files begin with."""
+    holds: Mapping[Triad, Collection[Part]]
+    write: Write
+    source: str
+    """Where names, units and formula are stated."""
+    leaves_out: Collection[Triad] = ()
+    """Triads that its files are not about; nothing is said to be lost of these."""
+    settings: tuple[Setting, ...] = ()
+    most: int = 1
+    """Units in one file."""
+    remarks: tuple[str, ...] = field(default=())
+    """What to know or to do whenever it is written."""
+    read: Read | None = None
+    """Reads its files; None where they hold no calibration, or none that can be read back."""
+    encoding: str = "utf-8"
+    """Of its text."""
+    read_parameters: ReadParameters | None = None
+    """Reads the parameters in a log of its firmware; None where it keeps none there."""
+
+    def export(self, calibrations: Sequence[Calibration], typed: Mapping[str, str]) -> Exported:
+        """Make a file of one calibration or several.
+
+        Raises `ProcedureError`, in one line, where it takes fewer, needs a setting, or takes no such values.
+        """
+        settings = Settings(self.word, self.settings, typed)
+        if len(calibrations) > self.most:
+            raise ProcedureError(
+                f"{self.word} holds {self.most} of the {len(calibrations)} calibrations; leave some out"
+            )
+        written = self.write(calibrations, settings)
+        about = [triad for triad in TRIADS if triad not in self.leaves_out]
+        held = {triad: self.holds.get(triad, ()) for triad in about}
+        lost = [loss for each in calibrations for loss in losses(each, held)]
+        content = written.content.encode(self.encoding)
+        return Exported(content, (*lost, *written.losses), (*self.remarks, *written.remarks))
