@@ -2,26 +2,67 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from pathlib import Path
+from typing import Annotated, Any
 
 import typer
 
 from tumble.cli.gravity import GravityOption, HeightOption, LatitudeOption, check_gravity
+from tumble.cli.live_options import LIVE, SenderOption, UntilOption, pose_seconds
 from tumble.cli.output import OutputFolder, folder_for
 from tumble.cli.read_options import with_read_options
+from tumble.cli.start import StartOption
+from tumble.errors import ProcedureError
 from tumble.logs.options import ReadOptions
-
-SOME_FAILED = 3
-"""Exit code where not all was found that was asked for."""
+from tumble.multipose.command_live import LiveOptions, run_live
+from tumble.multipose.command_results import SOME_FAILED, show_results, write_results
 
 
 @with_read_options
 def multipose_command(
     read_options: ReadOptions,
     log: Annotated[
-        str, typer.Argument(metavar="LOG", help="Log of the unit: LOG, or LOG:NAME for one IMU of several.")
+        str,
+        typer.Argument(
+            metavar="LOG",
+            help="Log of the unit: LOG, or LOG:NAME for one IMU of several; with --live a SOURCE.",
+        ),
     ],
     output: OutputFolder = None,
+    start: StartOption = None,
+    live: Annotated[
+        bool,
+        typer.Option(
+            "--live",
+            help="Calibrate now, led from orientation to orientation; see the documentation for sources.",
+            rich_help_panel=LIVE,
+        ),
+    ] = False,
+    until: UntilOption = None,
+    orientations: Annotated[
+        int | None,
+        typer.Option(
+            min=10,
+            help="How many to ask for; 18 if not given and there is no --until.",
+            rich_help_panel=LIVE,
+            show_default=False,
+        ),
+    ] = None,
+    held: Annotated[str | None, pose_seconds("4s")] = None,
+    duration: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TIME",
+            help="End after this time at the latest, such as 10min.",
+            rich_help_panel=LIVE,
+            show_default=False,
+        ),
+    ] = None,
+    resume: Annotated[
+        bool,
+        typer.Option("--resume", help="Go on with the session in the folder.", rich_help_panel=LIVE),
+    ] = False,
+    sender: SenderOption = None,
     raw: Annotated[
         bool,
         typer.Option(
@@ -39,6 +80,14 @@ def multipose_command(
             help="Take the upward part of the Earth's rotation off the gyroscope; needs --latitude.",
         ),
     ] = False,
+    faces: Annotated[
+        bool,
+        typer.Option("--faces", help="It lay on the six faces of a box, and was turned once round on three."),
+    ] = False,
+    sections: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Labelled stretches, CSV label,start,end or JSON, in samples."),
+    ] = None,
     latitude: LatitudeOption = None,
     height: HeightOption = None,
     gravity: GravityOption = None,
@@ -47,7 +96,8 @@ def multipose_command(
     ] = "",
     station: Annotated[str, typer.Option(metavar="NAME", help="Where; stands in the calibration file.")] = "",
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print the result as JSON instead of a table.")
+        bool,
+        typer.Option("--json", help="Print the result as JSON instead of a table; with --live events too."),
     ] = False,
 ) -> None:
     """Calibrate an IMU that was held still in many orientations, without equipment.
@@ -57,18 +107,37 @@ def multipose_command(
 
     Example: tumble multipose session.csv -o results
 
+    Live: tumble multipose --live serial:/dev/ttyUSB0?baud=921600 --until "bias 0.003" -o results
+
     Finds the rests in the log by itself. Writes a calibration file and a page. The exit code is 0 if both
-    sensors were calibrated, 3 if only the accelerometer was or the model does not fit, 2 if nothing could be
-    done.
+    sensors were calibrated, 3 if only the accelerometer was, the model does not fit or a goal was not
+    reached, 2 if nothing could be done.
     """
     check_gravity(latitude, height, gravity)
+    from tumble.calibration.document import Calibration
+    from tumble.calibration.unit_files import prepare_unit_files
     from tumble.cli.progress import sample_progress
     from tumble.logs import open_recording
-    from tumble.multipose.command_results import prepare, show_results, write_results
     from tumble.multipose.procedure import as_counts, multipose
 
+    asked = LiveOptions(until, orientations, held, duration, resume, sender)
+    if live:
+        if faces or sections:
+            raise ProcedureError("--faces and --sections are for recordings; give them with the session then")
+        options: dict[str, Any] = {
+            "gravity": gravity,
+            "latitude": latitude,
+            "height": height,
+            "g_sensitivity": g_sensitivity,
+            "earth_rate": earth_rate,
+            "start": Calibration.load(start) if start else None,
+        }
+        run_live(log, output, read_options, asked, options, operator, station, raw=raw, as_json=as_json)
+        return
+    asked.refuse_without_live()
     folder = output or folder_for(log)
-    prepare(folder, open_recording(log, as_counts(read_options) if raw else read_options).name)
+    name = open_recording(log, as_counts(read_options) if raw else read_options).name
+    prepare_unit_files(folder, name, "multipose")
     with sample_progress("reading") as advance:
         result = multipose(
             log,
@@ -78,6 +147,9 @@ def multipose_command(
             g_sensitivity=g_sensitivity,
             earth_rate=earth_rate,
             raw=raw,
+            start=start,
+            faces=faces,
+            sections=sections,
             read=read_options,
             operator=operator,
             station=station,

@@ -6,31 +6,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tumble.cli.screen import print_json, print_summary
-from tumble.file_names import unit_stem
 
 if TYPE_CHECKING:
     from tumble.multipose.result import MultiposeResult
 
 
-def prepare(folder: Path | str, name: str) -> tuple[Path, Path]:
-    """Prove that page and calibration of a unit can be written into `folder`, and give the path of both."""
-    from tumble.calibration.document import KIND
-    from tumble.files import PAGE, check_output, prepare_folder
-
-    stem = unit_stem(name, "multipose")
-    folder = prepare_folder(folder)
-    page, path = folder / f"{stem}.html", folder / f"{stem}.yaml"
-    check_output(page, PAGE)
-    check_output(path, KIND)
-    return page, path
+SOME_FAILED = 3
+"""Exit code where not all was found, or reached, that was asked for."""
 
 
 def write_results(result: MultiposeResult, folder: Path | str) -> dict[str, Path]:
     """Write everything into `folder`, named after the unit; give the path of each file by what it is."""
     from tumble.calibration.document import Calibration
+    from tumble.calibration.unit_files import prepare_unit_files
     from tumble.multipose.report.page import MULTIPOSE_REPORT
 
-    page, path = prepare(folder, result.name)
+    page, path = prepare_unit_files(folder, result.name, "multipose")
     MULTIPOSE_REPORT.write(result, page)
     Calibration.from_multipose(result).save(path)
     return {"calibration": path, "report": page}

@@ -16,8 +16,14 @@ _UNKNOWNS = [
 ]
 """By their place in [M row by row, b]."""
 
+FACES = 6
+SIX_FACES = ", or give --faces if it lay on the six faces of a box"
+"""Said where the orientations are as many."""
+
 NOTABLE_SHARE = 0.3
 """Of an unknown in a combination that is left open, from which it is named."""
+MORE_MAY_SHOW = {"no rests", "too few directions", "poses leave open"}
+"""Words for what more poses mend."""
 
 
 def explain(word: str, figures: RefusalFigures) -> str:
@@ -36,7 +42,15 @@ def _too_few_directions(figures: RefusalFigures) -> str:
         )
     return (
         f"{seen}; hold the unit still for 3 s or longer in {needed} different orientations or more, "
-        "15 to 20 are good"
+        f"15 to 20 are good{SIX_FACES if found == FACES else ''}"
+    )
+
+
+def _faces_missing(figures: RefusalFigures) -> str:
+    missing = ", ".join(figures["missing"])
+    return (
+        f"shows no rest on {missing}; lay the unit for 3 s or longer on each of six faces, each axis up "
+        "(_p) and down (_a), or calibrate without --faces from 10 orientations or more"
     )
 
 
@@ -53,6 +67,7 @@ MESSAGES: dict[str, Callable[[RefusalFigures], str]] = {
         "orientations"
     ),
     "too few directions": _too_few_directions,
+    "faces missing": _faces_missing,
     "poses leave open": lambda figures: (
         f"its poses lie almost in a plane or on a cone, and leave open: {_open(figures['shares'])}; add "
         "poses across it, with each axis up, down and in between"

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tumble import _core
 from tumble.acquisition.acquire import (
@@ -21,16 +22,38 @@ from tumble.acquisition.acquire import (
 )
 from tumble.acquisition.imu import Imu, log_name
 from tumble.acquisition.notices import notices
+from tumble.acquisition.repetitions import frozen_stretches
+from tumble.calibration.document import Calibration
+from tumble.calibration.start import started_from
+from tumble.calibration.temperature_counts import TemperatureCounts
 from tumble.errors import ProcedureError
 from tumble.gravity import local_gravity
 from tumble.logs import ReadOptions, open_recording, parse_spec
-from tumble.multipose.messages import explain
-from tumble.multipose.result import MultiposeResult, NextOrientation, NominalScale, PoseFit, TurnFit
+from tumble.logs.session import procedure_of
+from tumble.multipose.messages import MORE_MAY_SHOW, explain
+from tumble.multipose.result import (
+    Faces,
+    FerrarisTriad,
+    MultiposeResult,
+    NextOrientation,
+    NextTurn,
+    NominalScale,
+    PoseFit,
+    TurnFit,
+)
+from tumble.multipose.sections import (
+    FULL_TURNS,
+    Section,
+    Sections,
+    are_faces,
+    sections_of,
+    sections_of_folder,
+)
 from tumble.provenance import Provenance, date_now, log_digest
-from tumble.recording import FloatArray, Recording, RecordingSource, SampleProgress
+from tumble.recording import Chunk, FloatArray, Recording, RecordingSource, SampleProgress
 from tumble.results import TriadResult
 from tumble.turntable.triads import triad_result
-from tumble.words import count_of
+from tumble.units import TRIADS
 
 OWN_AXES = "the case frame is that of the accelerometer's own axes: no equipment shows how it is mounted"
 """Why the mounting of the accelerometer is not observable."""
@@ -41,6 +64,9 @@ STANDS_OUT = 0.5
 """Weight in the robust loss below which a pose is named."""
 DECISIVE = 0.95
 """Leverage above which nothing but the pose itself shows what it shows."""
+
+ANGLES = slice(6, 12)
+"""Where the parameters of a triad are angles: non-orthogonality and mounting."""
 
 _UNKNOWNS = {
     0: "scale x",
@@ -55,6 +81,21 @@ _UNKNOWNS = {
 }
 """What an element of [M row by row, b] is mostly about."""
 
+_RATE_UNKNOWNS = (
+    *(
+        f"scale {axis}" if axis == along else f"response of axis {axis} along {along}"
+        for axis in "xyz"
+        for along in "xyz"
+    ),
+    *(f"bias {axis}" for axis in "xyz"),
+    *(f"g-sensitivity of axis {axis} along {along}" for axis in "xyz" for along in "xyz"),
+)
+"""What an element of [M row by row, b] and then G row by row of a gyroscope is mostly about."""
+
+
+class TooLittleShownError(ProcedureError):
+    """The poses do not show all that is asked of the accelerometer; more may."""
+
 
 def multipose(
     source: RecordingSource,
@@ -65,6 +106,9 @@ def multipose(
     g_sensitivity: bool = False,
     earth_rate: bool = False,
     raw: bool = False,
+    start: Calibration | str | Path | None = None,
+    faces: bool = False,
+    sections: Sections | None = None,
     read: ReadOptions | None = None,
     operator: str = "",
     station: str = "",
@@ -77,7 +121,12 @@ def multipose(
     it turned. Gravity is standard, or `gravity` in m/s^2, or follows from `latitude` in deg and `height` in
     m. With `g_sensitivity` the gyroscope's response to specific force is fitted. With `earth_rate`, which
     needs the latitude, the upward part of the Earth's rotation is taken off. With `raw`, readings are counts
-    of a scale nobody knows, which gravity and the turns show.
+    of a scale nobody knows, which gravity and the turns show. `start` is a calibration of the unit: its noise
+    weighs rests and turns, its temperature drift is taken off, and both are kept.
+
+    With `faces` the unit lay on the six faces of a box, with a full turn about each axis: what is known of
+    the directions then takes the place of more orientations. `sections` are labelled stretches, a file or
+    a list of `Section`: what is labelled a rest is taken for one, and six faces for six faces.
 
     Raises `TumbleError`, in one line, where the poses do not show all that is asked of the accelerometer. A
     gyroscope that cannot be calibrated has its reason in `gyroscope_reason`.
@@ -88,45 +137,99 @@ def multipose(
     if earth_rate and latitude is None:
         raise ProcedureError("the Earth's rotation depends on latitude; give it with --latitude")
     recording = open_recording(source, as_counts(read) if raw else read)
+    if raw and start is not None:
+        raise ProcedureError("--start is of readings in SI units, --raw of counts; leave one out")
+    before = started_from(start, recording.metadata)
+    labelled = _labelled(recording, sections)
+    on_faces = faces or are_faces(labelled)
     unit = _acquired(recording, strength, raw=raw, progress=progress)
     has_gyroscope = "gyroscope" in unit.triads
-    try:
-        figures = _core.multipose_of(
-            *_samples(unit, progress),
+    temperatures = TemperatureCounts(before, unit.triads)
+    samples = _samples(unit, temperatures, progress)
+    # What is labelled is taken as it is labelled.
+    frozen = [] if labelled else frozen_stretches(samples)
+    used = _without(samples, frozen)
+
+    def fit(before: Calibration | None) -> _core.MultiposeFigures:
+        compensated = used if before is None else before.at_reference(used)
+        return _core.multipose_of(
+            compensated.time,
+            compensated.accelerometer,
+            compensated.gyroscope,
             strength,
             gyroscope=has_gyroscope,
             g_sensitivity=g_sensitivity,
             latitude=math.radians(latitude) if earth_rate and latitude is not None else None,
             raw=raw,
+            noise_density=_known(before, "noise_density"),
+            bias_instability=_known(before, "bias_instability"),
+            faces=on_faces,
+            sections=_placed(labelled, unit),
         )
+
+    try:
+        figures = fit(before)
+        if before is not None and any(drift.scale for drift in before.temperature_drifts().values()):
+            # What a scale that drifts does to a reading depends on the bias, which is known only now.
+            figures = fit(_with_biases(before, figures))
     except _core.CoreError as error:
-        raise ProcedureError(explain(*error.args), about=recording.name) from None
+        kind = TooLittleShownError if error.args[0] in MORE_MAY_SHOW else ProcedureError
+        raise kind(explain(*error.args), about=recording.name) from None
     found = replace(unit, acquired=figures["acquired"])
     reason = _gyroscope_reason(figures, has_gyroscope)
     sha256 = log_digest(parse_spec(source).path) if isinstance(source, str | Path) else ""
     result = MultiposeResult(
         name=recording.name,
         source=log_name(recording),
-        serial=recording.metadata.serial,
-        accelerometer=_accelerometer(figures, found.acquired),
+        serial=recording.metadata.serial or (before.serial if before else ""),
+        accelerometer=_accelerometer(figures, found.acquired, on_faces=on_faces),
         gyroscope=_gyroscope(figures, found.acquired),
         gyroscope_reason=reason,
         poses=tuple(_poses(figures["poses"])),
         turns=tuple(_turns(figures["gyroscope"])),
         next_orientation=_next(figures["next"]),
+        next_turn=_next_turn(figures["gyroscope"]),
         rests=rests_of(found.acquired, triads=unit.triads) + rejected_rests_of(found.acquired),
         trace=trace_of(found.acquired, unit.triads),
         gravity=strength,
         gravity_source=gravity_source,
         tolerance=figures["tolerance"],
+        faces=_faces(figures),
         nominal_scale=_nominal(figures),
         temperature=unit.acquired.temperature,
         log=replace(unit.log, sha256=sha256),
-        provenance=Provenance(date_now(), operator, station),
-        options={"g-sensitivity": g_sensitivity, "earth-rate": earth_rate, "raw": raw},
+        provenance=_provenance(source, operator, station),
+        start_hash=before.hash() if before else "",
+        start=before.content() if before else {},
+        options={"g-sensitivity": g_sensitivity, "earth-rate": earth_rate, "raw": raw, "faces": on_faces},
         software=f"tumble {_core.__version__}",
     )
-    return replace(result, warnings=tuple(_warnings(result, found, figures)))
+    stood_still = (
+        f"all readings stood still from {samples.time[first]:.1f} to {samples.time[last]:.1f} s, as those of "
+        "no sensor with noise do: that time is left out"
+        for first, last in frozen
+    )
+    warnings = (
+        *stood_still,
+        *_warnings(result, found, figures),
+        *_about_the_start(result),
+        *temperatures.notices(),
+    )
+    return replace(result, warnings=warnings)
+
+
+def _provenance(source: RecordingSource, operator: str, station: str) -> Provenance:
+    """Say who calibrated and where: what is stated, else what stands in the recorded session."""
+    asked = procedure_of(source)
+    return Provenance(
+        date_now(), operator or (asked.operator if asked else ""), station or (asked.station if asked else "")
+    )
+
+
+def _labelled(recording: Recording, sections: Sections | None) -> tuple[Section, ...]:
+    if sections is not None:
+        return sections_of(sections)
+    return sections_of_folder(recording) if recording.parts else ()
 
 
 def as_counts(read: ReadOptions | None) -> ReadOptions:
@@ -136,12 +239,6 @@ def as_counts(read: ReadOptions | None) -> ReadOptions:
 
 def _acquired(recording: Recording, gravity: float, *, raw: bool, progress: SampleProgress | None) -> Imu:
     """Read the recording for the first time, and refuse what cannot serve."""
-    if recording.parts:
-        raise ProcedureError(
-            f"is a folder of {count_of('log', len(recording.parts))}, one per pose; give the one log in "
-            "which the unit is held and turned",
-            about=recording.name,
-        )
     if "accelerometer" not in recording.metadata.triads:
         raise ProcedureError(
             "holds no accelerometer readings, which show gravity; name a log that has them",
@@ -160,29 +257,103 @@ def _acquired(recording: Recording, gravity: float, *, raw: bool, progress: Samp
     return unit
 
 
-def _samples(unit: Imu, progress: SampleProgress | None) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Read all samples, those without a number left out: time, specific force, angular rate."""
-    times, forces, rates = [], [], []
+def _with_biases(before: Calibration, figures: _core.MultiposeFigures) -> Calibration:
+    """Put the biases that were found in place of those of before."""
+    gyroscope = figures["gyroscope"]
+    found = {
+        "accelerometer": figures["accelerometer"]["b"],
+        "gyroscope": None if gyroscope is None else gyroscope["calibration"]["b"],
+    }
+    triads = {name: getattr(before, name) for name, b in found.items() if b is not None}
+    return before.model_copy(
+        update={name: triad and triad.model_copy(update={"b": found[name]}) for name, triad in triads.items()}
+    )
+
+
+def _known(before: Calibration | None, term: str) -> FloatArray | None:
+    """Give a term of the noise of all channels, (6,), NaN where it is not known."""
+    if before is None:
+        return None
+    stated = [getattr(getattr(before, triad), term, None) for triad in TRIADS]
+    return np.concatenate([np.full(3, np.nan) if values is None else values for values in stated])
+
+
+def _samples(unit: Imu, temperatures: TemperatureCounts, progress: SampleProgress | None) -> Chunk:
+    """Read all samples, those without a number left out."""
+    chunks = []
     for chunk in unit.recording.chunks():
+        good = _holds_numbers(chunk, unit)
         rate = chunk.gyroscope if "gyroscope" in unit.triads else np.zeros((len(chunk), 3))
-        good = (
-            np.isfinite(chunk.time)
-            & np.isfinite(chunk.accelerometer).all(axis=1)
-            & np.isfinite(rate).all(axis=1)
-        )
-        times.append(chunk.time[good])
-        forces.append(chunk.accelerometer[good])
-        rates.append(rate[good])
+        temperature = np.full(len(chunk), np.nan) if chunk.temperature is None else chunk.temperature
+        chunks.append((chunk.time[good], chunk.accelerometer[good], rate[good], temperature[good]))
+        temperatures.add(int(good.sum()), temperature[good])
         if progress is not None:
             progress(unit.acquired.samples, None)
-    return np.concatenate(times), np.concatenate(forces), np.concatenate(rates)
+    return Chunk(*(np.concatenate(columns) for columns in zip(*chunks, strict=True)))
 
 
-def _accelerometer(figures: _core.MultiposeFigures, unit: _core.Acquired) -> TriadResult:
+def _without(samples: Chunk, frozen: list[tuple[int, int]]) -> Chunk:
+    """Leave out what stood still: frozen in a turn, it looks like a rest."""
+    kept = np.ones(len(samples), dtype=bool)
+    for first, last in frozen:
+        kept[first : last + 1] = False
+    temperature = None if samples.temperature is None else samples.temperature[kept]
+    return Chunk(samples.time[kept], samples.accelerometer[kept], samples.gyroscope[kept], temperature)
+
+
+def _holds_numbers(chunk: Chunk, unit: Imu) -> NDArray[np.bool_]:
+    """(n,) which samples of a chunk hold numbers in all channels that were recorded."""
+    good = np.isfinite(chunk.time) & np.isfinite(chunk.accelerometer).all(axis=1)
+    return good & np.isfinite(chunk.gyroscope).all(axis=1) if "gyroscope" in unit.triads else good
+
+
+def _placed(sections: Sequence[Section], unit: Imu) -> list[tuple[str, int, int]]:
+    """Give sections by their places among the samples that hold numbers.
+
+    Raises `ProcedureError` where one ends after the log.
+    """
+    if not sections:
+        return []
+    good = np.concatenate([_holds_numbers(chunk, unit) for chunk in unit.recording.chunks()])
+    last = max(sections, key=lambda each: each.end)
+    if last.end > len(good):
+        raise ProcedureError(
+            f"{last.label} ends at sample {last.end}, the log at {len(good)}; sections count samples from 0",
+            about=unit.name,
+        )
+    before = np.concatenate([[0], np.cumsum(good)])
+    return [(each.label, int(before[each.start]), int(before[each.end])) for each in sections]
+
+
+def _faces(figures: _core.MultiposeFigures) -> Faces | None:
+    faces = figures["faces"]
+    if faces is None:
+        return None
+    gyroscope = faces["gyroscope"]
+    return Faces(
+        tilt=faces["tilt"],
+        sections=tuple(faces["sections"]),
+        accelerometer=_ferraris(faces["accelerometer"]),
+        gyroscope=None if gyroscope is None else _ferraris(gyroscope),
+        K_ga=faces["g_sensitivity"],
+    )
+
+
+def _ferraris(figures: _core.FerrarisFigures) -> FerrarisTriad:
+    compared = np.array(figures["parameters"] or []).reshape(-1, 2)
+    values = compared[:, 0].copy()
+    values[ANGLES] = np.degrees(values[ANGLES])
+    scale, rotation, bias = (figures[name] for name in ("scale", "rotation", "bias"))
+    return FerrarisTriad(np.diag(scale), rotation, bias, values, compared[:, 1])
+
+
+def _accelerometer(figures: _core.MultiposeFigures, unit: _core.Acquired, *, on_faces: bool) -> TriadResult:
     found = triad_result(
         "accelerometer", figures["accelerometer"], unit.noise_density[:3], unit.bias_instability[:3], {}
     )
     assert found is not None
+    if on_faces:
+        return found
     parameters = tuple(
         replace(
             each,
@@ -247,6 +418,14 @@ def _next(figures: _core.NextOrientationFigures | None) -> NextOrientation | Non
     return NextOrientation(figures["up"], _UNKNOWNS[figures["unknown"]], figures["before"], figures["after"])
 
 
+def _next_turn(figures: _core.MultiposeGyroscope | None) -> NextTurn | None:
+    found = None if figures is None else figures["next"]
+    if found is None:
+        return None
+    parameter = _RATE_UNKNOWNS[found["unknown"]]
+    return NextTurn(found["axis"], found["up"], parameter, found["before"], found["after"])
+
+
 def _nominal(figures: _core.MultiposeFigures) -> NominalScale | None:
     scale = figures["nominal_scale"]
     if scale is None:
@@ -259,7 +438,9 @@ def _warnings(result: MultiposeResult, unit: Imu, figures: _core.MultiposeFigure
         yield from notices(unit)
     else:
         yield from _about_counts(result.nominal_scale)
-    if result.directions - 9 < FEW_TO_CHECK:
+    if result.faces is not None:
+        yield from _about_faces(result.faces, result)
+    elif result.directions - 9 < FEW_TO_CHECK:
         yield (
             f"{result.directions} orientations for nine unknowns: hardly anything checks the fit; 15 to 20 "
             "are good"
@@ -268,7 +449,7 @@ def _warnings(result: MultiposeResult, unit: Imu, figures: _core.MultiposeFigure
     if spoilt:
         yield f"rest {', '.join(spoilt)}: departs from all others and weighs less in the fit; was it touched?"
     decisive = [str(k + 1) for k, pose in enumerate(result.poses) if pose.leverage > DECISIVE]
-    if decisive:
+    if decisive and result.faces is None:
         yield (
             f"rest {', '.join(decisive)}: no other shows what it shows, so nothing checks it; add poses "
             "near it"
@@ -283,6 +464,21 @@ def _warnings(result: MultiposeResult, unit: Imu, figures: _core.MultiposeFigure
                 f"{triad.triad}: residuals are {triad.widening:.1f} times what noise explains; its sigmas "
                 "include that"
             )
+
+
+def _about_the_start(result: MultiposeResult) -> Iterator[str]:
+    if "gyroscope" in result.start and result.gyroscope is None:
+        yield ("the gyroscope is kept as the calibration of --start has it, in the case frame of that one")
+
+
+def _about_faces(faces: Faces, result: MultiposeResult) -> Iterator[str]:
+    if result.gyroscope is not None and any(label in FULL_TURNS for label, _, _ in faces.sections):
+        yield (
+            f"a full turn is taken to be full within {math.degrees(_core.FULL_TURN_SIGMA):.2g} deg: little "
+            "else in a session on six faces shows it"
+        )
+    if faces.gyroscope is None and "gyroscope" in {triad.triad for triad in result.triads}:
+        yield "no full turn about each axis was found, so there is no gyroscope by the formulas of Ferraris"
 
 
 def _about_counts(scale: NominalScale) -> Iterator[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -66,6 +66,22 @@ class NextOrientation:
 
 
 @dataclass(frozen=True, slots=True)
+class NextTurn:
+    """The half turn that would lower the largest sigma of the gyroscope most."""
+
+    axis: FloatArray
+    """(3,) unit vector, case frame: turn about it."""
+    up: FloatArray
+    """(3,) unit vector, case frame, across the axis: what is to point up at the start."""
+    parameter: str
+    """What is known least."""
+    before: float
+    """Its sigma as it is: of scale, of a bias of 0.1 rad/s, of a g-sensitivity of 0.01 rad/s per m/s^2."""
+    after: float
+    """The largest sigma with that turn added."""
+
+
+@dataclass(frozen=True, slots=True)
 class NominalScale:
     """What counts were taken for."""
 
@@ -73,6 +89,37 @@ class NominalScale:
     """Counts per m/s^2."""
     gyroscope: float | None
     """Counts per rad/s; None where the turns did not show it."""
+
+
+@dataclass(frozen=True, slots=True)
+class FerrarisTriad:
+    """A sensor by the formulas of Ferraris: y = K R u + b, in the unit of its readings."""
+
+    K: FloatArray
+    """(3, 3), diagonal."""
+    R: FloatArray
+    """(3, 3), rows are the sensing axes in the case."""
+    b: FloatArray
+    """(3,)."""
+    values: FloatArray
+    """(12,) the parameters of the sensor's `TriadResult`, in their order and units; empty without one."""
+    differences: FloatArray
+    """(12,) less those of the `TriadResult`, in sigmas of it; empty without one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Faces:
+    """What a session on six faces shows besides, in the case frame of the box."""
+
+    tilt: float
+    """By how much a face was off level about either axis, rad, 1-sigma, as all faces together show it."""
+    sections: tuple[tuple[str, int, int], ...]
+    """Label, first sample, and the one after the last, of the samples that hold numbers."""
+    accelerometer: FerrarisTriad
+    gyroscope: FerrarisTriad | None
+    """None where a full turn about one of the axes is missing."""
+    K_ga: FloatArray
+    """(3, 3) response of the gyroscope to specific force by the same formulas."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +139,7 @@ class MultiposeResult(Tabular):
     """One for each rest."""
     turns: tuple[TurnFit, ...]
     next_orientation: NextOrientation | None
+    next_turn: NextTurn | None
     rests: tuple[Rest, ...]
     trace: Trace
     gravity: float
@@ -99,12 +147,18 @@ class MultiposeResult(Tabular):
     gravity_source: str
     tolerance: float
     """Factor on the usual limits of stillness with which rests were found."""
+    faces: Faces | None = None
+    """Where the unit lay on six faces: the formulas of Ferraris beside this result."""
     nominal_scale: NominalScale | None = None
     """Where readings are counts of a scale that nobody stated."""
     temperature: tuple[float, float, float] | None = None
     """Lowest, mean and highest, degC."""
     log: LogFacts = NO_LOG
     provenance: Provenance = UNKNOWN
+    start_hash: str = ""
+    """sha256 of the calibration that it was started from; empty if there was none."""
+    start: Mapping[str, object] = field(default_factory=dict, repr=False)
+    """Content of that calibration; empty if there was none."""
     options: dict[str, object] = field(default_factory=dict)
     """Method options as the calibration file keeps them."""
     warnings: tuple[str, ...] = ()

@@ -14,7 +14,8 @@ from rich.table import Table
 from rich.text import Text
 
 from tumble.calibration.document import Calibration
-from tumble.multipose.report.text import next_sentence, sentences
+from tumble.multipose.report.ferraris import compared
+from tumble.multipose.report.text import next_sentences, sentences
 from tumble.multipose.result import MultiposeResult
 from tumble.plain import finite
 from tumble.report.numbers import NOT_OBSERVABLE, measurement, readable_scale
@@ -25,8 +26,9 @@ def screen_summary(result: MultiposeResult) -> RenderableType:
     """Say what a person wants to know at once: what was found, how good it is, what would better it."""
     head = [Text(line) for line in sentences(result)]
     notes = [Text(f"Warning: {line}", "yellow") for line in result.warnings]
-    advice = next_sentence(result)
-    return Group(*head, "", _table(result), "", *([Text(advice)] if advice else []), *notes)
+    advice = next_sentences(result)
+    beside: list[RenderableType] = [_beside_ferraris(result), ""] if result.faces is not None else []
+    return Group(*head, "", _table(result), "", *beside, *map(Text, advice), *notes)
 
 
 def _table(result: MultiposeResult) -> Table:
@@ -35,6 +37,21 @@ def _table(result: MultiposeResult) -> Table:
         table.add_column(title, no_wrap=True)
     for each in zip(*(triad.parameters for triad in result.triads), strict=True):
         table.add_row(each[0].name, *(_cell(parameter) for parameter in each))
+    return table
+
+
+def _beside_ferraris(result: MultiposeResult) -> Table:
+    table = Table(
+        box=SIMPLE_HEAD,
+        padding=(0, 1),
+        show_edge=False,
+        caption="by the formulas of Ferraris, and how many sigmas that is from the above",
+        caption_justify="left",
+    )
+    for title in ("", "", "Ferraris", "sigmas"):
+        table.add_column(title, no_wrap=True, justify="right" if title == "sigmas" else "left")
+    for row in compared(result):
+        table.add_row(row.triad, row.name, f"{row.ferraris} {row.unit}".strip(), row.difference)
     return table
 
 
@@ -68,7 +85,10 @@ def json_content(result: MultiposeResult, files: dict[str, Path]) -> dict[str, A
         "poses": [asdict(pose) for pose in result.poses],
         "turns": [asdict(turn) for turn in result.turns],
         "next_orientation": asdict(result.next_orientation) if result.next_orientation else None,
+        "next_turn": asdict(result.next_turn) if result.next_turn else None,
+        "faces": asdict(result.faces) if result.faces else None,
         "rests": [{"start": rest.start, "end": rest.end, "used": rest.used} for rest in result.rests],
+        "start": result.start_hash,
         "warnings": result.warnings,
         "calibration": Calibration.from_multipose(result).content(),
         "files": files,

@@ -10,6 +10,7 @@ import typer
 from tumble.cli.output import OutputFolder, folder_for
 from tumble.cli.read_options import with_read_options
 from tumble.cli.screen import print_json, print_summary
+from tumble.cli.start import StartOption
 from tumble.logs.options import ReadOptions
 
 if TYPE_CHECKING:
@@ -31,12 +32,7 @@ def noise_command(
         ),
     ],
     output: OutputFolder = None,
-    start: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="Calibration that the noise is added to; all else of it stays as it is."
-        ),
-    ] = None,
+    start: StartOption = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the result as JSON instead of a table.")
     ] = False,

@@ -4,21 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from tumble import _core
 from tumble.acquisition.acquire import acquire, refuse_if_damaged
-from tumble.acquisition.imu import Imu, log_name
+from tumble.acquisition.imu import Imu, digest_of, log_name
+from tumble.acquisition.joined import progress_of_log, refuse_other_triads
 from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.calibration.document import Calibration
+from tumble.calibration.start import started_from
 from tumble.errors import ProcedureError
 from tumble.logs import ReadOptions, open_recording
 from tumble.noise import messages
 from tumble.noise.result import TERM_UNITS, ChannelNoise, DeviationCurve, NoiseResult
 from tumble.noise.samples import StillSamples
-from tumble.recording import Recording, RecordingSource, SampleProgress, sources_of
+from tumble.provenance import date_now
+from tumble.recording import RecordingSource, SampleProgress, sources_of
 from tumble.results import INTERVAL, Parameter
 from tumble.units import Triad
 
@@ -46,14 +50,14 @@ def noise(
     Method: docs/theory/noise.md.
     """
     recordings = [open_recording(source, read) for source in sources_of(sources)]
-    before = Calibration.load(start) if isinstance(start, str | Path) else start
     first = recordings[0]
+    before = started_from(start, first.metadata)
     triads = first.metadata.triads
     still = StillSamples(triads)
     units: list[Imu] = []
     for recording in recordings:
-        _refuse_other_triads(first, recording)
-        unit = acquire(recording, progress=_part(progress, 2 * len(units), 2 * len(recordings)))
+        refuse_other_triads(first, recording)
+        unit = acquire(recording, progress=progress_of_log(progress, len(units), len(recordings)))
         _refuse_unless_still(unit)
         _refuse_other_rate(units[0] if units else unit, unit)
         units.append(unit)
@@ -71,19 +75,13 @@ def noise(
         still=part,
         channels=channels,
         temperature=_temperature(units),
+        logs=tuple(replace(unit.log, sha256=digest_of(unit.recording)) for unit in units),
+        date=date_now(),
         start_hash=before.hash() if before else "",
         start=before.content() if before else {},
         warnings=(*_notices(units), *messages.warnings_of(part, channels)),
         software=f"tumble {_core.__version__}",
     )
-
-
-def _refuse_other_triads(first: Recording, recording: Recording) -> None:
-    if recording.metadata.triads != first.metadata.triads:
-        raise ProcedureError(
-            f"{recording.name}: holds {' and '.join(recording.metadata.triads)} readings, "
-            f"{first.name} {' and '.join(first.metadata.triads)}; join logs of one sensor only"
-        )
 
 
 def _refuse_unless_still(unit: Imu) -> None:
@@ -108,13 +106,6 @@ def _refuse_other_rate(first: Imu, unit: Imu) -> None:
             f"{unit.name}: has {rates[1]:.4g} samples a second, {first.name} {rates[0]:.4g}; "
             "join logs of one rate only"
         )
-
-
-def _part(progress: SampleProgress | None, number: int, of: int) -> SampleProgress | None:
-    """Count the samples of the first of two passes, and expect as many in each."""
-    if progress is None:
-        return None
-    return lambda done, expected: progress(done, None if expected is None or number else of * expected)
 
 
 def _temperature(units: Sequence[Imu]) -> tuple[float, float, float] | None:

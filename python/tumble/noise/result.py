@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tumble.provenance import LogFacts
 from tumble.recording import FloatArray
 from tumble.results import LARGEST_WIDENING, Collection, Parameter, Row, Tabular, Verdict
 from tumble.units import UNITS, Triad
@@ -121,6 +122,10 @@ class NoiseResult(Tabular, Collection[ChannelNoise]):
     channels: tuple[ChannelNoise, ...]
     temperature: tuple[float, float, float] | None = None
     """Lowest, mean and highest, degC."""
+    logs: tuple[LogFacts, ...] = ()
+    """Of each source."""
+    date: str = ""
+    """When it was measured: UTC, ISO 8601."""
     start_hash: str = ""
     """sha256 of the calibration that the noise is added to; empty if there was none."""
     start: Mapping[str, object] = field(default_factory=dict, repr=False)
@@ -178,3 +183,8 @@ class NoiseResult(Tabular, Collection[ChannelNoise]):
             if term.observable
         ]
         return "\n  ".join([f"NoiseResult({self.name}: {self.still.duration:.6g} s)", *lines])
+
+    def _repr_html_(self) -> str:
+        from tumble.noise.report.notebook import noise_html
+
+        return noise_html(self)

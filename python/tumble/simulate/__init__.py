@@ -2,10 +2,10 @@
 
 Read in this order: `grade` (how good a sensor is), `fault` (what can be wrong with it), `unit` (what one
 records, and what is true of it), then `turntable`, `spin` (a robot that turns on the spot), `static` (a unit
-that stands still) or `flight` (several units on a quadrotor or a vehicle), each with its `scenario`
-(everything it is made of), `procedure` (from there to recordings and truth), `files` (those on disk) and
-`command`. `native` says how a scenario reaches the native simulator. `live` serves all of these, and a table,
-as they happen.
+that stands still), `thermal` (one that warms and cools) or `flight` (several units on a quadrotor or a
+vehicle), each with its `scenario` (everything it is made of), `procedure` (from there to recordings and
+truth), `files` (those on disk) and `command`. `native` says how a scenario reaches the native simulator.
+`live` serves all of these, and a table, as they happen.
 
 >>> from tumble.simulate import simulate_turntable
 >>> session = simulate_turntable(seed=7, grades=("consumer", "tactical"))
@@ -46,6 +46,9 @@ from tumble.simulate.spin.scenario import Disturbance, SpinScenario, Step, parse
 from tumble.simulate.static.files import write_static
 from tumble.simulate.static.procedure import SimulatedStatic, simulate_static
 from tumble.simulate.static.scenario import StaticScenario
+from tumble.simulate.thermal.files import write_thermal
+from tumble.simulate.thermal.procedure import SimulatedThermal, simulate_thermal
+from tumble.simulate.thermal.scenario import ThermalScenario
 from tumble.simulate.turntable.files import write_turntable
 from tumble.simulate.turntable.procedure import SimulatedTurntable, TrueRest, simulate_turntable
 from tumble.simulate.turntable.scenario import TurntableScenario
@@ -74,11 +77,13 @@ __all__ = [
     "SimulatedMultipose",
     "SimulatedSpin",
     "SimulatedStatic",
+    "SimulatedThermal",
     "SimulatedTurntable",
     "SimulatedUnit",
     "SpinScenario",
     "StaticScenario",
     "Step",
+    "ThermalScenario",
     "TriadGrade",
     "TriadTruth",
     "TrueRest",
@@ -90,6 +95,7 @@ __all__ = [
     "simulate_multipose",
     "simulate_spin",
     "simulate_static",
+    "simulate_thermal",
     "simulate_turntable",
     "unit_names",
     "write_flight",
@@ -97,5 +103,6 @@ __all__ = [
     "write_multipose",
     "write_spin",
     "write_static",
+    "write_thermal",
     "write_turntable",
 ]

@@ -10,6 +10,7 @@ from tumble.simulate.live.command import live_command
 from tumble.simulate.multipose.command import multipose_command
 from tumble.simulate.spin.command import spin_command
 from tumble.simulate.static.command import static_command
+from tumble.simulate.thermal.command import thermal_command
 from tumble.simulate.turntable.command import turntable_command
 
 simulate_app = typer.Typer(no_args_is_help=True, help="Make recordings whose truth is known.")
@@ -25,4 +26,5 @@ simulate_app.command("flight", cls=AbbreviatingCommand)(flight_command)
 simulate_app.command("spin", cls=AbbreviatingCommand)(spin_command)
 simulate_app.command("multipose", cls=AbbreviatingCommand)(multipose_command)
 simulate_app.command("static", cls=AbbreviatingCommand)(static_command)
+simulate_app.command("thermal", cls=AbbreviatingCommand)(thermal_command)
 simulate_app.command("live", cls=AbbreviatingCommand)(live_command)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from markupsafe import Markup
 
-from tumble.multipose.report.text import next_sentence, sentences
+from tumble.multipose.report.ferraris import compared
+from tumble.multipose.report.text import next_sentences, sentences
 from tumble.multipose.result import MultiposeResult
 from tumble.report.notebook import figures, paragraphs, row
 from tumble.report.parameters import parameter_groups
@@ -20,5 +21,12 @@ def multipose_html(result: MultiposeResult) -> str:
         for group in parameter_groups(triad, ())
         for printed in group.rows
     ]
-    notes = (*sentences(result), *filter(None, [next_sentence(result)]), *result.warnings)
+    beside = [
+        row("td", (each.triad, each.name, each.ferraris, each.difference, each.unit))
+        for each in compared(result)
+    ]
+    if beside:
+        titles = ("", "by the formulas of Ferraris", "value", "sigmas apart", "unit")
+        rows += [row("th", titles), *beside]
+    notes = (*sentences(result), *next_sentences(result), *result.warnings)
     return Markup("<table>{}{}{}</table>{}").format(caption, head, Markup().join(rows), paragraphs(notes))

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from tumble.multipose.report.ferraris import ComparedRow, compared
 from tumble.multipose.report.figures import influence_figure, norm_figure, sphere_figure, turn_figure
-from tumble.multipose.report.text import method_lines, next_sentence, sentences
+from tumble.multipose.report.text import method_lines, next_sentences, sentences
 from tumble.multipose.result import MultiposeResult
 from tumble.report.figures import recording_figure
 from tumble.report.page import Picture, ResultPage
@@ -39,7 +40,7 @@ class MultiposePage:
     serial: str
     verdict: str
     sentences: tuple[str, ...]
-    advice: str
+    advice: tuple[str, ...]
     warnings: tuple[str, ...]
     sphere: Picture
     influence: Picture
@@ -47,6 +48,7 @@ class MultiposePage:
     turns: Picture | None
     no_gyroscope: str
     triads: tuple[TriadSection, ...]
+    ferraris: tuple[ComparedRow, ...]
     recording: Picture
     rests: tuple[RestRow, ...]
     method: tuple[tuple[str, str], ...]
@@ -59,7 +61,7 @@ def multipose_page(result: MultiposeResult) -> MultiposePage:
         serial=result.serial,
         verdict=result.verdict,
         sentences=tuple(sentences(result)),
-        advice=next_sentence(result),
+        advice=tuple(next_sentences(result)),
         warnings=result.warnings,
         sphere=Picture(
             sphere_figure(result, "sphere"),
@@ -89,6 +91,7 @@ def multipose_page(result: MultiposeResult) -> MultiposePage:
             )
             for triad in result.triads
         ),
+        ferraris=tuple(compared(result)),
         recording=Picture(
             recording_figure(result.trace, result.rests, "rec"),
             "Means over short segments. Shaded: rests, numbered as above.",

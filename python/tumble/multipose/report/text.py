@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from tumble.multipose.poses import axis_words, orientation_words
 from tumble.multipose.result import MultiposeResult
-from tumble.recording import FloatArray
 from tumble.report.numbers import readable_scale, significant
 from tumble.words import count_of
 
@@ -17,6 +17,9 @@ WORTH_ADDING = 0.9
 def sentences(result: MultiposeResult) -> Iterator[str]:
     """Say how many poses there were, and what calibration made of gravity at them and between them."""
     rests, turns = len(result.poses), len(result.turns)
+    if result.faces is not None:
+        tilt = _quantity(math.degrees(result.faces.tilt), "deg")
+        yield f"six faces of a box, each {tilt} off level, as what they leave shows"
     yield (
         f"{count_of('rest', rests)} in {count_of('orientation', result.directions)}, "
         f"{count_of('turn', turns)} between them"
@@ -37,26 +40,21 @@ def sentences(result: MultiposeResult) -> Iterator[str]:
         )
 
 
-def next_sentence(result: MultiposeResult) -> str:
-    """Say which orientation would help most; empty where there is none to say."""
-    found = result.next_orientation
-    if found is None:
-        return ""
-    gain = f"{significant(100.0 * found.before, 2)} % to {significant(100.0 * found.after, 2)} %"
-    opening = "Next" if found.after < WORTH_ADDING * found.before else "Next, though it gains little"
-    return (
-        f"{opening}: hold it with {leaning(found.up)} up; lowers the largest sigma, of {found.parameter}, "
-        f"from {gain}"
-    )
+def next_sentences(result: MultiposeResult) -> Iterator[str]:
+    """Say which orientation would help the accelerometer most, and which turn the gyroscope."""
+    orientation, turn = result.next_orientation, result.next_turn
+    if orientation is not None:
+        how = orientation_words(orientation.up)
+        yield _advice(how, orientation.parameter, orientation.before, orientation.after)
+    if turn is not None:
+        how = f"from {orientation_words(turn.up)}, turn it half round about {axis_words(turn.axis)}"
+        yield _advice(how, f"{turn.parameter} of the gyroscope", turn.before, turn.after)
 
 
-def leaning(up: FloatArray) -> str:
-    """Say a direction by the axes it lies between: `between +x and -z`."""
-    order = sorted(range(3), key=lambda axis: -abs(up[axis]))
-    named = [f"{'+' if up[axis] > 0 else '-'}{'xyz'[axis]}" for axis in order if abs(up[axis]) > 0.35]
-    direction = ", ".join(f"{float(value):.2f}" for value in up)
-    where = named[0] if len(named) == 1 else f"what lies between {' and '.join(named)}"
-    return f"{where} ({direction})"
+def _advice(how: str, parameter: str, before: float, after: float) -> str:
+    gain = f"{significant(100.0 * before, 2)} % to {significant(100.0 * after, 2)} %"
+    opening = "Next" if after < WORTH_ADDING * before else "Next, though it gains little"
+    return f"{opening}: {how}; lowers the largest sigma, of {parameter}, from {gain}"
 
 
 def _quantity(value: float, unit: str) -> str:
@@ -70,12 +68,19 @@ def method_lines(result: MultiposeResult) -> tuple[tuple[str, str], ...]:
         "g-sensitivity" if result.options.get("g-sensitivity") else "",
         "the Earth's rotation taken off" if result.options.get("earth-rate") else "",
         "readings are counts" if result.options.get("raw") else "",
+        "six faces" if result.options.get("faces") else "",
     ]
     return (
         ("source", result.source),
         ("gravity", f"{result.gravity:.6g} m/s², {result.gravity_source}"),
         ("limits of stillness", f"{result.tolerance:g} times the usual"),
         ("asked for", ", ".join(option for option in options if option) or "nothing besides"),
-        ("case frame", "x along the accelerometer's axis x, y in the plane of its axes x and y"),
+        ("case frame", _case_frame(result)),
         ("software", result.software),
     )
+
+
+def _case_frame(result: MultiposeResult) -> str:
+    if result.faces is not None:
+        return "the faces of the box: what was up on face x is axis x, and so on"
+    return "x along the accelerometer's axis x, y in the plane of its axes x and y"

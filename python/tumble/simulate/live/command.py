@@ -27,6 +27,7 @@ class MotionName(str, Enum):
 
     TABLE = "table"
     SIX_FACES = "six-faces"
+    HAND = "hand"
     SPIN = "spin"
     FLIGHT = "flight"
 
@@ -45,7 +46,8 @@ def live_command(
     motion: Annotated[
         MotionName,
         typer.Option(
-            help="What moves the units: a table that is told over TCP, a hand, a robot, or a quadrotor."
+            help="What moves the units: a table that is told over TCP, a hand from face to face, or with one "
+            "unit all over the sphere, a robot, or a quadrotor."
         ),
     ] = MotionName.TABLE,
     grades: Annotated[
@@ -56,7 +58,16 @@ def live_command(
         ),
     ] = "",
     rate: Annotated[float, typer.Option(help="Samples a second, Hz.")] = 200.0,
-    rest: Annotated[float, typer.Option(help="Time at rest first, and at each face, in s.")] = 10.0,
+    rest: Annotated[
+        float, typer.Option(help="Time at rest first, and at each face or orientation, in s.")
+    ] = 10.0,
+    told: Annotated[
+        bool,
+        typer.Option(
+            "--told",
+            help="A hand turns where events on standard input ask: those of tumble multipose --live --json.",
+        ),
+    ] = False,
     transport: Annotated[Transport, typer.Option(help="How the units are heard.")] = Transport.UDP,
     host: Annotated[str, typer.Option(help="Where datagrams go to, and where TCP is served.")] = "127.0.0.1",
     port: Annotated[
@@ -102,6 +113,7 @@ def live_command(
     from tumble.simulate.live.procedure import LiveSimulation
     from tumble.simulate.live.scenario import LiveScenario
     from tumble.simulate.live.signals import until_ended
+    from tumble.simulate.live.told import follow_events
 
     folder = output or folder_named_after("live")
     scenario = LiveScenario(
@@ -115,6 +127,7 @@ def live_command(
         port=port,
         table_port=table_port,
         table_profile=table_profile,
+        told=told,
         clock_offset_seconds=clock_offset,
         clock_skew_ppm=clock_skew,
         delay_seconds=1e-3 * delay,
@@ -127,6 +140,8 @@ def live_command(
     with LiveSimulation(scenario, folder) as simulation:
         truth = str(write_live(simulation, folder))
         _show(simulation, truth, as_json)
+        if told:
+            follow_events(simulation, sys.stdin)
         until_ended(simulation)
     _show_end(simulation)
 
@@ -142,8 +157,9 @@ def _show(simulation: LiveSimulation, truth: str, as_json: bool) -> None:
         print(*words, sep="\n")
         if table is not None:
             print(f"--table '{table}'")
-        if len(words) == 1 and table is None:
-            print(f"Next: tumble spin --live '{simulation.units[0].address}'")
+        if len(words) == 1 and simulation.scenario.motion in ("spin", "hand"):
+            procedure = "spin" if simulation.hand is None else "multipose"
+            print(f"Next: tumble {procedure} --live '{simulation.units[0].address}'")
         else:
             print(f"Next: tumble record {' '.join(words)} -o session")
         print("Ctrl-C ends it.")

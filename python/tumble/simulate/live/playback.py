@@ -25,7 +25,7 @@ from tumble.simulate.turntable.scenario import REFERENCE
 from tumble.simulate.unit import PPM, ClockTruth
 
 ROBOT = "imu"
-"""Name of the one unit of a robot."""
+"""Name of the one unit of a robot, and of that in a hand."""
 BY_HAND_DEG = 2.0
 """How far a hand misses a face, deg, 1 sigma about each axis."""
 HAND_RATE_DPS = 90.0
@@ -62,7 +62,7 @@ def names_of(scenario: LiveScenario) -> tuple[str, ...]:
     """Give the names of the units of a motion."""
     count = len(scenario.usual_grades)
     match scenario.motion:
-        case "spin":
+        case "spin" | "hand":
             return (ROBOT,)
         case "flight":
             return unit_names(count)

@@ -15,12 +15,14 @@ import numpy as np
 
 from tumble.live.address import CLOCK_RATE
 from tumble.simulate.live.fault import LiveFault, refuse_unknown_units
+from tumble.simulate.live.hand import JOINTS, Hand, joints_from_own, unit_in_hand
 from tumble.simulate.live.outlet import MavlinkOutlet, Outlet, PtyOutlet, TcpOutlet, UdpOutlet, free_port
 from tumble.simulate.live.playback import names_of, playback
 from tumble.simulate.live.samples import NONE, Feed, Samples, delays, disturbed, shown
 from tumble.simulate.live.scenario import LiveScenario
 from tumble.simulate.live.table_server import TableServer
 from tumble.simulate.live.table_units import TableUnit, units_on
+from tumble.simulate.multipose.files import multipose_truth
 from tumble.simulate.turntable.files import truth_content
 from tumble.table.profile import load_profile
 from tumble.table.simulated import SimulatedTable
@@ -137,13 +139,15 @@ class LiveSimulation:
     ) -> None:
         self.scenario = replace(scenario or LiveScenario(), **changes)
         self.table: SimulatedTable | None = None
-        """Where the motion is that of a table."""
+        """Where the motion is that of a table, or of the joints of a hand."""
         self.truth: Mapping[str, Any] = {}
         """What is true of the units, as in `truth.yaml`."""
         self.lag = 0.0
         """s, at most, by which serving fell behind."""
         self.error: BaseException | None = None
         """What ended it, where that was a bug."""
+        self.hand: Hand | None = None
+        """Where the motion is that of a hand; tell it where to turn."""
         self._folder = Path(folder)
         self.units_on_table: Mapping[str, TableUnit] = {}
         """What each unit on a table is and feels; empty where there is none."""
@@ -164,7 +168,7 @@ class LiveSimulation:
                 unit = LiveUnit(name, number, feed, self._outlet(number, name), self.scenario)
                 stack.callback(unit.close)
                 self._units.append(unit)
-            self._began = time.monotonic() if self.table is not None else 0.0
+            self._began = time.monotonic() if self._server is not None else 0.0
             thread = threading.Thread(target=self._serve, name="bench", daemon=True)
             thread.start()
             stack.callback(thread.join)
@@ -205,10 +209,16 @@ class LiveSimulation:
         """Wait until it has ended, or for `timeout` s; whether it has ended."""
         return self._ended.wait(timeout)
 
+    def stop(self) -> None:
+        """Have it end soon."""
+        self._ended.set()
+
     def _feeds(self, stack: ExitStack) -> Mapping[str, Feed]:
         faults: dict[str, tuple[LiveFault, ...]] = {
             name: tuple(each) for name, each in self.scenario.faults.items()
         }
+        if self.scenario.motion == "hand":
+            return self._feed_in_hand(stack, faults)
         if self.scenario.motion != "table":
             played = playback(self.scenario, faults)
             self.truth = played.truth
@@ -226,6 +236,18 @@ class LiveSimulation:
         stack.enter_context(self._server)
         return feeds
 
+    def _feed_in_hand(
+        self, stack: ExitStack, faults: Mapping[str, tuple[LiveFault, ...]]
+    ) -> Mapping[str, Feed]:
+        self.table = SimulatedTable(JOINTS, self.now, "hand")
+        found, feed, noise = unit_in_hand(self.table, self.scenario, faults)
+        stack.callback(noise.close)
+        self.hand = Hand(self.table, self.scenario, joints_from_own(found))
+        content = multipose_truth(found)
+        self.truth = {key: content[key] for key in content if key != "duration"}
+        (name,) = names_of(self.scenario)
+        return {name: feed}
+
     def _outlet(self, number: int, name: str) -> Outlet:
         scenario = self.scenario
         port = scenario.port + number if scenario.port else 0
@@ -242,6 +264,8 @@ class LiveSimulation:
     def _serve(self) -> None:
         try:
             for now in self._rounds():
+                if self.hand is not None and not self.hand.advance(now):
+                    return
                 for unit in self._units:
                     unit.advance(now)
                 if self.table is not None:

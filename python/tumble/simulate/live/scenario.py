@@ -12,12 +12,13 @@ from tumble.simulate.grade import Grade, grade_names
 from tumble.simulate.live.fault import LiveFault
 from tumble.simulate.scenario import FASTEST_RATE_HZ, SLOWEST_RATE_HZ, ScenarioError, Vector, is_finite
 
-Motion: TypeAlias = Literal["table", "six-faces", "spin", "flight"]
+Motion: TypeAlias = Literal["table", "six-faces", "hand", "spin", "flight"]
 TransportName: TypeAlias = Literal["udp", "pty", "tcp", "mavlink"]
 
 MOTIONS: dict[Motion, str] = {
     "table": "a rate table, which moves as it is told over TCP",
     "six-faces": "units turned by hand, face after face",
+    "hand": "one unit in a hand, which turns it from orientation to orientation",
     "spin": "a robot that stands still, then turns on the spot",
     "flight": "a redundant set on a quadrotor",
 }
@@ -36,11 +37,13 @@ class LiveScenario:
     rate_hz: float = 200.0
     """Samples a second of every unit, by its own clock."""
     rest_seconds: float = 10.0
-    """How long it rests first, and at every face; a table rests until it is told."""
+    """How long it rests first, and at every face or orientation; a table rests until it is told."""
     lever_arm_m: Mapping[str, Vector] = field(default_factory=dict)
     """Places of units on a table against the turning centre, m, case frame; at the centre if not given."""
     table_profile: str = "scpi"
     """Words that the table understands, and what its axes may do."""
+    told: bool = False
+    """Whether a hand turns only when it is told."""
 
     transport: TransportName = "udp"
     host: str = "127.0.0.1"
@@ -114,7 +117,7 @@ class LiveScenario:
         if self.grades:
             return tuple(self.grades)
         match self.motion:
-            case "spin":
+            case "spin" | "hand":
                 return ("consumer",)
             case "flight":
                 return ("industrial", "consumer", "consumer")

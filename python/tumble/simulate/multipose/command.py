@@ -15,6 +15,10 @@ from tumble.simulate.options import Format
 def multipose_command(
     output: OutputFolder = None,
     orientations: Annotated[int, typer.Option(min=1, help="Orientations, all over the sphere.")] = 18,
+    faces: Annotated[
+        bool,
+        typer.Option("--faces", help="A box on its six faces with full turns, and a list of its sections."),
+    ] = False,
     still: Annotated[float, typer.Option(help="Time at rest in each, s.")] = 4.0,
     grade: Annotated[str, typer.Option(help="consumer, industrial, tactical or reference.")] = "consumer",
     sample_rate: Annotated[float, typer.Option(help="Samples a second, Hz.")] = 100.0,
@@ -36,13 +40,14 @@ def multipose_command(
 
     Example: tumble simulate multipose --orientations 18 --seed 7 -o hand
 
-    Writes multipose.csv and, to hold results against, truth.yaml.
+    Writes multipose.csv and, to hold results against, truth.yaml; with --faces sections.csv as well.
     """
     from tumble.simulate import simulate_multipose, write_multipose
 
     found = simulate_multipose(
         seed=seed,
         orientations=orientations,
+        faces=faces,
         rest_seconds=still,
         grade=grade,
         rate_hz=sample_rate,
@@ -56,7 +61,11 @@ def multipose_command(
     if as_json:
         print_json({"seed": seed, "samples": len(found.unit.samples), "files": paths})
         return
-    about = f"{found.unit.grade.name}, {len(found.unit.samples)} samples, {orientations} orientations"
+    held = "six faces" if faces else f"{orientations} orientations"
+    about = f"{found.unit.grade.name}, {len(found.unit.samples)} samples, {held}"
     print(f"{paths['log']}: {about}")
     print(f"{paths['truth']}: the truth")
-    print(f"Next: tumble multipose {paths['log']} -o results")
+    if faces:
+        print(f"{paths['sections']}: what its samples show")
+    option = f" --sections {paths['sections']}" if faces else ""
+    print(f"Next: tumble multipose {paths['log']}{option} -o results")

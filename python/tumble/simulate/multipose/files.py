@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
 from tumble.documents import write_document
-from tumble.files import prepare_folder
+from tumble.files import FileKind, prepare_folder, write_text
 from tumble.logs import Facts, open_writer
 from tumble.plain import plain
 from tumble.simulate.files import TRUTH, LogFormat, pieces, triad_content
 from tumble.simulate.multipose.procedure import SimulatedMultipose
 
+SECTIONS = FileKind("a section list", re.compile(rb"\Alabel,start,end\r?\n"))
 _HEADER = """\
 The truth of this simulated session. SI units, angles in rad unless a key ends in _deg; frames as in
-docs/conventions.md. y = M u + b + G f. own_axes is M in the frame of the accelerometer's own axes."""
+docs/conventions.md. y = M u + b + G f. own_axes is M in the frame of the accelerometer's own axes, faces
+that in the frame of the box whose faces were laid down."""
 
 
 def write_multipose(
@@ -22,7 +25,7 @@ def write_multipose(
     directory: str | Path,
     format: LogFormat = "csv",  # noqa: A002
 ) -> dict[str, Path]:
-    """Write the log and `truth.yaml`; give the path of each by what it is.
+    """Write the log, `truth.yaml` and, of six faces, `sections.csv`; give the path of each by what it is.
 
     Raises `OutputError` where the folder cannot be written to.
     """
@@ -32,15 +35,29 @@ def write_multipose(
     with open_writer(paths["log"], format, Facts(serial=unit.recording.metadata.serial)) as writer:
         for chunk in pieces(unit.samples):
             writer.write(chunk)
+    write_document(paths["truth"], _HEADER, multipose_truth(found))
+    if found.on_faces:
+        paths["sections"] = folder / "sections.csv"
+        rows = [("label", "start", "end"), *found.sections]
+        text = "".join(f"{label},{start},{end}\n" for label, start, end in rows)
+        write_text(paths["sections"], text, SECTIONS)
+    return paths
+
+
+def multipose_truth(found: SimulatedMultipose) -> dict[str, Any]:
+    """Give the truth as plain mappings, lists, numbers and text."""
+    unit = found.unit
     content: dict[str, Any] = {
         "schema": TRUTH,
         "seed": found.session.scenario.seed,
         "gravity": found.session.scenario.gravity,
         "duration": found.session.duration,
         "grade": unit.grade.name,
-        "own_axes": {"accelerometer": found.force_matrix, "gyroscope": found.rate_matrix},
+        "faces" if found.on_faces else "own_axes": {
+            "accelerometer": found.force_matrix,
+            "gyroscope": found.rate_matrix,
+        },
         "accelerometer": triad_content(unit.accelerometer),
         "gyroscope": triad_content(unit.gyroscope),
     }
-    write_document(paths["truth"], _HEADER, {key: plain(value) for key, value in content.items()})
-    return paths
+    return {key: plain(value) for key, value in content.items()}

@@ -1,0 +1,35 @@
+"""What `tumble thermal` writes and prints of a result."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tumble.cli.screen import print_json, print_summary
+
+if TYPE_CHECKING:
+    from tumble.thermal.result import ThermalResult
+
+
+def write_results(result: ThermalResult, folder: Path | str) -> dict[str, Path]:
+    """Write everything into `folder`, named after the unit; give the path of each file by what it is."""
+    from tumble.calibration.document import Calibration
+    from tumble.calibration.unit_files import prepare_unit_files
+    from tumble.thermal.report.page import THERMAL_REPORT
+
+    page, path = prepare_unit_files(folder, result.name, "thermal")
+    THERMAL_REPORT.write(result, page)
+    Calibration.from_thermal(result).save(path)
+    return {"calibration": path, "report": page}
+
+
+def show_results(result: ThermalResult, files: dict[str, Path], as_json: bool) -> None:
+    """Print what was found, and where it is."""
+    from tumble.thermal.summary import json_content, screen_summary
+
+    if as_json:
+        print_json(json_content(result, files))
+        return
+    print_summary(screen_summary(result))
+    print(f"Calibration: {files['calibration']}")
+    print(f"Report: {files['report']}")
