@@ -13,6 +13,7 @@ from tumble import _core
 from tumble.acquisition.imu import ChannelFault, Imu, known, pose_files
 from tumble.acquisition.messages import REST_REJECTIONS
 from tumble.acquisition.twins import GyroscopeHead
+from tumble.calibration.temperature_counts import TemperatureCounts
 from tumble.constants import STANDARD_GRAVITY
 from tumble.errors import ProcedureError
 from tumble.logs import ChunkStream, Counts
@@ -50,6 +51,7 @@ def acquire(
     segmenter = _core.Segmenter()
     counts = Counts()
     head = GyroscopeHead()
+    temperatures = TemperatureCounts(calibration, recording.metadata.triads)
     samples = 0
     duration = 0.0
     for name, part in zip(pose_files(recording) or ("",), recording.parts or (recording,), strict=True):
@@ -63,6 +65,7 @@ def acquire(
                 )
             if "gyroscope" in recording.metadata.triads:
                 head.push(chunk.gyroscope)
+            temperatures.add(len(chunk), chunk.temperature)
             accelerometer, gyroscope = corrected(chunk, calibration)
             push_recorded(segmenter, chunk, accelerometer, gyroscope, recording.metadata.triads)
             samples += len(chunk)
@@ -73,7 +76,8 @@ def acquire(
         if isinstance(stream, ChunkStream):
             counts.add(stream.counts)
         duration += 0.0 if begun is None else ended - begun
-    return Imu(recording, segmenter.finish(), counts.notices(), LogFacts(duration=duration), head.digest())
+    notices = (*counts.notices(), *temperatures.notices())
+    return Imu(recording, segmenter.finish(), notices, LogFacts(duration=duration), head.digest())
 
 
 def push_recorded(
@@ -96,7 +100,7 @@ def corrected(chunk: Chunk, calibration: Calibration | None) -> tuple[FloatArray
     """Specific force and angular rate, freed of what an earlier calibration knows, if there is one."""
     if calibration is None:
         return chunk.accelerometer, chunk.gyroscope
-    return calibration.correct(chunk.accelerometer, chunk.gyroscope)
+    return calibration.correct(chunk.accelerometer, chunk.gyroscope, chunk.temperature)
 
 
 def refuse_if_unfit(name: str, imu: Imu, gravity: float) -> None:

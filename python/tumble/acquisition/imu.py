@@ -9,8 +9,9 @@ import numpy as np
 
 from tumble import _core
 from tumble.errors import ProcedureError
+from tumble.log_formats import stem_of
 from tumble.logs import parse_spec
-from tumble.provenance import NO_LOG, LogFacts
+from tumble.provenance import NO_LOG, LogFacts, log_digest
 from tumble.recording import FloatArray, Recording
 from tumble.units import Triad
 
@@ -65,10 +66,16 @@ def log_name(recording: Recording) -> str:
     return f"{spec.path.name}:{spec.imu}" if spec.imu else spec.path.name
 
 
+def digest_of(recording: Recording) -> str:
+    """SHA-256 of the log that a recording was opened from, in hexadecimal; empty for arrays in memory."""
+    metadata = recording.metadata
+    return "" if metadata.in_memory else log_digest(parse_spec(metadata.source).path)
+
+
 def pose_file(part: Recording) -> str:
     """Name by which the file of one pose is known in the folders of all IMUs and in the pose list."""
     metadata = part.metadata
-    name = metadata.name if metadata.in_memory else parse_spec(metadata.source).path.stem
+    name = metadata.name if metadata.in_memory else stem_of(parse_spec(metadata.source).path)
     return name.casefold()
 
 

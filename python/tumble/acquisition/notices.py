@@ -6,6 +6,8 @@ from collections.abc import Iterator
 
 from tumble.acquisition.imu import Imu
 from tumble.acquisition.messages import REST_REJECTIONS
+from tumble.log_formats import FIRMWARE_OF
+from tumble.recording import Metadata
 from tumble.units import TRIADS
 from tumble.words import count_of
 
@@ -18,8 +20,7 @@ def notices(unit: Imu) -> Iterator[str]:
             yield f"no {triad} readings were recorded: nothing is said of the {triad}"
     yield from metadata.remarks
     yield from unit.notices
-    if metadata.already_corrected:
-        yield "the log was already corrected: this calibration holds on top of that correction"
+    yield from correction_notice(metadata)
     for start, end, why in acquired.rejected_rests:
         yield f"{start:.1f} to {end:.1f} s is not a rest: {REST_REJECTIONS[why]}"
     for channel, _, _, first, last in unit.faults:
@@ -34,6 +35,14 @@ def notices(unit: Imu) -> Iterator[str]:
         )
     if acquired.not_finite:
         yield f"left out {count_of('sample', acquired.not_finite)} without a number"
+
+
+def correction_notice(metadata: Metadata, what: str = "this calibration holds") -> Iterator[str]:
+    """Warn of results that hold for samples that were corrected before."""
+    if not metadata.already_corrected:
+        return
+    remedy = "; --undo-correction takes it back" if metadata.format in FIRMWARE_OF else ""
+    yield f"the log was already corrected: {what} on top of that correction{remedy}"
 
 
 def _gaps(unit: Imu) -> Iterator[str]:

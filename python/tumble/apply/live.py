@@ -8,11 +8,14 @@ from dataclasses import dataclass, replace
 
 from tumble.apply.procedure import misuses_of, warnings_on
 from tumble.calibration.document import Calibration
-from tumble.errors import ProcedureError
+from tumble.calibration.temperature_counts import TemperatureCounts
+from tumble.errors import LogError, ProcedureError
 from tumble.live import FIRST_SAMPLE_WITHIN, Source, nothing_came
 from tumble.live.host_clock import DelayCounts
 from tumble.live.outputs import Output
 from tumble.logs import Facts
+from tumble.logs.writer import Writer
+from tumble.words import count_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +51,8 @@ class LiveApply:
         self._output = output
         self._serial = serial or getattr(source, "serial", "")
         corrected = getattr(source, "already_corrected", None)
+        self._temperatures = TemperatureCounts(calibration)
+        self._samples, self._delays = 0, DelayCounts()
         self._misuses = tuple(misuses_of(calibration, serial=self._serial, already_corrected=corrected))
         if self._misuses and not force:
             raise ProcedureError(
@@ -58,27 +63,44 @@ class LiveApply:
     def run(self, is_over: Callable[[], bool] = lambda: False) -> LiveApplied:
         """Go on until the source ends or `is_over` says so; it is asked every `HEARTBEAT` at least.
 
-        Raises `LogError` where nothing comes or the source is lost, `OutputError` where the output takes no
-        more.
+        Raises `LogError` where nothing comes or the source is lost, what came before being kept, and
+        `OutputError` where the output takes no more.
         """
-        samples, delays, began = 0, DelayCounts(), time.monotonic()
         facts = Facts(
             serial=self._serial or self._calibration.serial, corrected=f"sha256:{self._calibration.hash()}"
         )
+        lost: LogError | None = None
         with self._output.open(facts) as writer:
-            for chunk in self._source:
-                if is_over():
-                    break
-                if len(chunk):
-                    accelerometer, gyroscope = self._calibration.correct(chunk.accelerometer, chunk.gyroscope)
-                    writer.write(replace(chunk, accelerometer=accelerometer, gyroscope=gyroscope))
-                    samples += len(chunk)
-                    if chunk.arrival is not None:
-                        delays.add([time.monotonic() - chunk.arrival])
-                elif not samples and time.monotonic() - began > FIRST_SAMPLE_WITHIN:
-                    raise nothing_came(self._source.name)
-        return LiveApplied(samples, delays, self._warnings())
+            try:
+                self._correct(writer, is_over)
+            except LogError as error:
+                if self._samples == 0:
+                    raise
+                # The output ends as it would have without, so that a file holds what came before.
+                lost = error
+        if lost is not None:
+            kept = f"{count_of('sample', self._samples)} before that corrected: {self._output.name}"
+            raise LogError(f"{lost}; {kept}") from lost
+        return LiveApplied(self._samples, self._delays, self._warnings())
+
+    def _correct(self, writer: Writer, is_over: Callable[[], bool]) -> None:
+        began = time.monotonic()
+        for chunk in self._source:
+            if is_over():
+                return
+            if len(chunk):
+                self._temperatures.add(len(chunk), chunk.temperature)
+                accelerometer, gyroscope = self._calibration.correct(
+                    chunk.accelerometer, chunk.gyroscope, chunk.temperature
+                )
+                writer.write(replace(chunk, accelerometer=accelerometer, gyroscope=gyroscope))
+                self._samples += len(chunk)
+                if chunk.arrival is not None:
+                    self._delays.add([time.monotonic() - chunk.arrival])
+            elif not self._samples and time.monotonic() - began > FIRST_SAMPLE_WITHIN:
+                raise nothing_came(self._source.name)
 
     def _warnings(self) -> tuple[str, ...]:
         known = warnings_on(self._calibration, what="source", name=self._source.name, serial=self._serial)
-        return (*map("the source {}".format, self._misuses), *known, *self._source.remarks)
+        of_source = map("the source {}".format, self._misuses)
+        return (*of_source, *known, *self._temperatures.notices(), *self._source.remarks)

@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tumble.calibration.document import Calibration
+from tumble.calibration.temperature_counts import TemperatureCounts
 from tumble.errors import ProcedureError
-from tumble.logs import ChunkStream, Facts, ReadOptions, open_recording, open_writer, parse_spec
+from tumble.logs import ChunkStream, Facts, ReadOptions, open_recording, open_writer
+from tumble.logs.spec import files_of
 from tumble.recording import Recording, RecordingSource, SampleProgress
 from tumble.units import TRIADS, Triad
 from tumble.words import count_of
@@ -64,11 +66,15 @@ def apply(
     serial = metadata.serial or calibration.serial
     facts = Facts(metadata.frame, serial, f"sha256:{calibration.hash()}", metadata.triads)
     samples = 0
+    temperatures = TemperatureCounts(calibration, metadata.triads)
     stream = recording.chunks()
     expected = stream.expected if isinstance(stream, ChunkStream) else None
-    with open_writer(output, format_name, facts, inputs=_files_of(recording)) as writer:
+    with open_writer(output, format_name, facts, inputs=files_of(recording)) as writer:
         for chunk in stream:
-            accelerometer, gyroscope = calibration.correct(chunk.accelerometer, chunk.gyroscope)
+            temperatures.add(len(chunk), chunk.temperature)
+            accelerometer, gyroscope = calibration.correct(
+                chunk.accelerometer, chunk.gyroscope, chunk.temperature
+            )
             writer.write(replace(chunk, accelerometer=accelerometer, gyroscope=gyroscope))
             samples += len(chunk)
             if progress is not None:
@@ -77,7 +83,9 @@ def apply(
     warnings = warnings_on(
         calibration, what="log", name=metadata.name, serial=metadata.serial, triads=metadata.triads
     )
-    return Applied(output, samples, (*map("the log {}".format, misuses), *warnings, *left_out))
+    return Applied(
+        output, samples, (*map("the log {}".format, misuses), *warnings, *temperatures.notices(), *left_out)
+    )
 
 
 def _refuse_without_force(calibration: Calibration, recording: Recording) -> None:
@@ -89,13 +97,6 @@ def _refuse_without_force(calibration: Calibration, recording: Recording) -> Non
             "g-sensitivity; give a log with both, or a calibration without",
             about=recording.metadata.source,
         )
-
-
-def _files_of(recording: Recording) -> Sequence[Path]:
-    if recording.metadata.in_memory:
-        return ()
-    source = parse_spec(recording.metadata.source).path
-    return (source, *source.glob("*"))
 
 
 def misuses_of(calibration: Calibration, *, serial: str, already_corrected: bool | None) -> Iterator[str]:

@@ -27,6 +27,8 @@ LEAP_ARRIVALS = 5.0
 """s, where it is not the line that stalls but the clock that was set back."""
 SET_FORWARD = 0.1
 """s by which a sample arrives before it was taken, where the clock was set forward."""
+DOUBTED = 5e-3
+"""s by which a sample comes sooner than any before, at which one alone is not believed."""
 ALMOST_THERE = 1e-9
 """s from the line at which host times are on it."""
 STEP_AFTER_LEAP = 1e-4
@@ -109,6 +111,8 @@ class HostClock:
         """Stamp and host time, s, of the last sample, stamps counted as the line counts them."""
         self._last_arrival: float | None = None
         self._steps = Scatter()
+        self._sooner = 0.0
+        """s by which the last sample came sooner than all before; never above zero."""
 
     @property
     def offset(self) -> float:
@@ -192,6 +196,8 @@ class HostClock:
             beyond = delay - self._line.at(since)
             if self._has_leapt(since, beyond, arrival):
                 since, delay = self._begin_again(stamp, arrival)
+            elif self._is_doubtful(beyond):
+                return
         self._newest = since
         self._line.add(since, delay)
 
@@ -210,6 +216,11 @@ class HostClock:
         elif self._late_since is None:
             self._late_since = arrival
         return self._late_since is not None and arrival - self._late_since > LEAP_ARRIVALS
+
+    def _is_doubtful(self, beyond: float) -> bool:
+        """Whether it came so much sooner than all before that its stamp may be spoilt: the next one tells."""
+        before, self._sooner = self._sooner, min(beyond, 0.0)
+        return self.settled and beyond < -DOUBTED and before > 0.5 * beyond
 
     def _begin_again(self, stamp: float, arrival: float) -> tuple[float, float]:
         # At first, what had waited in buffers comes at once, and is no clock that was set.

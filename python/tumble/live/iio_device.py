@@ -20,20 +20,26 @@ from tumble.units import Triad
 
 CHANNELS: Mapping[Triad, str] = {"accelerometer": "in_accel", "gyroscope": "in_anglvel"}
 """What IIO calls them; after offset and scale they are in m/s^2 and rad/s."""
+DEVICES = "sys/bus/iio/devices"
 TIMESTAMP, TEMPERATURE = "in_timestamp", "in_temp"
 BUFFER_SCANS = 1024
 """Scans that the kernel keeps for us; by itself it keeps two."""
 CLOCK = "monotonic"
 """The clock to stamp by: that of `time.monotonic()`, which nobody sets."""
 PIECE_SCANS = 256
+GET_PERMISSION = "run this as root, or give your group the right by a rule of udev"
+
+
+def device_folders(root: Path) -> list[Path]:
+    """List the folders in which sysfs, below `root`, shows devices: `iio:device0`."""
+    return sorted((root / DEVICES).glob("iio:device*"))
 
 
 def find_devices(address: Address, root: Path) -> list[IioDevice]:
     """Find `device0`, `lsm6dsm` or `accel_3d+gyro_3d`; raises `LogError` where there is no such device."""
-    folder = root / "sys/bus/iio/devices"
-    known = {path.name.removeprefix("iio:"): path for path in sorted(folder.glob("iio:device*"))}
+    known = {path.name.removeprefix("iio:"): path for path in device_folders(root)}
     if not known:
-        raise LogError(f"{address.text}: no IIO device in {folder}; is the sensor's driver loaded?")
+        raise LogError(f"{address.text}: no IIO device in {root / DEVICES}; is the sensor's driver loaded?")
     names = {place: _text(path / "name") or place for place, path in known.items()}
     return [
         IioDevice(address, root, known[_place(address, wanted.removeprefix("iio:"), names)])
@@ -281,9 +287,7 @@ def _text(path: Path) -> str:
 
 def _why(path: Path, error: OSError, value: str = "") -> str:
     if error.errno in (errno.EACCES, errno.EPERM):
-        return (
-            f"no permission to use {path}; run this as root, or give your group the right by a rule of udev"
-        )
+        return f"no permission to use {path}; {GET_PERMISSION}"
     if error.errno == errno.EBUSY:
         return f"{path} is in use; close the program that captures from it"
     if error.errno == errno.EINVAL and value:

@@ -22,6 +22,8 @@ LAST_BLOCK = 4.0
 """s of a block of the whole window, which is 128 s: skew changes by 0.1 ppm or so while an IMU warms."""
 MOST_CORNERS = 16
 """Corners of a block's hull; noise has about eight, and only a clock that bends has more."""
+SLOTS = 64
+"""Slots of a block, of each of which the quickest sample is kept: the others are hardly ever corners."""
 PRIOR_SKEW = 0.01
 """1-sigma of skew before anything is known: that of an oscillator without a crystal."""
 SUPPORT = 2.0
@@ -38,21 +40,32 @@ class _Block:
 
     end: float
     """s of the sensor at which the next block begins."""
+    slot: float
+    """s of a slot."""
     corners: list[tuple[float, float]] = field(default_factory=list)
     """Of the lower hull, s of the sensor and s of delay."""
     count: int = 0
     sum: float = 0.0
     """s, of the sensor's times."""
 
-    def add(self, stamp: float, delay: float) -> None:
-        add_corner(self.corners, (stamp, delay))
-        self._thin()
+    def add(self, stamp: float, delay: float, skew: float) -> None:
+        """Take in a sample; by the skew of the line, the quickest of a slot is known."""
         self.count += 1
         self.sum += stamp
+        corners = self.corners
+        if corners:
+            newest, least = corners[-1]
+            if stamp // self.slot == newest // self.slot:
+                if delay - least >= skew * (stamp - newest):
+                    return
+                corners.pop()
+        add_corner(corners, (stamp, delay))
+        self._thin()
 
     def joined(self, later: _Block) -> _Block:
         corners = lower_hull(self.corners + later.corners)
-        block = _Block(later.end, corners, self.count + later.count, self.sum + later.sum)
+        count, total = self.count + later.count, self.sum + later.sum
+        block = _Block(later.end, 2.0 * self.slot, corners, count, total)
         block._thin()
         return block
 
@@ -99,7 +112,7 @@ class LeastDelay:
         self.arrivals += 1
         if not self._blocks or stamp >= self._blocks[-1].end:
             self._begin_block(stamp)
-        self._blocks[-1].add(stamp, delay)
+        self._blocks[-1].add(stamp, delay, self.skew)
         if stamp >= self._due:
             self._fit()
             # The window's middle moves little meanwhile.
@@ -116,7 +129,8 @@ class LeastDelay:
         blocks[:] = [block for block in blocks if block.end > oldest][-BLOCKS + 1 :]
         self._older = lower_hull([corner for block in blocks for corner in block.corners])
         # Blocks begin at multiples of their length, so that silence needs no empty ones.
-        blocks.append(_Block((math.floor(stamp / self._length) + 1.0) * self._length))
+        end = (math.floor(stamp / self._length) + 1.0) * self._length
+        blocks.append(_Block(end, self._length / SLOTS))
 
     def _fit(self) -> None:
         """Lay the line with the least sum of distances that has no delay below it (eq. 3)."""

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import PurePath
-from typing import Any, TypeAlias
-
-import numpy as np
+from typing import Any
 
 from tumble.errors import LogError
 from tumble.live.address import Address, host_and_port
@@ -19,40 +17,21 @@ from tumble.live.readings import Readings, StreamFacts
 from tumble.live.shared_line import LineUnit, SharedLine
 from tumble.live.streams import TcpConnection
 from tumble.live.transport import DEFAULT_BAUD, DatagramSocket, SerialLine, Transport
+from tumble.logs.mavlink_messages import (
+    DIALECT,
+    KINDS,
+    MavlinkMessage,
+    coarseness,
+    holds_both_triads,
+    samples_of,
+)
 from tumble.logs.options import ReadOptions
-from tumble.logs.track import RawSamples, StatedUnit
-
-MavlinkMessage: TypeAlias = Any
-"""A message as pymavlink, which has no types, gives it."""
+from tumble.logs.track import StatedUnit
 
 CHOICE_MESSAGES = 20
 """Messages of one kind to hear before choosing among those that come about as often."""
 MOST_WITHOUT_IMU = 500
 """Messages, or pieces that are none, beyond which no IMU is to be expected."""
-DIALECT = "pymavlink.dialects.v20.common"
-HIGHRES_TRIADS = 0b111111
-HIGHRES_TEMPERATURE = 1 << 12
-
-
-@dataclass(frozen=True, slots=True)
-class _Kind:
-    """A message with IMU samples, and what its definition says of units."""
-
-    time: str
-    time_unit: str
-    accelerometer_unit: str | None
-    gyroscope_unit: str | None
-
-
-_SCALED = _Kind("time_boot_ms", "ms", "mg", "mrad/s")
-KINDS: Mapping[str, _Kind] = {
-    "HIGHRES_IMU": _Kind("time_usec", "us", "m/s^2", "rad/s"),
-    "SCALED_IMU": _SCALED,
-    "SCALED_IMU2": _SCALED,
-    "SCALED_IMU3": _SCALED,
-    "RAW_IMU": _Kind("time_usec", "us", None, None),
-}
-"""The best first. RAW_IMU is whatever the sensor says; autopilots disagree on what that is."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -157,7 +136,7 @@ class MavlinkUnit(LineUnit[MavlinkMessage]):
         messages = self._mine(parts)
         if not messages or self._chosen is None:
             return None
-        return _readings(messages, KINDS[self._chosen.message]), self._facts(self._chosen)
+        return Readings(samples_of(messages, KINDS[self._chosen.message])), self._facts(self._chosen)
 
     def _mine(self, messages: Sequence[MavlinkMessage]) -> list[MavlinkMessage]:
         """Give the messages of the chosen sender; keep them back until there is one."""
@@ -179,7 +158,7 @@ class MavlinkUnit(LineUnit[MavlinkMessage]):
         if name not in KINDS or self._wanted not in (None, name):
             return None
         system = message.get_srcSystem()
-        if self._system not in (0, system) or not _holds_both_triads(message, name):
+        if self._system not in (0, system) or not holds_both_triads(message, name):
             return None
         # A message without a field of that name has its own number there.
         sensor = message.id if "id" in message.fieldnames else 0
@@ -227,8 +206,7 @@ class MavlinkUnit(LineUnit[MavlinkMessage]):
             "an autopilot may correct what it sends with a calibration of its own; this one holds on top "
             "of it",
         ]
-        if kind.time_unit == "ms":
-            notices.append(f"{chosen.message} comes in whole mg, mrad/s and ms; HIGHRES_IMU is finer")
+        notices += coarseness(chosen.message)
         return StreamFacts(
             self._address.text,
             True,
@@ -258,29 +236,3 @@ def _message_and_sensor(address: Address, unit: str | None) -> tuple[str | None,
 
 def _stated(unit: str | None) -> StatedUnit | None:
     return None if unit is None else StatedUnit(unit, "message definition")
-
-
-def _holds_both_triads(message: MavlinkMessage, name: str) -> bool:
-    """Whether accelerometer and gyroscope were renewed, where a message says so; 0 says nothing."""
-    if name != "HIGHRES_IMU" or message.fields_updated == 0:
-        return True
-    return bool(message.fields_updated & HIGHRES_TRIADS == HIGHRES_TRIADS)
-
-
-def _temperature(message: MavlinkMessage) -> float:
-    """degC; NaN where the message has none."""
-    if message.get_type() == "HIGHRES_IMU":
-        return float(message.temperature) if message.fields_updated & HIGHRES_TEMPERATURE else math.nan
-    hundredths = getattr(message, "temperature", 0)
-    return 0.01 * hundredths if hundredths else math.nan
-
-
-def _readings(messages: Sequence[MavlinkMessage], kind: _Kind) -> Readings:
-    temperature = np.array([_temperature(each) for each in messages])
-    samples = RawSamples(
-        np.array([getattr(each, kind.time) for each in messages], dtype=np.float64),
-        np.array([(each.xacc, each.yacc, each.zacc) for each in messages], dtype=np.float64),
-        np.array([(each.xgyro, each.ygyro, each.zgyro) for each in messages], dtype=np.float64),
-        temperature,
-    )
-    return Readings(samples)

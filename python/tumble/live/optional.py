@@ -5,10 +5,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-from tumble.errors import LogError
 from tumble.live.address import Address
-
-EXTRA = "tumble-imu[live]"
+from tumble.logs.optional import not_installed
 
 
 def optional(module: str, address: Address) -> Any:  # noqa: ANN401 - a module has no type of its own
@@ -16,7 +14,4 @@ def optional(module: str, address: Address) -> Any:  # noqa: ANN401 - a module h
     try:
         return import_module(module)
     except ModuleNotFoundError as error:
-        raise LogError(
-            f"{address.text}: reading it needs the Python package {error.name}, which is not installed; "
-            f"type: python -m pip install '{EXTRA}'"
-        ) from error
+        raise not_installed(address.text, error.name, "live") from error

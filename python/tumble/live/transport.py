@@ -20,6 +20,7 @@ LARGEST_DATAGRAM = 1 << 16
 WAITING_BYTES = 1 << 22
 """Of datagrams that wait to be read: seconds of one IMU."""
 DEFAULT_BAUD = 115200
+GET_PERMISSION = "on Linux join the group that owns it, often dialout"
 
 
 class Transport(Protocol):
@@ -228,7 +229,7 @@ def _cannot_open(device: str, error: Exception) -> str:
         return f"{device} cannot be opened: {error}; check the baud rate"
     remedies = {
         errno.ENOENT: "there is no such device; is it plugged in?",
-        errno.EACCES: "no permission to read it; on Linux join the group that owns it, often dialout",
+        errno.EACCES: f"no permission to read it; {GET_PERMISSION}",
         errno.EAGAIN: "another program uses it; close that first",
         errno.EBUSY: "another program uses it; close that first",
     }

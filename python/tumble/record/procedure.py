@@ -71,6 +71,7 @@ class _Unit:
     is_silent: bool = False
     newest: deque[LiveChunk] = field(default_factory=deque)
     """Samples of the last `REST_WINDOW`."""
+    by_hand: bool = False
 
     def hear(self, chunk: LiveChunk) -> None:
         self.heard, self.is_silent = time.monotonic(), False
@@ -88,7 +89,7 @@ class _Unit:
 
     @property
     def _is_at_rest(self) -> bool:
-        segmenter = _core.Segmenter(SHORTEST_REST)
+        segmenter = _core.Segmenter(SHORTEST_REST, self.by_hand)
         stamps = np.concatenate([chunk.time for chunk in self.newest])
         segmenter.push(
             stamps,
@@ -103,8 +104,9 @@ class Recorder:
     """Records a `LiveSet` into a folder: a context manager; exhaust `steps`.
 
     `typed` is what was typed for each unit, `serials` the serial numbers that are known. `on_samples` is told
-    what is recorded of each unit as soon as it came; `report_every` s there is a step at the latest. All else
-    is as for `SessionWriter`, whose errors it raises.
+    what is recorded of each unit as soon as it came; `report_every` s there is a step at the latest. Units
+    that are held `by_hand` need not be as still as those that lie. All else is as for `SessionWriter`, whose
+    errors it raises.
     """
 
     def __init__(
@@ -117,6 +119,7 @@ class Recorder:
         resume: bool = False,
         on_samples: Callable[[str, LiveChunk], None] = lambda name, chunk: None,
         report_every: float = REPORT_EVERY,
+        by_hand: bool = False,
     ) -> None:
         self._set = units
         self._on_samples = on_samples
@@ -129,7 +132,7 @@ class Recorder:
         }
         clock: Literal["log", "host"] = "log" if units.is_replay else "host"
         self._writer = SessionWriter(folder, described, clock, resume=resume, clock_rate=units.clock_rate)
-        self._units = {name: _Unit() for name in typed}
+        self._units = {name: _Unit(by_hand=by_hand) for name in typed}
         self._began = math.nan
         self._oldest, self._newest = math.inf, -math.inf
         self._stopped = False

@@ -113,6 +113,8 @@ class RedundancyMonitor:
         self._store = None if store is None else ErrorStore(prepare_folder(store), self.identities[0])
         self.applied = self._given or self._stored_calibration()
         """The primary's own calibration."""
+        self._drifting = [primary] if self.applied is not None and self.applied.temperature_drifts() else []
+        """Units whose calibration knows a temperature drift, which the replay does not use."""
         self._core = _core_monitor(self.identities, self._known, self.applied, self.settings, precision)
         self._rejected = [] if self._store is None else list(self._restore(self._store))
         self._begun = self._from_factory(factory)
@@ -274,6 +276,11 @@ class RedundancyMonitor:
         gyroscope = self.applied.gyroscope if self.applied is not None else None
         if gyroscope is not None and gyroscope.g_sensitivity is not None:
             yield "the g-sensitivity in the calibration of the primary is not used in the replay"
+        for name in self._drifting:
+            yield (
+                f"the temperature drift in the calibration of {name} is not used in the replay: biases and "
+                "scales are those at its reference temperature"
+            )
         for each in self._rejected:
             what = f"{each.unit}: stored error of the {each.sensor}"
             yield f"{what} was not loaded, {each.reason}: {each.detail}"
@@ -370,6 +377,8 @@ class RedundancyMonitor:
         calibrations = by_unit(factory, {name: unit.serial for name, unit in secondaries.items()})
         for name, calibration in calibrations.items():
             unit = secondaries[name]
+            if calibration.temperature_drifts():
+                self._drifting.append(name)
             for error in factory_errors(name, calibration, known[name], self.applied):
                 if not self._store.lacks_factory(unit, error):
                     continue

@@ -12,6 +12,7 @@ import numpy as np
 
 from tumble import _core
 from tumble.acquisition.acquire import refuse_if_misread, rests_of, trace_of
+from tumble.acquisition.repetitions import frozen_stretches
 from tumble.calibration.document import Calibration
 from tumble.errors import LogError, ProcedureError
 from tumble.live import FIRST_SAMPLE_WITHIN, LiveChunk, Source, nothing_came
@@ -36,10 +37,6 @@ TOO_SLOW, TOO_FAST = 0.5, 1.5
 """Of the rate asked for, at which a user is told so."""
 BETWEEN_PROGRESS = 0.1
 """s of the stream between two reports of progress."""
-FROZEN = 0.25
-"""s for which all readings may stand still, as long as samples may be missing."""
-COARSE = 0.05
-"""Share of readings that repeat the one before, above which a sensor is too coarse to tell that it froze."""
 MISREAD_RATE = 10.0
 """Times the rate asked for beyond which an assumed unit is wrong: deg/s for rad/s are 57 times as fast."""
 
@@ -168,6 +165,7 @@ class LiveSpin:
             },
             warnings=(
                 *self._source.remarks,
+                *self._machine.temperatures.notices(),
                 *combined.warnings,
                 *scale_warning(combined, [spin], self._machine.calibration, self._machine.gravity),
             ),
@@ -237,8 +235,8 @@ class LiveSpin:
 
     def _refuse_frozen(self, samples: Chunk) -> None:
         """Refuse readings that stood still for a while, of a sensor whose readings else never do."""
-        start, length = _longest_repetition(samples)
-        if length > FROZEN:
+        for first, last in frozen_stretches(samples):
+            start, length = samples.time[first], samples.time[last] - samples.time[first]
             raise ProcedureError(
                 f"{self._source.name}: all readings stood still from {start:.2f} s on for {length:.2f} s, as "
                 "those of no sensor with noise do: it, or what sends, was frozen; do it again"
@@ -251,26 +249,6 @@ class LiveSpin:
                 f"{self._source.name}: gyroscope was assumed to be in rad/s, as no unit is stated, but reads "
                 f"{seen:.3g} where {self._options.rate:.3g} were asked for; give --gyroscope-unit (deg/s?)"
             )
-
-
-def _longest_repetition(samples: Chunk) -> tuple[float, float]:
-    """Give when all channels repeated a reading for longest, and how long, s.
-
-    Nothing is a repetition to a sensor so coarse that single readings often repeat themselves.
-    """
-    readings = np.column_stack([samples.accelerometer, samples.gyroscope])
-    changes = np.flatnonzero(np.any(np.diff(readings, axis=0) != 0.0, axis=1))
-    # Readings that are alike lie between two changes.
-    first = np.concatenate([[0], changes + 1])
-    last = np.concatenate([changes, [len(readings) - 1]])
-    alike = last - first
-    longest = int(alike.argmax())
-    others = int(alike.sum() - alike[longest])
-    if others > COARSE * len(readings):
-        return math.nan, 0.0
-    return float(samples.time[first[longest]]), float(
-        samples.time[last[longest]] - samples.time[first[longest]]
-    )
 
 
 def _within(chunks: Sequence[Chunk], span: tuple[float, float]) -> Chunk:

@@ -12,6 +12,7 @@ from tumble import _core
 from tumble.acquisition.acquire import corrected
 from tumble.arrays import column
 from tumble.calibration.document import Calibration
+from tumble.calibration.temperature_counts import TemperatureCounts
 from tumble.errors import ProcedureError
 from tumble.gravity import local_gravity
 from tumble.recording import Chunk, FloatArray
@@ -94,6 +95,7 @@ class SpinMachine:
     ) -> None:
         self.options = options or LiveSpinOptions()
         self.calibration = calibration
+        self.temperatures = TemperatureCounts(calibration)
         self.precision = precision
         self.gravity, self.gravity_source = local_gravity(
             self.options.gravity, self.options.latitude, self.options.height
@@ -137,6 +139,7 @@ class SpinMachine:
 
     def corrected(self, chunk: Chunk) -> Chunk:
         """Apply the calibration of the unit, where there is one."""
+        self.temperatures.add(len(chunk), chunk.temperature)
         return Chunk(chunk.time, *corrected(chunk, self.calibration))
 
     def tick(self, time: float) -> tuple[SpinEvent, ...]:

@@ -18,6 +18,7 @@ from tumble.acquisition.acquire import (
     trace_of,
 )
 from tumble.acquisition.imu import Imu, log_name
+from tumble.acquisition.notices import correction_notice
 from tumble.calibration.document import Calibration
 from tumble.errors import ProcedureError
 from tumble.gravity import local_gravity
@@ -299,8 +300,7 @@ def _notices(unit: Imu) -> Iterator[str]:
     """Say what was left out, and what the reader did that a user should know."""
     yield from unit.recording.metadata.remarks
     yield from unit.notices
-    if unit.recording.metadata.already_corrected:
-        yield "the log was already corrected: these biases hold on top of that correction"
+    yield from correction_notice(unit.recording.metadata, "these biases hold")
 
 
 def scale_warning(

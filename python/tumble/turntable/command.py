@@ -14,10 +14,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tumble.cli.gravity import GravityOption, HeightOption, LatitudeOption, check_gravity
+from tumble.cli.live_options import SenderOption, UntilOption
+from tumble.cli.live_screen import failures_told
 from tumble.cli.output import OutputFolder, folder_for, folder_named_after
 from tumble.cli.progress import batch_progress
 from tumble.cli.read_options import ExceptionsOption, read_options_for, with_read_options
-from tumble.cli.screen import print_json, print_summary
+from tumble.cli.screen import print_json, print_json_line, print_summary
 from tumble.errors import LogError, ProcedureError, TumbleError
 from tumble.logs.options import ReadOptions
 from tumble.turntable.command_live import (
@@ -26,14 +28,10 @@ from tumble.turntable.command_live import (
     LiveOptions,
     NoTurnsOption,
     PoseSecondsOption,
-    SenderOption,
     TableLimitsOption,
     TableOption,
-    UntilOption,
-    failures_told,
     record_live,
 )
-from tumble.turntable.command_live_screen import print_event
 
 if TYPE_CHECKING:
     from tumble.turntable.batch import Batch
@@ -428,7 +426,7 @@ def _print_json(
     }
     content = json_content(shared, targets, calibrations | files)
     if events:
-        print_event({"event": "result", **content})
+        print_json_line({"event": "result", **content})
     else:
         print_json(content)
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 from tumble.cli.durations import seconds_of
+from tumble.cli.live_options import LIVE, pose_seconds
 from tumble.cli.read_options import read_options_for
-from tumble.errors import ProcedureError, TumbleError
+from tumble.errors import ProcedureError
 from tumble.logs.options import ReadOptions
 from tumble.words import join
 
@@ -23,11 +24,9 @@ if TYPE_CHECKING:
     from tumble.turntable.poses import PoseList
     from tumble.turntable.so_far import OpenSession
 
-PANEL = "With --live"
-
 
 def _option(*names: str, metavar: str = "", text: str) -> object:
-    return typer.Option(*names, metavar=metavar or None, help=text, rich_help_panel=PANEL, show_default=False)
+    return typer.Option(*names, metavar=metavar or None, help=text, rich_help_panel=LIVE, show_default=False)
 
 
 LiveOption: TypeAlias = Annotated[
@@ -37,19 +36,7 @@ LiveOption: TypeAlias = Annotated[
         text="Calibrate now: NAME=SOURCE for each unit takes the place of recordings; see the documentation.",
     ),
 ]
-UntilOption: TypeAlias = Annotated[
-    str | None,
-    _option(
-        "--until",
-        metavar="'GROUP SIGMA, ...'",
-        text="Go on until every sigma is as small: 'bias 0.001, non-orthogonality 0.01', in the units of the "
-        "report.",
-    ),
-]
-PoseSecondsOption: TypeAlias = Annotated[
-    str | None,
-    _option("--pose-seconds", metavar="TIME", text="Time at rest at each pose, 10s if not given."),
-]
+PoseSecondsOption: TypeAlias = Annotated[str | None, pose_seconds("10s")]
 NoTurnsOption: TypeAlias = Annotated[
     bool, _option("--no-turns", text="Ask for no turns: the gyroscopes get what poses show of them.")
 ]
@@ -72,10 +59,6 @@ TableLimitsOption: TypeAlias = Annotated[
 ]
 ArmedOption: TypeAlias = Annotated[
     bool, _option("--armed", text="Let the table move. Without it, its plan is printed.")
-]
-SenderOption: TypeAlias = Annotated[
-    str | None,
-    _option("--from", metavar="ADDRESS", text="The one host whose datagrams count."),
 ]
 
 
@@ -140,10 +123,10 @@ def record_live(
     SIGTERM; what was recorded stays.
     """
     from tumble.cli.stopping import stopped_by_signals
+    from tumble.goal import Goal
     from tumble.live import open_set
     from tumble.live.naming import parse_named_sources
     from tumble.turntable.command_live_screen import shown
-    from tumble.turntable.goal import Goal
     from tumble.turntable.live import POSE_SECONDS, REFERENCE, SESSION_FOLDER, LiveTurntable
     from tumble.turntable.poses import SIX_FACES
     from tumble.turntable.session_poses import poses_of
@@ -188,19 +171,6 @@ def record_live(
         raise KeyboardInterrupt
     _refuse_if_unheard(session, reference or REFERENCE, typed)
     return RecordedSession(session.session, session.is_complete and session.goal_is_met, session.not_shown)
-
-
-@contextmanager
-def failures_told(as_json: bool) -> Iterator[None]:
-    """Tell, with `--json`, an error as an event too."""
-    try:
-        yield
-    except TumbleError as error:
-        if as_json:
-            from tumble.turntable.command_live_screen import print_event
-
-            print_event({"event": "failed", "reason": str(error)})
-        raise
 
 
 def _procedure(

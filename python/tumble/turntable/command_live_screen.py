@@ -2,29 +2,26 @@
 
 from __future__ import annotations
 
-import json
 import math
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, TypeAlias
+
+from tumble.cli.live_screen import DONE, OPEN, SHOWN, STYLES, bar, goal_contents, goal_lines, goal_words
+from tumble.cli.screen import print_json_line
 
 if TYPE_CHECKING:
     from rich.console import Group
     from rich.table import Table
     from rich.text import Text
 
-    from tumble.turntable.goal import GoalProgress
     from tumble.turntable.live import TurntableStep
 
 Show: TypeAlias = "Callable[[TurntableStep], None]"
 """Told every step of the session."""
 
-BAR_WIDTH = 10
-DONE, OPEN, BAR, EMPTY = "✓", " ", "█", "░"
-STYLES = {"waiting": "dim", "rest": "green", "motion": "cyan", "silent": "red", "lost": "red"}
-SHOWN = {"waiting": "waiting", "rest": "still", "motion": "moves", "silent": "SILENT", "lost": "LOST"}
 TROUBLE = ("warning", "ended early")
 """What is said even where little is."""
 A_ROW = 6
@@ -39,7 +36,7 @@ def shown(as_json: bool, quiet: bool) -> Iterator[Show]:
 
     console = Console(file=sys.stderr)
     if as_json:
-        yield lambda step: print_event(event_of(step))
+        yield lambda step: print_json_line(event_of(step))
     elif not console.is_terminal or quiet:
         yield lambda step: _print_line("" if quiet and step.kind not in TROUBLE else prompt(step))
     else:
@@ -53,27 +50,10 @@ def shown(as_json: bool, quiet: bool) -> Iterator[Show]:
             yield show
 
 
-def print_event(content: Mapping[str, Any]) -> None:
-    """Print one event as a line of JSON on standard output."""
-    from tumble.plain import finite
-
-    print(json.dumps(finite(content), allow_nan=False), flush=True)
-
-
 def event_of(step: TurntableStep) -> dict[str, Any]:
     """Give a step as plain data: `event` first, goals by their name."""
     content = asdict(step)
-    goals = [
-        {
-            "name": goal.term.name,
-            "unit": goal.unit,
-            "sigma": goal.sigma,
-            "wanted": goal.term.sigma,
-            "target": goal.target,
-        }
-        for goal in step.goals
-    ]
-    return {"event": content.pop("kind"), **content, "goals": goals}
+    return {"event": content.pop("kind"), **content, "goals": goal_contents(step.goals)}
 
 
 def prompt(step: TurntableStep) -> str:
@@ -83,7 +63,7 @@ def prompt(step: TurntableStep) -> str:
     return {
         "listening": f"Listening to {names}. Ctrl-C ends; --resume goes on.",
         "pose wanted": f"Go to {step.subject}, and let it stand still.",
-        "pose done": f"{step.subject} done, {done} of {len(step.poses)}{_reached(step)}.",
+        "pose done": f"{step.subject} done, {done} of {len(step.poses)}{goal_words(step.goals)}.",
         "turn wanted": f"Turn about {step.subject} by a quarter or more, then let it stand still.",
         "turn done": f"Turn about {step.subject} done.",
         "warning": f"Warning: {step.subject}: {step.text}",
@@ -96,29 +76,12 @@ def drawn(step: TurntableStep) -> Group:
     """Draw poses and turns with ticks, each unit, and sigmas against the goal."""
     from rich.console import Group
 
-    return Group(_poses(step), *_turns(step), *_table(step), _units(step), *_goals(step))
+    return Group(_poses(step), *_turns(step), *_table(step), _units(step), *goal_lines(step.goals))
 
 
 def _print_line(text: str) -> None:
     if text:
         print(text, file=sys.stderr, flush=True)
-
-
-def _reached(step: TurntableStep) -> str:
-    known = [goal for goal in step.goals if math.isfinite(goal.sigma)]
-    return "".join(f"; {_goal(goal)}" for goal in known)
-
-
-def _goal(goal: GoalProgress) -> str:
-    if not math.isfinite(goal.sigma):
-        return f"{goal.term.name}: not shown yet, {goal.term.sigma:g} wanted"
-    unit = "" if goal.unit == "1" else f" {goal.unit}"
-    return f"{goal.term.name} {goal.sigma:.2g} of {goal.term.sigma:g}{unit}"
-
-
-def _bar(share: float) -> str:
-    full = round(BAR_WIDTH * min(share, 1.0))
-    return BAR * full + EMPTY * (BAR_WIDTH - full)
 
 
 def _poses(step: TurntableStep) -> Table:
@@ -129,7 +92,7 @@ def _poses(step: TurntableStep) -> Table:
     faces = Table(box=ROUNDED, show_header=False, show_lines=True)
     cells = [
         Text(
-            f"[{DONE if pose.done else OPEN}] {pose.name}\n{_bar(pose.seconds / pose.wanted)}\n"
+            f"[{DONE if pose.done else OPEN}] {pose.name}\n{bar(pose.seconds / pose.wanted)}\n"
             f"{pose.seconds:.0f} of {pose.wanted:.0f} s",
             style="green" if pose.done else "bold cyan" if pose.name == step.at else "",
         )
@@ -165,11 +128,3 @@ def _units(step: TurntableStep) -> Table:
         rate = "" if math.isnan(unit.rate) else f"{unit.rate:.4g} Hz"
         units.add_row(unit.name, f"[{STYLES[unit.condition]}]{SHOWN[unit.condition]}", rate)
     return units
-
-
-def _goals(step: TurntableStep) -> Iterator[Text]:
-    from rich.text import Text
-
-    for goal in step.goals:
-        met = goal.ratio <= 1.0
-        yield Text(f"[{DONE if met else OPEN}] {_goal(goal)}", style="green" if met else "")

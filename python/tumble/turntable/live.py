@@ -6,7 +6,6 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -17,18 +16,23 @@ from pydantic import JsonValue
 
 from tumble.acquisition.acquire import acquire, rests_of
 from tumble.errors import ProcedureError, TumbleError
+from tumble.goal import Goal, GoalProgress
 from tumble.live import LiveChunk, LiveSet
 from tumble.logs import open_recording
 from tumble.logs.session import Session, SessionProcedure, recorded_so_far
+from tumble.record.acquired import Acquisition
+from tumble.record.finding import Finding
+from tumble.record.frozen import FrozenUnits
+from tumble.record.objections import BROKEN, Objection, broken
 from tumble.record.procedure import SHORTEST_REST, Recorder, RecordStep, UnitCondition
+from tumble.record.rest import RestUnderWay
+from tumble.record.silence import Silence
 from tumble.recording import FloatArray
-from tumble.turntable.frozen import FrozenUnits
-from tumble.turntable.goal import Goal, GoalProgress
 from tumble.turntable.guide import Guide, WantedPose, WantedTurn
-from tumble.turntable.poses import SIX_FACES, PoseList, angle_between
+from tumble.turntable.poses import SIX_FACES, PoseList
 from tumble.turntable.procedure import open_session
 from tumble.turntable.session_poses import keep_poses
-from tumble.turntable.so_far import Acquisition, Objection, OpenSession, SoFar, evaluate
+from tumble.turntable.so_far import OpenSession, SoFar, evaluate
 from tumble.words import join
 
 TurntableStepKind: TypeAlias = Literal[
@@ -50,16 +54,10 @@ SESSION_FOLDER = "session"
 """Where the recording is, in the folder of the results."""
 BETWEEN_REPORTS = 0.2
 """s of the samples' clock between two looks at them."""
-SHARE_OF_TIME = 0.1
-"""Of all time that may go into finding how far it is."""
-MOVED = 2.0
-"""deg between two looks at a rest, from which it is not the same one."""
 TIPPED_AFTER = 4.0
 """s at rest off all poses, after which that is said."""
 LONGEST_GAP = 0.1
 """s between two samples over which the gyroscope's last word holds."""
-GONE_AFTER = 30.0
-"""s without a word from any unit, after which the session ends with what it has."""
 MARGIN, LARGEST_STEP = 1.1, 4.0
 """How much longer than sigma asks for to rest, and by what factor at most at a time."""
 LONGEST_POSE = 1800.0
@@ -192,7 +190,6 @@ class LiveTurntable:
         self._open_reference = open_reference or partial(open_session, poses=None)
         self._driver = driver
         self._procedure = procedure or SessionProcedure(name="turntable")
-        self._clock = clock
         self._acquired = Acquisition()
         self._frozen = FrozenUnits()
         self._recorder = Recorder(
@@ -205,27 +202,20 @@ class LiveTurntable:
             report_every=BETWEEN_REPORTS / units.clock_rate,
         )
         self._time = -math.inf
-        self._rest_since: float | None = None
+        self._rest = RestUnderWay()
+        """Of the reference."""
         self._on_pose = -math.inf
         """s at which the table last rested at a pose; a rest is seen to end a little late."""
-        self._force = np.zeros(3)
-        """m/s^2 that the accelerometer of the reference read when it last rested."""
-        self._rate = np.zeros(3)
-        """Rad/s that the gyroscope of the reference reads at rest."""
         self._asked = ""
         self._told: set[tuple[str, str]] = set()
         self._so_far = SoFar()
-        self._worker = ThreadPoolExecutor(1)
-        self._finding: Future[SoFar] | None = None
+        self._finding: Finding[SoFar] = Finding(clock)
         self._finding_is_final = False
         self._found_last = False
         """Whether what was found is of all that was asked for."""
-        self._next_finding = -math.inf
-        self._began_finding = 0.0
         self._is_complete = False
         self._was_stopped = False
-        self._heard = clock()
-        """s of `clock` at which any unit was last there."""
+        self._silent = Silence(clock)
         self._why_early = "all sources have ended"
         if resume:
             self._go_on()
@@ -279,12 +269,12 @@ class LiveTurntable:
                 for step in self._recorder.steps():
                     yield from self._steps_of(step)
         finally:
-            self._worker.shutdown()
+            self._finding.close()
 
     def _steps_of(self, step: RecordStep) -> Iterator[TurntableStep]:
         if step.kind == "recording":
             yield self._step("listening", step)
-        elif step.kind in ("silent", "lost", "returned"):
+        elif step.kind in BROKEN:
             yield from self._broken(step)
         elif step.kind == "done":
             yield from self._ended(step)
@@ -307,16 +297,9 @@ class LiveTurntable:
 
     def _silence(self, step: RecordStep) -> Iterator[TurntableStep]:
         """Say at once that no unit is there any more, and end where that lasts."""
-        now = self._clock()
-        if any(unit.condition in ("rest", "motion") for unit in step.units):
-            self._heard = now
-            return
-        if any(unit.samples for unit in step.units):
-            text = f"no unit sends any more; the session ends after {GONE_AFTER:.0f} s, unless one returns"
-            names = join([unit.name for unit in step.units])
-            yield from self._warnings(step, [Objection(names, f"all gone {self._heard}", text)])
-        if now - self._heard > GONE_AFTER:
-            self._end_early(f"no unit has sent anything for {GONE_AFTER:.0f} s")
+        yield from self._warnings(step, list(self._silent.objections(step)))
+        if reason := self._silent.reason:
+            self._end_early(reason)
 
     def _end_early(self, why: str) -> None:
         self._why_early = why
@@ -333,12 +316,7 @@ class LiveTurntable:
         return "go on with --resume"
 
     def _broken(self, step: RecordStep) -> Iterator[TurntableStep]:
-        texts = {
-            "silent": "is silent; check its power and cable, and that it sends to this address",
-            "lost": f"was lost ({step.reason}); plug it in again, it is looked for every second",
-            "returned": "is there again; check that it is the same unit, in the same place",
-        }
-        yield self._step("warning", step, step.unit, texts[step.kind])
+        yield self._step("warning", step, step.unit, broken(step))
 
     def _watched(self, step: RecordStep) -> Iterator[TurntableStep]:
         moving = {unit.name: unit.condition == "motion" for unit in step.units}
@@ -347,7 +325,7 @@ class LiveTurntable:
         if rest is not None:
             force, seconds = rest
             for each in self.guide.rest(force, seconds):
-                self._next_finding = -math.inf
+                self._finding.hurry()
                 kind: TurntableStepKind = "pose done" if isinstance(each, WantedPose) else "turn done"
                 yield self._step(kind, step, each.name)
             if self.guide.at is not None:
@@ -388,73 +366,63 @@ class LiveTurntable:
         here = {unit.name: unit.condition for unit in step.units}
         heard = [each for each in here.values() if each in ("rest", "motion")]
         if here[self._reference] != "rest" or "motion" in heard:
-            if self._rest_since is not None:
+            if self._rest.end():
                 self.guide.motion()
-            self._rest_since = None
             return None
-        newest = self._acquired.newest(self._reference, SHORTEST_REST)
-        force = newest.accelerometer.mean(axis=0)
-        if self._rest_since is not None and angle_between(force, self._force) > MOVED:
-            # Samples that were held up came at once, with a motion among them.
+        if self._rest.look(self._acquired.newest(self._reference, SHORTEST_REST), self._time):
             self.guide.motion()
-            self._rest_since = None
-        if self._rest_since is None:
-            self._rest_since = self._time - SHORTEST_REST
-        self._force, self._rate = force, newest.gyroscope.mean(axis=0)
-        return force, self._time - self._rest_since
+        return self._rest.force, self._rest.seconds(self._time)
 
     def _tipped(self) -> Objection:
         text = (
             f"rests {self.guide.tip:.1f} deg from {self.guide.nearest}, the nearest pose, and counts for "
             "none; level the table, or give the poses with --poses"
         )
-        return Objection(self._reference, f"tipped {self._rest_since}", text)
+        return Objection(self._reference, f"tipped {self._rest.since}", text)
 
     def _take(self, name: str, chunk: LiveChunk) -> None:
         if name == self._reference:
             if math.isfinite(self._time):
                 steps = np.minimum(np.diff(chunk.time, prepend=self._time), LONGEST_GAP)
-                self.guide.turn((chunk.gyroscope - self._rate).T @ steps)
+                self.guide.turn((chunk.gyroscope - self._rest.rate).T @ steps)
             self._time = float(chunk.time[-1])
         self._acquired.push(name, chunk)
         self._frozen.push(name, chunk)
 
     def _found(self, step: RecordStep) -> Iterator[TurntableStep]:
         """Take what was found so far, and begin to find it anew where that is due."""
-        if self._finding is not None:
-            if not self._finding.done():
-                return
-            self._so_far = self._finding.result()
-            now = self._clock()
-            self._next_finding = now + (now - self._began_finding) / SHARE_OF_TIME
-            self._finding, self._found_last = None, self._finding_is_final
-            yield from self._warnings(step, self._so_far.objections)
+        if self._finding.is_running:
+            return
+        if (found := self._finding.take()) is not None:
+            self._so_far, self._found_last = found, self._finding_is_final
+            yield from self._warnings(step, found.objections)
         is_final = self._all_is_done and not self._found_last
-        if is_final or self._clock() >= self._next_finding:
+        if is_final or self._finding.is_due:
             self._begin_to_find(is_final)
 
     def _found_at_last(self, step: RecordStep) -> Iterator[TurntableStep]:
         """Find out how far it is by all that was recorded."""
-        wait([self._finding] if self._finding is not None else [])
-        self._finding = None
+        self._finding.wait()
+        self._finding.take()
         self._begin_to_find(is_final=True)
-        if self._finding is not None:
-            wait([self._finding])
-            yield from self._found(step)
+        self._finding.wait()
+        yield from self._found(step)
 
     def _begin_to_find(self, is_final: bool) -> None:
         recordings = self._acquired.recordings()
         if self._reference not in recordings:
             return
-        self._began_finding, self._finding_is_final = self._clock(), is_final
-        self._finding = self._worker.submit(
-            evaluate,
-            recordings,
-            self._reference,
-            self._open_reference,
-            self._poses,
-            self._goal,
-            complete=all(each.seconds > 0.0 for each in self.guide.poses),
+        self._finding_is_final = is_final
+        self._finding.begin(
+            partial(
+                evaluate,
+                recordings,
+                self._reference,
+                self._open_reference,
+                self._poses,
+                self._goal,
+                complete=all(each.seconds > 0.0 for each in self.guide.poses),
+            )
         )
 
     def _end_or_go_on(self, step: RecordStep) -> Iterator[TurntableStep]:

@@ -15,9 +15,6 @@ from tumble.results import Collection, LimitCheck, Parameter, Rest, Row, Tabular
 GOOD = ("pass", "calibrated")
 """Verdicts that nobody has to look at."""
 
-GROUPS = ("bias", "scale", "non-orthogonality", "mounting")
-"""Of the parameters of a triad, before the axis in their names."""
-
 TruthSource = Literal["reference", "rotate-truth", "rotate-measurement", "ideal"]
 
 

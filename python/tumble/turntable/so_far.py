@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 
-from tumble.acquisition.acquire import acquire, si_unit
+from tumble.acquisition.acquire import acquire
 from tumble.acquisition.imu import Imu
 from tumble.errors import TumbleError
-from tumble.recording import Chunk, FloatArray, Recording
+from tumble.goal import Goal, GoalProgress
+from tumble.record.objections import Objection, faults
+from tumble.recording import FloatArray, Recording
 from tumble.results import LARGEST_WIDENING
-from tumble.turntable.goal import Goal, GoalProgress
 from tumble.turntable.poses import PoseList
 from tumble.turntable.procedure import Session
 from tumble.turntable.result import TargetResult
@@ -22,66 +22,6 @@ from tumble.turntable.slips import OTHER_AXES, Slip, slips, visits_of
 
 OpenSession: TypeAlias = Callable[[Recording], Session]
 """Fits the reference, as `open_session` does; poses need not be known."""
-
-FEWEST_KEPT = 1 << 14
-"""Samples for which there is room from the beginning."""
-CLOCK = "live"
-"""What all units of a live set are stamped by."""
-
-
-class _Samples:
-    """Samples of one unit, in arrays that grow; what was given of them stays as it was."""
-
-    def __init__(self) -> None:
-        self._count = 0
-        self._time = np.empty(FEWEST_KEPT)
-        self._triads = np.empty((2, FEWEST_KEPT, 3))
-
-    def push(self, chunk: Chunk) -> None:
-        end = self._count + len(chunk)
-        if end > len(self._time):
-            more = max(len(self._time), len(chunk))
-            self._time = np.concatenate([self._time, np.empty(more)])
-            self._triads = np.concatenate([self._triads, np.empty((2, more, 3))], axis=1)
-        self._time[self._count : end] = chunk.time
-        self._triads[0, self._count : end] = chunk.accelerometer
-        self._triads[1, self._count : end] = chunk.gyroscope
-        self._count = end
-
-    def since(self, time: float) -> Chunk:
-        first = int(np.searchsorted(self._time[: self._count], time))
-        which = slice(first, self._count)
-        return Chunk(self._time[which], self._triads[0, which], self._triads[1, which])
-
-
-class Acquisition:
-    """All samples of all units since the session began."""
-
-    def __init__(self) -> None:
-        self._units: dict[str, _Samples] = {}
-
-    def push(self, name: str, chunk: Chunk) -> None:
-        """Take in samples of a unit."""
-        self._units.setdefault(name, _Samples()).push(chunk)
-
-    def recordings(self) -> dict[str, Recording]:
-        """Give what there is now; what comes later is not in it."""
-        return {name: _recording(name, unit.since(-math.inf)) for name, unit in self._units.items()}
-
-    def newest(self, name: str, seconds: float) -> Chunk:
-        """Give the last so many s of a unit that has given samples."""
-        unit = self._units[name]
-        return unit.since(float(unit.since(-math.inf).time[-1]) - seconds)
-
-
-@dataclass(frozen=True, slots=True)
-class Objection:
-    """Something wrong with a unit, and what to do about it."""
-
-    unit: str
-    key: str
-    """The same for what is the same trouble, whatever its figures by now."""
-    text: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +49,7 @@ def evaluate(
     for name, recording in recordings.items():
         try:
             units[name] = acquire(recording)
-            objections += _faults(name, units[name])
+            objections += faults(name, units[name])
         except TumbleError as error:
             objections.append(Objection(name, "not read", error.why))
     if reference not in units:
@@ -129,28 +69,14 @@ def evaluate(
     objections += slipped
     if complete:
         objections += _failures(session, targets, found, {each.unit for each in slipped})
-    return SoFar(found, goal.progress(found) if goal else (), tuple(objections))
-
-
-def _recording(name: str, chunk: Chunk) -> Recording:
-    return Recording.from_arrays(name, chunk.time, chunk.accelerometer, chunk.gyroscope, clock=CLOCK)
+    return SoFar(
+        found, goal.progress(each for each in found if not each.failure) if goal else (), tuple(objections)
+    )
 
 
 def _matrix(target: TargetResult) -> FloatArray:
     triad = None if target.failure else target.accelerometer
     return np.eye(3) if triad is None else triad.M
-
-
-def _faults(name: str, unit: Imu) -> Iterator[Objection]:
-    remedies = {
-        "stuck": "check the sensor and its cable",
-        "saturated in motion": "turn more slowly, or choose a larger range",
-        "saturated at rest": "choose a larger range",
-    }
-    for channel, kind, value, first, _ in unit.faults:
-        seen = "is stuck" if kind == "stuck" else "is saturated"
-        text = f"{channel} {seen} at {value:.4g} {si_unit(channel)} since {first:.1f} s; {remedies[kind]}"
-        yield Objection(name, f"{kind} {channel}", text)
 
 
 def _slipped(slip: Slip) -> Objection:

@@ -19,9 +19,10 @@ from tumble.files import FileKind, replacing
 from tumble.plain import finite
 from tumble.report.numbers import NOT_OBSERVABLE, measurement, readable_scale
 from tumble.report.text import VERDICT_TITLES
+from tumble.results import GROUPS
 from tumble.turntable.record import RecordedParameter, TargetRecord
 from tumble.turntable.report.text import mounting_sentence
-from tumble.turntable.result import GOOD, GROUPS, TurntableResult
+from tumble.turntable.result import GOOD, TurntableResult
 from tumble.words import count_of, utf8
 
 MOST_SHOWN = 40

@@ -13,7 +13,8 @@ from typing import TypeAlias
 
 from tumble.errors import LogError, ProcedureError, TumbleError
 from tumble.file_names import SUMMARY
-from tumble.files import LOG_SUFFIXES, note_input
+from tumble.files import note_input
+from tumble.log_formats import LOG_SUFFIXES, has_log_ending, stem_of
 from tumble.logs import open_recording, parse_spec
 from tumble.logs.formats import find_format
 from tumble.logs.options import ReadOptions
@@ -122,7 +123,7 @@ def _expanded(text: str, is_one: Callable[[Path], bool], output: Path | None) ->
 
 
 def _has_poses(folder: Path, poses: set[str]) -> bool:
-    logs = [path.stem.casefold() for path in folder.iterdir() if path.suffix.lower() in LOG_SUFFIXES]
+    logs = [stem_of(path).casefold() for path in folder.iterdir() if has_log_ending(path)]
     return bool(logs) and poses.issuperset(logs)
 
 
@@ -142,7 +143,7 @@ def _logs_in(folder: Path, output: Path | None) -> Iterator[Path]:
             continue
         if path.is_dir():
             yield from [path] if find_format(path) != "folder" else _logs_in(path, output)
-        elif path.suffix.lower() in LOG_SUFFIXES and path.name != SUMMARY and not _manifest_columns(path):
+        elif has_log_ending(path) and path.name != SUMMARY and not _manifest_columns(path):
             yield path
 
 
@@ -264,7 +265,7 @@ def _numbered(targets: Sequence[Target]) -> list[Target]:
 
 def _file_name(target: Target) -> str:
     spec = parse_spec(target.source)
-    stem = spec.path.stem if spec.path.is_file() else spec.path.name
+    stem = stem_of(spec.path) if spec.path.is_file() else spec.path.name
     imu = (spec.imu or "").strip("/").replace("/", "_")
     if imu and find_format(spec.path) == "session":
         return imu

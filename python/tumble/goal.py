@@ -1,20 +1,36 @@
-"""How certain a calibration is to be: `bias 0.001, non-orthogonality 0.01`, in the units of the report."""
+"""How certain a calibration is to be: `bias 0.001, scale 0.02 %`, in the units of the report."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 from tumble.errors import ProcedureError
 from tumble.numbers import number_of
-from tumble.results import TriadName, TriadResult
-from tumble.turntable.result import GROUPS, TargetResult
-from tumble.units import TRIADS
+from tumble.results import GROUPS, TriadName, TriadResult
+from tumble.units import TRIADS, UNITS
 
-FORM = f"[accelerometer|gyroscope] {'|'.join(GROUPS)} SIGMA, commas between"
+FORM = f"[accelerometer|gyroscope] {'|'.join(GROUPS)} SIGMA [UNIT], commas between"
 BY_TIME_AT_REST = "bias"
 """What of a gyroscope is found at rest; all else of it in turns. An accelerometer's is all found at rest."""
+
+
+class Calibrated(Protocol):
+    """One unit and what was found of it."""
+
+    @property
+    def name(self) -> str:
+        """Of the unit."""
+
+    @property
+    def accelerometer(self) -> TriadResult | None:
+        """None where it was not calibrated."""
+
+    @property
+    def gyroscope(self) -> TriadResult | None:
+        """None where it was not calibrated."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +55,7 @@ class GoalTerm:
 
 @dataclass(frozen=True, slots=True)
 class GoalProgress:
-    """How far one term is, of the target that is furthest from it."""
+    """How far one term is, of the unit that is furthest from it."""
 
     term: GoalTerm
     unit: str
@@ -56,7 +72,7 @@ class GoalProgress:
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """Terms that all targets have to meet."""
+    """Terms that all units have to meet."""
 
     terms: tuple[GoalTerm, ...]
     text: str
@@ -68,8 +84,8 @@ class Goal:
 
         Raises `ProcedureError` where it is none.
 
-        >>> [term.name for term in Goal.parse("bias 0.001, gyroscope scale 1e-4").terms]
-        ['accelerometer bias', 'gyroscope scale']
+        >>> [(term.name, term.sigma) for term in Goal.parse("bias 0.001, gyroscope scale 0.02 %").terms]
+        [('accelerometer bias', 0.001), ('gyroscope scale', 0.0002)]
         """
         terms = tuple(_term(text, part.split()) for part in text.split(","))
         names = [term.name for term in terms]
@@ -78,29 +94,40 @@ class Goal:
                 raise ProcedureError(f"--until {text}: gives {name} twice; keep one")
         return cls(terms, text)
 
-    def progress(self, targets: Iterable[TargetResult]) -> tuple[GoalProgress, ...]:
-        """Say how far each term is; of the worst target that was calibrated."""
-        calibrated = [target for target in targets if not target.failure]
+    def progress(self, units: Iterable[Calibrated]) -> tuple[GoalProgress, ...]:
+        """Say how far each term is; of the worst of the units, which were calibrated."""
+        calibrated = list(units)
         return tuple(_worst(term, calibrated) for term in self.terms)
 
 
 def _term(text: str, words: list[str]) -> GoalTerm:
     named = [*(["accelerometer"] if words and words[0] not in TRIADS else []), *words]
-    sigma = number_of(named[-1]) if named else None
-    if len(named) == 3 and named[1] in GROUPS and sigma is not None and 0.0 < sigma < math.inf:
+    if len(named) in (3, 4) and named[1] in GROUPS:
         triad: TriadName = "gyroscope" if named[0] == "gyroscope" else "accelerometer"
-        return GoalTerm(triad, named[1], sigma)
-    raise ProcedureError(f"--until {text}: expected {FORM}, such as 'bias 0.001, non-orthogonality 0.01'")
+        sigma, factor = number_of(named[2]), _factors(triad, named[1]).get("".join(named[3:]))
+        if sigma is not None and factor is not None and 0.0 < sigma < math.inf:
+            return GoalTerm(triad, named[1], sigma * factor)
+    raise ProcedureError(f"--until {text}: expected {FORM}, such as 'bias 0.001, scale 0.02 %'")
 
 
-def _worst(term: GoalTerm, targets: Iterable[TargetResult]) -> GoalProgress:
-    found = [GoalProgress(term, *_sigma(term, target), target.name) for target in targets]
+def _factors(triad: TriadName, group: str) -> Mapping[str, float]:
+    """Give by what a sigma is multiplied for each unit that may stand behind it."""
+    match group:
+        case "bias":
+            return {"": 1.0, UNITS[triad]: 1.0}
+        case "scale":
+            return {"": 1.0, "%": 0.01}
+    return {"": 1.0, "deg": 1.0}
+
+
+def _worst(term: GoalTerm, units: Iterable[Calibrated]) -> GoalProgress:
+    found = [GoalProgress(term, *_sigma(term, unit), unit.name) for unit in units]
     nothing = GoalProgress(term, "", math.inf, "")
     return max(found, key=lambda each: each.sigma, default=nothing)
 
 
-def _sigma(term: GoalTerm, target: TargetResult) -> tuple[str, float]:
-    triad = target.accelerometer if term.triad == "accelerometer" else target.gyroscope
+def _sigma(term: GoalTerm, unit: Calibrated) -> tuple[str, float]:
+    triad = unit.accelerometer if term.triad == "accelerometer" else unit.gyroscope
     parameters = list(_parameters(term, triad))
     if not parameters:
         return "", math.inf

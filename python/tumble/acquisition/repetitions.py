@@ -1,0 +1,39 @@
+"""Readings that stood still: those of no sensor with noise do, unless it, or what sends, was frozen."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tumble.recording import Chunk, FloatArray
+
+FROZEN = 0.25
+"""s for which all readings may stand still, as long as samples may be missing."""
+COARSE = 0.05
+"""Share of readings that are repeated, above which a sensor is too coarse to tell that it froze."""
+
+
+def is_coarse(readings: int, repeated: int) -> bool:
+    """Whether so many of the different readings were repeated that a repetition says nothing."""
+    return repeated > COARSE * readings
+
+
+def repeats(readings: FloatArray) -> NDArray[np.bool_]:
+    """Tell of each of (n, k) readings but the first whether it is the one before again."""
+    same: NDArray[np.bool_] = (readings[1:] == readings[:-1]).all(axis=1)
+    return same
+
+
+def frozen_stretches(samples: Chunk) -> list[tuple[int, int]]:
+    """Give first and last index of each stretch in which all channels stood still for longer than `FROZEN`.
+
+    There is none of a sensor so coarse that readings often repeat themselves.
+    """
+    changes = np.flatnonzero(~repeats(np.column_stack([samples.accelerometer, samples.gyroscope])))
+    # Readings that are alike lie between two changes.
+    first = np.concatenate([[0], changes + 1])
+    last = np.concatenate([changes, [len(samples) - 1]])
+    lasting = samples.time[last] - samples.time[first] > FROZEN
+    if is_coarse(len(first), int((last[~lasting] > first[~lasting]).sum())):
+        return []
+    return list(zip(first[lasting].tolist(), last[lasting].tolist(), strict=True))

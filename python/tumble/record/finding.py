@@ -1,0 +1,61 @@
+"""What a session shows so far, found beside it: samples go on being taken meanwhile."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from typing import Generic, TypeVar
+
+SHARE_OF_TIME = 0.1
+"""Of all time that may go into finding, unless it is hurried."""
+
+Found = TypeVar("Found")
+
+
+class Finding(Generic[Found]):
+    """Runs one thing at a time; `clock` is that on the wall, s."""
+
+    def __init__(self, clock: Callable[[], float]) -> None:
+        self._clock = clock
+        self._worker = ThreadPoolExecutor(1)
+        self._running: Future[Found] | None = None
+        self._began = 0.0
+        self._due = -math.inf
+
+    @property
+    def is_running(self) -> bool:
+        """Whether something is being found that is not there yet."""
+        return self._running is not None and not self._running.done()
+
+    @property
+    def is_due(self) -> bool:
+        """Whether it is time to begin anew."""
+        return self._running is None and self._clock() >= self._due
+
+    def hurry(self) -> None:
+        """Have it due as soon as what runs is done."""
+        self._due = -math.inf
+
+    def begin(self, find: Callable[[], Found]) -> None:
+        """Have something found, once `take` gave what was found before."""
+        self._began, self._due = self._clock(), math.inf
+        self._running = self._worker.submit(find)
+
+    def take(self) -> Found | None:
+        """Give what was found, once; None where there is nothing new."""
+        if self._running is None or not self._running.done():
+            return None
+        found, self._running = self._running.result(), None
+        now = self._clock()
+        if self._due == math.inf:
+            self._due = now + (now - self._began) / SHARE_OF_TIME
+        return found
+
+    def wait(self) -> None:
+        """Wait for what runs."""
+        wait([] if self._running is None else [self._running])
+
+    def close(self) -> None:
+        """Find nothing more."""
+        self._worker.shutdown()
