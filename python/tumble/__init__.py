@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from tumble.align.result import AlignResult
     from tumble.apply.procedure import apply
     from tumble.calibration.document import Calibration
+    from tumble.compare.procedure import compare
+    from tumble.compare.result import CompareResult
+    from tumble.convert.procedure import convert
     from tumble.errors import (
         CalibrationFileError,
         LogError,
@@ -26,6 +29,7 @@ if TYPE_CHECKING:
         ProcedureError,
         TumbleError,
     )
+    from tumble.exchange.procedure import export, import_calibrations
     from tumble.inspect.procedure import inspect
     from tumble.logs import ReadOptions, list_imus, open_recording, open_writer
     from tumble.multipose.procedure import multipose
@@ -43,11 +47,14 @@ if TYPE_CHECKING:
         simulate_multipose,
         simulate_spin,
         simulate_static,
+        simulate_thermal,
         simulate_turntable,
     )
     from tumble.spin.machine import SpinMachine
     from tumble.spin.procedure import spin
     from tumble.spin.result import SpinResult
+    from tumble.thermal.procedure import thermal
+    from tumble.thermal.result import ThermalResult
     from tumble.turntable.limits import Limits
     from tumble.turntable.poses import Pose, PoseList
     from tumble.turntable.procedure import turntable
@@ -58,6 +65,7 @@ __all__ = [
     "Calibration",
     "CalibrationFileError",
     "Chunk",
+    "CompareResult",
     "Limits",
     "LogError",
     "MultiposeResult",
@@ -74,12 +82,17 @@ __all__ = [
     "SpinMachine",
     "SpinResult",
     "TargetResult",
+    "ThermalResult",
     "TumbleError",
     "TurntableResult",
     "Witness",
     "__version__",
     "align",
     "apply",
+    "compare",
+    "convert",
+    "export",
+    "import_calibrations",
     "inspect",
     "list_imus",
     "multipose",
@@ -91,8 +104,10 @@ __all__ = [
     "simulate_multipose",
     "simulate_spin",
     "simulate_static",
+    "simulate_thermal",
     "simulate_turntable",
     "spin",
+    "thermal",
     "turntable",
 ]
 
@@ -103,6 +118,10 @@ _HOMES = {
     "tumble.logs": ("ReadOptions", "list_imus", "open_recording", "open_writer"),
     "tumble.align.procedure": ("align",),
     "tumble.apply.procedure": ("apply",),
+    "tumble.compare.procedure": ("compare",),
+    "tumble.compare.result": ("CompareResult",),
+    "tumble.convert.procedure": ("convert",),
+    "tumble.exchange.procedure": ("export", "import_calibrations"),
     "tumble.inspect.procedure": ("inspect",),
     "tumble.multipose.procedure": ("multipose",),
     "tumble.multipose.result": ("MultiposeResult",),
@@ -113,6 +132,7 @@ _HOMES = {
         "simulate_multipose",
         "simulate_spin",
         "simulate_static",
+        "simulate_thermal",
         "simulate_turntable",
     ),
     "tumble.turntable.poses": ("Pose", "PoseList"),
@@ -123,6 +143,8 @@ _HOMES = {
     "tumble.redundancy.witness": ("Witness",),
     "tumble.spin.machine": ("SpinMachine",),
     "tumble.spin.procedure": ("spin",),
+    "tumble.thermal.procedure": ("thermal",),
+    "tumble.thermal.result": ("ThermalResult",),
     "tumble.turntable.procedure": ("turntable",),
     "tumble.recording": ("Chunk", "Recording"),
     "tumble.turntable.result": ("TargetResult", "TurntableResult"),

@@ -27,7 +27,8 @@ from pydantic_core import CoreSchema, core_schema
 
 from tumble.bounded_yaml import parse, problem_in_words
 from tumble.errors import CalibrationFileError
-from tumble.files import LOG_SUFFIXES, FileKind, name_too_long, note_input, write_text
+from tumble.files import FileKind, name_too_long, note_input, write_text
+from tumble.log_formats import has_log_ending
 from tumble.plain import short
 from tumble.recording import FloatArray
 from tumble.schemas import DocumentSchema, schema_stated
@@ -140,7 +141,7 @@ def read_document(path: Path | str, model: type[Model], schema: DocumentSchema) 
     try:
         node, data = _read_mapping(path, schema.what, remedy)
     except CalibrationFileError as error:
-        if path.suffix.lower() in LOG_SUFFIXES and not isinstance(error.__cause__, OSError):
+        if has_log_ending(path) and not isinstance(error.__cause__, OSError):
             raise CalibrationFileError(f"{path}: is a log, not a {schema.what}; give another file") from error
         raise
     stated = schema_stated(data.get("schema"))

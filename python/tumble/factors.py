@@ -46,14 +46,20 @@ def factor_sigma(matrix: FloatArray, covariance: FloatArray) -> FloatArray:
 
     `covariance` (9, 9) is that of M row by row; what depends on something not finite there is NaN.
     """
+    sigma: FloatArray = np.sqrt(np.diag(propagated(factor_jacobian(matrix), covariance)))
+    return sigma
+
+
+def factor_jacobian(matrix: FloatArray) -> FloatArray:
+    """(9, 9) derivatives of what `factor_sigma` gives the sigmas of, by M row by row."""
     steps = _STEP * np.eye(9).reshape(9, 3, 3)
     derivatives = [
         (_factor_parameters(matrix + step, matrix) - _factor_parameters(matrix - step, matrix))
         / (2.0 * _STEP)
         for step in steps
     ]
-    sigma: FloatArray = np.sqrt(np.diag(propagated(np.array(derivatives).T, covariance)))
-    return sigma
+    found: FloatArray = np.array(derivatives).T
+    return found
 
 
 def propagated(jacobian: FloatArray, covariance: FloatArray) -> FloatArray:

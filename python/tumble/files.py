@@ -25,7 +25,6 @@ from tumble.words import utf8
 FileIdentity: TypeAlias = tuple[int, int]
 """Device and inode: the same for all names of one file."""
 
-LOG_SUFFIXES = frozenset((".csv", ".tsv", ".txt", ".log", ".dat", ".parquet", ".pq", ".bag", ".db3", ".mcap"))
 """Endings of logs, in lower case."""
 _LONGEST_NAME = 255
 """Characters of the name of a file or folder, on the file systems in use."""

@@ -30,6 +30,9 @@ Verdict = Literal[
     "partly aligned",
     "measured",
     "partly measured",
+    "same",
+    "differ",
+    "cannot be told",
 ]
 """What a procedure says of a unit, or of a set of them, in a word."""
 
@@ -42,6 +45,9 @@ INTERVAL = 1.959963984540054
 LARGEST_WIDENING = 10.0
 """Factor on sigmas beyond which the model is not met: noise is then less than a hundredth of what the
 residuals hold, and nothing shows that the rest is as random (docs/theory/turntable.md, section 7)."""
+
+GROUPS = ("bias", "scale", "non-orthogonality", "mounting")
+"""Of the parameters of a triad, before the axis in their names."""
 
 NOT_SHOWN = "the data do not show it"
 """Why something is not observable, where nothing more can be said."""

@@ -13,7 +13,7 @@ class DocumentSchema:
     """A kind of document, and the model that reads it, imported when it is asked for."""
 
     name: str
-    """`calibration`: documents of this kind begin with `schema: tumble-calibration/1`."""
+    """`calibration`: documents of this kind begin with `schema: tumble-calibration/VERSION`."""
     what: str
     """What messages call such a document."""
     module: str

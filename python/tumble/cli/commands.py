@@ -59,11 +59,35 @@ COMMANDS = {
         "noise_command",
         "Find the noise of a sensor that stands still: Allan deviations and the terms they show.",
     ),
+    "thermal": CommandEntry(
+        "tumble.thermal.command",
+        "thermal_command",
+        "Find how bias and scale of a unit change with temperature.",
+    ),
     "apply": CommandEntry("tumble.apply.command", "apply_command", "Correct a log with a calibration."),
+    "compare": CommandEntry(
+        "tumble.compare.command",
+        "compare_command",
+        "Say whether calibrations are the same within what is known of each.",
+    ),
+    "convert": CommandEntry(
+        "tumble.convert.command", "convert_command", "Write a log in another format, in SI units."
+    ),
+    "export": CommandEntry(
+        "tumble.exchange.command_export", "export_command", "Write a calibration for another program."
+    ),
+    "import": CommandEntry(
+        "tumble.exchange.command_import", "import_command", "Read a calibration that another program made."
+    ),
     "inspect": CommandEntry(
         "tumble.inspect.command",
         "inspect_command",
         "Show what logs hold and which procedures they are fit for.",
+    ),
+    "formats": CommandEntry(
+        "tumble.exchange.command_formats",
+        "formats_command",
+        "List every format that is read or written, with an example of each.",
     ),
     "record": CommandEntry(
         "tumble.record.command", "record_command", "Record several live sources at once, on one clock."
@@ -73,6 +97,16 @@ COMMANDS = {
     ),
     "simulate": CommandEntry(
         "tumble.simulate.command", "simulate_app", "Make recordings whose truth is known."
+    ),
+    "demo": CommandEntry(
+        "tumble.demo.command",
+        "demo_command",
+        "Calibrate a simulated turntable session, one target of it faulty, and compare with the truth.",
+    ),
+    "doctor": CommandEntry(
+        "tumble.doctor.command",
+        "doctor_command",
+        "Say what is installed, what of it works, and how to get the rest.",
     ),
     "schema": CommandEntry(
         "tumble.cli.schema",

@@ -24,6 +24,30 @@ SenderOption: TypeAlias = Annotated[str | None, _sender(LIVE)]
 AlwaysLiveSenderOption: TypeAlias = Annotated[str | None, _sender(None)]
 """The same, of a command that knows nothing but live streams."""
 
+UntilOption: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--until",
+        metavar="'GROUP SIGMA, ...'",
+        help="Go on until every sigma is as small: 'bias 0.001, non-orthogonality 0.01', in the units of the "
+        "report.",
+        rich_help_panel=LIVE,
+        show_default=False,
+    ),
+]
+
+
+def pose_seconds(usual: str) -> Any:  # noqa: ANN401 - what typer makes of an option
+    """Give the option that says how long to rest at a pose; `usual` if it is not given."""
+    return typer.Option(
+        "--pose-seconds",
+        metavar="TIME",
+        help=f"Time at rest at each pose, {usual} if not given.",
+        rich_help_panel=LIVE,
+        show_default=False,
+    )
+
+
 ToOption: TypeAlias = Annotated[
     str | None,
     typer.Option(

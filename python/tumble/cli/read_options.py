@@ -11,6 +11,7 @@ from typing import Annotated, Any, TypeAlias, get_type_hints
 import typer
 
 from tumble.errors import LogError
+from tumble.log_formats import stem_of
 from tumble.logs.options import AxisValues, ReadOptions
 from tumble.logs.spec import parse_spec
 
@@ -80,6 +81,28 @@ _OPTIONS: dict[str, tuple[Any, Any]] = {
             typer.Option(
                 "--skip-bad-lines",
                 help="Leave out lines of a text log that cannot be read, up to 1 %.",
+                rich_help_panel=_PANEL,
+            ),
+        ],
+        False,
+    ),
+    "undo_correction": (
+        Annotated[
+            bool,
+            typer.Option(
+                "--undo-correction",
+                help="Undo what an autopilot did to the samples, by the parameters in its log.",
+                rich_help_panel=_PANEL,
+            ),
+        ],
+        False,
+    ),
+    "interpolate": (
+        Annotated[
+            bool,
+            typer.Option(
+                "--interpolate",
+                help="Bring an accelerometer with times of its own to those of the gyroscope.",
                 rich_help_panel=_PANEL,
             ),
         ],
@@ -163,7 +186,8 @@ def _names(source: str) -> tuple[str, ...]:
         # The bare name of an IMU, where the log is named apart.
         return (source,)
     imu = (spec.imu or "").strip("/").replace("/", "_")
-    return source, spec.path.stem, f"{spec.path.stem}-{imu}"
+    stem = stem_of(spec.path)
+    return source, stem, f"{stem}-{imu}"
 
 
 def _value(name: str, typed: Any) -> Any:  # noqa: ANN401
@@ -171,7 +195,7 @@ def _value(name: str, typed: Any) -> Any:  # noqa: ANN401
         return _mapping(typed)
     if name.endswith(("_scale", "_zero")):
         return _numbers(name, typed)
-    if name == "skip_bad_lines":
+    if name in ("skip_bad_lines", "undo_correction", "interpolate"):
         return _flag(name, typed)
     kind = {"rate": float, "skip_lines": int, "accelerometer_sign": int}.get(name, str)
     try:

@@ -29,6 +29,11 @@ _SIGNS = {
     "rad/s^2": "rad/s²",
     "rad/s^2/sqrt(Hz)": "rad/s²/√Hz",
     "rad/s per m/s^2": "(rad/s)/(m/s²)",
+    "m/s^2/K": "m/s²/K",
+    "m/s^2/K^2": "m/s²/K²",
+    "m/s^2/K^3": "m/s²/K³",
+    "rad/s/K^2": "rad/s/K²",
+    "rad/s/K^3": "rad/s/K³",
     "degC": "°C",
     "1": "",
 }
@@ -66,12 +71,14 @@ def readable_unit(unit: str) -> str:
 def readable_scale(unit: str, magnitude: float) -> Scale:
     """Choose the largest of unit, milli, micro and nano in which `magnitude` is not below 0.1.
 
-    A ratio (`1`) is shown in % or ppm, an angle in `deg` stays in degrees. A magnitude that is zero or not
-    finite keeps the unit.
+    A ratio (`1`) is shown in % or ppm, its change with temperature (`1/K`) in ppm/K, an angle in `deg` stays
+    in degrees. A magnitude that is zero or not finite keeps the unit.
     """
     size = abs(magnitude) if math.isfinite(magnitude) else 0.0
     if unit == "1":
         return Scale("ppm", 1e6) if 0 < size < 1e-4 else Scale("%", 1e2)
+    if unit == "1/K":
+        return Scale("ppm/K", 1e6)
     if unit.startswith("deg") or size == 0:
         return Scale(readable_unit(unit), 1.0)
     factor, prefix = next((each for each in _PREFIXES if size * each[0] >= _SMALLEST_READABLE), _PREFIXES[-1])

@@ -15,6 +15,9 @@ VERDICT_SIGNS: dict[Verdict, str] = {
     "partly aligned": "◐",
     "measured": "●",
     "partly measured": "◐",
+    "same": "=",
+    "differ": "≠",
+    "cannot be told": "○",
 }
 VERDICT_TITLES = {word: word.capitalize() for word in VERDICT_SIGNS}
 

@@ -1,0 +1,73 @@
+"""What screens of live sessions share: what a unit does, bars, and sigmas against a goal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from tumble.cli.screen import print_json_line
+from tumble.errors import TumbleError
+
+if TYPE_CHECKING:
+    from rich.text import Text
+
+    from tumble.goal import GoalProgress
+
+BAR_WIDTH = 10
+DONE, OPEN, BAR, EMPTY = "✓", " ", "█", "░"
+STYLES = {"waiting": "dim", "rest": "green", "motion": "cyan", "silent": "red", "lost": "red"}
+SHOWN = {"waiting": "waiting", "rest": "still", "motion": "moves", "silent": "SILENT", "lost": "LOST"}
+
+
+@contextmanager
+def failures_told(as_json: bool) -> Iterator[None]:
+    """Tell, with `--json`, an error as an event too."""
+    try:
+        yield
+    except TumbleError as error:
+        if as_json:
+            print_json_line({"event": "failed", "reason": str(error)})
+        raise
+
+
+def goal_contents(goals: Iterable[GoalProgress]) -> list[dict[str, Any]]:
+    """Give goals as plain data, by their name."""
+    return [
+        {
+            "name": goal.term.name,
+            "unit": goal.unit,
+            "sigma": goal.sigma,
+            "wanted": goal.term.sigma,
+            "target": goal.target,
+        }
+        for goal in goals
+    ]
+
+
+def goal_words(goals: Iterable[GoalProgress]) -> str:
+    """Say, behind a semicolon each, how far goals are of which anything is known."""
+    return "".join(f"; {_goal(goal)}" for goal in goals if math.isfinite(goal.sigma))
+
+
+def goal_lines(goals: Iterable[GoalProgress]) -> Iterator[Text]:
+    """Draw a line for each goal, ticked where it is met."""
+    from rich.text import Text
+
+    for goal in goals:
+        met = goal.ratio <= 1.0
+        yield Text(f"[{DONE if met else OPEN}] {_goal(goal)}", style="green" if met else "")
+
+
+def bar(share: float) -> str:
+    """Draw how much of something is done."""
+    full = round(BAR_WIDTH * min(share, 1.0))
+    return BAR * full + EMPTY * (BAR_WIDTH - full)
+
+
+def _goal(goal: GoalProgress) -> str:
+    if not math.isfinite(goal.sigma):
+        return f"{goal.term.name}: not shown yet, {goal.term.sigma:g} wanted"
+    unit = "" if goal.unit == "1" else f" {goal.unit}"
+    return f"{goal.term.name} {goal.sigma:.2g} of {goal.term.sigma:g}{unit}"

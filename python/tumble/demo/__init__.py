@@ -1,0 +1,1 @@
+"""A turntable session from beginning to end: simulated, calibrated, and compared with its truth."""

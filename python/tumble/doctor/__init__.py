@@ -1,0 +1,1 @@
+"""What of Tumble works on this machine, and how to get the rest."""

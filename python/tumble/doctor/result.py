@@ -1,0 +1,63 @@
+"""What was found of a machine, part by part."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from enum import Enum
+from typing import Any
+
+
+class State(str, Enum):
+    """How a part is."""
+
+    WORKS = "works"
+    MISSING = "missing"
+    """Not installed, or not plugged in."""
+    REFUSED = "refused"
+    """There, but this user may not use it."""
+    BROKEN = "broken"
+    """There, but it does not work."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One part."""
+
+    part: str
+    state: State
+    what: str
+    """Its version or what was seen of it; why it does not work."""
+    remedy: str = ""
+    """What to do; empty where nothing is to be done."""
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """Parts that belong together."""
+
+    name: str
+    findings: tuple[Finding, ...]
+    is_needed: bool = False
+    """Whether nothing works without each of its parts."""
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnosis:
+    """All that was found."""
+
+    sections: tuple[Section, ...]
+
+    @property
+    def works(self) -> bool:
+        """Whether all parts work that are needed; what is optional may be missing."""
+        needed = [finding for section in self.sections if section.is_needed for finding in section.findings]
+        return all(finding.state is State.WORKS for finding in needed)
+
+    def content(self) -> Mapping[str, Any]:
+        """Give it as plain data."""
+        sections = {
+            section.name: [asdict(each) | {"state": each.state.value} for each in section.findings]
+            for section in self.sections
+        }
+        return {"works": self.works, "sections": sections}
