@@ -6,9 +6,14 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 
+# Strict: a link that leads nowhere, a page that no menu leads to, a name that does not exist end it. With --quiet none would.
+SITE := NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
+RUSTDOC := RUSTDOCFLAGS="--deny warnings" cargo doc --quiet --no-deps --locked \
+	$(foreach crate,core store capi lab,--package tumble-$(crate))
+
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help build demo demo-live firmware test bench soak lint format requirements clean
+.PHONY: help build demo demo-live firmware test bench soak package lint site format requirements clean
 
 help:  ## Say what can be made
 	@sed -n 's/^\([a-z-]*\): .*## \(.*\)/\1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -16,7 +21,7 @@ help:  ## Say what can be made
 build: $(VENV)/.native  ## Build the native module and install the package into .venv
 
 demo: $(VENV)/.native  ## Simulate a turntable session, calibrate five targets, write out/demo/turntable.html
-	@$(BIN)/python examples/01_turntable.py out/demo
+	@$(BIN)/tumble demo -o out/demo
 
 demo-live: $(VENV)/.native  ## Let a simulated rate table turn units that are heard live, and calibrate them; then a robot
 	@$(BIN)/python examples/06_live_bench.py
@@ -44,10 +49,16 @@ bench: $(VENV)/.native $(VENV)/.requirements-test  ## Measure accuracy, speed an
 	$(PIP) install --quiet allantools==2024.6
 	$(BIN)/python -m benchmarks.noise_terms
 	$(BIN)/python -m benchmarks.noise_chart
+	$(BIN)/python -m benchmarks.thermal
+	$(BIN)/python -m benchmarks.thermal_chart
+	$(BIN)/python -m benchmarks.compare
+	$(BIN)/python -m benchmarks.compare_chart
+	$(BIN)/python -m benchmarks.no_equipment
 	$(BIN)/python -m benchmarks.redundancy
 	$(BIN)/python -m benchmarks.speed
 	$(BIN)/python -m benchmarks.production
 	$(BIN)/python -m benchmarks.memory
+	$(BIN)/python -m benchmarks.readers
 	$(BIN)/python -m benchmarks.live
 	$(BIN)/python -m benchmarks.live_table
 	scripts/install_device_tools.sh qemu-system-arm gcc-arm-none-eabi
@@ -70,6 +81,17 @@ soak: $(VENV)/.native $(VENV)/.requirements-test  ## Run what takes hours: 2000 
 	cargo run --locked --profile fuzz --package tumble-fuzz -- monitor
 	scripts/fuzz_calls.sh
 
+package: $(VENV)/.native  ## Build what is released, and use it as a newcomer would; it is in out/package (ten minutes)
+	$(PIP) install --quiet ziglang==0.15.1
+	rm -rf out/package
+	$(BIN)/python scripts/build_packages.py out/package
+	rustup target add aarch64-unknown-linux-gnu
+	$(BIN)/python scripts/build_packages.py out/package --target aarch64-unknown-linux-gnu
+	$(BIN)/python scripts/try_package.py out/package --extra all
+	scripts/install_device_tools.sh cmake
+	scripts/package_c.sh out/package
+	scripts/build_image.sh
+
 lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types, layers and documents
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
@@ -84,6 +106,14 @@ lint: $(VENV)/.native $(VENV)/.requirements-test  ## Check format, style, types,
 	$(BIN)/python scripts/write_schemas.py --check
 	$(BIN)/python scripts/write_settings.py --check
 	$(BIN)/python scripts/write_grades.py --check
+	$(BIN)/python scripts/write_formats.py --check
+	$(SITE)
+	$(RUSTDOC)
+
+site: $(VENV)/.native $(VENV)/.requirements-test  ## Build the documentation as a site, with that of the Rust crates: out/site/index.html
+	$(SITE)
+	$(RUSTDOC)
+	cp -R target/doc out/site/rust
 
 format: $(VENV)/.requirements-test  ## Put every source file into the agreed format
 	cargo fmt --all
@@ -91,8 +121,8 @@ format: $(VENV)/.requirements-test  ## Put every source file into the agreed for
 	$(BIN)/ruff check --fix-only
 	$(BIN)/ruff format
 
-requirements: $(VENV)/.made  ## Pin the newest versions that pyproject.toml allows
-	scripts/pin_requirements.sh $(BIN)
+requirements: $(VENV)/.made  ## Pin what pyproject.toml asks for; UPGRADE=--upgrade takes the newest versions
+	scripts/pin_requirements.sh $(BIN) $(UPGRADE)
 
 clean:  ## Remove everything that was built; sources and recordings stay
 	rm -rf $(VENV) target out

@@ -1,9 +1,10 @@
 #!/bin/sh
-# Runs cargo for a Cortex-M4F: scripts/cargo_for_cortex_m.sh build --locked --package tumble-core ...
+# Runs cargo for a Cortex-M4F, or for the target in TUMBLE_DEVICE_TARGET:
+# scripts/cargo_for_cortex_m.sh build --locked --package tumble-core ...
 # The compiler is rustup's, which is asked for the target if it lacks it, or else the system's.
 set -eu
 
-target=thumbv7em-none-eabihf
+target=${TUMBLE_DEVICE_TARGET:-thumbv7em-none-eabihf}
 export CARGO_BUILD_TARGET="$target"
 
 has_core() {
@@ -35,7 +36,7 @@ if ! has_sources; then
 fi
 # rustup brings a linker along, Debian does not.
 if ! command -v rust-lld >/dev/null; then
-    export CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER=ld.lld
+    export "CARGO_TARGET_$(echo "$target" | tr a-z.- A-Z__)_LINKER=ld.lld"
 fi
 # -Zbuild-std is not stable yet, and this variable is how a stable compiler is told to allow it.
 export RUSTC_BOOTSTRAP=1 CARGO_UNSTABLE_BUILD_STD=core RUSTC=/usr/bin/rustc

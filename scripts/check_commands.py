@@ -1,8 +1,9 @@
-"""Prove that what the README and the how-tos tell people to type is what CI runs.
+"""Prove that what the README and the documentation tell people to type is what CI runs.
 
 Their shell blocks may hold `git clone`, `cd`, `make TARGET` with a target that `make help` lists, and
 `tumble ...`. With --run, the `tumble` commands and the Python blocks are run in the order they stand, those
-of a page in one empty folder, as a reader would. A command that needs files of the reader is indented.
+of a page in one empty folder, as a reader would, and every line of a `text` block has to be what the command
+before it prints, `...` standing for lines left out. A command that needs files of the reader is indented.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 HOW_TOS = (
+    "install",
     "turntable",
     "spin",
     "multipose",
@@ -28,12 +30,22 @@ HOW_TOS = (
     "redundancy",
     "align",
     "noise",
+    "thermal",
+    "export",
+    "compare",
     "read-logs",
+    "convert",
     "simulate",
     "tables",
 )
 README = ROOT / "README.md"
-PAGES = (README, *(ROOT / "docs" / "how-to" / f"{name}.md" for name in HOW_TOS))
+GETTING_STARTED = sorted((ROOT / "docs" / "getting-started").glob("*.md"))
+PAGES = (
+    README,
+    *GETTING_STARTED,
+    ROOT / "docs" / "is-my-result-good.md",
+    *(ROOT / "docs" / "how-to" / f"{name}.md" for name in HOW_TOS),
+)
 
 FAILED_LIMITS = 3
 """Exit code of `tumble` where a target is out of its limits, as one of the simulated ones is meant to be."""
@@ -45,22 +57,31 @@ EXPECTED = ("make demo", "make test")
 
 @dataclass(frozen=True, slots=True)
 class Snippet:
-    """Something a page shows to be typed."""
+    """Something a page shows to be typed, or to be seen then."""
 
     line: int
     language: str
-    """`sh`, one command each, or `python`, a whole block."""
+    """`sh`, one command each; `python` or `text`, a whole block."""
     text: str
 
 
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What became of a snippet that was run."""
+
+    wrong: str = ""
+    """What went wrong, empty if nothing did."""
+    printed: str = ""
+
+
 def snippets(text: str) -> Iterator[Snippet]:
-    """Give shell commands (continued lines joined, comments and prompts left out) and Python blocks."""
+    """Give shell commands (continued lines joined, comments and prompts left out) and the other blocks."""
     for block in re.finditer(
-        r"^```(sh|shell|bash|console|python)\n(.*?)^```", text, re.MULTILINE | re.DOTALL
+        r"^```(sh|shell|bash|console|python|text)\n(.*?)^```", text, re.MULTILINE | re.DOTALL
     ):
         first = text[: block.start(2)].count("\n") + 1
-        if block[1] == "python":
-            yield Snippet(first, "python", block[2])
+        if block[1] in ("python", "text"):
+            yield Snippet(first, block[1], block[2])
             continue
         start, command = first, ""
         for number, line in enumerate(block[2].splitlines(), start=first):
@@ -73,7 +94,7 @@ def snippets(text: str) -> Iterator[Snippet]:
 
 def problem(snippet: Snippet) -> str:
     """Why CI does not prove this snippet, empty if it does."""
-    if snippet.language == "python":
+    if snippet.language != "sh":
         return ""
     program, *arguments = snippet.text.split()
     if program in ("git", "cd", "tumble"):
@@ -89,22 +110,44 @@ def make_targets() -> set[str]:
     return set(re.findall(r"^([a-z-]+):.*##", (ROOT / "Makefile").read_text(), re.MULTILINE))
 
 
-def run(snippet: Snippet, folder: Path) -> str:
-    """Run a `tumble` command or a Python block in `folder`; what went wrong, empty if nothing did."""
+def run(snippet: Snippet, folder: Path) -> Outcome:
+    """Run a `tumble` command or a Python block in `folder`."""
     if snippet.language == "python":
         command: list[str] = [sys.executable, "-c", snippet.text]
     elif snippet.text.startswith("tumble "):
         command = ["sh", "-c", snippet.text]
     else:
-        return ""
+        return Outcome()
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     done = subprocess.run(
         command, cwd=folder, capture_output=True, text=True, check=False, env={**os.environ, "PATH": path}
     )
     if done.returncode in (0, FAILED_LIMITS):
-        return ""
+        return Outcome(printed=done.stdout + done.stderr)
     said = (done.stderr or done.stdout).strip().splitlines()[-1:]
-    return f"exit code {done.returncode}: {' '.join(said)}"
+    return Outcome(wrong=f"exit code {done.returncode}: {' '.join(said)}")
+
+
+def run_all(found: list[Snippet], folder: Path) -> Iterator[tuple[Snippet, str]]:
+    """Run the snippets of a page one after the other, and hold what it shows against what they print."""
+    printed = ""
+    for snippet in found:
+        if snippet.language == "text":
+            yield snippet, not_printed(snippet.text, printed)
+            continue
+        outcome = run(snippet, folder)
+        printed = outcome.printed
+        yield snippet, outcome.wrong
+
+
+def not_printed(shown: str, printed: str) -> str:
+    """Say which line shown is not, in its order, among the lines printed; widths of columns do not count."""
+    lines = iter([" ".join(line.split()) for line in printed.splitlines()])
+    for line in shown.splitlines():
+        wanted = " ".join(line.split())
+        if wanted not in ("", "...") and wanted not in lines:
+            return f"`{wanted}` is not what the command before it prints there"
+    return ""
 
 
 def problems(page: Path, wanted_to_run: bool) -> list[str]:
@@ -113,7 +156,7 @@ def problems(page: Path, wanted_to_run: bool) -> list[str]:
     wrong = [(snippet, problem(snippet)) for snippet in found]
     if wanted_to_run:
         with tempfile.TemporaryDirectory() as folder:
-            wrong += [(snippet, run(snippet, Path(folder))) for snippet in found]
+            wrong += run_all(found, Path(folder))
     name = page.relative_to(ROOT)
     told = [f"{name}:{snippet.line}: {text}" for snippet, text in wrong if text]
     if page == README:

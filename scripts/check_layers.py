@@ -22,7 +22,7 @@ CRATES = {
     "tumble-store": {"tumble-core"},
     "tumble-capi": {"tumble-core", "tumble-store"},
     "tumble-lab": {"tumble-core"},
-    "tumble-py": {"tumble-core", "tumble-lab"},
+    "tumble-py": {"tumble-core", "tumble-lab", "tumble-store"},
     "tumble-fuzz": {"tumble-core", "tumble-store", "tumble-capi"},
 }
 """Which crates of ours each crate may depend on."""
@@ -34,8 +34,8 @@ BORDER_CRATES = {"tumble-capi"}
 """C hands over pointers, which only unsafe code can follow."""
 
 PROCEDURES = {
-    *("align", "apply", "inspect", "multipose", "noise", "record", "redundancy", "simulate", "spin"),
-    *("table", "turntable"),
+    *("align", "apply", "demo", "doctor", "inspect", "multipose", "noise", "record", "redundancy"),
+    *("compare", "convert", "exchange", "simulate", "spin", "table", "thermal", "turntable"),
 }
 """Folders of one procedure each; their files have the layers `result`, `procedure`, `page` and `command`."""
 
@@ -52,7 +52,9 @@ A folder `report` holds its pages, all other files are the procedure.
 
 DATA = {
     *("constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording", "plain"),
-    *("provenance", "documents", "bounded_yaml", "schemas", "factors", "results", "timing", "words"),
+    *("provenance", "documents", "bounded_yaml", "schemas", "factors", "results", "goal", "timing", "words"),
+    "firmware",
+    "log_formats",
 }
 """Shared data types and file access, which know nothing of ours above them."""
 
@@ -67,22 +69,25 @@ LAYERS: dict[str, set[str]] = {
     "errors": set(),
     "files": {"errors", "words"},
     "file_names": set(),
+    "log_formats": {"file_names"},
     "arrays": {"errors"},
     "recording": {"errors", "arrays", "units"},
+    "firmware": {"errors", "recording", "units"},
     "timing": {"recording"},
     "plain": set(),
     "bounded_yaml": {"plain"},
     "schemas": set(),
-    "documents": {"bounded_yaml", "errors", "files", "plain", "recording", "schemas", "words"},
+    "documents": {"bounded_yaml", "errors", "files", "log_formats", "plain", "recording", "schemas", "words"},
     "setting_table": {"documents", "plain", "_core"},
     "provenance": {"errors"},
     "setting_models": {"setting_table"},
     "factors": {"recording", "_core"},
     "results": {"errors", "frames", "recording", "_core"},
+    "goal": {"errors", "numbers", "results", "units"},
     "result": DATA,
     "calibration": DATA | {"result", "_core"},
     "logs": {"lazy", "constants", "numbers", "units", "errors", "arrays", "files", "file_names", "recording"}
-    | {"schemas", "documents", "words", "clock_line"},
+    | {"schemas", "documents", "bounded_yaml", "words", "clock_line", "log_formats", "firmware"},
     "live": {"numbers", "units", "errors", "files", "file_names", "recording", "timing", "words", "logs"}
     | {"clock_line"},
     "gravity": {"errors", "constants", "_core"},
@@ -98,6 +103,7 @@ LAYERS: dict[str, set[str]] = {
         "live",
         "gravity",
         "acquisition",
+        "clock_line",
     }
     | {"_core"},
     "report": DATA,

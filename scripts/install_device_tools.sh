@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs what is missing of the tools for devices, all of them or those named by their Debian packages: an emulator,
-# a C compiler for Cortex-M and its library, CMake, a memory checker, a C++ compiler, and a JSON reader for tests in C.
+# a C compiler for Cortex-M and its library, CMake, a memory checker, a C++ compiler, pkg-config, and a JSON reader for tests in C.
 set -eu
 
 has() {
@@ -14,7 +14,7 @@ has() {
 }
 
 [ $# -gt 0 ] ||
-    set -- qemu-system-arm gcc-arm-none-eabi libnewlib-arm-none-eabi cmake valgrind g++ libcjson-dev
+    set -- qemu-system-arm gcc-arm-none-eabi libnewlib-arm-none-eabi cmake valgrind g++ libcjson-dev pkg-config
 missing=
 for package in "$@"; do
     has "$package" || missing="$missing $package"
