@@ -12,7 +12,12 @@ import numpy as np
 import pytest
 
 from live_fixtures import resting, text_lines
+from tumble.apply.live import LiveApply
 from tumble.calibration.document import Calibration
+from tumble.errors import LogError
+from tumble.live import LiveChunk
+from tumble.live.outputs import parse_output
+from tumble.logs import open_recording
 from turntable_sessions import typed
 
 TABLE = resting(200)
@@ -111,3 +116,26 @@ def test_samples_that_come_go_on_corrected_until_it_is_told_to_stop(unit):
     assert np.array_equal([[each["ax"], each["ay"], each["az"]] for each in found], force)
     assert "200 samples corrected" in errors
     assert "ms after they came" in errors
+
+
+class LostSource:
+    """A source that is lost after some samples."""
+
+    name = "usb"
+    clock = serial = ""
+    already_corrected = None
+    remarks = ()
+
+    def __iter__(self):
+        for part in np.array_split(TABLE, 4):
+            yield LiveChunk(part[:, 0], part[:, 1:4], part[:, 4:], arrival=0.0)
+        raise LogError("usb: is gone; plug it in again")
+
+
+def test_what_came_before_a_source_was_lost_is_kept(unit, tmp_path):
+    calibration = Calibration.load(unit / "target_1.yaml")
+    output = parse_output(str(tmp_path / "kept.csv"))
+    with pytest.raises(LogError, match="is gone; plug it in again; 200 samples before that corrected: "):
+        LiveApply(calibration, LostSource(), output).run()
+    (kept,) = open_recording(tmp_path / "kept.csv").chunks()
+    assert np.allclose(kept.accelerometer, calibration.correct(TABLE[:, 1:4])[0], rtol=1e-12)

@@ -9,7 +9,11 @@ import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+from exchange_units import calibration, samples
+from tumble.exchange.procedure import export
 
 ROOT = Path(__file__).parents[2]
 CAPI = ROOT / "crates" / "tumble-capi"
@@ -115,11 +119,86 @@ def test_an_example_of_the_how_to_compiles(heading: str, language: str, tmp_path
     done([*LANGUAGES[language], *STRICT, "-c", source, "-o", tmp_path / "example.o"])
 
 
+CORRECTING = """
+#include <stdio.h>
+#include "unit.h"
+
+int main(void) {
+    tumble_correction correction;
+    tumble_sample reading = {0}, truth;
+    float temperature;
+    if (tumble_correction_init(&correction, &unit) != TUMBLE_OK) return 1;
+    float *f = reading.specific_force, *w = reading.angular_rate;
+    while (scanf("%f %f %f %f %f %f %f", &f[0], &f[1], &f[2], &w[0], &w[1], &w[2], &temperature) == 7) {
+        if (tumble_temperature_drift_remove(&unit_accelerometer_drift, unit.accelerometer.bias,
+                                            temperature, f, f)) return 2;
+        if (tumble_temperature_drift_remove(&unit_gyroscope_drift, unit.gyroscope.bias,
+                                            temperature, w, w)) return 3;
+        if (tumble_correction_apply(&correction, &reading, &truth) != TUMBLE_OK) return 4;
+        for (int i = 0; i < 6; i++)
+            printf("%.9g ", (double)(i < 3 ? truth.specific_force[i] : truth.angular_rate[i - 3]));
+    }
+    return 0;
+}
+"""
+
+
+def test_a_program_with_an_exported_calibration_corrects_as_python_does(
+    host_library: Path, tmp_path: Path
+) -> None:
+    unit = calibration(4, parts=("scale", "non-orthogonality", "mounting"), over_temperature=True)
+    (tmp_path / "unit.h").write_bytes(export(unit, "c", {"name": "unit"}).content)
+    (tmp_path / "program.c").write_text(CORRECTING)
+    program = tmp_path / "program"
+    done([*LANGUAGES["c"], *STRICT, *SANITIZED, tmp_path / "program.c", host_library, "-lm", "-o", program])
+    force, rate = samples(4)
+    temperature = np.linspace(-30.0, 80.0, len(force))
+    lines = [" ".join(map(str, row)) for row in np.column_stack([force, rate, temperature])]
+    answer = subprocess.run([program], input="\n".join(lines), capture_output=True, text=True, check=True)
+    theirs = np.array(answer.stdout.split(), dtype=float).reshape(-1, 6)
+    ours = np.column_stack(unit.correct(force, rate, temperature))
+    # Single precision of readings of 30 m/s^2.
+    assert np.abs(theirs - ours).max() < 2e-5
+
+
+RECORDS = """
+#include <stdio.h>
+#include "tumble.h"
+#include "records.h"
+
+static int say(const uint8_t *bytes, size_t length) {
+    tumble_record record;
+    if (tumble_record_decode(bytes, length, &record) != TUMBLE_OK) return 1;
+    printf("%llu %d", (unsigned long long)record.identity, (int)record.sensor);
+    for (int i = 0; i < 9; i++) printf(" %.9g", (double)record.matrix[i / 3][i % 3]);
+    for (int i = 0; i < 3; i++) printf(" %.9g", (double)record.bias[i]);
+    putchar(10);
+    return 0;
+}
+
+int main(void) {
+    return say(unit_accelerometer, sizeof unit_accelerometer) || say(unit_gyroscope, sizeof unit_gyroscope);
+}
+"""
+
+
+def test_a_program_reads_exported_records_as_python_wrote_them(host_library: Path, tmp_path: Path) -> None:
+    unit = calibration(5, parts=("scale", "non-orthogonality", "mounting"))
+    exported = export(unit, "record-c", {"name": "unit", "identity": "77"})
+    (tmp_path / "records.h").write_bytes(exported.content)
+    (tmp_path / "program.c").write_text(RECORDS)
+    program = tmp_path / "program"
+    done([*LANGUAGES["c"], *STRICT, *SANITIZED, tmp_path / "program.c", host_library, "-lm", "-o", program])
+    found = np.array(done([program]).split(), dtype=float).reshape(2, -1)
+    assert found[:, :2].tolist() == [[77.0, 0.0], [77.0, 1.0]]
+    for row, section in zip(found[:, 2:], (unit.accelerometer, unit.gyroscope), strict=True):
+        assert np.array_equal(np.float32(row), np.float32([*section.M.ravel(), *section.b]))
+
+
 def test_a_program_with_a_wrong_expectation_fails(host_library: Path, tmp_path: Path) -> None:
     """The laws themselves are tried: vectors that say otherwise break them."""
-    for name in ("model", "spin", "redundancy"):
-        text = (ROOT / "vectors" / f"{name}.json").read_text()
-        (tmp_path / f"{name}.json").write_text(text)
+    for vectors in (ROOT / "vectors").glob("*.json"):
+        (tmp_path / vectors.name).write_text(vectors.read_text())
     path = tmp_path / "model.json"
     path.write_text(re.sub(r'"corrected": \[\s*(-?)\d', r'"corrected": [\g<1>77', path.read_text()))
     answer = run([laws("c", host_library, *SANITIZED), tmp_path])

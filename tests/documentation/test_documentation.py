@@ -71,7 +71,7 @@ def defined_types(folder, pattern, suffix):
 
 
 def test_every_type_of_the_glossary_is_defined_once():
-    table = text_of(ROOT / "docs" / "conventions.md").split("| type | is |")[1]
+    table = text_of(ROOT / "docs" / "glossary.md").split("| type | is |")[1]
     names = re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE)
     assert len(names) > 20
     rust = [

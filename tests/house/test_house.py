@@ -156,9 +156,21 @@ def test_a_command_that_ci_does_not_prove_is_found(command):
 
 def test_a_command_of_a_page_that_fails_is_found(tmp_path):
     module = script("check_commands")
-    assert "no such" in module.run(module.Snippet(1, "sh", "tumble inspect gone.csv"), tmp_path)
-    assert "ZeroDivisionError" in module.run(module.Snippet(1, "python", "1 / 0"), tmp_path)
-    assert module.run(module.Snippet(1, "python", "print(1)"), tmp_path) == ""
+    assert "no such" in module.run(module.Snippet(1, "sh", "tumble inspect gone.csv"), tmp_path).wrong
+    assert "ZeroDivisionError" in module.run(module.Snippet(1, "python", "1 / 0"), tmp_path).wrong
+    assert module.run(module.Snippet(1, "python", "print(1)"), tmp_path) == module.Outcome(printed="1\n")
+
+
+def test_what_a_page_shows_has_to_be_what_its_command_prints(tmp_path):
+    module = script("check_commands")
+
+    def wrong(shown):
+        page = [module.Snippet(1, "python", "print('a  b\\nc\\nd')"), module.Snippet(4, "text", shown)]
+        return [text for _, text in module.run_all(page, tmp_path) if text]
+
+    assert wrong("a b\n...\nd\n") == []
+    assert "`b`" in wrong("b\n")[0]
+    assert "`a b`" in wrong("c\na b\n")[0]
 
 
 @pytest.mark.parametrize("name", ["requirements.txt", "requirements-test.txt"])

@@ -61,6 +61,14 @@ def test_corrections_agree_with_their_vectors():
         np.testing.assert_allclose(found, case["corrected"], rtol=0, atol=tolerance["corrected"])
 
 
+def test_readings_are_taken_to_the_reference_temperature_as_their_vectors_say():
+    cases, tolerance = vectors("temperature")
+    for case in cases:
+        y, b = np.array(case["y"]), np.array(case["b"])
+        found = _core.at_reference(y[None, :], b, np.array([case["temperature"]]), case)[0]
+        np.testing.assert_allclose(found, case["at_reference"], rtol=0, atol=tolerance["at_reference"])
+
+
 def test_normal_gravity_agrees_with_its_vectors():
     cases, tolerance = vectors("gravity")
     for case in cases:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -209,6 +211,33 @@ def test_two_imus_of_one_table_are_redundant(tmp_path):
     path = tmp_path / "pair.csv"
     np.savetxt(path, table, delimiter=",", header=",".join(["time", *names]), comments="")
     assert services(inspect(open_recording(f"{path}:imu2")))["redundancy"].possible
+
+
+def test_orientations_all_over_serve_multi_pose_and_six_faces_are_too_few():
+    directions = np.vstack([FACES, np.array([[x, y, 1.0] for x in (-1, 1) for y in (-1, 1)]) / np.sqrt(3.0)])
+    pieces = []
+    for before, after in pairwise(directions):
+        axis = np.cross(before, after)
+        axis = axis if np.linalg.norm(axis) > 0.0 else np.roll(before, 1)
+        angle = np.arccos(np.clip(before @ after, -1.0, 1.0))
+        pieces += [still(before), turned(before, -axis / np.linalg.norm(axis), angle)]
+    found = services(inspect(recording(*put_together(*pieces, still(directions[-1])))))
+    assert found["multipose"].possible
+    few = services(inspect(recording(*six_faces())))["multipose"]
+    assert few.missing == ("rests in at least 10 orientations, held for 3 s, 6 found",)
+
+
+def test_what_stands_still_serves_noise_and_drift_where_temperature_changes():
+    time, force, rate = put_together(still(seconds=120.0))
+    warming = np.linspace(20.0, 26.0, len(time))
+    found = services(inspect(recording(time, force, rate, warming)))
+    assert found["noise"].possible
+    assert found["thermal"].possible
+    cool = services(inspect(recording(time, force, rate, 0.3 * warming)))["thermal"]
+    assert cool.missing == ("5 K of change in temperature, 1.8 K found",)
+    assert services(inspect(recording(time, force, rate)))["thermal"].missing == (
+        "a temperature, none was recorded",
+    )
 
 
 def test_what_was_left_out_is_counted_in_the_inspection(tmp_path):

@@ -14,9 +14,8 @@ from live_fixtures import scripted
 from pages import without_commands
 from tumble.cli.commands import command_line
 from tumble.live import parse_address, schemes
-from tumble.live.mavlink import KINDS
-from tumble.live.optional import EXTRA
 from tumble.live.rows import MOVING_NAMES
+from tumble.logs.mavlink_messages import KINDS
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "how-to" / "live.md").read_text(encoding="utf-8")
@@ -31,7 +30,7 @@ def section(title):
 
 
 def test_every_option_it_names_exists():
-    names = ["spin", "record", "apply", "turntable", "redundancy"]
+    names = ["spin", "multipose", "record", "apply", "turntable", "redundancy"]
     commands = typer.main.get_command(command_line([*names, "simulate"])).commands
     shown = [*(commands[name] for name in names), commands["simulate"].commands["live"]]
     known = {option for command in shown for parameter in command.params for option in parameter.opts}
@@ -79,7 +78,7 @@ def test_messages_it_explains_are_those_of_the_program():
 
 
 def test_names_it_gives_are_those_of_the_program():
-    assert f"'{EXTRA}'" in PAGE
+    assert "'tumble-imu[live]'" in PAGE
     for kind in KINDS:
         assert f"`{kind}`" in PAGE
     for name in re.findall(r"`(\w+)`", section("The state of the wheels")):

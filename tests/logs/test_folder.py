@@ -101,3 +101,22 @@ def test_the_two_files_of_imu_tk_need_the_same_times(tmp_path):
 def test_a_rate_can_replace_the_times_of_imu_tk(tmp_path):
     write_pair(tmp_path, made_up(300, temperature=False))
     assert np.array_equal(read(tmp_path, ReadOptions(rate=100.0)).time, np.arange(300) / 100.0)
+
+
+@pytest.mark.parametrize("shift", [-0.0021, 0.0, 0.0013])
+def test_an_accelerometer_is_brought_to_the_times_of_the_gyroscope_where_one_says_so(tmp_path, shift):
+    chunk = made_up(70_000, temperature=False)
+    straight = 0.01 * chunk.time[:, None] + [0.1, 0.2, 9.7]
+    write_pair(tmp_path, Chunk(chunk.time, straight, chunk.gyroscope), shift=shift)
+    recording = open_recording(tmp_path, ReadOptions(interpolate=True))
+    found = join(list(recording.chunks()))
+    inside = (chunk.time + shift >= 0.0) & (chunk.time + shift <= chunk.time[-1])
+    assert np.array_equal(found.time, (chunk.time + shift)[inside])
+    assert np.array_equal(found.gyroscope, chunk.gyroscope[inside])
+    assert np.allclose(found.accelerometer, straight[inside] + 0.01 * shift, rtol=0.0, atol=1e-12)
+    assert any("by straight lines" in remark for remark in recording.metadata.remarks)
+
+
+def test_interpolating_files_without_a_time_in_common_is_refused(tmp_path):
+    write_pair(tmp_path, made_up(300, temperature=False), shift=100.0)
+    assert "no time in common" in refusal(tmp_path, ReadOptions(interpolate=True))

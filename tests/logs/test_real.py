@@ -149,8 +149,40 @@ def test_a_robot_with_its_imu_y_up_reads_gravity_on_y(inspected):
         ("xsens", "--accelerometer-scale"),
         ("husky/LICENSE", "not a log"),
         ("README.md", "not a log"),
-        ("px4/sample.ulg", "ULog"),
     ],
 )
 def test_what_is_no_log_or_lacks_something_is_refused_in_one_line(name, words):
     assert words in refusal(real(name))
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("husky/test1.bag", "husky/test2.bag", "mimu4444/exp_3.parquet"),
+        *(
+            f"px4/{name}.ulg"
+            for name in ("sample", "sample_appended_multiple", "sample_log_small", "test_ulog")
+        ),
+        *(
+            f"redundancy_cases/{name}.parquet"
+            for name in ("flip_primary", "p5019_secondary_3", "p5037_primary")
+        ),
+    ],
+)
+def test_a_recording_that_states_its_time_and_units_opens_without_options(name):
+    path = real(name)
+    for imu in list_imus(path):
+        assert open_recording(f"{path}:{imu}" if imu else path).metadata.accelerometer_unit.scale > 0.0
+
+
+@pytest.mark.parametrize(
+    ("name", "option"),
+    [
+        *((f"mpu9150/imu{number}.log", "--rate") for number in range(3)),
+        ("imucal/example_ferraris_session.csv", "--rate"),
+        *((f"mpu6050/{name}.csv", "--accelerometer-scale") for name in ("static_449s", "turn_90_x")),
+        ("xsens/xsens_acc.mat", "--accelerometer-scale"),
+    ],
+)
+def test_a_recording_without_time_or_scale_is_refused_with_the_option_that_states_it(name, option):
+    assert option in refusal(real(name))

@@ -24,7 +24,7 @@ class Sensor:
     stamped = True
 
 
-def recorded(folder, seed, *, seconds=120.0, set_back_at=None):
+def recorded(folder, seed, *, seconds=120.0, set_back_at=None, spoilt_at=None, held_up=0.0):
     """Record a unit over a line that is late, as on a busy computer; give the true times of its samples."""
     generator = np.random.default_rng(seed)
     print(f"seed {seed}")
@@ -32,9 +32,12 @@ def recorded(folder, seed, *, seconds=120.0, set_back_at=None):
     stamps = 5.0 + (taken - taken[0]) * (1.0 + SKEW)
     if set_back_at is not None:
         stamps[taken - taken[0] >= set_back_at] -= 3.0
+    if spoilt_at is not None:
+        stamps[spoilt_at] += 0.04
     # Quieter from half time on, so that the line is found to have been too high.
     late = np.where(taken < taken[0] + 0.5 * seconds, 4e-3, 1e-3)
-    arrival = np.maximum.accumulate(taken + generator.exponential(late))
+    way = np.where(taken - taken[0] < (set_back_at or 0.0), held_up, 0.0)
+    arrival = np.maximum.accumulate(taken + way + generator.exponential(late))
     clock = HostClock()
     with SessionWriter(folder, {"unit": RecordedUnit(Sensor(), "udp://:9000", "")}, "host") as writer:
         for k, (stamp, came) in enumerate(zip(stamps, arrival, strict=True)):
@@ -80,8 +83,36 @@ def test_a_clock_that_was_set_back_has_a_line_before_and_another_after(tmp_path)
     assert np.abs(late[[0, 3000, 9000, -1]] - late[3000]).max() < 2e-3
 
 
+def test_no_sample_before_a_leap_is_later_than_those_after_it_however_long_it_was_on_its_way(tmp_path):
+    taken = recorded(tmp_path / "session", 5, set_back_at=60.0, held_up=0.05)
+    found = times(tmp_path / "session")
+    assert len(found) == len(taken)
+    assert (np.diff(found) > 0.0).all()
+    # What comes sooner tells more: the part that was held up gives way.
+    assert np.abs(found - taken).max() < 0.02
+
+
 def test_times_as_they_were_given_live_are_kept_for_what_has_to_come_out_again(tmp_path):
     recorded(tmp_path / "session", 5, seconds=30.0)
     assert Session.load(tmp_path / "session").clock == "host"
     live = times(tmp_path / "session", live_times=True)
     assert (times(tmp_path / "session") != live).any()
+
+
+def test_a_stamp_that_was_spoilt_moves_no_line(tmp_path):
+    recorded(tmp_path / "sound", 6)
+    recorded(tmp_path / "spoilt", 6, spoilt_at=4000)
+    # By as much as a line without that second differs.
+    moved = times(tmp_path / "spoilt", skip_bad_lines=True) - np.delete(times(tmp_path / "sound"), 4000)
+    assert np.abs(moved).max() < 2e-4
+
+
+def test_times_that_are_the_stamps_stay_as_they_are(tmp_path):
+    taken = np.arange(3000) / RATE
+    with SessionWriter(
+        tmp_path / "session", {"unit": RecordedUnit(Sensor(), "udp://:9000", "")}, "host"
+    ) as writer:
+        said = np.full((3000, 3), 9.8), np.zeros((3000, 3))
+        writer.take("unit", LiveChunk(taken, *said, arrival=5.0))
+        writer.finish("done")
+    assert np.array_equal(times(tmp_path / "session"), taken)

@@ -139,3 +139,14 @@ def test_terms_that_are_none_are_refused_in_one_line(given, tmp_path):
 def test_help_shows_an_example():
     assert "Example: tumble noise" in typed("noise", "--help").out
     assert "Example: tumble simulate static" in typed("simulate", "static", "--help").out
+
+
+def test_a_notebook_shows_every_channel_with_its_intervals_and_a_frame_holds_every_term(log):
+    result = tumble.noise(log)
+    table = result._repr_html_()
+    for channel in result.channels:
+        assert f"<td>{channel.name}</td>" in table
+    assert "white noise" in table
+    assert "at rest" in table
+    pytest.importorskip("pandas")
+    assert len(result.to_frame()) == 30

@@ -158,3 +158,14 @@ def test_a_damaged_calibration_in_the_store_is_one_line(typed_set, tmp_path):
     done = typed("redundancy", *typed_set[:at], *typed_set[at + 2 :])
     assert done.code == 2
     assert str(path) in one_line(done.err)
+
+
+def test_that_the_temperature_drift_of_a_calibration_is_not_used_is_said(typed_set, tmp_path):
+    drift = {"reference": 25.0, "range": [0.0, 50.0], "bias": [[1e-3, 0.0, 0.0]]}
+    for name in ("own", "found"):
+        content = Calibration.load(tmp_path / f"{name}.yaml").content()
+        content["accelerometer"]["temperature_drift"] = drift
+        Calibration.model_validate(content).save(tmp_path / f"{name}.yaml")
+    result, _ = replay(*typed_set, "--factory", tmp_path / "found.yaml")
+    said = [line for line in result["warnings"] if "temperature drift" in line]
+    assert [line.split(" is not used")[0].split()[-1] for line in said] == ["imu1", "imu2"]

@@ -262,5 +262,5 @@ def test_times_that_an_mcap_cannot_hold_are_refused_in_one_line_and_leave_no_log
     words = ["--unit", "consumer:clock-offset=-50", "--format", "mcap"]
     done = typed("simulate", "flight", *QUICK, *words, "-o", tmp_path)
     assert done.code == 2
-    assert "MCAP stamps hold 0 s to 2^31 s" in done.err
+    assert "flight.mcap: its stamps hold 0 s to 2^31 s" in done.err
     assert list(tmp_path.iterdir()) == []

@@ -17,7 +17,8 @@ def header(store, time, frame):
     nanoseconds = round(time * 1e9)
     stamp = store.types["builtin_interfaces/msg/Time"](nanoseconds // 10**9, nanoseconds % 10**9)
     make = store.types["std_msgs/msg/Header"]
-    return make(seq=0, stamp=stamp, frame_id=frame) if store is ROS1 else make(stamp=stamp, frame_id=frame)
+    has_count = "seq" in make.__dataclass_fields__  # that of ROS 1
+    return make(seq=0, stamp=stamp, frame_id=frame) if has_count else make(stamp=stamp, frame_id=frame)
 
 
 def imu_message(store, chunk, index, frame="imu_link", stamped=True):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 import time
 from contextlib import contextmanager
 
@@ -74,18 +75,18 @@ class WaitingBench(LiveSimulation):
 
 
 @contextmanager
-def waiting_bench(monkeypatch, **changes):
-    """Serve a bench that waits for whoever runs a live turntable session on it."""
+def waiting_bench(monkeypatch, procedure=live.LiveTurntable, **changes):
+    """Serve a bench that waits for whoever runs a live session of a procedure on it."""
     print(f"seed {changes.get('seed', 1)}")
     with WaitingBench(**changes) as bench, monkeypatch.context() as patch:
-        watched = live.LiveTurntable._watched
+        watched = procedure._watched
 
         def watched_and_allowed(session, step):
             yield from watched(session, step)
             bench.allow(session._time)
 
-        patch.setattr(live.LiveTurntable, "_watched", watched_and_allowed)
-        patch.setattr(live, "BETWEEN_REPORTS", 0.01)
+        patch.setattr(procedure, "_watched", watched_and_allowed)
+        patch.setattr(sys.modules[procedure.__module__], "BETWEEN_REPORTS", 0.01)
         patch.setattr(together, "HostClock", SensorClock)
         patch.setattr(text, "load_profile", patient_profile)
         patch.setattr(guarded, "AT_LEAST", ANSWERS_WITHIN)

@@ -37,3 +37,22 @@ def over(transport, text=UDP, **options):
     """A MAVLink source that reads this transport."""
     address = parse_address(text)
     return MavlinkLine(address, transport, "test").unit(address, ReadOptions(**options))
+
+
+def scaled(count, sender, message="scaled_imu", **fields):
+    """SCALED_IMU at 50 Hz, a message a sample, with 1000 mg along z."""
+    make = getattr(mavlink, f"MAVLink_{message}_message")
+    per_second = 1_000_000 if message == "raw_imu" else 1000
+    values = {"xacc": 3, "yacc": -7, "zacc": -1000, "xgyro": 4, "ygyro": -5, "zgyro": 6} | fields
+    return [
+        make(round(per_second * (5.0 + 0.02 * at)), *values.values(), 0, 0, 0).pack(sender)
+        for at in range(count)
+    ]
+
+
+def tlog_of(packets, start=1_700_000_000.0, interval=0.02):
+    """A telemetry log: each message behind the time of its arrival, us, as a big number."""
+    return b"".join(
+        round(1e6 * (start + interval * at)).to_bytes(8, "big") + bytes(packet)
+        for at, packet in enumerate(packets)
+    )

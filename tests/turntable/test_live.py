@@ -15,10 +15,10 @@ from hypothesis import strategies as st
 import tumble
 from live_benches import waiting_bench, words_of
 from tumble.errors import ProcedureError
+from tumble.goal import Goal
 from tumble.live import open_set
 from tumble.record.writer import SessionWriter
 from tumble.simulate.live.fault import LiveFault
-from tumble.turntable.goal import Goal
 from tumble.turntable.guide import REST_AFTER_TURN, SHORTEST_TURN, Guide, WantedPose, WantedTurn
 from tumble.turntable.live import LiveTurntable
 from tumble.turntable.poses import SIX_FACES

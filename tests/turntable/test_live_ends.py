@@ -15,6 +15,7 @@ import tumble
 from live_benches import waiting_bench, words_of
 from table_fixtures import Clock, NotingTable
 from tumble.live import open_set
+from tumble.record import silence
 from tumble.table.guarded import GuardedTable
 from tumble.table.simulated import PRESETS
 from tumble.turntable import live, table_drive
@@ -36,7 +37,7 @@ def replayed(tmp_path_factory):
 
 @pytest.fixture
 def impatient(monkeypatch):
-    monkeypatch.setattr(live, "GONE_AFTER", SOON)
+    monkeypatch.setattr(silence, "GONE_AFTER", SOON)
 
 
 def session(words, folder, *options):

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
+from tumble.goal import Goal, GoalProgress
 from tumble.turntable.command_live_screen import drawn, event_of, prompt
-from tumble.turntable.goal import Goal, GoalProgress
 from tumble.turntable.live import PoseProgress, TurnProgress, TurntableStep, UnitState
 from tumble.turntable.poses import SIX_FACES
 

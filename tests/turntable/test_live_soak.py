@@ -15,12 +15,11 @@ from live_benches import QUICK_BENCH, waiting_bench, words_of
 from repetitions import SOAK
 from tumble.errors import OutputError
 from tumble.logs.session import Session, recorded_so_far
-from tumble.record import parts
+from tumble.record import parts, silence
 from tumble.record import procedure as recording
 from tumble.results import LARGEST_WIDENING
 from tumble.simulate import LiveSimulation
 from tumble.simulate.live.fault import LiveFault
-from tumble.turntable import live
 from turntable_sessions import typed
 
 MOST_SIGMAS = 6.0
@@ -79,7 +78,7 @@ def assert_near(found, true):
 @pytest.fixture
 def impatient(monkeypatch):
     monkeypatch.setattr(recording, "SILENT_AFTER", 0.3)
-    monkeypatch.setattr(live, "GONE_AFTER", 1.0)
+    monkeypatch.setattr(silence, "GONE_AFTER", 1.0)
 
 
 @pytest.mark.parametrize("number", draws(50))

@@ -9,9 +9,9 @@ import pytest
 
 from live_benches import waiting_bench, words_of
 from tumble.record import procedure as recording
+from tumble.record import silence
 from tumble.simulate import Fault
 from tumble.simulate.live.fault import LiveFault
-from tumble.turntable import live
 from turntable_sessions import columns, simulate, typed, write_table
 
 TWICE = tuple(f"{axis} {way}" for _ in range(2) for axis in "XYZ" for way in ("up", "down"))
@@ -29,7 +29,7 @@ def warnings_of(done):
 def by_hand(monkeypatch, output, fault, unit="target_1", **changes):
     """What a session on units that a hand turns says where something befalls one of them."""
     monkeypatch.setattr(recording, "SILENT_AFTER", 0.3)
-    monkeypatch.setattr(live, "GONE_AFTER", 1.0)
+    monkeypatch.setattr(silence, "GONE_AFTER", 1.0)
     options = {"seed": 81, "motion": "six-faces", "rest_seconds": 6.0, "rate_hz": 50.0, **changes}
     with waiting_bench(monkeypatch, faults={unit: [fault]}, **options) as bench:
         return session(words_of(bench), output)

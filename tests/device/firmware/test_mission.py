@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from firmware_images import VECTORS, compare, run
+from tumble import _core
 
 FLOWN = json.loads((VECTORS / "redundancy.json").read_text())
 SPUN = json.loads((VECTORS / "spin.json").read_text())
@@ -151,6 +152,23 @@ def test_the_spin_shows_the_biases_of_the_vectors(said):
         found = numbers(re.search(rf"    {name} (#.*)", spun)[1])
         # What the vectors allow is for an estimate that saw the rest behind the spin, too.
         assert np.all(sigmas(np.array(found[:3]), np.array(found[3:]), SPUN, quantity) < 2.0), name
+
+
+def test_the_device_takes_readings_to_the_reference_as_python_does(said):
+    lines = after(said, "\ntemperature\n").split("device:")[0].splitlines()
+    found = {numbers(at)[0]: numbers(read) for at, read in zip(lines[::2], lines[1::2], strict=True)}
+    assert min(found) == -60.0
+    assert found[-60.0] == found[-20.0] != found[-15.0]
+    assert found[95.0] == found[70.0] != found[65.0]
+    drift = {
+        "reference": 25.0,
+        "range": [-20.0, 70.0],
+        "bias": [[1.1e-3, -0.7e-3, 2.3e-3], [-1.3e-5, 0.9e-5, 0.3e-5], [1.7e-7, 0.1e-7, -2.9e-7]],
+        "scale": [[1.9e-5, -3.1e-5, 0.7e-5], [2.1e-7, 0.3e-7, -1.1e-7], [-1.3e-9, 2.7e-9, 0.9e-9]],
+    }
+    reading = np.tile([0.31, -4.7, 8.3], (len(found), 1))
+    expected = _core.at_reference(reading, np.array([0.013, -0.021, 0.034]), np.array(list(found)), drift)
+    np.testing.assert_allclose(list(found.values()), expected, rtol=0.0, atol=3e-6)
 
 
 def test_a_device_without_vectors_says_so_and_fails(image, tmp_path):

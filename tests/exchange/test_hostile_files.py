@@ -1,0 +1,72 @@
+"""Whatever a file holds, an import gives calibrations or says in one line what is wrong."""
+
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+
+from exchange_units import READABLE, calibration, needed
+from repetitions import repetitions
+from tumble.errors import TumbleError
+from tumble.exchange.procedure import export, import_calibrations
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("hostile")
+
+
+def is_read_or_given_up_in_a_line(path, word):
+    try:
+        found = import_calibrations(path, word)
+    except TumbleError as error:
+        return "\n" not in str(error) and len(str(error)) < 400
+    return bool(found) and all(each.text() for each in found)
+
+
+@pytest.mark.parametrize("word", READABLE)
+@settings(deadline=None, max_examples=repetitions(80), suppress_health_check=[HealthCheck.too_slow])
+@given(data=st.data())
+def test_a_file_with_parts_cut_out_doubled_or_replaced_never_ends_in_a_traceback(folder, word, data):
+    content = export(calibration(1), word, needed(word)).content
+    for _ in range(data.draw(st.integers(1, 4))):
+        start = data.draw(st.integers(0, len(content)))
+        end = data.draw(st.integers(start, min(len(content), start + 40)))
+        stray = data.draw(
+            st.sampled_from(
+                [
+                    b"",
+                    b"nan",
+                    b"inf",
+                    b"-",
+                    b"1e400",
+                    b"0",
+                    b"\x00",
+                    b"\xff",
+                    b"[",
+                    b"]",
+                    b"{",
+                    b": ",
+                    b"\n",
+                    b"&a",
+                    b"*a",
+                ]
+            )
+            | st.binary(max_size=8)
+        )
+        content = content[:start] + stray + content[end:]
+    path = folder / word
+    path.write_bytes(content)
+    assert is_read_or_given_up_in_a_line(path, word)
+
+
+@pytest.mark.parametrize("word", READABLE)
+@settings(deadline=None, max_examples=repetitions(40))
+@given(content=st.binary(max_size=200))
+@example(content=b"")
+@example(content=b"TR" + bytes(200))
+@example(content=b"imu0: {model: {a: b}}")
+@example(content=b"- " * 100)
+def test_any_bytes_never_end_in_a_traceback(folder, word, content):
+    path = folder / word
+    path.write_bytes(content)
+    assert is_read_or_given_up_in_a_line(path, word)

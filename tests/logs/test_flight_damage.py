@@ -1,0 +1,110 @@
+"""Flight logs that are cut, garbled or hostile: read as far as they are sound, or refused in one line."""
+
+import tracemalloc
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, Phase, given, note, settings
+from hypothesis import strategies as st
+
+from dataflash_fixtures import DataFlashWriter
+from mavlink_fixtures import autopilot, scaled, tlog_of
+from repetitions import SOAK
+from tumble.errors import TumbleError
+from tumble.inspect.procedure import inspect
+from tumble.logs import ReadOptions, list_imus, open_recording
+from ulog_fixtures import ULogWriter, turning
+
+EXAMPLES = 6_000 if SOAK else 25
+MOST_MEMORY = 64 << 20
+"""Bytes, for files of some 100 kB."""
+
+PHASES = (Phase.explicit, Phase.reuse, Phase.generate)
+"""Examples are not made smaller: they would be large all the same."""
+
+cheap = settings(max_examples=EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck), phases=PHASES)
+
+
+def ulog():
+    time, force, turn = turning(np.random.default_rng(1), 300)
+    writer = ULogWriter({"CAL_ACC0_ID": 1, "CAL_ACC0_XOFF": 0.3, "SENS_BOARD_ROT": 4})
+    for topic, values in (("sensor_accel", force), ("sensor_gyro", turn)):
+        writer.add(topic, 0, time, device_id=1, **dict(zip("xyz", values.T, strict=True)))
+    writer.add("sensor_combined", 0, time, gyro_rad=turn, accelerometer_m_s2=force)
+    for topic in ("sensor_accel_fifo", "sensor_gyro_fifo"):
+        writer.add(topic, 0, time[:50], device_id=1, dt=125.0, scale=0.01, samples=8, x=3, y=5, z=900)
+    return writer.change(2.5, "CAL_ACC0_XOFF", 0.2).drop(3.0, 20).content()
+
+
+def dataflash():
+    time, force, turn = turning(np.random.default_rng(2), 200)
+    writer = DataFlashWriter({"INS_ACCOFFS_X": 0.3, "AHRS_ORIENTATION": 4, "INS_LOG_BAT_OPT": 0})
+    writer.triads("IMU", time, force, turn).triads("ACC", time, force, turn)
+    return writer.batch(1, 0, 0, 5.0, 4000.0, 2048, np.full((100, 3), 2048))
+
+
+CONTENTS = {
+    "ulg": ulog(),
+    "bin": dataflash().content(),
+    "log": dataflash().text().encode(),
+    "tlog": tlog_of(scaled(200, autopilot())),
+}
+
+
+@st.composite
+def damaged(draw, content):
+    """Cut, garble, double or leave out pieces."""
+    content = bytearray(content)
+    for _ in range(draw(st.integers(1, 6))):
+        at = draw(st.integers(7, max(len(content) - 1, 7)))
+        match draw(st.sampled_from(("bytes", "ones", "cut", "leave out", "double"))):
+            case "bytes":
+                piece = draw(st.binary(min_size=1, max_size=40))
+                content[at : at + len(piece)] = piece
+            case "ones":
+                content[at : at + 8] = b"\xff" * 8
+            case "cut":
+                del content[at:]
+            case "leave out":
+                del content[at : at + draw(st.integers(1, 3000))]
+            case "double":
+                content[at:at] = content[at : at + draw(st.integers(1, 3000))]
+    return bytes(content)
+
+
+def in_one_line(attempt, *arguments):
+    """Give what it gives; only an error of one line may come of it."""
+    try:
+        return attempt(*arguments)
+    except TumbleError as error:
+        said = str(error)
+    assert len(said.splitlines()) == 1
+    return ()
+
+
+def read(source, options):
+    return inspect(open_recording(source, options))
+
+
+def tried(path):
+    """Read all that is there, as `inspect` does."""
+    for name in in_one_line(list_imus, path):
+        for undo in (False, True):
+            options = ReadOptions(undo_correction=undo)
+            in_one_line(read, f"{path}:{name}" if name else path, options)
+
+
+@pytest.mark.filterwarnings("error")
+@cheap
+@given(data=st.data())
+def test_a_damaged_flight_log_is_read_or_refused_in_one_line_and_takes_no_more_memory(tmp_path_factory, data):
+    ending = data.draw(st.sampled_from(sorted(CONTENTS)))
+    path = tmp_path_factory.mktemp("damaged") / f"flight.{ending}"
+    path.write_bytes(data.draw(damaged(CONTENTS[ending])))
+    note(f"{len(path.read_bytes())} bytes of {ending}")
+    tracemalloc.start()
+    try:
+        tried(path)
+        assert tracemalloc.get_traced_memory()[1] < MOST_MEMORY
+    finally:
+        tracemalloc.stop()

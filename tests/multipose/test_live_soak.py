@@ -1,0 +1,147 @@
+"""Whatever befalls the unit or the disk: no traceback, no wrong calibration, a recording to go on with."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import tumble
+from live_benches import QUICK_BENCH, waiting_bench
+from repetitions import SOAK
+from tumble.errors import OutputError
+from tumble.logs.session import recorded_so_far
+from tumble.multipose.live import LiveMultipose
+from tumble.record import parts, silence
+from tumble.record import procedure as recording
+from tumble.results import LARGEST_WIDENING
+from tumble.simulate import LiveFault, LiveSimulation
+from turntable_sessions import typed
+
+MOST_SIGMAS = 6.0
+"""Of any parameter."""
+SESSION_SECONDS = 110.0
+"""s of the bench's clock that a hand takes."""
+HAND = {"motion": "hand", "grades": ("tactical",), "rest_seconds": 4.0}
+
+
+def draws(in_soak):
+    """Numbers of the draws; of what takes long, one where it is not soaked."""
+    return range(in_soak if SOAK else 1)
+
+
+def drawn(number, *kinds):
+    """What befalls the unit when."""
+    random = np.random.default_rng([30, number])
+    kind = kinds[number % len(kinds)]
+    start, length = random.uniform(1.0, SESSION_SECONDS), random.uniform(0.3, 20.0)
+    print(f"draw {number}: {kind} from {start:.1f} s for {length:.1f} s")
+    return {"imu": [LiveFault(kind, start=start, end=start + length)]}
+
+
+def session(bench, folder, *options):
+    return typed(
+        *("multipose", "--live", bench.addresses["imu"], "--orientations", "16", "--pose-seconds", "3s"),
+        *("--g-sensitivity", "-o", folder, *options),
+    )
+
+
+def judge(done, folder, truth):
+    """Hold what a session left against the truth; whether it left a calibration."""
+    assert "Traceback" not in done.err
+    assert done.code in (0, 2, 3), done.err
+    if recorded_so_far(folder / "session", name := session_name(folder)).samples:
+        assert typed("inspect", f"{folder / 'session'}:{name}").code == 0
+    calibrations = list(folder.glob("*.multipose.yaml"))
+    assert bool(calibrations) == (done.code != 2), done.err
+    for _ in calibrations:
+        found = tumble.multipose(folder / "session", g_sensitivity=True)
+        for triad in found.triads:
+            # Beyond that it is said that the model was not met.
+            if triad.widening <= LARGEST_WIDENING:
+                assert_near(triad, truth)
+    return bool(calibrations)
+
+
+def session_name(folder):
+    from tumble.logs.session import Session
+
+    [name] = Session.load(folder / "session").names
+    return name
+
+
+def assert_near(triad, truth):
+    """Bias and scale of a triad within their sigmas."""
+    own = np.linalg.norm(np.array(truth["own_axes"][triad.triad]), axis=1)
+    true = {f"scale {axis}": own[k] for k, axis in enumerate("xyz")}
+    true |= {f"bias {axis}": truth[triad.triad]["b"][k] for k, axis in enumerate("xyz")}
+    off = {
+        each.name: (each.value - true[each.name]) / each.sigma
+        for each in triad.parameters
+        if each.name in true
+    }
+    assert max(map(abs, off.values())) < MOST_SIGMAS, (triad.triad, off)
+
+
+@pytest.fixture
+def impatient(monkeypatch):
+    monkeypatch.setattr(recording, "SILENT_AFTER", 0.3)
+    monkeypatch.setattr(silence, "GONE_AFTER", 1.0)
+
+
+@pytest.mark.parametrize("number", draws(50))
+def test_a_unit_that_is_unplugged_while_it_is_turned_spoils_nothing(number, tmp_path, monkeypatch, impatient):
+    transport = ("udp", "tcp", "pty")[number % 3]
+    faults = drawn(number, "unplugged")
+    with waiting_bench(
+        monkeypatch, LiveMultipose, **HAND, seed=number, faults=faults, transport=transport, folder=tmp_path
+    ) as bench:
+        done = session(bench, tmp_path / "out")
+        truth = bench.truth
+    judge(done, tmp_path / "out", truth)
+
+
+@pytest.mark.parametrize("kind", ["garbled", "frozen", "gap", "late"] if SOAK else ["garbled", "frozen"])
+@pytest.mark.parametrize("number", draws(12))
+def test_damage_on_the_way_and_sensors_that_freeze_spoil_nothing(
+    kind, number, tmp_path, monkeypatch, impatient
+):
+    faults = drawn(number, kind)
+    with waiting_bench(monkeypatch, LiveMultipose, **HAND, seed=number, faults=faults) as bench:
+        done = session(bench, tmp_path / "out")
+        truth = bench.truth
+    judge(done, tmp_path / "out", truth)
+
+
+@pytest.mark.parametrize("number", draws(24))
+def test_clocks_that_jump_and_units_that_restart_spoil_nothing(number, tmp_path, impatient):
+    faults = drawn(number, "clock-jump", "time-backwards", "restart")
+    usual = {**QUICK_BENCH, **HAND, "clock_offset_seconds": 5.0, "clock_skew_ppm": 50.0}
+    with LiveSimulation(**usual, seed=number, faults=faults, speed=8.0) as bench:
+        done = session(bench, tmp_path / "out")
+        truth = bench.truth
+    judge(done, tmp_path / "out", truth)
+
+
+@pytest.mark.parametrize("number", draws(12))
+def test_a_disk_that_is_full_ends_it_in_one_line_and_what_was_recorded_goes_on(number, tmp_path, monkeypatch):
+    random = np.random.default_rng([31, number])
+    left = int(random.integers(2, 12))
+    print(f"draw {number}: full after {left} parts")
+    original, written = parts.UnitParts.write, []
+
+    def write(self, chunk):
+        if len(written) == left:
+            raise OutputError(f"{tmp_path}/parts: cannot be written: No space left on device")
+        written.append(len(chunk))
+        original(self, chunk)
+
+    with waiting_bench(monkeypatch, LiveMultipose, **HAND, seed=number) as bench:
+        with monkeypatch.context() as full:
+            full.setattr(parts.UnitParts, "write", write)
+            full.setattr("tumble.record.writer.FLUSH_EVERY", 0.1)
+            done = session(bench, tmp_path / "out")
+        assert done.code == 2
+        assert "No space left on device; what was recorded is readable, and --resume adds to it" in done.err
+        again = session(bench, tmp_path / "out", "--resume")
+        truth = bench.truth
+    judge(again, tmp_path / "out", truth)

@@ -1,0 +1,81 @@
+"""Files of any format, spoiled: cut short, with bytes changed, and with sizes that nothing can have."""
+
+from __future__ import annotations
+
+import tracemalloc
+from time import monotonic
+
+from hypothesis import HealthCheck, settings
+from hypothesis import strategies as st
+
+from repetitions import SOAK
+from tumble.errors import LogError
+from tumble.logs import ReadOptions, list_imus, open_recording
+
+EXAMPLES = 40
+"""Spoiled files of one format at a time."""
+SOAK_SECONDS = 600.0
+"""For each format."""
+MOST_BYTES = 64 << 20
+"""Of memory for a file of a hundred kilobytes: its chunks and what pyarrow and numpy keep, no size in it."""
+_SIZES = [0, 1, 0x7F, 0xFF, 0x7FFF, 0xFFFF, 0x7FFFFFFF, 0xFFFFFFFF, (1 << 63) - 1, (1 << 64) - 1]
+
+few = settings(
+    max_examples=EXAMPLES,
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
+)
+
+
+def few_or_ten_minutes(check):
+    """Try a few spoiled files, in `make soak` new ones for ten minutes."""
+    until = monotonic() + SOAK_SECONDS
+    check()
+    while SOAK and monotonic() < until:
+        check()
+
+
+@st.composite
+def spoiled(draw, whole):
+    """The bytes of a file with one to four changes, mostly near its beginning or end, where sizes stand."""
+    data = bytearray(whole)
+    for _ in range(draw(st.integers(1, 4))):
+        last = max(len(data) - 1, 0)
+        place = draw(
+            st.one_of(
+                st.integers(0, min(last, 512)), st.integers(max(last - 512, 0), last), st.integers(0, last)
+            )
+        )
+        change = draw(st.sampled_from(["byte", "size", "cut", "drop", "repeat"]))
+        if change == "byte" and data:
+            data[place] = draw(st.integers(0, 255))
+        elif change == "size":
+            width = draw(st.sampled_from([1, 2, 4, 8]))
+            size = draw(st.sampled_from(_SIZES)) & ((1 << 8 * width) - 1)
+            order = draw(st.sampled_from(["little", "big"]))
+            data[place : place + width] = size.to_bytes(width, order)
+        elif change == "cut":
+            del data[place:]
+        elif change == "drop":
+            del data[place : place + draw(st.integers(1, 16))]
+        else:
+            data[place:place] = data[place : place + draw(st.integers(1, 64))]
+    return bytes(data)
+
+
+def read_or_refuse(path, options=None):
+    """Read all that a file says it holds; a `LogError` of one line is as good. Gives the peak of memory."""
+    options = options or ReadOptions()
+    said = ""
+    tracemalloc.start()
+    try:
+        for imu in list_imus(path, options):
+            for _ in open_recording(f"{path}:{imu}" if imu else path, options).chunks():
+                pass
+    except LogError as error:
+        said = str(error)
+    finally:
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+    assert "\n" not in said
+    return peak
