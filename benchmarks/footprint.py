@@ -21,7 +21,7 @@ ROOT = Path(__file__).parent.parent
 PLATFORM = ROOT / "target" / "firmware" / "platform"
 IMAGES = ROOT / "target" / "thumbv7em-none-eabihf" / "device"
 BASELINE = "empty"
-PARTS = ("apply", "spin", "redundancy", "store", "everything")
+PARTS = ("apply", "temperature", "spin", "redundancy", "store", "everything")
 FLASH_GOAL = 32 * 1024
 MEMORY_GOAL = 4 * 1024
 INSTRUCTION_GOALS = {"Apply": 150, "SpinPush": 1500, "Push": 3000, "PushDense": 3000}
@@ -139,6 +139,7 @@ def table(content: Content) -> Table:
 
 FLASH_NAMES = {
     "apply": "applying a calibration",
+    "temperature": "the same at a temperature",
     "spin": "spin",
     "redundancy": "redundancy, two secondaries",
     "store": "records in flash, emulated flash included",

@@ -8,6 +8,8 @@ from itertools import chain
 
 from benchmarks.accuracy import COVERAGE, LARGEST_RATIO
 from benchmarks.bound import TRIADS
+from benchmarks.compare import COVERAGE as COMPARE_COVERAGE
+from benchmarks.compare import FOUND, LARGE
 from benchmarks.digits import two_digits
 from benchmarks.disturbed import LARGEST_RATIO as LARGEST_SIGMA_RATIO
 from benchmarks.footprint import FLASH_GOAL, INSTRUCTION_GOALS, INSTRUCTION_NAMES, MEMORY_GOAL
@@ -16,12 +18,14 @@ from benchmarks.live import LARGEST_LATENCY, LARGEST_SHARE
 from benchmarks.live_table import LARGEST_TIME, largest_ratio, largest_time
 from benchmarks.memory import LARGEST_GROWTH
 from benchmarks.multipose import COVERAGE as MULTIPOSE_COVERAGE
-from benchmarks.multipose import IMU_TK, MPU_9150
+from benchmarks.multipose import IMU_TK, LARGEST_SCATTER, MPU_9150
 from benchmarks.multipose import LARGEST_RATIO as LARGEST_MULTIPOSE_RATIO
+from benchmarks.multipose_speed import FASTER as FASTER_MULTIPOSE
 from benchmarks.noise_terms import COVERAGE as NOISE_COVERAGE
 from benchmarks.noise_terms import FASTER, LARGEST_NOISE_GROWTH, PROMISED
 from benchmarks.production import LARGEST_GROWTH as LARGEST_BATCH_GROWTH
 from benchmarks.production import SECONDS
+from benchmarks.readers import LARGEST_RATIO as LARGEST_READING
 from benchmarks.redundancy_adoptions import FAILURES
 from benchmarks.redundancy_figures import IN_HEALTH, LONG, SOON
 from benchmarks.results import Content
@@ -32,6 +36,9 @@ from benchmarks.spin import LARGEST_DIFFERENCE
 from benchmarks.spin import LARGEST_RATIO as LARGEST_SPIN_RATIO
 from benchmarks.spin_live import COVERAGE as LIVE_COVERAGE
 from benchmarks.spin_live import LARGEST_REDUCED, WAYS
+from benchmarks.thermal import COVERAGE as THERMAL_COVERAGE
+from benchmarks.thermal import LARGEST_RATIO as LARGEST_THERMAL_RATIO
+from benchmarks.thermal import RIGHT
 from benchmarks.truths import BIASES, DESIGN_MRAD
 
 SPEED_NAMES = {
@@ -133,13 +140,34 @@ def _multipose(content: Content) -> Iterator[Goal]:
         f"{ratio:.3f}",
         ratio <= LARGEST_MULTIPOSE_RATIO,
     )
-    covered = [of["coverage"] for triad in ("accelerometer", "gyroscope") for of in content[triad].values()]
-    yield _coverage("multi-pose: share of 95 % intervals that hold the truth", covered, MULTIPOSE_COVERAGE)
+    unstable = content.get("with bias instability")
+    for noise, found in (("white noise", content), ("bias instability too", unstable)):
+        if found is not None:
+            triads = (found[triad].values() for triad in ("accelerometer", "gyroscope"))
+            covered = [of["coverage"] for triad in triads for of in triad]
+            what = f"multi-pose, {noise}: share of 95 % intervals that hold the truth"
+            yield _coverage(what, covered, MULTIPOSE_COVERAGE)
+    speed = content.get("speed")
+    if speed is not None:
+        yield Goal(
+            "multi-pose of ten minutes at 100 Hz: times faster than `least_squares` of SciPy",
+            f"{FASTER_MULTIPOSE:g}",
+            f"{speed['ratio']:.1f}",
+            speed["ratio"] >= FASTER_MULTIPOSE,
+        )
     recorded = content.get("recorded")
     if recorded is None:
         return
     xsens = recorded["xsens, g-sensitivity"]
     what = "multi-pose, the recording of imu_tk:"
+    halves = content.get("halves")
+    if halves is not None:
+        yield Goal(
+            f"{what} difference of its halves in sigmas, root mean square of nine",
+            f"{LARGEST_SCATTER:g}",
+            f"{halves['rms']:.2f}",
+            halves["rms"] <= LARGEST_SCATTER,
+        )
     yield _at_most(f"{what} angle of gravity after a turn", IMU_TK["angle"], xsens["angle"][1], "deg")
     yield _at_most(
         f"{what} the same without g-sensitivity", IMU_TK["angle"], recorded["xsens"]["angle"][1], "deg"
@@ -395,10 +423,61 @@ def _noise(content: Content) -> Iterator[Goal]:
     )
 
 
+def _thermal(content: Content) -> Iterator[Goal]:
+    drifts = content["drifts"]
+    sessions = sum(row["sessions"] for row in drifts)
+    ratio = max(row["ratio"] for row in drifts)
+    yield Goal(
+        f"thermal: error of the coefficients over the Cramér-Rao bound, worst order, {sessions} sessions",
+        f"{LARGEST_THERMAL_RATIO:g}",
+        f"{ratio:.3f}",
+        ratio <= LARGEST_THERMAL_RATIO,
+    )
+    covered = [row["coverage"] for row in drifts]
+    yield _coverage(
+        "thermal: share of 95 % intervals that hold the truth, by order", covered, THERMAL_COVERAGE
+    )
+    right = min(row["right"] for row in drifts)
+    yield Goal(
+        "thermal: share of sessions whose order is found, worst order",
+        f"{100 * RIGHT:g} %",
+        f"{100 * right:.1f} %",
+        right >= RIGHT,
+    )
+
+
+def _compare(content: Content) -> Iterator[Goal]:
+    yield _coverage(
+        f"compare: share of {content['pairs']} pairs of one unit that are said to be the same",
+        [content["same"]],
+        COMPARE_COVERAGE,
+    )
+    share = content["found"][f"{LARGE:g}"]["share"]
+    yield Goal(
+        f"compare: share of changes of {LARGE:g} sigmas that are found",
+        f"{100 * FOUND:g} %",
+        f"{100 * share:.1f} %",
+        share >= FOUND,
+    )
+
+
 def _memory(content: Content) -> Iterator[Goal]:
     for name, of in content["formats"].items():
         yield Goal(
             f"memory: growth where a recording ({name}) is ten times as long",
+            f"{100 * (LARGEST_GROWTH - 1.0):.0f} %",
+            f"{100 * (of['growth'] - 1.0):.0f} %",
+            of["growth"] <= LARGEST_GROWTH,
+        )
+
+
+def _readers(content: Content) -> Iterator[Goal]:
+    for name, of in content["formats"].items():
+        for other, ratio in of["ratios"].items():
+            what = f"reading {name}: time over that of `{other}`"
+            yield Goal(what, f"{LARGEST_READING:g}", f"{ratio:.2f}", ratio <= LARGEST_READING)
+        yield Goal(
+            f"reading {name}: growth of memory where a recording is ten times as long",
             f"{100 * (LARGEST_GROWTH - 1.0):.0f} %",
             f"{100 * (of['growth'] - 1.0):.0f} %",
             of["growth"] <= LARGEST_GROWTH,
@@ -448,6 +527,8 @@ GOALS_OF: dict[str, Callable[[Content], Iterator[Goal]]] = {
     "live_table": _live_table,
     "multipose": _multipose,
     "noise_terms": _noise,
+    "thermal": _thermal,
+    "compare": _compare,
     "redundancy": _redundancy,
     "redundancy_adoptions": _adoptions,
     "redundancy_campaign": _campaign,
@@ -457,5 +538,6 @@ GOALS_OF: dict[str, Callable[[Content], Iterator[Goal]]] = {
     "speed": _speed,
     "production": _production,
     "memory": _memory,
+    "readers": _readers,
     "footprint": _footprint,
 }

@@ -21,8 +21,11 @@ os.environ.setdefault("RAYON_NUM_THREADS", "1")
 import numpy as np
 
 import tumble
+from benchmarks import multipose_speed
 from benchmarks.results import Content, machine, save
-from tumble.logs import ReadOptions
+from tumble.logs import ReadOptions, list_imus, open_recording
+from tumble.multipose.procedure import as_counts
+from tumble.multipose.sections import Section
 from tumble.plain import finite
 from tumble.recording import FloatArray, Recording, RecordingSource
 from tumble.simulate import SimulatedMultipose, simulate_multipose
@@ -33,6 +36,8 @@ REACH = 1.959964
 """Half a 95 % interval in sigmas."""
 LARGEST_RATIO = 1.1
 COVERAGE = (0.93, 0.97)
+LARGEST_SCATTER = 1.5
+"""Of nine differences of halves in sigmas, root mean square: 1.5 is what one in 50 sets has by chance."""
 GROUPS = ("bias", "scale", "non-orthogonality")
 """Three parameters each."""
 PAIRS = ((0, 1), (1, 2), (2, 0))
@@ -59,10 +64,10 @@ MPU_9150: dict[str, tuple[tuple[float, ...], tuple[float, ...]]] = {
 """Published by imu-calib: scale error in %, bias in m/s^2."""
 
 
-def session(seed: int) -> SimulatedMultipose:
-    """Play one session: white noise alone, so that the bound is exact; the Earth turns."""
+def session(seed: int, unstable: bool = False) -> SimulatedMultipose:
+    """Play one session: white noise alone, so that the bound is exact, or bias instability too."""
     return simulate_multipose(
-        seed=seed, bias_instability=False, quantisation=False, g_sensitivity=False, latitude_deg=48.0
+        seed=seed, bias_instability=unstable, quantisation=False, g_sensitivity=False, latitude_deg=48.0
     )
 
 
@@ -94,29 +99,36 @@ def force_bound(found: SimulatedMultipose) -> FloatArray:
     return np.asarray(np.sqrt(np.diag(jacobian @ covariance @ jacobian.T)))
 
 
-def trial(seed: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Errors of the accelerometer over the bound and over their sigma; those of the gyroscope over theirs."""
-    played = session(seed)
+def trial(task: tuple[int, bool]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Errors of the accelerometer over the bound and over their sigma; those of the gyroscope over theirs.
+
+    The bias is the mean over the session, drift included.
+    """
+    played = session(*task)
+    unit = played.unit
     found = tumble.multipose(played.recording, gravity=played.session.scenario.gravity)
     force = [each for each in found.accelerometer.parameters if each.observable]
     factor = np.array([np.radians(1.0) if each.unit == "deg" else 1.0 for each in force])
     value = factor * [each.value for each in force]
     sigma = factor * [each.sigma for each in force]
-    error = value - force_values(played.force_matrix, played.unit.accelerometer.b)
+    error = value - force_values(played.force_matrix, unit.accelerometer.b + unit.accelerometer.drift)
     assert found.gyroscope is not None, found.gyroscope_reason
     rate_error = np.concatenate(
-        [found.gyroscope.b - played.unit.gyroscope.b, (found.gyroscope.M - played.rate_matrix).ravel()]
+        [
+            found.gyroscope.b - unit.gyroscope.b - unit.gyroscope.drift,
+            (found.gyroscope.M - played.rate_matrix).ravel(),
+        ]
     )
     variance = np.diag(found.gyroscope.covariance)
     rate_sigma = np.sqrt(np.concatenate([variance[9:], variance[:9]]))
     return error / force_bound(played), error / sigma, rate_error / rate_sigma
 
 
-def statistics(sessions: int) -> Content:
-    """Error against the bound, and coverage, of both sensors."""
+def statistics(sessions: int, unstable: bool) -> Content:
+    """Error against the bound of white noise, and coverage, of both sensors."""
     seeds = range(BASE_SEED, BASE_SEED + sessions)
     with ProcessPoolExecutor(CORES, mp_context=get_context("spawn")) as pool:
-        done = list(pool.map(trial, seeds, chunksize=10))
+        done = list(pool.map(trial, [(seed, unstable) for seed in seeds], chunksize=10))
     over_bound, over_sigma, rate_over_sigma = (np.array(column) for column in zip(*done, strict=True))
     content: Content = {"sessions": sessions, "seeds": [seeds[0], seeds[-1]], "accelerometer": {}}
     for k, group in enumerate(GROUPS):
@@ -160,8 +172,9 @@ def recordings() -> Iterator[tuple[str, RecordingSource, Options]]:
         yield f"mpu6050 {name}", DATA / "mpu6050" / f"{name}.csv", {"read": counts}
     faces = ReadOptions(rate=102.4, accelerometer_unit="m/s^2", gyroscope_unit="deg/s")
     yield "imucal", DATA / "imucal" / "example_ferraris_session.csv", {"read": faces}
-    for name in ("sample", "sample_log_small", "test_ulog"):
-        yield f"px4 {name}", DATA / "px4" / f"{name}.ulg", {}
+    for path in sorted((DATA / "px4").glob("*.ulg")):
+        for imu in list_imus(path):
+            yield f"px4 {path.stem}:{imu}", f"{path}:{imu}", {}
     for name in ("test1", "test2"):
         yield f"husky {name}", DATA / "husky" / f"{name}.bag", {}
 
@@ -169,6 +182,30 @@ def recordings() -> Iterator[tuple[str, RecordingSource, Options]]:
 def from_columns(name: str, columns: FloatArray, rate: float) -> Recording:
     """Wrap six columns, m/s^2 and rad/s, without time."""
     return Recording.from_arrays(name, np.arange(len(columns)) / rate, columns[:, :3], columns[:, 3:])
+
+
+def split_halves() -> Content:
+    """Calibrate every second rest of the recording of imu_tk, and the others: by how many sigmas they differ.
+
+    Rests are labelled as a calibration of the whole finds them.
+    """
+    options: Options = {"raw": True, "gravity": XSENS_GRAVITY}
+    source = DATA / "xsens" / "xsens_acc.mat"
+    time = np.concatenate([chunk.time for chunk in open_recording(source, as_counts(None)).chunks()])
+    whole = tumble.multipose(source, **options)
+    spans = [np.searchsorted(time, (rest.start, rest.end)) for rest in whole.rests if rest.used]
+    sections = [Section("rest", int(first), int(end)) for first, end in spans]
+    halves = [tumble.multipose(source, sections=sections[k::2], **options) for k in (0, 1)]
+    scale = [half.nominal_scale.accelerometer for half in halves if half.nominal_scale]
+    apart, sigmas = [], []
+    for own, other in zip(*(half.accelerometer.parameters for half in halves), strict=True):
+        if own.observable:
+            # Counts of both halves are taken for units of their own.
+            factors = scale if not own.unit.startswith("deg") else [1.0, 1.0]
+            apart.append(factors[0] * own.value - factors[1] * other.value)
+            sigmas.append(math.hypot(factors[0] * own.sigma, factors[1] * other.sigma))
+    normalised = np.array(apart) / np.array(sigmas)
+    return {"rms": float(np.sqrt(np.mean(normalised**2))), "largest": float(np.abs(normalised).max())}
 
 
 def recorded() -> Content:
@@ -204,9 +241,12 @@ def main() -> None:
     parser.add_argument("--sessions", type=int, default=1000)
     parser.add_argument("--no-save", action="store_true")
     arguments = parser.parse_args()
-    content = statistics(arguments.sessions) | {"machine": machine()}
+    content = statistics(arguments.sessions, unstable=False) | {"machine": machine()}
+    content["with bias instability"] = statistics(arguments.sessions, unstable=True)
+    content["speed"] = multipose_speed.measured()
     if DATA.is_dir():
         content["recorded"] = recorded()
+        content["halves"] = split_halves()
     for key, value in content.items():
         print(key, value)
     if not arguments.no_save:

@@ -187,6 +187,21 @@ def memory(content: Content) -> Iterator[str]:
     )
 
 
+def readers(content: Content) -> Iterator[str]:
+    """Each format against its library, and its memory over length."""
+    yield "| format | MB/s | against | takes longer by a factor of | peak memory | of ten times as much |"
+    yield "|---|---|---|---|---|---|"
+    for name, of in content["formats"].items():
+        for other, ratio in of["ratios"].items():
+            peaks = [f"{peak / 2**20:.0f} MiB" for peak in of["peak_bytes"]]
+            yield _row([name, f"{of['megabytes_a_second']:.0f}", f"`{other}`", f"{ratio:.2f}", *peaks])
+    yield ""
+    yield (
+        "From file to samples checked and in SI units, against bare reading of the same file into columns. "
+        "Of a packed file the bytes are those packed."
+    )
+
+
 SPIN_UNITS: dict[str, tuple[float, str]] = {
     "accelerometer bias": (1e3, "mm/s²"),
     "gyroscope bias": (1e6, "µrad/s"),
@@ -240,19 +255,30 @@ def spin(content: Content) -> Iterator[str]:
 
 def multipose(content: Content) -> Iterator[str]:
     """Error against the bound and coverage of sessions by hand, then every recording: a result or why not."""
-    yield "| | RMSE over the bound | RMSE over the stated sigma | 95 % hold |"
-    yield "|---|---|---|---|"
-    for group, of in content["accelerometer"].items():
-        yield _row([f"accelerometer {group}", f"{of['ratio']:.3f}", "", f"{100 * of['coverage']:.1f} %"])
-    for group, of in content["gyroscope"].items():
-        yield _row(
-            [f"gyroscope {group}", "", f"{of['error_over_sigma']:.3f}", f"{100 * of['coverage']:.1f} %"]
-        )
+    unstable = content.get("with bias instability", {})
+    titles = "95 % hold | the same with bias instability"
+    yield f"| | RMSE over the bound | RMSE over the stated sigma | {titles} |"
+    yield "|---|---|---|---|---|"
+    for triad, figure in (("accelerometer", "ratio"), ("gyroscope", "error_over_sigma")):
+        for group, of in content[triad].items():
+            both = (of, unstable[triad][group] if unstable else None)
+            held = ["" if each is None else f"{100 * each['coverage']:.1f} %" for each in both]
+            errors = [f"{of[figure]:.3f}", ""]
+            yield _row([f"{triad} {group}", *(errors if figure == "ratio" else errors[::-1]), *held])
     yield ""
     yield (
         f"{content['sessions']} simulated sessions, 18 orientations of 4 s at 100 Hz, consumer grade with "
-        "white noise alone; the bound is that of |u| = g at the true rests, in numpy."
+        "white noise alone, or with bias instability; the bound is that of |u| = g at the true rests and of "
+        "white noise, in numpy."
     )
+    speed = content.get("speed")
+    if speed is not None:
+        yield ""
+        yield (
+            f"{speed['minutes']:.1f} minutes at 100 Hz, {speed['rests']} rests: {speed['seconds']:.3g} s for "
+            f"all of it, {speed['peer_seconds']:.3g} s for `scipy.optimize.least_squares` with analytic "
+            f"Jacobian, which is given rests and turns: {speed['ratio']:.1f} times faster."
+        )
     recorded = content.get("recorded", {})
     yield ""
     norm = "\\|f\\| less g: as read, calibrated, kept from the fit, mm/s²"
@@ -279,9 +305,45 @@ def multipose(content: Content) -> Iterator[str]:
         ):
             cells = [", ".join(f"{each:.1f}" for each in figures) for figures in (IMU_TK[key], xsens[key])]
             yield _row([what, *cells])
+        halves = content.get("halves")
+        if halves is not None:
+            what = "every second rest against the others, accelerometer, sigmas: rms, largest"
+            yield _row([what, "", f"{halves['rms']:.2f}, {halves['largest']:.2f}"])
         yield _row(
             ["angle of gravity after a turn, deg", f"{IMU_TK['angle']:g}", three_digits(xsens["angle"][1])]
         )
+
+
+def no_equipment(content: Content) -> Iterator[str]:
+    """Every recording of others through every procedure without equipment: a result, or why not."""
+    yield "| recording | `tumble multipose` | `tumble noise` | `tumble thermal` |"
+    yield "|---|---|---|---|"
+    for name, found in content["recordings"].items():
+        yield _row([name, *(_without_equipment(procedure, of) for procedure, of in found.items())])
+    yield ""
+    yield (
+        f"{len(content['recordings'])} recordings, {content['seconds']:.0f} s for all; no traceback, and no "
+        "result that contradicts what is published of them. Refused is what does not show what is asked."
+    )
+
+
+def _without_equipment(procedure: str, found: Content) -> str:
+    if "refused" in found:
+        return f"refused: {found['refused']}".replace("|", "\\|")
+    match procedure:
+        case "multipose":
+            gyroscope = found["gyroscope_reason"] or f"{two_digits(found['angle'])}° after a turn"
+            figures = (
+                f"{found['directions']} orientations; {two_digits(1e3 * found['held_out'])} mm/s² at those "
+                f"kept from the fit; {gyroscope}"
+            )
+        case "noise":
+            each = [density for triad in found["density"].values() for density in triad]
+            shown = sum(density is not None for density in each)
+            figures = f"{found['seconds_still']:.0f} s still; white noise of {shown} of {len(each)} channels"
+        case _:
+            figures = f"{found['range'][0]:.1f} to {found['range'][1]:.1f} °C"
+    return f"{found['verdict']}: {figures}"
 
 
 def _spin_cells(content: Content, group: str, figures: Content) -> list[str]:
@@ -330,6 +392,26 @@ def noise_terms(content: Content) -> Iterator[str]:
         f"difference at every sample, they differ by {timed['largest_difference_sigmas']:.2f} sigma at most. "
         f"The process takes {short:.0f} MiB after a million samples, {long:.0f} MiB after ten."
     )
+
+
+def thermal(content: Content) -> Iterator[str]:
+    """Whether drifts over temperature reach the bound, hold their intervals and are of the right order."""
+    yield _row(
+        [
+            "highest power",
+            "order found",
+            "coefficients, RMSE over the bound",
+            "95 % hold",
+            "curve, wrong orders too",
+        ]
+    )
+    yield "|---|---|---|---|---|"
+    for of in content["drifts"]:
+        curve = "" if of["curve_ratio"] is None else f"{of['curve_ratio']:.3f}"
+        share = f"{100 * of['right']:.1f} %"
+        yield _row([str(of["order"]), share, f"{of['ratio']:.3f}", f"{100 * of['coverage']:.1f} %", curve])
+    yield ""
+    yield f"{sum(of['sessions'] for of in content['drifts'])} simulated sessions of an axis."
 
 
 def spin_live(content: Content) -> Iterator[str]:
@@ -651,6 +733,20 @@ def missed(results: Mapping[str, Content]) -> Iterator[str]:
     yield f"All other goals, {sum(goal.is_met for goal in goals)} of {len(goals)}, are reached."
 
 
+def compare(content: Content) -> Iterator[str]:
+    """How often calibrations of one unit are said to differ, and changes that are found."""
+    yield "| change of one bias, sigmas of the difference | said to differ | that bias is named |"
+    yield "|---|---|---|"
+    yield _row(["none", f"{100 * (1.0 - content['same']):.1f} %", ""])
+    for change, of in content["found"].items():
+        yield _row([change, f"{100 * of['share']:.1f} %", f"{100 * of['named']:.1f} %"])
+    yield ""
+    yield (
+        f"{content['pairs']} pairs; mean of chi-square {content['statistic']:.1f} for "
+        f"{content['degrees_of_freedom']} degrees of freedom."
+    )
+
+
 TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "accuracy": accuracy,
     "disturbed": disturbed,
@@ -661,6 +757,9 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "live_table": live_table,
     "multipose": multipose,
     "noise_terms": noise_terms,
+    "no_equipment": no_equipment,
+    "thermal": thermal,
+    "compare": compare,
     "redundancy": redundancy,
     "redundancy_adoptions": redundancy_adoptions,
     "redundancy_campaign": redundancy_campaign,
@@ -670,6 +769,7 @@ TABLES: dict[str, Callable[[Content], Iterator[str]]] = {
     "speed": speed,
     "production": production,
     "memory": memory,
+    "readers": readers,
     "footprint": footprint,
 }
 

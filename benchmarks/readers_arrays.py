@@ -1,0 +1,111 @@
+"""Files of arrays and of JSON messages, written and read bare by the libraries of their formats."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import h5py  # type: ignore[import-untyped]
+import numpy as np
+import pyarrow as pa  # type: ignore[import-untyped]
+import pyarrow.feather  # type: ignore[import-untyped]
+import scipy.io
+from mcap.reader import make_reader
+from mcap.writer import Writer
+
+from tumble.recording import Chunk, FloatArray
+
+Write = Callable[[Path, Chunk], Path]
+
+
+def _arrays(chunk: Chunk) -> dict[str, FloatArray]:
+    return {"t": chunk.time, "acc": chunk.accelerometer, "gyr": chunk.gyroscope}
+
+
+def numpy_archive(*, packed: bool = False) -> Write:
+    """Give what writes `.npz`."""
+
+    def write(folder: Path, chunk: Chunk) -> Path:
+        save = np.savez_compressed if packed else np.savez
+        save(folder / "log.npz", **_arrays(chunk))
+        return folder / "log.npz"
+
+    return write
+
+
+def read_archive(path: Path) -> object:
+    """Load all of `.npz`."""
+    with np.load(path) as file:
+        return {name: file[name] for name in file}
+
+
+def numpy_array(folder: Path, chunk: Chunk) -> Path:
+    """Write `.npy` with seven columns."""
+    np.save(folder / "log.npy", np.column_stack([chunk.time, chunk.accelerometer, chunk.gyroscope]))
+    return folder / "log.npy"
+
+
+def matlab(*, packed: bool = False) -> Write:
+    """Give what writes `.mat` of version 5."""
+
+    def write(folder: Path, chunk: Chunk) -> Path:
+        scipy.io.savemat(folder / "log.mat", _arrays(chunk), do_compression=packed)
+        return folder / "log.mat"
+
+    return write
+
+
+def hdf5(*, packed: bool = False) -> Write:
+    """Give what writes HDF5, packed in chunks of a fixed length."""
+    options = {"chunks": True, "compression": "gzip"} if packed else {}
+
+    def write(folder: Path, chunk: Chunk) -> Path:
+        with h5py.File(folder / "log.h5", "w") as file:
+            for name, values in _arrays(chunk).items():
+                file.create_dataset(name, data=values, **options)
+        return folder / "log.h5"
+
+    return write
+
+
+def read_hdf5(path: Path) -> object:
+    """Load all of HDF5."""
+    with h5py.File(path) as file:
+        return {name: file[name][()] for name in file}
+
+
+def feather(folder: Path, chunk: Chunk) -> Path:
+    """Write Feather as pandas does."""
+    triads = {"a": chunk.accelerometer, "g": chunk.gyroscope}
+    columns = {
+        f"{triad}{axis}": of[:, number] for triad, of in triads.items() for number, axis in enumerate("xyz")
+    }
+    pa.feather.write_feather(pa.table({"time": chunk.time, **columns}), folder / "log.feather")
+    return folder / "log.feather"
+
+
+def json_messages(folder: Path, chunk: Chunk) -> Path:
+    """Write MCAP with a message of JSON a sample."""
+    path = folder / "log.mcap"
+    stamps = np.rint(chunk.time * 1e9).astype(np.int64).tolist()
+    triads = zip(stamps, chunk.accelerometer.tolist(), chunk.gyroscope.tolist(), strict=True)
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        channel = writer.register_channel("/imu", "json", 0)
+        for stamp, force, rate in triads:
+            message = {
+                "timestamp": dict(zip(("sec", "nsec"), divmod(stamp, 10**9), strict=True)),
+                "linear_acceleration": dict(zip("xyz", force, strict=True)),
+                "angular_velocity": dict(zip("xyz", rate, strict=True)),
+            }
+            writer.add_message(channel, stamp, json.dumps(message).encode(), stamp)
+        writer.finish()  # type: ignore[no-untyped-call]
+    return path
+
+
+def read_json(path: Path) -> object:
+    """Read all messages of JSON."""
+    with path.open("rb") as file:
+        return [json.loads(message.data) for _, _, message in make_reader(file).iter_messages()]
