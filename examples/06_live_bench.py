@@ -7,78 +7,49 @@ Table and units are simulated, behind real sockets. Of real ones only the addres
 
 from __future__ import annotations
 
-import threading
-import time
+import tempfile
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
 import tumble
-from tumble.live import LiveChunk, open_source
+from tumble.live import open_set, open_source
 from tumble.simulate import LiveSimulation
 from tumble.spin.live import LiveSpin, LiveSpinOptions
-from tumble.table import GuardedTable, open_table
-from tumble.table.plan import PosePlan, plan_poses
+from tumble.turntable.live import LiveTurntable
+from tumble.turntable.poses import SIX_FACES
+from tumble.turntable.table_plan import turned_table
 
-SPEED = 20.0
+SPEED = 8.0
 """Simulated s in one of ours; leave it at 1 with a real table."""
 REST = 4.0
 """s at each pose."""
-ON_ITS_WAY = 2.0
-"""s of ours for which samples may be on their way on a busy computer."""
 
 
-class Listener(threading.Thread):
-    """Keeps the samples of a unit until it is told to end."""
-
-    def __init__(self, name: str, address: str) -> None:
-        super().__init__(name=name, daemon=True)
-        self.ended = threading.Event()
-        self._address = address
-        self._chunks: list[LiveChunk] = []
-
-    def run(self) -> None:
-        """Listen."""
-        with open_source(self._address) as source:
-            for chunk in source:
-                if len(chunk):
-                    self._chunks.append(chunk)
-                if self.ended.is_set():
-                    return
-
-    def recording(self) -> tumble.Recording:
-        """Give what was heard."""
-        times, forces, rates = (
-            np.concatenate([getattr(chunk, name) for chunk in self._chunks])
-            for name in ("time", "accelerometer", "gyroscope")
-        )
-        return tumble.Recording.from_arrays(self.name, times, forces, rates)
-
-
-def turn(address: str, plan: PosePlan) -> None:
-    """Take a table through a plan, resting at each stop."""
-    with GuardedTable(open_table(address), armed=True) as table:
-        for stop in plan.route:
-            table.goto(stop)
-            table.wait()
-            time.sleep(REST / SPEED)
-
-
-def listen_while_turning(bench: LiveSimulation, plan: PosePlan) -> list[tumble.Recording]:
-    """Listen to all units while the table goes through a plan."""
-    listeners = [Listener(name, address) for name, address in bench.addresses.items()]
-    for listener in listeners:
-        listener.start()
+def lead_through_a_session(bench: LiveSimulation, folder: Path) -> Path:
+    """Turn the table to each pose, listen to all units, and record them; the recording is given."""
     assert bench.table_address is not None
-    turn(bench.table_address, plan)
-    time.sleep(ON_ITS_WAY)
-    for listener in listeners:
-        listener.ended.set()
-        listener.join()
-    return [listener.recording() for listener in listeners]
+    turned = turned_table(bench.table_address, "", REST, SIX_FACES, turns=True)
+    print("\n".join(turned.lines()))
+    words = [f"{name}={address}" for name, address in bench.addresses.items()]
+    with turned.entered() as drive:
+        live = LiveTurntable(
+            open_set(words, keep_going=True),
+            folder,
+            sources=bench.addresses,
+            poses=turned.poses,
+            pose_seconds=REST,
+            turns=False,  # Those of the plan do.
+            driver=drive,
+        )
+        for step in live.steps():
+            if step.kind not in ("progress", "listening"):
+                print(step.kind, step.subject, step.text)
+    return live.session
 
 
-def calibrate_on_a_table() -> None:
+def calibrate_on_a_table(folder: Path) -> None:
     """Calibrate two units against a third, and compare with the truth."""
     bench = LiveSimulation(
         seed=7,
@@ -90,11 +61,9 @@ def calibrate_on_a_table() -> None:
         table_port=0,
     )
     with bench:
-        assert bench.table is not None
-        plan = plan_poses(bench.table.axes, REST)
-        print(f"{len(plan.angles)} poses, {len(plan.turns)} turns, {plan.seconds:.0f} s of the table")
-        reference, *targets = listen_while_turning(bench, plan)
-    result = tumble.turntable(reference, targets, poses=plan.poses(), g_sensitivity=True)
+        session = lead_through_a_session(bench, folder)
+    targets = [f"{session}:{name}" for name in bench.addresses if name != "reference"]
+    result = tumble.turntable(f"{session}:reference", targets, g_sensitivity=True)
     print(result)
     for target in result.targets:
         show_errors(target, bench.truth["units"][target.name])
@@ -116,7 +85,7 @@ def calibrate_a_robot() -> None:
     """Find the biases of a robot that turns on the spot, as it does."""
     with (
         LiveSimulation(
-            seed=7, motion="spin", transport="tcp", rate_hz=100.0, speed=SPEED / 2, rest_seconds=40.0, port=0
+            seed=7, motion="spin", transport="tcp", rate_hz=100.0, speed=SPEED, rest_seconds=40.0, port=0
         ) as bench,
         open_source(bench.addresses["imu"]) as source,
     ):
@@ -131,7 +100,8 @@ def calibrate_a_robot() -> None:
 
 def main() -> None:
     """A table, then a robot."""
-    calibrate_on_a_table()
+    with tempfile.TemporaryDirectory() as folder:
+        calibrate_on_a_table(Path(folder))
     calibrate_a_robot()
 
 
