@@ -134,6 +134,18 @@ def test_each_unit_that_is_silent_is_heard_of_with_an_empty_chunk():
     assert not any(len(chunk) for _, chunk in heard)
 
 
+def test_time_that_the_computer_was_busy_is_not_counted_as_silence():
+    with Senders(["a", "b"]) as senders, open_set(senders.words) as units:
+        iterated = iter(units)
+        for _ in range(6):
+            next(iterated)
+        heard = units.listened
+        assert heard > 2 * HEARTBEAT
+        time.sleep(10 * HEARTBEAT)
+        next(iterated)
+        assert units.listened - heard < 2 * HEARTBEAT
+
+
 def test_logs_replayed_without_pace_are_given_in_the_order_of_their_own_times(tmp_path):
     tables = {"fast": resting(400, rate=400.0), "slow": resting(90, rate=100.0)}
     for name, table in tables.items():

@@ -173,7 +173,7 @@ def test_a_session_that_was_stopped_goes_on_where_it_was(monkeypatch, tmp_path):
 
 def test_a_goal_that_was_not_reached_is_told_with_exit_code_3(monkeypatch, tmp_path):
     monkeypatch.setattr(recording, "SILENT_AFTER", 0.3)
-    monkeypatch.setattr(silence, "GONE_AFTER", 1.0)
+    monkeypatch.setattr(silence, "GONE_AFTER", 3.0)
     gone = LiveFault("unplugged", start=75.0, end=1e6)
     with hand(monkeypatch, seed=44, rest_seconds=4.0, faults={"imu": [gone]}) as bench:
         done = typed(
@@ -246,7 +246,7 @@ def test_trouble_with_the_unit_is_said_at_once(fault, said, monkeypatch, tmp_pat
 
 def test_a_unit_that_is_gone_for_good_ends_the_session_with_what_there_is(monkeypatch, tmp_path):
     monkeypatch.setattr(recording, "SILENT_AFTER", 0.3)
-    monkeypatch.setattr(silence, "GONE_AFTER", 1.0)
+    monkeypatch.setattr(silence, "GONE_AFTER", 3.0)
     fault = LiveFault("unplugged", start=30.0, end=1e6)
     with hand(monkeypatch, seed=47, rest_seconds=4.0, faults={"imu": [fault]}) as bench:
         steps = list(session_on(bench, tmp_path).steps())

@@ -85,7 +85,7 @@ def assert_near(triad, truth):
 @pytest.fixture
 def impatient(monkeypatch):
     monkeypatch.setattr(recording, "SILENT_AFTER", 0.3)
-    monkeypatch.setattr(silence, "GONE_AFTER", 1.0)
+    monkeypatch.setattr(silence, "GONE_AFTER", 3.0)
 
 
 @pytest.mark.parametrize("number", draws(50))

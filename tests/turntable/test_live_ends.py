@@ -24,7 +24,7 @@ from tumble.turntable.table_drive import TableDrive
 from tumble.turntable.table_plan import turned_table
 from turntable_sessions import Pair, one_line, simulate, typed
 
-SOON = 1.5
+SOON = 3.0
 """s in place of `GONE_AFTER`."""
 
 

@@ -29,7 +29,7 @@ def warnings_of(done):
 def by_hand(monkeypatch, output, fault, unit="target_1", **changes):
     """What a session on units that a hand turns says where something befalls one of them."""
     monkeypatch.setattr(recording, "SILENT_AFTER", 0.3)
-    monkeypatch.setattr(silence, "GONE_AFTER", 1.0)
+    monkeypatch.setattr(silence, "GONE_AFTER", 3.0)
     options = {"seed": 81, "motion": "six-faces", "rest_seconds": 6.0, "rate_hz": 50.0, **changes}
     with waiting_bench(monkeypatch, faults={unit: [fault]}, **options) as bench:
         return session(words_of(bench), output)

@@ -156,6 +156,10 @@ class LiveSet:
         """Open units with nothing to wait for."""
         self._may_be_more = False
         """Whether a unit with nothing to wait for gave samples just now."""
+        self.listened = 0.0
+        """s for which sources were waited for: while the computer did something else, nobody was silent."""
+        self._looked = math.inf
+        """s of `time.monotonic()` at which they were last looked at."""
         self._heartbeat_at = -math.inf
         """s of `time.monotonic()` before which no unit is silent for `HEARTBEAT`."""
         self._opener = ThreadPoolExecutor(1)
@@ -228,6 +232,7 @@ class LiveSet:
 
     def _come(self, ready: Sequence[tuple[selectors.SelectorKey, int]]) -> Iterator[tuple[str, LiveChunk]]:
         """Give what has come, then what is due besides."""
+        self._listen()
         if self._keep_going:
             self._bring_back()
         self._may_be_more = False
@@ -246,6 +251,11 @@ class LiveSet:
             oldest.kept = oldest.kept.part(slice(count, None)) if count < len(oldest.kept) else EMPTY
             yield oldest.name, self._given(oldest, chunk)
         yield from self._heartbeats()
+
+    def _listen(self) -> None:
+        now = time.monotonic()
+        self.listened += min(max(0.0, now - self._looked), HEARTBEAT)
+        self._looked = now
 
     def _read(self, unit: _Unit) -> LiveChunk:
         try:

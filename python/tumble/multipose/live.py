@@ -154,7 +154,7 @@ class LiveMultipose:
         """Of how many rests what is being found is."""
         self._rests_followed = 0
         """Up to which rest the next orientation follows from what was found."""
-        self._silent = Silence(clock)
+        self._silent = Silence(lambda: units.listened)
         self._is_complete = False
         self._was_stopped = False
         self._by_will = False

@@ -65,16 +65,16 @@ class RecordStep:
 class _Unit:
     """What was heard of one unit of late."""
 
-    heard: float = math.inf
-    """s of `time.monotonic()`."""
+    heard: float = 0.0
+    """s of `LiveSet.listened`."""
     is_lost: bool = False
     is_silent: bool = False
     newest: deque[LiveChunk] = field(default_factory=deque)
     """Samples of the last `REST_WINDOW`."""
     by_hand: bool = False
 
-    def hear(self, chunk: LiveChunk) -> None:
-        self.heard, self.is_silent = time.monotonic(), False
+    def hear(self, chunk: LiveChunk, listened: float) -> None:
+        self.heard, self.is_silent = listened, False
         self.newest.append(chunk)
         while len(self.newest) > 1 and chunk.time[-1] - self.newest[0].time[-1] > REST_WINDOW:
             self.newest.popleft()
@@ -167,15 +167,13 @@ class Recorder:
         reason: EndReason | None = None
         with self._set as units:
             self._began = report_at = time.monotonic()
-            for unit in self._units.values():
-                unit.heard = self._began
             yield self._step("recording")
             for name, chunk in units:
                 yield from self._what_happened()
                 self._take(name, chunk, count)
                 self._writer.flush()
                 if (now := time.monotonic()) >= report_at + self._report_every:
-                    yield from self._silences(now)
+                    yield from self._silences()
                     yield self._step("progress")
                     report_at = now
                 reason = self._end(duration, count)
@@ -191,7 +189,7 @@ class Recorder:
         if not len(chunk):
             return
         chunk = self._writer.take(name, chunk)
-        self._units[name].hear(chunk)
+        self._units[name].hear(chunk, self._set.listened)
         self._oldest = min(self._oldest, float(chunk.time[0]))
         self._newest = max(self._newest, float(chunk.time[-1]))
         self._on_samples(name, chunk)
@@ -217,11 +215,11 @@ class Recorder:
             self._units[event.name].is_lost = event.kind == "lost"
             yield self._step(event.kind, event.name, event.reason)
 
-    def _silences(self, now: float) -> Iterator[RecordStep]:
+    def _silences(self) -> Iterator[RecordStep]:
         """Say once of each silence that there is one."""
         for name, unit in self._units.items():
             patience = SILENT_AFTER if unit.newest else FIRST_SAMPLE_WITHIN
-            if now - unit.heard > patience and not (unit.is_silent or unit.is_lost):
+            if self._set.listened - unit.heard > patience and not (unit.is_silent or unit.is_lost):
                 unit.is_silent = True
                 yield self._step("silent", name)
 

@@ -15,7 +15,7 @@ GONE_AFTER = 30.0
 
 @dataclass(slots=True)
 class Silence:
-    """How long no unit has been heard of; `clock` is that on the wall, s."""
+    """How long no unit has been heard of; `clock` is s for which units were listened to."""
 
     clock: Callable[[], float]
     _heard: float = field(init=False)

@@ -215,7 +215,7 @@ class LiveTurntable:
         """Whether what was found is of all that was asked for."""
         self._is_complete = False
         self._was_stopped = False
-        self._silent = Silence(clock)
+        self._silent = Silence(lambda: units.listened)
         self._why_early = "all sources have ended"
         if resume:
             self._go_on()

@@ -112,7 +112,7 @@ def live_command(
     from tumble.simulate.live.files import write_live
     from tumble.simulate.live.procedure import LiveSimulation
     from tumble.simulate.live.scenario import LiveScenario
-    from tumble.simulate.live.signals import until_ended
+    from tumble.simulate.live.signals import ended_by_signals
     from tumble.simulate.live.told import follow_events
 
     folder = output or folder_named_after("live")
@@ -137,12 +137,12 @@ def live_command(
         speed=speed,
         duration_seconds=duration,
     )
-    with LiveSimulation(scenario, folder) as simulation:
+    with ended_by_signals() as wait_until_ended, LiveSimulation(scenario, folder) as simulation:
         truth = str(write_live(simulation, folder))
         _show(simulation, truth, as_json)
         if told:
             follow_events(simulation, sys.stdin)
-        until_ended(simulation)
+        wait_until_ended(simulation)
     _show_end(simulation)
 
 
