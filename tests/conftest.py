@@ -5,6 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
+
+# How long an example takes says how busy the computer is.
+settings.register_profile("tumble", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("tumble")
 
 DEVICE = Path(__file__).parent.name + "/device/"
 

@@ -33,7 +33,7 @@ def assert_found(unit, motion, primary, secondary, seconds=30.0):
         assert np.all(np.abs(error) < SIGMAS * sigma), f"{name}: {error} of sigma {sigma}, seed {motion.seed}"
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 10**6), rotation_vectors, st.floats(-2.0, 2.0), st.tuples(*[coordinates] * 3))
 def test_any_rotation_offset_and_lever_arm_is_found(seed, vector, offset, arm):
     motion = Motion(seed)

@@ -111,7 +111,6 @@ ATOMS += [
 ATOMS += ["schema: ", "tumble-calibration/1", "name: ", "accelerometer: ", "M: ", "b: ", "\0", "é", "\ud800"]
 
 
-@settings(deadline=None)
 @given(parts=st.lists(st.sampled_from(ATOMS), max_size=60), often=st.integers(1, 2000))
 def test_any_text_is_read_or_refused_after_bounded_work(parts, often):
     text = "".join(parts)
@@ -136,7 +135,7 @@ def test_any_text_is_read_or_refused_after_bounded_work(parts, often):
     assert count <= PART_WORK
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(
     content=st.recursive(
         st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),

@@ -1,7 +1,7 @@
 """Whatever a file holds, an import gives calibrations or says in one line what is wrong."""
 
 import pytest
-from hypothesis import HealthCheck, example, given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from exchange_units import READABLE, calibration, needed
@@ -24,7 +24,7 @@ def is_read_or_given_up_in_a_line(path, word):
 
 
 @pytest.mark.parametrize("word", READABLE)
-@settings(deadline=None, max_examples=repetitions(80), suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=repetitions(80))
 @given(data=st.data())
 def test_a_file_with_parts_cut_out_doubled_or_replaced_never_ends_in_a_traceback(folder, word, data):
     content = export(calibration(1), word, needed(word)).content
@@ -60,7 +60,7 @@ def test_a_file_with_parts_cut_out_doubled_or_replaced_never_ends_in_a_traceback
 
 
 @pytest.mark.parametrize("word", READABLE)
-@settings(deadline=None, max_examples=repetitions(40))
+@settings(max_examples=repetitions(40))
 @given(content=st.binary(max_size=200))
 @example(content=b"")
 @example(content=b"TR" + bytes(200))

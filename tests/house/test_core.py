@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy import special
 from scipy.spatial.transform import Rotation
@@ -14,7 +14,6 @@ LOG_FREEDOM = st.floats(0.0, 12.0)
 ANGLE = st.floats(-1.8, 1.8)
 
 
-@settings(deadline=None)
 @given(CHANCE, LOG_FREEDOM)
 def test_chi_square(tail, log_freedom):
     freedom = int(np.exp(log_freedom))
@@ -27,14 +26,12 @@ def test_chi_square(tail, log_freedom):
     )
 
 
-@settings(deadline=None)
 @given(st.floats(-0.5, 20.0))
 def test_students_t(log_freedom):
     freedom = float(np.exp(log_freedom))
     assert _core.student_quantile(0.975, freedom) == pytest.approx(special.stdtrit(freedom, 0.975), rel=1e-12)
 
 
-@settings(deadline=None)
 @given(ANGLE, ANGLE, ANGLE, st.sampled_from([1.0, 1e-4, 1e-9]))
 def test_rotations(x, y, z, size):
     vector = size * np.array([x, y, z])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from live_fixtures import HEADER, pieces_of, resting, samples_of, scripted, text_lines
@@ -14,7 +14,6 @@ from tumble.live.clock import ArrivalClock, CountingClock, DeviceClock
 COUNTER = 2**32
 
 
-@settings(deadline=None)
 @given(
     start=st.integers(0, COUNTER - 1),
     steps=st.lists(st.integers(1, COUNTER // 4), min_size=1, max_size=60),

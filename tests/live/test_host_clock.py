@@ -87,7 +87,7 @@ def test_the_skew_of_a_clock_is_found_within_its_uncertainty(seed):
     assert clock.skew_sigma < 2e-6
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(
     seed=st.integers(0, 2**32 - 1),
     batch=st.integers(1, 20),

@@ -120,7 +120,7 @@ def test_a_stall_costs_one_sample_at_most(stall):
     assert np.array_equal(found, np.concatenate([TABLE[:30], later[1 if stall > STALL else 0 :]]))
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.lists(st.tuples(st.integers(0, len(GOOD)), hostile()), max_size=5))
 @example([(0, b"[" * 5000), (30, b"\xff\xfe")])
 @example([(0, WILD), (1, b'{"ax": 0}')])
@@ -134,7 +134,7 @@ def test_no_datagram_however_hostile_ends_the_run(spoilt):
     assert len(found) >= len(TABLE) - len(spoilt)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.lists(st.tuples(st.integers(1, 60), st.binary(max_size=80)), max_size=5))
 def test_no_line_however_garbled_ends_the_run(garbled):
     lines = text_lines(TABLE).splitlines(keepends=True)
@@ -163,7 +163,7 @@ def test_a_mavlink_time_of_another_age_is_left_out_and_counted(place, seconds):
     assert left_out(source) == 1
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.lists(st.tuples(st.integers(0, 60), st.binary(max_size=80)), max_size=5), st.randoms())
 def test_no_mavlink_however_spoilt_ends_the_run(inserted, random):
     whole = highres(TABLE)

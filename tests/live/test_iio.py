@@ -92,7 +92,7 @@ def test_readings_are_shifted_and_their_bytes_put_in_order(root, kind):
     assert np.allclose(found, wanted, rtol=1e-9)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(
     order=st.sampled_from(["be", "le"]),
     sign=st.sampled_from("su"),

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from live_fixtures import HEADER, chunks_of, pieces_of, resting, samples_of, scripted, text_lines
@@ -25,7 +25,6 @@ def refusal(pieces, whole=False, **options):
     return message
 
 
-@settings(deadline=None)
 @given(cuts=st.lists(st.integers(1, 4000), max_size=30))
 def test_samples_do_not_depend_on_how_bytes_are_cut_into_pieces(cuts):
     data = text_lines(TABLE)

@@ -22,7 +22,7 @@ MOST_MEMORY = 64 << 20
 PHASES = (Phase.explicit, Phase.reuse, Phase.generate)
 """Examples are not made smaller: they would be large all the same."""
 
-cheap = settings(max_examples=EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck), phases=PHASES)
+cheap = settings(max_examples=EXAMPLES, suppress_health_check=list(HealthCheck), phases=PHASES)
 
 
 def ulog():

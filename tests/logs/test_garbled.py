@@ -199,7 +199,7 @@ def mutated(data, mutations):
 
 @pytest.mark.parametrize("header", ["time,ax,ay,az,gx,gy,gz", ""])
 @pytest.mark.parametrize("options", [ReadOptions(), SKIP], ids=["strict", "skipping"])
-@settings(max_examples=60, deadline=None, print_blob=True)
+@settings(max_examples=60, print_blob=True)
 @given(mutations=MUTATIONS, samples=st.sampled_from([3, 40, 150]))
 @example(mutations=[("huge", 2198, 2), ("swap", 83, 164)], samples=3)  # leaves no sample
 def test_whatever_is_done_to_a_log_it_is_read_or_refused_in_one_line(

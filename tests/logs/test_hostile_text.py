@@ -96,7 +96,7 @@ def test_a_log_that_was_cut_or_garbled_is_read_or_refused_in_one_line(tmp_path, 
     whole = {file: file.read_bytes() for file in files}
     assert read_or_refused(path, options)
 
-    @settings(max_examples=8, deadline=None, database=None, suppress_health_check=list(HealthCheck))
+    @settings(max_examples=8, database=None, suppress_health_check=list(HealthCheck))
     @given(st.sampled_from(files), CHANGES)
     def law(file, changes):
         file.write_bytes(changed(whole[file], changes))
@@ -135,7 +135,7 @@ MARKS = {
 def test_text_made_of_the_words_of_a_format_is_read_or_refused_in_one_line(tmp_path, name):
     path = tmp_path / "log.txt"
 
-    @settings(max_examples=25, deadline=None, database=None)
+    @settings(max_examples=25, database=None)
     @given(st.lists(st.one_of(st.sampled_from(MARKS[name]), st.text(max_size=5)), min_size=1, max_size=60))
     def law(words):
         path.write_text(MARKS[name][0] + "".join(words), encoding="utf-8", errors="replace")

@@ -35,7 +35,7 @@ def chunks(draw):
 
 
 @pytest.mark.parametrize("name", FORMATS)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(chunk=chunks())
 def test_every_float_comes_back_as_it_was_written(tmp_path_factory, name, chunk):
     path = write(tmp_path_factory.mktemp("round") / f"log.{name}", chunk)

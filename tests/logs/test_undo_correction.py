@@ -73,7 +73,7 @@ def read(source, **options):
     return recording, {name: np.concatenate([getattr(chunk, name) for chunk in chunks]) for name in names}
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 1000), board=st.integers(0, 40))
 def test_readings_corrected_by_px4_with_an_exported_calibration_are_undone(tmp_path_factory, seed, board):
     unit = calibration(seed, parts=("scale",))
@@ -131,7 +131,7 @@ def test_what_px4_took_off_for_temperature_is_put_back(tmp_path):
         read(without, undo_correction=True)
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(seed=st.integers(0, 1000), board=st.integers(0, 40), ending=st.sampled_from(["bin", "log"]))
 def test_readings_corrected_by_ardupilot_with_an_exported_calibration_are_undone(
     tmp_path_factory, seed, board, ending

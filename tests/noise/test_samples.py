@@ -36,7 +36,7 @@ def in_chunks(recording, lengths):
 
 
 @given(lengths=st.lists(st.integers(1, 11_999), max_size=5), gap=st.floats(5.0, 110.0))
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 def test_how_samples_are_chunked_changes_nothing(lengths, gap):
     recording = record(gaps=((gap, gap + 0.5),))
     whole, pieces = tumble.noise(recording), tumble.noise(in_chunks(recording, lengths))

@@ -41,7 +41,7 @@ WAYS = {
 
 
 @pytest.mark.parametrize("way", WAYS)
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(
     drawn=some.lists(some.tuples(*[some.floats(-100.0, 100.0, width=32)] * 3), min_size=2, max_size=6),
 )

@@ -72,7 +72,7 @@ def primary_of(generator, covariance=True, **gyroscope):
 
 
 @given(st.integers(0, 2**32 - 1), st.booleans())
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_it_corrects_what_the_secondary_says_into_the_truth_in_the_case_of_the_primary(seed, calibrated):
     print(f"seed {seed}")
     generator = np.random.default_rng(seed)

@@ -92,7 +92,7 @@ def test_a_velocity_without_a_sigma_is_refused(tmp_path, sigma, objection):
         Witness.load(written(tmp_path, "time,vx\n0,1\n"), sigma)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(1, 20), st.sampled_from(["velocity", "body velocity", "score"]), st.integers(0, 2**32))
 def test_what_is_saved_is_loaded_again(tmp_path_factory, samples, kind, seed):
     draw = np.random.default_rng(seed)

@@ -109,7 +109,7 @@ def test_a_witness_over_a_socket_is_on_the_clock_of_the_units_and_in_the_recordi
     assert left_out == ["negative score"], done.out[-2000:] + done.err
     assert "that say nothing" in done.out
     rows = np.genfromtxt(tmp_path / "session/witness.csv", delimiter=",", names=True)
-    assert len(rows) > 10
+    assert len(rows) > 2
     # Half of them are velocities, whose arrival is that of samples soon after.
     delays = rows["arrival"] - rows["time"]
     assert delays.min() > -0.05

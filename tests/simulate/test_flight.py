@@ -26,7 +26,7 @@ def rotation(vectors):
 
 
 @given(motion=motions, seed=seeds, intensity=st.floats(0.0, 1.0))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_the_rate_turns_the_attitude(motion, seed, intensity):
     flight = fly(motion=motion, seed=seed, intensity=intensity)
     step = 0.002
@@ -38,7 +38,7 @@ def test_the_rate_turns_the_attitude(motion, seed, intensity):
 
 
 @given(motion=motions, seed=seeds, intensity=st.floats(0.0, 1.0), arm=vectors)
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_specific_force_at_a_place_is_the_second_derivative_of_its_position_less_gravity(
     motion, seed, intensity, arm
 ):
@@ -59,7 +59,7 @@ def test_specific_force_at_a_place_is_the_second_derivative_of_its_position_less
 
 
 @given(motion=motions, seed=seeds, arm=vectors, mounting=vectors)
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_units_without_errors_differ_by_their_lever_arm_and_mounting_alone(motion, seed, arm, mounting):
     mounting_deg = tuple(600.0 * part for part in mounting)
     units = (ideal(), ideal(lever_arm_m=arm, mounting_deg=mounting_deg))
@@ -75,7 +75,7 @@ def test_units_without_errors_differ_by_their_lever_arm_and_mounting_alone(motio
 
 
 @given(motion=motions, seed=seeds, tilt=st.floats(0.0, 30.0), flights=st.integers(1, 3))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_at_rest_a_unit_reads_gravity_and_no_turn(motion, seed, tilt, flights):
     flight = fly(
         motion=motion, seed=seed, ground_tilt_deg=tilt, flights=flights, motion_seconds=10.0, roll_deg=160.0

@@ -55,7 +55,7 @@ def test_a_frozen_unit_repeats_all_its_readings_for_a_while():
 
 
 @given(start=st.floats(2.0, 20.0), lasting=st.floats(0.1, 5.0), late=st.floats(0.05, 3.0))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_late_samples_keep_their_times_and_arrive_in_order(start, lasting, late):
     clean, faulty = pair(Fault("late", start=start, end=start + lasting, size=late))
     delay = faulty.arrival - clean.arrival
@@ -107,7 +107,7 @@ def test_spikes_strike_now_and_then_by_their_size():
 
 
 @given(share=st.floats(0.2, 0.9), start=st.floats(2.0, 15.0), lasting=st.floats(0.5, 10.0))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_a_range_that_shrinks_ends_readings_there_for_a_while(share, start, lasting):
     clean, faulty = pair(Fault("saturated", start=start, end=start + lasting, size=share))
     rows = span(clean, start, start + lasting)

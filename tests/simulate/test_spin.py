@@ -36,7 +36,7 @@ def quiet(**changes):
     slips=st.sampled_from([0.0, 2.0]),
     seed=st.integers(0, 1000),
 )
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_heading_is_the_integral_of_the_rate(turns, rate, unevenness, slips, seed):
     spin = quiet(
         plan=(Step("rest", 2.0), Step("turn", turns=turns), Step("turn", turns=-turns), Step("rest", 1.0)),

@@ -52,7 +52,7 @@ def rotation(vector):
 
 
 @given(seed=seeds, latitude=st.floats(-90, 90), heading=st.floats(-360, 360))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_at_rest_the_truth_is_gravity_and_the_rate_of_the_earth(seed, latitude, heading):
     session = simulate_turntable(
         seed=seed, latitude_deg=latitude, heading_turn_deg=heading, rest_seconds=0.2, grades=()
@@ -65,7 +65,7 @@ def test_at_rest_the_truth_is_gravity_and_the_rate_of_the_earth(seed, latitude, 
 
 
 @given(seed=seeds)
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_at_rest_every_unit_reads_m_u_plus_b_plus_g_f_within_its_noise(seed):
     session = simulate_turntable(seed=seed, **QUICK)
     for unit in session.units:
@@ -131,7 +131,7 @@ def test_twelve_parameters_fitted_to_rest_means_are_the_truth():
 
 
 @given(seed=seeds)
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_the_parts_of_a_matrix_make_the_matrix(seed):
     for unit in simulate_turntable(seed=seed, rest_seconds=0.1).units:
         for triad in (unit.accelerometer, unit.gyroscope):

@@ -41,7 +41,7 @@ def attempt(table, clock, command):
         table.rate(np.radians(figures[:2]), np.radians(figures[2:]))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(st.lists(COMMANDS, max_size=12), st.sampled_from(["", "rate=25,outer.angle=-30..45,acceleration=200"]))
 def test_no_sequence_of_commands_ever_passes_a_limit(commands, limits):
     clock = Clock()
@@ -125,7 +125,7 @@ def test_a_table_that_is_silent_or_refuses_is_stopped_at_once_and_moves_no_more(
             guarded.goto(np.radians([0.0, 2.0]))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.lists(COMMANDS, max_size=6), st.sampled_from(["enable", "goto", "rate", "settled", "position"]))
 def test_whatever_fails_whenever_the_last_word_to_the_table_is_stop(commands, failing):
     clock = Clock()
