@@ -4,21 +4,17 @@ from __future__ import annotations
 
 import gzip
 import tracemalloc
-from time import monotonic
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import format_fixtures as formats
+from hostile import for_long
 from log_fixtures import made_up, refusal, write_text
-from repetitions import SOAK
 from tumble.errors import TumbleError
 from tumble.inspect.procedure import inspect
 from tumble.logs import ReadOptions, list_imus, open_recording
-
-SOAK_SECONDS = 600.0
-"""For each parser, in `make soak`."""
 
 
 def csv_gz(folder, chunk):
@@ -79,14 +75,6 @@ def read_or_refused(path, options):
     return False
 
 
-def for_long(law):
-    """Try a law with a few examples; in `make soak`, with ever new ones for ten minutes."""
-    until = monotonic() + SOAK_SECONDS
-    law()
-    while SOAK and monotonic() < until:
-        law()
-
-
 @pytest.mark.parametrize("name", WRITERS)
 @pytest.mark.parametrize("skip", [False, True])
 def test_a_log_that_was_cut_or_garbled_is_read_or_refused_in_one_line(tmp_path, name, skip):
@@ -103,7 +91,7 @@ def test_a_log_that_was_cut_or_garbled_is_read_or_refused_in_one_line(tmp_path, 
         read_or_refused(path, options)
         file.write_bytes(whole[file])
 
-    for_long(law)
+    for_long(law, share=0.5)
 
 
 MARKS = {

@@ -14,7 +14,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode
 from rosbags.rosbag2 import Writer as Writer2
 
 from bag_fixtures import ROS2, write_bag, write_mcap, write_ros1
-from hostile import few, few_or_ten_minutes, read_or_refuse, spoiled
+from hostile import few, for_long, read_or_refuse, spoiled
 from log_fixtures import made_up, read, refusal, same
 from message_fixtures import (
     json_messages,
@@ -150,4 +150,4 @@ def test_a_spoiled_file_of_messages_is_read_or_refused_in_one_line(tmp_path, nam
         path.write_bytes(data)
         read_or_refuse(path)
 
-    few_or_ten_minutes(check)
+    for_long(check)

@@ -12,7 +12,7 @@ import pytest
 import scipy.io
 from hypothesis import given
 
-from hostile import MOST_BYTES, few, few_or_ten_minutes, read_or_refuse, spoiled
+from hostile import MOST_BYTES, few, for_long, read_or_refuse, spoiled
 from log_fixtures import made_up, read, refusal, same
 from tumble.logs import ReadOptions, list_imus, open_recording
 from tumble.recording import Chunk
@@ -242,4 +242,4 @@ def test_a_spoiled_file_is_read_or_refused_and_takes_no_memory_for_what_it_says(
         path.write_bytes(data)
         assert read_or_refuse(path) < MOST_BYTES
 
-    few_or_ten_minutes(check)
+    for_long(check)

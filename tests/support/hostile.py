@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tracemalloc
 from time import monotonic
 
@@ -14,8 +15,8 @@ from tumble.logs import ReadOptions, list_imus, open_recording
 
 EXAMPLES = 40
 """Spoiled files of one format at a time."""
-SOAK_SECONDS = 600.0
-"""For each format."""
+SOAK_SECONDS = float(os.environ.get("TUMBLE_SOAK_SECONDS", "600"))
+"""For each parser, in `make soak`."""
 MOST_BYTES = 64 << 20
 """Of memory for a file of a hundred kilobytes: its chunks and what pyarrow and numpy keep, no size in it."""
 _SIZES = [0, 1, 0x7F, 0xFF, 0x7FFF, 0xFFFF, 0x7FFFFFFF, 0xFFFFFFFF, (1 << 63) - 1, (1 << 64) - 1]
@@ -26,9 +27,9 @@ few = settings(
 )
 
 
-def few_or_ten_minutes(check):
-    """Try a few spoiled files, in `make soak` new ones for ten minutes."""
-    until = monotonic() + SOAK_SECONDS
+def for_long(check, share=1.0):
+    """Try a law with a few examples; in `make soak`, with ever new ones for this share of the time."""
+    until = monotonic() + share * SOAK_SECONDS
     check()
     while SOAK and monotonic() < until:
         check()
