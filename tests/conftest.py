@@ -1,7 +1,8 @@
-"""Which tests go to one process where several run them (`pytest --numprocesses 2`)."""
+"""How many processes run the tests (`pytest --numprocesses auto`), what goes to one, what holds for all."""
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,12 @@ settings.register_profile("tumble", deadline=None, suppress_health_check=[Health
 settings.load_profile("tumble")
 
 DEVICE = Path(__file__).parent.name + "/device/"
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers(config):
+    """Three processes for two cores: tests of what is live wait more than they compute."""
+    return max(2, 3 * (os.cpu_count() or 1) // 2)
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -129,7 +129,9 @@ def test_clocks_that_jump_and_units_that_restart_spoil_nothing(number, tmp_path,
 
 
 @pytest.mark.parametrize("number", draws(12))
-def test_a_disk_that_is_full_ends_it_in_one_line_and_what_was_recorded_goes_on(number, tmp_path, monkeypatch):
+def test_a_disk_that_is_full_ends_it_in_one_line_and_what_was_recorded_goes_on(
+    number, tmp_path, monkeypatch, impatient
+):
     random = np.random.default_rng([21, number])
     left = int(random.integers(1, 40))
     print(f"draw {number}: full after {left} parts")
