@@ -254,6 +254,7 @@ READERS = {
     "hdf5, packed": Reader(arrays.hdf5(packed=True), arrays.read_hdf5, "h5py"),
     "feather": Reader(arrays.feather, pa.feather.read_table, "pyarrow.feather.read_table"),
     "mcap, json": Reader(arrays.json_messages, arrays.read_json, "mcap and json", share=0.3),
+    "mcap, protobuf": Reader(arrays.protobuf_messages, arrays.read_protobuf, "mcap_protobuf", share=0.3),
     "ulog": Reader(_ulog, _read_ulog, "pyulog"),
     "dataflash": Reader(_dataflash, partial(_read_messages, kind="IMU"), "pymavlink", share=0.1),
     "tlog": Reader(_tlog, partial(_read_messages, kind="HIGHRES_IMU"), "pymavlink", share=0.1),

@@ -1,4 +1,4 @@
-"""Files of arrays and of JSON messages, written and read bare by the libraries of their formats."""
+"""Files of arrays and of messages, JSON and protobuf, written and read bare by the libraries of their formats."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.feather  # type: ignore[import-untyped]
 import scipy.io
+from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from mcap.reader import make_reader
 from mcap.writer import Writer
+from mcap_protobuf.decoder import DecoderFactory
 
 from tumble.recording import Chunk, FloatArray
 
@@ -109,3 +111,47 @@ def read_json(path: Path) -> object:
     """Read all messages of JSON."""
     with path.open("rb") as file:
         return [json.loads(message.data) for _, _, message in make_reader(file).iter_messages()]
+
+
+def _imu_file() -> descriptor_pb2.FileDescriptorProto:
+    """Describe a message of a stamp, ns, and two vectors."""
+    file = descriptor_pb2.FileDescriptorProto(name="imu.proto", package="demo", syntax="proto3")
+    vector, imu = file.message_type.add(name="Vector3"), file.message_type.add(name="Imu")
+    for number, name in enumerate("xyz", start=1):
+        vector.field.add(name=name, number=number, type=1, label=1)
+    imu.field.add(name="timestamp_ns", number=1, type=6, label=1)
+    for number, name in enumerate(("linear_acceleration", "angular_velocity"), start=2):
+        imu.field.add(name=name, number=number, type=11, label=1, type_name=".demo.Vector3")
+    return file
+
+
+def protobuf_messages(folder: Path, chunk: Chunk) -> Path:
+    """Write MCAP with a message of protocol buffers a sample."""
+    path, file = folder / "log.mcap", _imu_file()
+    pool = descriptor_pool.DescriptorPool()
+    pool.Add(file)
+    kind = message_factory.GetMessageClass(pool.FindMessageTypeByName("demo.Imu"))
+    stamps = np.rint(chunk.time * 1e9).astype(np.int64).tolist()
+    triads = zip(stamps, chunk.accelerometer.tolist(), chunk.gyroscope.tolist(), strict=True)
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        described = descriptor_pb2.FileDescriptorSet(file=[file]).SerializeToString()
+        schema = writer.register_schema("demo.Imu", "protobuf", described)
+        channel = writer.register_channel("/imu", "protobuf", schema)
+        for stamp, force, rate in triads:
+            message = kind(
+                timestamp_ns=stamp,
+                linear_acceleration=dict(zip("xyz", force, strict=True)),
+                angular_velocity=dict(zip("xyz", rate, strict=True)),
+            )
+            writer.add_message(channel, stamp, message.SerializeToString(), stamp)
+        writer.finish()  # type: ignore[no-untyped-call]
+    return path
+
+
+def read_protobuf(path: Path) -> object:
+    """Read all messages of protocol buffers."""
+    with path.open("rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        return [message for *_, message in reader.iter_decoded_messages()]
