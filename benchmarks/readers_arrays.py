@@ -1,4 +1,4 @@
-"""Files of arrays and of messages, JSON and protobuf, written and read bare by the libraries of their formats."""
+"""Files of arrays, JSON and protobuf messages, written and read bare by the libraries of their formats."""
 
 from __future__ import annotations
 
