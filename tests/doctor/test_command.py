@@ -55,6 +55,13 @@ def test_each_library_that_is_needed_is_looked_at_once():
     assert len(findings) == len(needed)
 
 
+def test_a_library_of_an_extra_is_not_needed_though_it_is_asked_for_with_an_extra_of_its_own(monkeypatch):
+    asked = ["zebra[stripes]>=1,<2 ; extra == 'lint'", "numpy>=1.26"]
+    monkeypatch.setattr(metadata, "requires", lambda name: asked)
+    assert list(libraries.requirements())[0] == Requirement("zebra", ">=1,<2", "lint")
+    assert diagnose().works
+
+
 @pytest.mark.parametrize("extra", ["live", "formats"])
 def test_a_library_that_is_missing_is_named_with_what_to_type(monkeypatch, extra):
     asked = [f'zebra>=1; extra == "{extra}"', "numpy>=1.26"]

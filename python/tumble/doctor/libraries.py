@@ -12,7 +12,7 @@ from tumble.doctor.result import Finding, State
 
 PACKAGE = "tumble-imu"
 _REQUIREMENT = re.compile(
-    r"(?P<name>[\w.-]+)\s*(?P<versions>[^;\[]*)(?:;.*extra == ['\"](?P<extra>[\w-]+)['\"])?"
+    r"(?P<name>[\w.-]+)(?:\[[^\]]*\])?\s*(?P<versions>[^;]*)(?:;.*extra == ['\"](?P<extra>[\w-]+)['\"])?"
 )
 _VERSION = re.compile(r"(>=|<)\s*([\d.]+)")
 
