@@ -58,7 +58,7 @@ def test_each_library_that_is_needed_is_looked_at_once():
 def test_a_library_of_an_extra_is_not_needed_though_it_is_asked_for_with_an_extra_of_its_own(monkeypatch):
     asked = ["zebra[stripes]>=1,<2 ; extra == 'lint'", "numpy>=1.26"]
     monkeypatch.setattr(metadata, "requires", lambda name: asked)
-    assert list(libraries.requirements())[0] == Requirement("zebra", ">=1,<2", "lint")
+    assert next(iter(libraries.requirements())) == Requirement("zebra", ">=1,<2", "lint")
     assert diagnose().works
 
 
