@@ -96,8 +96,9 @@ class ULogWriter:
 
 
 def turning(generator, count, rate=200.0, start=2.0):
-    """Draw times and what both triads of an IMU that is turned about read."""
+    """Draw times and what both triads of an IMU that is turned about read: gravity, whichever way is up."""
     time = start + np.arange(count) / rate
-    force = 9.8 * np.cumsum(generator.normal(size=(count, 3)), axis=0) / np.sqrt(count)
+    up = np.cumsum(generator.normal(size=(count, 3)), axis=0)
+    force = 9.8 * up / np.linalg.norm(up, axis=1, keepdims=True)
     turn = np.cumsum(generator.normal(size=(count, 3)), axis=0) / np.sqrt(count)
     return time, force.astype(np.float32).astype(np.float64), turn.astype(np.float32).astype(np.float64)
