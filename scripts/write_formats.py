@@ -5,16 +5,15 @@ A format stands once, in `tumble.log_formats`.
 
 from __future__ import annotations
 
-import argparse
-import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+from made_files import ROOT, page_with, write_or_check
+
 from tumble.log_formats import LOG_FORMATS
 
-PAGE = Path(__file__).parents[1] / "docs" / "how-to" / "read-logs.md"
-BLOCK = re.compile(r"(<!-- formats -->\n).*?(<!-- /formats -->)", re.DOTALL)
+PAGE = ROOT / "docs" / "how-to" / "read-logs.md"
 
 
 def table() -> Iterator[str]:
@@ -27,22 +26,10 @@ def table() -> Iterator[str]:
         yield f"| {each.name} | {each.what} | {endings} | {needs} | `{each.example}` |"
 
 
-def main() -> int:
-    """Write or check; the exit code is 1 where the page is out of date."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--check", action="store_true", help="write nothing, fail where the page is stale")
-    check = parser.parse_args().check
-    text = PAGE.read_text(encoding="utf-8")
-    rows = "".join(f"{line}\n" for line in table())
-    printed = BLOCK.sub(lambda found: found[1] + rows + found[2], text)
-    if printed == text and BLOCK.search(text):
-        return 0
-    if check:
-        print(f"out of date: {PAGE.name}; run python scripts/write_formats.py", file=sys.stderr)
-        return 1
-    PAGE.write_text(printed, encoding="utf-8")
-    return 0
+def made() -> Iterator[tuple[Path, str]]:
+    """Give the page with the table in its place."""
+    yield PAGE, page_with(PAGE, "formats", "".join(f"{line}\n" for line in table()))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(write_or_check(made(), __doc__, __file__))

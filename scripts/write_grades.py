@@ -6,14 +6,13 @@ Python users see of it, with types for checkers and editors, is made from there.
 
 from __future__ import annotations
 
-import argparse
 import re
 import sys
 import textwrap
 from collections.abc import Iterator
-from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
+from made_files import ROOT, write_or_check
+
 SOURCE = ROOT / "crates" / "tumble-lab" / "src" / "simulate" / "grade.rs"
 MODULE = ROOT / "python" / "tumble" / "simulate" / "grade.py"
 LINE = 110
@@ -84,20 +83,5 @@ def docstring(comment: str) -> Iterator[str]:
         yield f"    {line}"
 
 
-def main() -> int:
-    """Write or check; the exit code is 1 where the module is out of date."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--check", action="store_true", help="write nothing, fail where the module is stale")
-    check = parser.parse_args().check
-    text = module_text()
-    if MODULE.read_text(encoding="utf-8") == text:
-        return 0
-    if check:
-        print(f"out of date: {MODULE.name}; run python scripts/write_grades.py", file=sys.stderr)
-        return 1
-    MODULE.write_text(text, encoding="utf-8")
-    return 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(write_or_check([(MODULE, module_text())], __doc__, __file__))

@@ -2,34 +2,22 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+
+from made_files import ROOT, write_or_check
 
 from tumble.schemas import SCHEMAS, schema_text
 
-FOLDER = Path(__file__).parents[1] / "docs" / "schema"
+FOLDER = ROOT / "docs" / "schema"
 
 
-def main() -> int:
-    """Write or check; the exit code is 1 where a checked file is out of date."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--check", action="store_true", help="write nothing, fail where a file is stale")
-    check = parser.parse_args().check
-    stale = []
+def made() -> Iterator[tuple[Path, str]]:
+    """Give every schema that is published."""
     for schema in SCHEMAS.values():
-        name = f"{schema.name}.schema.json"
-        path, text = FOLDER / name, schema_text(schema)
-        if path.is_file() and path.read_text(encoding="utf-8") == text:
-            continue
-        stale.append(name)
-        if not check:
-            path.write_text(text, encoding="utf-8")
-    if check and stale:
-        print(f"out of date: {', '.join(stale)}; run python scripts/write_schemas.py", file=sys.stderr)
-        return 1
-    return 0
+        yield FOLDER / f"{schema.name}.schema.json", schema_text(schema)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(write_or_check(made(), __doc__, __file__))

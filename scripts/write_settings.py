@@ -7,11 +7,11 @@ from the core.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+from made_files import ROOT, page_with, write_or_check
 from settings_in_c import MIRRORS, text_of
 from settings_in_core import PATH as BOUNDS
 from settings_in_core import bounds
@@ -22,9 +22,7 @@ from tumble.redundancy.explain import default_text, typed_choices
 from tumble.report.numbers import readable_unit
 from tumble.setting_table import explain
 
-ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "how-to" / "redundancy.md"
-BEGIN, END = "<!-- settings -->\n", "<!-- /settings -->\n"
 
 
 def table() -> str:
@@ -48,35 +46,14 @@ def table() -> str:
     return "\n".join([*lines, "", ""])
 
 
-def page() -> str:
-    """Give the manual with the tables in their place."""
-    head, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)
-    return head + BEGIN + table() + END + rest.split(END)[1]
-
-
 def made() -> Iterator[tuple[Path, str]]:
     """Give every file that is made, or holds what is made, and its text."""
-    yield PAGE, page()
+    yield PAGE, page_with(PAGE, "settings", table())
     yield BOUNDS, bounds()
     yield STUB, stub({"redundancy": setting_models.MonitorSettings, "spin": setting_models.SpinSettings})
     for mirror in MIRRORS:
         yield mirror.path, text_of(mirror)
 
 
-def main() -> int:
-    """Write or check; the exit code is 1 where a file is out of date."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--check", action="store_true", help="write nothing, fail where a file is stale")
-    check = parser.parse_args().check
-    stale = [(path, text) for path, text in made() if path.read_text(encoding="utf-8") != text]
-    if not check:
-        for path, text in stale:
-            path.write_text(text, encoding="utf-8")
-    elif stale:
-        names = ", ".join(str(path.relative_to(ROOT)) for path, _ in stale)
-        print(f"out of date: {names}; run python scripts/write_settings.py", file=sys.stderr)
-    return int(check and bool(stale))
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(write_or_check(made(), __doc__, __file__))

@@ -39,13 +39,25 @@ class RawSamples:
         return len(self.accelerometer)
 
 
+DEFINED = "message definition"
+"""Where a unit is known from: all messages of that name have it."""
+DOCUMENTED = "documentation of the format"
+"""Where a unit is known from: all files of the format have it, and say nothing of it."""
+COLUMN_NAME = "column name"
+"""Where a unit is known from: the name holds it, as `ax [g]`."""
+COLUMN_TYPE = "column type"
+"""Where a unit is known from: a table of types holds dates."""
+DATE_AND_TIME = "date and time"
+"""Where a unit of time is known from: a text holds dates."""
+
+
 @dataclass(frozen=True, slots=True)
 class StatedUnit:
     """A unit the log itself states, and where."""
 
     name: str
     reason: str
-    """`column name`, `message definition`, `column type`."""
+    """`DEFINED`, `DOCUMENTED` ..., or words of the one format where it stands in another place."""
 
 
 Transform = Callable[[RawSamples], RawSamples]
