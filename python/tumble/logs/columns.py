@@ -9,7 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from tumble.errors import LogError
-from tumble.logs.track import StatedUnit
+from tumble.logs.track import COLUMN_NAME, StatedUnit
 from tumble.logs.units import SPELLINGS, Quantity, find_unit
 from tumble.units import TRIADS, Triad
 
@@ -262,7 +262,7 @@ def _imu_columns(
         column = recognised.get(name) if name else None
         if column is None or column.unit is None or column.quantity != quantity:
             return None
-        return StatedUnit(column.unit, "column name")
+        return StatedUnit(column.unit, COLUMN_NAME)
 
     return ImuColumns(
         _whole(acceleration),

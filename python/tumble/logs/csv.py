@@ -22,7 +22,7 @@ from tumble.logs.columns import ImuColumns, find_imus
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import BLANKS, TextLayout, find_layout, is_time_stamp, split_line
 from tumble.logs.text_file import open_text, text_size
-from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, StatedUnit, choose, stack
+from tumble.logs.track import CHUNK_SAMPLES, DATE_AND_TIME, LoggedImu, RawSamples, StatedUnit, choose, stack
 from tumble.numbers import number_of
 from tumble.recording import FloatArray
 from tumble.words import count_of
@@ -120,7 +120,7 @@ def _stated_rate(
 
 def _time_unit(layout: TextLayout, columns: ImuColumns) -> StatedUnit | None:
     if columns.time is not None and is_time_stamp(layout.first_field(columns.time)):
-        return StatedUnit("ns", "date and time")
+        return StatedUnit("ns", DATE_AND_TIME)
     return columns.time_unit
 
 

@@ -19,14 +19,13 @@ from tumble.logs.columns import ImuColumns
 from tumble.logs.csv import imu_of_table
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import find_layout
-from tumble.logs.track import LoggedImu, StatedUnit, choose
+from tumble.logs.track import DOCUMENTED, LoggedImu, StatedUnit, choose
 from tumble.numbers import number_of
 
 _DATA = ("data.csv", "data.csv.gz", "data.csv.zst", "data.csv.bz2", "data.csv.xz")
 _DSO = ("dso/imu.txt", "imu.txt")
 _WIDTH = 7
 _LARGEST_YAML = 1 << 16
-_DOCUMENTED = "documentation of the format"
 _FOLDERS = ("mav0", "dso")
 """Names that tell no sequence from another."""
 
@@ -98,9 +97,9 @@ def _columns(names: tuple[str, ...]) -> ImuColumns:
         (ax, ay, az),
         (gx, gy, gz),
         time,
-        accelerometer_unit=StatedUnit("m/s^2", _DOCUMENTED),
-        gyroscope_unit=StatedUnit("rad/s", _DOCUMENTED),
-        time_unit=StatedUnit("ns", _DOCUMENTED),
+        accelerometer_unit=StatedUnit("m/s^2", DOCUMENTED),
+        gyroscope_unit=StatedUnit("rad/s", DOCUMENTED),
+        time_unit=StatedUnit("ns", DOCUMENTED),
     )
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from tumble.errors import LogError
 from tumble.log_formats import LOG_SUFFIXES, has_log_ending
 from tumble.logs.checks import ChunkStream, Counts
+from tumble.logs.formats import FOLDER
 from tumble.recording import Chunk, Recording
 from tumble.words import count_of
 
@@ -47,7 +48,7 @@ def open_folder(folder: Path, open_part: Callable[[Path], Recording]) -> Recordi
         parts[0].metadata,
         name=folder.name,
         source=str(folder),
-        format="folder",
+        format=FOLDER,
         clock="",
         alone=True,
         remarks=(*notices, *dict.fromkeys(notice for part in parts for notice in part.metadata.remarks)),

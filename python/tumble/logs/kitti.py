@@ -16,7 +16,16 @@ import numpy as np
 from tumble.errors import LogError
 from tumble.files import note_input
 from tumble.logs.options import ReadOptions
-from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, StatedUnit, Transform, choose
+from tumble.logs.track import (
+    CHUNK_SAMPLES,
+    DATE_AND_TIME,
+    DOCUMENTED,
+    LoggedImu,
+    RawSamples,
+    StatedUnit,
+    Transform,
+    choose,
+)
 from tumble.recording import FloatArray
 
 _FIELDS = 30
@@ -26,7 +35,6 @@ _ACCELEROMETER, _GYROSCOPE = slice(11, 14), slice(17, 20)
 _LARGEST_FILE = 1 << 12
 _LONGEST_STAMP = 64
 _STAMP = re.compile(rb"(\d{4}-\d\d-\d\d \d\d:\d\d:\d\d)(?:\.(\d{1,9}))?")
-_DOCUMENTED = "documentation of the format"
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -62,9 +70,9 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         read=read,
         head=lambda: next(_pieces(folder, files[:_HEAD_SAMPLES], timed=timed)),
         locate=lambda sample: f"file data/{files[sample]}",
-        accelerometer_unit=StatedUnit("m/s^2", _DOCUMENTED),
-        gyroscope_unit=StatedUnit("rad/s", _DOCUMENTED),
-        time_unit=StatedUnit("ns", "date and time"),
+        accelerometer_unit=StatedUnit("m/s^2", DOCUMENTED),
+        gyroscope_unit=StatedUnit("rad/s", DOCUMENTED),
+        time_unit=StatedUnit("ns", DATE_AND_TIME),
         frame="oxts",
         clock=f"{stamps.resolve()}",
         name=folder.resolve().parent.name if folder.name == "oxts" else folder.name,

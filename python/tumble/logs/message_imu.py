@@ -13,11 +13,10 @@ from tumble.errors import LogError
 from tumble.logs.columns import ImuColumns, find_imus
 from tumble.logs.message_form import MessageForm, stamps_of, with_stamps
 from tumble.logs.rosmsg import Encoding, decode, frame_of, seconds
-from tumble.logs.track import RawSamples, StatedUnit, stack
+from tumble.logs.track import DATE_AND_TIME, DEFINED, RawSamples, StatedUnit, stack
 from tumble.recording import FloatArray
 from tumble.units import TRIADS
 
-_DEFINED = "message definition"
 _HEADER = "header"
 _COVARIANCES = {
     "accelerometer": "linear_acceleration_covariance.0",
@@ -36,10 +35,10 @@ class MessageUnits:
 
 
 ROS_UNITS = MessageUnits(
-    StatedUnit("m/s^2", _DEFINED),
-    StatedUnit("rad/s", _DEFINED),
-    StatedUnit("s", _DEFINED),
-    StatedUnit("degC", _DEFINED),
+    StatedUnit("m/s^2", DEFINED),
+    StatedUnit("rad/s", DEFINED),
+    StatedUnit("s", DEFINED),
+    StatedUnit("degC", DEFINED),
 )
 """Those of sensor_msgs."""
 
@@ -162,7 +161,7 @@ def _field_imus_units(found: FieldImu, imu: ImuColumns) -> FieldImu:
     if found.columns.time in found.stamps:
         time = ROS_UNITS.time
     elif found.columns.time in found.form.dates:
-        time = StatedUnit("ns", "date and time")
+        time = StatedUnit("ns", DATE_AND_TIME)
     units = MessageUnits(imu.accelerometer_unit, imu.gyroscope_unit, time, imu.temperature_unit)
     return replace(found, units=units)
 

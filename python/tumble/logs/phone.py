@@ -14,7 +14,7 @@ from tumble.files import note_input
 from tumble.logs.options import ReadOptions
 from tumble.logs.pair import TriadFile, imu_of_pair
 from tumble.logs.text import SoughtTable, TextLayout, find_layout
-from tumble.logs.track import LoggedImu, StatedUnit, choose
+from tumble.logs.track import DOCUMENTED, LoggedImu, StatedUnit, choose
 
 _PAIRS = (
     ("TotalAcceleration.csv", "Gyroscope.csv"),
@@ -63,7 +63,7 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
             "again"
         )
     found = imu_of_pair(path, "phone", accelerometer, gyroscope, options)
-    return replace(found, gyroscope_unit=StatedUnit("rad/s", "documentation of the format"))
+    return replace(found, gyroscope_unit=StatedUnit("rad/s", DOCUMENTED))
 
 
 def _triad(file: Path, options: ReadOptions) -> TriadFile:

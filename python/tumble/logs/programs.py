@@ -12,11 +12,10 @@ from tumble.logs.columns import ImuColumns, listed
 from tumble.logs.csv import Rows, imu_of_table, table_samples
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import SoughtTable, TextLayout, find_layout
-from tumble.logs.track import LoggedImu, RawSamples, StatedUnit, choose
+from tumble.logs.track import COLUMN_NAME, DOCUMENTED, LoggedImu, RawSamples, StatedUnit, choose
 from tumble.logs.units import Quantity, find_unit
 from tumble.numbers import number_of
 
-_DOCUMENTED = "documentation of the format"
 _HEADERS_BYTES = 1 << 16
 _NAME = re.compile(r"(?P<stem>.*?)\s*(?:\((?P<unit>[^()]*)\))?")
 
@@ -155,8 +154,8 @@ def _columns(path: Path, program: _Program, names: Mapping[str, str], layout: Te
     def unit(name: str | None, quantity: Quantity) -> StatedUnit | None:
         stated = find_unit(_unit_in(name), quantity) if name else None
         if stated:
-            return StatedUnit(stated, "column name")
-        return StatedUnit(program.units[quantity], _DOCUMENTED) if quantity in program.units else None
+            return StatedUnit(stated, COLUMN_NAME)
+        return StatedUnit(program.units[quantity], DOCUMENTED) if quantity in program.units else None
 
     accelerometer, gyroscope = triad(program.accelerometer), triad(program.gyroscope)
     if accelerometer is None:

@@ -25,7 +25,7 @@ def list_imus(path: str | Path, options: ReadOptions | None = None) -> tuple[str
     Raises `LogError` where there is no such file, or no IMU in it.
     """
     path = parse_spec(path).path
-    if formats.find_format(path) == "folder":
+    if formats.find_format(path) == formats.FOLDER:
         path = log_files(path)[0]
     return formats.list_imus(path, options or ReadOptions())
 
@@ -55,7 +55,7 @@ def open_recording(
         return _recording(table.open_logged_imu(source, name, options), options, keep_faults)
     spec = parse_spec(source)
     imu = one_name(spec.path, spec.imu, options.topic)
-    if spec.path.is_dir() and formats.find_format(spec.path) == "folder":
+    if spec.path.is_dir() and formats.find_format(spec.path) == formats.FOLDER:
         return _open_folder(spec.path, imu, options)
     return _open_file(spec.path, imu, options, keep_faults)
 

@@ -13,7 +13,7 @@ from tumble.logs.csv import Rows, TextTable, imu_of_table, table_samples
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import TextLayout, find_layout
 from tumble.logs.text_file import open_text
-from tumble.logs.track import LoggedImu, RawSamples, StatedUnit, choose
+from tumble.logs.track import DEFINED, LoggedImu, RawSamples, StatedUnit, choose
 
 _HEADER_STAMP, _FRAME = "field.header.stamp", "field.header.frame_id"
 _COVARIANCE = tuple(f"covariance {number}" for number in range(27))
@@ -24,7 +24,6 @@ _NAMES = (
 """Fields of a message in the order of its definition; ROS 2 prints no names."""
 _ROW = re.compile(rb"^\d+,\d+,([^,\r\n]*)(?:,[^,\r\n]*){37}\r?$", re.MULTILINE)
 _HEAD_BYTES = 1 << 16
-_DEFINITION = "message definition"
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
@@ -43,8 +42,8 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         found,
         format="ros_echo",
         columns=(),
-        accelerometer_unit=StatedUnit("m/s^2", _DEFINITION),
-        gyroscope_unit=StatedUnit("rad/s", _DEFINITION),
+        accelerometer_unit=StatedUnit("m/s^2", DEFINED),
+        gyroscope_unit=StatedUnit("rad/s", DEFINED),
     )
 
 
@@ -61,7 +60,7 @@ def _of_ros_1(path: Path, options: ReadOptions) -> LoggedImu:
     )
     if stamped and not np.any(by_header.head().time):
         by_header = replace(recorded, notices=("headers carry no stamp: time is that of recording",))
-    return replace(by_header, frame=frame or "case", time_unit=StatedUnit("ns", _DEFINITION))
+    return replace(by_header, frame=frame or "case", time_unit=StatedUnit("ns", DEFINED))
 
 
 def _of_ros_2(path: Path, head: bytes, row: re.Match[bytes], options: ReadOptions) -> LoggedImu:
@@ -78,4 +77,4 @@ def _of_ros_2(path: Path, head: bytes, row: re.Match[bytes], options: ReadOption
         return replace(found, time=found.time + rows.columns["nanosec"] / 1e9)
 
     found = imu_of_table(path, layout, columns, options, samples, table)
-    return replace(found, frame=fields[2] or "case", time_unit=StatedUnit("s", _DEFINITION))
+    return replace(found, frame=fields[2] or "case", time_unit=StatedUnit("s", DEFINED))

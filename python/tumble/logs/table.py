@@ -16,7 +16,7 @@ from tumble.errors import ArrayError, LogError
 from tumble.logs.columns import ImuColumns, find_imus
 from tumble.logs.csv import samples_of
 from tumble.logs.options import ReadOptions
-from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, StatedUnit, Transform
+from tumble.logs.track import CHUNK_SAMPLES, COLUMN_TYPE, LoggedImu, RawSamples, StatedUnit, Transform
 from tumble.recording import FloatArray, Table, named_columns
 
 NAME = "table"
@@ -48,7 +48,7 @@ def open_logged_imu(table: Table, name: str, options: ReadOptions) -> LoggedImu:
         locate=lambda sample: f"row {sample + 1}",
         accelerometer_unit=chosen.accelerometer_unit,
         gyroscope_unit=chosen.gyroscope_unit,
-        time_unit=StatedUnit("s", "column type") if dated else chosen.time_unit,
+        time_unit=StatedUnit("s", COLUMN_TYPE) if dated else chosen.time_unit,
         temperature_unit=chosen.temperature_unit,
         clock=f"table {id(table)}#{chosen.time or 'row'}",
         triads=chosen.triads,

@@ -21,7 +21,7 @@ from tumble.logs.csv import Block, Rows, TextTable, imu_of_table
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import TextLayout, is_time_stamp
 from tumble.logs.text_file import open_text
-from tumble.logs.track import LoggedImu, StatedUnit, choose
+from tumble.logs.track import DOCUMENTED, LoggedImu, StatedUnit, choose
 from tumble.numbers import number_of
 from tumble.recording import FloatArray
 
@@ -81,9 +81,9 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         ("gx", "gy", "gz"),
         "time" if "time" in table.layout.names else None,
         "temperature" if "temperature" in table.layout.names else None,
-        StatedUnit("m/s^2", "documentation of the format"),
-        StatedUnit("rad/s", "documentation of the format"),
-        temperature_unit=StatedUnit("degC", "documentation of the format"),
+        StatedUnit("m/s^2", DOCUMENTED),
+        StatedUnit("rad/s", DOCUMENTED),
+        temperature_unit=StatedUnit("degC", DOCUMENTED),
     )
     table.use(columns.names)
     found = imu_of_table(path, table.layout, columns, options, table=table)

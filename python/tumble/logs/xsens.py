@@ -18,7 +18,7 @@ from tumble.logs.columns import ImuColumns, find_imus
 from tumble.logs.csv import imu_of_table
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import TextLayout, find_layout
-from tumble.logs.track import LoggedImu, RawSamples, StatedUnit, Transform, choose
+from tumble.logs.track import DOCUMENTED, LoggedImu, RawSamples, StatedUnit, Transform, choose
 from tumble.logs.units import usual_step
 from tumble.numbers import number_of
 from tumble.recording import FloatArray
@@ -30,7 +30,6 @@ _MTI_TICKS, _DOT_TICKS = 1e4, 1e6
 _SLOWEST_MTI = 2000.0
 """Ticks between samples: more are of a DOT, as no MTi gives less than five samples a second."""
 _RATES = ("update rate", "outputrate", "output rate")
-_DOCUMENTED = "documentation of the format"
 
 
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
@@ -54,8 +53,8 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         format="xsens",
         rate=rate,
         serial=layout.preamble.get("deviceid", ""),
-        accelerometer_unit=StatedUnit("m/s^2", _DOCUMENTED),
-        gyroscope_unit=StatedUnit("deg/s" if dot else "rad/s", _DOCUMENTED),
+        accelerometer_unit=StatedUnit("m/s^2", DOCUMENTED),
+        gyroscope_unit=StatedUnit("deg/s" if dot else "rad/s", DOCUMENTED),
         notices=(f"time from {clock.column}",) if clock else ("no counter: time from the update rate",),
     )
     return found if clock is None else _unwrapped(found, clock)

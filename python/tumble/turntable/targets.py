@@ -16,7 +16,7 @@ from tumble.file_names import SUMMARY
 from tumble.files import note_input
 from tumble.log_formats import LOG_SUFFIXES, has_log_ending, stem_of
 from tumble.logs import open_recording, parse_spec
-from tumble.logs.formats import find_format
+from tumble.logs.formats import FOLDER, find_format
 from tumble.logs.options import ReadOptions
 
 ReadOptionsOf: TypeAlias = Callable[[str], ReadOptions | None]
@@ -75,7 +75,7 @@ def find_targets(
     Raises `TumbleError` where nothing is found, and where a name or a serial is given twice.
     """
     unit = parse_spec(reference).path
-    unit_folders = unit.is_dir() and find_format(unit) == "folder"
+    unit_folders = unit.is_dir() and find_format(unit) == FOLDER
     files = {pose.casefold() for pose in poses}
     found: list[Target] = []
     for text in _counted(typed):
@@ -111,7 +111,7 @@ def _counted(typed: Sequence[str]) -> list[str]:
 
 def _expanded(text: str, is_one: Callable[[Path], bool], output: Path | None) -> Iterator[Target]:
     path = Path(text)
-    if path.is_dir() and find_format(path) == "folder" and not is_one(path):
+    if path.is_dir() and find_format(path) == FOLDER and not is_one(path):
         yield from map(Target, _logs_below(path, output))
     elif path.is_file() and path.suffix.lower() == ".csv" and (columns := _manifest_columns(path)):
         yield from _listed(path, columns)
@@ -142,7 +142,7 @@ def _logs_in(folder: Path, output: Path | None) -> Iterator[Path]:
         if path.name.startswith(".") or path.resolve() == output:
             continue
         if path.is_dir():
-            yield from [path] if find_format(path) != "folder" else _logs_in(path, output)
+            yield from [path] if find_format(path) != FOLDER else _logs_in(path, output)
         elif has_log_ending(path) and path.name != SUMMARY and not _manifest_columns(path):
             yield path
 
