@@ -2,19 +2,63 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import pyarrow as pa  # type: ignore[import-untyped]
 
 from tumble.errors import LogError
-from tumble.logs.columns import ImuColumns
-from tumble.logs.csv import as_floats
-from tumble.logs.track import StatedUnit
+from tumble.logs.columns import ImuColumns, find_imus
+from tumble.logs.csv import as_floats, samples_of
+from tumble.logs.options import ReadOptions
+from tumble.logs.track import COLUMN_TYPE, LoggedImu, RawSamples, StatedUnit, Transform, choose
 from tumble.recording import FloatArray
 
 
-def leaf_names(schema: pa.Schema) -> list[str]:
+def imus_in(path: Path, schema: pa.Schema, options: ReadOptions) -> dict[str, ImuColumns]:
+    """Find the columns of each IMU, by the prefix of their names; raises `LogError` where there are none."""
+    return find_imus(_leaf_names(schema), path, options.columns)
+
+
+def imu_in(
+    path: Path,
+    schema: pa.Schema,
+    imu: str | None,
+    options: ReadOptions,
+    format_: str,
+    batches: Callable[[ImuColumns], Iterator[pa.RecordBatch]],
+) -> LoggedImu:
+    """Find one IMU of a table, which `batches` starts a fresh pass over, with those columns at least.
+
+    Raises `LogError` where the table has no such IMU, or a column of it holds no numbers.
+    """
+    imus = imus_in(path, schema, options)
+    name = choose(path, tuple(imus), imu, "column prefix")
+    columns = imus[name]
+
+    def read(transform: Transform) -> Iterator[RawSamples]:
+        for batch in batches(columns):
+            yield transform(samples_of(_leaves(path, batch, columns.names), columns))
+
+    return LoggedImu(
+        path=path,
+        imu=name,
+        format=format_,
+        read=read,
+        head=lambda: next(read(lambda samples: samples)),
+        locate=lambda sample: f"row {sample + 1}",
+        accelerometer_unit=columns.accelerometer_unit,
+        gyroscope_unit=columns.gyroscope_unit,
+        time_unit=_time_unit(schema, columns),
+        temperature_unit=columns.temperature_unit,
+        clock=f"{path.resolve()}#{columns.time or 'row'}",
+        triads=columns.triads,
+        columns=tuple(_leaf_names(schema)),
+        alone=len(imus) == 1,
+    )
+
+
+def _leaf_names(schema: pa.Schema) -> list[str]:
     """Names of all columns; fields of a structure as `linear_acceleration.x`."""
     table = schema.empty_table()
     while any(pa.types.is_struct(field.type) for field in table.schema):
@@ -23,7 +67,7 @@ def leaf_names(schema: pa.Schema) -> list[str]:
     return names
 
 
-def leaves(path: Path, batch: pa.RecordBatch, names: Sequence[str]) -> Mapping[str, FloatArray]:
+def _leaves(path: Path, batch: pa.RecordBatch, names: Sequence[str]) -> Mapping[str, FloatArray]:
     """Give the numbers in these columns; raises `LogError` where one holds something else."""
     table = pa.Table.from_batches([batch])
     while any(pa.types.is_struct(field.type) for field in table.schema):
@@ -38,8 +82,8 @@ def _numbers(path: Path, name: str, column: pa.ChunkedArray) -> FloatArray:
         raise LogError(f"{path}: column {name} holds {column.type}, not numbers") from error
 
 
-def arrow_time_unit(schema: pa.Schema, columns: ImuColumns) -> StatedUnit | None:
+def _time_unit(schema: pa.Schema, columns: ImuColumns) -> StatedUnit | None:
     """Give the unit of time: that of dates, which are read as ns, else what the column's name says."""
     if columns.time in schema.names and pa.types.is_timestamp(schema.field(columns.time).type):
-        return StatedUnit("ns", "column type")
+        return StatedUnit("ns", COLUMN_TYPE)
     return columns.time_unit

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
-from tumble.errors import LogError
 from tumble.logs.message_form import Definition
 from tumble.logs.rosmsg import Encoding
 
@@ -67,21 +65,7 @@ def kind_of(message_type: str) -> str | None:
     return kinds.get(message_type.replace("/msg/", "/"))
 
 
-@contextmanager
-def damage_reported(path: Path) -> Iterator[None]:
-    """Turn whatever a library makes of damaged bytes into one line."""
-    try:
-        yield
-    except LogError:
-        raise
-    except Exception as error:
-        words = str(error).splitlines()
-        reason = words[0] if words else type(error).__name__
-        raise LogError(
-            f"{path}: the file is damaged or cut short ({reason}); copy it again, or repair it with "
-            f"{_repair(path)}"
-        ) from error
-
-
-def _repair(path: Path) -> str:
-    return {".bag": "rosbag reindex", ".mcap": "mcap recover"}.get(path.suffix, "ros2 bag reindex")
+def remedy(path: Path) -> str:
+    """Say what to do about a damaged one."""
+    tool = {".bag": "rosbag reindex", ".mcap": "mcap recover"}.get(path.suffix, "ros2 bag reindex")
+    return f"copy it again, or repair it with {tool}"

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.ipc  # type: ignore[import-untyped]
 
 from tumble.errors import LogError
-from tumble.logs.arrow import arrow_time_unit, leaf_names, leaves
-from tumble.logs.columns import ImuColumns, find_imus
-from tumble.logs.csv import samples_of
+from tumble.logs.arrow import imu_in, imus_in
+from tumble.logs.columns import ImuColumns
+from tumble.logs.damage import damage_said
 from tumble.logs.options import ReadOptions
-from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, Transform, choose
-from tumble.logs.variables import damage_said
+from tumble.logs.track import CHUNK_SAMPLES, LoggedImu
 
 _FIRST_VERSION = b"FEA1"
 _REMEDY = "copy it again, or write it again"
@@ -24,7 +24,7 @@ _REMEDY = "copy it again, or write it again"
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
     """Give the column prefixes of a Feather table."""
     with _opened(path) as file:
-        return tuple(find_imus(leaf_names(file.schema), path, options.columns))
+        return tuple(imus_in(path, file.schema, options))
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
@@ -33,29 +33,11 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
     Raises `LogError` where the table has no such IMU, or a column of it holds no numbers.
     """
     with _opened(path) as file:
-        schema, batches = file.schema, file.num_record_batches
-    names = leaf_names(schema)
-    imus = find_imus(names, path, options.columns)
-    name = choose(path, tuple(imus), imu, "column prefix")
-    columns = imus[name]
-    if batches == 0 or next(_batches(path, columns), None) is None:
+        schema = file.schema
+    found = imu_in(path, schema, imu, options, "feather", partial(_batches, path))
+    if next(found.read(lambda samples: samples), None) is None:
         raise LogError(f"{path}: names columns, but holds no samples")
-    return LoggedImu(
-        path=path,
-        imu=name,
-        format="feather",
-        read=lambda transform: _read(path, columns, transform),
-        head=lambda: next(_read(path, columns, lambda samples: samples)),
-        locate=lambda sample: f"row {sample + 1}",
-        accelerometer_unit=columns.accelerometer_unit,
-        gyroscope_unit=columns.gyroscope_unit,
-        time_unit=arrow_time_unit(schema, columns),
-        temperature_unit=columns.temperature_unit,
-        clock=f"{path.resolve()}#{columns.time or 'row'}",
-        triads=columns.triads,
-        columns=tuple(names),
-        alone=len(imus) == 1,
-    )
+    return found
 
 
 @contextmanager
@@ -83,8 +65,3 @@ def _batches(path: Path, columns: ImuColumns) -> Iterator[pa.RecordBatch]:
             batch.validate(full=True)
             for start in range(0, batch.num_rows, CHUNK_SAMPLES):
                 yield batch.slice(start, CHUNK_SAMPLES)
-
-
-def _read(path: Path, columns: ImuColumns, transform: Transform) -> Iterator[RawSamples]:
-    for batch in _batches(path, columns):
-        yield transform(samples_of(leaves(path, batch, columns.names), columns))

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.errors import LogError
+from tumble.logs.damage import damage_said
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import CHUNK_SAMPLES, LARGEST_RATIO, LoggedImu
 from tumble.logs.variables import (
     MOST_VARIABLES,
     Variable,
     VariablesFile,
-    damage_said,
     is_numeric,
     list_variable_imus,
     open_variables,

@@ -20,19 +20,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.errors import LogError
+from tumble.logs.damage import COPY_OR_SAVE, damage_said
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import CHUNK_SAMPLES, LARGEST_RATIO, LoggedImu
 from tumble.logs.variables import (
     MOST_VARIABLES,
     Variable,
     VariablesFile,
-    damage_said,
     list_variable_imus,
     open_variables,
 )
 
 _MAGIC = b"MATLAB 5.0 MAT-file"
-_REMEDY = "copy it again, or save it again"
 _DEEPEST = 32
 """Structures in one another."""
 
@@ -129,7 +128,7 @@ class _Matrix:
 
 
 def _opened(path: Path) -> VariablesFile:
-    with damage_said(path, _REMEDY):
+    with damage_said(path, COPY_OR_SAVE):
         file = _Bytes(path)
         reader = _Version5(path) if file.read(0, len(_MAGIC)) == _MAGIC else None
         found = list(_matrices_4(file) if reader is None else reader.matrices())
@@ -141,7 +140,7 @@ def _opened(path: Path) -> VariablesFile:
             )
         numbers = {each.name: float(each.numbers(0, 1)[0]) for each in matrices if prod(each.shape) == 1}
         variables = [Variable(each.name, each.shape, each.dtype, each.pieces) for each in matrices]
-        return VariablesFile(path, "mat", variables, numbers, remedy=_REMEDY)
+        return VariablesFile(path, "mat", variables, numbers)
 
 
 @dataclass(frozen=True, slots=True)

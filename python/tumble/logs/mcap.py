@@ -13,7 +13,8 @@ from mcap.records import Message as McapMessage
 from mcap.stream_reader import StreamReader, get_chunk_data_stream
 from mcap.summary import Summary
 
-from tumble.logs.bags import BagMessage, Topic, damage_reported, kind_of
+from tumble.logs.bags import BagMessage, Topic, kind_of, remedy
+from tumble.logs.damage import damage_said
 from tumble.logs.mcap_integrity import check_summary, chunk_remarks
 from tumble.logs.message_form import Definition
 from tumble.logs.options import ReadOptions
@@ -47,7 +48,7 @@ class McapFile:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        with damage_reported(path), path.open("rb") as file:
+        with damage_said(path, remedy(path)), path.open("rb") as file:
             check = check_summary(file)
             file.seek(0)
             reader = make_reader(file)
@@ -101,7 +102,7 @@ class McapFile:
         wanted = {
             channel.id: channel.topic for channel in self._summary.channels.values() if channel.topic in names
         }
-        with damage_reported(self.path), self.path.open("rb") as file:
+        with damage_said(self.path, remedy(self.path)), self.path.open("rb") as file:
             if self._summary.chunk_indexes:
                 yield from self._indexed(file, wanted)
             else:

@@ -19,13 +19,13 @@ from numpy.lib import format as npy_format
 from numpy.typing import NDArray
 
 from tumble.errors import LogError
+from tumble.logs.damage import COPY_OR_SAVE, damage_said
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import CHUNK_SAMPLES, LARGEST_RATIO, LoggedImu
 from tumble.logs.variables import (
     MOST_VARIABLES,
     Variable,
     VariablesFile,
-    damage_said,
     is_numeric,
     list_variable_imus,
     open_variables,
@@ -35,7 +35,6 @@ _MAGIC = b"\x93NUMPY"
 _ARCHIVE = b"PK\x03\x04"
 _ENDING = ".npy"
 _LARGEST_HEADER = 1 << 16
-_REMEDY = "copy it again, or save it again"
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -109,7 +108,7 @@ class _Array:
 
 
 def _opened(path: Path) -> VariablesFile:
-    with damage_said(path, _REMEDY):
+    with damage_said(path, COPY_OR_SAVE):
         with path.open("rb") as file:
             single = file.read(len(_MAGIC)) == _MAGIC
         found = [_single(path)] if single else _members(path)
@@ -135,7 +134,7 @@ def _members(path: Path) -> list[_Array]:
     with zipfile.ZipFile(path) as archive:
         infos = [each for each in archive.infolist() if each.filename.endswith(_ENDING)]
     if not infos:
-        raise LogError(f"{path}: not a log: holds no array of NumPy; {_REMEDY}")
+        raise LogError(f"{path}: not a log: holds no array of NumPy; {COPY_OR_SAVE}")
     if len(infos) > MOST_VARIABLES:
         raise LogError(f"{path}: holds {len(infos)} arrays, which is no log; check the file")
     found = []
@@ -143,7 +142,7 @@ def _members(path: Path) -> list[_Array]:
         if info.file_size > LARGEST_RATIO * (info.compress_size + 1):
             raise LogError(
                 f"{path}: {info.filename} says it unpacks from {info.compress_size} to {info.file_size} "
-                f"bytes, which no archive of numbers does; {_REMEDY}"
+                f"bytes, which no archive of numbers does; {COPY_OR_SAVE}"
             )
         name = info.filename.removesuffix(_ENDING)
         found.append(_array(name, _opener(path, info.filename), info.file_size))

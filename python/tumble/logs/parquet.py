@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.parquet as pq  # type: ignore[import-untyped]
 
 from tumble.errors import LogError
-from tumble.logs.arrow import arrow_time_unit, leaf_names, leaves
-from tumble.logs.columns import ImuColumns, find_imus
-from tumble.logs.csv import samples_of
+from tumble.logs.arrow import imu_in, imus_in
+from tumble.logs.columns import ImuColumns
 from tumble.logs.options import ReadOptions
-from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, Transform, choose
+from tumble.logs.track import CHUNK_SAMPLES, LoggedImu
 
 FACTS = (b"tumble.serial", b"tumble.corrected")
 """Keys of the file's metadata under which Tumble keeps what it knows of a recording."""
@@ -23,7 +24,7 @@ FACTS = (b"tumble.serial", b"tumble.corrected")
 def list_imus(path: Path, options: ReadOptions) -> tuple[str, ...]:
     """Give the column prefixes of a Parquet table."""
     with opened(path) as file:
-        return tuple(find_imus(leaf_names(file.schema_arrow), path, options.columns))
+        return tuple(imus_in(path, file.schema_arrow, options))
 
 
 def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> LoggedImu:
@@ -35,27 +36,11 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
         schema, rows = file.schema_arrow, file.metadata.num_rows
     if rows == 0:
         raise LogError(f"{path}: names columns, but holds no samples")
-    leaves = leaf_names(schema)
-    imus = find_imus(leaves, path, options.columns)
-    name = choose(path, tuple(imus), imu, "column prefix")
-    columns = imus[name]
+    found = imu_in(path, schema, imu, options, "parquet", partial(_batches, path))
     facts = {key.decode(): value.decode() for key, value in (schema.metadata or {}).items() if key in FACTS}
-    return LoggedImu(
-        path=path,
-        imu=name,
-        format="parquet",
-        read=lambda transform: _read(path, columns, transform),
-        head=lambda: next(_read(path, columns, lambda samples: samples)),
-        locate=lambda sample: f"row {sample + 1}",
-        accelerometer_unit=columns.accelerometer_unit,
-        gyroscope_unit=columns.gyroscope_unit,
-        time_unit=arrow_time_unit(schema, columns),
-        temperature_unit=columns.temperature_unit,
-        clock=f"{path.resolve()}#{columns.time or 'row'}",
+    return replace(
+        found,
         serial=facts.get("tumble.serial", ""),
-        triads=columns.triads,
-        columns=tuple(leaves),
-        alone=len(imus) == 1,
         expected=rows,
         already_corrected=True if "tumble.corrected" in facts else None,
     )
@@ -81,8 +66,7 @@ def _problem(path: Path) -> str:
     return "Parquet file is cut short, its index at the end is missing; copy or write it again"
 
 
-def _read(path: Path, columns: ImuColumns, transform: Transform) -> Iterator[RawSamples]:
+def _batches(path: Path, columns: ImuColumns) -> Iterator[pa.RecordBatch]:
     roots = list(dict.fromkeys(columns.names))
     with opened(path) as file:
-        for batch in file.iter_batches(CHUNK_SAMPLES, columns=roots, use_threads=False):
-            yield transform(samples_of(leaves(path, batch, columns.names), columns))
+        yield from file.iter_batches(CHUNK_SAMPLES, columns=roots, use_threads=False)

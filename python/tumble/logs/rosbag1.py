@@ -13,7 +13,8 @@ from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
 from rosbags.rosbag1 import Reader
 from rosbags.rosbag1.reader import IndexData, decompressors
 
-from tumble.logs.bags import BagMessage, Topic, damage_reported, kind_of
+from tumble.logs.bags import BagMessage, Topic, kind_of, remedy
+from tumble.logs.damage import damage_said
 from tumble.logs.message_form import Definition
 from tumble.logs.options import ReadOptions
 from tumble.logs.ros import imu_of, imus_of
@@ -59,7 +60,7 @@ class RosBag1:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        with damage_reported(path), _ReaderWithoutIndex(path) as reader:
+        with damage_said(path, remedy(path)), _ReaderWithoutIndex(path) as reader:
             self._types = {connection.topic: connection.msgtype for connection in reader.connections}
             self._definitions = {
                 connection.topic: Definition(
@@ -87,7 +88,7 @@ class RosBag1:
 
     def messages(self, names: Collection[str]) -> Iterator[BagMessage]:
         """Messages of those topics: chunks in the order of their begin, messages as they stand in them."""
-        with damage_reported(self.path), _ReaderWithoutIndex(self.path) as reader:
+        with damage_said(self.path, remedy(self.path)), _ReaderWithoutIndex(self.path) as reader:
             assert reader.bio is not None
             wanted = {
                 connection.id: connection.topic

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from rosbags.rosbag2 import Reader
 
-from tumble.logs.bags import BagMessage, Topic, damage_reported, kind_of
+from tumble.logs.bags import BagMessage, Topic, kind_of, remedy
+from tumble.logs.damage import damage_said
 from tumble.logs.message_form import Definition
 from tumble.logs.options import ReadOptions
 from tumble.logs.ros import imu_of, imus_of
@@ -33,7 +34,7 @@ class RosBag2:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        with damage_reported(path), Reader(path) as reader:
+        with damage_said(path, remedy(path)), Reader(path) as reader:
             self._types = {connection.topic: connection.msgtype for connection in reader.connections}
             self._definitions = {
                 connection.topic: Definition(
@@ -61,7 +62,7 @@ class RosBag2:
 
     def messages(self, names: Collection[str]) -> Iterator[BagMessage]:
         """Messages of those topics, in the order in which they were recorded."""
-        with damage_reported(self.path), Reader(self.path) as reader:
+        with damage_said(self.path, remedy(self.path)), Reader(self.path) as reader:
             wanted = [connection for connection in reader.connections if connection.topic in names]
             for connection, log_time, data in reader.messages(connections=wanted):
                 yield BagMessage(connection.topic, log_time, data)

@@ -8,7 +8,6 @@ of tables.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
@@ -20,9 +19,10 @@ from numpy.typing import NDArray
 from tumble.errors import LogError
 from tumble.logs.columns import ImuColumns, find_imus, recognise
 from tumble.logs.csv import RATE_KEYS
+from tumble.logs.damage import COPY_OR_SAVE, damage_said
 from tumble.logs.options import ReadOptions
 from tumble.logs.text import PLAIN_NAMES
-from tumble.logs.track import CHUNK_SAMPLES, LoggedImu, RawSamples, StatedUnit, Transform, choose
+from tumble.logs.track import CHUNK_SAMPLES, COLUMN_TYPE, LoggedImu, RawSamples, StatedUnit, Transform, choose
 from tumble.logs.units import Quantity, find_unit
 from tumble.recording import FloatArray
 
@@ -61,7 +61,7 @@ class VariablesFile:
     numbers: Mapping[str, float]
     """Single numbers, by name: a rate may be among them."""
     serial: str = ""
-    remedy: str = "copy it again, or save it again"
+    remedy: str = COPY_OR_SAVE
     """What to do about a damaged one."""
 
 
@@ -99,19 +99,6 @@ class _Place:
 def _nanoseconds(dates: NDArray[Any]) -> FloatArray:
     counted = dates.astype("datetime64[ns]")
     return np.where(np.isnat(counted), np.nan, counted.astype(np.int64).astype(np.float64))
-
-
-@contextmanager
-def damage_said(path: Path, remedy: str) -> Iterator[None]:
-    """Turn whatever is made of damaged bytes into one line."""
-    try:
-        yield
-    except (LogError, ModuleNotFoundError):
-        raise
-    except Exception as error:
-        words = str(error).splitlines()
-        reason = words[0] if words else type(error).__name__
-        raise LogError(f"{path}: the file is damaged or cut short ({reason}); {remedy}") from error
 
 
 def is_numeric(dtype: np.dtype[Any]) -> bool:
@@ -254,7 +241,7 @@ def _with_stated_units(columns: ImuColumns, places: Mapping[str, _Place]) -> Imu
         if column is None:
             return so_far
         if quantity == "time" and places[column].holds_dates:
-            return StatedUnit("ns", "column type")
+            return StatedUnit("ns", COLUMN_TYPE)
         unit = find_unit(places[column].variable.unit, quantity)
         return so_far if unit is None else StatedUnit(unit, "attribute")
 
