@@ -31,7 +31,12 @@ def finite(value: object) -> object:
         return {key: finite(item) for key, item in value.items()}
     if isinstance(value, list):
         return [finite(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    return finite_or_none(value) if isinstance(value, float) else value
+
+
+def finite_or_none(value: float) -> float | None:
+    """Give a number as Python's own; None for what is not finite."""
+    return float(value) if math.isfinite(value) else None
 
 
 class _Short(reprlib.Repr):

@@ -39,7 +39,7 @@ from tumble.documents import (
 from tumble.errors import ProcedureError
 from tumble.multipose.result import MultiposeResult
 from tumble.noise.result import NoiseResult
-from tumble.plain import plain
+from tumble.plain import finite_or_none, plain
 from tumble.recording import Chunk, FloatArray
 from tumble.redundancy.result import RedundancyResult
 from tumble.results import TriadName, TriadResult
@@ -596,7 +596,7 @@ def _from_triad(triad: TriadResult) -> dict[str, Any]:
         "estimated": triad.estimated,
         "unobservable": triad.unobservable,
         "rank": triad.rank,
-        "chi_square": _or_none(triad.chi_square),
+        "chi_square": finite_or_none(triad.chi_square),
         "degrees_of_freedom": triad.degrees_of_freedom,
         **({"widening": triad.widening} if triad.widening > 1.0 else {}),
         "noise_density": triad.noise_density,
@@ -614,11 +614,7 @@ def _by_axis(values: dict[str, float], group: str) -> FloatArray:
 
 
 def _by_pair(values: dict[str, float]) -> dict[str, float | None]:
-    return {pair: _or_none(values[f"non-orthogonality {pair}"]) for pair in ("xy", "yz", "zx")}
-
-
-def _or_none(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
+    return {pair: finite_or_none(values[f"non-orthogonality {pair}"]) for pair in ("xy", "yz", "zx")}
 
 
 def _summary(triad: Triad) -> str:
@@ -639,7 +635,7 @@ def _angle_lines(triad: Triad) -> list[str]:
         return []
     skew = triad.angles.non_orthogonality
     pairs = {"xy": skew.xy, "yz": skew.yz, "zx": skew.zx}
-    mounting = dict(zip("xyz", map(_or_none, triad.angles.mounting), strict=True))
+    mounting = dict(zip("xyz", map(finite_or_none, triad.angles.mounting), strict=True))
     return [_named("non-orthogonality", pairs), _named("mounting", mounting)]
 
 

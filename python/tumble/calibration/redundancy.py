@@ -8,14 +8,13 @@ specific force is that at the secondary's own place. Where the primary has no ca
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from tumble.factors import PAIRS, factor_sigma, factors, mounting_angles, non_orthogonality, propagated
-from tumble.plain import plain
+from tumble.plain import finite_or_none, plain
 from tumble.recording import FloatArray
 from tumble.redundancy.result import RedundancyResult, SecondaryError, Sensor
 from tumble.units import UNITS
@@ -56,11 +55,11 @@ def _fit_figures(error: SecondaryError) -> dict[str, object]:
         "directions": error.directions,
         "pairs": error.pairs,
         "sequence": error.sequence,
-        "residual": _or_none(error.residual),
-        "residual_before": _or_none(error.residual_before),
+        "residual": finite_or_none(error.residual),
+        "residual_before": finite_or_none(error.residual_before),
     }
     if error.lever_arm is not None and error.lever_arm_sigma is not None:
-        sigma = [_or_none(float(value)) for value in error.lever_arm_sigma]
+        sigma = [finite_or_none(float(value)) for value in error.lever_arm_sigma]
         figures |= {"lever_arm": plain(error.lever_arm), "lever_arm_sigma": sigma}
     return figures
 
@@ -117,7 +116,7 @@ def _sigma(matrix: FloatArray, covariance: FloatArray) -> dict[str, Any]:
     return {
         "bias": np.sqrt(np.diag(covariance)[9:]),
         "scale": sigma[:3],
-        "non-orthogonality": {pair: _or_none(angle) for pair, angle in zip(PAIRS, angles[:3], strict=True)},
+        "non-orthogonality": dict(zip(PAIRS, map(finite_or_none, angles[:3]), strict=True)),
         "mounting": angles[3:],
     }
 
@@ -150,7 +149,3 @@ def _unobservable(
         yield f"how far the calibration of the primary {primary_name} is right: its file does not say"
     for line in primary.get("unobservable", ()):
         yield f"of the primary {primary_name}: {line}"
-
-
-def _or_none(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None

@@ -8,12 +8,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from tumble.errors import CalibrationFileError
-from tumble.firmware.correction import POWERS, Correction, Thermal, scales, triple
+from tumble.firmware.correction import POWERS, Correction, Stored, Thermal, scales, triple
 from tumble.firmware.rotations import rotation
 from tumble.recording import FloatArray
 from tumble.units import Triad
@@ -26,18 +25,6 @@ NUMBERS = (1, 2, 3)
 SENSOR: Mapping[Triad, str] = {"accelerometer": "ACC", "gyroscope": "GYR"}
 _FIRST = NUMBERS[0]
 _CUSTOM = (101, 102)
-
-
-@dataclass(frozen=True, slots=True)
-class Stored:
-    """What parameters say of one sensor."""
-
-    device: int
-    """0 where it has no id."""
-    offset: FloatArray
-    """All zero where it was never calibrated."""
-    scale: FloatArray
-    thermal: Thermal | None
 
 
 def names_of(sensor: str, number: int) -> str:

@@ -38,6 +38,19 @@ class Thermal:
 
 
 @dataclass(frozen=True, slots=True)
+class Stored:
+    """What parameters say of one sensor."""
+
+    device: int
+    """Id that the firmware knows it by; 0 where it has none."""
+    offset: FloatArray
+    """(3,) m/s^2 or rad/s; all zero where it was never calibrated."""
+    scale: FloatArray
+    """(3,)."""
+    thermal: Thermal | None
+
+
+@dataclass(frozen=True, slots=True)
 class Correction:
     """What the parameters of one triad make of its readings."""
 

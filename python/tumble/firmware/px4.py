@@ -7,12 +7,11 @@ held within its range (src/modules/temperature_compensation/temperature_compensa
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from tumble.errors import CalibrationFileError
-from tumble.firmware.correction import POWERS, Correction, Thermal, scales, triple
+from tumble.firmware.correction import POWERS, Correction, Stored, Thermal, scales, triple
 from tumble.firmware.rotations import from_euler, rotation
 from tumble.recording import FloatArray
 from tumble.units import Triad
@@ -24,17 +23,6 @@ IGNORED = 0.01
 LETTER: Mapping[Triad, str] = {"accelerometer": "A", "gyroscope": "G"}
 SENSOR: Mapping[Triad, str] = {"accelerometer": "ACC", "gyroscope": "GYRO"}
 _INTERNAL = -1
-
-
-@dataclass(frozen=True, slots=True)
-class Stored:
-    """What parameters say of one sensor."""
-
-    device: int
-    """That PX4 knows it by."""
-    offset: FloatArray
-    scale: FloatArray
-    thermal: Thermal | None
 
 
 def prefix(triad: Triad, number: int) -> str:

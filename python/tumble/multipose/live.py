@@ -25,6 +25,7 @@ from tumble.multipose.guide import HELD, OrientationGuide
 from tumble.multipose.poses import orientation_words
 from tumble.multipose.procedure import FEW_TO_CHECK, TooLittleShownError, multipose
 from tumble.multipose.result import MultiposeResult
+from tumble.plain import finite_or_none
 from tumble.record.acquired import Acquisition
 from tumble.record.finding import Finding
 from tumble.record.frozen import FrozenUnits
@@ -316,8 +317,7 @@ class LiveMultipose:
     def _describe_what_was_reached(self) -> None:
         """Keep the sigma reached of each term of the goal, for those who certify."""
         reached: dict[str, JsonValue] = {
-            f"sigma of {each.term.name}": each.sigma if math.isfinite(each.sigma) else None
-            for each in self._goals
+            f"sigma of {each.term.name}": finite_or_none(each.sigma) for each in self._goals
         }
         options = {**self._procedure.options, **reached}
         self._procedure = self._procedure.model_copy(update={"options": options})

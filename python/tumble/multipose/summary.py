@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
@@ -98,7 +97,4 @@ def json_content(result: MultiposeResult, files: dict[str, Path]) -> dict[str, A
 
 def _parameters(result: MultiposeResult) -> Iterator[dict[str, object]]:
     for row in result.rows():
-        yield {
-            key: None if isinstance(value, float) and not math.isfinite(value) else value
-            for key, value in row.items()
-        }
+        yield {key: finite(value) for key, value in row.items()}

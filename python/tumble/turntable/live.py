@@ -20,6 +20,7 @@ from tumble.goal import Goal, GoalProgress
 from tumble.live import LiveChunk, LiveSet
 from tumble.logs import open_recording
 from tumble.logs.session import Session, SessionProcedure, recorded_so_far
+from tumble.plain import finite_or_none
 from tumble.record.acquired import Acquisition
 from tumble.record.finding import Finding
 from tumble.record.frozen import FrozenUnits
@@ -468,8 +469,7 @@ class LiveTurntable:
     def _describe_what_was_reached(self) -> None:
         """Keep the sigma reached of each term of the goal, for those who certify."""
         reached: dict[str, JsonValue] = {
-            f"sigma of {each.term.name}": each.sigma if math.isfinite(each.sigma) else None
-            for each in self._so_far.goals
+            f"sigma of {each.term.name}": finite_or_none(each.sigma) for each in self._so_far.goals
         }
         options = {**self._procedure.options, **reached}
         self._procedure = self._procedure.model_copy(update={"options": options})
