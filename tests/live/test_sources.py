@@ -187,7 +187,7 @@ def test_a_package_that_is_missing_is_named_with_how_to_get_it(monkeypatch, pack
             raise ModuleNotFoundError(name=package)
         return real(name, *rest)
 
-    monkeypatch.setattr("tumble.live.optional.import_module", without)
+    monkeypatch.setattr("tumble.logs.optional.import_module", without)
     message = refusal(text)
     assert f"needs the Python package {package}, which is not installed" in message
     assert "python -m pip install 'tumble-imu[live]'" in message

@@ -202,7 +202,7 @@ def test_a_missing_library_is_named_with_how_to_get_it(tmp_path, monkeypatch):
             raise ModuleNotFoundError(name="h5py")
         return real(name, *rest)
 
-    monkeypatch.setattr("tumble.logs.formats.import_module", without)
+    monkeypatch.setattr("tumble.logs.optional.import_module", without)
     message = refusal(tmp_path / "log.h5")
     assert "needs the Python package h5py" in message
     assert "python -m pip install 'tumble-imu[formats]'" in message

@@ -12,7 +12,6 @@ from typing import Any
 from tumble.errors import LogError
 from tumble.live.address import Address, host_and_port
 from tumble.live.mavlink_request import MessageRequest
-from tumble.live.optional import optional
 from tumble.live.readings import Readings, StreamFacts
 from tumble.live.shared_line import LineUnit, SharedLine
 from tumble.live.streams import TcpConnection
@@ -25,8 +24,9 @@ from tumble.logs.mavlink_messages import (
     holds_both_triads,
     samples_of,
 )
+from tumble.logs.optional import imported
 from tumble.logs.options import ReadOptions
-from tumble.logs.track import StatedUnit
+from tumble.logs.track import DEFINED, StatedUnit
 
 CHOICE_MESSAGES = 20
 """Messages of one kind to hear before choosing among those that come about as often."""
@@ -89,14 +89,14 @@ class MavlinkLine(SharedLine[MavlinkMessage]):
         return MavlinkUnit(self, address, options)
 
     def _open(self) -> None:
-        self._parser = optional(DIALECT, self.address).MAVLink(None)
+        self._parser = imported(DIALECT, self.address.text, "live").MAVLink(None)
         self._parser.robust_parsing = True
         super()._open()
 
     def request(self, message: str) -> None:
         """Ask for a message at the rate that is stated, if one is."""
         if not math.isnan(self._rate):
-            dialect = optional(DIALECT, self.address)
+            dialect = imported(DIALECT, self.address.text, "live")
             request = MessageRequest(self.address, dialect, message, self.system, self._rate)
             self._requests.setdefault(message, request)
 
@@ -235,4 +235,4 @@ def _message_and_sensor(address: Address, unit: str | None) -> tuple[str | None,
 
 
 def _stated(unit: str | None) -> StatedUnit | None:
-    return None if unit is None else StatedUnit(unit, "message definition")
+    return None if unit is None else StatedUnit(unit, DEFINED)

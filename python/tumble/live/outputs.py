@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 from tumble.errors import LogError, OutputError
 from tumble.files import check_output
 from tumble.live.address import Address, host_and_port, parse_address
-from tumble.live.optional import optional
 from tumble.logs.mavlink_messages import DIALECT, HIGHRES_TEMPERATURE, HIGHRES_TRIADS
+from tumble.logs.optional import imported
 from tumble.logs.writer import Facts, Writer
 from tumble.logs.writers import FORMATS, format_for, open_writer
 from tumble.recording import Chunk
@@ -184,7 +184,7 @@ class MavlinkOutput:
     @contextmanager
     def open(self, facts: Facts) -> Iterator[Writer]:
         """See `Output`."""
-        dialect = optional(DIALECT, self.address)
+        dialect = imported(DIALECT, self.address.text, "live")
         with _datagrams(self.name, self.place) as line:
             yield _MavlinkMessages(dialect, line)
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from tumble.errors import LogError
 from tumble.live.address import Address
-from tumble.live.optional import optional
+from tumble.logs.optional import imported
 from tumble.words import count_of
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ class SerialLine:
         self._port: serial.Serial | None = None
 
     def __enter__(self) -> SerialLine:
-        serial = optional("serial", self._address)
+        serial = imported("serial", self._address.text, "live")
         try:
             # Two programs that read one line would each get half of it.
             self._port = serial.Serial(self._device, self._baud, timeout=0.0, exclusive=True)
@@ -97,7 +97,7 @@ class SerialLine:
     def receive(self) -> bytes:
         """Give the bytes that have come."""
         assert self._port is not None, "a serial line is read while it is open"
-        serial = optional("serial", self._address)
+        serial = imported("serial", self._address.text, "live")
         try:
             return bytes(self._port.read(max(1, self._port.in_waiting)))
         except (serial.SerialException, OSError) as error:
@@ -106,7 +106,7 @@ class SerialLine:
     def send(self, data: bytes) -> None:
         """Send bytes to the device."""
         assert self._port is not None, "a serial line is written to while it is open"
-        serial = optional("serial", self._address)
+        serial = imported("serial", self._address.text, "live")
         try:
             self._port.write(data)
         except (serial.SerialException, OSError) as error:

@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from importlib import import_module
 from pathlib import Path
 from typing import Protocol, cast
 
 from tumble.errors import LogError
 from tumble.files import note_input
 from tumble.log_formats import LOG_FORMATS, NO_LOGS, LogFormat, NoLog, Packing, packing_of
-from tumble.logs.optional import not_installed
+from tumble.logs.optional import imported
 from tumble.logs.options import ReadOptions
 from tumble.logs.text_file import open_text
 from tumble.logs.track import LoggedImu
@@ -25,7 +24,7 @@ _ZIP_INDEX_BYTES = 1 << 16
 _FEW_ZEROS = 4
 """Bytes that a serial line garbles in a text, which is text all the same."""
 FOLDER = "folder"
-"""What is found where a folder is none of the formats: it may hold one log a pose."""
+"""Format of a folder that is none of the others: it may hold one log a pose."""
 
 
 class Reader(Protocol):
@@ -54,16 +53,11 @@ class ParameterReader(Reader, Protocol):
 
 def reader_of(log_format: LogFormat, path: Path) -> Reader:
     """Import the reader of a format; raises `LogError` where a library that it needs is not installed."""
-    try:
-        return cast("Reader", import_module(f"tumble.logs.{log_format.module}"))
-    except ModuleNotFoundError as error:
-        if not log_format.extra:
-            raise
-        raise not_installed(path, error.name, log_format.extra) from error
+    return cast("Reader", imported(f"tumble.logs.{log_format.module}", path, log_format.extra))
 
 
 def find_format(path: Path) -> str:
-    """Give the name of a file's format, or `folder`.
+    """Give the name of a file's format, or `FOLDER`.
 
     Raises `LogError` where the file is empty, cannot be opened, or is known not to be a log.
     """

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib import import_module
+from typing import Any
 
 from tumble.errors import LogError
 
@@ -16,6 +18,20 @@ EXTRAS: Mapping[str, str] = {
 def install_command(extra: str) -> str:
     """Give what a user types to have the libraries of an extra."""
     return f"python -m pip install 'tumble-imu[{extra}]'"
+
+
+def imported(module: str, about: object, extra: str) -> Any:  # noqa: ANN401 - a module has no type of its own
+    """Import a library, or a module of ours that needs one; `about` is what is to be read with it.
+
+    Raises `LogError`, with how to get it, where it is not installed. Without an `extra` it is no matter of
+    choice, and `ModuleNotFoundError` is raised.
+    """
+    try:
+        return import_module(module)
+    except ModuleNotFoundError as error:
+        if not extra:
+            raise
+        raise not_installed(about, error.name, extra) from error
 
 
 def not_installed(about: object, package: str | None, extra: str) -> LogError:

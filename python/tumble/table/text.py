@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from tumble.errors import TableError
-from tumble.live.address import Address
-from tumble.live.optional import optional
+from tumble.logs.optional import imported
 from tumble.recording import FloatArray
 from tumble.table.axes import Axis
 from tumble.table.profile import Query, TableProfile, load_profile, pattern, written
@@ -58,9 +57,8 @@ class TextTable:
         """s of `time.monotonic` when a rate is reached, where the table cannot be asked."""
 
     def __enter__(self) -> TextTable:
-        wanted = Address(self._address.text, self._address.driver, self._address.place)
-        pyvisa = optional("pyvisa", wanted)
-        optional("pyvisa_py", wanted)
+        pyvisa = imported("pyvisa", self._address.text, "live")
+        imported("pyvisa_py", self._address.text, "live")
         try:
             self._manager = pyvisa.ResourceManager(BACKEND)
             self._line = self._manager.open_resource(self._address.place, **self._settings(pyvisa))

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from tumble.files import link, remove_link
-from tumble.live.address import Address
-from tumble.live.optional import optional
+from tumble.logs.mavlink_messages import DIALECT
+from tumble.logs.optional import imported
 from tumble.simulate.live.samples import Samples
 from tumble.simulate.scenario import ScenarioError
 
@@ -135,7 +135,7 @@ class MavlinkOutlet(UdpOutlet):
     """HIGHRES_IMU, each unit by its id, all to one port."""
 
     def __init__(self, host: str, port: int, number: int) -> None:
-        dialect = optional("pymavlink.dialects.v20.common", Address("--transport mavlink", "mavlink", ""))
+        dialect = imported(DIALECT, "--transport mavlink", "live")
         self._link: Any = dialect.MAVLink(None, srcSystem=1, srcComponent=1)
         self._dialect = dialect
         self._number = number
