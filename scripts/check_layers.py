@@ -79,7 +79,7 @@ LAYERS: dict[str, set[str]] = {
     "schemas": set(),
     "documents": {"bounded_yaml", "errors", "files", "log_formats", "plain", "recording", "schemas", "words"},
     "setting_table": {"documents", "plain", "_core"},
-    "provenance": {"errors"},
+    "provenance": {"errors", "files"},
     "setting_models": {"setting_table"},
     "factors": {"recording", "_core"},
     "results": {"errors", "frames", "recording", "_core"},

@@ -12,12 +12,13 @@ import re
 import secrets
 import shutil
 import stat
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import lru_cache, wraps
 from itertools import chain, count
 from pathlib import Path
-from typing import BinaryIO, TypeAlias
+from typing import BinaryIO, TypeAlias, TypeVar
 
 from tumble.errors import OutputError
 from tumble.words import utf8
@@ -34,6 +35,11 @@ _HEAD_BYTES = 16_384
 """How much of a file is looked at to tell its kind."""
 _MOST_NAMED = 20
 """Files of one folder that a remark names one by one."""
+_MOST_KEPT = 16
+"""Files of which is kept what was read."""
+
+Found = TypeVar("Found")
+"""What is read in a file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +101,21 @@ def note_input(path: Path) -> None:
     """Protect a file that the running command reads; to be called wherever a file of the user is opened."""
     if _running is not None and path.is_file():
         _running.inputs.setdefault(_identity(path), path)
+
+
+def once_per_file(read: Callable[[Path], Found]) -> Callable[[Path], Found]:
+    """Have a function read a file once as long as it does not change, by its size and when it was written."""
+
+    @lru_cache(_MOST_KEPT)
+    def kept(path: Path, _size: int, _changed: int) -> Found:
+        return read(path)
+
+    @wraps(read)
+    def reading(path: Path) -> Found:
+        status = path.stat()
+        return kept(path, status.st_size, status.st_mtime_ns)
+
+    return reading
 
 
 @contextmanager

@@ -7,10 +7,10 @@ import os
 import time
 from dataclasses import dataclass
 from datetime import datetime, timezone
-from functools import lru_cache
 from pathlib import Path
 
 from tumble.errors import TumbleError
+from tumble.files import once_per_file
 
 _EPOCH = "SOURCE_DATE_EPOCH"
 _BLOCK = 1 << 20
@@ -69,11 +69,7 @@ def sha256_of(path: Path) -> str:
 
 def log_digest(path: Path) -> str:
     """SHA-256 of a log, in hexadecimal; of several IMUs in one file it is computed once."""
-    whole = path.resolve()
-    status = whole.stat()
-    return _digest(whole, status.st_size, status.st_mtime_ns)
+    return _digest(path.resolve())
 
 
-@lru_cache(maxsize=16)
-def _digest(path: Path, _size: int, _changed: int) -> str:
-    return sha256_of(path)
+_digest = once_per_file(sha256_of)

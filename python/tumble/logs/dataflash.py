@@ -9,17 +9,18 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
 
 from tumble.errors import CalibrationFileError, LogError
+from tumble.files import once_per_file
 from tumble.firmware import ardupilot
 from tumble.firmware.correction import Corrections, over_time
 from tumble.logs.dataflash_file import MARK, PARAMETER, BinaryLog, Records, TextLog
-from tumble.logs.flight import FlightImu, list_of, open_flight_imu
+from tumble.logs.flight import FlightImu, Times, list_of, open_flight_imu
 from tumble.logs.options import ReadOptions
 from tumble.logs.pairing import CLOSE, Thermometer, TriadSamples, paired
 from tumble.logs.track import LoggedImu, RawSamples
@@ -59,24 +60,12 @@ class _Source:
 
 
 @dataclass(slots=True)
-class _SourceFacts:
-    count: int = 0
-    first: float = 0.0
-    last: float = 0.0
-    """s."""
+class _SourceFacts(Times):
     has_temperature: bool = False
 
-    @property
-    def rate(self) -> float:
-        """Hz."""
-        return (self.count - 1) / (self.last - self.first) if self.last > self.first else 0.0
-
-    def note(self, time: FloatArray) -> None:
-        """Count samples."""
-        if not self.count:
-            self.first = float(time[0])
-        self.count += len(time)
-        self.last = float(time[-1])
+    def note_each(self, time: FloatArray) -> None:
+        """Count samples, each with its time."""
+        self.note(float(time[0]), float(time[-1]), len(time))
 
 
 @dataclass(slots=True)
@@ -114,13 +103,8 @@ def _opened(path: Path) -> DataFlash:
         return BinaryLog(path) if file.read(len(MARK)) == MARK else TextLog(path)
 
 
+@once_per_file
 def _scanned(path: Path) -> _Scan:
-    facts = path.stat()
-    return _scan(path, facts.st_size, facts.st_mtime_ns)
-
-
-@lru_cache(maxsize=8)
-def _scan(path: Path, size: int, changed_at: int) -> _Scan:
     damage, scan = Damage(), _Scan()
     batches = _Batches()
     for block in _opened(path).blocks([*_NAMES, BATCH, BATCH_DATA, PARAMETER], damage):
@@ -129,10 +113,10 @@ def _scan(path: Path, size: int, changed_at: int) -> _Scan:
                 _note_parameters(scan, records)
         for source, records in _by_source(block):
             facts = scan.sources.setdefault(source, _SourceFacts())
-            facts.note(_time(records))
+            facts.note_each(_time(records))
             facts.has_temperature |= _temperature(records) is not None
         for samples, source in batches.samples(block):
-            scan.sources.setdefault(source, _SourceFacts()).note(samples.time)
+            scan.sources.setdefault(source, _SourceFacts()).note_each(samples.time)
     scan.remarks = damage.notices()
     return scan
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,11 +13,31 @@ from tumble.errors import LogError
 from tumble.firmware.correction import Corrections
 from tumble.logs.options import ReadOptions
 from tumble.logs.pairing import USABLE_RATE
-from tumble.logs.track import LoggedImu, RawSamples, StatedUnit, none_such, several
+from tumble.logs.track import DEFINED, LoggedImu, RawSamples, StatedUnit, none_such, several
 from tumble.recording import FloatArray
 from tumble.units import TRIADS, Triad
 
-_DEFINITION = "message definition"
+
+@dataclass(slots=True)
+class Times:
+    """When the samples of one source were taken, as one pass over a log shows it."""
+
+    count: int = 0
+    first: float = math.nan
+    last: float = math.nan
+    """s."""
+
+    @property
+    def rate(self) -> float:
+        """Hz; zero where samples do not follow one another."""
+        return (self.count - 1) / (self.last - self.first) if self.last > self.first else 0.0
+
+    def note(self, first: float, last: float, count: int) -> None:
+        """Count samples that follow those before, between two times, s."""
+        if math.isnan(self.first):
+            self.first = first
+        self.last = last
+        self.count += count
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,10 +107,10 @@ def open_flight_imu(
         read=lambda transform: map(transform, pieces()),
         head=head,
         locate=lambda sample: f"sample {sample + 1} of {found.name}",
-        accelerometer_unit=StatedUnit("m/s^2", _DEFINITION),
-        gyroscope_unit=StatedUnit("rad/s", _DEFINITION),
-        time_unit=StatedUnit("s", _DEFINITION),
-        temperature_unit=StatedUnit("degC", _DEFINITION),
+        accelerometer_unit=StatedUnit("m/s^2", DEFINED),
+        gyroscope_unit=StatedUnit("rad/s", DEFINED),
+        time_unit=StatedUnit("s", DEFINED),
+        temperature_unit=StatedUnit("degC", DEFINED),
         clock=clock,
         serial=found.serial,
         already_corrected=found.already_corrected and not undo,

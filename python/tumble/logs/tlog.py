@@ -8,15 +8,15 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache, partial
-from importlib import import_module
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tumble.errors import LogError
-from tumble.logs.flight import FlightImu, list_of, open_flight_imu
+from tumble.files import once_per_file
+from tumble.logs.flight import FlightImu, Times, list_of, open_flight_imu
 from tumble.logs.mavlink_messages import (
     DIALECT,
     KINDS,
@@ -27,7 +27,7 @@ from tumble.logs.mavlink_messages import (
     holds_both_triads,
     samples_of,
 )
-from tumble.logs.optional import not_installed
+from tumble.logs.optional import imported
 from tumble.logs.options import ReadOptions
 from tumble.logs.track import LoggedImu, RawSamples
 from tumble.logs.units import UNITS
@@ -67,19 +67,10 @@ class _Sender:
 
 
 @dataclass(slots=True)
-class _Times:
-    """When samples were taken, s."""
-
-    count: int = 0
-    first: float = 0.0
-    last: float = 0.0
-
-
-@dataclass(slots=True)
 class _Scan:
     """What one pass shows of the whole log."""
 
-    senders: dict[_Sender, _Times] = field(default_factory=dict)
+    senders: dict[_Sender, Times] = field(default_factory=dict)
     ardupilots: set[int] = field(default_factory=set)
     """Systems that say they are ArduPilot."""
     remarks: tuple[str, ...] = ()
@@ -120,15 +111,14 @@ def open_logged_imu(path: Path, imu: str | None, options: ReadOptions) -> Logged
 
 
 def _imus(path: Path) -> list[FlightImu]:
-    facts = path.stat()
-    scan = _scan(path, facts.st_size, facts.st_mtime_ns)
+    scan = _scanned(path)
     several = len({sender.system for sender in scan.senders}) > 1
     order = list(KINDS)
     return [
         FlightImu(
             name=_name(sender, several),
             form="fine" if sender.message == FINE else "coarse",
-            rate=(times.count - 1) / (times.last - times.first) if times.last > times.first else 0.0,
+            rate=times.rate,
             count=times.count,
             read=partial(_read, path, sender, _kind(sender, scan)),
             already_corrected=True,
@@ -162,8 +152,8 @@ def _refuse(path: Path) -> dict[Triad, Any]:
     )
 
 
-@lru_cache(maxsize=8)
-def _scan(path: Path, size: int, changed_at: int) -> _Scan:
+@once_per_file
+def _scanned(path: Path) -> _Scan:
     scan, damage = _Scan(), Damage()
     dialect = _dialect(path)
     known: dict[tuple[int, int, int], _Sender] = {}
@@ -201,10 +191,7 @@ def _note(scan: _Scan, sender: _Sender, packet: bytes) -> None:
     # MAVLink 2 leaves out zeros at the end of a message.
     stamp = packet[head : min(head + size, head + packet[1])]
     now = int.from_bytes(stamp, "little") * UNITS["time"][kind.time_unit]
-    times = scan.senders.setdefault(sender, _Times())
-    times.first = now if not times.count else times.first
-    times.last = now
-    times.count += 1
+    scan.senders.setdefault(sender, Times()).note(now, now, 1)
 
 
 def _sender(message: MavlinkMessage) -> _Sender:
@@ -245,10 +232,7 @@ def _messages(path: Path, damage: Damage, names: Sequence[str]) -> Iterator[list
 
 
 def _dialect(path: Path) -> Any:  # noqa: ANN401 - pymavlink has no types
-    try:
-        return import_module(DIALECT)
-    except ModuleNotFoundError as error:
-        raise not_installed(path, error.name, "formats") from error
+    return imported(DIALECT, path, "formats")
 
 
 def _packets(path: Path, dialect: Any, damage: Damage, names: Sequence[str]) -> Iterator[list[bytes]]:  # noqa: ANN401

@@ -10,16 +10,17 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from tumble.errors import CalibrationFileError, LogError
+from tumble.files import once_per_file
 from tumble.firmware.correction import Corrections, over_time
 from tumble.firmware.px4 import correction_of
 from tumble.firmware.rotations import rotation
-from tumble.logs.flight import FlightImu, list_of, open_flight_imu
+from tumble.logs.flight import FlightImu, Times, list_of, open_flight_imu
 from tumble.logs.options import ReadOptions
 from tumble.logs.pairing import CLOSE, USABLE_RATE, Thermometer, TriadSamples, paired
 from tumble.logs.track import LoggedImu, RawSamples
@@ -48,22 +49,14 @@ _CORRECTS = re.compile("CAL_(ACC|GYRO)|TC_|SENS_BOARD_")
 
 
 @dataclass(slots=True)
-class _TopicFacts:
+class _TopicFacts(Times):
     """What one pass shows of one instance of a topic."""
 
-    names: tuple[str, ...]
-    count: int = 0
-    first: float = 0.0
-    last: float = 0.0
-    """s."""
+    names: tuple[str, ...] = ()
+    """Of its fields."""
     devices: dict[str, set[int]] = field(default_factory=dict)
     """Ids, by the field that holds them."""
     clipped: int = 0
-
-    @property
-    def rate(self) -> float:
-        """Hz."""
-        return (self.count - 1) / (self.last - self.first) if self.last > self.first else 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,13 +87,8 @@ def parameters_in(path: Path) -> dict[str, float]:
     return {**log.parameters, **{name: value for _, name, value in _scanned(path).changes}}
 
 
+@once_per_file
 def _scanned(path: Path) -> _Scan:
-    facts = path.stat()
-    return _scan(path, facts.st_size, facts.st_mtime_ns)
-
-
-@lru_cache(maxsize=8)
-def _scan(path: Path, size: int, changed_at: int) -> _Scan:
     log, damage = opened(path), Damage()
     topics: dict[Topic, _TopicFacts] = {}
     changes: list[tuple[float, str, float]] = []
@@ -118,9 +106,9 @@ def _scan(path: Path, size: int, changed_at: int) -> _Scan:
 def _note(topics: dict[Topic, _TopicFacts], topic: Topic, records: Records) -> None:
     names = records.dtype.names or ()
     time = _time(records)
-    facts = topics.setdefault(topic, _TopicFacts(names, first=float(time[0])))
-    facts.count += int(records["samples"].sum()) if _is_fifo(topic) and "samples" in names else len(records)
-    facts.last = float(time[-1])
+    facts = topics.setdefault(topic, _TopicFacts(names=names))
+    count = int(records["samples"].sum()) if _is_fifo(topic) and "samples" in names else len(records)
+    facts.note(float(time[0]), float(time[-1]), count)
     for name in ("device_id", *_DEVICE.values()):
         if name in names:
             facts.devices.setdefault(name, set()).update(np.unique(records[name]).tolist())

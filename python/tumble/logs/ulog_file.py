@@ -11,7 +11,6 @@ import struct
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass, field
-from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -21,6 +20,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from pyulog.core import ULog  # type: ignore[import-untyped]
 
 from tumble.errors import LogError
+from tumble.files import once_per_file
 from tumble.logs.walk import Damage, walk
 
 HEADER_BYTES = 16
@@ -99,8 +99,13 @@ class ULogFile:
                         yield records
 
 
-@lru_cache(maxsize=8)
-def _opened(path: Path, size: int, changed_at: int) -> ULogFile:
+@once_per_file
+def opened(path: Path) -> ULogFile:
+    """Read what stands before the data.
+
+    Raises `LogError` where it is not whole.
+    """
+    size = path.stat().st_size
     start, definitions = _definitions(path)
     ulog = _described(path, definitions)
     offsets = sorted({offset for offset in ulog._appended_offsets if start < offset < size})
@@ -118,15 +123,6 @@ def _opened(path: Path, size: int, changed_at: int) -> ULogFile:
         f"{path.resolve()}#time since start",
         tuple(ulog.get_version_info() or ())[:3],
     )
-
-
-def opened(path: Path) -> ULogFile:
-    """Read what stands before the data.
-
-    Raises `LogError` where it is not whole.
-    """
-    facts = path.stat()
-    return _opened(path, facts.st_size, facts.st_mtime_ns)
 
 
 def _definitions(path: Path) -> tuple[int, bytes]:
