@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
 
 from tumble.convert.arrival import ArrivalWatch
 from tumble.convert.result import Converted, ConvertedImu
@@ -20,6 +21,9 @@ from tumble.timing import TimeWatch
 from tumble.units import TRIADS
 from tumble.words import join
 
+if TYPE_CHECKING:
+    from tumble.logs.writer_mcap import McapWriter
+
 EUROC = "euroc"
 TARGETS = ("csv", "parquet", "mcap", EUROC)
 """What can be written."""
@@ -33,7 +37,21 @@ _LACKS = {
 }
 """What a target has no place for."""
 
-Write = Callable[[Chunk], None]
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """Where one IMU is written."""
+
+    path: Path
+    write: Callable[[Chunk], None]
+    name: str = ""
+    """What `LOG:NAME` calls it there; empty where it needs no name."""
+    lacks: tuple[str, ...] = ()
+    """What it cannot hold, besides what no file of the target can."""
+
+
+OpenPlace: TypeAlias = Callable[[str, Chunk], _Place]
+"""Opens the place of an IMU, by its name in the log and its first samples."""
 
 
 @dataclass(slots=True)
@@ -42,9 +60,7 @@ class _Imu:
 
     name: str
     recording: Recording
-    path: Path
-    new_name: str
-    write: Write
+    place: _Place
     stream: Iterator[Chunk]
     chunk: Chunk | None
     """What is to be written next."""
@@ -57,7 +73,7 @@ class _Imu:
         """Write what is next, and read on."""
         chunk = self.chunk
         assert chunk is not None
-        self.write(chunk)
+        self.place.write(chunk)
         self.time.push(chunk.time)
         if chunk.received is not None:
             self.arrival.push(chunk.time, chunk.received)
@@ -129,45 +145,68 @@ def _open(log: str | Path, name: str, read: ReadOptions | None) -> Recording:
 
 def _opened(stack: ExitStack, recordings: dict[str, Recording], output: Path, target: str) -> Iterator[_Imu]:
     """Open what each IMU is written to; the files take their places when `stack` ends without an error."""
-    inputs = tuple(path for each in recordings.values() for path in files_of(each))
-    several = len(recordings) > 1
-    if target == "mcap" and several:
-        common = _common_facts(recordings)
-        together = stack.enter_context(open_mcap_writer(output, common, inputs=inputs))
-    for number, (name, recording) in enumerate(recordings.items()):
+    open_place = _PLACES.get(target, _tables)(stack, recordings, output, target)
+    for name, recording in recordings.items():
         stream = recording.chunks()
         first = next(stream, None)
         if first is None:
             raise LogError(f"{recording.metadata.source}: holds no samples")
-        new_name, path = "", output
-        write: Write
-        if target == EUROC:
-            from tumble.logs.writer_euroc import open_euroc_writer
-
-            path = output / "mav0" / f"imu{number}"
-            write = stack.enter_context(open_euroc_writer(path, inputs)).write
-        elif target == "mcap":
-            new_name = name.strip("/") if several else ""
-            writer = (
-                together
-                if several
-                else stack.enter_context(open_mcap_writer(output, _facts(recording, first), inputs=inputs))
-            )
-            write = _to_mcap(writer, new_name, recording.metadata.frame)
-        else:
-            path = _one_of_several(output, name) if several else output
-            facts = _facts(recording, first, further=True)
-            write = stack.enter_context(open_writer(path, target, facts, inputs=inputs)).write
-        lacks = [*_LACKS[target], *(_untold(common) if target == "mcap" and several else ())]
-        lost = tuple(what for what in lacks if what in _held(recording, first))
-        yield _Imu(name, recording, path, new_name, write, stream, first, TimeWatch(), ArrivalWatch(), lost)
+        place = open_place(name, first)
+        held = _held(recording, first)
+        lost = tuple(what for what in (*_LACKS[target], *place.lacks) if what in held)
+        yield _Imu(name, recording, place, stream, first, TimeWatch(), ArrivalWatch(), lost)
 
 
-def _to_mcap(writer: object, name: str, frame: str) -> Write:
-    from tumble.logs.writer_mcap import McapWriter
+def _folders(stack: ExitStack, recordings: dict[str, Recording], output: Path, _target: str) -> OpenPlace:
+    """Give each IMU a folder of one EuRoC folder."""
+    from tumble.logs.writer_euroc import open_euroc_writer
 
-    assert isinstance(writer, McapWriter)
-    return lambda chunk: writer.write(chunk, name, chunk.received, frame)
+    folders = {name: output / "mav0" / f"imu{number}" for number, name in enumerate(recordings)}
+    inputs = _inputs(recordings)
+
+    def open_place(name: str, _first: Chunk) -> _Place:
+        writer = stack.enter_context(open_euroc_writer(folders[name], inputs))
+        return _Place(folders[name], writer.write)
+
+    return open_place
+
+
+def _topics(stack: ExitStack, recordings: dict[str, Recording], output: Path, _target: str) -> OpenPlace:
+    """Give each of several IMUs a topic of one MCAP file, which says what is true of all of them."""
+    inputs = _inputs(recordings)
+
+    def opened(facts: Facts) -> McapWriter:
+        return stack.enter_context(open_mcap_writer(output, facts, inputs=inputs))
+
+    def place_in(writer: McapWriter, imu: str, topic: str, lacks: tuple[str, ...] = ()) -> _Place:
+        frame = recordings[imu].metadata.frame
+        return _Place(output, lambda chunk: writer.write(chunk, topic, chunk.received, frame), topic, lacks)
+
+    if len(recordings) == 1:
+        return lambda name, first: place_in(opened(_facts(recordings[name], first)), name, "")
+    common = _common_facts(recordings)
+    together, lacks = opened(common), tuple(_untold(common))
+    return lambda name, _first: place_in(together, name, name.strip("/"), lacks)
+
+
+def _tables(stack: ExitStack, recordings: dict[str, Recording], output: Path, target: str) -> OpenPlace:
+    """Give each IMU a table, a file of its own."""
+    inputs = _inputs(recordings)
+
+    def open_place(name: str, first: Chunk) -> _Place:
+        path = _one_of_several(output, name) if len(recordings) > 1 else output
+        facts = _facts(recordings[name], first, further=True)
+        return _Place(path, stack.enter_context(open_writer(path, target, facts, inputs=inputs)).write)
+
+    return open_place
+
+
+_PLACES = {EUROC: _folders, "mcap": _topics}
+"""How places are opened for a target; one that is not here is a table."""
+
+
+def _inputs(recordings: dict[str, Recording]) -> tuple[Path, ...]:
+    return tuple(path for each in recordings.values() for path in files_of(each))
 
 
 def _one_of_several(output: Path, name: str) -> Path:
@@ -236,8 +275,8 @@ def _concluded(imu: _Imu, target: str) -> ConvertedImu:
     interval = imu.time.interval
     return ConvertedImu(
         imu.name,
-        imu.path,
-        imu.new_name,
+        imu.place.path,
+        imu.place.name,
         imu.time.samples,
         1.0 / interval if interval > 0.0 else float("nan"),
         imu.time.jitter,
@@ -263,4 +302,4 @@ def _write_sensors(imus: Sequence[_Imu], converted: Sequence[ConvertedImu]) -> N
     from tumble.logs.writer_euroc import write_sensor
 
     for imu, done in zip(imus, converted, strict=True):
-        write_sensor(imu.path, f"converted from {imu.recording.metadata.source}", done.rate)
+        write_sensor(imu.place.path, f"converted from {imu.recording.metadata.source}", done.rate)
