@@ -18,6 +18,8 @@ from tumble.units import TRIADS
 
 FLOAT = 3e-7
 """Single precision of a number of about one, and some."""
+DOUBLE = 1e-12
+"""Double precision of numbers of about one, and some."""
 TURNING = ("kalibr", "openvins", "imu-tk-accelerometer", "imu-tk-gyroscope")
 """Formats in a frame of the sensor's own."""
 
@@ -27,6 +29,23 @@ def back(folder, unit, word):
     path.write_bytes(export(unit, word, needed(word)).content)
     (found,) = import_calibrations(path, word)
     return found
+
+
+def imported(folder, name, text, word=None):
+    """What a file of that name and text holds of one unit."""
+    path = folder / name
+    path.write_text(text)
+    (found,) = import_calibrations(path, word)
+    return found
+
+
+def apart(one, other):
+    return np.abs(one - other).max()
+
+
+def relative(unit):
+    """The gyroscope against the accelerometer, which no turn of the frame changes."""
+    return unit.gyroscope.M @ unit.accelerometer.M.T
 
 
 @pytest.fixture(scope="module")
@@ -43,20 +62,19 @@ def test_an_import_of_an_export_is_what_was_exported_as_far_as_the_format_holds_
     held = TARGETS[word].holds
     for triad, parts in held.items():
         ours, theirs = getattr(unit, triad), getattr(found, triad)
-        assert np.abs(theirs.b - (ours.b if "bias" in parts else 0.0)).max() < FLOAT
+        assert apart(theirs.b, ours.b if "bias" in parts else 0.0) < FLOAT
         if "mounting" in parts and word not in TURNING:
-            assert np.abs(theirs.M - ours.M).max() < FLOAT
+            assert apart(theirs.M, ours.M) < FLOAT
         elif "mounting" in parts:
             # No turn of the frame changes these.
-            assert np.abs(theirs.M @ theirs.M.T - ours.M @ ours.M.T).max() < FLOAT
+            assert apart(theirs.M @ theirs.M.T, ours.M @ ours.M.T) < FLOAT
         elif "scale" in parts:
-            assert np.abs(np.diag(theirs.M) - sensing_axes(ours.M).scale).max() < FLOAT
+            assert apart(np.diag(theirs.M), sensing_axes(ours.M).scale) < FLOAT
         if "g-sensitivity" in parts:
-            between = theirs.g_sensitivity @ found.accelerometer.M.T
-            assert np.abs(between - ours.g_sensitivity @ unit.accelerometer.M.T).max() < FLOAT
-    if {"mounting"} <= set(held.get("accelerometer", ())) & set(held.get("gyroscope", ())):
-        relative = found.gyroscope.M @ found.accelerometer.M.T
-        assert np.abs(relative - unit.gyroscope.M @ unit.accelerometer.M.T).max() < FLOAT
+            between = ours.g_sensitivity @ unit.accelerometer.M.T
+            assert apart(theirs.g_sensitivity @ found.accelerometer.M.T, between) < FLOAT
+    if all("mounting" in held.get(triad, ()) for triad in TRIADS):
+        assert apart(relative(found), relative(unit)) < FLOAT
 
 
 @pytest.mark.parametrize("word", ["kalibr", "openvins", "kalibr-noise"])
@@ -107,9 +125,7 @@ imu0:
 
 
 def test_results_of_kalibr_model_what_kalibr_models(tmp_path):
-    path = tmp_path / "imu-static.yaml"
-    path.write_text(KALIBR)
-    (unit,) = import_calibrations(path)
+    unit = imported(tmp_path, "imu-static.yaml", KALIBR)
     force, rate = np.random.default_rng(1).normal(size=(2, 20, 3))
     imu = yaml.safe_load(KALIBR)["imu0"]
     turned = np.array(imu["gyroscopes"]["C_gyro_i"])
@@ -118,8 +134,7 @@ def test_results_of_kalibr_model_what_kalibr_models(tmp_path):
     read_force = force @ np.array(imu["accelerometers"]["M"]).T
     read_rate = rate @ (M @ turned).T + force @ (A @ turned).T
     true_force, true_rate = unit.correct(read_force, read_rate)
-    assert np.abs(true_force - force).max() < 1e-12
-    assert np.abs(true_rate - rate).max() < 1e-12
+    assert max(apart(true_force, force), apart(true_rate, rate)) < DOUBLE
     assert unit.accelerometer.estimated == ("matrix",)
 
 
@@ -166,9 +181,7 @@ imu0:
 
 
 def test_a_chain_of_openvins_corrects_as_openvins_does(tmp_path):
-    path = tmp_path / "kalibr_imu_chain.yaml"
-    path.write_text(OPENVINS)
-    (unit,) = import_calibrations(path)
+    unit = imported(tmp_path, "kalibr_imu_chain.yaml", OPENVINS)
     imu = yaml.safe_load(OPENVINS.partition("\n")[2])["imu0"]
     Tw, Ta, Tg, to_gyroscope, to_accelerometer = (
         np.array(imu[key]) for key in ("Tw", "Ta", "Tg", "R_IMUtoGYRO", "R_IMUtoACC")
@@ -177,9 +190,8 @@ def test_a_chain_of_openvins_corrects_as_openvins_does(tmp_path):
     # a = R_ACCtoIMU Da a_m, w = R_GYROtoIMU Dw (w_m - Tg a), D = T^-1
     force = read_force @ np.linalg.inv(Ta).T @ to_accelerometer
     rate = (read_rate - force @ Tg.T) @ np.linalg.inv(Tw).T @ to_gyroscope
-    found = unit.correct(read_force, read_rate)
-    assert np.abs(found[0] - force).max() < 1e-12
-    assert np.abs(found[1] - rate).max() < 1e-12
+    true_force, true_rate = unit.correct(read_force, read_rate)
+    assert max(apart(true_force, force), apart(true_rate, rate)) < DOUBLE
 
 
 @pytest.mark.parametrize(
@@ -196,10 +208,8 @@ def test_a_chain_of_openvins_corrects_as_openvins_does(tmp_path):
     ],
 )
 def test_a_chain_that_cannot_be_read_is_said_in_one_line(tmp_path, name, text, message):
-    path = tmp_path / name
-    path.write_text(text)
     with pytest.raises(CalibrationFileError, match=re.escape(message)) as raised:
-        import_calibrations(path, "kalibr")
+        imported(tmp_path, name, text, "kalibr")
     assert "\n" not in str(raised.value)
 
 
