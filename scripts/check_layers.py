@@ -82,7 +82,7 @@ LAYERS: dict[str, set[str]] = {
     "provenance": {"errors", "files"},
     "setting_models": {"setting_table"},
     "factors": {"recording", "_core"},
-    "results": {"errors", "frames", "recording", "_core"},
+    "results": {"errors", "frames", "provenance", "recording", "_core"},
     "goal": {"errors", "numbers", "results", "units"},
     "result": DATA,
     "calibration": DATA | {"result", "_core"},

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Generic, Literal, Protocol, TypeAlias, TypeVar
 
 from tumble import _core
 from tumble.frames import frame_of
+from tumble.provenance import LogFacts
 from tumble.recording import FloatArray
 
 if TYPE_CHECKING:
@@ -112,6 +113,27 @@ class Collection(Generic[Item]):
             if item.name == wanted:
                 return item
         raise KeyError(f"{wanted}: is none of {', '.join(item.name for item in items)}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Addition:
+    """What any result says that adds to a calibration, or begins one."""
+
+    name: str
+    sources: tuple[str, ...]
+    serial: str
+    logs: tuple[LogFacts, ...] = ()
+    """Of each source."""
+    date: str = ""
+    """When it was found: UTC, ISO 8601."""
+    start_hash: str = ""
+    """sha256 of the calibration that it is added to; empty if there was none."""
+    start: Mapping[str, object] = field(default_factory=dict, repr=False)
+    """Content of that calibration; empty if there was none."""
+    options: dict[str, object] = field(default_factory=dict)
+    """Method options as the calibration file keeps them."""
+    warnings: tuple[str, ...] = ()
+    software: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,9 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from tumble.plain import plain
 from tumble.provenance import LogFacts
-from tumble.units import TRIADS, Triad
+from tumble.results import Addition
+from tumble.units import TRIADS, UNITS, Triad
 
 NOISE = ("noise_density", "bias_instability", "random_walk")
 """Keys of a triad that noise is kept under."""
@@ -35,23 +38,29 @@ def part(triad: Triad, name: str) -> str:
     return f"{triad} {name}"
 
 
-def contribution(
-    procedure: str,
-    gave: Sequence[str],
-    *,
-    options: Mapping[str, object],
-    software: str,
-    date: str,
-    logs: Sequence[Mapping[str, Any]],
+def added(
+    result: Addition, procedure: str, group: str, found: Mapping[Triad, Mapping[str, Any]]
 ) -> dict[str, Any]:
-    """Describe a run of a procedure that gave these parts."""
-    return {
-        "gave": tuple(gave),
-        "method": {"procedure": procedure, "options": {key: plain(value) for key, value in options.items()}},
-        "software": software,
-        "date": date,
-        "logs": tuple(logs),
+    """Content of the calibration file that a result adds to, with the `group` of parts found of each triad.
+
+    A triad without a section is given one that leaves its readings as they are.
+    """
+    options = {key: plain(value) for key, value in result.options.items()}
+    run = {
+        "gave": tuple(part(triad, group) for triad in found),
+        "method": {"procedure": procedure, "options": options},
+        "software": result.software,
+        "date": result.date,
+        "logs": tuple(
+            log_content(file, facts) for file, facts in zip(result.sources, result.logs, strict=True)
+        ),
     }
+    before = result.start or {"name": result.name, "serial": result.serial}
+    content = _contributed(before, run)
+    for triad, new in found.items():
+        nothing = {"unit": UNITS[triad], "M": np.eye(3), "b": np.zeros(3), "estimated": ()}
+        content[triad] = {**content.get(triad, nothing), **new}
+    return content
 
 
 def log_content(file: str, facts: LogFacts) -> dict[str, Any]:
@@ -59,7 +68,7 @@ def log_content(file: str, facts: LogFacts) -> dict[str, Any]:
     return {"file": file, "sha256": facts.sha256, "duration": facts.duration}
 
 
-def contributed(before: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, Any]:
+def _contributed(before: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, Any]:
     """Content of a calibration file, `before`, as one of this version to which a run contributed."""
     kept = {key: value for key, value in before.items() if key not in ("schema", "contributions")}
     return kept | {"contributions": (*_without(before.get("contributions", ()), new["gave"]), new)}

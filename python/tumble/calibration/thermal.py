@@ -7,38 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from tumble.calibration.contributions import (
-    TEMPERATURE_DRIFT,
-    contributed,
-    contribution,
-    log_content,
-    part,
-)
+from tumble.calibration.contributions import TEMPERATURE_DRIFT, added
 from tumble.recording import FloatArray
 from tumble.thermal.result import AxisDrift, ThermalResult
-from tumble.units import UNITS
 
 
 def thermal_content(result: ThermalResult) -> dict[str, Any]:
     """Content of the calibration file: that it was started from, with the drift that was found.
 
-    M and b are left as they are: the reference of the drift is the temperature that they hold at. A triad
-    without a section is given one that leaves its readings at the reference as they are.
+    M and b are left as they are: the reference of the drift is the temperature that they hold at.
     """
-    run = contribution(
-        "thermal",
-        [part(triad, "temperature drift") for triad in result.triads],
-        options=result.options,
-        software=result.software,
-        date=result.date,
-        logs=[log_content(file, facts) for file, facts in zip(result.sources, result.logs, strict=True)],
-    )
-    content = contributed(result.start or {"name": result.name, "serial": result.serial}, run)
-    for triad in result.triads:
-        nothing = {"unit": UNITS[triad], "M": np.eye(3), "b": np.zeros(3), "estimated": ()}
-        section = dict(content.get(triad, nothing))
-        content[triad] = section | {TEMPERATURE_DRIFT: _drift(result, result.of_triad(triad))}
-    return content
+    found = {triad: {TEMPERATURE_DRIFT: _drift(result, result.of_triad(triad))} for triad in result.triads}
+    return added(result, "thermal", "temperature drift", found)
 
 
 def _drift(result: ThermalResult, axes: Sequence[AxisDrift]) -> dict[str, Any]:

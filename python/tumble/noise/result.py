@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from tumble.provenance import LogFacts
 from tumble.recording import FloatArray
-from tumble.results import LARGEST_WIDENING, Collection, Parameter, Row, Tabular, Verdict
+from tumble.results import LARGEST_WIDENING, Addition, Collection, Parameter, Row, Tabular, Verdict
 from tumble.units import UNITS, Triad
 
 QUANTISATION, WHITE, BIAS_INSTABILITY, RANDOM_WALK, RAMP = (
@@ -112,27 +111,13 @@ class StillPart:
 
 
 @dataclass(frozen=True, slots=True)
-class NoiseResult(Tabular, Collection[ChannelNoise]):
+class NoiseResult(Addition, Tabular, Collection[ChannelNoise]):
     """Noise of all channels of one sensor."""
 
-    name: str
-    sources: tuple[str, ...]
-    serial: str
     still: StillPart
     channels: tuple[ChannelNoise, ...]
     temperature: tuple[float, float, float] | None = None
     """Lowest, mean and highest, degC."""
-    logs: tuple[LogFacts, ...] = ()
-    """Of each source."""
-    date: str = ""
-    """When it was measured: UTC, ISO 8601."""
-    start_hash: str = ""
-    """sha256 of the calibration that the noise is added to; empty if there was none."""
-    start: Mapping[str, object] = field(default_factory=dict, repr=False)
-    """Content of that calibration; empty if there was none."""
-    options: dict[str, object] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
-    software: str = ""
 
     def _items(self) -> Sequence[ChannelNoise]:
         return self.channels

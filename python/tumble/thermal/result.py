@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from tumble.provenance import LogFacts
 from tumble.recording import FloatArray
-from tumble.results import INTERVAL, Collection, Parameter, Row, Tabular, Verdict
+from tumble.results import INTERVAL, Addition, Collection, Parameter, Row, Tabular, Verdict
 from tumble.units import UNITS, Triad
 
 CLEAR = 4.0
@@ -171,12 +170,9 @@ class ThermalBlocks:
 
 
 @dataclass(frozen=True, slots=True)
-class ThermalResult(Tabular, Collection[AxisDrift]):
+class ThermalResult(Addition, Tabular, Collection[AxisDrift]):
     """What temperature does to each axis of a unit."""
 
-    name: str
-    sources: tuple[str, ...]
-    serial: str
     reference: float
     """Temperature at which M and b hold, degC."""
     range: tuple[float, float]
@@ -187,17 +183,6 @@ class ThermalResult(Tabular, Collection[AxisDrift]):
     """Time constant by which the thermometer is behind the sensor, s."""
     axes: tuple[AxisDrift, ...]
     blocks: ThermalBlocks
-    logs: tuple[LogFacts, ...] = ()
-    """Of each source."""
-    date: str = ""
-    """When it was found: UTC, ISO 8601."""
-    start_hash: str = ""
-    """sha256 of the calibration that the drift is added to; empty if there was none."""
-    start: Mapping[str, object] = field(default_factory=dict, repr=False)
-    """Content of that calibration; empty if there was none."""
-    options: dict[str, object] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
-    software: str = ""
 
     def _items(self) -> Sequence[AxisDrift]:
         return self.axes
