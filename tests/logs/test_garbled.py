@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 
 import numpy as np
@@ -13,6 +14,7 @@ from log_fixtures import made_up, read, refusal, write_text
 from tumble.errors import TumbleError
 from tumble.inspect.procedure import inspect
 from tumble.logs import ReadOptions, open_recording
+from tumble.logs.csv import TextTable
 from turntable_sessions import typed
 
 SKIP = ReadOptions(skip_bad_lines=True)
@@ -218,3 +220,17 @@ def test_whatever_is_done_to_a_log_it_is_read_or_refused_in_one_line(
             problem = str(error)
     assert "\n" not in problem
     assert problem or 0 < found.timing.samples <= samples + len(mutations)
+
+
+def test_a_log_that_somebody_cuts_while_it_is_read_is_refused(tmp_path, monkeypatch):
+    log = garble(write_text(tmp_path / "log.csv", made_up(80_000, temperature=False)), line_70000=b"garbled")
+    recording, parsed = open_recording(log), TextTable._parsed
+
+    def parsed_once_cut(table, data):
+        if b"garbled" in data:
+            os.truncate(log, 0)
+        return parsed(table, data)
+
+    monkeypatch.setattr(TextTable, "_parsed", parsed_once_cut)
+    with pytest.raises(TumbleError, match="has 1 field"):
+        list(recording.chunks())

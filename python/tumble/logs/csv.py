@@ -331,8 +331,8 @@ class TextTable:
         count = 0
         position = self._layout.data_offset
         with open_text(self._path, position) as file:
-            while position < offset:
-                piece = file.read(min(1 << 20, offset - position))
+            # It ends sooner where somebody cuts the file while it is read.
+            while piece := file.read(min(1 << 20, offset - position)):
                 count += piece.count(b"\n")
                 position += len(piece)
         return count
