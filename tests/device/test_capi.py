@@ -253,18 +253,16 @@ def test_an_image_that_reaches_the_heap_is_found_out(device_library: Path) -> No
     assert any(FORBIDDEN.search(name) for name in symbols(device_library.parent / "image.elf"))
 
 
-def test_a_cortex_m_image_without_spin_and_decomposition_emulates_no_double_precision(
-    device_library: Path,
-) -> None:
-    linked = image(device_library, "-DONLY_SINGLE_PRECISION")
+def test_a_cortex_m_image_emulates_no_double_precision(device_library: Path) -> None:
+    linked = image(device_library)
     assert linked.returncode == 0, linked.stderr
     found = symbols(device_library.parent / "image.elf")
     assert "tumble_redundancy_push" in found
     assert [name for name in found if DOUBLE.search(name)] == []
 
 
-def test_an_image_with_a_spin_is_found_to_emulate_double_precision(device_library: Path) -> None:
-    linked = image(device_library)
+def test_an_image_that_emulates_double_precision_is_found_out(device_library: Path) -> None:
+    linked = image(device_library, "-DREACH_DOUBLE_PRECISION")
     assert linked.returncode == 0, linked.stderr
     found = symbols(device_library.parent / "image.elf")
     assert any(name == "__aeabi_dmul" and DOUBLE.search(name) for name in found)

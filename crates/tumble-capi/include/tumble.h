@@ -3,8 +3,7 @@
  * docs/how-to/c.md tells how to take it in.
  *
  * Units are SI, m/s^2 and rad/s; time is whole microseconds. Frames are right-handed; matrices are written row by row. All
- * numbers are single precision. Only sines, cosines, arc sines and hypotenuses, which spins and
- * tumble_error_model_decompose() need, are computed by way of double precision, emulated where the processor has none.
+ * numbers are single precision, and nothing is computed by way of double.
  *
  * Whoever calls owns all memory. A pointer that is handed in may be null where that is said; else it leads to a value of
  * its type, or room for one, that nobody else changes until the call returns. No pointer is kept, but for the context of

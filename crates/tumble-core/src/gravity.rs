@@ -20,7 +20,7 @@ pub fn normal<T: Real>(latitude: T, height: T) -> T {
     const SOMIGLIANA: f64 = 1.931_852_652_41e-3;
     const M: f64 = 3.449_786_506_84e-3;
 
-    let sine = latitude.sin();
+    let (sine, _) = latitude.sine_cosine();
     let sine_squared = sine * sine;
     let on_ellipsoid = real::<T>(EQUATOR) * (T::one() + real::<T>(SOMIGLIANA) * sine_squared)
         / (T::one() - real::<T>(FIRST_ECCENTRICITY_SQUARED) * sine_squared).sqrt();
@@ -31,7 +31,7 @@ pub fn normal<T: Real>(latitude: T, height: T) -> T {
 
 /// Upward part of the Earth's rotation at a latitude in rad, rad/s.
 pub fn vertical_earth_rate<T: Real>(latitude: T) -> T {
-    real::<T>(EARTH_RATE) * latitude.sin()
+    real::<T>(EARTH_RATE) * latitude.sine_cosine().0
 }
 
 #[cfg(test)]

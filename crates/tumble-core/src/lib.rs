@@ -4,7 +4,7 @@
 //! the truth in the case frame, in SI units. Read in this order:
 //!
 //! 1. [`model`]: the error model, its inverse, and `M = K L Q`, scale, non-orthogonality and mounting.
-//! 2. [`sample`] and [`moments`]: one sample, and what is kept of many.
+//! 2. [`real`], the two kinds of number, and [`single`], functions of the smaller one; [`sample`] and [`moments`]: one sample, and what is kept of many.
 //! 3. [`stillness`] and [`segmenter`]: a recording becomes rests, and turns between them; [`pauses`] where samples are missing.
 //! 4. [`noise`]: white noise and bias instability, and what they do to a mean.
 //! 5. [`regression`] and [`rotation`]: the two solvers; [`eigen`] serves both.
@@ -28,6 +28,7 @@ pub mod regression;
 pub mod rotation;
 pub mod sample;
 pub mod segmenter;
+pub mod single;
 pub mod soft_mean;
 pub mod spin;
 pub mod stillness;

@@ -174,7 +174,7 @@ impl<T: Real> Decomposition<T> {
             scale: self.scale,
             // As of PAIRS, with indices that a compiler sees to be within bounds.
             non_orthogonality: Vector3::new(gram[(0, 1)], gram[(1, 2)], gram[(2, 0)])
-                .map(|sine| sine.clamp(-T::one(), T::one()).asin()), // eq. 4
+                .map(|sine| sine.clamp(-T::one(), T::one()).arc_sine()), // eq. 4
             mounting: UnitQuaternion::from_rotation_matrix(&self.mounting).scaled_axis(),
         }
     }

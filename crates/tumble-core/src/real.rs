@@ -1,12 +1,14 @@
 //! The two kinds of number the core runs on.
 
-use nalgebra::RealField;
+use nalgebra::{ComplexField, RealField};
+
+use crate::single;
 
 /// Microseconds in a second.
 pub const SECOND: u64 = 1_000_000;
 
-/// `f32` on devices, `f64` on hosts. Conversions of whole numbers are its own: by way of `f64`, which most devices lack,
-/// they would cost more than what is done with them.
+/// `f32` on devices, `f64` on hosts. Conversions of whole numbers, and functions that libm works out by way of `f64`, are its
+/// own: most devices lack `f64`, and they would cost more than what is done with them.
 pub trait Real: RealField + Copy {
     /// The number closest to a count.
     fn of_count(count: u32) -> Self;
@@ -16,6 +18,15 @@ pub trait Real: RealField + Copy {
 
     /// Seconds in a span of microseconds.
     fn of_microseconds(span: u64) -> Self;
+
+    /// Sine and cosine of an angle in rad; those of `f32` say up to which.
+    fn sine_cosine(self) -> (Self, Self);
+
+    /// Angle in rad of a sine.
+    fn arc_sine(self) -> Self;
+
+    /// `sqrt(x^2 + y^2)`.
+    fn hypotenuse(self, other: Self) -> Self;
 }
 
 impl Real for f32 {
@@ -32,6 +43,18 @@ impl Real for f32 {
     fn of_microseconds(span: u64) -> Self {
         span as f32 * 1e-6
     }
+
+    fn sine_cosine(self) -> (Self, Self) {
+        single::sine_cosine(self)
+    }
+
+    fn arc_sine(self) -> Self {
+        single::arc_sine(self)
+    }
+
+    fn hypotenuse(self, other: Self) -> Self {
+        single::hypotenuse(self, other)
+    }
 }
 
 impl Real for f64 {
@@ -47,6 +70,18 @@ impl Real for f64 {
     fn of_microseconds(span: u64) -> Self {
         // Processors convert signed integers in one step, and 2^63 microseconds are 292 000 years.
         span.cast_signed() as f64 * 1e-6
+    }
+
+    fn sine_cosine(self) -> (Self, Self) {
+        ComplexField::sin_cos(self)
+    }
+
+    fn arc_sine(self) -> Self {
+        ComplexField::asin(self)
+    }
+
+    fn hypotenuse(self, other: Self) -> Self {
+        ComplexField::hypot(self, other)
     }
 }
 

@@ -21,7 +21,8 @@ pub fn inverse_left_jacobian<T: Real>(phi: &Vector3<T>) -> Matrix3<T> {
         real::<T>(1.0 / 12.0) + angle_squared * real(1.0 / 720.0)
     } else {
         let half = angle_squared.sqrt() * real(0.5);
-        (T::one() - half * half.cos() / half.sin()) / angle_squared
+        let (sine, cosine) = half.sine_cosine();
+        (T::one() - half * cosine / sine) / angle_squared
     };
     Matrix3::identity() - hat * real::<T>(0.5) + hat * hat * quadratic // model.md, eq. 8
 }
@@ -30,7 +31,10 @@ pub fn inverse_left_jacobian<T: Real>(phi: &Vector3<T>) -> Matrix3<T> {
 pub fn rotation_of<T: Real>(phi: &Vector3<T>) -> UnitQuaternion<T> {
     let angle_squared = phi.norm_squared();
     if angle_squared > real(1e-7) {
-        return UnitQuaternion::from_scaled_axis(*phi);
+        let half = phi * real::<T>(0.5);
+        let size = half.norm();
+        let (sine, cosine) = size.sine_cosine();
+        return UnitQuaternion::new_unchecked(Quaternion::from_parts(cosine, half * (sine / size)));
     }
     // The terms left out, phi^4 / 384 and less, are below the rounding of f64.
     let scalar = T::one() - angle_squared * real(0.125);
@@ -41,8 +45,8 @@ pub fn rotation_of<T: Real>(phi: &Vector3<T>) -> UnitQuaternion<T> {
 /// Halvings after which the series below holds for half a turn.
 const HALVINGS: u32 = 5;
 
-/// The same for up to half a turn without sines, which take a device double precision: by series for a part of the rotation,
-/// done as often as that part goes into it.
+/// The same for up to half a turn without sines: by series for a part of the rotation, done as often as that part goes into
+/// it.
 pub fn rotation_by_series<T: Real>(phi: &Vector3<T>) -> UnitQuaternion<T> {
     let half: Vector3<T> = phi * real::<T>(0.5 / 32.0);
     let square = half.norm_squared();

@@ -51,7 +51,7 @@ impl<T: Real> RateMoments<T> {
 
 /// Frame of the floor: forward, left, up, as columns in the case frame. Forward is the case's x, projected onto the floor.
 pub fn floor_frame<T: Real>(up: &Vector3<T>) -> Matrix3<T> {
-    let level = up.y.hypot(up.z);
+    let level = up.y.hypotenuse(up.z);
     // Where x points up or down there is no forward, and roll counts as zero.
     let (sine, cosine) = if level > T::zero() {
         (up.y / level, up.z / level)
@@ -65,7 +65,7 @@ pub fn floor_frame<T: Real>(up: &Vector3<T>) -> Matrix3<T> {
 
 /// Roll and pitch, rad, of a case in which `up` points up: `floor_from_case = R_y(pitch) R_x(roll)`.
 pub fn tilt<T: Real>(up: &Vector3<T>) -> (T, T) {
-    (up.y.atan2(up.z), (-up.x).atan2(up.y.hypot(up.z)))
+    (up.y.atan2(up.z), (-up.x).atan2(up.y.hypotenuse(up.z)))
 }
 
 /// The rest that the line starts from.

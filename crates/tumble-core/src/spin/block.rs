@@ -96,8 +96,8 @@ impl<T: Real> Heading<T> {
 
 /// Cosine and sine of an angle that moves on in small steps.
 ///
-/// A sine in single precision costs a processor without double precision hundreds of instructions; a small rotation,
-/// by the powers below of its angle, costs thirty. Steps are differences of the angle itself, so their rounding does
+/// A sine costs sixty instructions in single precision and hundreds in double; a small rotation, by the powers below of its
+/// angle, costs thirty. Steps are differences of the angle itself, so their rounding does
 /// not add up; each block begins with a whole sine, so that of the products does not either.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct HeadingPhasor<T: Real> {
@@ -112,7 +112,7 @@ const SMALL_STEP: f64 = 0.125;
 impl<T: Real> HeadingPhasor<T> {
     #[inline(never)]
     fn at(angle: T) -> Self {
-        let (sine, cosine) = angle.sin_cos();
+        let (sine, cosine) = angle.sine_cosine();
         Self { angle, cosine, sine }
     }
 

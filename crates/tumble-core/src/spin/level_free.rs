@@ -94,7 +94,7 @@ impl<T: Real> LevelFree<T> {
             v - self.up * self.up.dot(&v)
         };
         let (uphill, arm) = (project_horizontal(UPHILL), project_horizontal(LEVER_ARM));
-        let (sine, cosine) = heading.sin_cos();
+        let (sine, cosine) = heading.sine_cosine();
         let q = T::one() / (T::one() + x[SCALE]);
         let vertical = (self.gravity * self.gravity - uphill.norm_squared()).max(T::zero());
         self.up * vertical.sqrt() + uphill * cosine // eq. 7

@@ -121,17 +121,18 @@ fn floor_attitude<T: Real>(
 ) -> FloorAttitude<T> {
     let (roll, pitch) = axis::tilt(&fit.up); // eq. 18
     let tilt_sigma = |i: usize| covariance[(AXIS + i, AXIS + i)].sqrt();
+    let (sine, cosine) = pitch.sine_cosine();
     FloorAttitude {
         roll: ScalarEstimate {
             value: roll,
-            sigma: tilt_sigma(1) / pitch.cos().abs().max(real(1e-6)),
+            sigma: tilt_sigma(1) / cosine.abs().max(real(1e-6)),
         },
         pitch: ScalarEstimate {
             value: pitch,
             sigma: tilt_sigma(0),
         },
         // Forward turns with the roll where x points up or down.
-        forward_sigma: tilt_sigma(1) * (pitch.sin() / pitch.cos().max(real(1e-6))).abs(),
+        forward_sigma: tilt_sigma(1) * (sine / cosine.max(real(1e-6))).abs(),
     }
 }
 
@@ -228,13 +229,13 @@ fn uphill<T: Real>(
     let sine = (size / priors.gravity).min(T::one());
     let cosine = (T::one() - sine * sine).sqrt().max(real(1e-6));
     let tilt = ScalarEstimate {
-        value: sine.asin(), // eq. 18
+        value: sine.arc_sine(), // eq. 18
         sigma: lengthwise / (priors.gravity * cosine),
     };
     let bearing = if size > crosswise * real(SHOWN) && forward_sigma < T::one() {
         ScalarEstimate {
             value: pull.y.atan2(pull.x),
-            sigma: (crosswise / size).hypot(forward_sigma),
+            sigma: (crosswise / size).hypotenuse(forward_sigma),
         }
     } else {
         ScalarEstimate::unknown()
