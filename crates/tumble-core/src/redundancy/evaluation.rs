@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::products::{product, transposed_product};
 use crate::real::{Real, count, real};
 use crate::redundancy::platform::{MountedUnit, PrimaryCalibration};
 use crate::redundancy::relative_error::RelativeError;
@@ -224,7 +225,7 @@ impl<T: Real> SecondaryAtRest<'_, T> {
             Data::Raw => self.mean,
             Data::Compensated => self.compensated(),
         };
-        let found = self.present(&(data - self.unit.sensor_from_primary * primary));
+        let found = self.present(&(data - product(&self.unit.sensor_from_primary, primary)));
         Deviation {
             value: found.norm(),
             threshold: self.threshold(settings, &(self.mean - self.compensated()), &found),
@@ -239,7 +240,10 @@ impl<T: Real> SecondaryAtRest<'_, T> {
     fn share_of_gravity(&self, gravity: T) -> Option<[Vector3<T>; 2]> {
         let (turn, gravity) = (&self.unit.sensor_from_primary, self.up? * gravity);
         let of_primary = self.calibration.model(self.sensor).measure(&gravity);
-        Some([turn * gravity, self.stored.error.predict(&(turn * of_primary))])
+        Some([
+            product(turn, &gravity),
+            self.stored.error.predict(&product(turn, &of_primary)),
+        ])
     }
 
     fn of_data(&self, data: Data, truth: Vector3<T>, expected: Vector3<T>) -> Vector3<T> {
@@ -256,7 +260,7 @@ impl<T: Real> SecondaryAtRest<'_, T> {
 
     /// What the primary would say with its own calibration applied, in its case frame.
     fn as_truth(&self) -> Vector3<T> {
-        let as_primary = self.unit.sensor_from_primary.tr_mul(&self.compensated());
+        let as_primary = transposed_product(&self.unit.sensor_from_primary, &self.compensated());
         self.calibration.correct(self.sensor, &as_primary)
     }
 

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use crate::products::cross;
 use crate::real::{Real, real, seconds};
 use crate::redundancy::evaluation::StoredCalibration;
 use crate::redundancy::platform::{MountedUnit, PrimaryCalibration};
@@ -97,6 +98,6 @@ impl<T: Real> LeverArmCorrection<T> {
             let change = (w - rate) * inverse - self.angular_acceleration;
             self.angular_acceleration += change * share;
         }
-        reading.specific_force - self.angular_acceleration.cross(arm) - w.cross(&w.cross(arm)) // eq. 14
+        reading.specific_force - cross(&self.angular_acceleration, arm) - cross(&w, &cross(&w, arm)) // eq. 14
     }
 }

@@ -2,7 +2,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::model::{ErrorModel, times};
+use crate::model::ErrorModel;
+use crate::products::{columns, cross, matrix_product, product};
 use crate::real::Real;
 use crate::redundancy::record::Record;
 
@@ -44,21 +45,21 @@ impl<T: Real> RelativeError<T> {
 
     /// Of a record, which holds the nominal rotation too.
     pub fn of(record: &Record<T>, sensor_from_primary: &Matrix3<T>) -> Option<Self> {
-        let matrix = record.model.matrix * sensor_from_primary.transpose();
+        let matrix = matrix_product(&record.model.matrix, &sensor_from_primary.transpose());
         Self::new(matrix, record.model.bias, record.lever_arm)
     }
 
     /// With the nominal rotation, as records hold it.
     pub fn model(&self, sensor_from_primary: &Matrix3<T>) -> ErrorModel<T> {
         ErrorModel {
-            matrix: self.matrix * sensor_from_primary,
+            matrix: matrix_product(&self.matrix, sensor_from_primary),
             bias: self.bias,
         }
     }
 
     /// What the secondary says where the primary, at its place, says `u`.
     pub fn predict(&self, u: &Vector3<T>) -> Vector3<T> {
-        times(&self.matrix, u) + self.bias // redundancy.md, eq. 5
+        product(&self.matrix, u) + self.bias // redundancy.md, eq. 5
     }
 
     /// What the primary would say, at the place of the secondary and in its axes, where the secondary says `y`.
@@ -70,13 +71,8 @@ impl<T: Real> RelativeError<T> {
     /// The cross products of the columns of M and its determinant: all that Cramer's rule needs. An inverse that is kept
     /// would cost a device with two secondaries 216 bytes.
     fn cofactors(&self) -> ([Vector3<T>; 3], T) {
-        let m = &self.matrix;
-        let (a, b, c) = (
-            Vector3::new(m.m11, m.m21, m.m31),
-            Vector3::new(m.m12, m.m22, m.m32),
-            Vector3::new(m.m13, m.m23, m.m33),
-        );
-        let across = b.cross(&c);
-        ([across, c.cross(&a), a.cross(&b)], a.dot(&across))
+        let [a, b, c] = columns(&self.matrix);
+        let across = cross(&b, &c);
+        ([across, cross(&c, &a), cross(&a, &b)], a.dot(&across))
     }
 }

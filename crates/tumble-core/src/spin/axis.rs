@@ -5,6 +5,9 @@
 
 use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2, Vector3};
 
+use crate::products::{
+    congruent, matrix_product, outer, product, transposed_matrix_product, transposed_product,
+};
 use crate::real::{Real, count, real};
 
 /// Mean and centred second moments of three channels.
@@ -31,15 +34,15 @@ impl<T: Real> RateMoments<T> {
         self.points = self.points.saturating_add(1);
         let before = point - self.mean;
         self.mean += before / count::<T>(self.points);
-        self.spread += before * (point - self.mean).transpose();
+        self.spread += outer(&before, &(point - self.mean));
     }
 
     /// The same points in another frame: `to_from` turns what was into what is.
     pub fn in_frame(&self, to_from: &Matrix3<T>) -> Self {
         Self {
             points: self.points,
-            mean: to_from * self.mean,
-            spread: to_from * self.spread * to_from.transpose(),
+            mean: product(to_from, &self.mean),
+            spread: congruent(to_from, &self.spread),
         }
     }
 
@@ -133,16 +136,13 @@ fn one_round<T: Real>(turning: &TurningRates<T>, rest: &RestingRate<T>, up: &Vec
     let floor = floor_frame(up);
     let rates = &turning.moments;
     let points = count::<T>(rates.points.max(1));
-    let local = turning.frame.tr_mul(&floor);
+    let local = transposed_matrix_product(&turning.frame, &floor);
     // The rest is the origin: means and moments about it.
-    let offset = rates.mean - turning.frame.tr_mul(&(rest.mean - turning.counted_bias));
-    let spread = local.tr_mul(&(rates.spread * local));
-    let mean = local.tr_mul(&offset);
-    let about_rest = spread + mean * mean.transpose() * points;
-    let rest_variance = floor
-        .map(|e| e * e)
-        .tr_mul(&rest.variance)
-        .map(|v| floored(v, LEAST));
+    let offset = rates.mean - transposed_product(&turning.frame, &(rest.mean - turning.counted_bias));
+    let spread = transposed_matrix_product(&local, &matrix_product(&rates.spread, &local));
+    let mean = transposed_product(&local, &offset);
+    let about_rest = spread + outer(&mean, &mean) * points;
+    let rest_variance = transposed_product(&floor.map(|e| e * e), &rest.variance).map(|v| floored(v, LEAST));
     let sums = LineSums {
         points,
         along: mean.z * points,
@@ -154,8 +154,8 @@ fn one_round<T: Real>(turning: &TurningRates<T>, rest: &RestingRate<T>, up: &Vec
         line(&sums, seen, with_rate, block_variance, rest_variance[i])
     };
     let (forward, left) = (across(0), across(1));
-    let bias = floor * Vector3::new(forward.0.x, left.0.x, T::zero()) + rest.mean; // eq. 5: delta
-    let tilted = up + floor * Vector3::new(forward.0.y, left.0.y, T::zero()); // eq. 5: tau
+    let bias = product(&floor, &Vector3::new(forward.0.x, left.0.x, T::zero())) + rest.mean; // eq. 5: delta
+    let tilted = up + product(&floor, &Vector3::new(forward.0.y, left.0.y, T::zero())); // eq. 5: tau
     AxisFit {
         bias,
         floor: floor_frame(&tilted.normalize()),

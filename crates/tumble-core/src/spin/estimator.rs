@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::moments::Moments;
+use crate::products::{transposed_matrix_product, transposed_product};
 use crate::real::{Real, count, real};
 use crate::sample::CHANNELS;
 use crate::spin::axis::{AxisFit, RateMoments, floor_frame};
@@ -270,8 +271,10 @@ impl<T: Real> SpinEstimator<T> {
     fn turn(&mut self, block: &Block<T>, reference: &HeadingReference<T>) {
         if !self.rests.as_ref().is_some_and(|rests| rests.is_short(block)) {
             // About the rest, and with most of the rate on one axis: so single precision keeps what is seen across it.
-            self.rates
-                .push(&self.frame.tr_mul(&(block.angular_rate() - reference.bias)));
+            self.rates.push(&transposed_product(
+                &self.frame,
+                &(block.angular_rate() - reference.bias),
+            ));
             self.noise.push(&block.moments.variance());
         }
         self.turning_samples = self.turning_samples.saturating_add(block.moments.samples());
@@ -286,7 +289,9 @@ impl<T: Real> SpinEstimator<T> {
             let lost = vector.norm() - vector.dot(&reference.up);
             self.lost = if block.gained < T::zero() { -lost } else { lost };
             let frame = floor_frame(&vector.normalize());
-            self.rates = self.rates.in_frame(&frame.tr_mul(&self.frame));
+            self.rates = self
+                .rates
+                .in_frame(&transposed_matrix_product(&frame, &self.frame));
             self.frame = frame;
         }
         if let Some(reference) = self.reference.as_mut() {

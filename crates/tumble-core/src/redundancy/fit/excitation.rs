@@ -3,6 +3,7 @@
 use nalgebra::Matrix3;
 
 use crate::eigen;
+use crate::products::{columns, outer};
 use crate::real::Real;
 
 /// Inverse of a symmetric matrix over the directions along which it is at least `least`, and the projection onto them.
@@ -19,9 +20,9 @@ impl<T: Real> ExcitedDirections<T> {
     pub fn of(matrix: Matrix3<T>, least: T) -> Self {
         let (values, vectors) = eigen::symmetric(matrix);
         let mut excited = Self::nothing();
-        for (value, v) in values.iter().zip(vectors.column_iter()) {
+        for (value, v) in values.iter().zip(columns(&vectors)) {
             if *value >= least {
-                let along = v * v.transpose();
+                let along = outer(&v, &v);
                 excited.inverse += along / *value;
                 excited.projection += along;
                 excited.directions += 1;

@@ -15,7 +15,7 @@ pub mod rests;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::model::times;
+use crate::products::{congruent, matrix_product, product, transposed_matrix_product, transposed_product};
 use crate::real::{Real, count, real};
 use crate::redundancy::fit::excitation::ExcitedDirections;
 use crate::redundancy::fit::residual::{Layout, PairMoments, RowResidual};
@@ -202,7 +202,7 @@ impl<T: Real> PassMoments<'_, '_, T> {
     /// The primary's noise is in the motion and, through the stored M, in what is not explained.
     fn row(&self, m: &Matrix3<T>, i: usize) -> RowMoments<T> {
         let stored: [T; 3] = row_of(&self.problem.stored.matrix, i);
-        let noise = times(&self.problem.noise.reading, &stored.into());
+        let noise = product(&self.problem.noise.reading, &stored.into());
         let (m, beyond) = (&row_of(m, i), self.beyond(i));
         RowMoments {
             motion: noise + Vector3::from_fn(|j, _| self.covariance(&self.moved(j), &beyond)), // eq. 10: c_i
@@ -245,12 +245,16 @@ impl<T: Real> FitProblem<'_, T> {
         let unexplained = self
             .present(&rows, &excited)
             .fold(Vector3::zeros(), |sum, (row, excited)| {
-                sum + row.lever - row.motion_lever.tr_mul(&(excited.inverse * row.motion)) // eq. 8: g_i - A_i^T Sigma^+ c_i
+                sum + row.lever
+                    - transposed_product(&row.motion_lever, &product(&excited.inverse, &row.motion)) // eq. 8: g_i - A_i^T Sigma^+ c_i
             });
-        let step = lever.inverse * unexplained; // eq. 8: s
+        let step = product(&lever.inverse, &unexplained); // eq. 8: s
         let changes: [Vector3<T>; 3] = core::array::from_fn(|i| {
             let (row, excited) = (&rows[i], &excited[i]);
-            excited.inverse * (row.motion - row.motion_lever * step) // eq. 9: Delta_i
+            product(
+                &excited.inverse,
+                &(row.motion - product(&row.motion_lever, &step)),
+            ) // eq. 9: Delta_i
         });
         LadderPass {
             matrix: self.stored.matrix + Matrix3::from_columns(&changes).transpose(),
@@ -296,7 +300,11 @@ impl<T: Real> FitProblem<'_, T> {
         let v = &self.noise.angular_acceleration;
         let noise = Matrix3::from_diagonal(&Vector3::new(v.y + v.z, v.z + v.x, v.x + v.y)); // eq. 10
         let complement = self.present(rows, excited).fold(-noise, |sum, (row, excited)| {
-            sum + row.lever_lever - row.motion_lever.tr_mul(&(excited.inverse * row.motion_lever)) // eq. 8: S
+            sum + row.lever_lever
+                - transposed_matrix_product(
+                    &row.motion_lever,
+                    &matrix_product(&excited.inverse, &row.motion_lever),
+                ) // eq. 8: S
         });
         ExcitedDirections::of(complement, least * least)
     }
@@ -310,7 +318,7 @@ impl<T: Real> FitProblem<'_, T> {
             let lever = self.layout.lever.map_or(Matrix3::zeros(), |first| {
                 Matrix3::from_fn(|l, k| sums[i].mean_of(first + 3 * l + k))
             });
-            lever.tr_mul(&Vector3::from(row_of(&pass.matrix, i)))
+            transposed_product(&lever, &Vector3::from(row_of(&pass.matrix, i)))
         });
         let stored = self.stored;
         let bias = stored.bias
@@ -329,15 +337,16 @@ impl<T: Real> FitProblem<'_, T> {
         let [x, y, z] = variance;
         let lever_arm_covariance = pass.lever.inverse * ((x + y + z) * real(1.0 / 3.0)); // eq. 11: C_r
         let carried_by_lever: [Matrix3<T>; 3] =
-            core::array::from_fn(|i| excited[i].inverse * pass.motion_lever[i]);
+            core::array::from_fn(|i| matrix_product(&excited[i].inverse, &pass.motion_lever[i]));
         let row_covariance: [Matrix3<T>; 3] = core::array::from_fn(|i| {
-            let by_lever = carried_by_lever[i] * lever_arm_covariance * carried_by_lever[i].transpose();
+            let by_lever = congruent(&carried_by_lever[i], &lever_arm_covariance);
             excited[i].inverse * variance[i] + by_lever // eq. 11: cov Delta_i
         });
         let bias_sigma = Vector3::from_fn(|i, _| {
             let (motion, arm) = (motions[i], arms[i]);
-            let across = -carried_by_lever[i] * lever_arm_covariance * arm;
-            let spread = motion.dot(&(row_covariance[i] * motion)) + arm.dot(&(lever_arm_covariance * arm));
+            let across = -product(&matrix_product(&carried_by_lever[i], &lever_arm_covariance), &arm);
+            let spread = motion.dot(&product(&row_covariance[i], &motion))
+                + arm.dot(&product(&lever_arm_covariance, &arm));
             let of_mean = variance[i] * sums[i].variance_of_mean();
             (of_mean + spread + motion.dot(&across) * real(2.0))
                 .max(T::zero())

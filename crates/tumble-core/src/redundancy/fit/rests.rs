@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::eigen;
+use crate::products::outer;
 use crate::real::{Real, count, real};
 use crate::redundancy::fit::joint_moments::{JointMoments, packed};
 use crate::redundancy::fit::residual::{Layout, PairMoments, RowResidual};
@@ -135,7 +136,7 @@ impl<T: Real> Rests<T> {
             return Vector3::zeros();
         }
         let mean = self.first();
-        let squares = (self.motion() + mean * mean.transpose()) * count::<T>(rests);
+        let squares = (self.motion() + outer(&mean, &mean)) * count::<T>(rests);
         let (values, vectors) = eigen::symmetric(squares);
         let enough = squares.trace() / count(rests) * real(SEEN);
         let directions = values.iter().zip(vectors.column_iter());

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use crate::products::cross;
 use crate::real::{Real, real, tabulated};
 use crate::redundancy::components::{difference, follow, scaled, squared};
 use crate::redundancy::judgement::scales::{SCALES, Shares, filled};
@@ -123,7 +124,7 @@ impl<T: Real> CarriedGravity<T> {
         // A rotation by -w h, to second order.
         let turn: Vector3<T> = w * -window;
         let turned: Vector3<T> =
-            *carried + turn.cross(carried) + turn.cross(&turn.cross(carried)) * real::<T>(0.5);
+            *carried + cross(&turn, carried) + cross(&turn, &cross(&turn, carried)) * real::<T>(0.5);
         let error = difference(f, &turned); // judgement.md, eq. 14
         let mut next = turned;
         follow(&mut next, f, window / real::<T>(CARRIED_OVER));

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::products::congruent;
 use crate::real::{Real, real};
 use crate::redundancy::evaluation::{StoredCalibration, factory_error};
 use crate::redundancy::fit::Fit;
@@ -142,7 +143,7 @@ fn record<T: Real>(
 fn matrix_sigma<T: Real>(fit: &Fit<T>, turn: &Matrix3<T>) -> Matrix3<T> {
     let mut sigmas = Matrix3::zeros();
     for (i, (covariance, shown)) in fit.row_covariance.iter().zip(&fit.shown).enumerate() {
-        let turned = |matrix: &Matrix3<T>| turn.transpose() * matrix * turn;
+        let turned = |matrix: &Matrix3<T>| congruent(&turn.transpose(), matrix);
         sigmas.set_row(i, &sigma(&turned(covariance), &turned(shown)).transpose());
     }
     sigmas

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::products::{congruent, product};
 use crate::real::{Real, SECOND, count, real, seconds};
 use crate::redundancy::evaluation::StoredCalibration;
 use crate::redundancy::fit::adoption::{AdoptionRefusal, FitCandidate, Following, Residuals, RestReadings};
@@ -306,7 +307,7 @@ impl<T: Real> CalibrationRun<T> {
 
     fn rest_pair(&self, sensor: Sensor, unit: &MountedUnit<T>) -> RestReadings<T> {
         RestReadings {
-            first: unit.sensor_from_primary * sensor.triad(&self.rest.primary),
+            first: product(&unit.sensor_from_primary, &sensor.triad(&self.rest.primary)),
             second: sensor.triad(&self.rest.secondary),
         }
     }
@@ -318,7 +319,10 @@ impl<T: Real> CalibrationRun<T> {
         let of = |sensor: Sensor| sensor.triad(&self.rest.variance);
         let length = seconds::<T>(window);
         PrimaryNoise {
-            reading: turn * Matrix3::from_diagonal(&(of(sensor) * real::<T>(2.0 / 3.0))) * turn.transpose(), // redundancy.md, eq. 10: N
+            reading: congruent(
+                turn,
+                &Matrix3::from_diagonal(&(of(sensor) * real::<T>(2.0 / 3.0))),
+            ), // redundancy.md, eq. 10: N
             angular_acceleration: of(Sensor::Gyroscope) * (real::<T>(2.0) / (length * length)), // redundancy.md, eq. 10: 2 v / h^2
         }
     }

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use crate::products::cross;
 use crate::real::{Real, real, seconds};
 use crate::redundancy::evaluation::{Deviation, StoredCalibration};
 use crate::redundancy::health::{Health, HealthFault, RefutedBy};
@@ -126,7 +127,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             let (before, means) = self.histories.get(number)?.pair(window)?;
             let arm = lever_arm(unit, stored);
             let carried = turning.map_or(Vector3::zeros(), |(rate, change)| {
-                change.cross(&arm) + rate.cross(&rate.cross(&arm))
+                cross(&change, &arm) + cross(&rate, &cross(&rate, &arm))
             });
             let lives = self.lives(number);
             let of_sensors = |fact: &dyn Fn(Sensor) -> bool| SENSORS.map(fact);

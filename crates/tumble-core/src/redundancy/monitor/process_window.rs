@@ -1,5 +1,6 @@
 //! What the monitor does with each window: the vote, rest and its evaluation, calibration mode.
 
+use crate::products::cross;
 use crate::real::{Real, SECOND, seconds};
 use crate::redundancy::health::RefutedBy;
 use crate::redundancy::monitor::adopt::{Conclusion, conclude};
@@ -70,8 +71,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         let arm = lever_arm(unit, stored);
         Some(Compensated {
             specific_force: said(Sensor::Accelerometer, means)?
-                - change.cross(&arm)
-                - w.cross(&w.cross(&arm)),
+                - cross(&change, &arm)
+                - cross(&w, &cross(&w, &arm)),
             angular_rate: w,
         })
     }

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::products::{matrix_product, product};
 use crate::real::{Real, seconds};
 use crate::redundancy::platform::{MountedUnit, PrimaryCalibration};
 use crate::redundancy::relative_error::RelativeError;
@@ -55,7 +56,7 @@ impl<T: Real> PrimaryMeans<T> {
         Self {
             specific_force: Vector3::new(fx, fy, fz),
             angular_rate: Vector3::new(wx, wy, wz),
-            lever: matrix * (acceleration.cross_matrix() + centripetal), // eq. 4: W
+            lever: matrix_product(matrix, &(acceleration.cross_matrix() + centripetal)), // eq. 4: W
         }
     }
 }
@@ -76,12 +77,15 @@ impl<T: Real> MotionPair<T> {
     pub fn of(unit: &MountedUnit<T>, primary: &PrimaryMeans<T>, second: &[T; CHANNELS]) -> Self {
         let turn = &unit.sensor_from_primary;
         let (carried, lever) = match &unit.lever_arm {
-            Some(arm) => (primary.specific_force + primary.lever * arm, Matrix3::zeros()),
-            None => (primary.specific_force, turn * primary.lever),
+            Some(arm) => (
+                primary.specific_force + product(&primary.lever, arm),
+                Matrix3::zeros(),
+            ),
+            None => (primary.specific_force, matrix_product(turn, &primary.lever)),
         };
         let [fx, fy, fz, wx, wy, wz] = *second;
         Self {
-            first: [turn * carried, turn * primary.angular_rate],
+            first: [product(turn, &carried), product(turn, &primary.angular_rate)],
             lever,
             second: [Vector3::new(fx, fy, fz), Vector3::new(wx, wy, wz)],
         }
@@ -91,7 +95,7 @@ impl<T: Real> MotionPair<T> {
     /// secondary; of the secondary, what it says beyond the stored error.
     pub fn forces(&self, time: T, stored: &RelativeError<T>) -> [T; FORCE_CHANNELS] {
         let ([u, _], w, [y, _]) = (&self.first, &self.lever, &self.second);
-        let u = u + w * stored.lever_arm;
+        let u = u + product(w, &stored.lever_arm);
         let d = y - stored.predict(&u); // eq. 6
         [
             u.x, u.y, u.z, w.m11, w.m12, w.m13, w.m21, w.m22, w.m23, w.m31, w.m32, w.m33, time, d.x, d.y, d.z,
