@@ -64,13 +64,20 @@ impl<T: Real, const N: usize> Solution<T, N> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unsolvable;
 
+/// The unknowns, also in the units of the prior, with the inverse of the triangle, the root of their covariance.
+struct Scaled<T: Real, const N: usize> {
+    inverse: SMatrix<T, N, N>,
+    z: SVector<T, N>,
+    x: SVector<T, N>,
+}
+
 impl<T: Real, const N: usize> LeastSquares<T, N> {
     /// Only the prior.
     pub fn new(prior: &Prior<T, N>) -> Self {
         Self {
             mean: prior.mean,
             prior_variance: prior.covariance.diagonal(),
-            root: prior.covariance.cholesky().map(|root| root.unpack()),
+            root: lower_root(&prior.covariance),
             triangle: SMatrix::identity(),
             right: SVector::zeros(),
             squares: T::zero(),
@@ -113,21 +120,38 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
     #[inline(never)]
     pub fn solve(&self) -> Result<Solution<T, N>, Unsolvable> {
         let root = self.root.as_ref().ok_or(Unsolvable)?;
-        let inverse = self.inverse()?;
-        let z = inverse * self.right;
-        let (step, spread) = (root * z, root * inverse);
-        if !step.iter().all(|value| value.is_finite()) {
-            return Err(Unsolvable);
-        }
+        let Scaled { inverse, z, x } = self.scaled()?;
+        let spread = root * inverse;
         let covariance = spread * spread.transpose(); // eq. 13
         Ok(Solution {
-            x: self.mean + step, // eq. 13
+            x,
             covariance,
             ignorance: covariance.diagonal().component_div(&self.prior_variance),
             // The residuals of data and prior together, less those of the prior.
             chi_square: (self.squares - z.norm_squared()).max(T::zero()),
             rows: self.rows,
         })
+    }
+
+    /// The unknowns alone, for a round after which there is another: their covariance takes longer than they do.
+    ///
+    /// # Errors
+    /// As of [`Self::solve`].
+    pub fn unknowns(&self) -> Result<SVector<T, N>, Unsolvable> {
+        self.scaled().map(|scaled| scaled.x)
+    }
+
+    #[inline(never)]
+    fn scaled(&self) -> Result<Scaled<T, N>, Unsolvable> {
+        let root = self.root.as_ref().ok_or(Unsolvable)?;
+        let inverse = self.inverse()?;
+        let z = inverse * self.right;
+        let step = root * z;
+        if !step.iter().all(|value| value.is_finite()) {
+            return Err(Unsolvable);
+        }
+        let x = self.mean + step; // eq. 13
+        Ok(Scaled { inverse, z, x })
     }
 
     /// Number of directions in which the data say more than the prior.
@@ -146,6 +170,28 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
         let regular = self.triangle.solve_upper_triangular_mut(&mut inverse);
         regular.then_some(inverse).ok_or(Unsolvable)
     }
+}
+
+/// The lower triangle `S` with `S S^T` a covariance, column by column (Golub and Van Loan, section 4.2.5); `None` where it is
+/// none.
+#[inline(never)]
+fn lower_root<T: Real, const N: usize>(covariance: &SMatrix<T, N, N>) -> Option<SMatrix<T, N, N>> {
+    let mut root = SMatrix::zeros();
+    for j in 0..N {
+        for i in j..N {
+            let mut left = covariance[(i, j)];
+            for k in 0..j {
+                left -= root[(j, k)] * root[(i, k)];
+            }
+            root[(i, j)] = left;
+        }
+        let length = root[(j, j)].try_sqrt().filter(|length| *length > T::zero())?;
+        root[(j, j)] = length;
+        for i in j + 1..N {
+            root[(i, j)] /= length;
+        }
+    }
+    Some(root)
 }
 
 /// Degrees of freedom that `rows` leave to `unknowns`.

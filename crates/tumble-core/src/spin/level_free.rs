@@ -6,6 +6,7 @@
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
+use crate::products::cross;
 use crate::real::{Real, count, real};
 use crate::regression::{LeastSquares, Prior, Solution, Unsolvable, degrees_of_freedom, reduced};
 use crate::spin::axis::AxisFit;
@@ -98,9 +99,9 @@ impl<T: Real> LevelFree<T> {
         let q = T::one() / (T::one() + x[SCALE]);
         let vertical = (self.gravity * self.gravity - uphill.norm_squared()).max(T::zero());
         self.up * vertical.sqrt() + uphill * cosine // eq. 7
-            - self.up.cross(&uphill) * sine
+            - cross(&self.up, &uphill) * sine
             - arm * (rate * rate * q * q)
-            + self.up.cross(&arm) * (acceleration * q)
+            + cross(&self.up, &arm) * (acceleration * q)
     }
 
     /// How much the sigmas are widened where the model does not fit the harmonics, one where it does.
@@ -231,9 +232,9 @@ impl<T: Real> Linearization<T> {
             vectors: HarmonicVectors {
                 constant: bias + (up * vertical - priors.origin), // eq. 12
                 cosine: uphill,
-                sine: -up.cross(&uphill), // eq. 12
+                sine: -cross(&up, &uphill), // eq. 12
                 arm,
-                arm_left: up.cross(&arm), // eq. 12
+                arm_left: cross(&up, &arm), // eq. 12
             },
             distortion: HeadingDistortion {
                 by_heading: q - T::one(),     // eq. 12: alpha
@@ -274,9 +275,9 @@ impl<T: Real> Linearization<T> {
         HarmonicVectors {
             constant: e * self.gravity,
             cosine: lowered(&self.vectors.cosine),
-            sine: -e.cross(&self.vectors.cosine),
+            sine: -cross(e, &self.vectors.cosine),
             arm: lowered(&self.vectors.arm),
-            arm_left: e.cross(&self.vectors.arm),
+            arm_left: cross(e, &self.vectors.arm),
         }
         .coefficients(&self.distortion)
     }
@@ -285,7 +286,7 @@ impl<T: Real> Linearization<T> {
         HarmonicVectors {
             constant: self.up * -(self.vectors.cosine.dot(e) / self.gravity),
             cosine: *e,
-            sine: -self.up.cross(e),
+            sine: -cross(&self.up, e),
             ..HarmonicVectors::zero()
         }
         .coefficients(&self.distortion)
@@ -294,7 +295,7 @@ impl<T: Real> Linearization<T> {
     fn by_lever_arm(&self, e: &Vector3<T>) -> Coefficients<T> {
         HarmonicVectors {
             arm: *e,
-            arm_left: self.up.cross(e),
+            arm_left: cross(&self.up, e),
             ..HarmonicVectors::zero()
         }
         .coefficients(&self.distortion)
@@ -353,10 +354,11 @@ pub fn fit<T: Real>(
     priors: &SpinPriors<T>,
 ) -> Result<LevelFree<T>, Unsolvable> {
     let harmonics = [resting, turning];
-    let mut solution = one_round(harmonics, priors, &nominal(priors))?;
+    let mut x = nominal(priors);
     for _ in 1..ROUNDS {
-        solution = one_round(harmonics, priors, &solution.x)?;
+        x = one_round(harmonics, priors, &x, LeastSquares::unknowns)?;
     }
+    let solution = one_round(harmonics, priors, &x, LeastSquares::solve)?;
     let floor = priors.axis.floor;
     let x = &solution.x;
     let correction = Vector3::new(x[GYROSCOPE], x[GYROSCOPE + 1], x[GYROSCOPE_UP]);
@@ -386,14 +388,15 @@ fn nominal<T: Real>(priors: &SpinPriors<T>) -> SVector<T, UNKNOWNS> {
 
 // Here and below: what is inlined into the fit keeps its stack while the fit goes on, 12 kB of it on a device.
 #[inline(never)]
-fn one_round<T: Real>(
+fn one_round<T: Real, S>(
     harmonics: [&Harmonics<T>; 2],
     priors: &SpinPriors<T>,
     x: &SVector<T, UNKNOWNS>,
-) -> Result<Solution<T, UNKNOWNS>, Unsolvable> {
+    solve: impl Fn(&LeastSquares<T, UNKNOWNS>) -> Result<S, Unsolvable>,
+) -> Result<S, Unsolvable> {
     let mut equations = prior(priors);
     accumulate(harmonics, priors, x, &mut equations);
-    equations.solve()
+    solve(&equations)
 }
 
 #[inline(never)]
