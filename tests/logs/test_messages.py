@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -25,6 +26,8 @@ from message_fixtures import (
     write_state_bag,
 )
 from tumble.logs import list_imus, open_recording
+from tumble.logs.message_form import ObjectForm
+from tumble.logs.rosmsg import MalformedMessageError
 
 CHUNK = made_up(3000)
 BARE = replace(CHUNK, temperature=None)
@@ -124,6 +127,20 @@ def test_times_that_no_clock_shows_are_refused_or_left_out(tmp_path):
     messages[9] = (messages[9][0], messages[9][1].replace(b'"sec": 0', b'"sec": 1e18'))
     path = write_messages(tmp_path / "odd.mcap", "json", messages)
     assert len(read(path)) == 199
+
+
+def test_a_definition_that_lacks_a_field_of_what_it_names_is_refused(tmp_path):
+    path = write_state_bag(tmp_path / "log.bag", 1, BARE)
+    spoilt = path.read_bytes().replace(b"angular_velocity_covariance", b"angular velocity_covariance")
+    path.write_bytes(spoilt)
+    assert "message 1 of /state lacks a field" in refusal(f"{path}:/state.front")
+
+
+@pytest.mark.parametrize("value", [1.0, [1.0, 2.0], "text"])
+def test_what_a_field_holds_that_is_no_number_is_refused(value):
+    form = ObjectForm(["gyro.2"], lambda _: SimpleNamespace(gyro=value))
+    with pytest.raises(MalformedMessageError, match=r"holds no number gyro\.2"):
+        form.read([b""], ["gyro.2"])
 
 
 SMALL = made_up(30)

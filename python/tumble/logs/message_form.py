@@ -115,13 +115,20 @@ class ObjectForm:
         # A number behind the last dot is a place in a row.
         fields = list(dict.fromkeys(name.removesuffix(_place(name)) for name in names))
         get = attrgetter(*fields, fields[0])
-        rows = [get(each) for each in self._objects(messages)]
+        try:
+            rows = [get(each) for each in self._objects(messages)]
+        except AttributeError:
+            # One definition makes them all: what one lacks, the first lacks.
+            raise MalformedMessageError(0, "lacks a field by which it is read") from None
         columns = dict(zip(fields, zip(*rows, strict=True), strict=False))
         found = {}
         for name in names:
             place = _place(name)
-            values = np.array(columns[name.removesuffix(place)], np.float64)
-            found[name] = values[:, int(place[1:])] if place else values
+            try:
+                values = np.array(columns[name.removesuffix(place)], np.float64)
+                found[name] = values[:, int(place[1:])] if place else values
+            except (IndexError, TypeError, ValueError):
+                raise MalformedMessageError(0, f"holds no number {name}") from None
         return found
 
     def frame(self, message: bytes) -> str:
