@@ -9,13 +9,13 @@ import numpy as np
 
 from tumble.calibration.document import Calibration, Triad
 from tumble.errors import ProcedureError
-from tumble.exchange.parameters import all_powers, drift_section, numbers_of, single
+from tumble.exchange.parameters import all_powers, numbers_of, single, stored_calibrations
 from tumble.exchange.parts import sensing_axes
 from tumble.exchange.target import Content, Setting, Settings, Target, Written
 from tumble.files import FileKind
 from tumble.firmware.ardupilot import COEFFICIENT, NUMBERS, REFERENCE, about, names_of, stored
 from tumble.recording import FloatArray
-from tumble.units import TRIADS, UNITS
+from tumble.units import TRIADS
 
 OFFSET_LIMIT = 3.5
 """m/s^2."""
@@ -105,22 +105,17 @@ def read(text: str) -> list[Content]:
 
 def calibrations_in(parameters: Mapping[str, float]) -> list[Content]:
     """Give the calibrations of all IMUs that parameters hold."""
-    found = [_unit(parameters, number) for number in NUMBERS]
-    return [content for content in found if TRIADS[0] in content or TRIADS[1] in content]
-
-
-def _unit(parameters: Mapping[str, float], number: int) -> Content:
-    """Give what is stored of one IMU; offsets that are all zero are those of none."""
-    content: Content = {"name": f"imu{number}"}
-    for triad in TRIADS:
-        found = stored(parameters, triad, number)
-        if not found.offset.any():
-            continue
-        if found.device:
-            content["serial"] = content.get("serial", str(found.device))
-        section: Content = {"unit": UNITS[triad], "M": np.diag(1.0 / found.scale), "b": found.offset}
-        content[triad] = section | drift_section(found.thermal)
-    return content
+    return stored_calibrations(
+        {
+            f"imu{number}": {
+                triad: found
+                for triad in TRIADS
+                # Offsets that are all zero are those of none.
+                if (found := stored(parameters, triad, number)).offset.any()
+            }
+            for number in NUMBERS
+        }
+    )
 
 
 ARDUPILOT = Target(

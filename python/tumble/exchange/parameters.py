@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from tumble.calibration.temperature_drift import HIGHEST_ORDER
 from tumble.errors import CalibrationFileError
-from tumble.firmware.correction import Thermal
+from tumble.exchange.target import Content
+from tumble.firmware.correction import Stored, Thermal
 from tumble.plain import short
 from tumble.recording import FloatArray
+from tumble.units import UNITS, Triad
 
 
 def single(value: float) -> str:
@@ -38,7 +40,27 @@ def all_powers(coefficients: Sequence[FloatArray]) -> FloatArray:
     return powers
 
 
-def drift_section(thermal: Thermal | None) -> dict[str, object]:
+def stored_calibrations(imus: Mapping[str, Mapping[Triad, Stored]]) -> list[Content]:
+    """Give the calibrations of those IMUs, by name, of which firmware stores something."""
+    return [_calibration(name, found) for name, found in imus.items() if found]
+
+
+def _calibration(name: str, found: Mapping[Triad, Stored]) -> Content:
+    content: Content = {"name": name}
+    for triad, each in found.items():
+        if each.device:
+            content.setdefault("serial", str(each.device))
+        constant = 0.0 if each.thermal is None else each.thermal.constant
+        section: Content = {
+            "unit": UNITS[triad],
+            "M": np.diag(1.0 / each.scale),
+            "b": each.offset + constant,
+        }
+        content[triad] = section | _drift_section(each.thermal)
+    return content
+
+
+def _drift_section(thermal: Thermal | None) -> dict[str, object]:
     """Give the section of a calibration file; nothing where firmware does not follow temperature."""
     if thermal is None:
         return {}

@@ -12,12 +12,12 @@ import numpy as np
 
 from tumble.calibration.document import Calibration, Triad
 from tumble.errors import ProcedureError
-from tumble.exchange.parameters import all_powers, drift_section, numbers_of, single
+from tumble.exchange.parameters import all_powers, numbers_of, single, stored_calibrations
 from tumble.exchange.parts import TYPICAL, Loss, sensing_axes
 from tumble.exchange.target import Content, Setting, Settings, Target, Written
 from tumble.files import FileKind
 from tumble.firmware.px4 import IGNORED, LETTER, MOST, prefix, stored
-from tumble.units import TRIADS, UNITS
+from tumble.units import TRIADS
 from tumble.units import Triad as TriadName
 
 INT32, FLOAT = 6, 9
@@ -100,25 +100,14 @@ def read(text: str) -> list[Content]:
 
 def calibrations_in(parameters: Mapping[str, float]) -> list[Content]:
     """Give the calibrations of all IMUs that parameters hold."""
-    found = [_unit(parameters, number) for number in range(MOST)]
-    return [content for content in found if TRIADS[0] in content or TRIADS[1] in content]
-
-
-def _unit(parameters: Mapping[str, float], number: int) -> Content:
-    content: Content = {"name": f"imu{number}"}
-    for triad in TRIADS:
-        found = stored(parameters, triad, number)
-        if found is None:
-            continue
-        content["serial"] = content.get("serial", str(found.device))
-        constant = 0.0 if found.thermal is None else found.thermal.constant
-        section: Content = {
-            "unit": UNITS[triad],
-            "M": np.diag(1.0 / found.scale),
-            "b": found.offset + constant,
+    return stored_calibrations(
+        {
+            f"imu{number}": {
+                triad: found for triad in TRIADS if (found := stored(parameters, triad, number)) is not None
+            }
+            for number in range(MOST)
         }
-        content[triad] = section | drift_section(found.thermal)
-    return content
+    )
 
 
 _ID = "device id of the {} ({} of the vehicle; see its parameters, or sensor_{} in a log)"
