@@ -55,6 +55,10 @@ class Chunk:
         return len(self.time)
 
 
+ASSUMED = "assumed"
+"""Why a unit was taken where nothing told it."""
+
+
 @dataclass(frozen=True, slots=True)
 class ResolvedUnit:
     """The unit a quantity was found in, and why it was taken to be that one."""
@@ -64,7 +68,12 @@ class ResolvedUnit:
     scale: float
     """SI value of one unit."""
     reason: str
-    """`column name`, `option`, `norm at rest`, `message definition`, `assumed` ..."""
+    """`column name`, `option`, `norm at rest`, `message definition`, `ASSUMED` ..."""
+
+    @property
+    def is_assumed(self) -> bool:
+        """Whether nothing told it."""
+        return self.reason == ASSUMED
 
 
 @dataclass(frozen=True, slots=True)

@@ -60,7 +60,7 @@ class Conditioner:
     @property
     def gyroscope_unit_is_assumed(self) -> bool:
         """Whether rad/s were taken for granted."""
-        return self._conversion is not None and self._conversion.gyroscope_unit.reason == "assumed"
+        return self._conversion is not None and self._conversion.gyroscope_unit.is_assumed
 
     @property
     def stamped(self) -> bool:

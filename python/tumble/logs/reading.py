@@ -102,7 +102,7 @@ def _stream(
     def transform(samples: RawSamples) -> RawSamples:
         return conversion(samples if options.rate is None else without_time(samples))
 
-    assumed = conversion.gyroscope_unit.reason == "assumed"
+    assumed = conversion.gyroscope_unit.is_assumed
     pieces = track.read(transform)
     return ChunkStream(track, pieces, rate, assumed, keep_faults, options.skip_bad_lines)
 

@@ -10,7 +10,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from tumble.constants import STANDARD_GRAVITY
-from tumble.recording import FloatArray
+from tumble.recording import ASSUMED, FloatArray
 
 Quantity: TypeAlias = Literal["accelerometer", "gyroscope", "time", "temperature"]
 
@@ -194,7 +194,7 @@ def guess_gyroscope_unit(smallest: float, peak: float) -> tuple[str | None, str]
         return None, ""
     if peak > IMPOSSIBLE_RAD_PER_S:
         return "deg/s", f"peak of {peak:.4g} is too fast for rad/s"
-    return "rad/s", "assumed"
+    return "rad/s", ASSUMED
 
 
 def guess_time_unit(time: FloatArray) -> tuple[str, str]:
@@ -205,13 +205,13 @@ def guess_time_unit(time: FloatArray) -> tuple[str, str]:
     """
     step = usual_step(time)
     if math.isnan(step):
-        return "s", "assumed"
+        return "s", ASSUMED
     latest = float(np.median(_stamps(time)))
     for name, scale in UNITS["time"].items():
         if 1e9 <= latest * scale <= 4e9 and is_imu_step(step * scale):
             return name, "size of the stamps, counted from 1970"
     if step < 1.0:
-        return "s", "assumed"
+        return "s", ASSUMED
     name = "ms" if step < 100.0 else "us" if step < 1e5 else "ns"
     return name, f"step of {step:.6g} between samples"
 
