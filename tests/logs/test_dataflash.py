@@ -73,7 +73,7 @@ def test_gyroscopes_logged_without_accelerometers_are_read_for_what_they_hold(tm
     assert np.allclose(found["gyroscope"], turn, rtol=1e-6)
 
 
-@pytest.mark.parametrize(("option", "corrected"), [(0, True), (1, False)])
+@pytest.mark.parametrize(("option", "corrected"), [(0, True), (1, False), (np.inf, True)])
 def test_batches_are_taken_apart_by_their_multiplier_and_rate(tmp_path, option, corrected):
     generator = np.random.default_rng(5)
     writer, counts = DataFlashWriter({"INS_LOG_BAT_OPT": option}), []

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from tumble.errors import CalibrationFileError
-from tumble.firmware.correction import POWERS, Correction, Stored, Thermal, scales, triple
+from tumble.firmware.correction import POWERS, Correction, Stored, Thermal, scales, triple, whole
 from tumble.firmware.rotations import rotation
 from tumble.recording import FloatArray
 from tumble.units import Triad
@@ -37,9 +37,9 @@ def stored(parameters: Mapping[str, float], triad: Triad, number: int) -> Stored
     """Give what is stored of a sensor, counted from 1."""
     sensor = SENSOR[triad]
     names = names_of(sensor, number)
-    device = parameters.get(f"INS_{sensor}{'' if number == _FIRST else number}_ID", 0.0)
+    device = whole(parameters, f"INS_{sensor}{'' if number == _FIRST else number}_ID")
     return Stored(
-        int(device),
+        device,
         triple(parameters, names + "OFFS_{}", 0.0),
         scales(parameters, names + "SCAL_{}"),
         _thermal(parameters, sensor, number),
@@ -70,7 +70,7 @@ def correction_of(parameters: Mapping[str, float], triad: Triad, number: int) ->
     Raises `CalibrationFileError` where a parameter makes no sense.
     """
     found = stored(parameters, triad, number)
-    turned = int(parameters.get("AHRS_ORIENTATION", 0.0))
+    turned = whole(parameters, "AHRS_ORIENTATION")
     try:
         body_from_sensor = rotation(turned)
     except KeyError:

@@ -6,6 +6,7 @@ of the sensor, and then the rotation R of the board.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
@@ -123,6 +124,17 @@ def over_time(
 def triple(parameters: Mapping[str, float], names: str, otherwise: float) -> FloatArray:
     """Give (3,) values of parameters, `{}` in whose names stands for the axis."""
     return np.array([parameters.get(names.format(axis), otherwise) for axis in "XYZ"])
+
+
+def whole(parameters: Mapping[str, float], name: str, otherwise: int = 0) -> int:
+    """Give a parameter that is an id, or one of a list.
+
+    Raises `CalibrationFileError` where it is no number that can be either.
+    """
+    found = parameters.get(name, otherwise)
+    if not math.isfinite(found):
+        raise CalibrationFileError(f"{name} is {found:g}, no whole number")
+    return int(found)
 
 
 def scales(parameters: Mapping[str, float], names: str) -> FloatArray:

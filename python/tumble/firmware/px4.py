@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from tumble.errors import CalibrationFileError
-from tumble.firmware.correction import POWERS, Correction, Stored, Thermal, scales, triple
+from tumble.firmware.correction import POWERS, Correction, Stored, Thermal, scales, triple, whole
 from tumble.firmware.rotations import from_euler, rotation
 from tumble.recording import FloatArray
 from tumble.units import Triad
@@ -33,7 +33,7 @@ def prefix(triad: Triad, number: int) -> str:
 def stored(parameters: Mapping[str, float], triad: Triad, number: int) -> Stored | None:
     """Give what is stored of a sensor; None for device id 0, which was never calibrated."""
     names = prefix(triad, number)
-    device = int(parameters.get(f"{names}ID", 0.0))
+    device = whole(parameters, f"{names}ID")
     if device == 0:
         return None
     return Stored(
@@ -75,9 +75,9 @@ def correction_of(parameters: Mapping[str, float], triad: Triad, device: int) ->
 
 def _body_from_sensor(parameters: Mapping[str, float], sensor: str) -> FloatArray:
     """Turn a sensor outside the autopilot by its own rotation, one inside by that of the board."""
-    own = int(parameters.get(f"{sensor}ROT", _INTERNAL))
+    own = whole(parameters, f"{sensor}ROT", _INTERNAL)
     name = "SENS_BOARD_ROT" if own == _INTERNAL else f"{sensor}ROT"
-    number = own if own != _INTERNAL else int(parameters.get(name, 0.0))
+    number = own if own != _INTERNAL else whole(parameters, name)
     level = from_euler(*triple(parameters, "SENS_BOARD_{}_OFF", 0.0))
     try:
         return level @ rotation(number)

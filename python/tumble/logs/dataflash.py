@@ -6,6 +6,7 @@ those of IMU are low-pass filtered too. Only batches at the rate of the sensor a
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -313,7 +314,9 @@ def _piece(head: np.void, piece: np.void) -> tuple[TriadSamples, _Source] | None
 
 
 def _batches(log: DataFlash, scan: _Scan) -> Iterator[FlightImu]:
-    at_sensor_rate = bool(int(scan.parameters.get("INS_LOG_BAT_OPT", 0.0)) & AT_SENSOR_RATE)
+    option = scan.parameters.get("INS_LOG_BAT_OPT", 0.0)
+    # One that was garbled says nothing.
+    at_sensor_rate = math.isfinite(option) and bool(int(option) & AT_SENSOR_RATE)
     for source, facts in sorted(scan.sources.items()):
         triad = next((each for each in TRIADS if source.kind == f"batch_{each}"), None)
         if triad is not None:
