@@ -186,11 +186,16 @@ impl<T: Real> PassMoments<'_, '_, T> {
         })
     }
 
+    /// Terms that add nothing are left out, of which there are many: no lever arm was found yet, or none is looked for.
     fn covariance(&self, a: &[(usize, T)], b: &[(usize, T)]) -> T {
-        let pairs = a.iter().flat_map(|a| b.iter().map(move |b| (a, b)));
-        pairs.fold(T::zero(), |sum, ((i, a), (j, b))| {
-            sum + *a * *b * self.pairs.covariance_of(*i, *j)
-        })
+        let adds = |(channel, weight): &&(usize, T)| *channel < FORCE_CHANNELS && *weight != T::zero();
+        let mut sum = T::zero();
+        for (i, a) in a.iter().filter(adds) {
+            for (j, b) in b.iter().filter(adds) {
+                sum += *a * *b * self.pairs.covariance_of(*i, *j);
+            }
+        }
+        sum
     }
 
     /// Covariance of the motion, less the primary's noise.

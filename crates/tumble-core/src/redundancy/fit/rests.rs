@@ -9,6 +9,7 @@ use crate::redundancy::fit::joint_moments::{JointMoments, packed};
 use crate::redundancy::fit::residual::{Layout, PairMoments, RowResidual};
 use crate::redundancy::fit::{Fit, FitProblem, SHARED};
 use crate::redundancy::relative_error::RelativeError;
+use crate::redundancy::samples::pair::FORCE_CHANNELS;
 use crate::redundancy::sensor::Sensor;
 
 /// Channels of a rest: primary 3, in the axes of the secondary, time, and secondary 3, beyond what is stored.
@@ -267,6 +268,11 @@ pub(super) struct RowPairs<'a, T: Real> {
     within: T,
     /// Share of the mean that is that of the rests.
     share: T,
+    /// What the rests are from the pairs in each channel; at rest no lever arm shows. Kept, as the next is, since each of
+    /// hundreds of covariances asks for it.
+    apart: [T; FORCE_CHANNELS],
+    /// Covariance of each channel with time.
+    with_time: [T; FORCE_CHANNELS],
     /// One over the variance of time, with what is known of drift beforehand; zero for pairs alone.
     per_time: T,
 }
@@ -290,9 +296,16 @@ impl<'a, T: Real> RowPairs<'a, T> {
             rests: weighed.map(|(rests, _)| rests),
             within,
             share,
+            apart: [T::zero(); FORCE_CHANNELS],
+            with_time: [T::zero(); FORCE_CHANNELS],
             per_time: T::zero(),
         };
-        if let Some((_, weight)) = weighed {
+        if let Some((rests, weight)) = weighed {
+            row.apart = core::array::from_fn(|channel| {
+                let rest = row.at_rest(channel);
+                rest.map_or(T::zero(), |rest| rests.moments.mean_of(rest)) - pairs.mean_of(channel)
+            });
+            row.with_time = core::array::from_fn(|channel| row.joint(channel, layout.time));
             let time = row.joint(layout.time, layout.time) + weight.steady / number;
             row.per_time = if time > T::zero() {
                 T::one() / time
@@ -311,7 +324,8 @@ impl<'a, T: Real> RowPairs<'a, T> {
         };
         let among = self.at_rest(i).zip(self.at_rest(j));
         let within = among.map_or(T::zero(), |(i, j)| rests.moments.covariance(i, j));
-        pairs + within * self.within + self.apart(i) * self.apart(j) * self.share // eq. 16
+        let apart = of_channel(&self.apart, i) * of_channel(&self.apart, j);
+        pairs + within * self.within + apart * self.share // eq. 16
     }
 
     /// Variance of the mean of pairs and rests over that of the pairs alone.
@@ -327,15 +341,11 @@ impl<'a, T: Real> RowPairs<'a, T> {
             None => Some(channel).filter(|channel| *channel < TIME),
         }
     }
+}
 
-    /// What the rests are from the pairs in a channel; at rest no lever arm shows.
-    fn apart(&self, channel: usize) -> T {
-        let Some(rests) = self.rests else {
-            return T::zero();
-        };
-        let rest = self.at_rest(channel);
-        rest.map_or(T::zero(), |rest| rests.moments.mean_of(rest)) - self.pairs.mean_of(channel)
-    }
+/// Of a channel; zero for one there is not.
+fn of_channel<T: Real>(values: &[T; FORCE_CHANNELS], channel: usize) -> T {
+    values.get(channel).copied().unwrap_or(T::zero())
 }
 
 impl<T: Real> PairMoments<T> for RowPairs<'_, T> {
@@ -344,13 +354,12 @@ impl<T: Real> PairMoments<T> for RowPairs<'_, T> {
     }
 
     fn mean_of(&self, channel: usize) -> T {
-        self.pairs.mean_of(channel) + self.apart(channel) * self.share // eq. 16
+        self.pairs.mean_of(channel) + of_channel(&self.apart, channel) * self.share // eq. 16
     }
 
     /// Of what time does not explain, as far as drift is likely: a drift of the bias, straight in time, is no part of M.
     fn covariance_of(&self, i: usize, j: usize) -> T {
-        let time = self.layout.time;
-        let drift = self.joint(i, time) * self.joint(j, time) * self.per_time;
+        let drift = of_channel(&self.with_time, i) * of_channel(&self.with_time, j) * self.per_time;
         self.joint(i, j) - drift // eq. 19
     }
 }
