@@ -239,13 +239,9 @@ impl<T: Real> FitProblem<'_, T> {
 
     /// A step of Gauss and Newton from `m` and `arm`.
     fn pass(&self, m: &Matrix3<T>, arm: &Vector3<T>) -> LadderPass<T> {
-        let sums: [PassMoments<'_, '_, T>; 3] = core::array::from_fn(|i| PassMoments {
-            problem: self,
-            pairs: self.row_pairs(i),
-            change: arm - self.stored.lever_arm,
-        });
-        let excited = core::array::from_fn(|i| self.excited(&sums[i].motion(), i));
-        let rows: [RowMoments<T>; 3] = core::array::from_fn(|i| sums[i].row(m, i));
+        let change = arm - self.stored.lever_arm;
+        let rows: [RowMoments<T>; 3] = core::array::from_fn(|i| self.moments(i, change).row(m, i));
+        let excited = core::array::from_fn(|i| self.excited(&self.moments(i, change).motion(), i));
         let lever = self.lever(&rows, &excited);
         let unexplained = self
             .present(&rows, &excited)
@@ -267,6 +263,15 @@ impl<T: Real> FitProblem<'_, T> {
             excited,
             lever,
             motion_lever: rows.map(|row| row.motion_lever),
+        }
+    }
+
+    /// Of one row, worked out when asked for: those of three take a device half a kilobyte of stack.
+    fn moments(&self, row: usize, change: Vector3<T>) -> PassMoments<'_, '_, T> {
+        PassMoments {
+            problem: self,
+            pairs: self.row_pairs(row),
+            change,
         }
     }
 
