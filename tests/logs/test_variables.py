@@ -231,6 +231,14 @@ def test_a_file_that_is_cut_short_is_refused_in_one_line(tmp_path, name, share):
     assert refusal(tmp_path / name)
 
 
+def test_a_group_whose_index_leads_back_to_itself_is_read_or_refused_in_one_line(tmp_path):
+    data = bytearray(small_file(tmp_path, "log.h5"))
+    node = data.index(b"TREE\x00")
+    data[node + 16 : node + 24] = node.to_bytes(8, "little")  # where it says what stands to its right
+    (tmp_path / "round.h5").write_bytes(data)
+    read_or_refuse(tmp_path / "round.h5")
+
+
 @pytest.mark.parametrize("name", WRITERS)
 def test_a_spoiled_file_is_read_or_refused_and_takes_no_memory_for_what_it_says(tmp_path, name):
     whole = small_file(tmp_path, name)

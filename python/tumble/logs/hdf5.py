@@ -62,20 +62,34 @@ def _opened(path: Path) -> VariablesFile:
 
 
 def _datasets(path: Path, file: Any) -> dict[str, Any]:  # noqa: ANN401 - h5py has no types
-    """Give the datasets of numbers by name, each once; links to other files are not followed."""
+    """Give the datasets of numbers by name, each once."""
     found: dict[str, Any] = {}
-
-    def visit(name: str, item: Any) -> None:  # noqa: ANN401
-        if len(found) >= MOST_VARIABLES:
-            raise LogError(
-                f"{path}: holds {MOST_VARIABLES} datasets and more, which is no log; check the file"
-            )
+    for name, item in _objects(file, "", set()):
         # What MATLAB keeps of cells and objects is in groups that begin so.
         if isinstance(item, h5py.Dataset) and not name.startswith("#") and _is_readable(item):
             found[name] = item
-
-    file.visititems(visit)
+        if len(found) > MOST_VARIABLES:
+            raise LogError(
+                f"{path}: holds more than {MOST_VARIABLES} datasets, which is no log; check the file"
+            )
     return found
+
+
+def _objects(group: Any, above: str, seen: set[Any]) -> Iterator[tuple[str, Any]]:  # noqa: ANN401
+    """Give all objects of a group by name, each once; links to other names and files are not followed.
+
+    `visititems` asks for the size of each group too, for which the library goes round a damaged one for ever.
+    """
+    for key in group:
+        if not isinstance(group.get(key, getlink=True), h5py.HardLink):
+            continue
+        item, name = group[key], f"{above}{key}"
+        if (number := h5py.h5g.get_objinfo(item.id).objno) in seen:
+            continue
+        seen.add(number)
+        yield name, item
+        if isinstance(item, h5py.Group):
+            yield from _objects(item, f"{name}/", seen)
 
 
 def _is_readable(dataset: Any) -> bool:  # noqa: ANN401
