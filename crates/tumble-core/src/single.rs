@@ -15,7 +15,7 @@ const LARGEST_ANGLE: f32 = 1e5;
 /// Elementary Functions", 1980, chapter 8; the parts are twice those of `sinf.c` in Moshier's Cephes).
 const QUARTER_TURN: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
 
-/// Sine and cosine of an angle in rad; both NaN beyond [`LARGEST_ANGLE`].
+/// Sine and cosine of an angle in rad; both NaN beyond 100,000 rad.
 ///
 /// What is left of the angle within an eighth of a turn goes into minimax polynomials (`sinf.c` of Moshier's Cephes).
 /// The error is below 1e-7 up to 1000 rad and 1e-6 beyond; within an eighth of a turn it is below 1 unit in the last place of
