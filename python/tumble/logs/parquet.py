@@ -69,4 +69,4 @@ def _problem(path: Path) -> str:
 def _batches(path: Path, columns: ImuColumns) -> Iterator[pa.RecordBatch]:
     roots = list(dict.fromkeys(columns.names))
     with opened(path) as file:
-        yield from file.iter_batches(CHUNK_SAMPLES, columns=roots, use_threads=False)
+        yield from file.iter_batches(CHUNK_SAMPLES, columns=roots)
