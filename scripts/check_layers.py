@@ -18,7 +18,8 @@ ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "python" / "tumble"
 
 CRATES = {
-    "tumble-core": set(),
+    "tumble-processor": set(),
+    "tumble-core": {"tumble-processor"},
     "tumble-store": {"tumble-core"},
     "tumble-capi": {"tumble-core", "tumble-store"},
     "tumble-lab": {"tumble-core"},
@@ -27,11 +28,11 @@ CRATES = {
 }
 """Which crates of ours each crate may depend on."""
 
-DEVICE_CRATES = {"tumble-capi", "tumble-core", "tumble-store"}
+DEVICE_CRATES = {"tumble-capi", "tumble-core", "tumble-processor", "tumble-store"}
 """No operating system, no heap, and no unsafe code but at the border."""
 
-BORDER_CRATES = {"tumble-capi"}
-"""C hands over pointers, which only unsafe code can follow."""
+BORDER_CRATES = {"tumble-capi", "tumble-processor"}
+"""C hands over pointers, which only unsafe code can follow; instructions of a processor are unsafe by themselves."""
 
 PROCEDURES = {
     *("align", "apply", "demo", "doctor", "inspect", "multipose", "noise", "record", "redundancy"),

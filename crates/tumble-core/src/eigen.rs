@@ -33,13 +33,14 @@ pub fn symmetric<T: Real, const N: usize>(mut a: SMatrix<T, N, N>) -> (SVector<T
 /// Cosine and sine of the rotation that makes `a[p, q]` vanish; `None` where it has vanished.
 fn annihilating<T: Real, const N: usize>(a: &SMatrix<T, N, N>, p: usize, q: usize) -> Option<(T, T)> {
     let off = a[(p, q)];
-    if off.abs() <= T::default_epsilon() * real::<T>(0.01) * (a[(p, p)].abs() * a[(q, q)].abs()).sqrt() {
+    if off.abs() <= T::default_epsilon() * real::<T>(0.01) * (a[(p, p)].abs() * a[(q, q)].abs()).square_root()
+    {
         return None;
     }
     let theta = (a[(q, q)] - a[(p, p)]) / (off * real(2.0));
     let sign = if theta < T::zero() { -T::one() } else { T::one() };
-    let tangent = sign / (theta.abs() + (theta * theta + T::one()).sqrt());
-    let cosine = T::one() / (tangent * tangent + T::one()).sqrt();
+    let tangent = sign / (theta.abs() + (theta * theta + T::one()).square_root());
+    let cosine = T::one() / (tangent * tangent + T::one()).square_root();
     Some((cosine, tangent * cosine))
 }
 

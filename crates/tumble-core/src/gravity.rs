@@ -23,7 +23,7 @@ pub fn normal<T: Real>(latitude: T, height: T) -> T {
     let (sine, _) = latitude.sine_cosine();
     let sine_squared = sine * sine;
     let on_ellipsoid = real::<T>(EQUATOR) * (T::one() + real::<T>(SOMIGLIANA) * sine_squared)
-        / (T::one() - real::<T>(FIRST_ECCENTRICITY_SQUARED) * sine_squared).sqrt();
+        / (T::one() - real::<T>(FIRST_ECCENTRICITY_SQUARED) * sine_squared).square_root();
     let h = height / real(SEMI_MAJOR_AXIS);
     let linear = real::<T>(1.0 + FLATTENING + M) - real::<T>(2.0 * FLATTENING) * sine_squared;
     on_ellipsoid * (T::one() - linear * h * real(2.0) + h * h * real(3.0))

@@ -6,6 +6,7 @@
 
 use nalgebra::{Matrix3, Rotation3, SMatrix, UnitQuaternion, Vector3};
 
+use crate::products::Length;
 use crate::real::{Real, real};
 use crate::rotation::inverse_left_jacobian;
 
@@ -128,7 +129,7 @@ impl<T: Real> Decomposition<T> {
     /// [`ModelError`] where `M` is singular or left-handed.
     pub fn of(m: &Matrix3<T>) -> Result<Self, ModelError> {
         let tiny = real::<T>(1e-12);
-        let k = Vector3::new(m.row(0).norm(), m.row(1).norm(), m.row(2).norm());
+        let k = Vector3::new(m.row(0).length(), m.row(1).length(), m.row(2).length());
         if k.iter().any(|norm| !norm.is_finite() || *norm <= tiny) {
             return Err(ModelError::Singular);
         }
@@ -136,7 +137,7 @@ impl<T: Real> Decomposition<T> {
         let q1 = s[0];
         let l21 = s[1].dot(&q1); // eq. 3
         let across = s[1] - q1 * l21; // eq. 3
-        let l22 = across.norm();
+        let l22 = across.length();
         if l22 <= real(1e-6) {
             return Err(ModelError::Singular);
         }
@@ -200,7 +201,7 @@ impl<T: Real> Decomposition<T> {
         }
         for (row, &(i, j)) in PAIRS.iter().enumerate() {
             let sine = s[i].dot(&s[j]);
-            let cosine = (T::one() - sine * sine).sqrt();
+            let cosine = (T::one() - sine * sine).square_root();
             let mut by_axis = |i: usize, j: usize| {
                 let gradient = self.turned(&s[i], &s[j], i) / cosine; // eq. 6
                 jacobian
@@ -250,7 +251,7 @@ impl<T: Real> Decomposition<T> {
 
 /// Unit rows of `M`: the sensing axes in the case frame.
 fn sensing_axes<T: Real>(m: &Matrix3<T>) -> [Vector3<T>; 3] {
-    let axis = |row: Vector3<T>| row / row.norm();
+    let axis = |row: Vector3<T>| row / row.length();
     [
         axis(Vector3::new(m.m11, m.m12, m.m13)),
         axis(Vector3::new(m.m21, m.m22, m.m23)),

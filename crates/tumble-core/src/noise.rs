@@ -370,7 +370,7 @@ fn solve<T: Real, const K: usize>(sums: &[NoiseEquations<T>; K], before: &[Noise
     // One rung alone cannot tell flicker from white noise.
     let distinct = information > all * real(1e-6);
     let (flicker_shown, flicker_sigma) = if distinct {
-        (vector / information, T::one() / information.sqrt()) // eq. 7
+        (vector / information, T::one() / information.square_root()) // eq. 7
     } else {
         (T::zero(), T::max_value().unwrap_or(T::zero()))
     };

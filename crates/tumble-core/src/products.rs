@@ -3,7 +3,7 @@
 //!
 //! Terms are added in the order of their index, as the general products do: the same bits.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Dim, Matrix, Matrix3, Storage, Vector3};
 
 use crate::model::times;
 use crate::real::Real;
@@ -67,4 +67,27 @@ pub fn columns<T: Real>(m: &Matrix3<T>) -> [Vector3<T>; 3] {
         Vector3::new(m.m12, m.m22, m.m32),
         Vector3::new(m.m13, m.m23, m.m33),
     ]
+}
+
+/// Length of a vector, by the root that the processor has.
+pub trait Length<T: Real> {
+    /// `sqrt(v . v)`.
+    fn length(&self) -> T;
+}
+
+impl<T: Real, R: Dim, C: Dim, S: Storage<T, R, C>> Length<T> for Matrix<T, R, C, S> {
+    fn length(&self) -> T {
+        self.norm_squared().square_root()
+    }
+}
+
+/// `v / |v|`.
+pub fn unit<T: Real>(v: &Vector3<T>) -> Vector3<T> {
+    v.unscale(v.length())
+}
+
+/// `v / |v|`; `None` where `v` is no longer than `least`.
+pub fn unit_beyond<T: Real>(v: &Vector3<T>, least: T) -> Option<Vector3<T>> {
+    let length = v.length();
+    (length > least).then(|| v.unscale(length))
 }

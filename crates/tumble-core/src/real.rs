@@ -19,6 +19,9 @@ pub trait Real: RealField + Copy {
     /// Seconds in a span of microseconds.
     fn of_microseconds(span: u64) -> Self;
 
+    /// Square root; NaN of what is negative.
+    fn square_root(self) -> Self;
+
     /// Sine and cosine of an angle in rad; those of `f32` say up to which.
     fn sine_cosine(self) -> (Self, Self);
 
@@ -42,6 +45,10 @@ impl Real for f32 {
     #[allow(clippy::cast_precision_loss)]
     fn of_microseconds(span: u64) -> Self {
         span as f32 * 1e-6
+    }
+
+    fn square_root(self) -> Self {
+        tumble_processor::square_root(self)
     }
 
     fn sine_cosine(self) -> (Self, Self) {
@@ -70,6 +77,10 @@ impl Real for f64 {
     fn of_microseconds(span: u64) -> Self {
         // Processors convert signed integers in one step, and 2^63 microseconds are 292 000 years.
         span.cast_signed() as f64 * 1e-6
+    }
+
+    fn square_root(self) -> Self {
+        ComplexField::sqrt(self)
     }
 
     fn sine_cosine(self) -> (Self, Self) {

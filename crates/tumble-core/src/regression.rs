@@ -90,7 +90,7 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
     pub fn push(&mut self, a: &SVector<T, N>, y: T, variance: T) {
         self.rows += 1;
         let Some(root) = &self.root else { return };
-        let sigma = variance.sqrt();
+        let sigma = variance.square_root();
         let mut row = root.tr_mul(a) / sigma;
         let mut right = (y - a.dot(&self.mean)) / sigma;
         for i in 0..N {
@@ -98,7 +98,7 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
             if row[i] == T::zero() {
                 continue;
             }
-            let length = (self.triangle[(i, i)] * self.triangle[(i, i)] + row[i] * row[i]).sqrt();
+            let length = (self.triangle[(i, i)] * self.triangle[(i, i)] + row[i] * row[i]).square_root();
             let (cosine, sine) = (self.triangle[(i, i)] / length, row[i] / length);
             for j in i..N {
                 let (above, below) = (self.triangle[(i, j)], row[j]);
@@ -185,7 +185,7 @@ fn lower_root<T: Real, const N: usize>(covariance: &SMatrix<T, N, N>) -> Option<
             }
             root[(i, j)] = left;
         }
-        let length = root[(j, j)].try_sqrt().filter(|length| *length > T::zero())?;
+        let length = Some(root[(j, j)].square_root()).filter(|length| *length > T::zero())?;
         root[(j, j)] = length;
         for i in j + 1..N {
             root[(i, j)] /= length;

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Matrix4, Quaternion, Rotation3, UnitQuaternion, Vector3};
 
 use crate::eigen;
+use crate::products::Length;
 use crate::real::{Real, real};
 
 /// The matrix of the cross product, `[v]x w = v x w`.
@@ -20,7 +21,7 @@ pub fn inverse_left_jacobian<T: Real>(phi: &Vector3<T>) -> Matrix3<T> {
     let quadratic = if angle_squared < real(1e-4) {
         real::<T>(1.0 / 12.0) + angle_squared * real(1.0 / 720.0)
     } else {
-        let half = angle_squared.sqrt() * real(0.5);
+        let half = angle_squared.square_root() * real(0.5);
         let (sine, cosine) = half.sine_cosine();
         (T::one() - half * cosine / sine) / angle_squared
     };
@@ -32,7 +33,7 @@ pub fn rotation_of<T: Real>(phi: &Vector3<T>) -> UnitQuaternion<T> {
     let angle_squared = phi.norm_squared();
     if angle_squared > real(1e-7) {
         let half = phi * real::<T>(0.5);
-        let size = half.norm();
+        let size = half.length();
         let (sine, cosine) = size.sine_cosine();
         return UnitQuaternion::new_unchecked(Quaternion::from_parts(cosine, half * (sine / size)));
     }
@@ -63,7 +64,7 @@ pub fn rotation_by_series<T: Real>(phi: &Vector3<T>) -> UnitQuaternion<T> {
 /// The smallest rotation that brings the direction of `from` onto that of `to`, without sines either; of opposite ones,
 /// half a turn about a direction across both. Nothing is turned where there is no direction.
 pub fn rotation_onto<T: Real>(from: &Vector3<T>, to: &Vector3<T>) -> UnitQuaternion<T> {
-    let size = from.norm() * to.norm();
+    let size = from.length() * to.length();
     let scalar = size + from.dot(to);
     if size <= T::zero() {
         return UnitQuaternion::identity();

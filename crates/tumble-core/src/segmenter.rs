@@ -10,6 +10,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use crate::moments::RunningSums;
 use crate::noise::AllanLadder;
 use crate::pauses::{Bends, Interpolation, Pauses, SampleInterval};
+use crate::products::Length;
 use crate::real::{Real, count, real, seconds};
 use crate::rotation::rotation_of;
 use crate::sample::{CHANNELS, Sample};
@@ -157,7 +158,7 @@ impl<T: Real> Segment<T> {
             - bias * (duration * duration * real(0.5));
         let half = half_interval::<T>(duration, self.moments.samples());
         let centre = || lever.dot(&angle) / angle.norm_squared() - half; // turntable.md, eq. 16
-        (angle.norm() > real(0.1)).then(centre)
+        (angle.length() > real(0.1)).then(centre)
     }
 
     /// Rate at which the specific force drifted, m/s^3, by least squares over the segment.

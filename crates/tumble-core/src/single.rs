@@ -6,7 +6,9 @@
 
 use core::f32::consts::FRAC_2_PI;
 
-use nalgebra::{ComplexField, RealField};
+use nalgebra::RealField;
+
+use crate::real::Real;
 
 /// Largest angle, rad, that has a sine: beyond 16,000 turns single precision tells no heading to half a degree.
 const LARGEST_ANGLE: f32 = 1e5;
@@ -45,12 +47,12 @@ pub fn sine_cosine(angle: f32) -> (f32, f32) {
 /// Arc sine in rad; NaN outside of -1 to 1. Error below 2.5 units in the last place.
 #[inline(never)]
 pub fn arc_sine(sine: f32) -> f32 {
-    RealField::atan2(sine, ComplexField::sqrt((1.0 - sine) * (1.0 + sine)))
+    RealField::atan2(sine, ((1.0 - sine) * (1.0 + sine)).square_root())
 }
 
 /// `sqrt(x^2 + y^2)`, for sizes whose squares single precision holds.
 pub fn hypotenuse(x: f32, y: f32) -> f32 {
-    ComplexField::sqrt(x * x + y * y)
+    (x * x + y * y).square_root()
 }
 
 /// The nearest whole number; halves go away from zero.
@@ -62,6 +64,8 @@ fn nearest(x: f32) -> i32 {
 #[cfg(test)]
 mod tests {
     use core::f32::consts::FRAC_PI_4;
+
+    use nalgebra::ComplexField;
 
     use super::*;
 

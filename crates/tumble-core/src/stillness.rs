@@ -134,7 +134,7 @@ impl<T: Real> Stillness<T> {
                 let d = block.mean()[i] - rest.mean()[i];
                 sum + d * d
             });
-            apart.sqrt() <= drift + limits.sigmas * (variance * shorter).sqrt()
+            apart.square_root() <= drift + limits.sigmas * (variance * shorter).square_root()
         };
         within(0, floor.specific_force, limits.specific_force_drift)
             && within(3, floor.angular_rate, limits.angular_rate_drift)

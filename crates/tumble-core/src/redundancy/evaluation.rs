@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::products::{product, transposed_product};
+use crate::products::{Length, product, transposed_product, unit_beyond};
 use crate::real::{Real, count, real};
 use crate::redundancy::platform::{MountedUnit, PrimaryCalibration};
 use crate::redundancy::relative_error::RelativeError;
@@ -149,7 +149,7 @@ impl<T: Real> PrimaryAtRest<'_, T> {
             Data::Raw => self.mean,
             Data::Compensated => self.corrected(),
         };
-        from_physics(self.sensor, reading.norm(), gravity)
+        from_physics(self.sensor, reading.length(), gravity)
     }
 
     fn corrected(&self) -> Vector3<T> {
@@ -182,7 +182,7 @@ impl<T: Real> SecondaryAtRest<'_, T> {
             let [truth, expected] = self.share_of_gravity(settings.gravity)?;
             let found = self.present(&(self.mean - self.of_data(settings.data, truth, expected)));
             return Some(Deviation {
-                value: found.norm(),
+                value: found.length(),
                 threshold: self.threshold(settings, &(expected - truth), &found),
             });
         }
@@ -205,15 +205,15 @@ impl<T: Real> SecondaryAtRest<'_, T> {
             let [truth, expected] = self.share_of_gravity(gravity)?;
             return Some(
                 self.present(&(self.mean - self.of_data(data, truth, expected)))
-                    .norm(),
+                    .length(),
             );
         }
         let magnitude = match (data, self.sensor) {
-            (Data::Raw, _) => self.present(&self.mean).norm(),
-            (Data::Compensated, Sensor::Accelerometer) => self.as_truth().norm(),
+            (Data::Raw, _) => self.present(&self.mean).length(),
+            (Data::Compensated, Sensor::Accelerometer) => self.as_truth().length(),
             (Data::Compensated, Sensor::Gyroscope) => {
                 let bias = self.unit.sensor_from_primary * self.calibration.model(self.sensor).bias;
-                self.present(&(self.compensated() - bias)).norm()
+                self.present(&(self.compensated() - bias)).length()
             }
         };
         Some(from_physics(self.sensor, magnitude, gravity))
@@ -227,7 +227,7 @@ impl<T: Real> SecondaryAtRest<'_, T> {
         };
         let found = self.present(&(data - product(&self.unit.sensor_from_primary, primary)));
         Deviation {
-            value: found.norm(),
+            value: found.length(),
             threshold: self.threshold(settings, &(self.mean - self.compensated()), &found),
         }
     }
@@ -297,10 +297,10 @@ pub fn factory_error<T: Real>(
     let RelativeError { matrix, bias, .. } = error;
     match (settings.data, sensor) {
         (Data::Compensated, _) => of_all_axes(axes, sensor, residual),
-        (Data::Raw, Sensor::Gyroscope) => bias.norm(),
+        (Data::Raw, Sensor::Gyroscope) => bias.length(),
         (Data::Raw, Sensor::Accelerometer) => {
             let of_gravity = (matrix - Matrix3::identity()) * settings.gravity;
-            (bias.norm_squared() + of_gravity.norm_squared() / real(3.0)).sqrt()
+            (bias.norm_squared() + of_gravity.norm_squared() / real(3.0)).square_root()
         }
     }
 }
@@ -323,12 +323,12 @@ pub fn primary_factory_error<T: Real>(
 /// The length over the axes there are of what is so large on each.
 fn of_all_axes<T: Real>(axes: &Axes, sensor: Sensor, each: T) -> T {
     let there = axes.of(sensor).iter().filter(|has| **has).count();
-    each * count::<T>(u32::try_from(there).unwrap_or(3)).sqrt()
+    each * count::<T>(u32::try_from(there).unwrap_or(3)).square_root()
 }
 
 /// How much of a known error lies in the direction of a deviation (docs/theory/redundancy.md, eq. 15).
 fn along<T: Real>(known: &Vector3<T>, deviation: &Vector3<T>) -> T {
-    let length = deviation.norm();
+    let length = deviation.length();
     if length > T::zero() {
         (known.dot(deviation) / length).max(T::zero())
     } else {
@@ -338,14 +338,14 @@ fn along<T: Real>(known: &Vector3<T>, deviation: &Vector3<T>) -> T {
 
 /// The part of a vector across a direction.
 pub fn across<T: Real>(vector: &Vector3<T>, direction: &Vector3<T>) -> Vector3<T> {
-    let along = direction.try_normalize(T::default_epsilon());
+    let along = unit_beyond(direction, T::default_epsilon());
     along.map_or(*vector, |along| vector - along * along.dot(vector))
 }
 
 /// The least by which a reading is off what physics says at rest.
 fn off_rest<T: Real>(sensor: Sensor, reading: &Vector3<T>, gravity: T) -> Vector3<T> {
     match sensor {
-        Sensor::Accelerometer => reading * (T::one() - gravity / reading.norm()),
+        Sensor::Accelerometer => reading * (T::one() - gravity / reading.length()),
         Sensor::Gyroscope => *reading,
     }
 }

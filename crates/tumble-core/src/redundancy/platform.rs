@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::model::{Correction, ErrorModel};
+use crate::products::Length;
 use crate::real::{Real, real};
 use crate::redundancy::record::{Record, Storage};
 use crate::redundancy::sensor::{Axes, SENSORS, Sensor};
@@ -70,7 +71,7 @@ impl<T: Real> MountedUnit<T> {
         let off = r * r.transpose() - Matrix3::identity();
         let finite = self.lever_arm.is_none_or(|r| r.iter().all(|x| x.is_finite()));
         // What single precision leaves of a rotation written with four digits.
-        finite && off.norm() < real(1e-3) && r.determinant() > T::zero()
+        finite && off.length() < real(1e-3) && r.determinant() > T::zero()
     }
 }
 

@@ -6,7 +6,7 @@
 use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2, Vector3};
 
 use crate::products::{
-    congruent, matrix_product, outer, product, transposed_matrix_product, transposed_product,
+    congruent, matrix_product, outer, product, transposed_matrix_product, transposed_product, unit,
 };
 use crate::real::{Real, count, real};
 
@@ -158,7 +158,7 @@ fn one_round<T: Real>(turning: &TurningRates<T>, rest: &RestingRate<T>, up: &Vec
     let tilted = up + product(&floor, &Vector3::new(forward.0.y, left.0.y, T::zero())); // eq. 5: tau
     AxisFit {
         bias,
-        floor: floor_frame(&tilted.normalize()),
+        floor: floor_frame(&unit(&tilted)),
         covariance: joint_covariance([&forward.1, &left.1], rest_variance.z),
         block_variance,
     }

@@ -1,5 +1,6 @@
 //! From samples to the estimator: blocks, heading, and what no sample may be.
 
+use crate::products::Length;
 use crate::real::{Real, real, seconds};
 use crate::sample::{CHANNELS, Sample};
 use crate::spin::block::{Block, BlockBuilder};
@@ -147,7 +148,7 @@ impl<T: Real> Collector<T> {
                 gap: interval,
             });
         }
-        let rate = (sample.angular_rate - reference.bias).norm();
+        let rate = (sample.angular_rate - reference.bias).length();
         if rate * interval > settings.largest_step {
             return Err(SpinFailure::SampleRateTooLow {
                 rate: T::one() / interval,

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::moments::Moments;
-use crate::products::{transposed_matrix_product, transposed_product};
+use crate::products::{Length, transposed_matrix_product, transposed_product, unit};
 use crate::real::{Real, count, real};
 use crate::sample::CHANNELS;
 use crate::spin::axis::{AxisFit, RateMoments, floor_frame};
@@ -249,7 +249,7 @@ impl<T: Real> SpinEstimator<T> {
         let Some(stop) = self.stop.take() else { return };
         match self.rests.as_mut() {
             None => {
-                let up = stop.specific_force().normalize();
+                let up = unit(&stop.specific_force());
                 self.frame = floor_frame(&up);
                 self.reference = Some(HeadingReference {
                     origin: stop.start + stop.duration() / 2,
@@ -286,16 +286,16 @@ impl<T: Real> SpinEstimator<T> {
         let vector = self.turned.vector;
         if guessed {
             // So far the angle was counted about the specific force at rest, which on a slope is another axis.
-            let lost = vector.norm() - vector.dot(&reference.up);
+            let lost = vector.length() - vector.dot(&reference.up);
             self.lost = if block.gained < T::zero() { -lost } else { lost };
-            let frame = floor_frame(&vector.normalize());
+            let frame = floor_frame(&unit(&vector));
             self.rates = self
                 .rates
                 .in_frame(&transposed_matrix_product(&frame, &self.frame));
             self.frame = frame;
         }
         if let Some(reference) = self.reference.as_mut() {
-            reference.up = vector.normalize();
+            reference.up = unit(&vector);
         }
     }
 
@@ -305,7 +305,7 @@ impl<T: Real> SpinEstimator<T> {
     }
 
     fn axis_shown(&self) -> bool {
-        self.turned.vector.norm() > real(AXIS_SHOWN)
+        self.turned.vector.length() > real(AXIS_SHOWN)
     }
 
     /// Rows of three blocks, every second of them in two.
@@ -339,7 +339,7 @@ impl<T: Real> SpinEstimator<T> {
         let rests = self.rests.as_ref().ok_or(SpinFailure::NoRest)?;
         let within = self.scatter_within(block);
         let rate = block.angular_rate() - reference.bias;
-        let across = (rate - reference.up * reference.up.dot(&rate)).norm();
+        let across = (rate - reference.up * reference.up.dot(&rate)).length();
         let allowed = if self.axis_shown() {
             self.settings.largest_share_across
         } else {
@@ -396,5 +396,5 @@ fn shaking<'a, T: Real>(
 /// Six sigmas of the mean over a block, given its variance at rest and what turning adds.
 fn sigmas<T: Real>(at_rest: Vector3<T>, shaking: T) -> T {
     const SIGMAS: f64 = 6.0;
-    (at_rest.sum() + shaking).sqrt() * real(SIGMAS)
+    (at_rest.sum() + shaking).square_root() * real(SIGMAS)
 }

@@ -155,7 +155,8 @@ impl<T: Real> Harmonics<T> {
             if functions[i] == T::zero() {
                 continue;
             }
-            let length = (self.triangle[(i, i)] * self.triangle[(i, i)] + functions[i] * functions[i]).sqrt();
+            let length =
+                (self.triangle[(i, i)] * self.triangle[(i, i)] + functions[i] * functions[i]).square_root();
             let (cosine, sine) = (self.triangle[(i, i)] / length, functions[i] / length);
             for j in i..FUNCTIONS {
                 let (above, below) = (self.triangle[(i, j)], functions[j]);

@@ -5,7 +5,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::products::{congruent, outer};
+use crate::products::{Length, congruent, outer};
 use crate::real::{Real, real};
 use crate::spin::axis::RestingRate;
 
@@ -41,7 +41,7 @@ pub struct LevelFloor<T: Real> {
 
 /// The estimate; `None` if the robot did not turn.
 pub fn estimate<T: Real>(readings: &LevelFloorInputs<T>) -> Option<LevelFloor<T>> {
-    let angle = readings.turned.norm();
+    let angle = readings.turned.length();
     if angle < real(1e-3) {
         return None;
     }

@@ -6,7 +6,7 @@
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
-use crate::products::cross;
+use crate::products::{cross, unit};
 use crate::real::{Real, count, real};
 use crate::regression::{LeastSquares, Prior, Solution, Unsolvable, degrees_of_freedom, reduced};
 use crate::spin::axis::AxisFit;
@@ -98,7 +98,7 @@ impl<T: Real> LevelFree<T> {
         let (sine, cosine) = heading.sine_cosine();
         let q = T::one() / (T::one() + x[SCALE]);
         let vertical = (self.gravity * self.gravity - uphill.norm_squared()).max(T::zero());
-        self.up * vertical.sqrt() + uphill * cosine // eq. 7
+        self.up * vertical.square_root() + uphill * cosine // eq. 7
             - cross(&self.up, &uphill) * sine
             - arm * (rate * rate * q * q)
             + cross(&self.up, &arm) * (acceleration * q)
@@ -114,7 +114,11 @@ impl<T: Real> LevelFree<T> {
             count::<T>(freedom) / count(freedom.saturating_sub(4).max(1)) // eq. 15
         }) * real(UNLIKELY);
         let reduced = reduced(self.solution.chi_square, self.degrees_of_freedom);
-        if reduced > limit { reduced.sqrt() } else { T::one() }
+        if reduced > limit {
+            reduced.square_root()
+        } else {
+            T::one()
+        }
     }
 
     /// What is to be added to a heading as it was counted, rad, `time` s after the origin.
@@ -211,7 +215,7 @@ impl<T: Real> Linearization<T> {
     fn at(priors: &SpinPriors<T>, x: &SVector<T, UNKNOWNS>) -> Self {
         let floor = &priors.axis.floor;
         let (forward, left) = (floor.column(0), floor.column(1));
-        let up = (floor.column(2) + forward * x[AXIS] + left * x[AXIS + 1]).normalize();
+        let up = unit(&(floor.column(2) + forward * x[AXIS] + left * x[AXIS + 1]));
         let project_horizontal = |v: Vector3<T>| v - up * up.dot(&v);
         let plane = [
             project_horizontal(forward.into_owned()),
@@ -221,7 +225,7 @@ impl<T: Real> Linearization<T> {
         let arm = plane[0] * x[LEVER_ARM] + plane[1] * x[LEVER_ARM + 1];
         let vertical = (priors.gravity * priors.gravity - uphill.norm_squared())
             .max(T::zero())
-            .sqrt();
+            .square_root();
         let q = T::one() / (T::one() + x[SCALE]); // eq. 8
         let drift = (priors.axis.bias - priors.counted_bias).dot(&up) + x[GYROSCOPE_UP]; // eq. 8: epsilon
         let bias = Vector3::new(x[ACCELEROMETER], x[ACCELEROMETER + 1], x[ACCELEROMETER + 2]);

@@ -5,6 +5,7 @@
 //! constant turn looks like rest to these; the wheels' state, where given with a sample, decides instead, and where it
 //! is not given the harmonics show it afterwards.
 
+use crate::products::Length;
 use crate::real::{Real, real, seconds};
 use crate::sample::Sample;
 use crate::spin::block::Block;
@@ -238,7 +239,7 @@ impl<T: Real> SpinMachine<T> {
         match self.state {
             SpinState::Spin => block.rate.abs() < real(STOPPED) && estimator.stop().is_none_or(level),
             _ => {
-                block.angular_rate().norm() < self.settings().largest_rate_bias
+                block.angular_rate().length() < self.settings().largest_rate_bias
                     && estimator.stop().is_none_or(level)
             }
         }

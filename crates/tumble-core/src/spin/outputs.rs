@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
 
+use crate::products::Length;
 use crate::real::{Real, real};
 use crate::spin::axis;
 use crate::spin::estimate::{ScalarEstimate, SpinEstimate, VectorEstimate};
@@ -76,7 +77,7 @@ fn accelerometer_bias<T: Real>(
 ) -> AccelerometerBias<T> {
     let level_free = bias(
         fit.accelerometer_bias(),
-        Vector3::from_fn(|i, _| joint[(i, i)].sqrt()),
+        Vector3::from_fn(|i, _| joint[(i, i)].square_root()),
     );
     let (level_floor, level_floor_covariance) = level_floor(spin, priors, joint);
     let full_turn = spin.turned().span() >= real(core::f64::consts::TAU);
@@ -102,7 +103,7 @@ fn gyroscope_bias<T: Real>(
     let earth = fit.up * spin.settings().earth_rate_up;
     VectorEstimate {
         value: fit.gyroscope_bias - earth,
-        sigma: Vector3::from_fn(|i, _| joint[(3 + i, 3 + i)].sqrt()),
+        sigma: Vector3::from_fn(|i, _| joint[(3 + i, 3 + i)].square_root()),
         observed: true,
     }
 }
@@ -120,7 +121,7 @@ fn floor_attitude<T: Real>(
     covariance: &SMatrix<T, UNKNOWNS, UNKNOWNS>,
 ) -> FloorAttitude<T> {
     let (roll, pitch) = axis::tilt(&fit.up); // eq. 18
-    let tilt_sigma = |i: usize| covariance[(AXIS + i, AXIS + i)].sqrt();
+    let tilt_sigma = |i: usize| covariance[(AXIS + i, AXIS + i)].square_root();
     let (sine, cosine) = pitch.sine_cosine();
     FloorAttitude {
         roll: ScalarEstimate {
@@ -141,9 +142,9 @@ fn noise<T: Real>(spin: &SpinEstimator<T>) -> [Vector3<T>; 4] {
     let at_rest = |first: usize| {
         spin.rests()
             .map_or(Vector3::zeros(), |rests| rests.sample_variance(first))
-            .map(|v| v.sqrt())
+            .map(|v| v.square_root())
     };
-    let [fx, fy, fz, wx, wy, wz] = spin.turning_noise().map(|v| v.sqrt());
+    let [fx, fy, fz, wx, wy, wz] = spin.turning_noise().map(|v| v.square_root());
     [
         at_rest(0),
         Vector3::new(fx, fy, fz),
@@ -182,7 +183,7 @@ fn level_floor<T: Real>(
     both.fixed_view_mut::<3, 3>(0, 0).copy_from(&found.covariance);
     both.fixed_view_mut::<3, 3>(0, 3).fill(T::zero());
     both.fixed_view_mut::<3, 3>(3, 0).fill(T::zero());
-    let sigma = found.covariance.diagonal().map(|v| v.sqrt());
+    let sigma = found.covariance.diagonal().map(|v| v.square_root());
     (bias(found.bias, sigma), both)
 }
 
@@ -218,8 +219,8 @@ fn uphill<T: Real>(
     const SHOWN: f64 = 3.0;
     let pull = x.fixed_rows::<2>(UPHILL).into_owned();
     let spread = covariance.fixed_view::<2, 2>(UPHILL, UPHILL).into_owned();
-    let size = pull.norm();
-    let along = |direction: Vector2<T>| direction.dot(&(spread * direction)).sqrt();
+    let size = pull.length();
+    let along = |direction: Vector2<T>| direction.dot(&(spread * direction)).square_root();
     let unit = if size > T::zero() {
         pull / size
     } else {
@@ -227,7 +228,7 @@ fn uphill<T: Real>(
     };
     let (lengthwise, crosswise) = (along(unit), along(Vector2::new(-unit.y, unit.x)));
     let sine = (size / priors.gravity).min(T::one());
-    let cosine = (T::one() - sine * sine).sqrt().max(real(1e-6));
+    let cosine = (T::one() - sine * sine).square_root().max(real(1e-6));
     let tilt = ScalarEstimate {
         value: sine.arc_sine(), // eq. 18
         sigma: lengthwise / (priors.gravity * cosine),
@@ -248,7 +249,7 @@ fn lever_arm<T: Real>(fit: &LevelFree<T>, covariance: &SMatrix<T, UNKNOWNS, UNKN
     let spread = plane * covariance.fixed_view::<2, 2>(LEVER_ARM, LEVER_ARM) * plane.transpose();
     VectorEstimate {
         value: plane * fit.solution.x.fixed_rows::<2>(LEVER_ARM),
-        sigma: spread.diagonal().map(|v| v.max(T::zero()).sqrt()),
+        sigma: spread.diagonal().map(|v| v.max(T::zero()).square_root()),
         observed: fit.solution.observed(LEVER_ARM) && fit.solution.observed(LEVER_ARM + 1),
     }
 }
@@ -265,6 +266,6 @@ fn scale<T: Real>(
     }
     ScalarEstimate {
         value: fit.solution.x[SCALE],
-        sigma: covariance[(SCALE, SCALE)].sqrt(),
+        sigma: covariance[(SCALE, SCALE)].square_root(),
     }
 }

@@ -3,6 +3,7 @@
 use nalgebra::{SVector, Vector3};
 
 use crate::moments::Moments;
+use crate::products::Length;
 use crate::real::{Real, count, real, seconds};
 use crate::sample::CHANNELS;
 use crate::spin::axis::RestingRate;
@@ -71,7 +72,7 @@ impl<T: Real> Stop<T> {
     /// Mean over its blocks, so weighted that its variance is that of one block; specific force from `origin`.
     fn row(&self, origin: &Vector3<T>) -> HarmonicRow<T> {
         let blocks = count::<T>(self.blocks.samples());
-        let weight = blocks.sqrt();
+        let weight = blocks.square_root();
         let mut functions = self.functions / blocks;
         // At rest nothing pulls: what is left in these two is noise.
         functions[FUNCTIONS - 2] = T::zero();
@@ -159,7 +160,8 @@ impl<T: Real> Rests<T> {
         const DRIFT: f64 = 5e-4;
         let variance = self.block_variance(3).sum();
         let shares = T::one() / count(self.blocks.max(1)) + T::one() / count(stop.blocks.samples().max(1));
-        (stop.angular_rate() - self.rate).norm() <= real::<T>(DRIFT) + (variance * shares).sqrt() * real(5.0)
+        (stop.angular_rate() - self.rate).length()
+            <= real::<T>(DRIFT) + (variance * shares).square_root() * real(5.0)
     }
 
     /// Time stood still, s.

@@ -32,8 +32,8 @@ pub(super) fn scales<T: Real>(
         let seen = direction.angle - sign * drift * time; // eq. 20: h - epsilon t
         let variance = truth.sigma * truth.sigma + axis.covariance[(2, 2)] * time * time + walk * time; // eq. 20
         ScalarEstimate {
-            value: seen / angle - T::one(), // eq. 20
-            sigma: variance.sqrt() / angle, // eq. 20
+            value: seen / angle - T::one(),        // eq. 20
+            sigma: variance.square_root() / angle, // eq. 20
         }
     };
     Scales {
@@ -56,7 +56,7 @@ pub(super) fn common_scale<T: Real>(scales: &Scales<T>, sigma: T) -> (T, T) {
             sum += each * scale.value;
         }
     }
-    (sum / weight, T::one() / weight.sqrt())
+    (sum / weight, T::one() / weight.square_root())
 }
 
 /// Over turns in one direction a scale error looks like a slow turn at rest: one is not to be found for want of the

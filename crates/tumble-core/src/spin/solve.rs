@@ -151,7 +151,7 @@ fn slow_turn<T: Real>(without_rest: &LevelFree<T>, priors: &SpinPriors<T>) -> (S
     }
     let variance = without_rest.solution.covariance[(i, i)];
     let value = -without_rest.solution.x[i];
-    let chance = (variance + priors.bias_variance).sqrt();
+    let chance = (variance + priors.bias_variance).square_root();
     let reduced = reduced(without_rest.solution.chi_square, without_rest.degrees_of_freedom);
     let found = value.abs() > chance * real(SIGMAS) + real(DRIFT) && reduced < real(FITS); // eq. 19
     (ScalarEstimate { value, sigma: chance }, found)

@@ -23,7 +23,7 @@ pub struct TurnMark<T: Real> {
 /// it by `N T^(3/2) / (sqrt(12) angle)` (docs/theory/turntable.md, eq. 17).
 pub fn centre_sigma<T: Real>(noise: &Noise<T>, duration: T, angle: T) -> T {
     let drift = noise.flicker * duration;
-    ((noise.white + drift) * duration * duration * duration / real(12.0)).sqrt() / angle // eq. 17
+    ((noise.white + drift) * duration * duration * duration / real(12.0)).square_root() / angle // eq. 17
 }
 
 /// `t_target = t_reference + offset + skew (t_reference - epoch)`.
@@ -58,7 +58,7 @@ impl<T: Real> ClockFit<T> {
         let later = t - self.epoch;
         let by = Vector2::new(T::one(), later);
         let variance = by.dot(&(self.covariance * by));
-        (self.offset + self.skew * later, variance.sqrt())
+        (self.offset + self.skew * later, variance.square_root())
     }
 
     /// Time of the reference at which the target's clock says `t`.

@@ -208,7 +208,7 @@ fn unpack<T: Real, const P: usize, const Q: usize, const N: usize>(
         g_sensitivity: (P >= 7).then(|| {
             (
                 Matrix3::from_fn(|i, j| solution.x[g_at(i, j)]),
-                Matrix3::from_fn(|i, j| solution.covariance[(g_at(i, j), g_at(i, j))].sqrt()),
+                Matrix3::from_fn(|i, j| solution.covariance[(g_at(i, j), g_at(i, j))].square_root()),
             )
         }),
         shared: solution.x.fixed_rows::<Q>(3 * P).into_owned(),

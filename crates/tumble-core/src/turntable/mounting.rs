@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
+use crate::products::Length;
 use crate::real::{Real, count};
 use crate::rotation::Procrustes;
 
@@ -39,7 +40,7 @@ impl<T: Real> MountingFit<T> {
     pub fn table_error(&self, pose: &PoseMean<T>, gravity: T) -> T {
         let residual = self.residual(pose, gravity);
         let up = self.rotation * pose.up;
-        (residual - up * up.dot(&residual)).norm() / gravity
+        (residual - up * up.dot(&residual)).length() / gravity
     }
 }
 

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 
 use crate::gravity::EARTH_RATE;
+use crate::products::Length;
 use crate::real::{Real, real};
 use crate::regression::{LeastSquares, Prior, Unsolvable, degrees_of_freedom, reduced};
 
@@ -68,16 +69,16 @@ pub fn fit_sphere<T: Real>(
         let mut equations = LeastSquares::<T, 3>::new(&prior);
         for (mean, covariance) in rests {
             let u = mean - bias;
-            let direction = u / u.norm();
+            let direction = u / u.length();
             // |r - b| = g linearised about the bias of the step before: d . b = d . b_0 + |r - b_0| - g.
-            let row = direction.dot(&bias) + u.norm() - gravity; // eq. 6
+            let row = direction.dot(&bias) + u.length() - gravity; // eq. 6
             equations.push(&direction, row, direction.dot(&(covariance * direction))); // eq. 7
         }
         solution = equations.solve()?;
         bias = solution.x;
     }
     let squares = rests.iter().fold(T::zero(), |sum, (mean, _)| {
-        let residual = (mean - bias).norm() - gravity; // eq. 6
+        let residual = (mean - bias).length() - gravity; // eq. 6
         sum + residual * residual
     });
     let observed = [solution.observed(0), solution.observed(1), solution.observed(2)];
@@ -88,7 +89,7 @@ pub fn fit_sphere<T: Real>(
         observed,
         chi_square: solution.chi_square,
         degrees_of_freedom: degrees_of_freedom(solution.rows, unknowns),
-        norm_residual: (squares / real::<T>(1.0).max(crate::real::count(solution.rows))).sqrt(),
+        norm_residual: (squares / real::<T>(1.0).max(crate::real::count(solution.rows))).square_root(),
     })
 }
 

@@ -10,6 +10,7 @@
 use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3, Vector4};
 
 use crate::noise::{Interval, Noise};
+use crate::products::Length;
 use crate::real::Real;
 use crate::rotation::cross_matrix;
 use crate::turntable::mounting::MountingFit;
@@ -63,7 +64,7 @@ pub fn from_reference<T: Real>(
 ) -> ForceObservation<T> {
     let covariance = pair.reference_covariance;
     let seen = pair.reference - sphere.bias;
-    let length = seen.norm();
+    let length = seen.length();
     let direction = seen / length;
     let spread = covariance * direction;
     let gain = spread / (direction.dot(&spread) + sphere.model_variance()); // eq. 8: h

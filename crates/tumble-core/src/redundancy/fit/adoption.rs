@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::products::Length;
 use crate::real::{Real, real};
 use crate::redundancy::fit::Fit;
 use crate::redundancy::fit::residual::{Layout, PairMoments, RowResidual};
@@ -170,7 +171,7 @@ impl<T: Real> FitCandidate<'_, T> {
             let square = RowResidual::new(error, self.stored, &self.layout, i).mean_square(self.held_out);
             (sum + square, axes + T::one())
         });
-        (sum / axes.max(T::one())).sqrt()
+        (sum / axes.max(T::one())).square_root()
     }
 
     /// Judges it.
@@ -205,7 +206,7 @@ impl<T: Real> FitCandidate<'_, T> {
         let Following { followed, shared } = self.following;
         Excess::refuse(*shared, tolerated, RefusalReason::SharedBySiblings)?;
         Excess::refuse(
-            followed.norm(),
+            followed.length(),
             settings.followed.of(sensor),
             RefusalReason::BeyondSupport,
         )
@@ -216,7 +217,7 @@ impl<T: Real> FitCandidate<'_, T> {
     fn drift(&self) -> T {
         let time = self.layout.time;
         let spread = self.all.covariance_of(time, time).max(T::default_epsilon());
-        let duration_over_spread = (spread * real(12.0)).sqrt() / spread;
+        let duration_over_spread = (spread * real(12.0)).square_root() / spread;
         self.present().fold(T::zero(), |most, i| {
             let residual = RowResidual::new(&self.motion.error, self.stored, &self.layout, i);
             most.max(residual.covariance_with(self.all, time).abs() * duration_over_spread) // eq. 13
@@ -227,7 +228,7 @@ impl<T: Real> FitCandidate<'_, T> {
         let apart = self.rest.second - self.motion.error.predict(&self.rest.first);
         self.present()
             .fold(T::zero(), |sum, i| sum + apart[i] * apart[i])
-            .sqrt()
+            .square_root()
     }
 }
 
@@ -241,10 +242,10 @@ impl<T: Real> AdoptionSettings<T> {
         let larger = |most: T, value: T| if value <= most { most } else { value };
         let (mut scale, mut misalignment) = (T::zero(), T::zero());
         for (row, nominal) in error.matrix.row_iter().zip(Matrix3::<T>::identity().row_iter()) {
-            let norm = row.norm();
+            let norm = row.length();
             scale = larger(scale, (norm - T::one()).abs());
             // The chord to the nominal axis: the angle where it is small, two for an axis turned over.
-            misalignment = larger(misalignment, (row / norm - nominal).norm());
+            misalignment = larger(misalignment, (row / norm - nominal).length());
         }
         Excess::refuse(
             misalignment,
@@ -253,12 +254,12 @@ impl<T: Real> AdoptionSettings<T> {
         )?;
         Excess::refuse(scale, self.largest_scale_error, RefusalReason::ImplausibleScale)?;
         Excess::refuse(
-            error.bias.norm(),
+            error.bias.length(),
             self.bias.of(sensor),
             RefusalReason::ImplausibleBias,
         )?;
         Excess::refuse(
-            error.lever_arm.norm(),
+            error.lever_arm.length(),
             self.largest_lever_arm,
             RefusalReason::ImplausibleLeverArm,
         )

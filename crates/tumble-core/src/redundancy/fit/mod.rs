@@ -112,7 +112,7 @@ impl<T: Real> Fit<T> {
             *covariance *= times;
         }
         self.lever_arm_covariance *= times;
-        self.bias_sigma *= times.sqrt();
+        self.bias_sigma *= times.square_root();
         self
     }
 }
@@ -360,7 +360,7 @@ impl<T: Real> FitProblem<'_, T> {
             let of_mean = variance[i] * sums[i].variance_of_mean();
             (of_mean + spread + motion.dot(&across) * real(2.0))
                 .max(T::zero())
-                .sqrt()
+                .square_root()
         });
         Some(Fit {
             error,

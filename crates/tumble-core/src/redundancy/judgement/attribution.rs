@@ -6,6 +6,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::products::Length;
 use crate::real::{Real, real, tabulated};
 use crate::redundancy::samples::steps::LargestSteps;
 use crate::redundancy::sensor::Sensor;
@@ -67,7 +68,7 @@ pub(super) fn by_step<T: Real>(
     own: &MountedSteps<'_, T>,
     other: &MountedSteps<'_, T>,
 ) -> Option<Proof<T>> {
-    let size = apart.norm();
+    let size = apart.length();
     if size <= T::zero() {
         return None;
     }
@@ -149,7 +150,7 @@ impl<T: Real> Evidence<T> {
         along_gravity: Option<T>,
         gravity: &Vector3<T>,
     ) {
-        if gravity.dot(&self.gravity) < gravity.norm() * self.gravity.norm() * real(SAME_ATTITUDE) {
+        if gravity.dot(&self.gravity) < gravity.length() * self.gravity.length() * real(SAME_ATTITUDE) {
             self.gathered += core::mem::replace(&mut self.at_rest, T::zero());
         }
         self.gravity = *gravity;

@@ -252,8 +252,8 @@ impl<T: Real> Comparison<T> {
     pub fn figures(&self, scale: usize) -> Option<Disagreement<T>> {
         let squares = self.filled().get(scale)?;
         Some(Disagreement {
-            apart: squares.apart.sqrt(),
-            threshold: (squares.apart / squares.ratio).sqrt(),
+            apart: squares.apart.square_root(),
+            threshold: (squares.apart / squares.ratio).square_root(),
         })
     }
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use crate::products::Length;
 use crate::real::{Real, count, real, tabulated};
 use crate::redundancy::components::difference;
 use crate::redundancy::judgement::attribution::{Evidence, Ground, LeftAtRest, MountedSteps, Proof, by_step};
@@ -197,7 +198,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     pub fn departs(&self, unit: usize, tolerated: T, window: T) -> bool {
         let mean = |unit: usize| self.deviations.get(unit)?.mean(WITNESSED_FROM, window);
         let others = (0..UNITS).filter(|other| *other != unit && !self.is_guilty(*other));
-        let apart = others.filter_map(|other| Some((mean(unit)? - mean(other)?).norm()));
+        let apart = others.filter_map(|other| Some((mean(unit)? - mean(other)?).length()));
         apart.fold(T::zero(), |a, b| a.max(b)) > tolerated * real(DEPARTS)
             || self.worst_squared(unit) > real(DEPARTS * DEPARTS * 0.25)
     }
@@ -627,7 +628,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         let (a, b) = (left(i)?, left(j)?);
         let mean = |unit: usize| self.deviations.get(unit)?.mean(1, case.window.length);
         let apart = mean(i)? - mean(j)?;
-        let along = || apart.dot(&case.force) / case.force.norm().max(real(1e-3));
+        let along = || apart.dot(&case.force) / case.force.length().max(real(1e-3));
         let along = (sensor == Sensor::Accelerometer).then(along);
         self.evidence.push_rest(sensor, &a, &b, along, &case.force);
         self.decided([i, j], Ground::Rest)

@@ -33,7 +33,7 @@ impl<T: Real> Turned<T> {
 
     /// Takes in an angular rate, rad/s, over a window, s.
     pub fn push(&mut self, rate: &Vector3<T>, window: T) {
-        self.rate = squared(rate).sqrt();
+        self.rate = squared(rate).square_root();
         self.angle += (self.rate - self.angle / real(CARRIED_OVER)) * window;
     }
 

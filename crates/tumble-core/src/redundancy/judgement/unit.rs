@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::products::cross;
+use crate::products::{Length, cross};
 use crate::real::{Real, real, tabulated};
 use crate::redundancy::components::{difference, follow, scaled, squared};
 use crate::redundancy::judgement::scales::{SCALES, Shares, filled};
@@ -49,11 +49,11 @@ impl<T: Real> SensorDeviation<T> {
         if square <= slew * slew {
             self.offset += mean;
         } else {
-            self.offset += scaled(mean, slew / square.sqrt());
+            self.offset += scaled(mean, slew / square.square_root());
         }
         let (most, square) = (tabulated::<T>(*sensor.of(&SLOW_OFFSET)), squared(&self.offset));
         if square > most * most {
-            self.offset = scaled(&self.offset, most / square.sqrt());
+            self.offset = scaled(&self.offset, most / square.square_root());
         }
     }
 
@@ -70,7 +70,7 @@ impl<T: Real> SensorDeviation<T> {
         let [_, second, ..] = self.means;
         let offset = self.offset + second;
         let most = tabulated::<T>(*sensor.of(&SLOW_OFFSET));
-        let size = offset.norm();
+        let size = offset.length();
         *self = Self {
             offset: if size > most {
                 offset * (most / size)
@@ -128,7 +128,7 @@ impl<T: Real> CarriedGravity<T> {
         let error = difference(f, &turned); // judgement.md, eq. 14
         let mut next = turned;
         follow(&mut next, f, window / real::<T>(CARRIED_OVER));
-        let size = squared(&next).sqrt();
+        let size = squared(&next).square_root();
         *carried = if size > T::zero() {
             scaled(&next, g / size)
         } else {

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::products::congruent;
+use crate::products::{Length, congruent};
 use crate::real::{Real, real};
 use crate::redundancy::evaluation::{StoredCalibration, factory_error};
 use crate::redundancy::fit::Fit;
@@ -96,7 +96,7 @@ pub(super) fn conclude<T: Real>(
                 let factory = factory_error(sensor, &unit.axes, &error, residual, &settings.evaluation);
                 stored.replace(error, residual, sequence, factory);
                 stored.matrix_shown = record.shows_matrix();
-                stored.place_sigma = record.lever_arm_sigma.norm();
+                stored.place_sigma = record.lever_arm_sigma.length();
                 stored.followed = record.followed;
                 *sensor.of_mut(&mut conclusions) = Conclusion::Replaced;
                 tell(EventKind::Adopted { record });
@@ -155,7 +155,7 @@ fn sigma<T: Real>(covariance: &Matrix3<T>, shown: &Matrix3<T>) -> Vector3<T> {
         .diagonal()
         .zip_map(&shown.diagonal(), |variance, shown| {
             if shown > real(SHOWN) {
-                variance.max(T::zero()).sqrt()
+                variance.max(T::zero()).square_root()
             } else {
                 T::one() / T::zero()
             }

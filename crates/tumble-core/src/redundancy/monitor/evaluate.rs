@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use crate::products::{Length, unit_beyond};
 use crate::real::Real;
 use crate::redundancy::evaluation::{Deviation, PrimaryAtRest, SecondaryAtRest, across};
 use crate::redundancy::gate::{Decision, Findings, Withheld};
@@ -215,9 +216,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         let [force_valid, _] = primary_valid;
         let force = Sensor::Accelerometer;
         let up = platform.calibration().correct(force, &force.triad(&primary));
-        let up = up
-            .try_normalize(T::default_epsilon())
-            .filter(|_| force_valid && primary_healthy);
+        let up = unit_beyond(&up, T::default_epsilon()).filter(|_| force_valid && primary_healthy);
         let (stored, health) = (self.stored.get(number)?, self.health.get_mut(number)?);
         let (mut exceeded, mut apart) = ([false; 2], [None; 2]);
         for ((sensor, exceeded), valid) in SENSORS.into_iter().zip(&mut exceeded).zip(primary_valid) {
@@ -355,7 +354,7 @@ fn shared<T: Real, const UNITS: usize>(apart: &[Option<Vector3<T>>; UNITS], numb
         not += u32::from(!alike);
     }
     if shared > 0 && shared >= not {
-        own.norm()
+        own.length()
     } else {
         T::zero()
     }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::products::cross;
+use crate::products::{Length, cross};
 use crate::real::{Real, real, seconds};
 use crate::redundancy::evaluation::{Deviation, StoredCalibration};
 use crate::redundancy::health::{Health, HealthFault, RefutedBy};
@@ -134,7 +134,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             let known = of_sensors(&|sensor| self.is_known(sensor, number));
             Some(UnitReading {
                 reading: [f - carried, w],
-                scatter: means.scatter.map(|variance| variance.sqrt()),
+                scatter: means.scatter.map(|variance| variance.square_root()),
                 votes: of_sensors(&|sensor| {
                     lives
                         && *sensor.of(&before.usable)
@@ -216,8 +216,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             .get(number)
             .filter(|at_rest| at_rest.windows() >= RESTED)?;
         let said = |sensor: Sensor| self.compensated(platform, number, sensor, &sensor.triad(at_rest.mean()));
-        let force = said(Sensor::Accelerometer)?.norm() - platform.settings().evaluation.gravity;
-        Some([force, said(Sensor::Gyroscope)?.norm()])
+        let force = said(Sensor::Accelerometer)?.length() - platform.settings().evaluation.gravity;
+        Some([force, said(Sensor::Gyroscope)?.length()])
     }
 
     /// A primary that deviates at rest, beside a calibrated secondary that does not, is wrong by itself.

@@ -1,5 +1,6 @@
 //! What was stored before a reset, taken up again.
 
+use crate::products::Length;
 use crate::real::Real;
 use crate::redundancy::evaluation::factory_error;
 use crate::redundancy::monitor::event::{Abandoned, Event, EventKind, RecordRejection};
@@ -69,7 +70,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                     let stored = sensor.of_mut(stored);
                     stored.replace(error, residual, record.sequence, factory);
                     stored.matrix_shown = record.shows_matrix();
-                    stored.place_sigma = record.lever_arm_sigma.norm();
+                    stored.place_sigma = record.lever_arm_sigma.length();
                     stored.followed = record.followed;
                     (number, None)
                 }

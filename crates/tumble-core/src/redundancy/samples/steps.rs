@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use crate::products::Length;
 use crate::real::{Real, count, real};
 
 /// Spans that are kept, and windows in each: 1.2 s at 50 ms.
@@ -43,7 +44,7 @@ impl<T: Real> LargestSteps<T> {
 
     fn end_span(&mut self) {
         let [a, b, c, d] = self.spans;
-        let left = d.norm();
+        let left = d.length();
         if left > T::zero() {
             let before = if self.usual > T::zero() { self.usual } else { left };
             self.usual = before + (left - before) * real(USUAL_SHARE);

@@ -5,6 +5,7 @@
 
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 
+use crate::products::Length;
 use crate::real::{Real, real, tabulated};
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::ForceAndRate;
@@ -363,11 +364,11 @@ impl<T: Real, const UNITS: usize> Navigation<T, UNITS> {
         };
         let change = witnessed.value.xy() - before;
         let integrated = velocity.xy() - integrated;
-        let (by_witness, by_set) = (change.norm(), integrated.norm());
+        let (by_witness, by_set) = (change.length(), integrated.length());
         let own = self.covariance.variances().velocity;
         let of_witness = witnessed.sigma.x.max(witnessed.sigma.y);
         let variance = own.x.max(own.y) + of_witness * of_witness * real(2.0);
-        let sigma = variance.sqrt();
+        let sigma = variance.square_root();
         let changed = by_witness > sigma * real(CHANGED);
         if changed && (by_witness - by_set).abs() < sigma * real(ALIKE) {
             let angle = integrated.perp(&change).atan2(integrated.dot(&change));
@@ -452,8 +453,8 @@ fn noise<T: Real>(rate: &Vector3<T>, acceleration: &Vector3<T>, window: T) -> Er
     };
     let wanders = |wanders: f32| tabulated::<T>(wanders) * tabulated::<T>(wanders) * window;
     Errors {
-        attitude: density(RATE_NOISE, rate.norm()),
-        velocity: density(FORCE_NOISE, acceleration.norm()),
+        attitude: density(RATE_NOISE, rate.length()),
+        velocity: density(FORCE_NOISE, acceleration.length()),
         rate: Vector3::repeat(wanders(RATE_WANDERS)),
         vertical: wanders(FORCE_WANDERS),
     }

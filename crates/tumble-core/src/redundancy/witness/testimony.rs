@@ -295,7 +295,7 @@ impl<T: Real, const UNITS: usize> Testimony<T, UNITS> {
         innovation: &Innovation<T>,
         axis: &Vector3<T>,
     ) -> T {
-        let sigma = (innovation.variance * self.usual).sqrt();
+        let sigma = (innovation.variance * self.usual).square_root();
         let of_set = innovation.of_set / sigma;
         let mut best = of_set;
         let misfits: [[T; 2]; UNITS] = core::array::from_fn(|unit| {
