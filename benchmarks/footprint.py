@@ -18,8 +18,9 @@ from rich.table import Table
 from benchmarks.results import Content, save
 
 ROOT = Path(__file__).parent.parent
-PLATFORM = ROOT / "target" / "firmware" / "platform"
-IMAGES = ROOT / "target" / "thumbv7em-none-eabihf" / "device"
+TARGET = "thumbv7em-none-eabihf"
+PLATFORM = ROOT / "target" / "firmware" / TARGET / "platform"
+IMAGES = ROOT / "target" / TARGET / "device"
 BASELINE = "empty"
 PARTS = ("apply", "temperature", "spin", "redundancy", "store", "everything")
 FLASH_GOAL = 32 * 1024
@@ -46,7 +47,7 @@ def build() -> None:
     subprocess.run(("scripts/build_firmware.sh",), check=True, cwd=ROOT)
     options = ("--quiet", "--locked", "--profile", "device", "--manifest-path", "firmware/Cargo.toml")
     folder = ("--target-dir", str(ROOT / "target"))
-    command = ("scripts/cargo_for_cortex_m.sh", "build", *options, *folder, "--package", "footprint")
+    command = ("scripts/cargo_for_device.sh", "build", *options, *folder, "--package", "footprint")
     subprocess.run(command, check=True, cwd=ROOT)
 
 

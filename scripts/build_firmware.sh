@@ -1,20 +1,22 @@
 #!/bin/sh
-# Builds the platform for the device as target/firmware/platform, and the replay for the host as target/firmware/mission.
-# With a feature of the platform named, builds it with that as target/firmware/platform-FEATURE, and nothing else.
+# Builds the platform for the device as target/firmware/TARGET/platform, and the replay for the host as
+# target/firmware/mission. TARGET is TUMBLE_DEVICE_TARGET, or a Cortex-M4F.
+# With a feature of the platform named, builds it with that as platform-FEATURE beside it, and no replay.
 set -eu
 
 cd "$(dirname "$0")/.."
-folder=target/firmware
+target=${TUMBLE_DEVICE_TARGET:-thumbv7em-none-eabihf}
+folder=target/firmware/$target
 feature=${1:-}
 
-mkdir -p $folder
+mkdir -p "$folder"
 options="--quiet --locked --profile device --manifest-path firmware/Cargo.toml --target-dir target"
 # Options are words apart.
 # shellcheck disable=SC2086
-scripts/cargo_for_cortex_m.sh build $options --package platform ${feature:+--features $feature}
-cp target/thumbv7em-none-eabihf/device/platform "$folder/platform${feature:+-$feature}"
+scripts/cargo_for_device.sh build $options --package platform ${feature:+--features $feature}
+cp "target/$target/device/platform" "$folder/platform${feature:+-$feature}"
 if [ -z "$feature" ]; then
     # shellcheck disable=SC2086
     cargo build $options --package host
-    cp target/device/mission "$folder/mission"
+    cp target/device/mission target/firmware/mission
 fi

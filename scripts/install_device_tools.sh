@@ -1,10 +1,11 @@
 #!/bin/sh
-# Installs what is missing of the tools for devices, all of them or those named by their Debian packages: an emulator,
+# Installs what is missing of the tools for devices, all of them or those named by their Debian packages: emulators,
 # a C compiler for Cortex-M and its library, CMake, a memory checker, a C++ compiler, pkg-config, and a JSON reader for tests in C.
 set -eu
 
 has() {
     case $1 in
+    qemu-system-misc) command -v qemu-system-riscv32 ;;
     gcc-arm-none-eabi) command -v arm-none-eabi-gcc ;;
     libnewlib-arm-none-eabi) echo '#include <stdlib.h>' | arm-none-eabi-gcc -E - ;;
     libcjson-dev) echo '#include <cjson/cJSON.h>' | "${CC:-cc}" -E - ;;
@@ -14,7 +15,7 @@ has() {
 }
 
 [ $# -gt 0 ] ||
-    set -- qemu-system-arm gcc-arm-none-eabi libnewlib-arm-none-eabi cmake valgrind g++ libcjson-dev pkg-config
+    set -- qemu-system-arm qemu-system-misc gcc-arm-none-eabi libnewlib-arm-none-eabi cmake valgrind g++ libcjson-dev pkg-config
 missing=
 for package in "$@"; do
     has "$package" || missing="$missing $package"

@@ -9,4 +9,7 @@ cargo fmt --all --check --manifest-path firmware/Cargo.toml
 # shellcheck disable=SC2086
 cargo clippy $options --all-targets -- -D warnings
 # shellcheck disable=SC2086
-scripts/cargo_for_cortex_m.sh clippy $options --package platform --package footprint -- -D warnings
+scripts/cargo_for_device.sh clippy $options --package platform --package footprint -- -D warnings
+# What is of RISC-V alone.
+# shellcheck disable=SC2086
+TUMBLE_DEVICE_TARGET=riscv32imc-unknown-none-elf scripts/cargo_for_device.sh clippy $options --package platform -- -D warnings

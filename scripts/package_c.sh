@@ -25,7 +25,7 @@ install_for() {
 host=$(rustc -vV | sed -n 's/^host: //p')
 install_for "$host"
 for target in thumbv7em-none-eabihf thumbv6m-none-eabi; do
-    install_for "$target" -DTUMBLE_RUST_TARGET="$target" -DTUMBLE_CARGO="$root/scripts/cargo_for_cortex_m.sh"
+    install_for "$target" -DTUMBLE_RUST_TARGET="$target" -DTUMBLE_CARGO="$root/scripts/cargo_for_device.sh"
 done
 cp "$root/LICENSE-APACHE" "$root/LICENSE-MIT" "$work/$name"
 

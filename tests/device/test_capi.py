@@ -54,7 +54,7 @@ def tools() -> None:
 
 def library(folder: Path, *features: str, device: bool = False, units: int = 3) -> Path:
     """Build the static library, and put it into `folder`."""
-    cargo = ["scripts/cargo_for_cortex_m.sh"] if device else ["cargo"]
+    cargo = ["scripts/cargo_for_device.sh"] if device else ["cargo"]
     options = ["--locked", "--package", "tumble-capi", "--crate-type", "staticlib", "--profile", "device"]
     # Said even where it is the default, as packages do: to cargo said and not said are two libraries.
     named = {"TUMBLE_UNITS": str(units)}

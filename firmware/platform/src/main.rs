@@ -1,4 +1,4 @@
-//! The movable platform on a Cortex-M4F, as QEMU emulates one: plays the mission over the vectors that it reads from
+//! The movable platform on a microcontroller, as QEMU emulates them: plays the mission over the vectors that it reads from
 //! the host, and resets itself between the first start and the second.
 //!
 //! Lines that begin with `device:` are about this device; all others the host says too when it replays the mission.
@@ -7,8 +7,10 @@
 
 mod console;
 mod file;
+mod host;
 mod memory;
 mod panic_handler;
+mod processor;
 mod proof;
 mod stack;
 
@@ -16,8 +18,6 @@ use core::ffi::CStr;
 use core::fmt::Write;
 use core::mem::size_of;
 
-use cortex_m::peripheral::SCB;
-use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 use mission::nor::{BYTES, Nor};
 use mission::units::UNITS;
 use mission::{MissionError, flight, spin, temperature};
@@ -64,29 +64,29 @@ impl File {
     }
 }
 
-#[cortex_m_rt::entry]
-fn main() -> ! {
+/// All that the device does, once its processor has started.
+fn live() -> ! {
     let Some(mut out) = Console::open() else {
-        leave(EXIT_FAILURE)
+        host::leave(false)
     };
-    let lived = match memory::take() {
-        Some(memory) => live(memory, &mut out),
-        None => leave(EXIT_FAILURE),
+    let played = match memory::take() {
+        Some(memory) => play(memory, &mut out),
+        None => host::leave(false),
     };
-    if let Err(failure) = &lived {
+    if let Err(failure) = &played {
         // Nobody is left to be told if this fails too.
         let _ = say(&mut out, failure);
     }
     out.flush();
-    match lived {
-        Ok(Next::Reset) => SCB::sys_reset(),
-        Ok(Next::Leave) => leave(EXIT_SUCCESS),
-        Err(_) => leave(EXIT_FAILURE),
+    match played {
+        Ok(Next::Reset) => processor::reset(),
+        Ok(Next::Leave) => host::leave(true),
+        Err(_) => host::leave(false),
     }
 }
 
 /// From one start to its end: records are in flash, or they are not.
-fn live(memory: Memory, out: &mut Console) -> Result<Next, PlatformFailure> {
+fn play(memory: Memory, out: &mut Console) -> Result<Next, PlatformFailure> {
     let Memory { nor, start, file } = memory;
     proof::run(start);
     let mut stack = Stack::new();
@@ -155,21 +155,9 @@ fn say(out: &mut Console, PlatformFailure(why, file): &PlatformFailure) -> core:
         Why::File(FileError::TooLong) => {
             writeln!(
                 out,
-                "longer than {FILE} bytes; make more room in memory.x and memory.rs"
+                "longer than {FILE} bytes; make more room in the linker script and memory.rs"
             )
         }
         Why::Mission(why) => writeln!(out, "{why}"),
     }
-}
-
-fn leave(status: debug::ExitStatus) -> ! {
-    loop {
-        debug::exit(status);
-    }
-}
-
-#[cortex_m_rt::exception]
-#[allow(unsafe_code)]
-unsafe fn HardFault(_: &cortex_m_rt::ExceptionFrame) -> ! {
-    leave(EXIT_FAILURE)
 }

@@ -29,7 +29,7 @@ struct Starts {
 
 const KNOWN: u32 = 0x5475_6d62;
 
-// Places that memory.x sets aside, and nothing else is linked to.
+// Places that the linker script sets aside, and nothing else is linked to.
 unsafe extern "C" {
     static mut _nor_flash: [u8; BYTES];
     static mut _starts: Starts;
@@ -39,10 +39,12 @@ unsafe extern "C" {
 /// Gives it, once.
 pub fn take() -> Option<Memory> {
     static TAKEN: AtomicBool = AtomicBool::new(false);
-    if TAKEN.swap(true, Ordering::Relaxed) {
+    // Not exchanged in one step, which the smallest processors cannot: there are no threads.
+    if TAKEN.load(Ordering::Relaxed) {
         return None;
     }
-    // SAFETY: memory.x places these in memory of the board, apart from each other and from all else, and the lines above
+    TAKEN.store(true, Ordering::Relaxed);
+    // SAFETY: the linker script places these in memory of the board, apart from each other and from all else, and the lines above
     // see to it that the references are the only ones. Any bytes are valid in all of them.
     let (nor, starts, file) = unsafe {
         let starts = addr_of_mut!(_starts);

@@ -4,10 +4,10 @@
 use core::fmt::Write;
 use core::ptr::{addr_of, read_volatile, write_volatile};
 
-use cortex_m::register::msp;
 use mission::work_meter::{WORK_PARTS, WorkMeter, WorkPart};
 
 use crate::console::Console;
+use crate::processor::stack_pointer;
 
 /// Bytes that are painted, from the start of the stack down.
 const DEPTH: usize = 64 * 1024;
@@ -93,7 +93,7 @@ fn start() -> usize {
 /// Paints what lies below the stack pointer of the caller; gives that.
 #[inline(always)]
 fn paint() -> usize {
-    let pointer = msp::read() as usize;
+    let pointer = stack_pointer();
     let mut at = start() - DEPTH;
     while at < pointer {
         // SAFETY: between the end of the stack and its pointer, where nothing lives: there are no interrupts, and this loop

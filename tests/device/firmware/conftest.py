@@ -6,22 +6,35 @@ import shutil
 
 import pytest
 
-from firmware_images import FOLDER, ROOT, build, run
+from firmware_images import CORTEX_M4F, EMULATORS, ROOT, build, built_image, run
+
+
+def flyable(target):
+    """The platform as it is flown on a processor."""
+    if shutil.which(EMULATORS[target]) is None:
+        pytest.skip(f"there is no {EMULATORS[target]}; scripts/install_device_tools.sh installs it")
+    built = build(target=target)
+    if f"no Rust for {target}" in built.stderr:
+        pytest.skip(built.stderr.strip().splitlines()[-1])
+    assert built.returncode == 0, built.stderr
+    return built_image(target=target)
 
 
 @pytest.fixture(scope="session")
 def image():
-    """The platform as it is flown."""
-    if shutil.which("qemu-system-arm") is None:
-        pytest.skip("there is no qemu-system-arm; scripts/install_device_tools.sh installs it")
-    built = build()
-    assert built.returncode == 0, built.stderr
-    return FOLDER / "platform"
+    """The platform for a Cortex-M4F."""
+    return flyable(CORTEX_M4F)
 
 
 @pytest.fixture(scope="session")
 def said(image):
-    """All that the device said of its mission over the vectors of the repository."""
+    """All that the Cortex-M4F said of its mission over the vectors of the repository."""
     ran = run(image, ROOT)
     assert ran.returncode == 0, ran.stdout[-2000:] + ran.stderr
     return ran.stdout
+
+
+@pytest.fixture(scope="session", params=[target for target in EMULATORS if target != CORTEX_M4F])
+def other_processor(request):
+    """A processor without floating point unit, and the platform for it."""
+    return request.param, flyable(request.param)

@@ -1,28 +1,48 @@
-"""Images of the movable platform, built once, and the emulated device that runs them."""
+"""Images of the movable platform, built once, and the emulated devices that run them."""
 
 from __future__ import annotations
 
+import os
 import subprocess
+from collections.abc import Mapping
 from pathlib import Path
 
 ROOT = Path(__file__).parents[3]
 FOLDER = ROOT / "target" / "firmware"
 VECTORS = ROOT / "vectors"
+CORTEX_M4F = "thumbv7em-none-eabihf"
+EMULATORS: Mapping[str, str] = {
+    CORTEX_M4F: "qemu-system-arm",
+    "thumbv6m-none-eabi": "qemu-system-arm",
+    "riscv32imc-unknown-none-elf": "qemu-system-riscv32",
+}
+"""Rust's names of the processors, and what emulates each."""
 
 
-def build(feature: str = "") -> subprocess.CompletedProcess[str]:
+def built_image(feature: str = "", target: str = CORTEX_M4F) -> Path:
+    """Where the platform for a processor is, with one of its features."""
+    return FOLDER / target / f"platform{feature and '-'}{feature}"
+
+
+def build(feature: str = "", target: str = CORTEX_M4F) -> subprocess.CompletedProcess[str]:
     """Builds the platform and the host's replay, or the platform alone with one of its features."""
     command = [str(ROOT / "scripts" / "build_firmware.sh"), *([feature] if feature else [])]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
+    return subprocess.run(command, capture_output=True, text=True, check=False, env=_environment(target))
 
 
-def run(image: Path, folder: Path) -> subprocess.CompletedProcess[str]:
-    """Runs an image on the emulated device, which reads `vectors/` in a folder."""
+def run(image: Path, folder: Path, target: str = CORTEX_M4F) -> subprocess.CompletedProcess[str]:
+    """Runs an image on an emulated device, which reads `vectors/` in a folder."""
     command = [str(ROOT / "scripts" / "run_in_qemu.sh"), str(image)]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    return subprocess.run(
+        command, cwd=folder, capture_output=True, text=True, check=False, env=_environment(target)
+    )
 
 
 def compare(vectors: Path, said: Path) -> subprocess.CompletedProcess[str]:
     """Compares what a device said with the host's replay of vectors."""
     command = [str(FOLDER / "mission"), "compare", str(vectors), str(said)]
     return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def _environment(target: str) -> dict[str, str]:
+    return {**os.environ, "TUMBLE_DEVICE_TARGET": target}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from firmware_images import FOLDER, build
+from firmware_images import FOLDER, build, built_image
 
 HEAP = re.compile(rb"__rust_alloc|__rust_dealloc|GlobalAlloc|\x00(malloc|calloc|realloc|free|_sbrk)\x00")
 """Names of functions of a heap, in Rust and in C."""
@@ -28,7 +28,7 @@ def test_the_image_names_no_function_of_a_heap(image):
 def test_an_image_with_a_heap_is_found_by_its_names(image):
     built = build("reach-the-heap")
     assert built.returncode == 0, built.stderr
-    assert b"__rust_alloc" in names(FOLDER / "platform-reach-the-heap", HEAP)
+    assert b"__rust_alloc" in names(built_image("reach-the-heap"), HEAP)
 
 
 def test_the_image_names_no_function_of_a_panic(image):
@@ -37,6 +37,11 @@ def test_the_image_names_no_function_of_a_panic(image):
 
 def test_a_program_that_can_panic_is_found_by_its_names(image):
     assert b"panic_fmt" in names(FOLDER / "mission", PANIC)
+
+
+def test_no_image_for_another_processor_names_a_function_of_a_panic_or_a_heap(other_processor):
+    _, other = other_processor
+    assert names(other, PANIC) == names(other, HEAP) == set()
 
 
 def test_an_image_that_can_panic_does_not_link(image):

@@ -1,4 +1,4 @@
-"""The mission on an emulated Cortex-M4F is the host's, bit for bit, and what it should be."""
+"""The mission on emulated microcontrollers is the host's, bit for bit, and what it should be."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import struct
 import numpy as np
 import pytest
 
-from firmware_images import VECTORS, compare, run
+from firmware_images import ROOT, VECTORS, compare, run
 from tumble import _core
 
 FLOWN = json.loads((VECTORS / "redundancy.json").read_text())
@@ -57,6 +57,26 @@ def test_the_device_says_what_the_host_says_bit_for_bit(said, tmp_path):
     compared = compare(VECTORS, log)
     assert compared.returncode == 0, compared.stdout[-2000:] + compared.stderr
     assert "bit for bit" in compared.stdout
+
+
+def test_processors_without_floating_point_unit_say_what_the_host_says_bit_for_bit(other_processor, tmp_path):
+    target, image = other_processor
+    ran = run(image, ROOT, target)
+    assert ran.returncode == 0, ran.stdout[-2000:] + ran.stderr
+    log = tmp_path / "said.txt"
+    log.write_text(ran.stdout)
+    compared = compare(VECTORS, log)
+    assert compared.returncode == 0, compared.stdout[-2000:] + compared.stderr
+    assert "bit for bit" in compared.stdout
+
+
+def test_a_processor_without_floating_point_unit_that_lacks_vectors_says_so_and_fails(
+    other_processor, tmp_path
+):
+    target, image = other_processor
+    ran = run(image, tmp_path, target)
+    assert ran.returncode == 1
+    assert "cannot go on: vectors/redundancy.json: there is no such file; start QEMU" in ran.stdout
 
 
 @pytest.mark.parametrize("file", ["redundancy.json", "spin.json"])

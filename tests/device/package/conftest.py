@@ -23,7 +23,7 @@ def _device_tools():
 @pytest.fixture(scope="session")
 def cortex_m():
     """The cargo that can build for a Cortex-M4F, which fetches what it lacks."""
-    return ROOT / "scripts" / "cargo_for_cortex_m.sh"
+    return ROOT / "scripts" / "cargo_for_device.sh"
 
 
 @pytest.fixture(scope="session")

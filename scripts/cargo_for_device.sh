@@ -1,6 +1,6 @@
 #!/bin/sh
 # Runs cargo for a Cortex-M4F, or for the target in TUMBLE_DEVICE_TARGET:
-# scripts/cargo_for_cortex_m.sh build --locked --package tumble-core ...
+# scripts/cargo_for_device.sh build --locked --package tumble-core ...
 # The compiler is rustup's, which is asked for the target if it lacks it, or else the system's.
 set -eu
 
