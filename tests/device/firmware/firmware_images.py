@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 from collections.abc import Mapping
 from pathlib import Path
@@ -28,6 +29,16 @@ def build(feature: str = "", target: str = CORTEX_M4F) -> subprocess.CompletedPr
     """Builds the platform and the host's replay, or the platform alone with one of its features."""
     command = [str(ROOT / "scripts" / "build_firmware.sh"), *([feature] if feature else [])]
     return subprocess.run(command, capture_output=True, text=True, check=False, env=_environment(target))
+
+
+def build_optimised(level: str, folder: Path) -> Path:
+    """Builds the platform for a Cortex-M4F at a level of optimisation, into a folder."""
+    options = ["--quiet", "--locked", "--profile", "device", "--package", "platform"]
+    options += ["--manifest-path", "firmware/Cargo.toml", "--target-dir", "target"]
+    environment = {**_environment(CORTEX_M4F), "CARGO_PROFILE_DEVICE_OPT_LEVEL": level}
+    command = [str(ROOT / "scripts" / "cargo_for_device.sh"), "build", *options]
+    subprocess.run(command, cwd=ROOT, check=True, env=environment)
+    return Path(shutil.copy(ROOT / "target" / CORTEX_M4F / "device" / "platform", folder))
 
 
 def run(image: Path, folder: Path, target: str = CORTEX_M4F) -> subprocess.CompletedProcess[str]:

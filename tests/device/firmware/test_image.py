@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import re
 
-from firmware_images import FOLDER, build, built_image
+import pytest
+
+from firmware_images import FOLDER, ROOT, VECTORS, build, build_optimised, built_image, compare, run
+from repetitions import SOAK
 
 HEAP = re.compile(rb"__rust_alloc|__rust_dealloc|GlobalAlloc|\x00(malloc|calloc|realloc|free|_sbrk)\x00")
 """Names of functions of a heap, in Rust and in C."""
@@ -42,6 +45,17 @@ def test_a_program_that_can_panic_is_found_by_its_names(image):
 def test_no_image_for_another_processor_names_a_function_of_a_panic_or_a_heap(other_processor):
     _, other = other_processor
     assert names(other, PANIC) == names(other, HEAP) == set()
+
+
+@pytest.mark.skipif(not SOAK, reason="compiles all of it again: for make soak")
+@pytest.mark.parametrize("level", ["2", "3"])
+def test_an_image_for_speed_reaches_no_panic_either_and_flies_the_same_mission(image, level, tmp_path):
+    optimised = build_optimised(level, tmp_path)
+    assert names(optimised, PANIC) == set()
+    log = tmp_path / "said.txt"
+    log.write_text(run(optimised, ROOT).stdout)
+    compared = compare(VECTORS, log)
+    assert compared.returncode == 0, compared.stdout[-2000:] + compared.stderr
 
 
 def test_an_image_that_can_panic_does_not_link(image):
