@@ -19,10 +19,11 @@ Restore 1 320
 """
 MEMORY = """\
 device: start 1
-device: stack 3000 bytes: Push
-device: stack 9000 bytes: Fit
+device: stack 3000 bytes: Push, by the function at 0x401
+device: stack 9000 bytes: Fit, by the function at 0x401
 device: start 2
-device: stack 4000 bytes: Push
+device: stack 4000 bytes: Push, by the function at 0x401
+device: stack 500 bytes: Save, by the function at 0x801
 device: stack 60 bytes: all, states and words included
 device: state 4000 bytes: Monitor
 device: state 96 bytes: Corrections
@@ -55,9 +56,10 @@ def test_what_took_longer_than_the_timer_counts_has_no_figure():
 
 
 def test_of_the_stack_the_most_of_both_starts_counts():
-    states, stack = footprint.remembered(MEMORY)
+    states, stack, functions = footprint.remembered(MEMORY)
     assert states == {"Monitor": 4000, "Corrections": 96}
-    assert stack == {"Push": 4000, "Fit": 9000, "all": 60}
+    assert stack == {"Push": 4000, "Fit": 9000, "Save": 500, "all": 60}
+    assert functions == {"Fit": 0x401, "Save": 0x801}
 
 
 @pytest.mark.parametrize("factor", [0.5, 0.99, 1.01, 2.0])

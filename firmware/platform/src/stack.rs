@@ -21,11 +21,19 @@ unsafe extern "C" {
     static _stack_start: u32;
 }
 
-/// What each part of the mission used at most, bytes.
+/// What a part used at most.
+#[derive(Clone, Copy, Default)]
+struct PartStack {
+    bytes: usize,
+    /// Address of the function that did it, whose stack can also be bounded from the image.
+    function: usize,
+}
+
+/// What each part of the mission used at most.
 pub struct Stack {
-    most: [usize; WORK_PARTS.len()],
-    last: usize,
-    /// By anything at all, from the start of the stack.
+    most: [PartStack; WORK_PARTS.len()],
+    last: PartStack,
+    /// By anything at all, from the start of the stack, bytes.
     deepest: usize,
 }
 
@@ -34,8 +42,8 @@ impl Stack {
     pub fn new() -> Self {
         paint();
         Self {
-            most: [0; WORK_PARTS.len()],
-            last: 0,
+            most: [PartStack::default(); WORK_PARTS.len()],
+            last: PartStack::default(),
             deepest: 0,
         }
     }
@@ -43,8 +51,12 @@ impl Stack {
     /// Says what was used.
     pub fn tell(&mut self, out: &mut Console) -> core::fmt::Result {
         self.look();
-        for (part, most) in WORK_PARTS.iter().zip(self.most).filter(|(_, most)| *most > 0) {
-            writeln!(out, "device: stack {most} bytes: {part:?}")?;
+        let used = WORK_PARTS.iter().zip(self.most);
+        for (part, PartStack { bytes, function }) in used.filter(|(_, most)| most.bytes > 0) {
+            writeln!(
+                out,
+                "device: stack {bytes} bytes: {part:?}, by the function at {function:#x}"
+            )?;
         }
         let of = if self.deepest >= DEPTH { "at least " } else { "" };
         writeln!(
@@ -63,17 +75,18 @@ impl WorkMeter for Stack {
     #[inline(never)]
     fn during<R>(&mut self, work: impl FnOnce() -> R) -> R {
         self.look();
+        let function = address(&work);
         let before = paint();
         let result = call(work);
-        let lowest = lowest_used();
-        self.last = before.saturating_sub(lowest);
+        let bytes = before.saturating_sub(lowest_used());
+        self.last = PartStack { bytes, function };
         result
     }
 
     fn was(&mut self, part: WorkPart) {
         for (known, most) in WORK_PARTS.iter().zip(&mut self.most) {
-            if *known == part {
-                *most = self.last.max(*most);
+            if *known == part && self.last.bytes > most.bytes {
+                *most = self.last;
             }
         }
     }
@@ -81,8 +94,13 @@ impl WorkMeter for Stack {
 
 /// In a frame of its own, so that all of it lies below what is painted.
 #[inline(never)]
-fn call<R>(work: impl FnOnce() -> R) -> R {
+fn call<R, W: FnOnce() -> R>(work: W) -> R {
     work()
+}
+
+/// Where the function is that calls this work.
+fn address<R, W: FnOnce() -> R>(_: &W) -> usize {
+    call::<R, W> as fn(W) -> R as usize
 }
 
 /// Address where the stack starts.

@@ -9,6 +9,7 @@ import struct
 
 import numpy as np
 import pytest
+from benchmarks import footprint
 
 from firmware_images import ROOT, VECTORS, compare, run
 from tumble import _core
@@ -233,3 +234,10 @@ def test_the_stack_is_measured_in_every_phase(said):
     for phase in ("Restore", "Push", "Fit", "Save", "SpinPush", "SpinFinish", "SpinSolve"):
         assert 100 < stack[phase] < stack["all"] < 64 * 1024, phase
     assert stack["Push"] < stack["Fit"]
+
+
+def test_the_stack_of_each_function_is_what_the_image_bounds_it_by_but_for_a_twentieth(image):
+    _, painted, bounds = footprint.memory()
+    assert set(bounds) == {"Restore", "Fit", "Save", "SpinFinish", "SpinSolve"}
+    for phase, bound in bounds.items():
+        assert 0.95 * bound <= painted[phase] <= bound, phase
