@@ -6,7 +6,7 @@ use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::temperature::{Coefficients, TemperatureDrift};
 use tumble_store::record::{
     DRIFT_ENCODED, DecodeError, DriftRecord, EncodeError, MAX_ENCODED, StoredRecord, decode, decode_drift,
-    encode, encode_drift,
+    encode, encode_drift, length,
 };
 
 use crate::correct::Drift;
@@ -34,6 +34,12 @@ fn decode_record<'py>(py: Python<'py>, record: &[u8]) -> PyResult<Bound<'py, PyD
     let record = write_record(py, &stored.record_in(), None)?;
     record.set_item("temperature", stored.temperature)?;
     Ok(record)
+}
+
+/// Bytes of the record of either kind that some bytes begin with, None where they say none that has a meaning.
+#[pyfunction]
+fn record_length(begins: &[u8]) -> Option<usize> {
+    length(begins)
 }
 
 /// What temperature does to a sensor of a unit, as bytes.
@@ -106,11 +112,10 @@ fn not_read(error: DecodeError) -> PyErr {
 
 /// Adds to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add("RECORD_VERSION", tumble_store::record::VERSION)?;
     module.add("DRIFT_RECORD_VERSION", tumble_store::record::DRIFT_VERSION)?;
-    module.add("DRIFT_RECORD_BYTES", DRIFT_ENCODED)?;
     module.add_function(wrap_pyfunction!(encode_record, module)?)?;
     module.add_function(wrap_pyfunction!(decode_record, module)?)?;
+    module.add_function(wrap_pyfunction!(record_length, module)?)?;
     module.add_function(wrap_pyfunction!(encode_drift_record, module)?)?;
     module.add_function(wrap_pyfunction!(decode_drift_record, module)?)
 }

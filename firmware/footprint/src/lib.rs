@@ -166,14 +166,12 @@ pub fn use_store() {
     let Ok(mut store) = RecordStore::new(Nor::new(&mut chip), range, black_box(WriteLimit::default())) else {
         return;
     };
-    let record = black_box(StoredRecord {
-        record: record(),
-        temperature: None,
-    });
     let (identity, sensor) = (black_box(0), black_box(Sensor::Gyroscope));
+    let Ok(Some(record)) = store.in_force(identity, sensor) else {
+        return;
+    };
     let _ = black_box(store.save(black_box(0), &record));
     let _ = black_box(store.save_factory(black_box(0), &record));
-    let _ = black_box(store.in_force(identity, sensor));
     let _ = black_box(store.load(identity, sensor, black_box(Which::Factory)));
     let _ = black_box(store.roll_back(black_box(0), identity, sensor, black_box(Which::Previous)));
     let mut storage = store.at(black_box(0), black_box(None));

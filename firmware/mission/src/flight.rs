@@ -13,11 +13,12 @@ use tumble_core::redundancy::platform::Platform;
 use tumble_core::redundancy::record::{Record, Storage};
 use tumble_core::redundancy::sensor::SENSORS;
 use tumble_core::sample::Sample;
+use tumble_store::checksum::checksum;
 use tumble_store::flash::{RecordStore, WriteLimit};
 
 use crate::MissionError;
 use crate::nor::{BYTES, Nor};
-use crate::text::{self, Bits, CRC, Outputs, Time};
+use crate::text::{self, Bits, Outputs, Time};
 use crate::units::{Instant, UNITS, UnitReadings, platform};
 use crate::vectors::Cases;
 use crate::work_meter::{WorkMeter, WorkPart};
@@ -232,10 +233,10 @@ impl<'m, 'w, W: WorkMeter> MissionFlight<'m, 'w, W> {
             departure.tell(self.out, unit)?;
         }
         let nor = self.store.into_flash();
-        let checksum = CRC.checksum(nor.content());
+        let content = checksum(0, nor.content());
         writeln!(
             self.out,
-            "flash: checksum {checksum:08x}, {} pages erased and {} bytes written since the start",
+            "flash: checksum {content:08x}, {} pages erased and {} bytes written since the start",
             nor.erasures, nor.written
         )?;
         Ok(())

@@ -64,7 +64,9 @@ impl ReadNorFlash for Nor<'_> {
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
         check_read(self, offset, bytes.len())?;
         let held = self.range(offset, end(offset, bytes))?;
-        bytes.iter_mut().zip(held).for_each(|(byte, held)| *byte = *held);
+        // Of the same length, which a compiler has to see.
+        let held = held.get(..bytes.len()).ok_or(NorFlashErrorKind::OutOfBounds)?;
+        bytes.copy_from_slice(held);
         Ok(())
     }
 

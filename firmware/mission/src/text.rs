@@ -7,7 +7,6 @@
 
 use core::fmt::{Display, Formatter, Result, Write};
 
-use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::redundancy::fit::adoption::AdoptionRefusal;
 use tumble_core::redundancy::health::HealthFault;
@@ -15,6 +14,7 @@ use tumble_core::redundancy::monitor::event::{Event, EventKind};
 use tumble_core::redundancy::output::Output;
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::Sensor;
+use tumble_store::checksum::checksum;
 
 /// A number as its bits.
 #[derive(Clone, Copy)]
@@ -292,27 +292,15 @@ pub fn vector(out: &mut dyn Write, name: &str, vector: &Vector3<f32>) -> Result 
     writeln!(out, "    {name} {}", All(vector.as_slice()))
 }
 
-/// CRC-32 as in Ethernet and zip files.
-pub const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
-
 /// All outputs of the set: each goes into a checksum, and every fortieth is written down.
+#[derive(Default)]
 pub struct Outputs {
-    digest: Digest<'static, u32, NoTable>,
+    checksum: u32,
     count: u32,
 }
 
 /// One second at 40 Hz.
 const WRITTEN_EVERY: u32 = 40;
-
-impl Default for Outputs {
-    fn default() -> Self {
-        static ALL: Crc<u32, NoTable> = CRC;
-        Self {
-            digest: ALL.digest(),
-            count: 0,
-        }
-    }
-}
 
 impl Outputs {
     /// Takes in the next.
@@ -321,11 +309,11 @@ impl Outputs {
     /// As of what it is written to.
     pub fn take(&mut self, out: &mut dyn Write, output: &Output<f32>) -> Result {
         let numbers = output.specific_force.iter().chain(output.angular_rate.iter());
-        self.digest.update(&output.time.to_le_bytes());
+        self.add(&output.time.to_le_bytes());
         // A number of a unit has not the same size everywhere.
-        self.digest.update(&(output.source as u64).to_le_bytes());
+        self.add(&(output.source as u64).to_le_bytes());
         for number in numbers {
-            self.digest.update(&number.to_bits().to_le_bytes());
+            self.add(&number.to_le_bytes());
         }
         self.count = self.count.wrapping_add(1);
         if self.count % WRITTEN_EVERY != 1 {
@@ -338,7 +326,7 @@ impl Outputs {
             UnitLabel(output.source),
             All(output.specific_force.as_slice()),
             All(output.angular_rate.as_slice()),
-            self.digest.clone().finalize()
+            self.checksum
         )
     }
 
@@ -347,7 +335,11 @@ impl Outputs {
     /// # Errors
     /// As of what it is written to.
     pub fn end(self, out: &mut dyn Write) -> Result {
-        let checksum = self.digest.finalize();
-        writeln!(out, "outputs: {}, checksum of all {checksum:08x}", self.count)
+        let Self { checksum, count } = self;
+        writeln!(out, "outputs: {count}, checksum of all {checksum:08x}")
+    }
+
+    fn add(&mut self, bytes: &[u8]) {
+        self.checksum = checksum(self.checksum, bytes);
     }
 }

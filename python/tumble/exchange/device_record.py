@@ -26,10 +26,7 @@ from tumble.units import Triad as TriadName
 BYTES = "latin-1"
 """Encoding by which text is bytes."""
 _HELD: tuple[Part, ...] = (*BIAS, *MATRIX, "bias over temperature", "scale over temperature")
-_MAGIC, _VERSION_AT = b"TR", 2
-_TEMPERATURE_FLAG = {1: 150, 2: 162}
-"""Offset of the byte that says whether a temperature follows, by version; after both, the checksum."""
-_OF_TEMPERATURE, _OF_CHECKSUM = 4, 4
+_MAGIC = b"TR"
 _LARGEST_IDENTITY = 2**64 - 1
 _A_LINE = 12
 """Bytes of a line of C."""
@@ -133,16 +130,11 @@ def read_c(text: str) -> list[Content]:
 
 
 def _split(content: bytes) -> Iterator[bytes]:
-    """Take records apart by the lengths that their versions have."""
+    """Take records apart by the lengths that they say they have; what says none is all there is."""
     from tumble import _core
 
     while content:
-        version = content[_VERSION_AT] if len(content) > _VERSION_AT else 0
-        if version == _core.DRIFT_RECORD_VERSION:
-            length = _core.DRIFT_RECORD_BYTES
-        else:
-            flag = _TEMPERATURE_FLAG.get(version, len(content))
-            length = flag + 1 + _OF_CHECKSUM + _OF_TEMPERATURE * (content[flag : flag + 1] == b"\x01")
+        length = _core.record_length(content) or len(content)
         yield content[:length]
         content = content[length:]
 
@@ -154,7 +146,7 @@ def _units(records: Sequence[bytes] | Iterator[bytes]) -> list[Content]:
     units: dict[int, dict[str, Any]] = {}
     try:
         for record in records:
-            is_drift = record[: _VERSION_AT + 1] == _MAGIC + bytes([_core.DRIFT_RECORD_VERSION])
+            is_drift = record.startswith(_MAGIC + bytes([_core.DRIFT_RECORD_VERSION]))
             found = _core.decode_drift_record(record) if is_drift else _core.decode_record(record)
             identity, triad = found.pop("identity"), found.pop("sensor")
             unit = units.setdefault(identity, {"name": f"unit-{identity}", "serial": str(identity)})

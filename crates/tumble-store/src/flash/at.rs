@@ -5,8 +5,8 @@ use tumble_core::real::Real;
 use tumble_core::redundancy::record::{Record, Storage};
 use tumble_core::redundancy::sensor::Sensor;
 
+use crate::flash::entry::{Key, Kind};
 use crate::flash::{RecordStore, StoreError, Which};
-use crate::record::StoredRecord;
 
 /// A store at a point in time, which saving needs and `Storage` does not pass: as everywhere, time comes with the call.
 pub struct At<'s, F: NorFlash> {
@@ -19,21 +19,17 @@ impl<T: Real, F: NorFlash> Storage<T> for At<'_, F> {
     type Error = StoreError<F::Error>;
 
     fn load(&mut self, identity: u64, sensor: Sensor) -> Result<Option<Record<T>>, Self::Error> {
-        let stored = self.store.in_force(identity, sensor)?;
-        Ok(stored.map(|stored| stored.record_in()))
+        let found = self.store.read(Key { identity, sensor }, None)?;
+        Ok(found.map(|stored| stored.record))
     }
 
     fn load_factory(&mut self, identity: u64, sensor: Sensor) -> Result<Option<Record<T>>, Self::Error> {
-        let stored = self.store.load(identity, sensor, Which::Factory)?;
-        Ok(stored.map(|stored| stored.record_in()))
+        let found = self.store.read(Key { identity, sensor }, Some(Which::Factory))?;
+        Ok(found.map(|stored| stored.record))
     }
 
     fn save(&mut self, record: &Record<T>) -> Result<(), Self::Error> {
-        let record = StoredRecord::of(record, None);
-        let stored = StoredRecord {
-            temperature: self.temperature,
-            ..record
-        };
-        self.store.save(self.now, &stored).map(|_| ())
+        let saved = self.store.keep(self.now, Kind::Adopted, record, self.temperature);
+        saved.map(|_| ())
     }
 }

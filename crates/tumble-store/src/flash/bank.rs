@@ -14,11 +14,11 @@
 //!
 //! Thereby only the last word that was written in a boot can be marginal, and none is written over but to clear it.
 
-use embedded_storage::nor_flash::NorFlash;
+use embedded_storage::nor_flash::{ErrorType, NorFlash};
 
-use crate::flash::entry::{ENTRY, ERASED, Entry, Key, Kind, PEEK, label};
+use crate::checksum::{CHECKSUM, checksum, sign};
+use crate::flash::entry::{ENTRY, ERASED, Entry, HEAD, Label};
 use crate::flash::{LayoutError, StoreError};
-use crate::record::checksum;
 
 /// Bytes of one copy of a header. All sizes here are multiples of it, so flash may be written up to that many at once.
 const COPY: u32 = 32;
@@ -37,7 +37,11 @@ const NO_CONTENT: u32 = 0;
 
 const ENTRY_BYTES: u32 = ENTRY as u32;
 
-type Outcome<T, F> = Result<T, StoreError<<F as embedded_storage::nor_flash::ErrorType>::Error>>;
+/// What comes of looking at flash.
+type Seen<T, F> = Result<T, <F as ErrorType>::Error>;
+
+/// What comes of writing it.
+type Done<T, F> = Result<T, StoreError<<F as ErrorType>::Error>>;
 
 /// A bank with a header.
 #[derive(Clone, Copy)]
@@ -66,12 +70,6 @@ pub struct Banks<F: NorFlash> {
     bytes: u32,
     /// The slot after the last that was written since the start, which is known to be erased.
     free: Option<u32>,
-}
-
-/// An entry, and which of its bank it is.
-pub struct Found {
-    pub slot: u32,
-    pub entry: Entry,
 }
 
 impl<F: NorFlash> Banks<F> {
@@ -107,7 +105,7 @@ impl<F: NorFlash> Banks<F> {
     }
 
     /// Finds the bank in use: the younger, if it is known to be whole.
-    pub fn in_use(&mut self) -> Outcome<Option<Bank>, F> {
+    pub fn in_use(&mut self) -> Seen<Option<Bank>, F> {
         Ok(match self.by_age()? {
             (older, Some(younger)) if older.is_none() || self.goes_on(younger)? => Some(younger),
             (older, _) => older,
@@ -115,7 +113,7 @@ impl<F: NorFlash> Banks<F> {
     }
 
     /// The banks that have a header; a single one as the younger.
-    fn by_age(&mut self) -> Outcome<(Option<Bank>, Option<Bank>), F> {
+    fn by_age(&mut self) -> Seen<(Option<Bank>, Option<Bank>), F> {
         let (first, second) = (self.bank(self.start)?, self.bank(self.start + self.bytes)?);
         Ok(match (first, second) {
             (Some(a), Some(b)) if b.follows(&a) => (first, second),
@@ -125,22 +123,25 @@ impl<F: NorFlash> Banks<F> {
     }
 
     /// Reads the header of the bank at an address: the first copy that is whole.
-    fn bank(&mut self, address: u32) -> Outcome<Option<Bank>, F> {
-        let (first, second) = (self.copy(address)?, self.copy(address + COPY)?);
-        Ok(first.or(second).map(|header| Bank { address, header }))
+    fn bank(&mut self, address: u32) -> Seen<Option<Bank>, F> {
+        let header = match self.copy(address)? {
+            None => self.copy(address + COPY)?,
+            first => first,
+        };
+        Ok(header.map(|header| Bank { address, header }))
     }
 
     /// A copy of a header, if it is whole.
-    fn copy(&mut self, address: u32) -> Outcome<Option<Header>, F> {
-        let mut bytes = Copy([0; COPY as usize]);
+    fn copy(&mut self, address: u32) -> Seen<Option<Header>, F> {
+        let mut bytes = Copy::blank();
         self.read(address, &mut bytes.0)?;
         Ok(Header::of(&bytes))
     }
 
     /// Whether an entry that was not copied is whole.
-    fn holds_appended(&mut self, bank: Bank) -> Outcome<bool, F> {
+    fn holds_appended(&mut self, bank: Bank) -> Seen<bool, F> {
         for slot in bank.header.copied..self.slots() {
-            if self.entry(bank, slot)?.is_whole() {
+            if self.is_whole(bank, slot)? {
                 return Ok(true);
             }
         }
@@ -149,40 +150,56 @@ impl<F: NorFlash> Banks<F> {
 
     /// Whether a bank can be relied on: something was appended, which proves its header written, and no erasure was begun
     /// since, which leaves neither that nor what was copied.
-    fn goes_on(&mut self, bank: Bank) -> Outcome<bool, F> {
+    fn goes_on(&mut self, bank: Bank) -> Seen<bool, F> {
         Ok(self.holds_appended(bank)?
             || self.first_blank(bank)? > bank.header.copied && self.is_intact(bank)?)
     }
 
     /// Whether the entries that were copied to a bank are as they were.
-    fn is_intact(&mut self, bank: Bank) -> Outcome<bool, F> {
-        let mut content = NO_CONTENT;
+    fn is_intact(&mut self, bank: Bank) -> Seen<bool, F> {
+        let (mut content, mut entry) = (NO_CONTENT, Entry::blank());
         for slot in 0..bank.header.copied.min(self.slots()) {
-            content = with_entry(content, &self.entry(bank, slot)?);
+            self.fetch(bank, slot, &mut entry)?;
+            content = with_entry(content, &entry);
         }
         Ok(content == bank.header.content)
     }
 
-    /// Whether what was found can be relied on in boots to come: it was copied, or the last of this boot, or another was
+    /// Whether what is in a slot can be relied on in boots to come: it was copied, or the last of this boot, or another was
     /// appended after it in its own.
-    pub fn is_firm(&mut self, bank: Bank, found: &Found) -> Outcome<bool, F> {
-        let next = found.slot + 1;
-        let known = found.slot < bank.header.copied || self.free == Some(next);
-        Ok(known || next < self.slots() && self.entry(bank, next)?.is_whole())
+    pub fn is_firm(&mut self, bank: Bank, slot: u32) -> Seen<bool, F> {
+        let next = slot + 1;
+        if slot < bank.header.copied || self.free == Some(next) {
+            return Ok(true);
+        }
+        Ok(next < self.slots() && self.is_whole(bank, next)?)
     }
 
-    /// Finds the last whole entry of a sensor before a slot.
-    pub fn last_before(&mut self, bank: Bank, end: u32, key: Key, kind: Kind) -> Outcome<Option<Found>, F> {
+    /// Whether the entry in a slot is as it was written.
+    fn is_whole(&mut self, bank: Bank, slot: u32) -> Seen<bool, F> {
+        let mut entry = Entry::blank();
+        self.fetch(bank, slot, &mut entry)?;
+        Ok(entry.is_whole())
+    }
+
+    /// Finds the last whole entry of a sensor before a slot, and its slot.
+    pub fn last_before(
+        &mut self,
+        bank: Bank,
+        end: u32,
+        label: Label,
+        entry: &mut Entry,
+    ) -> Seen<Option<u32>, F> {
         for slot in (0..end).rev() {
-            if let Some(entry) = self.entry_of(bank, slot, key, kind)? {
-                return Ok(Some(Found { slot, entry }));
+            if self.fetch_of(bank, slot, label, entry)? {
+                return Ok(Some(slot));
             }
         }
         Ok(None)
     }
 
     /// Appends an entry to the bank in use, or puts one in use.
-    pub fn append(&mut self, entry: &Entry) -> Outcome<(), F> {
+    pub fn append(&mut self, entry: &Entry) -> Done<(), F> {
         // Whatever fails from here on, what is free is not known any more.
         let known = self.free.take();
         let (address, slot) = self.place(known)?;
@@ -192,7 +209,7 @@ impl<F: NorFlash> Banks<F> {
     }
 
     /// Where the next entry goes: the address of a bank, and a slot.
-    fn place(&mut self, known: Option<u32>) -> Outcome<(u32, u32), F> {
+    fn place(&mut self, known: Option<u32>) -> Done<(u32, u32), F> {
         let (older, younger) = self.by_age()?;
         let Some(bank) = younger else {
             self.erase(self.start)?;
@@ -214,9 +231,11 @@ impl<F: NorFlash> Banks<F> {
     }
 
     /// The slot after the last that anything was written to, be it whole or not.
-    fn first_blank(&mut self, bank: Bank) -> Outcome<u32, F> {
+    fn first_blank(&mut self, bank: Bank) -> Seen<u32, F> {
+        let mut entry = Entry::blank();
         for slot in (0..self.slots()).rev() {
-            if !self.entry(bank, slot)?.is_blank() {
+            self.fetch(bank, slot, &mut entry)?;
+            if !entry.is_blank() {
                 return Ok(slot + 1);
             }
         }
@@ -225,7 +244,7 @@ impl<F: NorFlash> Banks<F> {
 
     /// The first slot of a bank after a start that nothing was written to, however marginal: first the last one that
     /// was written to is made to read so in all boots, then the one after it, where power may have been cut.
-    fn first_untouched(&mut self, bank: Bank) -> Outcome<u32, F> {
+    fn first_untouched(&mut self, bank: Bank) -> Done<u32, F> {
         let free = self.first_blank(bank)?;
         if let Some(last) = free.checked_sub(1) {
             self.mark(bank, last)?;
@@ -238,12 +257,12 @@ impl<F: NorFlash> Banks<F> {
     }
 
     /// Clears the first part of a slot that reads as erased: over a marginal word that is all that may be written.
-    fn mark(&mut self, bank: Bank, slot: u32) -> Outcome<(), F> {
+    fn mark(&mut self, bank: Bank, slot: u32) -> Done<(), F> {
         let start = self.address(bank, slot);
         for address in (start..start + ENTRY_BYTES).step_by(COPY as usize) {
-            let mut part = Copy([0; COPY as usize]);
+            let mut part = Copy::blank();
             self.read(address, &mut part.0)?;
-            if part.0 == [ERASED; COPY as usize] {
+            if part == Copy::blank() {
                 return self.put(address, &Copy([0; COPY as usize]));
             }
         }
@@ -251,10 +270,10 @@ impl<F: NorFlash> Banks<F> {
     }
 
     /// Makes the other bank, with all that is still of use; gives its address and its first free slot.
-    fn turn_over(&mut self, from: Bank) -> Outcome<(u32, u32), F> {
-        let mut kept = 0;
+    fn turn_over(&mut self, from: Bank) -> Done<(u32, u32), F> {
+        let (mut kept, mut entry) = (0, Entry::blank());
         for slot in 0..self.slots() {
-            kept += u32::from(self.of_use(from, slot)?.is_some());
+            kept += u32::from(self.is_of_use(from, slot, &mut entry)?);
         }
         if kept >= self.slots() {
             return Err(StoreError::Full {
@@ -266,7 +285,7 @@ impl<F: NorFlash> Banks<F> {
         let mut next = 0;
         let mut content = NO_CONTENT;
         for slot in 0..self.slots() {
-            if let Some(entry) = self.of_use(from, slot)? {
+            if self.is_of_use(from, slot, &mut entry)? {
                 self.write(address, next, &entry)?;
                 content = with_entry(content, &entry);
                 next += 1;
@@ -282,26 +301,27 @@ impl<F: NorFlash> Banks<F> {
     }
 
     /// Writes the header, after everything that it speaks for.
-    fn commit(&mut self, address: u32, header: Header) -> Outcome<(), F> {
-        let bytes = header.bytes();
+    fn commit(&mut self, address: u32, header: Header) -> Done<(), F> {
+        let bytes = header.bytes(MAGIC);
         self.put(address, &bytes)?;
         self.put(address + COPY, &bytes)
     }
 
     /// Writes a copy of a header, or as many bytes, and looks whether flash took them.
-    fn put(&mut self, address: u32, bytes: &Copy) -> Outcome<(), F> {
-        self.flash.write(address, &bytes.0).map_err(StoreError::Flash)?;
-        let mut read = Copy([ERASED; COPY as usize]);
+    fn put(&mut self, address: u32, bytes: &Copy) -> Done<(), F> {
+        self.flash.write(address, &bytes.0)?;
+        let mut read = Copy::blank();
         self.read(address, &mut read.0)?;
-        if read.0 == bytes.0 {
+        if read == *bytes {
             Ok(())
         } else {
             Err(StoreError::NotAsWritten)
         }
     }
 
-    fn read(&mut self, address: u32, bytes: &mut [u8]) -> Outcome<(), F> {
-        self.flash.read(address, bytes).map_err(StoreError::Flash)
+    #[inline(never)]
+    fn read(&mut self, address: u32, bytes: &mut [u8]) -> Seen<(), F> {
+        self.flash.read(address, bytes)
     }
 
     /// The address of the other bank.
@@ -314,14 +334,13 @@ impl<F: NorFlash> Banks<F> {
     }
 
     /// Erases the bank at an address.
-    fn erase(&mut self, address: u32) -> Outcome<(), F> {
-        self.flash
-            .erase(address, address + self.bytes)
-            .map_err(StoreError::Flash)
+    #[inline(never)]
+    fn erase(&mut self, address: u32) -> Seen<(), F> {
+        self.flash.erase(address, address + self.bytes)
     }
 
     /// Forgets everything.
-    pub fn erase_both(&mut self) -> Outcome<(), F> {
+    pub fn erase_both(&mut self) -> Seen<(), F> {
         self.free = None;
         // The bank that is not in use goes first: what it holds must not come back if power is cut between the two.
         let in_use = self.in_use()?.map_or(self.start, |bank| bank.address);
@@ -329,54 +348,54 @@ impl<F: NorFlash> Banks<F> {
         self.erase(in_use)
     }
 
-    /// The entry in a slot, if it is whole and not followed by as many of its sensor and kind as are kept.
-    fn of_use(&mut self, bank: Bank, slot: u32) -> Outcome<Option<Entry>, F> {
-        let entry = self.entry(bank, slot)?;
-        let Some((kind, key)) = label(&entry.0).filter(|_| entry.is_whole()) else {
-            return Ok(None);
+    /// Reads a slot; says whether its entry is whole and not followed by as many of its sensor and kind as are kept.
+    fn is_of_use(&mut self, bank: Bank, slot: u32, entry: &mut Entry) -> Seen<bool, F> {
+        self.fetch(bank, slot, entry)?;
+        let label = entry.label().filter(|_| entry.is_whole());
+        let Some((label, kind)) = label.and_then(|label| Some((label, label.kind()?))) else {
+            return Ok(false);
         };
-        let (mut later, mut before) = (0, entry.clone());
+        let (mut later, mut before, mut next) = (0, entry.clone(), Entry::blank());
         for slot in slot + 1..self.slots() {
-            let Some(next) = self.entry_of(bank, slot, key, kind)? else {
+            if !self.fetch_of(bank, slot, label, &mut next)? {
                 continue;
-            };
+            }
             // One that was written again, for it to be firm, stands for both.
             if next != before {
                 later += 1;
-                before = next;
+                before.0 = next.0;
             } else if later == 0 {
-                return Ok(None);
+                return Ok(false);
             }
             if later == kind.kept() {
-                return Ok(None);
+                return Ok(false);
             }
         }
-        Ok(Some(entry))
+        Ok(true)
     }
 
-    /// The entry in a slot, if it is of a sensor and kind, and whole.
-    fn entry_of(&mut self, bank: Bank, slot: u32, key: Key, kind: Kind) -> Outcome<Option<Entry>, F> {
-        let mut peek = Copy([0; PEEK]);
-        self.read(self.address(bank, slot), &mut peek.0)?;
-        if label(&peek.0) != Some((kind, key)) {
-            return Ok(None);
+    /// Reads a slot, if its entry is of a label; says whether it is, and whole.
+    fn fetch_of(&mut self, bank: Bank, slot: u32, label: Label, entry: &mut Entry) -> Seen<bool, F> {
+        let mut peek = Copy::blank();
+        let first = peek.0.get_mut(..HEAD.next_multiple_of(F::READ_SIZE));
+        self.read(self.address(bank, slot), first.unwrap_or_default())?;
+        if peek.0.first_chunk().map(Label::read) != Some(label) {
+            return Ok(false);
         }
         // What was read first may have been read wrongly.
-        let entry = self.entry(bank, slot)?;
-        let is_it = entry.is_whole() && label(&entry.0) == Some((kind, key));
-        Ok(is_it.then_some(entry))
+        self.fetch(bank, slot, entry)?;
+        Ok(entry.is_whole() && entry.label() == Some(label))
     }
 
-    fn entry(&mut self, bank: Bank, slot: u32) -> Outcome<Entry, F> {
-        let mut entry = Entry::blank();
-        self.read(self.address(bank, slot), &mut entry.0)?;
-        Ok(entry)
+    /// Reads a slot.
+    fn fetch(&mut self, bank: Bank, slot: u32, entry: &mut Entry) -> Seen<(), F> {
+        self.read(self.address(bank, slot), &mut entry.0)
     }
 
     /// Writes an entry, and looks whether flash took it.
-    fn write(&mut self, bank: u32, slot: u32, entry: &Entry) -> Outcome<(), F> {
+    fn write(&mut self, bank: u32, slot: u32, entry: &Entry) -> Done<(), F> {
         let address = bank + HEADER + slot * ENTRY_BYTES;
-        self.flash.write(address, &entry.0).map_err(StoreError::Flash)?;
+        self.flash.write(address, &entry.0)?;
         let mut read = Entry::blank();
         self.read(address, &mut read.0)?;
         if read == *entry {
@@ -392,8 +411,16 @@ impl<F: NorFlash> Banks<F> {
 }
 
 /// A copy of a header, or as many bytes, aligned for drivers that move whole words.
+#[derive(PartialEq, Eq)]
 #[repr(align(4))]
 struct Copy([u8; COPY as usize]);
+
+impl Copy {
+    /// What is read where nothing was written.
+    fn blank() -> Self {
+        Self([ERASED; COPY as usize])
+    }
+}
 
 impl Bank {
     /// Whether it was made after another.
@@ -422,37 +449,34 @@ impl Header {
         let ([magic, sequence, copied, content, ..], _) = copy.0.as_chunks::<4>() else {
             return None;
         };
-        let header = Self {
-            sequence: u32::from_le_bytes(*sequence),
-            copied: u32::from_le_bytes(*copied),
-            content: u32::from_le_bytes(*content),
+        let header = match *magic {
+            MAGIC => Self {
+                sequence: u32::from_le_bytes(*sequence),
+                copied: u32::from_le_bytes(*copied),
+                content: u32::from_le_bytes(*content),
+            },
+            MAGIC_1 => Self::of_version_1(*sequence),
+            _ => return None,
         };
-        if *magic == MAGIC_1 {
-            let whole = copy.0 == signed([MAGIC_1, *sequence]).0;
-            return whole.then(|| Self::of_version_1(*sequence));
-        }
-        (copy.0 == header.bytes().0).then_some(header)
+        (*copy == header.bytes(*magic)).then_some(header)
     }
 
-    fn bytes(&self) -> Copy {
+    /// A copy of it. In version 1 the checksum follows the sequence.
+    fn bytes(&self, magic: [u8; 4]) -> Copy {
         let numbers = [self.sequence, self.copied, self.content].map(u32::to_le_bytes);
         let [sequence, copied, content] = numbers;
-        signed([MAGIC, sequence, copied, content])
+        let covered = if magic == MAGIC_1 { 2 } else { 4 };
+        let mut copy = Copy::blank();
+        let words = [magic, sequence, copied, content].into_iter().take(covered);
+        let places = copy.0.as_chunks_mut().0.iter_mut();
+        places.zip(words).for_each(|(place, word)| *place = word);
+        copy.0.get_mut(..4 * covered + CHECKSUM).and_then(sign);
+        copy
     }
 }
 
 /// The checksum of entries and one more, of which one that is not whole has none.
 fn with_entry(content: u32, entry: &Entry) -> u32 {
     let signature = entry.signature().unwrap_or_default();
-    checksum([content.to_le_bytes(), signature].as_flattened())
-}
-
-/// Words with their checksum.
-fn signed<const N: usize>(words: [[u8; 4]; N]) -> Copy {
-    let covered = words.as_flattened();
-    let signature = checksum(covered).to_le_bytes();
-    let mut bytes = [ERASED; COPY as usize];
-    let all = covered.iter().chain(&signature);
-    bytes.iter_mut().zip(all).for_each(|(byte, value)| *byte = *value);
-    Copy(bytes)
+    checksum(0, [content.to_le_bytes(), signature].as_flattened())
 }

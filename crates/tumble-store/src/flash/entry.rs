@@ -3,13 +3,11 @@
 
 use tumble_core::redundancy::sensor::Sensor;
 
-use crate::record::{DRIFT_ENCODED, MAX_ENCODED, checksum, sensor, sensor_code};
+use crate::checksum::{CHECKSUM, is_signed, sign};
+use crate::record::{DRIFT_ENCODED, MAX_ENCODED, sensor, sensor_code};
 
 /// Bytes of an entry. A record of version 2 leaves 5 of them, for versions to come.
 pub const ENTRY: usize = 192;
-
-/// Bytes at its start that say whose it is, and what is read of it first: a multiple of what any flash reads at once.
-pub const PEEK: usize = 32;
 
 /// What flash holds where nothing was written.
 pub const ERASED: u8 = 0xFF;
@@ -17,10 +15,8 @@ pub const ERASED: u8 = 0xFF;
 /// What follows a drift, which is so short that parts of its entry would read as erased, and be cleared after a cut.
 const FILLED: u8 = 0;
 
-/// Bytes before the record: kind, length, sensor, one that stays erased, identity.
-const HEAD: usize = 12;
-
-const CHECKSUM: usize = 4;
+/// Bytes before the record, which say whose it is: kind, length, sensor, one that stays erased, identity.
+pub const HEAD: usize = 12;
 
 /// Most bytes of a record in an entry.
 const ROOM: usize = ENTRY - HEAD - CHECKSUM;
@@ -69,6 +65,40 @@ impl Kind {
     }
 }
 
+/// Whose an entry says it is by its first bytes, and of what kind, whether or not that has a meaning.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Label {
+    kind: u8,
+    sensor: u8,
+    identity: u64,
+}
+
+impl Label {
+    /// Of the entries of a sensor.
+    pub fn of(kind: Kind, key: Key) -> Self {
+        Self {
+            kind: kind.code(),
+            sensor: sensor_code(key.sensor),
+            identity: key.identity,
+        }
+    }
+
+    /// Of an entry that begins so.
+    pub fn read(first: &[u8; HEAD]) -> Self {
+        let [kind, _, sensor, _, identity @ ..] = *first;
+        Self {
+            kind,
+            sensor,
+            identity: u64::from_le_bytes(identity),
+        }
+    }
+
+    /// The kind, where kind and sensor have a meaning.
+    pub fn kind(&self) -> Option<Kind> {
+        sensor(self.sensor).and_then(|_| Kind::of(self.kind))
+    }
+}
+
 /// The bytes, aligned for drivers that move whole words.
 #[derive(Clone, PartialEq, Eq)]
 #[repr(align(4))]
@@ -80,59 +110,55 @@ impl Entry {
         Self([ERASED; ENTRY])
     }
 
-    /// Puts the bytes of a record into an entry, if there is room.
-    pub fn new(kind: Kind, key: Key, record: &[u8]) -> Option<Self> {
+    /// One of a sensor, into which a record is to be put.
+    pub fn of(kind: Kind, key: Key) -> Self {
         let mut entry = Self::blank();
-        let (covered, signature) = entry.0.split_last_chunk_mut::<CHECKSUM>()?;
-        let (head, room) = covered.split_first_chunk_mut::<HEAD>()?;
-        let [k, length, s, _, identity @ ..] = head;
-        (*k, *length, *s) = (
-            kind.code(),
-            u8::try_from(record.len()).ok()?,
-            sensor_code(key.sensor),
-        );
-        *identity = key.identity.to_le_bytes();
         if kind == Kind::Drift {
-            room.fill(FILLED);
+            entry.room().fill(FILLED);
         }
-        room.get_mut(..record.len())?.copy_from_slice(record);
-        *signature = checksum(covered).to_le_bytes();
-        Some(entry)
+        let label = Label::of(kind, key);
+        if let Some([kind, _, sensor, _, identity @ ..]) = entry.0.first_chunk_mut::<HEAD>() {
+            (*kind, *sensor) = (label.kind, label.sensor);
+            *identity = label.identity.to_le_bytes();
+        }
+        entry
+    }
+
+    /// Whose it says it is.
+    pub fn label(&self) -> Option<Label> {
+        self.0.first_chunk().map(Label::read)
+    }
+
+    /// Where the bytes of a record go.
+    pub fn room(&mut self) -> &mut [u8] {
+        self.0.get_mut(HEAD..HEAD + ROOM).unwrap_or_default()
+    }
+
+    /// Ends an entry whose record has so many bytes.
+    pub fn end(&mut self, length: usize) {
+        let [_, place, ..] = &mut self.0;
+        *place = length as u8;
+        sign(&mut self.0);
     }
 
     /// Whether nothing was written here.
     pub fn is_blank(&self) -> bool {
-        self.0.iter().all(|byte| *byte == ERASED)
+        self.0.as_chunks().0.iter().all(|word| *word == [ERASED; 4])
     }
 
     /// Whether it is as it was written.
     pub fn is_whole(&self) -> bool {
-        self.signature().is_some()
+        is_signed(&self.0)
     }
 
     /// The checksum at its end, if it is as it was written.
     pub fn signature(&self) -> Option<[u8; CHECKSUM]> {
-        let (covered, signature) = self.0.split_last_chunk::<CHECKSUM>()?;
-        (checksum(covered).to_le_bytes() == *signature).then_some(*signature)
+        self.0.last_chunk().filter(|_| self.is_whole()).copied()
     }
 
     /// The bytes of the record.
     pub fn record(&self) -> &[u8] {
         let [_, length, ..] = self.0;
-        let record = self
-            .0
-            .get(HEAD..)
-            .and_then(|room| room.get(..usize::from(length)));
-        record.unwrap_or_default()
+        self.0.get(HEAD..HEAD + usize::from(length)).unwrap_or_default()
     }
-}
-
-/// Whose an entry says it is, by its first bytes.
-pub fn label(peek: &[u8]) -> Option<(Kind, Key)> {
-    let [k, _, s, _, identity @ ..] = peek.first_chunk::<HEAD>()?;
-    let key = Key {
-        identity: u64::from_le_bytes(*identity),
-        sensor: sensor(*s).ok()?,
-    };
-    Some((Kind::of(*k)?, key))
 }

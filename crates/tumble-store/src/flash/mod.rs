@@ -19,17 +19,18 @@ mod limit;
 use core::ops::Range;
 
 use embedded_storage::nor_flash::NorFlash;
+use tumble_core::real::Real;
+use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::temperature::TemperatureDrift;
 
 pub use crate::flash::at::At;
-use crate::flash::bank::{Bank, Banks, Found};
-use crate::flash::entry::{Entry, Key, Kind, label};
+use crate::flash::bank::{Bank, Banks};
+use crate::flash::entry::{Entry, Key, Kind, Label};
 pub use crate::flash::limit::WriteLimit;
 use crate::flash::limit::Writes;
 use crate::record::{
-    DRIFT_ENCODED, DecodeError, DriftRecord, EncodeError, MAX_ENCODED, StoredRecord, decode, decode_drift,
-    encode, encode_drift,
+    DecodeError, DriftRecord, EncodeError, StoredRecord, decode_drift, decode_in, encode_drift, encode_of,
 };
 
 /// Which of the records of a sensor.
@@ -91,6 +92,15 @@ pub enum StoreError<E> {
     NothingStored(Which),
 }
 
+impl<E> From<E> for StoreError<E> {
+    fn from(error: E) -> Self {
+        Self::Flash(error)
+    }
+}
+
+/// What the record in force is of: the first of these that there is.
+const IN_FORCE: [Kind; 2] = [Kind::Adopted, Kind::Factory];
+
 /// Records in a range of flash: two halves, of which one is in use while the other is erased.
 pub struct RecordStore<F: NorFlash> {
     banks: Banks<F>,
@@ -128,8 +138,7 @@ impl<F: NorFlash> RecordStore<F> {
         identity: u64,
         sensor: Sensor,
     ) -> Result<Option<StoredRecord>, StoreError<F::Error>> {
-        let found = self.found_in_force(Key { identity, sensor })?;
-        found.map(|(_, found)| read(&found.entry)).transpose()
+        self.read(Key { identity, sensor }, None)
     }
 
     /// One of the records of a sensor.
@@ -142,8 +151,7 @@ impl<F: NorFlash> RecordStore<F> {
         sensor: Sensor,
         which: Which,
     ) -> Result<Option<StoredRecord>, StoreError<F::Error>> {
-        let found = self.find(Key { identity, sensor }, which)?;
-        found.map(|(_, found)| read(&found.entry)).transpose()
+        self.read(Key { identity, sensor }, Some(which))
     }
 
     /// Puts a record in force; the one adopted before it stays as the previous one. Nothing is written if it is in
@@ -152,9 +160,7 @@ impl<F: NorFlash> RecordStore<F> {
     /// # Errors
     /// [`StoreError`]; the old one is in force, unless the flash failed after the new one was whole.
     pub fn save(&mut self, now: u64, record: &StoredRecord) -> Result<Saved, StoreError<F::Error>> {
-        let entry = written(Kind::Adopted, record)?;
-        let in_force = self.found_in_force(key(record))?;
-        self.store(now, &entry, in_force)
+        self.keep(now, Kind::Adopted, &record.record, record.temperature)
     }
 
     /// Keeps a record as the factory's; it is in force until another is saved.
@@ -162,9 +168,7 @@ impl<F: NorFlash> RecordStore<F> {
     /// # Errors
     /// [`StoreError`], as of [`RecordStore::save`].
     pub fn save_factory(&mut self, now: u64, record: &StoredRecord) -> Result<Saved, StoreError<F::Error>> {
-        let entry = written(Kind::Factory, record)?;
-        let stored = self.find(key(record), Which::Factory)?;
-        self.store(now, &entry, stored)
+        self.keep(now, Kind::Factory, &record.record, record.temperature)
     }
 
     /// What temperature does to a sensor, if that was stored; calibrations leave it as it is.
@@ -177,10 +181,11 @@ impl<F: NorFlash> RecordStore<F> {
         sensor: Sensor,
     ) -> Result<Option<TemperatureDrift<f32>>, StoreError<F::Error>> {
         let key = Key { identity, sensor };
-        let Some((_, found)) = self.found_drift(key)? else {
+        let mut entry = Entry::blank();
+        if self.find(key, &[Kind::Drift], &mut entry)?.is_none() {
             return Ok(None);
-        };
-        let record = decode_drift(found.entry.record()).map_err(StoreError::Decode)?;
+        }
+        let record = decode_drift(entry.record()).map_err(StoreError::Decode)?;
         let named = (record.identity, record.sensor) == (identity, sensor);
         let drift = named.then_some(Some(record.drift));
         drift.ok_or(StoreError::Decode(DecodeError::Corrupt))
@@ -195,12 +200,12 @@ impl<F: NorFlash> RecordStore<F> {
             identity: record.identity,
             sensor: record.sensor,
         };
-        let mut buffer = [0; DRIFT_ENCODED];
-        let bytes = encode_drift(record, &mut buffer).map_err(StoreError::Encode)?;
-        let entry = Entry::new(Kind::Drift, key, bytes);
-        let entry = entry.ok_or(StoreError::Encode(EncodeError::NoRoom))?;
-        let stored = self.found_drift(key)?;
-        self.store(now, &entry, stored)
+        let mut entry = Entry::of(Kind::Drift, key);
+        let length = encode_drift(record, entry.room())
+            .map_err(StoreError::Encode)?
+            .len();
+        entry.end(length);
+        self.store(now, key, &[Kind::Drift], &entry)
     }
 
     /// Puts the previous or the factory's record in force again, and gives it; what was in force becomes the previous
@@ -236,7 +241,7 @@ impl<F: NorFlash> RecordStore<F> {
     /// # Errors
     /// [`StoreError::Flash`].
     pub fn erase(&mut self) -> Result<(), StoreError<F::Error>> {
-        self.banks.erase_both()
+        Ok(self.banks.erase_both()?)
     }
 
     /// Gives the flash back.
@@ -244,17 +249,60 @@ impl<F: NorFlash> RecordStore<F> {
         self.banks.flash
     }
 
-    /// Writes an entry unless the one that it replaces holds the same record for good.
+    /// Reads one of the records of a sensor, or the one in force, in either precision.
+    #[inline(never)]
+    fn read<T: Real>(
+        &mut self,
+        key: Key,
+        which: Option<Which>,
+    ) -> Result<Option<StoredRecord<T>>, StoreError<F::Error>> {
+        let kinds: &[Kind] = match which {
+            None => &IN_FORCE,
+            Some(Which::Last | Which::Previous) => &[Kind::Adopted],
+            Some(Which::Factory) => &[Kind::Factory],
+        };
+        let mut entry = Entry::blank();
+        let Some((bank, slot)) = self.find(key, kinds, &mut entry)? else {
+            return Ok(None);
+        };
+        if which == Some(Which::Previous) && !self.find_previous(bank, slot, key, &mut entry)? {
+            return Ok(None);
+        }
+        let stored = decode_in(entry.record()).map_err(StoreError::Decode)?;
+        if key_of(&stored.record) == key {
+            Ok(Some(stored))
+        } else {
+            Err(StoreError::Decode(DecodeError::Corrupt))
+        }
+    }
+
+    /// Stores a record of either precision.
+    #[inline(never)]
+    fn keep<T: Real>(
+        &mut self,
+        now: u64,
+        kind: Kind,
+        record: &Record<T>,
+        temperature: Option<f32>,
+    ) -> Result<Saved, StoreError<F::Error>> {
+        let key = key_of(record);
+        let mut entry = Entry::of(kind, key);
+        let length = encode_of(record, temperature, entry.room()).map_err(StoreError::Encode)?;
+        entry.end(length);
+        let replaced: &[Kind] = if kind == Kind::Adopted { &IN_FORCE } else { &[kind] };
+        self.store(now, key, replaced, &entry)
+    }
+
+    /// Writes an entry unless the one that it replaces, of the first of some kinds that there is, holds the same record for
+    /// good.
     fn store(
         &mut self,
         now: u64,
+        key: Key,
+        replaced: &[Kind],
         entry: &Entry,
-        replaced: Option<(Bank, Found)>,
     ) -> Result<Saved, StoreError<F::Error>> {
-        if let Some((bank, found)) = replaced
-            && found.entry.record() == entry.record()
-            && self.banks.is_firm(bank, &found)?
-        {
+        if self.holds(key, replaced, entry)? {
             return Ok(Saved::AlreadyThere);
         }
         let before = self.writes;
@@ -268,72 +316,54 @@ impl<F: NorFlash> RecordStore<F> {
         appended.map(|()| Saved::Written)
     }
 
-    fn found_drift(&mut self, key: Key) -> Result<Option<(Bank, Found)>, StoreError<F::Error>> {
-        let Some(bank) = self.banks.in_use()? else {
-            return Ok(None);
-        };
-        let end = self.banks.slots();
-        let found = self.banks.last_before(bank, end, key, Kind::Drift)?;
-        Ok(found.map(|found| (bank, found)))
-    }
-
-    fn found_in_force(&mut self, key: Key) -> Result<Option<(Bank, Found)>, StoreError<F::Error>> {
-        match self.find(key, Which::Last)? {
-            None => self.find(key, Which::Factory),
-            found => Ok(found),
+    /// Whether the last entry of a sensor, of the first of some kinds that it has, holds the record of another for good.
+    #[inline(never)]
+    fn holds(&mut self, key: Key, kinds: &[Kind], entry: &Entry) -> Result<bool, F::Error> {
+        let mut held = Entry::blank();
+        match self.find(key, kinds, &mut held)? {
+            Some((bank, slot)) if held.record() == entry.record() => self.banks.is_firm(bank, slot),
+            _ => Ok(false),
         }
     }
 
-    /// Finds one of the records of a sensor, and the bank it is in.
-    fn find(&mut self, key: Key, which: Which) -> Result<Option<(Bank, Found)>, StoreError<F::Error>> {
+    /// Finds the last entry of a sensor, of the first of some kinds that it has: its bank and slot.
+    fn find(&mut self, key: Key, kinds: &[Kind], entry: &mut Entry) -> Result<Option<(Bank, u32)>, F::Error> {
         let Some(bank) = self.banks.in_use()? else {
             return Ok(None);
         };
-        let end = self.banks.slots();
-        let found = match which {
-            Which::Last => self.banks.last_before(bank, end, key, Kind::Adopted)?,
-            Which::Factory => self.banks.last_before(bank, end, key, Kind::Factory)?,
-            Which::Previous => self.previous(bank, key)?,
-        };
-        Ok(found.map(|found| (bank, found)))
-    }
-
-    fn previous(&mut self, bank: Bank, key: Key) -> Result<Option<Found>, StoreError<F::Error>> {
-        let end = self.banks.slots();
-        let Some(last) = self.banks.last_before(bank, end, key, Kind::Adopted)? else {
-            return Ok(None);
-        };
-        let mut end = last.slot;
-        loop {
-            match self.banks.last_before(bank, end, key, Kind::Adopted)? {
-                // The last was written twice, for it to be firm.
-                Some(found) if found.entry == last.entry => end = found.slot,
-                found => return Ok(found),
+        for kind in kinds {
+            let end = self.banks.slots();
+            if let Some(slot) = self.banks.last_before(bank, end, Label::of(*kind, key), entry)? {
+                return Ok(Some((bank, slot)));
             }
         }
+        Ok(None)
+    }
+
+    /// Finds the record that was adopted before the last, which is in a slot.
+    fn find_previous(
+        &mut self,
+        bank: Bank,
+        slot: u32,
+        key: Key,
+        entry: &mut Entry,
+    ) -> Result<bool, F::Error> {
+        let (last, mut end) = (entry.clone(), slot);
+        let label = Label::of(Kind::Adopted, key);
+        while let Some(slot) = self.banks.last_before(bank, end, label, entry)? {
+            // The last was written twice, for it to be firm.
+            if *entry != last {
+                return Ok(true);
+            }
+            end = slot;
+        }
+        Ok(false)
     }
 }
 
-fn key(record: &StoredRecord) -> Key {
-    let StoredRecord { record, .. } = record;
+fn key_of<T: Real>(record: &Record<T>) -> Key {
     Key {
         identity: record.identity,
         sensor: record.sensor,
-    }
-}
-
-/// The entry of a record.
-fn written<E>(kind: Kind, record: &StoredRecord) -> Result<Entry, StoreError<E>> {
-    let mut buffer = [0; MAX_ENCODED];
-    let bytes = encode(record, &mut buffer).map_err(StoreError::Encode)?;
-    Entry::new(kind, key(record), bytes).ok_or(StoreError::Encode(EncodeError::NoRoom))
-}
-
-/// The record of an entry, which has to be of the sensor that the entry names.
-fn read<E>(entry: &Entry) -> Result<StoredRecord, StoreError<E>> {
-    let record = decode(entry.record()).map_err(StoreError::Decode)?;
-    match label(&entry.0) {
-        Some((_, named)) if named == key(&record) => Ok(record),
-        _ => Err(StoreError::Decode(DecodeError::Corrupt)),
     }
 }

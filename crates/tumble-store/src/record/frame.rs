@@ -1,61 +1,91 @@
-//! What all versions share: how they begin, and the checksum at their end.
+//! What all versions share: how they begin, whose they are, and the checksum at their end.
 
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
-use serde::Serialize;
+use tumble_core::redundancy::sensor::Sensor;
 
-use crate::record::{DecodeError, EncodeError};
+use crate::checksum::{CHECKSUM, is_signed, sign};
+use crate::record::{DecodeError, Field};
 
 /// How every record begins: Tumble Record.
 const MAGIC: [u8; 2] = *b"TR";
 
-/// Bytes before the fields: [`MAGIC`] and the version.
-const HEAD: usize = MAGIC.len() + 1;
+/// Fewest bytes of a frame: [`MAGIC`], the version, and the checksum.
+const SHORTEST: usize = MAGIC.len() + 1 + CHECKSUM;
 
-/// Bytes after the fields.
-const CHECKSUM: usize = 4;
+/// Where it says what it is about, in all versions until now.
+const IDENTITY: usize = 3;
+const SENSOR: usize = 11;
 
-/// Bytes around the fields.
-pub const FRAME: usize = HEAD + CHECKSUM;
+/// In the order of their codes.
+const SENSORS: [Sensor; 2] = [Sensor::Accelerometer, Sensor::Gyroscope];
 
-/// CRC-32 as in Ethernet and zip files; bit by bit, since a table of 1 KiB would outweigh the rest of this crate, and in
-/// one place.
-#[inline(never)]
-pub fn checksum(bytes: &[u8]) -> u32 {
-    const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
-    CRC.checksum(bytes)
+/// Bytes before what a version has of its own.
+pub const HEAD: usize = 12;
+
+/// Some bytes from an offset on.
+pub fn field<const N: usize>(bytes: &[u8], offset: usize) -> Option<[u8; N]> {
+    bytes.get(offset..)?.first_chunk().copied()
 }
 
-/// Frames the fields of a version.
-pub fn write<'b>(
-    version: u8,
-    fields: &impl Serialize,
-    buffer: &'b mut [u8],
-) -> Result<&'b [u8], EncodeError> {
-    let room = buffer.get_mut(HEAD..).ok_or(EncodeError::NoRoom)?;
-    let length = postcard::to_slice(fields, room)
-        .map_err(|_| EncodeError::NoRoom)?
-        .len();
-    let (covered, rest) = buffer
-        .split_at_mut_checked(HEAD + length)
-        .ok_or(EncodeError::NoRoom)?;
-    let head = covered.first_chunk_mut::<HEAD>().ok_or(EncodeError::NoRoom)?;
-    let signature = rest.first_chunk_mut::<CHECKSUM>().ok_or(EncodeError::NoRoom)?;
+/// Overwrites some bytes from an offset on, if there are as many.
+pub fn put<const N: usize>(bytes: &mut [u8], offset: usize, value: [u8; N]) {
+    let rest = bytes.get_mut(offset..);
+    if let Some(place) = rest.and_then(|rest| rest.first_chunk_mut()) {
+        *place = value;
+    }
+}
+
+/// Writes what all versions begin with.
+pub fn begin(bytes: &mut [u8], version: u8, identity: u64, sensor: Sensor) {
     let [t, r] = MAGIC;
-    *head = [t, r, version];
-    *signature = checksum(covered).to_le_bytes();
-    buffer.get(..length + FRAME).ok_or(EncodeError::NoRoom)
+    put(bytes, 0, [t, r, version]);
+    put(bytes, IDENTITY, identity.to_le_bytes());
+    put(bytes, SENSOR, [sensor_code(sensor)]);
 }
 
-/// Takes the frame off: gives the version and the bytes of its fields.
-pub fn open(bytes: &[u8]) -> Result<(u8, &[u8]), DecodeError> {
-    let short = DecodeError::TooShort { found: bytes.len() };
-    let (covered, signature) = bytes.split_last_chunk::<CHECKSUM>().ok_or(short)?;
-    let ([t, r, version], fields) = covered.split_first_chunk::<HEAD>().ok_or(short)?;
-    if [*t, *r] != MAGIC {
-        return Err(DecodeError::NotARecord);
+/// Ends a record of which all else is written.
+pub fn end(bytes: &mut [u8]) {
+    // What is too short for a checksum is no record without it.
+    let _ = sign(bytes);
+}
+
+/// The version that bytes say to be of, if they begin as records do.
+pub fn version_in(bytes: &[u8]) -> Option<u8> {
+    let [t, r, version] = field(bytes, 0)?;
+    ([t, r] == MAGIC).then_some(version)
+}
+
+/// The version of a record that is as it was written.
+pub fn version_of(bytes: &[u8]) -> Result<u8, DecodeError> {
+    if bytes.len() < SHORTEST {
+        return Err(DecodeError::TooShort { found: bytes.len() });
     }
-    if checksum(covered) != u32::from_le_bytes(*signature) {
-        return Err(DecodeError::Corrupt);
-    }
-    Ok((*version, fields))
+    let version = version_in(bytes).ok_or(DecodeError::NotARecord)?;
+    is_signed(bytes).then_some(version).ok_or(DecodeError::Corrupt)
+}
+
+/// Which sensor of which unit a record is about.
+pub fn subject(bytes: &[u8]) -> Result<(u64, Sensor), DecodeError> {
+    let identity = field(bytes, IDENTITY).ok_or(DecodeError::Corrupt)?;
+    let [code] = field(bytes, SENSOR).ok_or(DecodeError::Corrupt)?;
+    let sensor = sensor(code).ok_or(DecodeError::UnknownCode {
+        field: Field::Sensor,
+        found: code,
+    })?;
+    Ok((u64::from_le_bytes(identity), sensor))
+}
+
+/// The code of a sensor.
+pub fn sensor_code(sensor: Sensor) -> u8 {
+    code(&SENSORS, sensor)
+}
+
+/// The sensor of a code.
+pub fn sensor(code: u8) -> Option<Sensor> {
+    SENSORS.get(usize::from(code)).copied()
+}
+
+/// The code of one of several, which is its place among them.
+pub fn code<C: PartialEq>(all: &[C], one: C) -> u8 {
+    let before = all.iter().take_while(|other| **other != one);
+    before.fold(0, |code, _| code + 1)
 }

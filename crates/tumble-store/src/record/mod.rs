@@ -4,16 +4,12 @@
 //! times below the sigma of any calibration; devices compute in single precision anyway; and half the bytes are half
 //! the wear.
 
+mod drift;
 mod frame;
-mod version_1;
-mod version_2;
-mod version_3;
+mod numbers;
+mod sensor_error;
 
-#[cfg(test)]
-mod older_version_tests;
-
-pub(crate) use frame::checksum;
-pub(crate) use version_1::{sensor, sensor_code};
+pub(crate) use frame::{sensor, sensor_code};
 
 use nalgebra::{convert, convert_unchecked};
 use tumble_core::real::Real;
@@ -22,22 +18,22 @@ use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::temperature::TemperatureDrift;
 
 /// The version that [`encode`] writes; [`decode`] reads it and all before it.
-pub const VERSION: u8 = 2;
+pub const VERSION: u8 = sensor_error::VERSION;
 
 /// Most bytes that [`encode`] writes.
-pub const MAX_ENCODED: usize = frame::FRAME + version_2::MAX_PAYLOAD;
+pub const MAX_ENCODED: usize = sensor_error::MAX_ENCODED;
 
 /// The version that [`encode_drift`] writes: a record of another kind, for whoever uses it.
-pub const DRIFT_VERSION: u8 = 3;
+pub const DRIFT_VERSION: u8 = drift::VERSION;
 
 /// Bytes that [`encode_drift`] writes.
-pub const DRIFT_ENCODED: usize = frame::FRAME + version_3::PAYLOAD;
+pub const DRIFT_ENCODED: usize = drift::ENCODED;
 
 /// A record of the core, with what the core does not need.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StoredRecord {
+pub struct StoredRecord<T: Real = f32> {
     /// Error of one sensor of one unit.
-    pub record: Record<f32>,
+    pub record: Record<T>,
     /// Of the unit while it was calibrated, degC, if known.
     pub temperature: Option<f32>,
 }
@@ -124,36 +120,30 @@ pub enum Field {
 ///
 /// # Errors
 /// [`EncodeError`]; what is in `buffer` then is no record.
-pub fn encode<'b>(record: &StoredRecord, buffer: &'b mut [u8]) -> Result<&'b [u8], EncodeError> {
-    record.check().map_err(EncodeError::NotFinite)?;
-    frame::write(VERSION, &version_2::Payload::from(record), buffer)
+pub fn encode<'b>(stored: &StoredRecord, buffer: &'b mut [u8]) -> Result<&'b [u8], EncodeError> {
+    let length = encode_of(&stored.record, stored.temperature, buffer)?;
+    buffer.get(..length).ok_or(EncodeError::NoRoom)
 }
+
+/// Writes a record of either precision at the start of `buffer`; gives how many bytes it has.
+pub(crate) use sensor_error::write as encode_of;
 
 /// Reads a record from the bytes that are it, neither more nor fewer.
 ///
 /// # Errors
 /// [`DecodeError`], never another record than was written.
 pub fn decode(bytes: &[u8]) -> Result<StoredRecord, DecodeError> {
-    decode_by(&READERS, bytes)
+    decode_in(bytes)
 }
 
-/// What reads the fields of one version.
-type Reader = fn(&[u8]) -> Result<StoredRecord, DecodeError>;
-
-/// Of every version that was ever written.
-const READERS: [(u8, Reader); 2] = [(1, version_1::read), (2, version_2::read)];
-
-/// Reads a record of any version that has a reader.
-fn decode_by(readers: &[(u8, Reader)], bytes: &[u8]) -> Result<StoredRecord, DecodeError> {
-    let (found, payload) = frame::open(bytes)?;
-    if found == DRIFT_VERSION {
-        return Err(DecodeError::OtherKind { found });
+/// Reads a record in either precision.
+pub(crate) fn decode_in<T: Real>(bytes: &[u8]) -> Result<StoredRecord<T>, DecodeError> {
+    let found = frame::version_of(bytes)?;
+    match sensor_error::flag_of(found) {
+        Some(flag) => sensor_error::read(bytes, flag),
+        None if found == DRIFT_VERSION => Err(DecodeError::OtherKind { found }),
+        None => Err(DecodeError::UnknownVersion { found }),
     }
-    let mut readers = readers.iter().filter(|(version, _)| *version == found);
-    let (_, read) = readers.next().ok_or(DecodeError::UnknownVersion { found })?;
-    let record = read(payload)?;
-    record.check().map_err(DecodeError::NotFinite)?;
-    Ok(record)
 }
 
 /// Writes what temperature does at the start of `buffer`; gives the bytes that are it, [`DRIFT_ENCODED`].
@@ -161,8 +151,8 @@ fn decode_by(readers: &[(u8, Reader)], bytes: &[u8]) -> Result<StoredRecord, Dec
 /// # Errors
 /// [`EncodeError`]; what is in `buffer` then is no record.
 pub fn encode_drift<'b>(record: &DriftRecord, buffer: &'b mut [u8]) -> Result<&'b [u8], EncodeError> {
-    record.check().map_err(EncodeError::NotFinite)?;
-    frame::write(DRIFT_VERSION, &version_3::Payload::from(record), buffer)
+    let length = drift::write(record, buffer)?;
+    buffer.get(..length).ok_or(EncodeError::NoRoom)
 }
 
 /// Reads what temperature does from the bytes that are it, neither more nor fewer.
@@ -170,29 +160,19 @@ pub fn encode_drift<'b>(record: &DriftRecord, buffer: &'b mut [u8]) -> Result<&'
 /// # Errors
 /// [`DecodeError`], never another record than was written.
 pub fn decode_drift(bytes: &[u8]) -> Result<DriftRecord, DecodeError> {
-    match frame::open(bytes)? {
-        (DRIFT_VERSION, payload) => {
-            let record = version_3::read(payload)?;
-            record.check().map_err(DecodeError::NotFinite)?;
-            Ok(record)
-        }
-        (found, _) if found < DRIFT_VERSION => Err(DecodeError::OtherKind { found }),
-        (found, _) => Err(DecodeError::UnknownVersion { found }),
+    match frame::version_of(bytes)? {
+        DRIFT_VERSION => drift::read(bytes),
+        found if found < DRIFT_VERSION => Err(DecodeError::OtherKind { found }),
+        found => Err(DecodeError::UnknownVersion { found }),
     }
 }
 
-impl DriftRecord {
-    /// Finds what is no drift: numbers that are not finite, and a range that is none.
-    fn check(&self) -> Result<(), Field> {
-        let TemperatureDrift {
-            reference,
-            range: [low, high],
-            bias,
-            scale,
-        } = &self.drift;
-        let finite = bias.iter().chain(scale).flatten().all(|x| x.is_finite());
-        let ordered = low <= reference && reference <= high && low.is_finite() && high.is_finite();
-        (finite && ordered).then_some(()).ok_or(Field::Drift)
+/// Bytes of the record of any kind and version that some bytes begin with, by what it says itself; `None` where that has
+/// no meaning here.
+pub fn length(bytes: &[u8]) -> Option<usize> {
+    match frame::version_in(bytes)? {
+        DRIFT_VERSION => Some(DRIFT_ENCODED),
+        version => sensor_error::length(bytes, sensor_error::flag_of(version)?),
     }
 }
 
@@ -209,26 +189,5 @@ impl StoredRecord {
     /// Gives the record of the core in either precision.
     pub fn record_in<T: Real>(&self) -> Record<T> {
         self.record.in_numbers(convert::<f32, T>)
-    }
-
-    /// Finds what is not a number that a record may hold. Sigmas and residuals may be infinite: nothing is known then.
-    fn check(&self) -> Result<(), Field> {
-        let record = &self.record;
-        let sigmas = record.matrix_sigma.iter().chain(&record.bias_sigma);
-        let sigmas = sigmas.chain(&record.lever_arm_sigma);
-        let faults = [
-            (Field::Matrix, record.model.matrix.iter().all(|x| x.is_finite())),
-            (Field::Bias, record.model.bias.iter().all(|x| x.is_finite())),
-            (Field::LeverArm, record.lever_arm.iter().all(|x| x.is_finite())),
-            (Field::Sigmas, sigmas.into_iter().all(|x| !x.is_nan())),
-            (
-                Field::Residuals,
-                !(record.residual.is_nan() || record.residual_before.is_nan()),
-            ),
-            (Field::Followed, record.followed.iter().all(|x| x.is_finite())),
-            (Field::Temperature, self.temperature.is_none_or(f32::is_finite)),
-        ];
-        let fault = faults.iter().find(|(_, sound)| !sound);
-        fault.map_or(Ok(()), |(field, _)| Err(*field))
     }
 }

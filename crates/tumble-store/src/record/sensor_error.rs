@@ -1,0 +1,205 @@
+//! Versions 1 and 2, byte by byte as in `docs/record-format.md`: the error of one sensor of one unit. What is here never
+//! changes: another order, or another field, is another version.
+
+use core::slice;
+
+use nalgebra::{Matrix3, Vector3};
+use tumble_core::model::ErrorModel;
+use tumble_core::real::Real;
+use tumble_core::redundancy::record::Record;
+use tumble_core::redundancy::settings::Rung;
+
+use crate::checksum::CHECKSUM;
+use crate::record::frame::{HEAD, begin, code, end, field, put, subject};
+use crate::record::numbers::{self, NUMBER, words, words_mut};
+use crate::record::{DecodeError, EncodeError, Field, StoredRecord};
+
+/// The version that is written.
+pub const VERSION: u8 = 2;
+
+/// Offsets of what is not a number of single precision.
+const RUNG: usize = HEAD;
+const DIRECTIONS: usize = 13;
+const PAIRS: usize = 14;
+const SEQUENCE: usize = 18;
+
+/// Offset of the first number; the others follow.
+const NUMBERS: usize = 22;
+
+/// What the numbers are, and how many: M, b, sigmas of both, lever arm and sigma of it, residuals, and how far the primary
+/// was followed, which version 1 lacks.
+const PARTS: [(Field, u8); 9] = [
+    (Field::Matrix, 9),
+    (Field::Bias, 3),
+    (Field::Sigmas, 9),
+    (Field::Sigmas, 3),
+    (Field::LeverArm, 3),
+    (Field::Sigmas, 3),
+    (Field::Residuals, 1),
+    (Field::Residuals, 1),
+    (Field::Followed, 3),
+];
+
+/// In the order of their codes.
+const RUNGS: [Rung; 4] = [Rung::Offset, Rung::Gain, Rung::Affine, Rung::AffineAndLeverArm];
+
+/// Offset of the byte that says whether a temperature follows, of versions 1 and 2.
+const FLAGS: [usize; 2] = [numbers_end(8), numbers_end(9)];
+
+/// Most bytes of a record: a temperature is there.
+pub const MAX_ENCODED: usize = FLAGS[1] + 1 + NUMBER + CHECKSUM;
+
+/// Where the numbers of so many parts end.
+const fn numbers_end(parts: usize) -> usize {
+    let (mut part, mut end) = (0, NUMBERS);
+    while part < parts {
+        end += NUMBER * PARTS[part].1 as usize;
+        part += 1;
+    }
+    end
+}
+
+/// Offset of the flag of a version, if it is of this kind.
+pub fn flag_of(version: u8) -> Option<usize> {
+    FLAGS.get(usize::from(version).checked_sub(1)?).copied()
+}
+
+/// Bytes of a record whose flag is at an offset, if that has a meaning.
+pub fn length(bytes: &[u8], flag: usize) -> Option<usize> {
+    let temperature = match bytes.get(flag)? {
+        0 => 0,
+        1 => NUMBER,
+        _ => return None,
+    };
+    Some(flag + 1 + temperature + CHECKSUM)
+}
+
+/// Writes a record of either precision at the start of a buffer; gives how many bytes it has.
+#[inline(never)]
+pub fn write<T: Real>(
+    record: &Record<T>,
+    temperature: Option<f32>,
+    buffer: &mut [u8],
+) -> Result<usize, EncodeError> {
+    let [_, flag] = FLAGS;
+    let known = temperature.map_or(0, |_| NUMBER);
+    let length = flag + 1 + known + CHECKSUM;
+    let bytes = buffer.get_mut(..length).ok_or(EncodeError::NoRoom)?;
+    begin(bytes, VERSION, record.identity, record.sensor);
+    put(bytes, RUNG, [code(&RUNGS, record.rung)]);
+    put(bytes, DIRECTIONS, [record.directions]);
+    put(bytes, PAIRS, record.pairs.to_le_bytes());
+    put(bytes, SEQUENCE, record.sequence.to_le_bytes());
+    numbers::write(words_mut(bytes, NUMBERS, flag), &parts(record));
+    put(bytes, flag, [u8::from(temperature.is_some())]);
+    if let Some(temperature) = temperature {
+        put(bytes, flag + 1, temperature.to_le_bytes());
+    }
+    check(bytes, flag).map_err(EncodeError::NotFinite)?;
+    end(bytes);
+    Ok(length)
+}
+
+/// Reads a record, in either precision, from bytes that are as they were written.
+#[inline(never)]
+pub fn read<T: Real>(bytes: &[u8], flag: usize) -> Result<StoredRecord<T>, DecodeError> {
+    if length(bytes, flag) != Some(bytes.len()) {
+        return Err(DecodeError::Corrupt);
+    }
+    let mut stored = StoredRecord {
+        record: blank(),
+        temperature: temperature(bytes, flag),
+    };
+    let record = &mut stored.record;
+    (record.identity, record.sensor) = subject(bytes)?;
+    let [found, directions] = field(bytes, RUNG).unwrap_or_default();
+    let rung = RUNGS.get(usize::from(found));
+    record.rung = *rung.ok_or(DecodeError::UnknownCode {
+        field: Field::Rung,
+        found,
+    })?;
+    record.directions = directions;
+    record.pairs = u32::from_le_bytes(field(bytes, PAIRS).unwrap_or_default());
+    record.sequence = u32::from_le_bytes(field(bytes, SEQUENCE).unwrap_or_default());
+    check(bytes, flag).map_err(DecodeError::NotFinite)?;
+    numbers::read(words(bytes, NUMBERS, flag), &mut parts_mut(record));
+    Ok(stored)
+}
+
+/// The temperature of a record, if it has one.
+fn temperature(bytes: &[u8], flag: usize) -> Option<f32> {
+    let [known, number @ ..] = field::<{ 1 + NUMBER }>(bytes, flag)?;
+    (known == 1).then_some(f32::from_le_bytes(number))
+}
+
+/// Finds what is not a number that a record may hold. Sigmas and residuals may be infinite: nothing is known then.
+fn check(bytes: &[u8], flag: usize) -> Result<(), Field> {
+    let mut words = words(bytes, NUMBERS, flag).iter();
+    for (field, count) in &PARTS {
+        let may_be_infinite = matches!(field, Field::Sigmas | Field::Residuals);
+        for number in words
+            .by_ref()
+            .take(usize::from(*count))
+            .map(|word| f32::from_le_bytes(*word))
+        {
+            if !(number.is_finite() || may_be_infinite && number.is_infinite()) {
+                return Err(*field);
+            }
+        }
+    }
+    let temperature = temperature(bytes, flag).is_none_or(f32::is_finite);
+    temperature.then_some(()).ok_or(Field::Temperature)
+}
+
+/// A record to be read into; of what an older version lacks, nothing is known.
+fn blank<T: Real>() -> Record<T> {
+    Record {
+        identity: 0,
+        sensor: tumble_core::redundancy::sensor::Sensor::Accelerometer,
+        model: ErrorModel {
+            matrix: Matrix3::zeros(),
+            bias: Vector3::zeros(),
+        },
+        matrix_sigma: Matrix3::zeros(),
+        bias_sigma: Vector3::zeros(),
+        lever_arm: Vector3::zeros(),
+        lever_arm_sigma: Vector3::zeros(),
+        rung: Rung::Offset,
+        directions: 0,
+        residual: T::zero(),
+        residual_before: T::zero(),
+        pairs: 0,
+        sequence: 0,
+        followed: Vector3::zeros(),
+    }
+}
+
+/// The numbers of a record, as [`PARTS`] says.
+fn parts<T: Real>(record: &Record<T>) -> [&[T]; PARTS.len()] {
+    [
+        record.model.matrix.as_slice(),
+        record.model.bias.as_slice(),
+        record.matrix_sigma.as_slice(),
+        record.bias_sigma.as_slice(),
+        record.lever_arm.as_slice(),
+        record.lever_arm_sigma.as_slice(),
+        slice::from_ref(&record.residual),
+        slice::from_ref(&record.residual_before),
+        record.followed.as_slice(),
+    ]
+}
+
+/// The same, to be read into.
+fn parts_mut<T: Real>(record: &mut Record<T>) -> [&mut [T]; PARTS.len()] {
+    [
+        record.model.matrix.as_mut_slice(),
+        record.model.bias.as_mut_slice(),
+        record.matrix_sigma.as_mut_slice(),
+        record.bias_sigma.as_mut_slice(),
+        record.lever_arm.as_mut_slice(),
+        record.lever_arm_sigma.as_mut_slice(),
+        slice::from_mut(&mut record.residual),
+        slice::from_mut(&mut record.residual_before),
+        record.followed.as_mut_slice(),
+    ]
+}
