@@ -220,7 +220,7 @@ proptest! {
         let mut bytes = if is_old { version_1(&stored) } else { version_2(&stored) };
         let size = bytes.len();
         for (place, value) in changes {
-            bytes[place % size] = value;
+            bytes[place.min(size - 1)] = value;
         }
         bytes.truncate(cut.unwrap_or(size));
         sign(&mut bytes);
