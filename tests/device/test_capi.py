@@ -13,7 +13,11 @@ import numpy as np
 import pytest
 
 from exchange_units import calibration, samples
-from tumble.exchange.procedure import export
+from tumble.calibration.document import Calibration, Triad
+from tumble.exchange.parameters import all_powers, c_float
+from tumble.recording import FloatArray
+from tumble.units import TRIADS
+from turntable_sessions import typed
 
 ROOT = Path(__file__).parents[2]
 CAPI = ROOT / "crates" / "tumble-capi"
@@ -119,80 +123,109 @@ def test_an_example_of_the_how_to_compiles(heading: str, language: str, tmp_path
     done([*LANGUAGES[language], *STRICT, "-c", source, "-o", tmp_path / "example.o"])
 
 
-CORRECTING = """
-#include <stdio.h>
-#include "unit.h"
-
-int main(void) {
-    tumble_correction correction;
-    tumble_sample reading = {0}, truth;
-    float temperature;
-    if (tumble_correction_init(&correction, &unit) != TUMBLE_OK) return 1;
-    float *f = reading.specific_force, *w = reading.angular_rate;
-    while (scanf("%f %f %f %f %f %f %f", &f[0], &f[1], &f[2], &w[0], &w[1], &w[2], &temperature) == 7) {
-        if (tumble_temperature_drift_remove(&unit_accelerometer_drift, unit.accelerometer.bias,
-                                            temperature, f, f)) return 2;
-        if (tumble_temperature_drift_remove(&unit_gyroscope_drift, unit.gyroscope.bias,
-                                            temperature, w, w)) return 3;
-        if (tumble_correction_apply(&correction, &reading, &truth) != TUMBLE_OK) return 4;
-        for (int i = 0; i < 6; i++)
-            printf("%.9g ", (double)(i < 3 ? truth.specific_force[i] : truth.angular_rate[i - 3]));
-    }
-    return 0;
-}
-"""
+Exported = tuple[Path, Calibration, FloatArray]
+"""Folder, calibration, and rows of specific force, m/s^2, angular rate, rad/s, and temperature, degC."""
 
 
-def test_a_program_with_an_exported_calibration_corrects_as_python_does(
-    host_library: Path, tmp_path: Path
-) -> None:
-    unit = calibration(4, parts=("scale", "non-orthogonality", "mounting"), over_temperature=True)
-    (tmp_path / "unit.h").write_bytes(export(unit, "c", {"name": "unit"}).content)
-    (tmp_path / "program.c").write_text(CORRECTING)
-    program = tmp_path / "program"
-    done([*LANGUAGES["c"], *STRICT, *SANITIZED, tmp_path / "program.c", host_library, "-lm", "-o", program])
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory: pytest.TempPathFactory) -> Exported:
+    """A folder with a calibration as `tumble export` writes it for firmware, that, and readings."""
+    folder = tmp_path_factory.mktemp("exported")
+    drawn = calibration(4, parts=("scale", "non-orthogonality", "mounting"), over_temperature=True)
+    content = drawn.content()
+    for triad in TRIADS:
+        content[triad]["temperature_drift"]["scale"] = [[3e-4, -2e-4, 1e-4], [2e-6, 1e-6, -3e-6]]
+    unit = Calibration.model_validate(content)
+    unit.save(folder / "target.yaml")
+    exports = {"unit.h": ("c", "name=unit"), "records.h": ("record-c", "name=record"), "records": ("record",)}
+    for name, (to, *settings) in exports.items():
+        given = [*settings, *(["identity=77"] if "record" in to else [])]
+        options = [word for setting in given for word in ("--set", setting)]
+        answer = typed("export", folder / "target.yaml", "--to", to, *options, "-o", folder / name)
+        assert answer.code == 0, answer.err
     force, rate = samples(4)
-    temperature = np.linspace(-30.0, 80.0, len(force))
-    lines = [" ".join(map(str, row)) for row in np.column_stack([force, rate, temperature])]
-    answer = subprocess.run([program], input="\n".join(lines), capture_output=True, text=True, check=True)
-    theirs = np.array(answer.stdout.split(), dtype=float).reshape(-1, 6)
-    ours = np.column_stack(unit.correct(force, rate, temperature))
+    readings = np.float32(np.column_stack([force, rate, np.linspace(-30.0, 80.0, len(force))]))
+    rows = ",\n".join(f"    {{{', '.join(map(c_float, row))}}}" for row in readings)
+    (folder / "readings.h").write_text(f"static const float readings[][7] = {{\n{rows}\n}};\n")
+    return folder, unit, readings
+
+
+def corrected_in_single(section: Triad, reading: FloatArray, temperature: FloatArray) -> FloatArray:
+    """Readings freed of the errors of a triad (docs/theory: model, eq. 1; thermal, eq. 1 and 2), in f32."""
+    drift = section.temperature_drift
+    assert drift is not None
+    M, b = np.float32(section.M), np.float32(section.b)
+    low, high = np.float32(drift.range)
+    t = (np.clip(temperature, low, high) - np.float32(drift.reference))[:, np.newaxis]
+    change, scale = (
+        polynomial(np.float32(rows), t) for rows in (all_powers(drift.bias), all_powers(drift.scale))
+    )
+    y = (reading - b - change) / (np.float32(1.0) + scale) + b
+    x = (y - b).T
+    C = inverse(M)
+    return np.column_stack([C[i, 0] * x[0] + C[i, 1] * x[1] + C[i, 2] * x[2] for i in range(3)])
+
+
+def polynomial(coefficients: FloatArray, t: FloatArray) -> FloatArray:
+    first, second, third = coefficients
+    return ((third * t + second) * t + first) * t
+
+
+def inverse(m: FloatArray) -> FloatArray:
+    """Of a matrix of three rows, by its minors: each row of the adjugate over the determinant."""
+    adjugate = np.empty_like(m)
+    for i, j in np.ndindex(3, 3):
+        ((a, b), (c, d)) = np.delete(np.delete(m, j, axis=0), i, axis=1)
+        minor = a * d - c * b
+        adjugate[i, j] = minor if (i + j) % 2 == 0 else -minor
+    return adjugate / (m[0, 0] * adjugate[0, 0] + m[0, 1] * adjugate[1, 0] + m[0, 2] * adjugate[2, 0])
+
+
+EXPORTED = ROOT / "tests" / "device" / "export" / "correct.c"
+
+
+def expect_corrected(printed: str, exported: Exported) -> None:
+    """What the program printed, of the constant and of the records, is what Python makes of the readings."""
+    _, unit, readings = exported
+    force, rate, temperature = readings[:, :3], readings[:, 3:6], readings[:, 6]
+    words = np.array([int(word, 16) for word in printed.split()], dtype=np.uint32)
+    by_constant, by_records = words.view(np.float32).reshape(2, -1, 6)
+    pairs = ((unit.accelerometer, force), (unit.gyroscope, rate))
+    ours = np.column_stack([corrected_in_single(section, reading, temperature) for section, reading in pairs])
+    assert ours.dtype == np.float32
+    assert np.array_equal(by_constant, ours)
+    assert np.array_equal(by_records, ours)
     # Single precision of readings of 30 m/s^2.
-    assert np.abs(theirs - ours).max() < 2e-5
+    in_double = np.column_stack(unit.correct(force, rate, temperature))
+    assert np.abs(ours - in_double).max() < 2e-5
 
 
-RECORDS = """
-#include <stdio.h>
-#include "tumble.h"
-#include "records.h"
-
-static int say(const uint8_t *bytes, size_t length) {
-    tumble_record record;
-    if (tumble_record_decode(bytes, length, &record) != TUMBLE_OK) return 1;
-    printf("%llu %d", (unsigned long long)record.identity, (int)record.sensor);
-    for (int i = 0; i < 9; i++) printf(" %.9g", (double)record.matrix[i / 3][i % 3]);
-    for (int i = 0; i < 3; i++) printf(" %.9g", (double)record.bias[i]);
-    putchar(10);
-    return 0;
-}
-
-int main(void) {
-    return say(unit_accelerometer, sizeof unit_accelerometer) || say(unit_gyroscope, sizeof unit_gyroscope);
-}
-"""
-
-
-def test_a_program_reads_exported_records_as_python_wrote_them(host_library: Path, tmp_path: Path) -> None:
-    unit = calibration(5, parts=("scale", "non-orthogonality", "mounting"))
-    exported = export(unit, "record-c", {"name": "unit", "identity": "77"})
-    (tmp_path / "records.h").write_bytes(exported.content)
-    (tmp_path / "program.c").write_text(RECORDS)
+def test_a_program_with_an_exported_calibration_corrects_bit_for_bit_as_python_does(
+    host_library: Path, tmp_path: Path, exported: Exported
+) -> None:
     program = tmp_path / "program"
-    done([*LANGUAGES["c"], *STRICT, *SANITIZED, tmp_path / "program.c", host_library, "-lm", "-o", program])
-    found = np.array(done([program]).split(), dtype=float).reshape(2, -1)
-    assert found[:, :2].tolist() == [[77.0, 0.0], [77.0, 1.0]]
-    for row, section in zip(found[:, 2:], (unit.accelerometer, unit.gyroscope), strict=True):
-        assert np.array_equal(np.float32(row), np.float32([*section.M.ravel(), *section.b]))
+    options = [*STRICT, *SANITIZED, f"-I{exported[0]}"]
+    done([*LANGUAGES["c"], *options, EXPORTED, host_library, "-lm", "-o", program])
+    expect_corrected(done([program]), exported)
+
+
+def test_an_image_with_an_exported_calibration_corrects_bit_for_bit_as_python_does(
+    device_library: Path, tmp_path: Path, exported: Exported
+) -> None:
+    program, bare = tmp_path / "image.elf", ROOT / "examples" / "c"
+    link = ["-Os", "-nostartfiles", "--specs=rdimon.specs", f"-T{bare / 'mps2-an386.ld'}"]
+    options = [*CORTEX_M4F, *STRICT, *link, f"-I{exported[0]}"]
+    sources = [EXPORTED, bare / "startup.c"]
+    done(["arm-none-eabi-gcc", "-std=c99", *options, *sources, device_library, "-lm", "-o", program])
+    expect_corrected(done(["scripts/run_in_qemu.sh", program]), exported)
+
+
+def test_exported_records_are_the_same_bytes_as_a_file_and_as_arrays_of_c(
+    exported: Exported,
+) -> None:
+    folder, _, _ = exported
+    arrays = re.findall(r"0x([0-9A-F]{2})\b", (folder / "records.h").read_text())
+    assert bytes.fromhex("".join(arrays)) == (folder / "records").read_bytes()
 
 
 def test_a_program_with_a_wrong_expectation_fails(host_library: Path, tmp_path: Path) -> None:
