@@ -106,11 +106,13 @@ def test_a_library_for_another_number_of_units_keeps_the_same_laws(tmp_path: Pat
 
 
 PAGE = ROOT / "docs/how-to/c.md"
+QUICK_START = ROOT / "docs/getting-started/firmware-in-c.md"
+BARE = ROOT / "examples" / "c"
 
 
-def example_under(heading: str) -> str:
-    """The one piece of C under a heading of the how-to."""
-    section = PAGE.read_text().split(f"## {heading}")[1].split("\n## ")[0]
+def example_under(heading: str, page: Path = PAGE) -> str:
+    """The one piece of C under a heading of a page."""
+    section = page.read_text().split(f"## {heading}")[1].split("\n## ")[0]
     (example,) = re.findall(r"^```c\n(.*?)^```", section, re.MULTILINE | re.DOTALL)
     return str(example)
 
@@ -181,6 +183,40 @@ def inverse(m: FloatArray) -> FloatArray:
     return adjugate / (m[0, 0] * adjugate[0, 0] + m[0, 1] * adjugate[1, 0] + m[0, 2] * adjugate[2, 0])
 
 
+def flown(folder: Path, archive: Path, *words: str | Path) -> str:
+    """What a program says on a bare Cortex-M4F: of sources and options."""
+    link = ["-Os", "-nostartfiles", "--specs=rdimon.specs", f"-T{BARE / 'mps2-an386.ld'}"]
+    options = ["-std=c99", *CORTEX_M4F, *STRICT, *link]
+    sources = [BARE / "startup.c", *words, archive]
+    done(["arm-none-eabi-gcc", *options, *sources, "-lm", "-o", folder / "image.elf"])
+    return done(["scripts/run_in_qemu.sh", folder / "image.elf"])
+
+
+@pytest.fixture
+def quick_start(tmp_path: Path) -> list[str | Path]:
+    """Sources and options of the program of the quick start, as the page says."""
+    source = tmp_path / "quick.c"
+    source.write_text(example_under("1. The program", QUICK_START))
+    return [source, BARE / "robot.c", BARE / "flash.c", f"-I{BARE}"]
+
+
+PROMISED = re.findall(r"^    (gyroscope bias.*\n)", QUICK_START.read_text(), re.MULTILINE)
+
+
+def test_the_quick_start_prints_on_this_machine_what_its_page_says(
+    host_library: Path, tmp_path: Path, quick_start: list[str | Path]
+) -> None:
+    program = tmp_path / "quick"
+    done([*LANGUAGES["c"], *STRICT, *SANITIZED, *quick_start, host_library, "-lm", "-o", program])
+    assert [done([program])] == PROMISED
+
+
+def test_the_quick_start_prints_on_a_bare_cortex_m4f_what_its_page_says(
+    device_library: Path, tmp_path: Path, quick_start: list[str | Path]
+) -> None:
+    assert [flown(tmp_path, device_library, *quick_start)] == PROMISED
+
+
 EXPORTED = ROOT / "tests" / "device" / "export" / "correct.c"
 
 
@@ -212,12 +248,7 @@ def test_a_program_with_an_exported_calibration_corrects_bit_for_bit_as_python_d
 def test_an_image_with_an_exported_calibration_corrects_bit_for_bit_as_python_does(
     device_library: Path, tmp_path: Path, exported: Exported
 ) -> None:
-    program, bare = tmp_path / "image.elf", ROOT / "examples" / "c"
-    link = ["-Os", "-nostartfiles", "--specs=rdimon.specs", f"-T{bare / 'mps2-an386.ld'}"]
-    options = [*CORTEX_M4F, *STRICT, *link, f"-I{exported[0]}"]
-    sources = [EXPORTED, bare / "startup.c"]
-    done(["arm-none-eabi-gcc", "-std=c99", *options, *sources, device_library, "-lm", "-o", program])
-    expect_corrected(done(["scripts/run_in_qemu.sh", program]), exported)
+    expect_corrected(flown(tmp_path, device_library, EXPORTED, f"-I{exported[0]}"), exported)
 
 
 def test_exported_records_are_the_same_bytes_as_a_file_and_as_arrays_of_c(
