@@ -24,10 +24,18 @@ pub(super) struct Lapse {
 }
 
 impl Lapse {
-    /// Between two times, microseconds.
+    /// Between two times, microseconds, less than six days apart; none back.
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_possible_wrap,
+        clippy::cast_sign_loss
+    )]
     pub fn between(before: u64, now: u64) -> Self {
-        let crossed =
-            |bits: u32| u16::try_from((now >> bits).saturating_sub(before >> bits)).unwrap_or(u16::MAX);
+        // Counts of ticks in 32 bits wrap, their differences do not.
+        let crossed = |bits: u32| {
+            let ticks = ((now >> bits) as i32).wrapping_sub((before >> bits) as i32);
+            ticks.clamp(0, u16::MAX.into()) as u16
+        };
         Self {
             whole: crossed(TICK_BITS),
             quarter: crossed(TICK_BITS + 2),
@@ -51,6 +59,11 @@ impl Leaky {
     /// Was well for a time.
     pub fn drain(&mut self, by: u16) {
         self.0 = self.0.saturating_sub(by);
+    }
+
+    /// Whether nothing is counted.
+    pub fn is_empty(&self) -> bool {
+        self.0 == 0
     }
 
     /// Begins anew.

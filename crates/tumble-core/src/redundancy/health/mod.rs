@@ -108,7 +108,8 @@ impl<T: Real> Health<T> {
         healthy.then_some(self.since)
     }
 
-    /// Takes in the next sample, later than the one before, and says what of it may be used.
+    /// Takes in the next sample, later than the one before and zero on axes that the unit does not have, and says what of it
+    /// may be used.
     pub fn push(
         &mut self,
         sample: &Sample<T>,
@@ -250,17 +251,20 @@ impl<T: Real> Health<T> {
         }
     }
 
+    #[inline]
     fn find_late(&mut self, now: u64, settings: &HealthSettings<T>) {
         let pause = now.saturating_sub(self.time);
         if pause > settings.late {
-            self.condemn(
-                HealthFault::Late {
-                    pause: seconds(pause),
-                },
-                now,
-            );
-            self.watches.iter_mut().for_each(SensorWatch::forget);
+            self.is_late(pause, now);
         }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn is_late(&mut self, pause: u64, now: u64) {
+        let pause = seconds(pause);
+        self.condemn(HealthFault::Late { pause }, now);
+        self.watches.iter_mut().for_each(SensorWatch::forget);
     }
 
     /// The latest finding is shown, except that what a rest has shown stays.
@@ -285,10 +289,13 @@ impl<T: Real> Health<T> {
 
     /// Nothing was wrong for long enough.
     fn settle(&mut self, now: u64, settings: &HealthSettings<T>) {
+        if self.is_sound() {
+            return;
+        }
         let gone = now.saturating_sub(self.since) >= settings.recovery;
         let stands =
             [self.implausible, self.contradicted] != [[false; 2]; 2] || self.refuted != [[false; 2]; 2];
-        if self.fault.is_some() && gone && !stands {
+        if gone && !stands {
             self.fault = None;
             self.since = now;
         }

@@ -60,6 +60,7 @@ impl Bench {
             angular_rate: rate,
         };
         spoil(&mut sample);
+        let sample = self.axes.only(&sample);
         self.health.push(&sample, &self.axes, &RANGE, &self.settings)
     }
 

@@ -33,35 +33,36 @@ impl<T: Real> Reading<'_, T> {
         self.settings.spike.of(self.sensor)
     }
 
-    /// Looks at the axes that the sensor has, beside their latest values. Readings are random, and branches on them slow:
-    /// which axis it was is asked when something is wrong.
+    /// Looks at the axes beside their latest values; those that the sensor does not have say zero. Readings are random, and
+    /// branches on them slow: which axis it was is asked when something is wrong.
     fn look(&self, latest: &[T; 3]) -> Look<T> {
-        let mut look = Look {
-            present: 0,
-            finite: true,
-            at_end: false,
-            change: T::zero(),
-            repeats: [false; 3],
-        };
-        let axes = self.values.iter().zip(self.axes).zip(latest);
-        for (((value, has), before), repeats) in axes.zip(&mut look.repeats) {
-            let change = (*value - *before).abs();
-            let at_end = self.is_at_end(*value);
-            look.present += u16::from(*has);
-            look.finite &= value.is_finite() | !has;
-            look.at_end |= at_end & has;
-            look.change = if has & (change > look.change) {
-                change
-            } else {
-                look.change
-            };
-            *repeats = has & (value == before) & !at_end;
+        let end = self.end();
+        let (mut nothing, mut at_end, mut change, mut repeats) = (T::zero(), false, T::zero(), [false; 3]);
+        for (((value, before), has), repeats) in
+            self.values.iter().zip(latest).zip(self.axes).zip(&mut repeats)
+        {
+            let (size, moved) = (value.abs(), (*value - *before).abs());
+            nothing += size * T::zero();
+            at_end |= size >= end;
+            change = if moved > change { moved } else { change };
+            *repeats = has & (value == before) & (size < end);
         }
-        look
+        Look {
+            finite: nothing == T::zero(),
+            at_end,
+            change,
+            repeats,
+        }
     }
 
-    fn is_at_end(&self, value: T) -> bool {
-        self.end.is_some_and(|end| value.abs() >= end * real(END))
+    /// Size from which on a reading is at the end of its range; infinite where nobody knows.
+    fn end(&self) -> T {
+        self.end.map_or(real(f64::INFINITY), |end| end * real(END))
+    }
+
+    /// How many axes there are.
+    fn present(&self) -> u16 {
+        self.axes.iter().map(|has| u16::from(*has)).sum()
     }
 
     /// The first channel whose value is so, and that value.
@@ -74,8 +75,6 @@ impl<T: Real> Reading<'_, T> {
 
 /// What a look at the axes shows.
 struct Look<T: Real> {
-    /// How many there are.
-    present: u16,
     /// Whether all are numbers.
     finite: bool,
     /// Whether one is at the end of its range.
@@ -175,7 +174,7 @@ impl<T: Real> SensorWatch<T> {
         let look = reading.look(&self.latest);
         self.spiking.drain(reading.lapse.whole);
         let useless = self.find_useless(look.at_end || !look.finite, reading);
-        if look.present == 0 || !look.finite {
+        if !look.finite || *reading.axes == [false; 3] {
             let bad = useless
                 .then(|| reading.first(|value| !value.is_finite()))
                 .flatten();
@@ -217,7 +216,7 @@ impl<T: Real> SensorWatch<T> {
             return Some(self.frozen(reading));
         }
         let at_end = reading
-            .first(|value| worn && reading.is_at_end(value))
+            .first(|value| worn && value.abs() >= reading.end())
             .map(|(channel, value)| HealthFault::Saturated { channel, value });
         let spiky = || {
             let channel = reading.channel(spikes?);
@@ -230,7 +229,7 @@ impl<T: Real> SensorWatch<T> {
     /// The whole sensor where all of it repeats, or else the axis that is stuck.
     fn frozen(&self, reading: &Reading<'_, T>) -> HealthFault<T> {
         let mut axes = (0_u8..).zip(&self.stuck).zip(&reading.values);
-        let repeating = self.repeating != Leaky::default();
+        let repeating = !self.repeating.is_empty();
         match axes.find(|((_, stuck), _)| !repeating && **stuck >= STUCK) {
             Some(((axis, _), value)) => HealthFault::Stuck {
                 channel: reading.channel(axis),
@@ -245,6 +244,9 @@ impl<T: Real> SensorWatch<T> {
 
     /// Whether readings could not be used for too long.
     fn find_useless(&mut self, is_useless: bool, reading: &Reading<'_, T>) -> bool {
+        if !is_useless && self.useless.is_empty() {
+            return false;
+        }
         let limit = ticks(reading.settings.saturated);
         if is_useless {
             self.useless.fill(reading.lapse.whole, limit, FEWEST);
@@ -287,6 +289,11 @@ impl<T: Real> SensorWatch<T> {
 
     /// Whether all axes repeat for a time, or one while the others move. The fewer axes, the less it means that all repeat.
     fn find_frozen(&mut self, look: &Look<T>, reading: &Reading<'_, T>) -> bool {
+        if look.repeats == [false; 3] {
+            self.stuck = [0; 3];
+            self.repeating.empty();
+            return false;
+        }
         let moving = look.change > reading.spike() * real(MOVING);
         let (mut repeating, mut longest) = (0_u16, 0);
         for (stuck, repeats) in self.stuck.iter_mut().zip(&look.repeats) {
@@ -298,11 +305,12 @@ impl<T: Real> SensorWatch<T> {
             };
             longest = longest.max(*stuck);
         }
-        if repeating < look.present {
+        let present = reading.present();
+        if repeating < present {
             self.repeating.empty();
             return longest >= STUCK;
         }
-        let limit = ticks(reading.settings.frozen).saturating_mul(3) / look.present.max(1);
+        let limit = ticks(reading.settings.frozen).saturating_mul(3) / present.max(1);
         self.repeating.fill(reading.lapse.whole, limit, FEWEST_REPEATED);
         self.repeating.is_over(limit)
     }
