@@ -188,23 +188,16 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         report: Report<'_, T>,
     ) {
         let length = platform.settings().window;
-        if number == 0 {
+        // Pairs alone need them.
+        if number == 0 && self.calibrations.iter().any(Option::is_some) {
             let products = products(platform.calibration(), &sample.angular_rate);
             self.products.push(sample.time, &products, usable, length, None);
         }
         let Some(history) = self.histories.get_mut(number) else {
             return;
         };
-        if history
-            .push(
-                sample.time,
-                &sample.channels(),
-                usable,
-                length,
-                self.steps.get_mut(number),
-            )
-            .is_some()
-        {
+        let steps = self.steps.get_mut(number);
+        if history.push(sample.time, &sample.channels(), usable, length, steps) {
             self.catch_up(platform, report);
         }
     }

@@ -106,8 +106,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
     ) -> Option<()> {
         let settings = platform.settings();
         let readings = self.histories.first()?.pair(window)?;
-        let products = self.products.pair(window)?;
-        let primary = PrimaryMeans::of(platform.calibration(), readings, products, settings.window);
+        let products = self.products.pair(window);
+        let primary = products
+            .map(|products| PrimaryMeans::of(platform.calibration(), readings, products, settings.window));
         let usable = both(readings.0.usable, readings.1.usable);
         // The later window may lie in the next second, of which the pair would then be a part as well.
         let second = |window: u64| window * settings.window / SECOND;
@@ -131,11 +132,11 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                 .get(number)
                 .zip(self.histories.get(number))
                 .zip(self.stored.get(number));
-            let Some(((unit, history), stored)) = units else {
+            let Some((((unit, history), stored), primary)) = units.zip(primary.as_ref()) else {
                 continue;
             };
             if let Some((before, now)) = history.pair(window).filter(|_| within) {
-                let pair = MotionPair::of(unit, &primary, &before.triangle(now));
+                let pair = MotionPair::of(unit, primary, &before.triangle(now));
                 let usable = both(usable, both(before.usable, now.usable));
                 calibration.take(window * settings.window, &pair, usable, stored);
             }

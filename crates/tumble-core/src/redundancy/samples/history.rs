@@ -16,6 +16,8 @@ const KEPT: usize = 3;
 pub struct WindowHistory<T: Real> {
     windows: Windows<T, CHANNELS>,
     recent: [Option<Means<T, CHANNELS>>; KEPT],
+    /// Place of the newest of them.
+    newest: usize,
 }
 
 impl<T: Real> Default for WindowHistory<T> {
@@ -30,10 +32,11 @@ impl<T: Real> WindowHistory<T> {
         Self {
             windows: Windows::new(),
             recent: [None; KEPT],
+            newest: 0,
         }
     }
 
-    /// Takes in a reading; gives the number of the window it completes. Changes from sample to sample are told to `steps`.
+    /// Takes in a reading; gives whether it completes a window. Changes from sample to sample are told to `steps`.
     pub fn push(
         &mut self,
         time: u64,
@@ -41,11 +44,15 @@ impl<T: Real> WindowHistory<T> {
         usable: [bool; 2],
         length: u64,
         steps: Option<&mut UnitSteps<T>>,
-    ) -> Option<u64> {
-        let means = self.windows.push(time, channels, usable, length, steps)?;
-        let [latest, before, _] = self.recent;
-        self.recent = [Some(means), latest, before];
-        Some(means.index)
+    ) -> bool {
+        let Some(means) = self.windows.push(time, channels, usable, length, steps) else {
+            return false;
+        };
+        self.newest = (self.newest + 1) % KEPT;
+        if let Some(oldest) = self.recent.get_mut(self.newest) {
+            *oldest = Some(means);
+        }
+        true
     }
 
     /// The window of this number, if it is kept.
@@ -60,7 +67,8 @@ impl<T: Real> WindowHistory<T> {
 
     /// Number of the newest window.
     pub fn newest(&self) -> Option<u64> {
-        self.recent.first()?.as_ref().map(|means| means.index)
+        let newest = self.recent.get(self.newest)?.as_ref()?;
+        Some(newest.index)
     }
 }
 

@@ -46,8 +46,8 @@ struct Latest<T: Real, const K: usize> {
 /// Sums over the window at hand, of differences to its first reading so that they lose no digits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct WindowSums<T: Real, const K: usize> {
-    /// Where the window starts, microseconds.
-    start: u64,
+    /// Number of the window in the grid.
+    index: u64,
     origin: [T; K],
     integral: [T; K],
     rising: [T; K],
@@ -101,12 +101,12 @@ impl<T: Real, const K: usize> Windows<T, K> {
             channels: *channels,
             usable,
         };
-        let before = self.latest.replace(now);
-        match before {
+        let Self { latest, sums } = self;
+        let closed = match latest {
             Some(before) if time > before.time && time - before.time <= length => {
-                let samples = self.sums.steps;
-                let closed = self.advance(&before, &now, length);
-                let taken = self.sums.step(&before.channels, channels);
+                let samples = sums.steps;
+                let closed = sums.advance(before, &now, length);
+                let taken = sums.step(&before.channels, channels);
                 if let Some((steps, taken)) = steps.zip(taken) {
                     if closed.is_some() {
                         steps.complete(samples);
@@ -116,21 +116,26 @@ impl<T: Real, const K: usize> Windows<T, K> {
                 closed
             }
             _ => {
-                self.sums = WindowSums::starting(time - time % length.max(1), channels, false);
+                *sums = WindowSums::starting(time / length.max(1), channels, false);
                 None
             }
-        }
+        };
+        *latest = Some(now);
+        closed
     }
+}
 
+impl<T: Real, const K: usize> WindowSums<T, K> {
+    /// Takes in the line from one sample to the next; gives the window that it completes.
     fn advance(&mut self, before: &Latest<T, K>, now: &Latest<T, K>, length: u64) -> Option<Means<T, K>> {
-        let start = self.sums.start;
+        let start = self.index.saturating_mul(length);
         let end = start.saturating_add(length);
         let span = |microseconds: u64| count::<T>(u32::try_from(microseconds).unwrap_or(u32::MAX));
         let position = |time: u64, start: u64| span(time.saturating_sub(start)) / span(length);
-        self.sums.spoil(before.usable, now.usable);
+        self.spoil(before.usable, now.usable);
         if now.time < end {
             let s = [position(before.time, start), position(now.time, start)];
-            self.sums.add(&Piece {
+            self.add(&Piece {
                 s,
                 from: &before.channels,
                 to: &now.channels,
@@ -139,50 +144,25 @@ impl<T: Real, const K: usize> Windows<T, K> {
         }
         let share = position(end, before.time) / position(now.time, before.time);
         let crossing = between(&before.channels, &now.channels, share);
-        self.sums.add(&Piece {
+        self.add(&Piece {
             s: [position(before.time, start), T::one()],
             from: &before.channels,
             to: &crossing,
         });
-        let closed = self.sums.whole.then(|| self.sums.means(start / length.max(1)));
-        self.sums = WindowSums::starting(end, &crossing, true);
-        self.sums.spoil(before.usable, now.usable);
-        self.sums.add(&Piece {
+        let closed = self.whole.then(|| self.means());
+        *self = Self::starting(self.index.saturating_add(1), &crossing, true);
+        self.spoil(before.usable, now.usable);
+        self.add(&Piece {
             s: [T::zero(), position(now.time, end)],
             from: &crossing,
             to: &now.channels,
         });
         closed
     }
-}
 
-/// The reading a share of the way from one to the next.
-fn between<T: Real, const K: usize>(from: &[T; K], to: &[T; K], share: T) -> [T; K] {
-    let mut at = *from;
-    for (at, to) in at.iter_mut().zip(to) {
-        *at += (*to - *at) * share;
-    }
-    at
-}
-
-/// The first three channels, and the second three.
-fn triads<T>(channels: &[T]) -> Option<(&[T; 3], &[T; 3])> {
-    let (first, rest) = channels.split_first_chunk()?;
-    Some((first, rest.first_chunk()?))
-}
-
-/// The step of three channels, and its square.
-fn step<T: Real>(from: &[T; 3], to: &[T; 3]) -> Step<T> {
-    let ([x, y, z], [next_x, next_y, next_z]) = (from, to);
-    let step = [*next_x - *x, *next_y - *y, *next_z - *z];
-    let [x, y, z] = step;
-    (step, x * x + y * y + z * z)
-}
-
-impl<T: Real, const K: usize> WindowSums<T, K> {
-    fn starting(start: u64, origin: &[T; K], whole: bool) -> Self {
+    fn starting(index: u64, origin: &[T; K], whole: bool) -> Self {
         Self {
-            start,
+            index,
             origin: *origin,
             integral: [T::zero(); K],
             rising: [T::zero(); K],
@@ -225,9 +205,9 @@ impl<T: Real, const K: usize> WindowSums<T, K> {
         Some(taken)
     }
 
-    fn means(&self, index: u64) -> Means<T, K> {
+    fn means(&self) -> Means<T, K> {
         let mut means = Means {
-            index,
+            index: self.index,
             mean: self.origin,
             rising: self.integral,
             scatter: self
@@ -244,6 +224,29 @@ impl<T: Real, const K: usize> WindowSums<T, K> {
         }
         means
     }
+}
+
+/// The reading a share of the way from one to the next.
+fn between<T: Real, const K: usize>(from: &[T; K], to: &[T; K], share: T) -> [T; K] {
+    let mut at = *from;
+    for (at, to) in at.iter_mut().zip(to) {
+        *at += (*to - *at) * share;
+    }
+    at
+}
+
+/// The first three channels, and the second three.
+fn triads<T>(channels: &[T]) -> Option<(&[T; 3], &[T; 3])> {
+    let (first, rest) = channels.split_first_chunk()?;
+    Some((first, rest.first_chunk()?))
+}
+
+/// The step of three channels, and its square.
+fn step<T: Real>(from: &[T; 3], to: &[T; 3]) -> Step<T> {
+    let ([x, y, z], [next_x, next_y, next_z]) = (from, to);
+    let step = [*next_x - *x, *next_y - *y, *next_z - *z];
+    let [x, y, z] = step;
+    (step, x * x + y * y + z * z)
 }
 
 #[cfg(test)]
