@@ -170,6 +170,7 @@ impl<T: Real> SensorWatch<T> {
         self.departed = NONE;
     }
 
+    #[inline(never)]
     pub fn push(&mut self, reading: &Reading<'_, T>) -> Judgement<T> {
         let look = reading.look(&self.latest);
         self.spiking.drain(reading.lapse.whole);

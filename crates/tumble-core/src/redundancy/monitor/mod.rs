@@ -179,6 +179,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         fit.then(|| self.output(platform, number, &sample)).flatten()
     }
 
+    #[inline(never)]
     fn integrate(
         &mut self,
         platform: &Platform<T, UNITS>,
@@ -275,6 +276,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         }
     }
 
+    #[inline(never)]
     fn select(&mut self, platform: &Platform<T, UNITS>, now: u64, report: Report<'_, T>) {
         let (units, health, all_stored, judge) = (platform.units(), &self.health, &self.stored, &self.judge);
         let candidate = |unit: usize| {
@@ -335,6 +337,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         !sound || SENSORS.into_iter().any(|sensor| self.judge.is_disputed(sensor))
     }
 
+    #[inline(never)]
     fn output(
         &mut self,
         platform: &Platform<T, UNITS>,

@@ -178,6 +178,7 @@ impl<const UNITS: usize> CommonClock<UNITS> {
     }
 
     /// Judges the time stamp of a unit's next sample, microseconds of the common clock.
+    #[inline(never)]
     pub fn push(&mut self, unit: usize, time: u64, settings: &ClockSettings) -> Verdict {
         let Some(track) = self.tracks.get_mut(unit) else {
             return Verdict::Drop;
