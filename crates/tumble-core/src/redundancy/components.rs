@@ -20,6 +20,16 @@ pub fn squared<T: Real>(v: &Vector3<T>) -> T {
     v.x * v.x + v.y * v.y + v.z * v.z
 }
 
+/// The larger of two numbers; the first where the second is none. That of the library is a call.
+pub fn larger<T: Real>(a: T, b: T) -> T {
+    if b > a { b } else { a }
+}
+
+/// The smaller of two numbers; the first where the second is none.
+pub fn smaller<T: Real>(a: T, b: T) -> T {
+    if b < a { b } else { a }
+}
+
 /// Moves a mean by a share of the way to a value.
 pub fn follow<T: Real>(mean: &mut Vector3<T>, value: &Vector3<T>, share: T) {
     let left = difference(value, mean);

@@ -32,4 +32,5 @@ pub mod samples;
 pub mod selection;
 pub mod sensor;
 pub mod settings;
+mod unit_set;
 pub mod witness;

@@ -1,6 +1,8 @@
 //! Three units and more: the one without which the others agree.
 
 use crate::real::{Real, real};
+use crate::redundancy::components::{larger, smaller};
+use crate::redundancy::unit_set::{UnitSet, pairs};
 
 /// The rest agrees without the guilty one if no pair of it is beyond this share of its threshold.
 const REST_AGREES: f64 = 0.8;
@@ -22,51 +24,47 @@ pub enum Finding {
     Ambiguous(u8, u8),
 }
 
-/// Finds the odd one among voters. `squared` gives the square of how far each pair of two different voters is apart, over what it may be
+/// Finds the odd one among voters. `squared` gives the square of how far a pair of two different voters is apart, over what it may be
 /// (docs/theory/judgement.md, eq. 9 and 10).
+#[inline(never)]
 pub fn isolate<T: Real, const UNITS: usize>(
-    voters: &[bool; UNITS],
-    squared: impl Fn(usize, usize) -> Option<T>,
+    voters: UnitSet,
+    squared: &dyn Fn([usize; 2]) -> Option<T>,
 ) -> Finding {
-    let (mut worst, mut worst_pair) = (T::zero(), (0, 0));
+    let (mut worst, mut worst_pair) = (T::zero(), [0, 0]);
     let mut without = [T::zero(); UNITS];
-    for j in 1..UNITS {
-        for i in 0..j {
-            if !is_in(voters, i) || !is_in(voters, j) {
-                continue;
-            }
-            let Some(ratio) = squared(i, j) else { continue };
-            if ratio > worst {
-                (worst, worst_pair) = (ratio, (i, j));
-            }
-            for (unit, most) in without.iter_mut().enumerate() {
-                if unit != i && unit != j {
-                    *most = most.max(ratio); // eq. 9
-                }
+    for pair in pairs::<UNITS>().filter(|pair| voters.contain_both(*pair)) {
+        let Some(ratio) = squared(pair) else { continue };
+        if ratio > worst {
+            (worst, worst_pair) = (ratio, pair);
+        }
+        for (unit, most) in without.iter_mut().enumerate() {
+            if !pair.contains(&unit) {
+                *most = larger(*most, ratio); // eq. 9
             }
         }
     }
     if worst <= T::one() {
         return Finding::Agreement;
     }
-    let ambiguous = Finding::Ambiguous(number(worst_pair.0), number(worst_pair.1));
-    if voters.iter().filter(|voter| **voter).count() < 3 {
+    let [i, j] = worst_pair.map(number);
+    let ambiguous = Finding::Ambiguous(i, j);
+    if voters.count() < 3 {
         return ambiguous;
     }
-    let mut ranked = voters
+    let mut ranked = without
         .iter()
-        .zip(&without)
         .enumerate()
-        .filter(|(_, (voter, _))| **voter);
-    let Some((mut best, (_, first))) = ranked.next() else {
+        .filter(|(unit, _)| voters.contains(*unit));
+    let Some((mut best, first)) = ranked.next() else {
         return ambiguous;
     };
     let (mut least, mut second) = (*first, real::<T>(f64::INFINITY));
-    for (unit, (_, most)) in ranked {
+    for (unit, most) in ranked {
         if *most < least {
             (best, second, least) = (unit, least, *most);
         } else {
-            second = second.min(*most);
+            second = smaller(second, *most);
         }
     }
     if least < real(REST_AGREES * REST_AGREES) && least < second * real(BETTER * BETTER) {
@@ -79,8 +77,4 @@ pub fn isolate<T: Real, const UNITS: usize>(
 /// Units are fewer than fit a byte.
 fn number(unit: usize) -> u8 {
     u8::try_from(unit).unwrap_or(u8::MAX)
-}
-
-fn is_in<const UNITS: usize>(voters: &[bool; UNITS], unit: usize) -> bool {
-    voters.get(unit).copied().unwrap_or(false)
 }

@@ -22,6 +22,7 @@ pub use pair::Disagreement;
 use nalgebra::Vector3;
 
 use crate::real::{Real, count, real};
+use crate::redundancy::components::smaller;
 use crate::redundancy::judgement::attribution::Proof;
 use crate::redundancy::judgement::motion::SetMotion;
 use crate::redundancy::judgement::pair::ShownByPairs;
@@ -32,6 +33,7 @@ use crate::redundancy::platform::MountedUnit;
 use crate::redundancy::samples::steps::UnitSteps;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 use crate::redundancy::settings::ForceAndRate;
+use crate::redundancy::unit_set::UnitSet;
 use crate::redundancy::witness::{Surroundings, Testimony, Trust, Witness, WitnessRejection};
 
 /// What a unit says over a window, as the primary would at its place, with everything taken off that is known.
@@ -63,9 +65,14 @@ pub struct UnitReading<T: Real> {
 }
 
 impl<T: Real> UnitReading<T> {
+    /// Whether a sensor may be compared.
+    pub fn votes(&self, sensor: Sensor) -> bool {
+        *sensor.of(&self.votes)
+    }
+
     /// Whether a sensor may be compared, and more is known of it than of a stranger.
     pub fn is_known(&self, sensor: Sensor) -> bool {
-        *sensor.of(&self.votes) && *sensor.of(&self.known)
+        self.votes(sensor) && *sensor.of(&self.known)
     }
 }
 
@@ -205,9 +212,11 @@ pub struct Judge<T: Real, const UNITS: usize> {
     carry_testimony: Option<CarryTestimony<T, UNITS>>,
 }
 
-/// [`Testimony::advance`], which only a call by this way reaches.
+/// [`Judge::hear_testimony`], which only a call by this way reaches.
 #[derive(Clone, Copy, Debug)]
-struct CarryTestimony<T: Real, const UNITS: usize>(fn(&mut Testimony<T, UNITS>, &Surroundings<'_, T, UNITS>));
+struct CarryTestimony<T: Real, const UNITS: usize>(
+    fn(&mut Judge<T, UNITS>, &SetWindow<'_, T, UNITS>, [&Vector3<T>; 2]),
+);
 
 /// There is but one.
 impl<T: Real, const UNITS: usize> PartialEq for CarryTestimony<T, UNITS> {
@@ -258,7 +267,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         witness: &Witness<T>,
     ) -> Result<Option<Trust<T>>, WitnessRejection> {
         witness.check(UNITS)?;
-        self.carry_testimony = Some(CarryTestimony(Testimony::advance));
+        self.carry_testimony = Some(CarryTestimony(Self::hear_testimony));
         self.testimony
             .get_or_insert_with(Testimony::new)
             .take(time, witness)
@@ -324,11 +333,22 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         let strains = self.motion.push(&[f, w], vibration, window.length);
         self.carry_gravity(window);
         self.turned.push(&(w - self.resting_rate), window.length);
-        self.hear_testimony(window, [&f, &w]);
+        if let Some(CarryTestimony(carry)) = self.carry_testimony {
+            carry(self, window, [&f, &w]);
+        }
         for sensor in SENSORS {
             let said = match sensor {
                 Sensor::Accelerometer => &f,
                 Sensor::Gyroscope => &w,
+            };
+            let of_units = |is_so: fn(&UnitReading<T>, Sensor) -> bool| {
+                let is_so = |unit: &UnitReading<T>| is_so(unit, sensor);
+                UnitSet::of::<UNITS>(|unit| {
+                    window
+                        .units
+                        .get(unit)
+                        .is_some_and(|unit| unit.as_ref().is_some_and(is_so))
+                })
             };
             let judge = sensor.of_mut(&mut self.sensors);
             judge.take(sensor, window, said, sensor.of(&strains));
@@ -340,6 +360,8 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
                 usual_error: self.usual_error.variance(&self.turned),
                 turned: &self.turned,
                 force: f,
+                voters: of_units(UnitReading::votes),
+                known: of_units(UnitReading::is_known),
             };
             judge.judge(&case, &mut self.shown, &mut |judgement| tell(sensor, judgement));
         }
@@ -351,8 +373,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
 
     /// What the witness makes of the window, where there ever was one.
     fn hear_testimony(&mut self, window: &SetWindow<'_, T, UNITS>, said: [&Vector3<T>; 2]) {
-        let Some((testimony, CarryTestimony(carry))) = self.testimony.as_mut().zip(self.carry_testimony)
-        else {
+        let Some(testimony) = &mut self.testimony else {
             return;
         };
         let sensors = &self.sensors;
@@ -375,7 +396,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             gravity: window.gravity,
             tolerated: window.tolerated,
         };
-        carry(testimony, &surroundings);
+        testimony.advance(&surroundings);
     }
 
     /// Each unit's own gyroscope carries its gravity.
@@ -430,7 +451,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             least = if scatter < first {
                 [scatter, first]
             } else {
-                [first, second.min(scatter)]
+                [first, smaller(second, scatter)]
             };
         }
         let [first, second] = least;

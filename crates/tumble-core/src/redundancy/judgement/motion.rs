@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::real::{Real, real};
-use crate::redundancy::components::{difference, follow, scaled, squared};
+use crate::redundancy::components::{difference, follow, larger, scaled, squared};
 use crate::redundancy::judgement::scales::SCALES;
 use crate::redundancy::sensor::{SENSORS, Sensor};
 
@@ -163,7 +163,7 @@ impl<T: Real> SetMotion<T> {
             return (squared(&second), T::zero());
         }
         let first = scaled(&difference(latest, earlier), inverse);
-        let larger = squared(&first).max(squared(&second));
-        (larger, squared(&scaled(&difference(&second, &first), inverse)))
+        let change = larger(squared(&first), squared(&second));
+        (change, squared(&scaled(&difference(&second, &first), inverse)))
     }
 }

@@ -1,6 +1,7 @@
 //! Who is noisier than it used to be beside the others.
 
 use crate::real::{Real, count, real, tabulated};
+use crate::redundancy::components::larger;
 use crate::redundancy::sensor::Sensor;
 
 /// Scatter of a sample below which nobody is noisy, whatever that of the others: m/s^2 and rad/s.
@@ -34,7 +35,10 @@ impl<T: Real> UsualScatter<T> {
     /// Learns from a window in health. `window` is its length, s.
     pub fn learn(&mut self, scatter: T, window: T) {
         self.learnt = self.learnt.saturating_add(1);
-        let share = (T::one() / count::<T>(self.learnt.into())).max(window / real(USUAL_OVER));
+        let share = larger(
+            window / real(USUAL_OVER),
+            T::one() / count::<T>(self.learnt.into()),
+        );
         self.usual += (scatter - self.usual) * share;
     }
 
@@ -74,7 +78,7 @@ pub fn is_quiet<T: Real>(sensor: Sensor, scatter: T) -> bool {
 pub fn limit<T: Real>(sensor: Sensor, usual: T, others: impl Iterator<Item = (T, T)>, times: T) -> Option<T> {
     let expected = others
         .filter(|(_, usual)| *usual > T::zero())
-        .map(|(scatter, usual_of_other)| scatter * (usual / usual_of_other).max(T::one()))
-        .reduce(|a, b| a.max(b))?;
-    Some((expected * times).max(tabulated(*sensor.of(&QUIET)))) // eq. 11
+        .map(|(scatter, usual_of_other)| scatter * larger(T::one(), usual / usual_of_other))
+        .reduce(larger)?;
+    Some(larger(tabulated(*sensor.of(&QUIET)), expected * times)) // eq. 11
 }

@@ -3,10 +3,11 @@
 use nalgebra::Vector3;
 
 use crate::real::{Real, real, tabulated};
-use crate::redundancy::components::{difference, squared};
+use crate::redundancy::components::{difference, larger, smaller, squared};
 use crate::redundancy::judgement::motion::{Strain, Tolerance};
 use crate::redundancy::judgement::scales::{SCALES, SECONDS};
 use crate::redundancy::sensor::Sensor;
+use crate::redundancy::unit_set::pairs;
 
 /// Constants of one scale (docs/theory/judgement.md, table 1).
 struct ScaleConstants {
@@ -91,7 +92,7 @@ impl<T: Real> ShownOverScale<T> {
             tabulated(of.shown_at_first)
         };
         let [least, most] = of.shown.map(tabulated::<T>);
-        share.max(least).min(most)
+        smaller(most, larger(least, share))
     }
 
     fn learn(&mut self, of: &ScaleConstants, noise: T, squares: &Squares<T>, gain: T) {
@@ -101,7 +102,7 @@ impl<T: Real> ShownOverScale<T> {
         }
         let share = self.share(of);
         let most = share * strain * real(2.0) + noise;
-        let square = (squares.apart - noise).max(T::zero()).min(most);
+        let square = smaller(most, larger(T::zero(), squares.apart - noise));
         if self.strain == T::zero() {
             (self.square, self.strain) = (share * strain, strain);
         }
@@ -121,8 +122,8 @@ impl<T: Real> Gains<T> {
     /// After so long a time of learning, s; `window` is the length of one, s.
     pub fn after(age: T, window: T) -> Self {
         Self(SECONDS.map(|seconds| {
-            let longest = real::<T>(LEARNT_OVER).max(tabulated::<T>(seconds) * real(2.0));
-            window / (age + real(HEAD_START)).min(longest)
+            let longest = larger(real(LEARNT_OVER), tabulated::<T>(seconds) * real(2.0));
+            window / smaller(longest, age + real(HEAD_START))
         }))
     }
 }
@@ -212,6 +213,7 @@ struct Squares<T: Real> {
 pub struct Comparison<T: Real> {
     scales: usize,
     squares: [Squares<T>; SCALES],
+    worst: T,
 }
 
 impl<T: Real> Comparison<T> {
@@ -225,6 +227,7 @@ impl<T: Real> Comparison<T> {
         Self {
             scales: 0,
             squares: [nothing; SCALES],
+            worst: T::zero(),
         }
     }
 
@@ -244,8 +247,7 @@ impl<T: Real> Comparison<T> {
 
     /// The largest over all scales; zero where there is nothing to compare.
     pub fn worst_squared(&self) -> T {
-        let ratios = self.filled().iter().map(|squares| squares.ratio);
-        ratios.fold(T::zero(), |worst, ratio| worst.max(ratio))
+        self.worst
     }
 
     /// The figures over one scale.
@@ -272,22 +274,14 @@ impl<T: Real, const UNITS: usize> Comparisons<T, UNITS> {
         self.0.get(i.min(j))?.get(i.max(j))
     }
 
-    /// All pairs, each once, to be filled.
-    pub fn pairs_mut(&mut self) -> impl Iterator<Item = ([usize; 2], &mut Comparison<T>)> {
-        let rows = self.0.iter_mut().enumerate();
-        rows.flat_map(|(i, row)| {
-            let later = row.iter_mut().enumerate().skip(i + 1);
-            later.map(move |(j, comparison)| ([i, j], comparison))
-        })
+    /// Of a pair, the lower number first, to be filled.
+    pub fn of_mut(&mut self, [i, j]: [usize; 2]) -> Option<&mut Comparison<T>> {
+        self.0.get_mut(i)?.get_mut(j)
     }
 
     /// All pairs, each once.
     pub fn pairs(&self) -> impl Iterator<Item = ([usize; 2], &Comparison<T>)> {
-        let rows = self.0.iter().enumerate();
-        rows.flat_map(|(i, row)| {
-            let later = row.iter().enumerate().skip(i + 1);
-            later.map(move |(j, comparison)| ([i, j], comparison))
-        })
+        pairs::<UNITS>().filter_map(|[i, j]| Some(([i, j], self.0.get(i)?.get(j)?)))
     }
 }
 
@@ -325,11 +319,9 @@ impl<T: Real> Comparison<T> {
             let residuals = known.residual * real(3.0 * RESIDUALS * RESIDUALS) / tabulated(of.averaged); // eq. 7
             let threshold = drift * drift + tail * tail * explained + residuals + known.unfound; // eq. 8
             let apart = squared(&difference(first, second)); // judgement.md, eq. 1
-            *squares = Squares {
-                apart,
-                ratio: apart / threshold,
-                strain,
-            };
+            let ratio = apart / threshold;
+            *squares = Squares { apart, ratio, strain };
+            self.worst = larger(self.worst, ratio);
             self.scales += 1;
         }
     }

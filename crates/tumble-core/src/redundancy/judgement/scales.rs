@@ -1,6 +1,7 @@
 //! Four scales of time, and means that forget over each.
 
 use crate::real::{Real, count, real, tabulated};
+use crate::redundancy::components::larger;
 
 /// How many there are.
 pub const SCALES: usize = 4;
@@ -25,7 +26,7 @@ impl<T: Real> Shares<T> {
     /// With so many windows taken in, the new one among them: those of the first windows are of a plain mean.
     pub fn after(&self, windows: u16) -> [T; SCALES] {
         let plain = T::one() / count::<T>(u32::from(windows.max(1)));
-        self.0.map(|forgetting| forgetting.max(plain)) // judgement.md, eq. 2
+        self.0.map(|forgetting| larger(forgetting, plain)) // judgement.md, eq. 2
     }
 }
 

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::products::Length;
 use crate::real::{Real, count, real, tabulated};
-use crate::redundancy::components::difference;
+use crate::redundancy::components::{difference, larger, smaller};
 use crate::redundancy::judgement::attribution::{Evidence, Ground, LeftAtRest, MountedSteps, Proof, by_step};
 use crate::redundancy::judgement::isolation::{DWELL, Finding, isolate};
 use crate::redundancy::judgement::motion::{Strain, StrainMeans, Tolerance};
@@ -15,6 +15,7 @@ use crate::redundancy::judgement::turn::Turned;
 use crate::redundancy::judgement::unit::SensorDeviation;
 use crate::redundancy::judgement::{Judgement, SetWindow, UnitEvidence, UnitReading};
 use crate::redundancy::sensor::Sensor;
+use crate::redundancy::unit_set::{UnitSet, pairs};
 use crate::redundancy::witness::Testimony;
 
 /// Tolerances, where not known and known of both units, of the lever arm, m, and the matrix (docs/theory/judgement.md, table 1).
@@ -102,8 +103,8 @@ pub(super) struct SensorJudge<T: Real, const UNITS: usize> {
     scatters: [UsualScatter<T>; UNITS],
     strains: StrainMeans<T>,
     streaks: [Streak; SCALES],
-    guilty: [bool; UNITS],
-    accepted: [bool; UNITS],
+    guilty: UnitSet,
+    accepted: UnitSet,
     /// Windows that a guilty unit has agreed with all others.
     redeemed: [u16; UNITS],
     /// Square of the worst ratio of each unit with those that are not guilty.
@@ -130,6 +131,9 @@ pub(super) struct Case<'a, T: Real, const UNITS: usize> {
     pub turned: &'a Turned<T>,
     /// What the set feels, m/s^2: at rest, gravity, upwards.
     pub force: Vector3<T>,
+    /// Units that may be compared, and those of them of which more is known than of a stranger.
+    pub voters: UnitSet,
+    pub known: UnitSet,
 }
 
 impl<T: Real, const UNITS: usize> Case<'_, T, UNITS> {
@@ -143,14 +147,6 @@ impl<T: Real, const UNITS: usize> Case<'_, T, UNITS> {
             sensor_from_primary: &self.window.mounted.get(number)?.sensor_from_primary,
         })
     }
-
-    fn votes(&self, number: usize) -> bool {
-        self.unit(number).is_some_and(|unit| *self.sensor.of(&unit.votes))
-    }
-
-    fn knows(&self, number: usize) -> bool {
-        self.unit(number).is_some_and(|unit| unit.is_known(self.sensor))
-    }
 }
 
 type Tell<'a, T> = &'a mut dyn FnMut(Judgement<T>);
@@ -162,8 +158,8 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             scatters: [UsualScatter::new(); UNITS],
             strains: StrainMeans::new(),
             streaks: [Streak::NONE; SCALES],
-            guilty: [false; UNITS],
-            accepted: [false; UNITS],
+            guilty: UnitSet::default(),
+            accepted: UnitSet::default(),
             redeemed: [0; UNITS],
             worst_squared: [T::zero(); UNITS],
             dispute: None,
@@ -177,7 +173,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     }
 
     pub fn is_guilty(&self, unit: usize) -> bool {
-        self.guilty.get(unit).copied().unwrap_or(false)
+        self.guilty.contains(unit)
     }
 
     pub fn is_disputed(&self) -> bool {
@@ -199,7 +195,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         let mean = |unit: usize| self.deviations.get(unit)?.mean(WITNESSED_FROM, window);
         let others = (0..UNITS).filter(|other| *other != unit && !self.is_guilty(*other));
         let apart = others.filter_map(|other| Some((mean(unit)? - mean(other)?).length()));
-        apart.fold(T::zero(), |a, b| a.max(b)) > tolerated * real(DEPARTS)
+        apart.fold(T::zero(), larger) > tolerated * real(DEPARTS)
             || self.worst_squared(unit) > real(DEPARTS * DEPARTS * 0.25)
     }
 
@@ -210,13 +206,11 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     }
 
     pub fn is_accepted(&self, unit: usize) -> bool {
-        self.accepted.get(unit).copied().unwrap_or(false)
+        self.accepted.contains(unit)
     }
 
     pub fn recalibrated(&mut self, unit: usize) {
-        if let Some(accepted) = self.accepted.get_mut(unit) {
-            *accepted = true;
-        }
+        self.accepted.insert(unit);
         if let Some(deviation) = self.deviations.get_mut(unit) {
             *deviation = SensorDeviation::new();
         }
@@ -227,17 +221,13 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         if let Some(deviation) = self.deviations.get_mut(unit) {
             deviation.accept(sensor);
         }
-        if let Some(accepted) = self.accepted.get_mut(unit) {
-            *accepted = true;
-        }
+        self.accepted.insert(unit);
         self.clear(unit);
     }
 
     fn clear(&mut self, unit: usize) {
         self.evidence = Evidence::none();
-        if let Some(guilty) = self.guilty.get_mut(unit) {
-            *guilty = false;
-        }
+        self.guilty.remove(unit);
         if self.is_disputed_with(unit) {
             self.dispute = None;
         }
@@ -303,7 +293,8 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         shown: &mut ShownByPairs<T, UNITS>,
         tell: Tell<'_, T>,
     ) {
-        let comparisons = self.compare(case, shown);
+        let mut comparisons = Comparisons::none();
+        self.compare(case, shown, &mut comparisons);
         self.find_noisy(case, tell);
         let disagrees = self.find_odd(case, &comparisons, tell);
         self.find_witnessed(case, &comparisons, tell);
@@ -313,15 +304,18 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     }
 
     /// How far all pairs are apart, on each scale that both have filled; of units that vote.
-    fn compare(&self, case: &Case<'_, T, UNITS>, shown: &ShownByPairs<T, UNITS>) -> Comparisons<T, UNITS> {
-        let mut comparisons = Comparisons::none();
-        for ([i, j], comparison) in comparisons.pairs_mut() {
+    fn compare(
+        &self,
+        case: &Case<'_, T, UNITS>,
+        shown: &ShownByPairs<T, UNITS>,
+        comparisons: &mut Comparisons<T, UNITS>,
+    ) {
+        for [i, j] in pairs::<UNITS>().filter(|pair| case.voters.contain_both(*pair)) {
             let units = case.unit(i).zip(case.unit(j));
-            if let Some((a, b)) = units.filter(|_| case.votes(i) && case.votes(j)) {
+            if let Some(((a, b), comparison)) = units.zip(comparisons.of_mut([i, j])) {
                 self.compare_pair(case, [i, j], [a, b], shown, comparison);
             }
         }
-        comparisons
     }
 
     fn compare_pair(
@@ -354,19 +348,22 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     /// Who scatters more than the others make one expect.
     fn find_noisy(&mut self, case: &Case<'_, T, UNITS>, tell: Tell<'_, T>) {
         let sensor = case.sensor;
-        for unit in (0..UNITS).filter(|unit| case.knows(*unit)) {
-            let others =
-                (0..UNITS).filter(|other| *other != unit && case.knows(*other) && !self.is_guilty(*other));
+        for unit in (0..UNITS).filter(|unit| case.known.contains(*unit)) {
             let scatter_of = |unit: usize| case.unit(unit).map(|reading| *sensor.of(&reading.scatter));
-            let usual_of = |unit: usize| self.scatters.get(unit).and_then(UsualScatter::usual);
-            let others = others.filter_map(|other| Some((scatter_of(other)?, usual_of(other)?)));
-            let Some((scatter, usual)) = scatter_of(unit).zip(usual_of(unit)) else {
+            let Some(scatter) = scatter_of(unit) else {
                 continue;
             };
             if is_quiet(sensor, scatter) {
                 self.scatters.get_mut(unit).map(UsualScatter::was_quiet);
                 continue;
             }
+            let innocent = case.known.without(self.guilty);
+            let others = (0..UNITS).filter(|other| *other != unit && innocent.contains(*other));
+            let usual_of = |unit: usize| self.scatters.get(unit).and_then(UsualScatter::usual);
+            let others = others.filter_map(|other| Some((scatter_of(other)?, usual_of(other)?)));
+            let Some(usual) = usual_of(unit) else {
+                continue;
+            };
             let Some(limit) = limit(sensor, usual, others, case.window.noise_ratio) else {
                 continue;
             };
@@ -387,15 +384,15 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         comparisons: &Comparisons<T, UNITS>,
         tell: Tell<'_, T>,
     ) -> bool {
-        let voters: [bool; UNITS] = core::array::from_fn(|unit| case.votes(unit) && !self.is_guilty(unit));
-        if !self.note_worst(case, &voters, comparisons) {
+        let voters = case.voters.without(self.guilty);
+        if !self.note_worst(case, voters, comparisons) {
             self.streaks = [Streak::NONE; SCALES];
             return false;
         }
         self.disagreed = true;
         for scale in 0..SCALES {
-            let squared = |i, j| comparisons.of(i, j)?.ratio_squared(scale);
-            let finding = isolate(&voters, squared);
+            let squared = |[i, j]: [usize; 2]| comparisons.of(i, j)?.ratio_squared(scale);
+            let finding = isolate::<T, UNITS>(voters, &squared);
             let dwell = DWELL.get(scale).copied().unwrap_or(u8::MAX);
             let lasted = self
                 .streaks
@@ -407,7 +404,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
             match finding {
                 Finding::Agreement => {}
                 Finding::Odd(unit) => {
-                    self.find_out_of_family(usize::from(unit), scale, &voters, comparisons, tell);
+                    self.find_out_of_family(usize::from(unit), scale, voters, comparisons, tell);
                 }
                 Finding::Ambiguous(i, j) => self.begin_dispute([i, j], scale, comparisons, tell),
             }
@@ -419,21 +416,24 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     fn note_worst(
         &mut self,
         case: &Case<'_, T, UNITS>,
-        voters: &[bool; UNITS],
+        voters: UnitSet,
         comparisons: &Comparisons<T, UNITS>,
     ) -> bool {
-        let votes = |unit: usize| voters.get(unit).copied().unwrap_or(false);
         self.worst_squared = [T::zero(); UNITS];
         let mut disagree = false;
         for ([i, j], comparison) in comparisons.pairs() {
             let worst = comparison.worst_squared();
-            disagree |= votes(i) && votes(j) && worst > T::one();
-            if !case.knows(i) || !case.knows(j) {
+            disagree |= worst > T::one() && voters.contain_both([i, j]);
+            if !case.known.contain_both([i, j]) {
                 continue;
             }
             for (unit, other) in [(i, j), (j, i)] {
-                if let Some(most) = self.worst_squared.get_mut(unit).filter(|_| votes(other)) {
-                    *most = most.max(worst);
+                if let Some(most) = self
+                    .worst_squared
+                    .get_mut(unit)
+                    .filter(|_| voters.contains(other))
+                {
+                    *most = larger(*most, worst);
                 }
             }
         }
@@ -449,9 +449,9 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         tell: Tell<'_, T>,
     ) {
         let Some(testimony) = case.testimony else { return };
-        let voters: [bool; UNITS] = core::array::from_fn(|unit| case.knows(unit) && !self.is_guilty(unit));
+        let voters = case.known.without(self.guilty);
         for scale in WITNESSED_FROM..SCALES {
-            if let Some((unit, proof)) = witnessed(testimony, case, &voters, comparisons, scale)
+            if let Some((unit, proof)) = witnessed(testimony, case, voters, comparisons, scale)
                 && self.condemn(unit)
             {
                 self.end_dispute();
@@ -465,17 +465,13 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         &mut self,
         unit: usize,
         scale: usize,
-        voters: &[bool; UNITS],
+        voters: UnitSet,
         comparisons: &Comparisons<T, UNITS>,
         tell: Tell<'_, T>,
     ) {
-        let others = voters
-            .iter()
-            .enumerate()
-            .filter(|(other, votes)| **votes && *other != unit);
-        let (mut agreeing, mut worst) = (0_u8, None::<(usize, T)>);
-        for (other, _) in others {
-            agreeing |= u32::try_from(other).map_or(0, |bit| 1_u8.checked_shl(bit).unwrap_or(0));
+        let agreeing = UnitSet::of::<UNITS>(|other| other != unit && voters.contains(other));
+        let mut worst = None::<(usize, T)>;
+        for other in (0..UNITS).filter(|other| agreeing.contains(*other)) {
             let pair = comparisons.of(unit, other);
             if let Some(squared) = pair.and_then(|pair| pair.ratio_squared(scale))
                 && worst.is_none_or(|(_, worst)| squared > worst)
@@ -492,7 +488,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
                 unit,
                 figures,
                 scale: seconds_of(scale),
-                agreeing,
+                agreeing: agreeing.bits(),
             });
         }
     }
@@ -583,8 +579,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         {
             return Some(found);
         }
-        let voters = (0..UNITS).filter(|unit| case.votes(*unit) && !self.is_guilty(*unit));
-        if voters.count() > 2 && lasting < real(AMBIGUOUS_FOR) {
+        if case.voters.without(self.guilty).count() > 2 && lasting < real(AMBIGUOUS_FOR) {
             return None;
         }
         let calibrated = |unit: usize| case.unit(unit).is_some_and(|unit| *sensor.of(&unit.calibrated));
@@ -597,7 +592,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         }
         let variance = if calibrated {
             case.usual_error?
-        } else if case.knows(i) && case.knows(j) {
+        } else if case.known.contain_both([i, j]) {
             return None;
         } else {
             case.usual_error.unwrap_or(T::zero()) + real(STRANGE * STRANGE)
@@ -646,10 +641,8 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
 
     /// Whether a unit was not at fault before.
     fn condemn(&mut self, unit: usize) -> bool {
-        let Some(guilty) = self.guilty.get_mut(unit) else {
-            return false;
-        };
-        let before = core::mem::replace(guilty, true);
+        let before = self.is_guilty(unit);
+        self.guilty.insert(unit);
         self.evidence = Evidence::none();
         if let Some(redeemed) = self.redeemed.get_mut(unit) {
             *redeemed = 0;
@@ -661,15 +654,12 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     /// Units at fault that have agreed with all others for long enough are so no more.
     fn redeem(&mut self, case: &Case<'_, T, UNITS>, comparisons: &Comparisons<T, UNITS>, tell: Tell<'_, T>) {
         let guilty = self.guilty;
-        let units = self.guilty.iter_mut().zip(&mut self.redeemed).enumerate();
         // What a stranger is off by may hide for a while; only what makes it known speaks for it.
-        for (unit, (is, redeemed)) in units.filter(|(unit, (is, _))| **is && case.knows(*unit)) {
+        let units = self.redeemed.iter_mut().enumerate();
+        for (unit, redeemed) in units.filter(|(unit, _)| guilty.contains(*unit) && case.known.contains(*unit))
+        {
             let (mut compared, mut within) = (false, true);
-            for (other, _) in guilty
-                .iter()
-                .enumerate()
-                .filter(|(other, guilty)| *other != unit && !**guilty)
-            {
+            for other in (0..UNITS).filter(|other| *other != unit && !guilty.contains(*other)) {
                 if let Some(pair) = comparisons.of(unit, other).filter(|pair| pair.is_some()) {
                     compared = true;
                     within &= pair.worst_squared() < real(REDEEMED_WITHIN * REDEEMED_WITHIN);
@@ -682,7 +672,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
                 0
             };
             if case.window.length * count::<T>((*redeemed).into()) >= real(REDEEMED_AFTER) {
-                *is = false;
+                self.guilty.remove(unit);
                 tell(Judgement::Redeemed { unit });
             }
         }
@@ -703,17 +693,16 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         self.disagreed = false;
         self.learnt = self.learnt.saturating_add(1);
         let gains = Gains::after(window * count::<T>(self.learnt.into()), window);
+        let innocent = case.known.without(self.guilty);
         for ([i, j], comparison) in comparisons.pairs() {
             let within = comparison.worst_squared() < real(LEARNS_WITHIN * LEARNS_WITHIN);
-            let innocent = |unit: usize| case.knows(unit) && !self.is_guilty(unit);
-            let fit = within && innocent(i) && innocent(j);
+            let fit = within && innocent.contain_both([i, j]);
             if let Some(shown) = shown.of_mut(case.sensor, i, j).filter(|_| fit) {
                 shown.learn(case.sensor, comparison, &gains);
             }
         }
-        for unit in 0..UNITS {
-            let fit = case.knows(unit) && !self.is_guilty(unit);
-            let within = fit && self.worst_squared(unit) < real(LEARNS_WITHIN * LEARNS_WITHIN);
+        for unit in (0..UNITS).filter(|unit| innocent.contains(*unit)) {
+            let within = self.worst_squared(unit) < real(LEARNS_WITHIN * LEARNS_WITHIN);
             let known = self.deviations.get_mut(unit).zip(self.scatters.get_mut(unit));
             let Some(((deviation, scatters), reading)) = known.zip(case.unit(unit)).filter(|_| within) else {
                 continue;
@@ -728,39 +717,34 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
 fn witnessed<T: Real, const UNITS: usize>(
     testimony: &Testimony<T, UNITS>,
     case: &Case<'_, T, UNITS>,
-    voters: &[bool; UNITS],
+    voters: UnitSet,
     comparisons: &Comparisons<T, UNITS>,
     scale: usize,
 ) -> Option<(usize, Proof<T>)> {
-    let votes = |unit: &usize| voters.get(*unit) == Some(&true);
-    let squared = |i: usize, j: usize| comparisons.of(i, j)?.ratio_squared(scale);
+    let squared = |[i, j]: [usize; 2]| comparisons.of(i, j)?.ratio_squared(scale);
     let tolerated = case.window.tolerated.of(case.sensor);
     let drifted = |i: usize, j: usize| {
         let figures = comparisons.of(i, j).and_then(|pair| pair.figures(scale));
         figures.is_some_and(|figures| figures.apart > tolerated)
     };
-    let pairs = (0..UNITS)
-        .filter(votes)
-        .flat_map(|j| (0..j).filter(votes).map(move |i| (i, j)));
-    let worst = pairs
-        .filter_map(|(i, j)| squared(i, j))
-        .fold(T::zero(), |a, b| a.max(b));
+    let voting = pairs::<UNITS>().filter(|pair| voters.contain_both(*pair));
+    let worst = voting.filter_map(squared).fold(T::zero(), larger);
     if worst < real(WITNESSED_APART * WITNESSED_APART) {
         return None;
     }
     let by_the_worst = worst * real(WITNESSED_SHARE * WITNESSED_SHARE);
-    match isolate(voters, |i, j| Some(squared(i, j)? / by_the_worst)) {
+    match isolate::<T, UNITS>(voters, &|pair| Some(squared(pair)? / by_the_worst)) {
         Finding::Agreement => None,
         Finding::Odd(unit) => {
             let unit = usize::from(unit);
-            let others = (0..UNITS).filter(|other| *other != unit && votes(other));
+            let others = (0..UNITS).filter(|other| *other != unit && voters.contains(*other));
             let proof = testimony.speaks_against(case.sensor, unit, others.clone())?;
             let mut apart = others.map(|other| drifted(unit.min(other), unit.max(other)));
             apart.any(|drifted| drifted).then_some((unit, proof))
         }
         Finding::Ambiguous(i, j) => {
             let [i, j] = [i, j].map(usize::from);
-            let two = voters.iter().filter(|votes| **votes).count() == 2;
+            let two = voters.count() == 2;
             testimony
                 .decides(case.sensor, [i, j], false)
                 .filter(|_| two && drifted(i, j))
@@ -778,7 +762,7 @@ fn known<T: Real>(sensor: Sensor, [a, b]: [&UnitReading<T>; 2]) -> Knowledge<T> 
     let shown = *sensor.of(&a.matrix_shown) && *sensor.of(&b.matrix_shown);
     let matrix = if shown { matrix_known } else { matrix_unknown };
     let [place_unknown, place_known] = PLACE.map(tabulated::<T>);
-    let place = |sigma: T| sigma.min(place_unknown);
+    let place = |sigma: T| smaller(place_unknown, sigma);
     let places = place(a.place) * place(a.place) + place(b.place) * place(b.place);
     let interpolation = (a.interval * a.interval + b.interval * b.interval) / real(12.0);
     Knowledge {

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::real::{Real, real};
-use crate::redundancy::components::squared;
+use crate::redundancy::components::{smaller, squared};
 use crate::redundancy::judgement::unit::CARRIED_OVER;
 
 /// Turn after which an accelerometer has its errors elsewhere against gravity, rad.
@@ -39,7 +39,7 @@ impl<T: Real> Turned<T> {
 
     /// Square of the share of a turn far enough.
     fn share_squared(&self) -> T {
-        let share = (self.angle / real(FAR)).min(T::one());
+        let share = smaller(T::one(), self.angle / real(FAR));
         share * share
     }
 
@@ -47,7 +47,7 @@ impl<T: Real> Turned<T> {
     /// gravity remembers another.
     pub fn news(&self, window: T) -> T {
         let (still, turning) = (real::<T>(1.0 / CARRIED_OVER), real::<T>(1.0 / INDEPENDENT));
-        let turns = (self.rate / real(TURNS)).min(T::one());
+        let turns = smaller(T::one(), self.rate / real(TURNS));
         window * (still + (turning - still) * turns)
     }
 }

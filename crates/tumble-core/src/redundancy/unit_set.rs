@@ -1,0 +1,89 @@
+//! Sets of units, a bit each, and the pairs that units make.
+
+/// Some of the units, of which a set has no more than 32.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct UnitSet(u32);
+
+impl UnitSet {
+    /// Those of all `UNITS` units of which something is so.
+    pub fn of<const UNITS: usize>(is_so: impl Fn(usize) -> bool) -> Self {
+        let mut units = Self::default();
+        (0..UNITS).filter(|unit| is_so(*unit)).for_each(|unit| {
+            units.insert(unit);
+        });
+        units
+    }
+
+    /// Whether a unit is among them.
+    pub fn contains(self, unit: usize) -> bool {
+        self.0 & bit(unit) != 0
+    }
+
+    /// Whether both units of a pair are among them.
+    pub fn contain_both(self, [i, j]: [usize; 2]) -> bool {
+        self.contains(i) && self.contains(j)
+    }
+
+    /// Adds a unit.
+    pub fn insert(&mut self, unit: usize) {
+        self.0 |= bit(unit);
+    }
+
+    /// Takes a unit out.
+    pub fn remove(&mut self, unit: usize) {
+        self.0 &= !bit(unit);
+    }
+
+    /// Those that are not among others.
+    #[must_use]
+    pub fn without(self, others: Self) -> Self {
+        Self(self.0 & !others.0)
+    }
+
+    /// How many they are.
+    pub fn count(self) -> u32 {
+        self.0.count_ones()
+    }
+
+    /// The first eight, the lowest bit that of unit 0.
+    #[allow(clippy::cast_possible_truncation)]
+    pub fn bits(self) -> u8 {
+        self.0 as u8
+    }
+}
+
+/// The bit of a unit; none for those beyond count.
+fn bit(unit: usize) -> u32 {
+    let number = u32::try_from(unit).ok();
+    number.and_then(|number| 1_u32.checked_shl(number)).unwrap_or(0)
+}
+
+/// All pairs of `UNITS` units, each once, the unit of the lower number first.
+pub fn pairs<const UNITS: usize>() -> impl Iterator<Item = [usize; 2]> {
+    let next = |[i, j]: &[usize; 2]| Some(if i + 1 < *j { [i + 1, *j] } else { [0, j + 1] });
+    core::iter::successors(Some([0, 1]), next).take_while(|[_, j]| *j < UNITS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_pair_comes_once() {
+        let mut all = pairs::<4>();
+        for pair in [[0, 1], [0, 2], [1, 2], [0, 3], [1, 3], [2, 3]] {
+            assert_eq!(all.next(), Some(pair));
+        }
+        assert_eq!(all.next(), None);
+        assert_eq!(pairs::<1>().count(), 0);
+    }
+
+    #[test]
+    fn a_unit_beyond_count_is_in_no_set() {
+        let mut all = UnitSet::of::<40>(|_| true);
+        assert_eq!(all.count(), 32);
+        assert!(all.contains(31) && !all.contains(32));
+        all.remove(40);
+        assert_eq!(all.without(UnitSet::of::<31>(|_| true)).count(), 1);
+    }
+}
