@@ -15,9 +15,19 @@ pub fn scaled<T: Real>(v: &Vector3<T>, factor: T) -> Vector3<T> {
     Vector3::new(v.x * factor, v.y * factor, v.z * factor)
 }
 
+/// `a + b`.
+pub fn sum<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+    Vector3::new(a.x + b.x, a.y + b.y, a.z + b.z)
+}
+
+/// `a . b`.
+pub fn dot<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> T {
+    a.x * b.x + a.y * b.y + a.z * b.z
+}
+
 /// `|v|^2`.
 pub fn squared<T: Real>(v: &Vector3<T>) -> T {
-    v.x * v.x + v.y * v.y + v.z * v.z
+    dot(v, v)
 }
 
 /// The larger of two numbers; the first where the second is none. That of the library is a call.

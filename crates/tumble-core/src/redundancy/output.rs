@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::products::cross;
+use crate::products::{cross, transposed_product};
 use crate::real::{Real, real, seconds};
 use crate::redundancy::evaluation::StoredCalibration;
 use crate::redundancy::platform::{MountedUnit, PrimaryCalibration};
@@ -40,19 +40,20 @@ pub struct Compensated<T: Real> {
     pub angular_rate: Vector3<T>,
 }
 
-/// Takes the stored error and then the primary's own calibration off what a sensor of a secondary reads; of the primary
-/// itself nothing is stored (docs/theory/redundancy.md, eq. 14).
+/// Takes the stored error and then the primary's own calibration off what a sensor of a secondary reads, in place; of the
+/// primary itself nothing is stored (docs/theory/redundancy.md, eq. 14).
 pub fn compensate<T: Real>(
     sensor: Sensor,
     unit: &MountedUnit<T>,
     stored: &[StoredCalibration<T>; 2],
     calibration: &PrimaryCalibration<T>,
-    y: &Vector3<T>,
-) -> Vector3<T> {
-    let as_primary = unit
-        .sensor_from_primary
-        .tr_mul(&sensor.of(stored).error.correct(y));
-    calibration.correct(sensor, &as_primary) // eq. 14: C_p
+    readings: &mut [Vector3<T>],
+) {
+    sensor.of(stored).error.correct_all(readings);
+    for reading in readings {
+        let as_primary = transposed_product(&unit.sensor_from_primary, reading);
+        *reading = calibration.correct(sensor, &as_primary); // eq. 14: C_p
+    }
 }
 
 /// From the primary to a unit, m: as given, or else as found.

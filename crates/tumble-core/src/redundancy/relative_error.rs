@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::model::ErrorModel;
 use crate::products::{columns, cross, matrix_product, product};
 use crate::real::Real;
+use crate::redundancy::components::{difference, dot};
 use crate::redundancy::record::Record;
 
 /// Error of one sensor of a secondary in its own axes: `y = M (u + W r) + b`, `u` being what the primary reads turned
@@ -64,8 +65,20 @@ impl<T: Real> RelativeError<T> {
 
     /// What the primary would say, at the place of the secondary and in its axes, where the secondary says `y`.
     pub fn correct(&self, y: &Vector3<T>) -> Vector3<T> {
-        let (d, ([x, y, z], determinant)) = (y - self.bias, self.cofactors());
-        Vector3::new(x.dot(&d), y.dot(&d), z.dot(&d)) / determinant
+        let mut said = [*y];
+        self.correct_all(&mut said);
+        let [u] = said;
+        u
+    }
+
+    /// The same of several readings, in place.
+    pub fn correct_all(&self, readings: &mut [Vector3<T>]) {
+        let ([x, y, z], determinant) = self.cofactors();
+        for reading in readings {
+            let d = difference(reading, &self.bias);
+            let [x, y, z] = [&x, &y, &z].map(|across| dot(across, &d) / determinant);
+            *reading = Vector3::new(x, y, z);
+        }
     }
 
     /// The cross products of the columns of M and its determinant: all that Cramer's rule needs. An inverse that is kept

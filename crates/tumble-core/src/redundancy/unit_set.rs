@@ -5,6 +5,9 @@
 pub struct UnitSet(u32);
 
 impl UnitSet {
+    /// The primary.
+    pub const PRIMARY: Self = Self(1);
+
     /// Those of all `UNITS` units of which something is so.
     pub fn of<const UNITS: usize>(is_so: impl Fn(usize) -> bool) -> Self {
         let mut units = Self::default();
@@ -32,6 +35,18 @@ impl UnitSet {
     /// Takes a unit out.
     pub fn remove(&mut self, unit: usize) {
         self.0 &= !bit(unit);
+    }
+
+    /// Those that are also among others.
+    #[must_use]
+    pub fn and(self, others: Self) -> Self {
+        Self(self.0 & others.0)
+    }
+
+    /// They and others.
+    #[must_use]
+    pub fn or(self, others: Self) -> Self {
+        Self(self.0 | others.0)
     }
 
     /// Those that are not among others.

@@ -22,7 +22,7 @@ pub use pair::Disagreement;
 use nalgebra::Vector3;
 
 use crate::real::{Real, count, real};
-use crate::redundancy::components::smaller;
+use crate::redundancy::components::{difference, follow, smaller, squared};
 use crate::redundancy::judgement::attribution::Proof;
 use crate::redundancy::judgement::motion::SetMotion;
 use crate::redundancy::judgement::pair::ShownByPairs;
@@ -288,13 +288,13 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         sensor.of_mut(&mut self.sensors).accept(sensor, unit);
     }
 
-    /// Whether it has that vote.
-    pub fn is_accepted(&self, sensor: Sensor, unit: usize) -> bool {
-        sensor.of(&self.sensors).is_accepted(unit)
+    /// Units that have that vote.
+    pub(crate) fn accepted(&self, sensor: Sensor) -> UnitSet {
+        sensor.of(&self.sensors).accepted()
     }
 
     /// Median over units of angular rates as the primary would read them, rad/s; of those that are not at fault.
-    pub fn set_rate(&self, rate: impl Fn(usize) -> Option<Vector3<T>>) -> Option<Vector3<T>> {
+    pub fn set_rate(&self, rate: &dyn Fn(usize) -> Option<Vector3<T>>) -> Option<Vector3<T>> {
         let [_, judge] = &self.sensors;
         judge.median_of(rate)
     }
@@ -332,7 +332,8 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         let vibration = SENSORS.map(|sensor| self.vibration(sensor, window.units));
         let strains = self.motion.push(&[f, w], vibration, window.length);
         self.carry_gravity(window);
-        self.turned.push(&(w - self.resting_rate), window.length);
+        self.turned
+            .push(&difference(&w, &self.resting_rate), window.length);
         if let Some(CarryTestimony(carry)) = self.carry_testimony {
             carry(self, window, [&f, &w]);
         }
@@ -405,9 +406,9 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             let Some(unit) = unit else { continue };
             let [f, w] = &unit.reading;
             if unit.at_rest.is_some() {
-                evidence.resting_rate += (w - evidence.resting_rate) * window.length;
+                follow(&mut evidence.resting_rate, w, window.length);
             }
-            let turning = w - evidence.resting_rate;
+            let turning = difference(w, &evidence.resting_rate);
             evidence.gravity.push(f, &turning, window.gravity, window.length);
         }
     }
@@ -430,13 +431,13 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
                     }
                     rests = true;
                 } else if sensor == Sensor::Accelerometer {
-                    let square = evidence.gravity.error().norm_squared() / real(3.0);
+                    let square = squared(evidence.gravity.error()) / real(3.0);
                     self.usual_error.learn(square, &self.turned, window.length);
                 }
             }
         }
         if rests {
-            self.resting_rate += (rate - self.resting_rate) * window.length;
+            follow(&mut self.resting_rate, rate, window.length);
         }
     }
 

@@ -266,7 +266,9 @@ pub struct Comparisons<T: Real, const UNITS: usize>([[Comparison<T>; UNITS]; UNI
 impl<T: Real, const UNITS: usize> Comparisons<T, UNITS> {
     /// None.
     pub fn none() -> Self {
-        Self([[Comparison::none(); UNITS]; UNITS])
+        Self(core::array::from_fn(|_| {
+            core::array::from_fn(|_| Comparison::none())
+        }))
     }
 
     /// Of a pair, in either order.

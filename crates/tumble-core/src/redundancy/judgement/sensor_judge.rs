@@ -205,8 +205,8 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         self.dispute.is_none() && window * count::<T>(self.calm.into()) >= real(after)
     }
 
-    pub fn is_accepted(&self, unit: usize) -> bool {
-        self.accepted.contains(unit)
+    pub fn accepted(&self) -> UnitSet {
+        self.accepted
     }
 
     pub fn recalibrated(&mut self, unit: usize) {
@@ -246,24 +246,28 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
 
     /// Median of each axis over the units that vote and are not at fault.
     pub fn set_reading(&self, sensor: Sensor, units: &[Option<UnitReading<T>>; UNITS]) -> Option<Vector3<T>> {
-        self.median_of(|unit| {
+        self.median_of(&|unit| {
             let unit = units.get(unit)?.as_ref()?;
             unit.is_known(sensor).then_some(*sensor.of(&unit.reading))
         })
     }
 
     /// Median of each axis of what units say that are not at fault.
-    pub fn median_of(&self, said: impl Fn(usize) -> Option<Vector3<T>>) -> Option<Vector3<T>> {
-        let mut axes = [[T::zero(); UNITS]; 3];
+    #[inline(never)]
+    pub fn median_of(&self, said: &dyn Fn(usize) -> Option<Vector3<T>>) -> Option<Vector3<T>> {
+        let [mut x, mut y, mut z] = [[T::zero(); UNITS]; 3];
         let mut found = 0_usize;
         for said in (0..UNITS).filter(|unit| !self.is_guilty(*unit)).filter_map(said) {
-            for (sorted, value) in axes.iter_mut().zip(said.iter()) {
-                insert(sorted, found, *value);
-            }
-            found = found.saturating_add(1);
+            insert(&mut x, found, said.x);
+            insert(&mut y, found, said.y);
+            insert(&mut z, found, said.z);
+            found += 1;
         }
-        let [x, y, z] = axes.map(|sorted| middle(&sorted, found));
-        Some(Vector3::new(x?, y?, z?))
+        Some(Vector3::new(
+            middle(&x, found)?,
+            middle(&y, found)?,
+            middle(&z, found)?,
+        ))
     }
 
     /// Takes in how far each unit is from what the set says. One copy for both kinds of sensor.
@@ -525,9 +529,9 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     /// How far the first came away from the second lately, beyond what they were apart before: docs/theory/judgement.md, eq. 12.
     fn came_apart(&self, i: usize, j: usize, window: T) -> Option<Vector3<T>> {
         let (a, b) = (self.deviations.get(i)?, self.deviations.get(j)?);
-        let now = a.mean(0, window)? - b.mean(0, window)?;
+        let now = difference(a.mean(0, window)?, b.mean(0, window)?);
         let before = a.mean(2, window).zip(b.mean(2, window));
-        Some(now - before.map_or(Vector3::zeros(), |(a, b)| a - b))
+        Some(before.map_or(now, |(a, b)| difference(&now, &difference(a, b))))
     }
 
     /// Looks for what names one of two, and ends the dispute where that is found or where they agree again.

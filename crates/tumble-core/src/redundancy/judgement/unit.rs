@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::products::{Length, cross};
 use crate::real::{Real, real, tabulated};
-use crate::redundancy::components::{difference, follow, scaled, squared};
+use crate::redundancy::components::{difference, follow, scaled, squared, sum};
 use crate::redundancy::judgement::scales::{SCALES, Shares, filled};
 use crate::redundancy::sensor::Sensor;
 
@@ -117,14 +117,15 @@ impl<T: Real> CarriedGravity<T> {
 
     /// Takes in a window of compensated readings; `g` is the magnitude of gravity, m/s^2 (docs/theory/judgement.md, eq. 14).
     pub fn push(&mut self, f: &Vector3<T>, w: &Vector3<T>, g: T, window: T) {
-        if self.gravity == Vector3::zeros() {
+        if squared(&self.gravity) == T::zero() {
             self.gravity = *f;
         }
         let carried = &mut self.gravity;
         // A rotation by -w h, to second order.
-        let turn: Vector3<T> = w * -window;
-        let turned: Vector3<T> =
-            *carried + cross(&turn, carried) + cross(&turn, &cross(&turn, carried)) * real::<T>(0.5);
+        let turn = scaled(w, -window);
+        let first = cross(&turn, carried);
+        let second = scaled(&cross(&turn, &first), real(0.5));
+        let turned = sum(&sum(carried, &first), &second);
         let error = difference(f, &turned); // judgement.md, eq. 14
         let mut next = turned;
         follow(&mut next, f, window / real::<T>(CARRIED_OVER));

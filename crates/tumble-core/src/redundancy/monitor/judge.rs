@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use crate::products::{Length, cross};
 use crate::real::{Real, real, seconds};
+use crate::redundancy::components::{difference, sum};
 use crate::redundancy::evaluation::{Deviation, StoredCalibration};
 use crate::redundancy::health::{Health, HealthFault, RefutedBy};
 use crate::redundancy::judgement::{Judge, Judgement, SetWindow, UnitReading};
@@ -13,13 +14,34 @@ use crate::redundancy::output::lever_arm;
 use crate::redundancy::platform::Platform;
 use crate::redundancy::samples::pair::TwoWindows;
 use crate::redundancy::sensor::{SENSORS, Sensor};
-use crate::sample::CHANNELS;
+use crate::redundancy::unit_set::UnitSet;
 
 /// Rest after which what units say at it is held against them, windows.
 const RESTED: u32 = 16;
 
 /// Share of the primary's deviation at rest that a secondary may have to be held against it.
 const MUCH_LESS: f64 = 0.5;
+
+/// What a unit says over a window and the one before, compensated, at its own place.
+struct SaidByUnit<'a, T: Real> {
+    windows: TwoWindows<'a, T>,
+    /// Over both, m/s^2.
+    force: Vector3<T>,
+    /// Over both, over the one before, and over the window itself, rad/s.
+    rates: [Vector3<T>; 3],
+}
+
+/// What holds for all units over a window.
+struct SetAtHand<T: Real> {
+    /// Angular rate, rad/s, and angular acceleration, rad/s^2.
+    turning: Option<(Vector3<T>, Vector3<T>)>,
+    /// Units of which enough is known, by accelerometers and by gyroscopes.
+    known: [UnitSet; 2],
+    /// Units whose readings count.
+    live: UnitSet,
+    /// Of a window, s.
+    length: T,
+}
 
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONCE> {
     /// Has all units judged over a window.
@@ -31,14 +53,15 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         report: Report<'_, T>,
     ) {
         let settings = platform.settings();
-        let readings = self.readings(platform, window);
+        let length = seconds(settings.window);
+        let readings = self.readings(platform, window, length);
         let set = SetWindow {
             units: &readings,
             number: window,
             span: settings.window,
             steps: &self.steps,
             mounted: platform.units(),
-            length: seconds(settings.window),
+            length,
             gravity: settings.evaluation.gravity,
             noise_ratio: settings.health.noise_ratio,
             tolerated: settings.health.tolerated,
@@ -118,95 +141,120 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
     }
 
     /// What each unit says over a window, at the primary's place; `None` for one that said nothing or cannot be compared.
-    fn readings(&self, platform: &Platform<T, UNITS>, window: u64) -> [Option<UnitReading<T>>; UNITS] {
-        let said = core::array::from_fn(|number| self.triangle(platform, number, window));
-        let turning = self.turning(platform, window, &said);
-        core::array::from_fn(|number| {
-            let [f, w] = said.get(number).copied().flatten()?;
-            let (unit, stored) = (platform.units().get(number)?, self.stored.get(number)?);
-            let (before, means) = self.histories.get(number)?.pair(window)?;
-            let arm = lever_arm(unit, stored);
-            let carried = turning.map_or(Vector3::zeros(), |(rate, change)| {
-                cross(&change, &arm) + cross(&rate, &cross(&rate, &arm))
-            });
-            let lives = self.lives(number);
-            let of_sensors = |fact: &dyn Fn(Sensor) -> bool| SENSORS.map(fact);
-            let known = of_sensors(&|sensor| self.is_known(sensor, number));
-            Some(UnitReading {
-                reading: [f - carried, w],
-                scatter: means.scatter.map(|variance| variance.square_root()),
-                votes: of_sensors(&|sensor| {
-                    lives
-                        && *sensor.of(&before.usable)
-                        && *sensor.of(&means.usable)
-                        && unit.axes.complete(sensor)
-                }),
-                known,
-                calibrated: of_sensors(&|sensor| number == 0 || sensor.of(stored).calibrated),
-                matrix_shown: of_sensors(&|sensor| number == 0 || sensor.of(stored).matrix_shown),
-                place: if number == 0 || unit.lever_arm.is_some() {
-                    T::zero()
-                } else {
-                    Sensor::Accelerometer.of(stored).place_sigma
-                },
-                residual: SENSORS.map(|sensor| squared_residual(sensor.of(stored))),
-                unfound: SENSORS.map(|sensor| {
-                    let most = platform.settings().plausible_at_rest(sensor, false);
-                    if *sensor.of(&known) {
-                        T::zero()
-                    } else {
-                        most * most
-                    }
-                }),
-                interval: self.steps.get(number)?.interval() * seconds(platform.settings().window),
-                at_rest: self.at_rest(platform, number),
-            })
-        })
-    }
-
-    /// Specific force, m/s^2, and angular rate, rad/s, of a unit over two windows, at its own place.
-    fn triangle(&self, platform: &Platform<T, UNITS>, number: usize, window: u64) -> Option<[Vector3<T>; 2]> {
-        let (before, means) = self.histories.get(number)?.pair(window)?;
-        let triangle = before.triangle(means);
-        let said = |sensor: Sensor| self.compensated(platform, number, sensor, &sensor.triad(&triangle));
-        Some([said(Sensor::Accelerometer)?, said(Sensor::Gyroscope)?])
-    }
-
-    /// Angular rate, rad/s, and angular acceleration, rad/s^2, of the set over two windows: medians over what is known of the
-    /// units. Under a triangle, the change of the mean rate is the mean angular acceleration (docs/theory/redundancy.md, eq. 3).
-    fn turning(
+    fn readings(
         &self,
         platform: &Platform<T, UNITS>,
         window: u64,
-        said: &[Option<[Vector3<T>; 2]>; UNITS],
+        length: T,
+    ) -> [Option<UnitReading<T>>; UNITS] {
+        let known = SENSORS.map(|sensor| known(&self.judge, &self.stored, sensor));
+        let live = UnitSet::of::<UNITS>(|number| self.lives(number));
+        let said = core::array::from_fn(|number| self.said(platform, number, window));
+        let [_, known_rates] = known;
+        let turning = self.turning(&said, known_rates.and(live), length);
+        let set = SetAtHand {
+            turning,
+            known,
+            live,
+            length,
+        };
+        let mut readings = [None; UNITS];
+        for (number, (reading, said)) in readings.iter_mut().zip(&said).enumerate() {
+            *reading = said
+                .as_ref()
+                .and_then(|said| self.reading(platform, number, said, &set));
+        }
+        readings
+    }
+
+    fn reading(
+        &self,
+        platform: &Platform<T, UNITS>,
+        number: usize,
+        said: &SaidByUnit<'_, T>,
+        set: &SetAtHand<T>,
+    ) -> Option<UnitReading<T>> {
+        let (unit, stored) = (platform.units().get(number)?, self.stored.get(number)?);
+        let (before, means) = said.windows;
+        let force = match &set.turning {
+            Some((rate, change)) => {
+                let arm = lever_arm(unit, stored);
+                let carried = sum(&cross(change, &arm), &cross(rate, &cross(rate, &arm)));
+                difference(&said.force, &carried)
+            }
+            None => said.force,
+        };
+        let [rate, ..] = said.rates;
+        let votes = |sensor: Sensor| {
+            let usable = *sensor.of(&before.usable) && *sensor.of(&means.usable);
+            usable && set.live.contains(number) && unit.axes.complete(sensor)
+        };
+        let unfound = |sensor: Sensor| {
+            if sensor.of(&set.known).contains(number) {
+                return T::zero();
+            }
+            let most = platform.settings().plausible_at_rest(sensor, false);
+            most * most
+        };
+        Some(UnitReading {
+            reading: [force, rate],
+            scatter: means.scatter.map(|variance| variance.square_root()),
+            votes: SENSORS.map(votes),
+            known: set.known.map(|known| known.contains(number)),
+            calibrated: SENSORS.map(|sensor| number == 0 || sensor.of(stored).calibrated),
+            matrix_shown: SENSORS.map(|sensor| number == 0 || sensor.of(stored).matrix_shown),
+            place: if number == 0 || unit.lever_arm.is_some() {
+                T::zero()
+            } else {
+                Sensor::Accelerometer.of(stored).place_sigma
+            },
+            residual: SENSORS.map(|sensor| squared_residual(sensor.of(stored))),
+            unfound: SENSORS.map(unfound),
+            interval: self.steps.get(number)?.interval() * set.length,
+            at_rest: self.at_rest(platform, number),
+        })
+    }
+
+    /// What a unit says over a window and the one before, compensated.
+    fn said(&self, platform: &Platform<T, UNITS>, number: usize, window: u64) -> Option<SaidByUnit<'_, T>> {
+        let windows = self.histories.get(number)?.pair(window)?;
+        let (before, means) = windows;
+        let triangle = before.triangle(means);
+        let [force, rate] = SENSORS.map(|sensor| sensor.triad(&triangle));
+        let [earlier, later] = [before, means].map(|means| Sensor::Gyroscope.triad(&means.mean));
+        let mut rates = [rate, earlier, later];
+        self.compensate(platform, number, Sensor::Gyroscope, &mut rates)?;
+        Some(SaidByUnit {
+            windows,
+            force: self.compensated(platform, number, Sensor::Accelerometer, &force)?,
+            rates,
+        })
+    }
+
+    /// Angular rate, rad/s, and angular acceleration, rad/s^2, of the set over two windows: medians over units of which enough
+    /// is known. Under a triangle, the change of the mean rate is the mean angular acceleration (docs/theory/redundancy.md, eq. 3).
+    fn turning(
+        &self,
+        said: &[Option<SaidByUnit<'_, T>>; UNITS],
+        fit: UnitSet,
+        length: T,
     ) -> Option<(Vector3<T>, Vector3<T>)> {
-        let fit = |number: usize| self.is_known(Sensor::Gyroscope, number) && self.lives(number);
-        let rate = |number: usize, of: &dyn Fn(TwoWindows<'_, T>) -> [T; CHANNELS]| {
-            let means = of(self.histories.get(number)?.pair(window)?);
-            let rate = Sensor::Gyroscope.triad(&means);
-            self.compensated(platform, number, Sensor::Gyroscope, &rate)
+        let of_set = |choose: fn(&[Vector3<T>; 3]) -> &Vector3<T>| {
+            self.judge.set_rate(&|number| {
+                let said = said.get(number)?.as_ref().filter(|_| fit.contains(number))?;
+                Some(*choose(&said.rates))
+            })
         };
-        let of_set = |rate: &dyn Fn(usize) -> Option<Vector3<T>>| {
-            self.judge
-                .set_rate(|number| fit(number).then(|| rate(number)).flatten())
-        };
-        let now = of_set(&|number| rate(number, &|(_, now)| now.mean))?;
-        let before = of_set(&|number| rate(number, &|(before, _)| before.mean))?;
-        let over_both = of_set(&|number| said.get(number)?.map(|[_, rate]| rate))?;
-        Some((
-            over_both,
-            (now - before) / seconds::<T>(platform.settings().window),
-        ))
+        let now = of_set(|[_, _, now]| now)?;
+        let before = of_set(|[_, before, _]| before)?;
+        let over_both = of_set(|[both, ..]| both)?;
+        Some((over_both, difference(&now, &before).unscale(length)))
     }
 
     /// Whether what a unit says counts, but for what is found here.
     fn lives(&self, number: usize) -> bool {
         let lives = |health: &Health<T>| health.fault().is_none_or(|fault| fault.is_judged());
         self.health.get(number).is_some_and(lives)
-    }
-
-    fn is_known(&self, sensor: Sensor, number: usize) -> bool {
-        is_known(&self.judge, &self.stored, sensor, number)
     }
 
     /// `|f| - g` and `|w|` of a unit over this rest.
@@ -261,7 +309,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
                 if !stored.apart.is_finite() {
                     continue;
                 }
-                if stored.agrees && !self.judge.is_accepted(sensor, number) {
+                if stored.agrees && !self.judge.accepted(sensor).contains(number) {
                     self.judge.accept(sensor, number);
                 }
                 let limit = platform.settings().plausible_at_rest(sensor, false);
@@ -284,18 +332,25 @@ pub(super) fn may_be_refuted<T: Real, const UNITS: usize>(
     !judge.is_disputed_with(sensor, number) && !judge.is_guilty(sensor, 0)
 }
 
-/// Whether enough is known of a unit for what it says to count: it was calibrated against the primary or agreed with it, or it
-/// comes calibrated and so does another beside it.
-pub(super) fn is_known<T: Real, const UNITS: usize>(
+/// Units of which enough is known for what they say to count: those that were calibrated against the primary or agreed with it,
+/// and those that come calibrated where more than one does.
+fn known<T: Real, const UNITS: usize>(
     judge: &Judge<T, UNITS>,
     stored: &[[StoredCalibration<T>; 2]; UNITS],
     sensor: Sensor,
-    number: usize,
-) -> bool {
-    let calibrated = |stored: &[StoredCalibration<T>; 2]| sensor.of(stored).calibrated;
-    let comes_calibrated = stored.get(number).is_some_and(calibrated)
-        && stored.iter().skip(1).filter(|stored| calibrated(stored)).count() > 1;
-    number == 0 || comes_calibrated || judge.is_accepted(sensor, number)
+) -> UnitSet {
+    let calibrated = |number: usize| {
+        stored
+            .get(number)
+            .is_some_and(|stored| sensor.of(stored).calibrated)
+    };
+    let calibrated = UnitSet::of::<UNITS>(|number| number != 0 && calibrated(number));
+    let known = judge.accepted(sensor).or(UnitSet::PRIMARY);
+    if calibrated.count() > 1 {
+        known.or(calibrated)
+    } else {
+        known
+    }
 }
 
 /// Whether units disagree that are both known. What a stranger contradicts is not calibrated by either: its fit says what it is.
@@ -324,7 +379,7 @@ fn contradicts_as_stranger<T: Real, const UNITS: usize>(
     sensor: Sensor,
     number: usize,
 ) -> bool {
-    judge.is_disputed_with(sensor, number) && !is_known(judge, stored, sensor, number)
+    judge.is_disputed_with(sensor, number) && !known(judge, stored, sensor).contains(number)
 }
 
 /// Squared residual of a channel that a calibration leaves, `(m/s^2)^2` or `(rad/s)^2`.

@@ -323,12 +323,30 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         sensor: Sensor,
         y: &Vector3<T>,
     ) -> Option<Vector3<T>> {
+        let mut said = [*y];
+        self.compensate(platform, number, sensor, &mut said)?;
+        let [compensated] = said;
+        Some(compensated)
+    }
+
+    /// The same of several readings, in place.
+    fn compensate(
+        &self,
+        platform: &Platform<T, UNITS>,
+        number: usize,
+        sensor: Sensor,
+        readings: &mut [Vector3<T>],
+    ) -> Option<()> {
         let calibration = platform.calibration();
         if number == 0 {
-            return Some(calibration.correct(sensor, y));
+            for reading in readings {
+                *reading = calibration.correct(sensor, reading);
+            }
+            return Some(());
         }
         let (unit, stored) = (platform.units().get(number)?, self.stored.get(number)?);
-        Some(compensate(sensor, unit, stored, calibration, y))
+        compensate(sensor, unit, stored, calibration, readings);
+        Some(())
     }
 
     /// Whether a unit is known to be wrong, or contradicts another and nobody knows which is right.

@@ -34,7 +34,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             .push(still, settings.windows(settings.evaluation.rest_settle))
         {
             RestTransition::Moving if still => {}
-            RestTransition::Moving => self.rest_means = [RestMean::new(); UNITS],
+            RestTransition::Moving => self.rest_means.iter_mut().for_each(RestMean::end),
             RestTransition::Began => {
                 report(of_all(time, EventKind::RestBegan));
                 self.rest_means.iter_mut().for_each(RestMean::restart);
@@ -45,7 +45,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             }
             RestTransition::Ended => {
                 report(of_all(time, EventKind::RestEnded));
-                self.rest_means = [RestMean::new(); UNITS];
+                self.rest_means.iter_mut().for_each(RestMean::end);
             }
         }
         if !self.rest.is_resting() {

@@ -111,7 +111,15 @@ impl<T: Real> RestMean<T> {
 
     /// Means from here on; where the rest began stays known.
     pub fn restart(&mut self) {
-        self.means = Moments::new();
+        if self.windows() > 0 {
+            self.means = Moments::new();
+        }
+    }
+
+    /// It moves again.
+    pub fn end(&mut self) {
+        self.reference = None;
+        self.restart();
     }
 
     /// Windows taken in.
