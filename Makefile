@@ -80,6 +80,10 @@ soak: $(VENV)/.native $(VENV)/.requirements-test  ## Run what takes hours: 2000 
 	cargo run --locked --profile fuzz --package tumble-fuzz -- spin
 	cargo run --locked --profile fuzz --package tumble-fuzz -- monitor
 	scripts/fuzz_calls.sh
+	scripts/fuzz_guided.sh record
+	scripts/fuzz_guided.sh spin
+	scripts/fuzz_guided.sh monitor
+	scripts/fuzz_guided.sh calls
 
 package: $(VENV)/.native  ## Build what is released, and use it as a newcomer would; it is in out/package (ten minutes)
 	$(PIP) install --quiet ziglang==0.15.1

@@ -9,5 +9,6 @@ built="${CARGO_TARGET_DIR:-target}"
 cargo rustc --locked --quiet --package tumble-capi --crate-type staticlib --profile fuzz --features freestanding \
     --config 'profile.fuzz.panic="abort"'
 "${CC:-cc}" -std=c11 -O1 -g -Wall -Wextra -Werror -pedantic -fsanitize=address,undefined -fno-sanitize-recover=all \
-    -I crates/tumble-capi/include "$calls"/*.c "$built/fuzz/libtumble_capi.a" -lm -o "$built/fuzz/tumble-calls"
+    -I crates/tumble-capi/include "$calls"/*.c "$calls"/by_seed/main.c "$built/fuzz/libtumble_capi.a" -lm \
+    -o "$built/fuzz/tumble-calls"
 exec "$built/fuzz/tumble-calls" "$@"

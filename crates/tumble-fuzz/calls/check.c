@@ -1,27 +1,13 @@
-#define _POSIX_C_SOURCE 200809L
 #include "fuzz.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
-#include <unistd.h>
 
-uint64_t run_seed;
 bool pointer_spoilt;
 
 enum { UNWRITTEN = 0xA5 };
 
 static uint64_t digest;
-
-void fail(const char *what)
-{
-    char line[256];
-    const int length =
-        snprintf(line, sizeof line, "\ncalls --seed %llu: %s\n", (unsigned long long)run_seed, what);
-    /* Nothing can be done where even that cannot be said. */
-    (void)!write(STDOUT_FILENO, line, (size_t)length);
-    _exit(1);
-}
 
 /** What the library calls where it panics. */
 _Noreturn void tumble_panic_is_reachable(void);

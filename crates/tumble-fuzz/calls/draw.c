@@ -4,15 +4,35 @@
 #include <math.h>
 #include <string.h>
 
+/* What a run begins with, and what is left of it. */
+static uint64_t first_state;
 static uint64_t state;
+static const uint8_t *input;
+static size_t input_size;
+static size_t taken;
 
-void draw_begin(uint64_t seed)
+void draw_begin(void)
 {
-    state = seed;
+    state = first_state;
+    taken = 0;
+}
+
+void draw_seed(uint64_t seed)
+{
+    first_state = seed;
+    input_size = 0;
+    draw_begin();
+}
+
+void draw_input(const uint8_t *bytes, size_t size)
+{
+    draw_seed(0);
+    input = bytes;
+    input_size = size;
 }
 
 /* SplitMix64 (Steele, Lea and Flood, 2014). */
-uint64_t draw_bits(void)
+static uint64_t next_of_seed(void)
 {
     uint64_t z = state += 0x9E3779B97F4A7C15;
     z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9;
@@ -20,8 +40,23 @@ uint64_t draw_bits(void)
     return z ^ (z >> 31);
 }
 
+uint64_t draw_bits(void)
+{
+    uint64_t bits = next_of_seed();
+    const size_t left = input_size - taken;
+    const size_t size = left < sizeof bits ? left : sizeof bits;
+    if (size > 0) {
+        memcpy(&bits, input + taken, size);
+        taken += size;
+    }
+    return bits;
+}
+
 uint32_t draw_below(uint32_t end)
 {
+    if (taken < input_size && end <= 256) {
+        return input[taken++] % end;
+    }
     return (uint32_t)(((draw_bits() >> 32) * end) >> 32);
 }
 

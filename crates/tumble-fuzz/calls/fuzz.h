@@ -7,6 +7,9 @@
  * flash.c   flash that may fail, lie and forget
  * warm.c    monitors, spins and flash in all states that they pass through
  * calls_*.c one function for each of the library's, with arguments as bad as they come
+ * play.c    a run: calls in any order, twice
+ * by_seed, guided
+ *           programs that make runs: of seeds, and of inputs that libFuzzer chooses
  */
 #ifndef FUZZ_H
 #define FUZZ_H
@@ -19,7 +22,12 @@
 
 /* draw.c */
 
-void draw_begin(uint64_t seed);
+/** Lets all that is drawn follow from a seed. */
+void draw_seed(uint64_t seed);
+/** Lets it follow from bytes, of which each draw takes the next, and where they end from a seed. */
+void draw_input(const uint8_t *bytes, size_t size);
+/** Begins again. */
+void draw_begin(void);
 uint64_t draw_bits(void);
 /** From 0 up to below `end`, which is above 0. */
 uint32_t draw_below(uint32_t end);
@@ -42,9 +50,6 @@ void *memory_ending(size_t size);
 
 /* check.c */
 
-extern uint64_t run_seed;
-
-_Noreturn void fail(const char *what);
 #define CHECK(holds, what) ((holds) ? (void)0 : fail(what))
 
 /** Forgets what was told so far. */
@@ -96,6 +101,15 @@ void usual_record(tumble_record *record);
 void usual_redundancy_settings(tumble_redundancy_settings *settings);
 void usual_units(tumble_unit units[TUMBLE_UNITS]);
 void usual_spin_settings(tumble_spin_settings *settings);
+
+/* play.c */
+
+void play_twice(void);
+
+/* by_seed, guided */
+
+/** Says what a run fails of, and ends it. */
+_Noreturn void fail(const char *what);
 
 /* calls_*.c */
 

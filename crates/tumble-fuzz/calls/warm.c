@@ -238,7 +238,7 @@ void warm_up(void)
     spin = memory_ending(sizeof *spin);
     store = memory_ending(sizeof *store);
     flash_memory = memory_ending(FLASH_BYTES);
-    draw_begin(0);
+    draw_seed(0);
     for (uint16_t set = 0; set < SETS; set++) {
         fly(set, &reached);
     }

@@ -1,7 +1,10 @@
 //! What is drawn: numbers, times and bytes, the worst of them more often than chance would have it.
 
+use std::collections::VecDeque;
+use std::convert::Infallible;
+
 use nalgebra::{Matrix3, Vector3};
-use rand::{RngExt, SeedableRng};
+use rand::{RngExt, SeedableRng, TryRng};
 use rand_pcg::Pcg64Mcg;
 
 /// Numbers at the edges of single precision, and those whose squares and products leave it.
@@ -50,13 +53,31 @@ const EDGES: [u64; 18] = [
     u64::MAX,
 ];
 
+/// Where randomness comes from.
+#[derive(Clone)]
+enum Source {
+    Seed(Pcg64Mcg),
+    /// Bytes still to be taken, and what goes on where they end.
+    Input(VecDeque<u8>, Pcg64Mcg),
+}
+
 /// All that is random in one run.
-pub struct Draw(Pcg64Mcg);
+#[derive(Clone)]
+pub struct Draw(Source);
 
 impl Draw {
     /// Everything follows from the seed, on every machine alike.
     pub fn new(seed: u64) -> Self {
-        Self(Pcg64Mcg::seed_from_u64(seed))
+        Self(Source::Seed(Pcg64Mcg::seed_from_u64(seed)))
+    }
+
+    /// Everything follows from bytes, of which each draw takes the next, so that who chooses them chooses what is drawn. After
+    /// them the run goes on as one of a seed.
+    pub fn of_input(bytes: &[u8]) -> Self {
+        Self(Source::Input(
+            bytes.iter().copied().collect(),
+            Pcg64Mcg::seed_from_u64(0),
+        ))
     }
 
     /// 64 random bits.
@@ -66,12 +87,18 @@ impl Draw {
 
     /// A byte.
     pub fn byte(&mut self) -> u8 {
-        self.0.random()
+        match &mut self.0 {
+            Source::Seed(random) => random.random(),
+            Source::Input(bytes, rest) => bytes.pop_front().unwrap_or_else(|| rest.random()),
+        }
     }
 
     /// A whole number from 0 up to below `end`, which is above zero.
     pub fn below(&mut self, end: usize) -> usize {
-        self.0.random_range(0..end)
+        match &mut self.0 {
+            Source::Input(bytes, _) if !bytes.is_empty() && end <= 256 => usize::from(self.byte()) % end,
+            source => source.random_range(0..end),
+        }
     }
 
     /// True once in `of` times.
@@ -143,5 +170,59 @@ impl Draw {
                 *number = self.number();
             }
         }
+    }
+}
+
+impl TryRng for Source {
+    type Error = Infallible;
+
+    fn try_next_u32(&mut self) -> Result<u32, Infallible> {
+        let mut bytes = [0; 4];
+        self.try_fill_bytes(&mut bytes)?;
+        Ok(u32::from_le_bytes(bytes))
+    }
+
+    fn try_next_u64(&mut self) -> Result<u64, Infallible> {
+        let mut bytes = [0; 8];
+        self.try_fill_bytes(&mut bytes)?;
+        Ok(u64::from_le_bytes(bytes))
+    }
+
+    fn try_fill_bytes(&mut self, filled: &mut [u8]) -> Result<(), Infallible> {
+        match self {
+            Self::Seed(random) => random.try_fill_bytes(filled),
+            Self::Input(bytes, rest) => {
+                rest.try_fill_bytes(filled)?;
+                let taken = bytes.len().min(filled.len());
+                for (place, byte) in filled.iter_mut().zip(bytes.drain(..taken)) {
+                    *place = byte;
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_are_drawn_as_they_come_and_then_as_of_a_seed() {
+        let mut draw = Draw::of_input(&[7, 6, 1, 2, 3, 4, 5, 6, 7, 8, 9]);
+        assert_eq!((draw.byte(), draw.below(4)), (7, 2));
+        assert_eq!(draw.bits(), u64::from_le_bytes([1, 2, 3, 4, 5, 6, 7, 8]));
+        assert_eq!(draw.byte(), 9);
+        let mut other = Draw::of_input(&[0; 11]);
+        other.byte();
+        other.below(4);
+        other.bits();
+        other.byte();
+        let rest = |draw: &mut Draw| [draw.bits(), draw.below(1000) as u64, u64::from(draw.byte())];
+        assert_eq!(
+            rest(&mut draw),
+            rest(&mut other),
+            "what follows does not depend on what was chosen"
+        );
     }
 }

@@ -1,27 +1,17 @@
-//! Hostile input by the million for all that a device runs. `tumble-fuzz TARGET [--runs N] [--from SEED]` makes N runs,
-//! of seeds from SEED on; `--seed SEED` repeats one run. Ends with 1 where anything was found.
-//!
-//! 1. `draw`: numbers, times and bytes, the worst of them more often than chance would have it.
-//! 2. `campaign`: many runs over all processors, and what failed.
-//! 3. `record`, `monitor`, `spin`: what is fed to each, and what has to hold.
-//!
-//! The interface for C is called by a program in C, in `calls/`; `scripts/fuzz_calls.sh` builds and runs it.
+//! `tumble-fuzz TARGET [--runs N] [--from SEED]` makes N runs, of seeds from SEED on; `--seed SEED` repeats one run, `--input
+//! FILE` that of an input which `scripts/fuzz_guided.sh` found. Ends with 1 where anything was found.
 
-mod campaign;
-mod draw;
-mod mission;
-mod monitor;
-mod record;
-mod settings;
-mod spin;
-
+use std::fs;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use lexopt::prelude::*;
 
-use crate::campaign::{FailedRun, RunOutcome, catch_panics, outcome_of, runs};
+use tumble_fuzz::campaign::{catch_panics, outcome_of, runs};
+use tumble_fuzz::draw::Draw;
+use tumble_fuzz::target::Target;
 
-const TARGETS: [&str; 3] = ["record", "monitor", "spin"];
+const USAGE: &str = "tumble-fuzz TARGET [--runs N] [--from SEED] | [--seed SEED] | [--input FILE]";
 
 /// What is asked for.
 struct Request {
@@ -30,6 +20,7 @@ struct Request {
     from: u64,
     /// The one run to be repeated.
     seed: Option<u64>,
+    input: Option<PathBuf>,
 }
 
 fn request() -> Result<Request, lexopt::Error> {
@@ -38,6 +29,7 @@ fn request() -> Result<Request, lexopt::Error> {
         runs: 10_000_000,
         from: 1,
         seed: None,
+        input: None,
     };
     let mut arguments = lexopt::Parser::from_env();
     while let Some(argument) = arguments.next()? {
@@ -46,50 +38,63 @@ fn request() -> Result<Request, lexopt::Error> {
             Long("runs") => asked.runs = arguments.value()?.parse()?,
             Long("from") => asked.from = arguments.value()?.parse()?,
             Long("seed") => asked.seed = Some(arguments.value()?.parse()?),
+            Long("input") => asked.input = Some(arguments.value()?.into()),
             _ => return Err(argument.unexpected()),
         }
     }
     Ok(asked)
 }
 
-fn fuzz(asked: &Request, run: impl Fn(u64) -> RunOutcome + Sync) -> Vec<FailedRun> {
+/// What was found, a line each.
+fn found(asked: &Request, target: &Target) -> Result<Vec<String>, std::io::Error> {
     catch_panics();
-    match asked.seed {
-        None => runs(&asked.target, asked.from, asked.runs, run),
-        Some(seed) => match outcome_of(&run, seed) {
-            Ok(()) => Vec::new(),
-            Err(what) => vec![FailedRun { seed, what }],
-        },
-    }
+    let run_of = |seed| target.run(Draw::new(seed));
+    Ok(match (&asked.input, asked.seed) {
+        (Some(path), _) => {
+            let input = fs::read(path)?;
+            let outcome = outcome_of(&|_| target.run(Draw::of_input(&input)), 0);
+            let name = path.display();
+            outcome
+                .err()
+                .map(|what| format!("--input {name}: {what}"))
+                .into_iter()
+                .collect()
+        }
+        (None, Some(seed)) => {
+            let outcome = outcome_of(&run_of, seed);
+            outcome
+                .err()
+                .map(|what| format!("--seed {seed}: {what}"))
+                .into_iter()
+                .collect()
+        }
+        (None, None) => runs(&asked.target, asked.from, asked.runs, run_of)
+            .into_iter()
+            .map(|failure| format!("--seed {}: {}", failure.seed, failure.what))
+            .collect(),
+    })
+}
+
+fn refusal(what: &str) -> ExitCode {
+    eprintln!("{what}; {USAGE}");
+    ExitCode::from(2)
 }
 
 fn main() -> ExitCode {
     let asked = match request() {
-        Ok(asked) if TARGETS.contains(&asked.target.as_str()) => asked,
-        Ok(asked) => {
-            let known = TARGETS.join(", ");
-            eprintln!("unknown target {:?}; known are {known}", asked.target);
-            return ExitCode::from(2);
-        }
-        Err(error) => {
-            eprintln!("{error}; tumble-fuzz TARGET [--runs N] [--from SEED] | [--seed SEED]");
-            return ExitCode::from(2);
-        }
+        Ok(asked) => asked,
+        Err(error) => return refusal(&error.to_string()),
     };
-    let failures = match asked.target.as_str() {
-        "record" => fuzz(&asked, record::run),
-        "monitor" => {
-            let scenes = monitor::MonitorScenes::new();
-            fuzz(&asked, |seed| scenes.run(seed))
-        }
-        _ => {
-            let scenes = spin::Scenes::new();
-            fuzz(&asked, |seed| scenes.run(seed))
-        }
+    let Some(target) = Target::named(&asked.target) else {
+        let known = Target::NAMES.join(", ");
+        return refusal(&format!("unknown target {:?}; known are {known}", asked.target));
     };
-    for FailedRun { seed, what } in &failures {
-        println!("{} --seed {seed}: {what}", asked.target);
+    match found(&asked, &target) {
+        Ok(found) => {
+            found.iter().for_each(|line| println!("{} {line}", asked.target));
+            println!("{}: {} failures", asked.target, found.len());
+            ExitCode::from(u8::from(!found.is_empty()))
+        }
+        Err(error) => refusal(&error.to_string()),
     }
-    println!("{}: {} failures", asked.target, failures.len());
-    ExitCode::from(u8::from(!failures.is_empty()))
 }

@@ -7,7 +7,10 @@ use tumble_core::model::ErrorModel;
 use tumble_core::redundancy::record::Record;
 use tumble_core::redundancy::sensor::SENSORS;
 use tumble_core::redundancy::settings::Rung;
-use tumble_store::record::{EncodeError, MAX_ENCODED, StoredRecord, VERSION, decode, encode};
+use tumble_store::record::{
+    DRIFT_ENCODED, DRIFT_VERSION, EncodeError, MAX_ENCODED, StoredRecord, VERSION, decode, decode_drift,
+    encode, encode_drift, length,
+};
 
 use crate::campaign::RunOutcome;
 use crate::draw::Draw;
@@ -19,8 +22,7 @@ const HEAD: usize = 3;
 const CHECKSUM: usize = 4;
 
 /// Makes one run.
-pub fn run(seed: u64) -> RunOutcome {
-    let mut draw = Draw::new(seed);
+pub fn run(mut draw: Draw) -> RunOutcome {
     match draw.below(4) {
         0 => written(&mut draw),
         1 => damaged(&mut draw),
@@ -82,7 +84,7 @@ fn made_up(draw: &mut Draw) -> RunOutcome {
     if !draw.once_in(4) {
         bytes
             .iter_mut()
-            .zip([b'T', b'R', 1 + draw.below(usize::from(VERSION)) as u8])
+            .zip([b'T', b'R', 1 + draw.below(usize::from(DRIFT_VERSION)) as u8])
             .for_each(|(byte, head)| *byte = head);
     }
     if !draw.once_in(4) {
@@ -92,10 +94,26 @@ fn made_up(draw: &mut Draw) -> RunOutcome {
 }
 
 fn consistent(bytes: &[u8]) -> RunOutcome {
+    if let Ok(drift) = decode_drift(bytes) {
+        expect(
+            length(bytes) == Some(bytes.len()),
+            "a drift has another length than it says",
+        )?;
+        let mut buffer = [0; DRIFT_ENCODED];
+        let again = encode_drift(&drift, &mut buffer);
+        return expect(
+            again == Ok(bytes),
+            "a drift is written as other bytes than it was read from",
+        );
+    }
     let Ok(record) = decode(bytes) else {
         return Ok(());
     };
     expect(is_sound(&record), "what is no record is read")?;
+    expect(
+        length(bytes) == Some(bytes.len()),
+        "it has another length than it says",
+    )?;
     let mut buffer = [0; MAX_ENCODED];
     match encode(&record, &mut buffer) {
         Ok(again) => expect(
@@ -251,7 +269,7 @@ mod tests {
     #[test]
     fn no_record_is_read_wrongly_in_a_hundred_thousand_runs() {
         for seed in 0..100_000 {
-            assert_eq!(run(seed), Ok(()), "seed {seed}");
+            assert_eq!(run(Draw::new(seed)), Ok(()), "seed {seed}");
         }
     }
 }

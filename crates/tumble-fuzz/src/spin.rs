@@ -70,9 +70,9 @@ struct Scene {
 }
 
 /// Machines in all states.
-pub struct Scenes(Vec<Scene>);
+pub struct SpinScenes(Vec<Scene>);
 
-impl Scenes {
+impl SpinScenes {
     /// Spins once with the wheels unknown, and once with them known.
     pub fn new() -> Self {
         let mut scenes = Vec::new();
@@ -88,8 +88,8 @@ impl Scenes {
     }
 
     /// Makes one run, twice.
-    pub fn run(&self, seed: u64) -> RunOutcome {
-        let [first, second] = [self.play(seed)?, self.play(seed)?];
+    pub fn run(&self, draw: Draw) -> RunOutcome {
+        let [first, second] = [self.play(draw.clone())?, self.play(draw)?];
         if first == second {
             Ok(())
         } else {
@@ -97,9 +97,8 @@ impl Scenes {
         }
     }
 
-    /// Plays the run of a seed; gives all that was said as one number.
-    fn play(&self, seed: u64) -> Result<u64, String> {
-        let mut draw = Draw::new(seed);
+    /// Plays a run; gives all that was said as one number.
+    fn play(&self, mut draw: Draw) -> Result<u64, String> {
         let Scene {
             mut step,
             mut machine,
@@ -269,7 +268,7 @@ mod tests {
 
     #[test]
     fn runs_begin_while_it_stands_while_it_turns_and_when_it_is_done() {
-        let Scenes(scenes) = Scenes::new();
+        let SpinScenes(scenes) = SpinScenes::new();
         let some = |is: fn(&SpinState<f32>) -> bool| scenes.iter().any(|scene| is(scene.machine.state()));
         assert!(some(|state| *state == SpinState::Still));
         assert!(some(|state| *state == SpinState::Spin));
@@ -279,9 +278,9 @@ mod tests {
 
     #[test]
     fn nothing_is_found_in_five_thousand_runs() {
-        let scenes = Scenes::new();
+        let scenes = SpinScenes::new();
         for seed in 0..5000 {
-            assert_eq!(scenes.run(seed), Ok(()), "seed {seed}");
+            assert_eq!(scenes.run(Draw::new(seed)), Ok(()), "seed {seed}");
         }
     }
 }

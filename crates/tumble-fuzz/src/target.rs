@@ -1,0 +1,44 @@
+//! What can be fed with hostile input.
+
+use crate::campaign::RunOutcome;
+use crate::draw::Draw;
+use crate::monitor::MonitorScenes;
+use crate::record;
+use crate::spin::SpinScenes;
+
+/// One of them, with all that its runs begin from.
+pub enum Target {
+    /// Bytes that may be a record.
+    Record,
+    /// The monitor of a redundant set.
+    Monitor(Box<MonitorScenes>),
+    /// The spin of a robot.
+    Spin(SpinScenes),
+}
+
+impl Target {
+    /// What they are called.
+    pub const NAMES: [&str; 3] = ["record", "monitor", "spin"];
+
+    /// The one of a name.
+    pub fn named(name: &str) -> Option<Self> {
+        match name {
+            "record" => Some(Self::Record),
+            "monitor" => Some(Self::Monitor(Box::new(MonitorScenes::new()))),
+            "spin" => Some(Self::Spin(SpinScenes::new())),
+            _ => None,
+        }
+    }
+
+    /// Makes one run.
+    ///
+    /// # Errors
+    /// What is wrong, in a line.
+    pub fn run(&self, draw: Draw) -> RunOutcome {
+        match self {
+            Self::Record => record::run(draw),
+            Self::Monitor(scenes) => scenes.run(draw),
+            Self::Spin(scenes) => scenes.run(draw),
+        }
+    }
+}
