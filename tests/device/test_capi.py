@@ -7,12 +7,14 @@ import re
 import shutil
 import subprocess
 from collections.abc import Sequence
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from exchange_units import calibration, samples
+from repetitions import SOAK
 from tumble.calibration.document import Calibration, Triad
 from tumble.exchange.parameters import all_powers, c_float
 from tumble.recording import FloatArray
@@ -33,6 +35,8 @@ FORBIDDEN = re.compile(
 
 DOUBLE = re.compile(r"\b(__aeabi_(c?d\w+|\w+2d)|__\w*df\w*)\b")
 """Symbols of the emulation of double precision, as Arm and as compilers call them: __aeabi_dmul, __muldf3."""
+
+SLOW = pytest.mark.skipif(not SOAK, reason="builds nearly all of it once more: for make soak")
 
 LANGUAGES = {"c": ["gcc", "-std=c99"], "cpp": ["g++", "-std=c++17"]}
 
@@ -56,13 +60,21 @@ def tools() -> None:
     done(["scripts/install_device_tools.sh"])
 
 
-def library(folder: Path, *features: str, device: bool = False, units: int = 3) -> Path:
-    """Build the static library, and put it into `folder`."""
+PARTS = ("spin", "redundancy", "records", "temperature")
+
+
+def library(
+    folder: Path, *features: str, device: bool = False, units: int = 3, left_out: Sequence[str] = ()
+) -> Path:
+    """Build the static library, all of it or without some of its parts, and put it into `folder`."""
     cargo = ["scripts/cargo_for_device.sh"] if device else ["cargo"]
     options = ["--locked", "--package", "tumble-capi", "--crate-type", "staticlib", "--profile", "device"]
     # Said even where it is the default, as packages do: to cargo said and not said are two libraries.
     named = {"TUMBLE_UNITS": str(units)}
-    done([*cargo, "rustc", *options, "--features", ",".join(["freestanding", *features])], **named)
+    wanted = [part for part in PARTS if part not in left_out]
+    # To cargo all parts named are another library than all by default, as the packages build it.
+    parts = ["--no-default-features", "--features", ",".join(wanted)] if left_out else []
+    done([*cargo, "rustc", *options, *parts, "--features", ",".join(["freestanding", *features])], **named)
     target = ROOT / os.environ.get("CARGO_TARGET_DIR", "target") / (DEVICE if device else "") / "device"
     return Path(shutil.copy(target / "libtumble_capi.a", folder))
 
@@ -289,6 +301,12 @@ def image(archive: Path, *options: str) -> subprocess.CompletedProcess[str]:
     return run([*compile_, source, archive, "-o", archive.parent / "image.elf"])
 
 
+def flash(program: Path) -> int:
+    """Bytes of code, constants and initial values."""
+    text, data = done(["arm-none-eabi-size", program]).splitlines()[1].split()[:2]
+    return int(text) + int(data)
+
+
 def symbols(program: Path) -> list[str]:
     return [line.split(maxsplit=2)[-1] for line in done(["arm-none-eabi-nm", "-C", program]).splitlines()]
 
@@ -303,6 +321,41 @@ def test_a_cortex_m_image_reaches_neither_panic_nor_heap(device_library: Path) -
     )
     assert len(declared) > 30
     assert declared <= set(found), declared - set(found)
+
+
+@pytest.mark.parametrize(
+    "wanted", [parts for n in range(4) for parts in combinations(PARTS, n)], ids="+".join
+)
+def test_the_library_compiles_with_every_set_of_its_parts(wanted: Sequence[str]) -> None:
+    options = ["--quiet", "--locked", "--package", "tumble-capi", "--lib", "--no-default-features"]
+    done(["cargo", "clippy", *options, "--features", ",".join(wanted), "--", "--deny", "warnings"])
+
+
+SINGLE = [(part,) for part in PARTS if part != "redundancy"]
+"""What is left out alone takes as long to build as all together."""
+
+
+@pytest.mark.parametrize(
+    "left_out", [("redundancy",), PARTS, *(pytest.param(parts, marks=SLOW) for parts in SINGLE)], ids="+".join
+)
+def test_an_image_without_some_parts_is_smaller(
+    device_library: Path, tmp_path: Path, left_out: Sequence[str]
+) -> None:
+    archive = library(tmp_path, device=True, left_out=left_out)
+    linked = image(archive, *(f"-DTUMBLE_WITHOUT_{part.upper()}" for part in left_out))
+    assert linked.returncode == 0, linked.stderr
+    assert archive.stat().st_size < device_library.stat().st_size
+    assert image(device_library).returncode == 0
+    smaller, all_ = (flash(folder / "image.elf") for folder in (tmp_path, device_library.parent))
+    print(f"{all_} bytes of flash, {smaller} without {', '.join(left_out)}")
+    assert smaller < all_ - 500 * len(left_out)
+
+
+def test_a_call_of_a_part_that_was_left_out_does_not_link(tmp_path: Path) -> None:
+    linked = image(library(tmp_path, device=True, left_out=PARTS))
+    assert linked.returncode != 0
+    for call in ("tumble_spin_init", "tumble_redundancy_push", "tumble_store_save", "tumble_drift_decode"):
+        assert f"undefined reference to `{call}'" in linked.stderr
 
 
 def test_an_image_that_reaches_a_panic_does_not_link(tmp_path: Path) -> None:

@@ -16,6 +16,8 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/tumbleConfig.cmake ${CMAKE_CURRENT_BIN
     DESTINATION ${folder})
 
 set(folder ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+list(TRANSFORM TUMBLE_DEFINITIONS PREPEND -D OUTPUT_VARIABLE TUMBLE_MACROS)
+list(JOIN TUMBLE_MACROS " " TUMBLE_MACROS)
 file(RELATIVE_PATH TUMBLE_PREFIX_FROM_PC /prefix/${folder} /prefix)
 configure_file(cmake/tumble.pc.in ${CMAKE_CURRENT_BINARY_DIR}/tumble.pc @ONLY)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/tumble.pc DESTINATION ${folder})

@@ -32,6 +32,31 @@ function(tumble_check_units units)
     endif()
 endfunction()
 
+# Sets `features` to cargo's options for the parts that are wanted, and `definitions` to the macros that say what was built:
+# TUMBLE_UNITS, and TUMBLE_WITHOUT_SPIN and the like.
+function(tumble_choose_parts features definitions)
+    set(wanted freestanding)
+    set(said TUMBLE_UNITS=${TUMBLE_UNITS})
+    # As in Cargo.toml, zephyr/Kconfig and platformio/build.py.
+    foreach(part SPIN REDUNDANCY RECORDS TEMPERATURE)
+        if(TUMBLE_${part})
+            string(TOLOWER ${part} feature)
+            list(APPEND wanted ${feature})
+        else()
+            list(APPEND said TUMBLE_WITHOUT_${part})
+        endif()
+    endforeach()
+    list(LENGTH said length)
+    if(length EQUAL 1)
+        # To cargo this is another library than one with all parts named.
+        set(${features} --features freestanding PARENT_SCOPE)
+    else()
+        list(JOIN wanted "," wanted)
+        set(${features} --no-default-features --features ${wanted} PARENT_SCOPE)
+    endif()
+    set(${definitions} ${said} PARENT_SCOPE)
+endfunction()
+
 # Adds tumble::tumble, whose file is `library`.
 function(tumble_add_library library)
     set(built ${TUMBLE_CARGO_FOLDER})
@@ -44,7 +69,7 @@ function(tumble_add_library library)
     add_custom_target(tumble_cargo
         COMMAND ${CMAKE_COMMAND} -E env TUMBLE_UNITS=${TUMBLE_UNITS}
             ${TUMBLE_CARGO} rustc --quiet --locked --manifest-path ${CMAKE_CURRENT_SOURCE_DIR}/Cargo.toml
-            --crate-type staticlib --profile device --features freestanding
+            --crate-type staticlib --profile device ${TUMBLE_FEATURES}
             --target-dir ${TUMBLE_CARGO_FOLDER} ${target}
         COMMAND ${CMAKE_COMMAND} -E copy_if_different ${built}/device/libtumble_capi.a ${library}
         BYPRODUCTS ${library}
@@ -55,5 +80,5 @@ function(tumble_add_library library)
     set_target_properties(tumble::tumble PROPERTIES
         IMPORTED_LOCATION ${library}
         INTERFACE_INCLUDE_DIRECTORIES ${CMAKE_CURRENT_SOURCE_DIR}/include
-        INTERFACE_COMPILE_DEFINITIONS TUMBLE_UNITS=${TUMBLE_UNITS})
+        INTERFACE_COMPILE_DEFINITIONS "${TUMBLE_DEFINITIONS}")
 endfunction()

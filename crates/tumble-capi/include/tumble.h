@@ -37,6 +37,9 @@
 #define TUMBLE_UNITS 3
 #endif
 
+/* Parts that the library was built without are named by macros: TUMBLE_WITHOUT_SPIN, TUMBLE_WITHOUT_REDUNDANCY,
+ * TUMBLE_WITHOUT_RECORDS, TUMBLE_WITHOUT_TEMPERATURE. Their calls are declared all the same; they do not link. */
+
 #if TUMBLE_UNITS < 2 || TUMBLE_UNITS > 8
 #error "TUMBLE_UNITS is 2 to 8"
 #endif
@@ -2316,6 +2319,24 @@ tumble_status tumble_redundancy_restore(struct tumble_redundancy *redundancy,
                                         void *context);
 
 /**
+ * Looks for settings that contradict each other, or themselves, and says in words which: in the `size` bytes at `text`,
+ * which are the caller's, ending in a zero byte and cut off where there is no room. Where there is nothing to be said, they
+ * begin with that zero byte, also after ::TUMBLE_OK. `text` may be null.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_CODE, ::TUMBLE_ERROR_CONTRADICTION.
+ */
+tumble_status tumble_redundancy_check(const struct tumble_redundancy_settings *settings,
+                                      char *text,
+                                      size_t size);
+
+/**
+ * Fills settings with their defaults.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL.
+ */
+tumble_status tumble_redundancy_defaults(struct tumble_redundancy_settings *settings);
+
+/**
  * Takes all records in force from a store, as after a reset: those of the secondaries, and those of the primary as its own
  * calibration unless tumble_redundancy_init() was given one. `on_event` may be null.
  *
@@ -2327,13 +2348,6 @@ tumble_status tumble_redundancy_restore_from(struct tumble_redundancy *redundanc
                                              struct tumble_store *store,
                                              tumble_on_event on_event,
                                              void *context);
-
-/**
- * Fills settings with their defaults.
- *
- * Errors: ::TUMBLE_ERROR_NULL.
- */
-tumble_status tumble_redundancy_defaults(struct tumble_redundancy_settings *settings);
 
 /**
  * Fills in a unit of that identity with six axes of unknown range on the common clock, mounted as the primary.
@@ -2546,17 +2560,6 @@ tumble_status tumble_drift_decode(const uint8_t *bytes, size_t length, struct tu
  * Says in words what a status means. The text is constant, in ASCII, and the library's.
  */
 const char *tumble_strerror(tumble_status status);
-
-/**
- * Looks for settings that contradict each other, or themselves, and says in words which: in the `size` bytes at `text`,
- * which are the caller's, ending in a zero byte and cut off where there is no room. Where there is nothing to be said, they
- * begin with that zero byte, also after ::TUMBLE_OK. `text` may be null.
- *
- * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_CODE, ::TUMBLE_ERROR_CONTRADICTION.
- */
-tumble_status tumble_redundancy_check(const struct tumble_redundancy_settings *settings,
-                                      char *text,
-                                      size_t size);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -1,8 +1,9 @@
 """Builds libtumble.a with cargo, or takes a prebuilt one, for a project of PlatformIO.
 
 PlatformIO runs it with SCons where a project includes tumble.h. Options of the project's environment:
-custom_tumble_units (3), custom_tumble_target (found from the compiler's flags; this machine on the platform
-native), custom_tumble_library (none: it is built).
+custom_tumble_units (3), custom_tumble_without (parts that are left out, such as "spin temperature"; none),
+custom_tumble_target (found from the compiler's flags; this machine on the platform native),
+custom_tumble_library (none: it is built).
 """
 
 # SCons brings `env` and `projenv` in, which a checker cannot see.
@@ -31,6 +32,10 @@ PROCESSORS = {
 }
 
 
+# As in Cargo.toml and cmake/TumbleRust.cmake.
+PARTS = ("spin", "redundancy", "records", "temperature")
+
+
 def fail(message: str) -> NoReturn:
     """End the build with one line."""
     print(f"tumble: {message}")
@@ -50,11 +55,19 @@ def find_target(flags: list[str]) -> str | None:
     return PROCESSORS[processor] + ("-eabihf" if hard else "-eabi")
 
 
-def build(folder: Path, target: str | None, units: str) -> Path:
+def features(left_out: list[str]) -> list[str]:
+    """Cargo's options for all parts but these."""
+    if not left_out:
+        return ["--features", "freestanding"]
+    wanted = ["freestanding", *(part for part in PARTS if part not in left_out)]
+    return ["--no-default-features", "--features", ",".join(wanted)]
+
+
+def build(folder: Path, target: str | None, units: str, left_out: list[str]) -> Path:
     """Path of the library that cargo builds."""
     crate = Path(env.Dir(".").srcnode().abspath).parent
     command = ["cargo", "rustc", "--quiet", "--locked", "--manifest-path", str(crate / "Cargo.toml")]
-    command += ["--crate-type", "staticlib", "--profile", "device", "--features", "freestanding"]
+    command += ["--crate-type", "staticlib", "--profile", "device", *features(left_out)]
     command += ["--target-dir", str(folder)] + (["--target", target] if target else [])
     try:
         subprocess.run(command, env={**os.environ, "TUMBLE_UNITS": units}, check=True)
@@ -68,13 +81,19 @@ def build(folder: Path, target: str | None, units: str) -> Path:
 units = env.GetProjectOption("custom_tumble_units", "3")
 if units not in {"2", "3", "4", "5", "6", "7", "8"}:
     fail(f"custom_tumble_units is {units}; it is 2 to 8, the primary included")
+left_out = env.GetProjectOption("custom_tumble_without", "").split()
+for part in left_out:
+    if part not in PARTS:
+        fail(f"custom_tumble_without names {part}; parts are {', '.join(PARTS)}")
 flags = env.Flatten(env.subst_list("$CCFLAGS $CFLAGS $ASFLAGS"))
 library = env.GetProjectOption("custom_tumble_library", "")
 if not library:
     target = env.GetProjectOption("custom_tumble_target", "") or find_target([str(flag) for flag in flags])
-    library = build(Path(env.subst("$BUILD_DIR")) / "cargo", target, units)
+    library = build(Path(env.subst("$BUILD_DIR")) / "cargo", target, units, left_out)
 
 # PlatformIO hands on what libraries are linked, but no definitions: those go to whom they concern.
 env.Append(LIBS=[env.File(str(library))])
 for whom in (DefaultEnvironment(), projenv):
-    whom.Append(CPPDEFINES=[("TUMBLE_UNITS", units)])
+    whom.Append(
+        CPPDEFINES=[("TUMBLE_UNITS", units), *(f"TUMBLE_WITHOUT_{part.upper()}" for part in left_out)]
+    )

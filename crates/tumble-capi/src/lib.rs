@@ -6,19 +6,34 @@
 //! 4. [`redundancy`]: a primary and its secondaries;
 //! 5. [`record`], [`flash`] and [`store`]: what outlasts a reset.
 //!
-//! Nothing here computes: that is done in `tumble-core` and `tumble-store`.
+//! Nothing here computes: that is done in `tumble-core` and `tumble-store`. Features of these names leave parts out.
 #![no_std]
+// What parts share, not all of them need.
+#![cfg_attr(
+    not(all(
+        feature = "spin",
+        feature = "redundancy",
+        feature = "records",
+        feature = "temperature"
+    )),
+    allow(dead_code, unused_imports)
+)]
 
 mod code;
+#[cfg(feature = "records")]
 pub mod flash;
 #[cfg(feature = "freestanding")]
 mod freestanding;
 pub mod model;
 mod pointer;
 pub mod record;
+#[cfg(feature = "redundancy")]
 pub mod redundancy;
+#[cfg(feature = "spin")]
 pub mod spin;
 pub mod status;
+#[cfg(feature = "records")]
 pub mod store;
+#[cfg(feature = "temperature")]
 pub mod temperature;
 pub mod text;

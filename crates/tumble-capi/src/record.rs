@@ -86,6 +86,7 @@ pub struct Record {
 /// Writes a record as bytes. Of the `size` bytes at `buffer`, which are the caller's, the first `length` are it then.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_CODE, ::TUMBLE_ERROR_NOT_FINITE of the record; ::TUMBLE_ERROR_NO_ROOM.
+#[cfg(feature = "records")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_record_encode(
     record: *const Record,
@@ -116,6 +117,7 @@ pub unsafe extern "C" fn tumble_record_encode(
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_TOO_SHORT, ::TUMBLE_ERROR_NOT_A_RECORD, ::TUMBLE_ERROR_CORRUPT,
 /// ::TUMBLE_ERROR_VERSION; ::TUMBLE_ERROR_CODE, ::TUMBLE_ERROR_NOT_FINITE of what was written.
+#[cfg(feature = "records")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_record_decode(
     bytes: *const u8,

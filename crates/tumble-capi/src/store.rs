@@ -12,6 +12,7 @@ use crate::flash::{Driver, DriverError, Flash, WORD};
 use crate::pointer::{Place, Storage, answer, begin, change, read, view};
 use crate::record::{Record, Sensor, decode_error, encode_error};
 use crate::status::{Status, StatusResult, status};
+#[cfg(feature = "temperature")]
 use crate::temperature::{DriftRecord, TemperatureDrift};
 
 /// Words of 8 bytes in the storage of a store.
@@ -162,6 +163,7 @@ pub unsafe extern "C" fn tumble_store_save_factory(
 /// Reads what temperature does to a sensor of a unit. Calibrations that are adopted leave it as it is.
 ///
 /// Errors: as of tumble_store_load().
+#[cfg(feature = "temperature")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_store_load_drift(
     store: *mut Store,
@@ -186,6 +188,7 @@ pub unsafe extern "C" fn tumble_store_load_drift(
 
 /// Keeps what temperature does to a sensor, in place of what was kept of that before. Everything else is as of
 /// tumble_store_save().
+#[cfg(feature = "temperature")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_store_save_drift(
     store: *mut Store,

@@ -80,6 +80,7 @@ pub unsafe extern "C" fn tumble_temperature_drift_remove(
 ///
 /// Errors: ::TUMBLE_ERROR_NULL; ::TUMBLE_ERROR_CODE of the sensor; ::TUMBLE_ERROR_NOT_FINITE of the numbers, also where the
 /// range is none or the reference not within it.
+#[cfg(feature = "records")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_drift_encode(record: *const DriftRecord, bytes: *mut u8) -> Status {
     // SAFETY: as the header asks of all pointers.
@@ -96,6 +97,7 @@ pub unsafe extern "C" fn tumble_drift_encode(record: *const DriftRecord, bytes: 
 /// Reads a drift from the `length` bytes that are it, neither more nor fewer.
 ///
 /// Errors: as of tumble_record_decode(); ::TUMBLE_ERROR_NOT_A_RECORD if they are a record of another kind.
+#[cfg(feature = "records")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tumble_drift_decode(
     bytes: *const u8,

@@ -32,6 +32,12 @@ TARGETS = [
     if not (hard and processor == "cortex-m3")
 ]
 
+# Parts of the library that may be left out, as options of CMake and of Kconfig end.
+PARTS = ("SPIN", "REDUNDANCY", "RECORDS", "TEMPERATURE")
+
+WITHOUT_SETS = "no redundant sets: it was done\n"
+"""What the consumer says where it is built without redundant sets."""
+
 
 def run(*command: str | Path, folder: Path = ROOT) -> str:
     """What a command prints; fails with it if the command does."""

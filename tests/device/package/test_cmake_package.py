@@ -6,7 +6,17 @@ import re
 
 import pytest
 
-from package.packages import CRATE, HERE, ROOT, TARGETS, build, configuring, run, try_to_run
+from package.packages import (
+    CRATE,
+    HERE,
+    ROOT,
+    TARGETS,
+    WITHOUT_SETS,
+    build,
+    configuring,
+    run,
+    try_to_run,
+)
 
 EXAMPLE = ROOT / "examples" / "c"
 
@@ -29,6 +39,18 @@ def test_an_installed_package_may_be_moved(tmp_path):
 def test_a_folder_of_sources_is_built_for_as_many_units_as_asked(tmp_path, many_units):
     build(HERE / "consumer", tmp_path, TUMBLE_SOURCE=CRATE, TUMBLE_UNITS=many_units)
     assert run(tmp_path / "consumer") == f"{many_units} units: it was done\n"
+
+
+def test_parts_are_left_out_of_an_installed_package_and_of_sources(tmp_path):
+    left_out = {"TUMBLE_SPIN": "OFF", "TUMBLE_REDUNDANCY": "OFF"}
+    build(CRATE, tmp_path / "tumble", **left_out)
+    run("cmake", "--install", tmp_path / "tumble", "--prefix", tmp_path / "installed")
+    build(HERE / "consumer", tmp_path / "consumer", CMAKE_PREFIX_PATH=tmp_path / "installed")
+    assert run(tmp_path / "consumer" / "consumer") == WITHOUT_SETS
+    said = (tmp_path / "installed" / "lib" / "pkgconfig" / "tumble.pc").read_text()
+    assert "-DTUMBLE_UNITS=3 -DTUMBLE_WITHOUT_SPIN -DTUMBLE_WITHOUT_REDUNDANCY\n" in said
+    build(HERE / "consumer", tmp_path / "sources", TUMBLE_SOURCE=CRATE, **left_out)
+    assert run(tmp_path / "sources" / "consumer") == WITHOUT_SETS
 
 
 @pytest.mark.parametrize("units", ["1", "9", "many"])

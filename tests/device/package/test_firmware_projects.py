@@ -8,7 +8,18 @@ import os
 import pytest
 import yaml
 
-from package.packages import CARGO_FOLDER, CRATE, HERE, TARGETS, build, configuring, run, try_to_run
+from package.packages import (
+    CARGO_FOLDER,
+    CRATE,
+    HERE,
+    PARTS,
+    TARGETS,
+    WITHOUT_SETS,
+    build,
+    configuring,
+    run,
+    try_to_run,
+)
 
 # What Zephyr's scripts/zephyr_module.py allows in a module that brings its own CMakeLists.txt and Kconfig.
 MODULE_KEYS = {"name", "build", "tests", "samples", "boards", "blobs"}
@@ -20,8 +31,8 @@ kconfig = kconfiglib.Kconfig(sys.argv[1], warn_to_stderr=False)
 for assignment in sys.argv[2:]:
     name, _, value = assignment.partition("=")
     assert kconfig.syms[name].set_value(value), assignment
-names = ("TUMBLE", "TUMBLE_UNITS", "TUMBLE_RUST_TARGET")
-print(json.dumps({name: kconfig.syms[name].str_value for name in names}))
+symbols = {name: found.str_value for name, found in kconfig.syms.items()}
+print(json.dumps({name: value for name, value in symbols.items() if name.startswith("TUMBLE")}))
 """
 
 # Only the list of licences, which would be fetched, is left out.
@@ -58,7 +69,8 @@ def test_kconfig_knows_the_target_of_a_processor(tmp_path, python, symbols, targ
     zephyrs = "".join(f"config {symbol}\n\tdef_bool y\n" for symbol in symbols)
     top.write_text(f'{zephyrs}source "{CRATE}/zephyr/Kconfig"\n')
     configured = json.loads(run(python, "-c", READ_KCONFIG, top, "TUMBLE=y"))
-    assert configured == {"TUMBLE": "y", "TUMBLE_UNITS": "3", "TUMBLE_RUST_TARGET": target}
+    parts = dict.fromkeys((f"TUMBLE_{part}" for part in PARTS), "y")
+    assert configured == {"TUMBLE": "y", "TUMBLE_UNITS": "3", "TUMBLE_RUST_TARGET": target, **parts}
 
 
 def test_kconfig_keeps_units_in_their_range(python):
@@ -68,6 +80,14 @@ def test_kconfig_keeps_units_in_their_range(python):
     assert 2 <= int(configured["TUMBLE_UNITS"]) <= 8
 
 
+@pytest.mark.parametrize("part", PARTS)
+def test_kconfig_may_leave_a_part_out(python, part):
+    configured = json.loads(
+        run(python, "-c", READ_KCONFIG, CRATE / "zephyr" / "Kconfig", "TUMBLE=y", f"TUMBLE_{part}=n")
+    )
+    assert [name for name, value in configured.items() if value == "n"] == [f"TUMBLE_{part}"]
+
+
 NATIVE = {"CONFIG_ARCH_POSIX": "y", "CONFIG_64BIT": "y"}
 
 
@@ -75,13 +95,20 @@ def application_of_zephyr(**configuration):
     """What Zephyr's Kconfig would have said where it knows no target of the processor."""
     return {
         "MODULE": CRATE, "BOARD": "nowhere", "CONFIG_TUMBLE": "y", "CONFIG_TUMBLE_UNITS": "3",
-        "CONFIG_TUMBLE_RUST_TARGET": "", **configuration,
+        "CONFIG_TUMBLE_RUST_TARGET": "", **dict.fromkeys((f"CONFIG_TUMBLE_{part}" for part in PARTS), "y"),
+        **configuration,
     }  # fmt: skip
 
 
 def test_an_application_of_zephyr_links_the_module(tmp_path, many_units):
     build(HERE / "zephyr", tmp_path, **application_of_zephyr(**NATIVE, CONFIG_TUMBLE_UNITS=many_units))
     assert run(tmp_path / "consumer") == f"{many_units} units: it was done\n"
+
+
+def test_an_application_of_zephyr_links_what_kconfig_left_of_the_module(tmp_path):
+    left_out = {"CONFIG_TUMBLE_SPIN": "", "CONFIG_TUMBLE_REDUNDANCY": ""}
+    build(HERE / "zephyr", tmp_path, **application_of_zephyr(**NATIVE, **left_out))
+    assert run(tmp_path / "consumer") == WITHOUT_SETS
 
 
 @pytest.mark.parametrize("configuration", [{}, {"CONFIG_ARCH_POSIX": "y"}, {"CONFIG_64BIT": "y"}])
@@ -115,6 +142,19 @@ def test_a_project_of_platformio_links_what_the_script_builds(tmp_path, python, 
     built = scons(python, tmp_path, {"custom_tumble_units": str(many_units)})
     assert built.returncode == 0, built.stdout + built.stderr
     assert run(tmp_path / "consumer") == f"{many_units} units: it was done\n"
+
+
+def test_a_project_of_platformio_links_the_parts_that_it_wants(tmp_path, python):
+    (tmp_path / "cargo").symlink_to(CARGO_FOLDER)
+    built = scons(python, tmp_path, {"custom_tumble_without": "spin redundancy"})
+    assert built.returncode == 0, built.stdout + built.stderr
+    assert run(tmp_path / "consumer") == WITHOUT_SETS
+
+
+def test_a_project_of_platformio_that_leaves_out_what_is_no_part_is_told_so(tmp_path, python):
+    refused = scons(python, tmp_path, {"custom_tumble_without": "spinning"})
+    assert refused.returncode != 0
+    assert "tumble: custom_tumble_without names spinning; parts are spin, redundancy," in refused.stdout
 
 
 def test_a_project_of_platformio_may_bring_a_prebuilt_library(tmp_path, python, many_units):

@@ -1,9 +1,12 @@
 //! A primary that keeps its secondaries calibrated, and a secondary that takes over when the primary fails.
 
 mod choice;
+mod contradiction;
 mod event;
 mod reason;
 mod settings;
+#[cfg(feature = "records")]
+mod stored;
 mod unit;
 mod witness;
 
@@ -20,25 +23,25 @@ use tumble_core::redundancy::monitor::{Command as CoreCommand, Monitor};
 use tumble_core::redundancy::platform::{
     MountedUnit as CoreUnit, Platform, PlatformError, PrimaryCalibration,
 };
-use tumble_core::redundancy::record::{Record as CoreRecord, Storage as CoreStorage};
-use tumble_core::redundancy::sensor::{SENSORS, Sensor as CoreSensor};
-use tumble_store::flash::StoreError;
+use tumble_core::redundancy::record::Record as CoreRecord;
+use tumble_core::redundancy::sensor::Sensor as CoreSensor;
 
 pub use crate::redundancy::choice::{Adoption, Data, Gate, Scope, Threshold, ThresholdKind};
+pub use crate::redundancy::contradiction::tumble_redundancy_check;
 pub use crate::redundancy::event::{Check, Event, EventKind, OnEvent};
 pub use crate::redundancy::reason::Reason;
 pub use crate::redundancy::settings::{RedundancySettings, tumble_redundancy_defaults};
+#[cfg(feature = "records")]
+pub use crate::redundancy::stored::tumble_redundancy_restore_from;
 pub use crate::redundancy::unit::{TUMBLE_AXES_ALL, Unit, tumble_unit_defaults};
 pub use crate::redundancy::witness::{Witness, WitnessKind};
 
 use crate::code::{Code, code};
-use crate::flash::DriverError;
 use crate::model::{Calibration, Sample, rows};
 use crate::pointer::{Place, Storage, answer, begin, change, look, read, view};
 use crate::record::{Record, Sensor};
 use crate::redundancy::event::Listener;
 use crate::status::{Status, StatusResult, status};
-use crate::store::{Store, error_of};
 
 /// Units that the library was built for.
 pub const UNITS: usize = units(option_env!("TUMBLE_UNITS"));
@@ -315,37 +318,6 @@ pub unsafe extern "C" fn tumble_redundancy_restore(
     status(unsafe { change(redundancy, work) })
 }
 
-/// Takes all records in force from a store, as after a reset: those of the secondaries, and those of the primary as its own
-/// calibration unless tumble_redundancy_init() was given one. `on_event` may be null.
-///
-/// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY, of the monitor or the store; the first
-/// of tumble_store_load(), or ::TUMBLE_ERROR_BEGUN of a record of the primary, and the other records were taken all the
-/// same. That nothing is stored is no error.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn tumble_redundancy_restore_from(
-    redundancy: *mut Redundancy,
-    store: *mut Store,
-    on_event: OnEvent,
-    context: *mut c_void,
-) -> Status {
-    let listener = Listener { on_event, context };
-    let work = |watched: &mut Watched| {
-        let restore = |store: &mut _| {
-            let mut now = tumble_store::flash::RecordStore::at(store, 0, None);
-            let primary = watched.calibrate_primary_from(&mut now, &listener);
-            let Watched { platform, monitor } = watched;
-            let secondaries = monitor
-                .restore_from(platform, &mut now, &mut |event| listener.tell(&event))
-                .map_err(|error| error_of(&error));
-            primary.and(secondaries)
-        };
-        // SAFETY: as the header asks of all pointers.
-        unsafe { change(store, restore) }
-    };
-    // SAFETY: the same.
-    status(unsafe { change(redundancy, work) })
-}
-
 // SAFETY: repr(u32), numbered from 0.
 unsafe impl Code for Command {
     const COUNT: u32 = 2;
@@ -395,27 +367,6 @@ impl Watched {
             kind,
         });
         Ok(())
-    }
-
-    /// Takes what is stored of the primary, unless a calibration was given.
-    fn calibrate_primary_from<S: CoreStorage<f32, Error = StoreError<DriverError>>>(
-        &mut self,
-        store: &mut S,
-        listener: &Listener,
-    ) -> StatusResult {
-        if *self.platform.calibration() != PrimaryCalibration::none() {
-            return Ok(());
-        }
-        let mut outcome = Ok(());
-        for sensor in SENSORS {
-            let taken = match store.load(self.primary(), sensor) {
-                Ok(Some(record)) => self.calibrate_primary(&record, listener),
-                Ok(None) => Ok(()),
-                Err(error) => Err(error_of(&error)),
-            };
-            outcome = outcome.and(taken);
-        }
-        outcome
     }
 }
 

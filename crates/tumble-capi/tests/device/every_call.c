@@ -1,4 +1,5 @@
-/* Calls every function once, so that a linker keeps all of the library: what it then leaves out cannot be reached. */
+/* Calls every function once, so that a linker keeps all of the library: what it then leaves out cannot be reached.
+   Parts that the library was built without are not called. */
 
 #include "tumble.h"
 
@@ -6,18 +7,8 @@
 #include <stdlib.h>
 #endif
 
-static tumble_redundancy monitor;
-static tumble_spin spin;
-static tumble_store store;
-
 /* Written to, so that no call is for nothing. */
 volatile uint32_t answers;
-
-static void on_event(void *context, const tumble_event *event)
-{
-    (void)context;
-    answers += event->kind;
-}
 
 /* Not constant, so that nothing is computed beforehand. */
 tumble_flash flash;
@@ -31,9 +22,6 @@ static void correct(void)
     tumble_correction correction;
     answers += tumble_correction_init(&correction, &calibration);
     answers += tumble_correction_apply(&correction, &sample, &sample);
-    const tumble_temperature_drift drift = {25.0F, {-20.0F, 70.0F}, {{0.0F}}, {{0.0F}}};
-    answers += tumble_temperature_drift_remove(&drift, calibration.gyroscope.bias, 30.0F, sample.angular_rate,
-                                               sample.angular_rate);
     answers += tumble_error_model_measure(&calibration.gyroscope, sample.angular_rate, sample.angular_rate);
 }
 
@@ -42,6 +30,18 @@ static void take_apart(void)
     tumble_decomposition parts;
     answers += tumble_error_model_decompose(&calibration.gyroscope, &parts);
 }
+
+#ifndef TUMBLE_WITHOUT_TEMPERATURE
+static void warm(void)
+{
+    const tumble_temperature_drift drift = {25.0F, {-20.0F, 70.0F}, {{0.0F}}, {{0.0F}}};
+    answers += tumble_temperature_drift_remove(&drift, calibration.gyroscope.bias, 30.0F, sample.angular_rate,
+                                               sample.angular_rate);
+}
+#endif
+
+#ifndef TUMBLE_WITHOUT_SPIN
+static tumble_spin spin;
 
 static void turn(void)
 {
@@ -59,6 +59,11 @@ static void turn(void)
     answers += tumble_spin_solve(&spin, NULL, &estimate, &state.failure);
 }
 
+#endif
+
+#ifndef TUMBLE_WITHOUT_RECORDS
+static tumble_store store;
+
 static void keep(void)
 {
     uint8_t bytes[TUMBLE_RECORD_BYTES];
@@ -73,12 +78,24 @@ static void keep(void)
     answers += tumble_store_save(&store, 0, &record, &wait);
     answers += tumble_store_save_factory(&store, 0, &record, &wait);
     answers += tumble_store_roll_back(&store, 0, 1, TUMBLE_SENSOR_GYROSCOPE, TUMBLE_WHICH_FACTORY, NULL, NULL);
+#ifndef TUMBLE_WITHOUT_TEMPERATURE
     tumble_drift_record drift = {1, TUMBLE_SENSOR_GYROSCOPE, {25.0F, {-20.0F, 70.0F}, {{0.0F}}, {{0.0F}}}};
     answers += tumble_drift_encode(&drift, bytes);
     answers += tumble_drift_decode(bytes, TUMBLE_DRIFT_BYTES, &drift);
     answers += tumble_store_save_drift(&store, 0, &drift, &wait);
     answers += tumble_store_load_drift(&store, 1, TUMBLE_SENSOR_GYROSCOPE, &drift.drift);
+#endif
     answers += tumble_store_erase(&store);
+}
+#endif
+
+#ifndef TUMBLE_WITHOUT_REDUNDANCY
+static tumble_redundancy monitor;
+
+static void on_event(void *context, const tumble_event *event)
+{
+    (void)context;
+    answers += event->kind;
 }
 
 static void watch(void)
@@ -95,7 +112,9 @@ static void watch(void)
         answers += tumble_unit_defaults(&units[i], i);
     }
     answers += tumble_redundancy_init(&monitor, sizeof monitor, &settings, &calibration, units, TUMBLE_UNITS);
+#ifndef TUMBLE_WITHOUT_RECORDS
     answers += tumble_redundancy_restore_from(&monitor, &store, on_event, NULL);
+#endif
     answers += tumble_redundancy_restore(&monitor, &record, on_event, NULL);
     answers += tumble_redundancy_push(&monitor, 0, &sample, on_event, NULL, &output);
     answers += tumble_redundancy_witness(&monitor, sample.time, &witness, on_event, NULL);
@@ -103,14 +122,24 @@ static void watch(void)
     answers += tumble_redundancy_get_source(&monitor, &source);
     answers += tumble_redundancy_get_stored(&monitor, 1, TUMBLE_SENSOR_GYROSCOPE, &knowledge);
 }
+#endif
 
 int main(void)
 {
     correct();
     take_apart();
+#ifndef TUMBLE_WITHOUT_TEMPERATURE
+    warm();
+#endif
+#ifndef TUMBLE_WITHOUT_SPIN
     turn();
+#endif
+#ifndef TUMBLE_WITHOUT_RECORDS
     keep();
+#endif
+#ifndef TUMBLE_WITHOUT_REDUNDANCY
     watch();
+#endif
 #ifdef REACH_DOUBLE_PRECISION
     answers = (uint32_t)(1.5 * answers);
 #endif

@@ -3,6 +3,13 @@
 
 #include "tumble.h"
 
+#ifdef TUMBLE_WITHOUT_REDUNDANCY
+int main(void)
+{
+    printf("no redundant sets: %s\n", tumble_strerror(TUMBLE_OK));
+    return 0;
+}
+#else
 static tumble_redundancy redundancy;
 
 int main(void)
@@ -18,3 +25,4 @@ int main(void)
     printf("%d units: %s\n", TUMBLE_UNITS, tumble_strerror(status));
     return status == TUMBLE_OK ? 0 : 1;
 }
+#endif
