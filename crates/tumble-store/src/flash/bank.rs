@@ -107,7 +107,7 @@ impl<F: NorFlash> Banks<F> {
     /// Finds the bank in use: the younger, if it is known to be whole.
     pub fn in_use(&mut self) -> Seen<Option<Bank>, F> {
         Ok(match self.by_age()? {
-            (older, Some(younger)) if older.is_none() || self.goes_on(younger)? => Some(younger),
+            (older, Some(younger)) if older.is_none() || self.goes_on(&younger)? => Some(younger),
             (older, _) => older,
         })
     }
@@ -139,7 +139,7 @@ impl<F: NorFlash> Banks<F> {
     }
 
     /// Whether an entry that was not copied is whole.
-    fn holds_appended(&mut self, bank: Bank) -> Seen<bool, F> {
+    fn holds_appended(&mut self, bank: &Bank) -> Seen<bool, F> {
         for slot in bank.header.copied..self.slots() {
             if self.is_whole(bank, slot)? {
                 return Ok(true);
@@ -150,13 +150,14 @@ impl<F: NorFlash> Banks<F> {
 
     /// Whether a bank can be relied on: something was appended, which proves its header written, and no erasure was begun
     /// since, which leaves neither that nor what was copied.
-    fn goes_on(&mut self, bank: Bank) -> Seen<bool, F> {
+    fn goes_on(&mut self, bank: &Bank) -> Seen<bool, F> {
         Ok(self.holds_appended(bank)?
             || self.first_blank(bank)? > bank.header.copied && self.is_intact(bank)?)
     }
 
     /// Whether the entries that were copied to a bank are as they were.
-    fn is_intact(&mut self, bank: Bank) -> Seen<bool, F> {
+    #[inline(never)]
+    fn is_intact(&mut self, bank: &Bank) -> Seen<bool, F> {
         let (mut content, mut entry) = (NO_CONTENT, Entry::blank());
         for slot in 0..bank.header.copied.min(self.slots()) {
             self.fetch(bank, slot, &mut entry)?;
@@ -167,7 +168,7 @@ impl<F: NorFlash> Banks<F> {
 
     /// Whether what is in a slot can be relied on in boots to come: it was copied, or the last of this boot, or another was
     /// appended after it in its own.
-    pub fn is_firm(&mut self, bank: Bank, slot: u32) -> Seen<bool, F> {
+    pub fn is_firm(&mut self, bank: &Bank, slot: u32) -> Seen<bool, F> {
         let next = slot + 1;
         if slot < bank.header.copied || self.free == Some(next) {
             return Ok(true);
@@ -176,7 +177,7 @@ impl<F: NorFlash> Banks<F> {
     }
 
     /// Whether the entry in a slot is as it was written.
-    fn is_whole(&mut self, bank: Bank, slot: u32) -> Seen<bool, F> {
+    fn is_whole(&mut self, bank: &Bank, slot: u32) -> Seen<bool, F> {
         let mut entry = Entry::blank();
         self.fetch(bank, slot, &mut entry)?;
         Ok(entry.is_whole())
@@ -185,7 +186,7 @@ impl<F: NorFlash> Banks<F> {
     /// Finds the last whole entry of a sensor before a slot, and its slot.
     pub fn last_before(
         &mut self,
-        bank: Bank,
+        bank: &Bank,
         end: u32,
         label: Label,
         entry: &mut Entry,
@@ -216,22 +217,22 @@ impl<F: NorFlash> Banks<F> {
             self.commit(self.start, Header::first())?;
             return Ok((self.start, 0));
         };
-        if !self.goes_on(bank)? {
-            return self.turn_over(older.unwrap_or(bank));
+        if !self.goes_on(&bank)? {
+            return self.turn_over(&older.unwrap_or(bank));
         }
         let free = match known {
             Some(slot) => slot,
-            None => self.first_untouched(bank)?,
+            None => self.first_untouched(&bank)?,
         };
         if free < self.slots() {
             Ok((bank.address, free))
         } else {
-            self.turn_over(bank)
+            self.turn_over(&bank)
         }
     }
 
     /// The slot after the last that anything was written to, be it whole or not.
-    fn first_blank(&mut self, bank: Bank) -> Seen<u32, F> {
+    fn first_blank(&mut self, bank: &Bank) -> Seen<u32, F> {
         let mut entry = Entry::blank();
         for slot in (0..self.slots()).rev() {
             self.fetch(bank, slot, &mut entry)?;
@@ -244,7 +245,7 @@ impl<F: NorFlash> Banks<F> {
 
     /// The first slot of a bank after a start that nothing was written to, however marginal: first the last one that
     /// was written to is made to read so in all boots, then the one after it, where power may have been cut.
-    fn first_untouched(&mut self, bank: Bank) -> Done<u32, F> {
+    fn first_untouched(&mut self, bank: &Bank) -> Done<u32, F> {
         let free = self.first_blank(bank)?;
         if let Some(last) = free.checked_sub(1) {
             self.mark(bank, last)?;
@@ -257,7 +258,7 @@ impl<F: NorFlash> Banks<F> {
     }
 
     /// Clears the first part of a slot that reads as erased: over a marginal word that is all that may be written.
-    fn mark(&mut self, bank: Bank, slot: u32) -> Done<(), F> {
+    fn mark(&mut self, bank: &Bank, slot: u32) -> Done<(), F> {
         let start = self.address(bank, slot);
         for address in (start..start + ENTRY_BYTES).step_by(COPY as usize) {
             let mut part = Copy::blank();
@@ -270,7 +271,7 @@ impl<F: NorFlash> Banks<F> {
     }
 
     /// Makes the other bank, with all that is still of use; gives its address and its first free slot.
-    fn turn_over(&mut self, from: Bank) -> Done<(u32, u32), F> {
+    fn turn_over(&mut self, from: &Bank) -> Done<(u32, u32), F> {
         let (mut kept, mut entry) = (0, Entry::blank());
         for slot in 0..self.slots() {
             kept += u32::from(self.is_of_use(from, slot, &mut entry)?);
@@ -349,7 +350,7 @@ impl<F: NorFlash> Banks<F> {
     }
 
     /// Reads a slot; says whether its entry is whole and not followed by as many of its sensor and kind as are kept.
-    fn is_of_use(&mut self, bank: Bank, slot: u32, entry: &mut Entry) -> Seen<bool, F> {
+    fn is_of_use(&mut self, bank: &Bank, slot: u32, entry: &mut Entry) -> Seen<bool, F> {
         self.fetch(bank, slot, entry)?;
         let label = entry.label().filter(|_| entry.is_whole());
         let Some((label, kind)) = label.and_then(|label| Some((label, label.kind()?))) else {
@@ -375,7 +376,7 @@ impl<F: NorFlash> Banks<F> {
     }
 
     /// Reads a slot, if its entry is of a label; says whether it is, and whole.
-    fn fetch_of(&mut self, bank: Bank, slot: u32, label: Label, entry: &mut Entry) -> Seen<bool, F> {
+    fn fetch_of(&mut self, bank: &Bank, slot: u32, label: Label, entry: &mut Entry) -> Seen<bool, F> {
         let mut peek = Copy::blank();
         let first = peek.0.get_mut(..HEAD.next_multiple_of(F::READ_SIZE));
         self.read(self.address(bank, slot), first.unwrap_or_default())?;
@@ -388,7 +389,7 @@ impl<F: NorFlash> Banks<F> {
     }
 
     /// Reads a slot.
-    fn fetch(&mut self, bank: Bank, slot: u32, entry: &mut Entry) -> Seen<(), F> {
+    fn fetch(&mut self, bank: &Bank, slot: u32, entry: &mut Entry) -> Seen<(), F> {
         self.read(self.address(bank, slot), &mut entry.0)
     }
 
@@ -405,7 +406,7 @@ impl<F: NorFlash> Banks<F> {
         }
     }
 
-    fn address(&self, bank: Bank, slot: u32) -> u32 {
+    fn address(&self, bank: &Bank, slot: u32) -> u32 {
         bank.address + HEADER + slot * ENTRY_BYTES
     }
 }

@@ -265,7 +265,7 @@ impl<F: NorFlash> RecordStore<F> {
         let Some((bank, slot)) = self.find(key, kinds, &mut entry)? else {
             return Ok(None);
         };
-        if which == Some(Which::Previous) && !self.find_previous(bank, slot, key, &mut entry)? {
+        if which == Some(Which::Previous) && !self.find_previous(&bank, slot, key, &mut entry)? {
             return Ok(None);
         }
         let stored = decode_in(entry.record()).map_err(StoreError::Decode)?;
@@ -321,7 +321,7 @@ impl<F: NorFlash> RecordStore<F> {
     fn holds(&mut self, key: Key, kinds: &[Kind], entry: &Entry) -> Result<bool, F::Error> {
         let mut held = Entry::blank();
         match self.find(key, kinds, &mut held)? {
-            Some((bank, slot)) if held.record() == entry.record() => self.banks.is_firm(bank, slot),
+            Some((bank, slot)) if held.record() == entry.record() => self.banks.is_firm(&bank, slot),
             _ => Ok(false),
         }
     }
@@ -333,7 +333,7 @@ impl<F: NorFlash> RecordStore<F> {
         };
         for kind in kinds {
             let end = self.banks.slots();
-            if let Some(slot) = self.banks.last_before(bank, end, Label::of(*kind, key), entry)? {
+            if let Some(slot) = self.banks.last_before(&bank, end, Label::of(*kind, key), entry)? {
                 return Ok(Some((bank, slot)));
             }
         }
@@ -341,9 +341,10 @@ impl<F: NorFlash> RecordStore<F> {
     }
 
     /// Finds the record that was adopted before the last, which is in a slot.
+    #[inline(never)]
     fn find_previous(
         &mut self,
-        bank: Bank,
+        bank: &Bank,
         slot: u32,
         key: Key,
         entry: &mut Entry,

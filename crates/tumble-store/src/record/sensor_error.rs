@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use tumble_core::model::ErrorModel;
 use tumble_core::real::Real;
 use tumble_core::redundancy::record::Record;
+use tumble_core::redundancy::sensor::Sensor;
 use tumble_core::redundancy::settings::Rung;
 
 use crate::checksum::CHECKSUM;
@@ -44,7 +45,7 @@ const PARTS: [(Field, u8); 9] = [
 const RUNGS: [Rung; 4] = [Rung::Offset, Rung::Gain, Rung::Affine, Rung::AffineAndLeverArm];
 
 /// Offset of the byte that says whether a temperature follows, of versions 1 and 2.
-const FLAGS: [usize; 2] = [numbers_end(8), numbers_end(9)];
+const FLAGS: [usize; 2] = [numbers_end(PARTS.len() - 1), numbers_end(PARTS.len())];
 
 /// Most bytes of a record: a temperature is there.
 pub const MAX_ENCODED: usize = FLAGS[1] + 1 + NUMBER + CHECKSUM;
@@ -155,7 +156,7 @@ fn check(bytes: &[u8], flag: usize) -> Result<(), Field> {
 fn blank<T: Real>() -> Record<T> {
     Record {
         identity: 0,
-        sensor: tumble_core::redundancy::sensor::Sensor::Accelerometer,
+        sensor: Sensor::Accelerometer,
         model: ErrorModel {
             matrix: Matrix3::zeros(),
             bias: Vector3::zeros(),
