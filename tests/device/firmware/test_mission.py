@@ -236,8 +236,8 @@ def test_the_stack_is_measured_in_every_phase(said):
     assert stack["Push"] < stack["Fit"]
 
 
-def test_the_stack_of_each_function_is_what_the_image_bounds_it_by_but_for_a_twentieth(image):
+def test_the_stack_of_each_function_is_what_the_image_bounds_it_by_but_for_branches_not_taken(image):
     _, painted, bounds = footprint.memory()
     assert set(bounds) == {"Restore", "Fit", "Save", "SpinFinish", "SpinSolve"}
     for phase, bound in bounds.items():
-        assert 0.95 * bound <= painted[phase] <= bound, phase
+        assert painted[phase] <= bound <= painted[phase] + max(256, painted[phase] / 20), phase
