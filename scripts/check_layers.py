@@ -32,7 +32,7 @@ DEVICE_CRATES = {"tumble-capi", "tumble-core", "tumble-processor", "tumble-store
 """No operating system, no heap, and no unsafe code but at the border."""
 
 BORDER_CRATES = {"tumble-capi", "tumble-processor"}
-"""C hands over pointers, which only unsafe code can follow; instructions of a processor are unsafe by themselves."""
+"""What has unsafe code: pointers that C hands over, and instructions of a processor."""
 
 PROCEDURES = {
     *("align", "apply", "demo", "doctor", "inspect", "multipose", "noise", "record", "redundancy"),
