@@ -22,6 +22,8 @@ Import("env", "projenv")
 
 # Rust's names of the processors that -mcpu names, without floats. As in cmake/TumbleRust.cmake.
 PROCESSORS = {
+    "cortex-m0": "thumbv6m-none",
+    "cortex-m0plus": "thumbv6m-none",
     "cortex-m3": "thumbv7m-none",
     "cortex-m4": "thumbv7em-none",
     "cortex-m7": "thumbv7em-none",
@@ -31,6 +33,9 @@ PROCESSORS = {
     "cortex-m85": "thumbv8m.main-none",
 }
 
+
+# Those that no floating point unit was ever made for.
+WITHOUT_FLOATS = ("cortex-m0", "cortex-m0plus", "cortex-m3")
 
 # As in Cargo.toml and cmake/TumbleRust.cmake.
 PARTS = ("spin", "redundancy", "records", "temperature")
@@ -51,7 +56,7 @@ def find_target(flags: list[str]) -> str | None:
     if processor not in PROCESSORS:
         board = env.GetProjectOption("board", env["PIOPLATFORM"])
         fail(f"no Rust target is known for {board}; set custom_tumble_target in platformio.ini")
-    hard = "-mfloat-abi=hard" in flags and processor != "cortex-m3"
+    hard = "-mfloat-abi=hard" in flags and processor not in WITHOUT_FLOATS
     return PROCESSORS[processor] + ("-eabihf" if hard else "-eabi")
 
 

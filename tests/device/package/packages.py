@@ -14,6 +14,8 @@ CARGO_FOLDER = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
 
 # What Rust calls the processors that all packages know, without what is said of floats.
 PROCESSORS = {
+    "cortex-m0": "thumbv6m-none",
+    "cortex-m0plus": "thumbv6m-none",
     "cortex-m3": "thumbv7m-none",
     "cortex-m4": "thumbv7em-none",
     "cortex-m7": "thumbv7em-none",
@@ -29,7 +31,7 @@ TARGETS = [
     (processor, hard, target + ("-eabihf" if hard else "-eabi"))
     for processor, target in PROCESSORS.items()
     for hard in (False, True)
-    if not (hard and processor == "cortex-m3")
+    if not (hard and target in ("thumbv6m-none", "thumbv7m-none"))
 ]
 
 # Parts of the library that may be left out, as options of CMake and of Kconfig end.

@@ -60,7 +60,7 @@ SYMBOLS = [
     for processor, hard, target in TARGETS
     if processor != "cortex-m35p"
 ]
-UNKNOWN = [([], ""), (["CPU_CORTEX_M0PLUS"], "")]
+UNKNOWN = [([], ""), (["CPU_CORTEX_M23"], "")]
 
 
 @pytest.mark.parametrize(("symbols", "target"), [*SYMBOLS, *UNKNOWN])
@@ -173,7 +173,7 @@ def test_a_project_of_platformio_with_too_many_units_is_told_so(tmp_path, python
     assert "tumble: custom_tumble_units is 9; it is 2 to 8" in refused.stdout
 
 
-@pytest.mark.parametrize("flags", ["", "-march=rv32imc", "-mcpu=cortex-m0plus"])
+@pytest.mark.parametrize("flags", ["", "-march=rv32imc", "-mcpu=cortex-m23"])
 def test_a_board_of_platformio_that_is_not_known_is_refused_with_a_remedy(tmp_path, python, flags):
     refused = scons(python, tmp_path, {"board": "a-board"}, platform="a-platform", flags=flags)
     assert refused.returncode != 0
