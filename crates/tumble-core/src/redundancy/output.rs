@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use crate::products::{cross, transposed_product};
 use crate::real::{Real, real, seconds};
+use crate::redundancy::components::{difference, dot, follow, larger, scaled};
 use crate::redundancy::evaluation::StoredCalibration;
 use crate::redundancy::platform::{MountedUnit, PrimaryCalibration};
 use crate::redundancy::sensor::Sensor;
@@ -26,8 +27,9 @@ pub struct Output<T: Real> {
 
 impl<T: Real> Output<T> {
     pub(super) fn is_finite(&self) -> bool {
-        let mut numbers = self.specific_force.iter().chain(self.angular_rate.iter());
-        numbers.all(|x| x.is_finite())
+        let (f, w) = (&self.specific_force, &self.angular_rate);
+        // Nothing of what is finite is zero.
+        (dot(f, &Vector3::zeros()) + dot(w, &Vector3::zeros())) == T::zero()
     }
 }
 
@@ -95,10 +97,12 @@ impl<T: Real> LeverArmCorrection<T> {
             let step = seconds::<T>(time.saturating_sub(before));
             // The filter that forgets by exp(-step / smoothing), to first order, and holds for any step.
             let share = step / (step + real(SMOOTHING));
-            let inverse = T::one() / step.max(real(1e-6));
-            let change = (w - rate) * inverse - self.angular_acceleration;
-            self.angular_acceleration += change * share;
+            let inverse = T::one() / larger(real(1e-6), step);
+            let change = scaled(&difference(&w, &rate), inverse);
+            follow(&mut self.angular_acceleration, &change, share);
         }
-        reading.specific_force - cross(&self.angular_acceleration, arm) - cross(&w, &cross(&w, arm)) // eq. 14
+        let tangential = cross(&self.angular_acceleration, arm);
+        let centripetal = cross(&w, &cross(&w, arm));
+        difference(&difference(&reading.specific_force, &tangential), &centripetal) // eq. 14
     }
 }

@@ -1,6 +1,7 @@
 //! One sensor of a unit, reading by reading.
 
 use crate::real::{Real, real};
+use crate::redundancy::components::{larger, smaller};
 use crate::redundancy::health::fault::HealthFault;
 use crate::redundancy::leaky::{Lapse, Leaky, ticks};
 use crate::redundancy::sensor::Sensor;
@@ -36,23 +37,31 @@ impl<T: Real> Reading<'_, T> {
     /// Looks at the axes beside their latest values; those that the sensor does not have say zero. Readings are random, and
     /// branches on them slow: which axis it was is asked when something is wrong.
     fn look(&self, latest: &[T; 3]) -> Look<T> {
-        let end = self.end();
-        let (mut nothing, mut at_end, mut change, mut repeats) = (T::zero(), false, T::zero(), [false; 3]);
-        for (((value, before), has), repeats) in
-            self.values.iter().zip(latest).zip(self.axes).zip(&mut repeats)
-        {
+        let (mut nothing, mut largest) = (T::zero(), T::zero());
+        let (mut least, mut most) = (real(f64::INFINITY), T::zero());
+        for (value, before) in self.values.iter().zip(latest) {
             let (size, moved) = (value.abs(), (*value - *before).abs());
             nothing += size * T::zero();
-            at_end |= size >= end;
-            change = if moved > change { moved } else { change };
-            *repeats = has & (value == before) & (size < end);
+            largest = larger(largest, size);
+            least = smaller(least, moved);
+            most = larger(most, moved);
         }
         Look {
             finite: nothing == T::zero(),
-            at_end,
-            change,
-            repeats,
+            at_end: largest >= self.end(),
+            change: most,
+            repeats: least == T::zero(),
         }
+    }
+
+    /// Axes that say the same as before, though not because that is all they can say.
+    fn repeats(&self, latest: &[T; 3]) -> [bool; 3] {
+        let end = self.end();
+        let mut repeats = *self.axes;
+        for ((repeats, value), before) in repeats.iter_mut().zip(&self.values).zip(latest) {
+            *repeats &= (value == before) & (value.abs() < end);
+        }
+        repeats
     }
 
     /// Size from which on a reading is at the end of its range; infinite where nobody knows.
@@ -81,8 +90,8 @@ struct Look<T: Real> {
     at_end: bool,
     /// The largest change; none where there is nothing to compare with.
     change: T,
-    /// Those that say the same as before, though not because that is all they can say.
-    repeats: [bool; 3],
+    /// Whether one says the same as before.
+    repeats: bool,
 }
 
 /// What is thought of a reading.
@@ -260,14 +269,14 @@ impl<T: Real> SensorWatch<T> {
     /// A spike is known when it is over: the reading after it is where the one before it was. Gives its axis, if it was one
     /// too many.
     fn find_spikes(&mut self, change: T, reading: &Reading<'_, T>) -> Option<u8> {
-        let spike = reading.spike().max(self.usual_change * real(TIMES_USUAL));
+        let spike = larger(reading.spike(), self.usual_change * real(TIMES_USUAL));
         let away = core::mem::replace(&mut self.departed, NONE);
         if away == NONE && change > spike {
             (self.departed, self.departure) = (self.farthest(reading), change);
             return None;
         }
         if away == NONE || change > spike * real(BACK) {
-            let change = change.min(reading.spike() * real(WILDEST));
+            let change = smaller(reading.spike() * real(WILDEST), change);
             self.usual_change += (change - self.usual_change) * real(1.0 / AVERAGED);
             return None;
         }
@@ -290,16 +299,16 @@ impl<T: Real> SensorWatch<T> {
 
     /// Whether all axes repeat for a time, or one while the others move. The fewer axes, the less it means that all repeat.
     fn find_frozen(&mut self, look: &Look<T>, reading: &Reading<'_, T>) -> bool {
-        if look.repeats == [false; 3] {
+        if !look.repeats {
             self.stuck = [0; 3];
             self.repeating.empty();
             return false;
         }
         let moving = look.change > reading.spike() * real(MOVING);
         let (mut repeating, mut longest) = (0_u16, 0);
-        for (stuck, repeats) in self.stuck.iter_mut().zip(&look.repeats) {
-            repeating += u16::from(*repeats);
-            *stuck = if *repeats {
+        for (stuck, repeats) in self.stuck.iter_mut().zip(reading.repeats(&self.latest)) {
+            repeating += u16::from(repeats);
+            *stuck = if repeats {
                 stuck.saturating_add(u8::from(moving))
             } else {
                 0

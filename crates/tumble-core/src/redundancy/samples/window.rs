@@ -87,7 +87,7 @@ impl<T: Real, const K: usize> Windows<T, K> {
     }
 
     /// Takes in the next reading, and gives the window it completes: never more than one, since a pause longer than a
-    /// window spoils those it touches. `length` is that of a window, microseconds. Changes from sample to sample are told to `steps`.
+    /// window spoils those it touches. `length` is that of a window, microseconds, less than half an hour. Changes from sample to sample are told to `steps`.
     pub fn push(
         &mut self,
         time: u64,
@@ -127,14 +127,16 @@ impl<T: Real, const K: usize> Windows<T, K> {
 
 impl<T: Real, const K: usize> WindowSums<T, K> {
     /// Takes in the line from one sample to the next; gives the window that it completes.
+    #[allow(clippy::cast_possible_truncation)]
     fn advance(&mut self, before: &Latest<T, K>, now: &Latest<T, K>, length: u64) -> Option<Means<T, K>> {
-        let start = self.index.saturating_mul(length);
-        let end = start.saturating_add(length);
-        let span = |microseconds: u64| count::<T>(u32::try_from(microseconds).unwrap_or(u32::MAX));
-        let position = |time: u64, start: u64| span(time.saturating_sub(start)) / span(length);
+        // From the start of a window all is near, and 32 bits do.
+        let start = self.index.wrapping_mul(length);
+        let [from, to] = [before, now].map(|sample| sample.time.wrapping_sub(start) as u32);
+        let length = length as u32;
+        let position = |time: u32| count::<T>(time) / count(length);
         self.spoil(before.usable, now.usable);
-        if now.time < end {
-            let s = [position(before.time, start), position(now.time, start)];
+        if to < length {
+            let s = [position(from), position(to)];
             self.add(&Piece {
                 s,
                 from: &before.channels,
@@ -142,10 +144,10 @@ impl<T: Real, const K: usize> WindowSums<T, K> {
             });
             return None;
         }
-        let share = position(end, before.time) / position(now.time, before.time);
+        let share = position(length - from) / position(to - from);
         let crossing = between(&before.channels, &now.channels, share);
         self.add(&Piece {
-            s: [position(before.time, start), T::one()],
+            s: [position(from), T::one()],
             from: &before.channels,
             to: &crossing,
         });
@@ -153,7 +155,7 @@ impl<T: Real, const K: usize> WindowSums<T, K> {
         *self = Self::starting(self.index.saturating_add(1), &crossing, true);
         self.spoil(before.usable, now.usable);
         self.add(&Piece {
-            s: [T::zero(), position(now.time, end)],
+            s: [T::zero(), position(to - length)],
             from: &crossing,
             to: &now.channels,
         });
