@@ -188,9 +188,11 @@ impl<T: Real> SecondaryAtRest<'_, T> {
         }
         let turn = &self.unit.sensor_from_primary;
         let truth = match self.sensor {
-            Sensor::Accelerometer => turn * self.as_truth(),
+            Sensor::Accelerometer => product(turn, &self.as_truth()),
             // At rest the primary says its bias, whichever axes the secondary has.
-            Sensor::Gyroscope => self.compensated() - turn * self.calibration.model(self.sensor).bias,
+            Sensor::Gyroscope => {
+                self.compensated() - product(turn, &self.calibration.model(self.sensor).bias)
+            }
         };
         let found = off_rest(self.sensor, &self.present(&self.mean), settings.gravity);
         Some(Deviation {
@@ -212,7 +214,8 @@ impl<T: Real> SecondaryAtRest<'_, T> {
             (Data::Raw, _) => self.present(&self.mean).length(),
             (Data::Compensated, Sensor::Accelerometer) => self.as_truth().length(),
             (Data::Compensated, Sensor::Gyroscope) => {
-                let bias = self.unit.sensor_from_primary * self.calibration.model(self.sensor).bias;
+                let bias = &self.calibration.model(self.sensor).bias;
+                let bias = product(&self.unit.sensor_from_primary, bias);
                 self.present(&(self.compensated() - bias)).length()
             }
         };

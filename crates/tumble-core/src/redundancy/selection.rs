@@ -125,12 +125,12 @@ impl Selection {
     pub fn update<T: Real>(
         &mut self,
         now: u64,
-        candidate: impl Fn(usize) -> Option<SourceCandidate<T>>,
+        candidate: &dyn Fn(usize) -> Option<SourceCandidate<T>>,
         settings: &SelectionSettings,
     ) -> Option<Change> {
         let commanded = core::mem::take(&mut self.commanded);
         let Some(source) = self.source() else {
-            return self.begin(now, &candidate, settings);
+            return self.begin(now, candidate, settings);
         };
         if source != 0
             && let Some(primary) = candidate(0).filter(|primary| primary.healthy)
@@ -172,7 +172,7 @@ impl Selection {
     fn begin<T: Real>(
         &mut self,
         now: u64,
-        candidate: &impl Fn(usize) -> Option<SourceCandidate<T>>,
+        candidate: &dyn Fn(usize) -> Option<SourceCandidate<T>>,
         settings: &SelectionSettings,
     ) -> Option<Change> {
         if candidate(0).is_some_and(|primary| primary.healthy) {
@@ -200,7 +200,7 @@ impl Selection {
         &mut self,
         failed: usize,
         condition: Condition,
-        candidate: &impl Fn(usize) -> Option<SourceCandidate<T>>,
+        candidate: &dyn Fn(usize) -> Option<SourceCandidate<T>>,
         settings: &SelectionSettings,
     ) -> Option<Change> {
         let primary = candidate(0).filter(|primary| primary.healthy).map(|_| 0);
@@ -223,7 +223,7 @@ impl Selection {
 
 /// The healthy secondary that is calibrated, or else any; of these the one with the smallest residual, or else the first.
 fn best_secondary<T: Real>(
-    candidate: &impl Fn(usize) -> Option<SourceCandidate<T>>,
+    candidate: &dyn Fn(usize) -> Option<SourceCandidate<T>>,
     settings: &SelectionSettings,
 ) -> Option<usize> {
     let mut best: Option<(usize, SourceCandidate<T>)> = None;

@@ -29,7 +29,7 @@ fn among(candidates: &[SourceCandidate<f32>]) -> impl Fn(usize) -> Option<Source
 
 fn started(settings: &SelectionSettings) -> Selection {
     let mut selection = Selection::new();
-    let change = selection.update(0, among(&[FIT; 3]), settings);
+    let change = selection.update(0, &among(&[FIT; 3]), settings);
     assert_eq!(change, to(0, SelectionReason::Start));
     selection
 }
@@ -49,8 +49,8 @@ fn the_primary_is_first() {
 #[test]
 fn a_primary_missing_from_the_start_is_waited_for_and_then_replaced() {
     let mut selection = Selection::new();
-    assert_eq!(selection.update(5, among(&[ILL, FIT]), &settings(None)), None);
-    let change = selection.update(5 + HOLD, among(&[ILL, FIT]), &settings(None));
+    assert_eq!(selection.update(5, &among(&[ILL, FIT]), &settings(None)), None);
+    let change = selection.update(5 + HOLD, &among(&[ILL, FIT]), &settings(None));
     assert_eq!(change, to(1, SelectionReason::PrimaryFailed));
 }
 
@@ -60,15 +60,15 @@ fn a_source_that_is_ill_for_less_than_the_hold_stays() {
     for round in 0..100 {
         let time = round * 2 * HOLD;
         assert_eq!(
-            selection.update(time, among(&[ILL, FIT, FIT]), &settings(None)),
+            selection.update(time, &among(&[ILL, FIT, FIT]), &settings(None)),
             None
         );
         assert_eq!(
-            selection.update(time + HOLD - 1, among(&[ILL, FIT, FIT]), &settings(None)),
+            selection.update(time + HOLD - 1, &among(&[ILL, FIT, FIT]), &settings(None)),
             None
         );
         assert_eq!(
-            selection.update(time + HOLD, among(&[FIT; 3]), &settings(None)),
+            selection.update(time + HOLD, &among(&[FIT; 3]), &settings(None)),
             None
         );
     }
@@ -93,16 +93,16 @@ fn a_source_that_is_ill_for_the_hold_is_replaced_by_the_best() {
     for ([first, second], best) in cases {
         let mut selection = started(&settings(None));
         let candidates = [ILL, first, second];
-        selection.update(100, among(&candidates), &settings(None));
-        let change = selection.update(100 + HOLD, among(&candidates), &settings(None));
+        selection.update(100, &among(&candidates), &settings(None));
+        let change = selection.update(100 + HOLD, &among(&candidates), &settings(None));
         assert_eq!(change, to(best, SelectionReason::PrimaryFailed), "{candidates:?}");
     }
 }
 
 fn failed_over(settings: &SelectionSettings) -> Selection {
     let mut selection = started(settings);
-    selection.update(0, among(&[ILL, FIT, FIT]), settings);
-    selection.update(HOLD, among(&[ILL, FIT, FIT]), settings);
+    selection.update(0, &among(&[ILL, FIT, FIT]), settings);
+    selection.update(HOLD, &among(&[ILL, FIT, FIT]), settings);
     assert_eq!(selection.source(), Some(1));
     selection
 }
@@ -116,17 +116,17 @@ fn without_a_command_the_primary_never_comes_back_while_others_are_fit() {
     };
     for time in 1..1_000 {
         assert_eq!(
-            selection.update(time * HOLD, among(&[proven, FIT, FIT]), &settings(None)),
+            selection.update(time * HOLD, &among(&[proven, FIT, FIT]), &settings(None)),
             None
         );
     }
     let others = [proven, ILL, FIT];
-    selection.update(1_000 * HOLD, among(&others), &settings(None));
-    let change = selection.update(1_001 * HOLD, among(&others), &settings(None));
+    selection.update(1_000 * HOLD, &among(&others), &settings(None));
+    let change = selection.update(1_001 * HOLD, &among(&others), &settings(None));
     assert_eq!(change, to(2, SelectionReason::SourceFailed));
     let nobody_else = [proven, ILL, ILL];
-    selection.update(1_002 * HOLD, among(&nobody_else), &settings(None));
-    let change = selection.update(1_003 * HOLD, among(&nobody_else), &settings(None));
+    selection.update(1_002 * HOLD, &among(&nobody_else), &settings(None));
+    let change = selection.update(1_003 * HOLD, &among(&nobody_else), &settings(None));
     assert_eq!(change, to(0, SelectionReason::SourceFailed));
 }
 
@@ -135,13 +135,13 @@ fn a_command_brings_the_primary_back_if_it_is_healthy_and_is_forgotten_if_not() 
     let mut selection = failed_over(&settings(None));
     selection.command_primary();
     assert_eq!(
-        selection.update(1, among(&[ILL, FIT, FIT]), &settings(None)),
+        selection.update(1, &among(&[ILL, FIT, FIT]), &settings(None)),
         None
     );
-    assert_eq!(selection.update(2, among(&[FIT; 3]), &settings(None)), None);
+    assert_eq!(selection.update(2, &among(&[FIT; 3]), &settings(None)), None);
     selection.command_primary();
     assert_eq!(
-        selection.update(3, among(&[FIT; 3]), &settings(None)),
+        selection.update(3, &among(&[FIT; 3]), &settings(None)),
         to(0, SelectionReason::Command)
     );
 }
@@ -151,9 +151,12 @@ fn a_primary_that_has_proven_healthy_comes_back() {
     let settings = settings(Some(1_000_000));
     let mut selection = failed_over(&settings);
     let healthy_for = |healthy_for| [SourceCandidate { healthy_for, ..FIT }, FIT, FIT];
-    assert_eq!(selection.update(1, among(&healthy_for(999_999)), &settings), None);
     assert_eq!(
-        selection.update(2, among(&healthy_for(1_000_000)), &settings),
+        selection.update(1, &among(&healthy_for(999_999)), &settings),
+        None
+    );
+    assert_eq!(
+        selection.update(2, &among(&healthy_for(1_000_000)), &settings),
         to(0, SelectionReason::PrimaryProven)
     );
 }
@@ -161,22 +164,22 @@ fn a_primary_that_has_proven_healthy_comes_back() {
 #[test]
 fn where_nobody_is_fit_there_is_no_source_until_somebody_is() {
     let mut selection = started(&settings(None));
-    selection.update(0, among(&[ILL; 3]), &settings(None));
+    selection.update(0, &among(&[ILL; 3]), &settings(None));
     let none = Change {
         source: None,
         reason: SelectionReason::NoneFit,
     };
     assert_eq!(
-        selection.update(HOLD, among(&[ILL; 3]), &settings(None)),
+        selection.update(HOLD, &among(&[ILL; 3]), &settings(None)),
         Some(none)
     );
     assert_eq!(
-        selection.update(2 * HOLD, among(&[ILL; 3]), &settings(None)),
+        selection.update(2 * HOLD, &among(&[ILL; 3]), &settings(None)),
         None
     );
     assert_eq!(selection.source(), None);
     assert_eq!(
-        selection.update(3 * HOLD, among(&[ILL, ILL, FIT]), &settings(None)),
+        selection.update(3 * HOLD, &among(&[ILL, ILL, FIT]), &settings(None)),
         to(2, SelectionReason::PrimaryFailed)
     );
 }
@@ -192,22 +195,22 @@ fn uncalibrated_secondaries_are_passed_over_where_that_is_asked() {
         ..FIT
     };
     let mut selection = started(&settings);
-    selection.update(0, among(&[ILL, raw, FIT]), &settings);
+    selection.update(0, &among(&[ILL, raw, FIT]), &settings);
     assert_eq!(
-        selection.update(HOLD, among(&[ILL, raw, FIT]), &settings),
+        selection.update(HOLD, &among(&[ILL, raw, FIT]), &settings),
         to(2, SelectionReason::PrimaryFailed)
     );
-    selection.update(HOLD, among(&[ILL, raw, ILL]), &settings);
-    let change = selection.update(2 * HOLD, among(&[ILL, raw, ILL]), &settings);
+    selection.update(HOLD, &among(&[ILL, raw, ILL]), &settings);
+    let change = selection.update(2 * HOLD, &among(&[ILL, raw, ILL]), &settings);
     assert_eq!(change.map(|change| change.source), Some(None));
 }
 
 #[test]
 fn time_that_goes_back_does_not_hold_a_failed_source() {
     let mut selection = started(&settings(None));
-    selection.update(u64::MAX, among(&[ILL, FIT]), &settings(None));
-    assert_eq!(selection.update(0, among(&[ILL, FIT]), &settings(None)), None);
-    let change = selection.update(HOLD, among(&[ILL, FIT]), &settings(None));
+    selection.update(u64::MAX, &among(&[ILL, FIT]), &settings(None));
+    assert_eq!(selection.update(0, &among(&[ILL, FIT]), &settings(None)), None);
+    let change = selection.update(HOLD, &among(&[ILL, FIT]), &settings(None));
     assert_eq!(change, to(1, SelectionReason::PrimaryFailed));
 }
 
@@ -234,10 +237,10 @@ fn a_source_that_is_wrong_but_speaks_stays_while_nobody_else_is_fit() {
     let mut selection = started(&settings(None));
     let set = [ill_as(Condition::Doubtful), ILL, ILL];
     for time in (0..10 * HOLD).step_by(1000) {
-        assert_eq!(selection.update(time, among(&set), &settings(None)), None);
+        assert_eq!(selection.update(time, &among(&set), &settings(None)), None);
     }
     let set = [ill_as(Condition::Doubtful), ILL, FIT];
-    let change = selection.update(10 * HOLD, among(&set), &settings(None));
+    let change = selection.update(10 * HOLD, &among(&set), &settings(None));
     assert_eq!(change, to(2, SelectionReason::PrimaryFailed));
 }
 
@@ -252,8 +255,8 @@ fn a_source_that_saturates_is_left_only_for_one_that_has_been_calm() {
     };
     for time in (0..2 * SATURATED_HOLD).step_by(1000) {
         let set = calm_for(CALM - 1);
-        assert_eq!(selection.update(time, among(&set), &settings(None)), None);
+        assert_eq!(selection.update(time, &among(&set), &settings(None)), None);
     }
-    let change = selection.update(2 * SATURATED_HOLD, among(&calm_for(CALM)), &settings(None));
+    let change = selection.update(2 * SATURATED_HOLD, &among(&calm_for(CALM)), &settings(None));
     assert_eq!(change, to(1, SelectionReason::PrimaryFailed));
 }

@@ -447,7 +447,7 @@ proptest! {
             now += wait;
             let before = selection.source();
             let set = candidates.at(now, healthy);
-            let change = selection.update(now, |unit| set.get(unit).copied(), &settings);
+            let change = selection.update(now, &|unit| set.get(unit).copied(), &settings);
             prop_assert!(change.is_some() || selection.source() == before);
             changes += u64::from(change.is_some());
             let source = selection.source();

@@ -6,7 +6,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::products::Length;
+use crate::products::{Length, product};
 use crate::real::{Real, real, tabulated};
 use crate::redundancy::samples::steps::LargestSteps;
 use crate::redundancy::sensor::Sensor;
@@ -54,11 +54,12 @@ pub(super) struct MountedSteps<'a, T: Real> {
 impl<T: Real> MountedSteps<'_, T> {
     /// The largest along a direction in the primary's case frame, and against it.
     fn along(&self, direction: &Vector3<T>) -> (T, T) {
-        self.steps.along(&(self.sensor_from_primary * direction))
+        self.steps.along(&product(self.sensor_from_primary, direction))
     }
 
     fn moves_along(&self, direction: &Vector3<T>) -> bool {
-        self.steps.moves_along(&(self.sensor_from_primary * direction))
+        self.steps
+            .moves_along(&product(self.sensor_from_primary, direction))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::products::{Length, unit_beyond};
+use crate::products::{Length, product, unit_beyond};
 use crate::real::Real;
 use crate::redundancy::evaluation::{Deviation, PrimaryAtRest, SecondaryAtRest, across};
 use crate::redundancy::gate::{Decision, Findings, Withheld};
@@ -132,7 +132,10 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         for (unit, stored) in platform.units().iter().zip(&mut self.stored) {
             let both = SENSORS.into_iter().zip(stored).zip(valid);
             for ((sensor, stored), _) in both.filter(|(_, valid)| *valid) {
-                stored.prove(sensor, &(unit.sensor_from_primary * sensor.triad(primary)));
+                stored.prove(
+                    sensor,
+                    &product(&unit.sensor_from_primary, &sensor.triad(primary)),
+                );
             }
         }
         Some(())

@@ -294,7 +294,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         };
         let Some(change) = self
             .selection
-            .update(now, candidate, &platform.settings().selection)
+            .update(now, &candidate, &platform.settings().selection)
         else {
             return;
         };
@@ -386,6 +386,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
 }
 
 /// Ends a calibration without a fit, where there is one.
+#[inline(never)]
 fn abandon<T: Real>(slot: &mut Option<CalibrationRun<T>>, time: u64, why: Abandoned, report: Report<'_, T>) {
     if let Some(calibration) = slot.take() {
         report(Event {
