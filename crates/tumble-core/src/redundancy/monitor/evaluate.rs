@@ -45,6 +45,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
 
     /// Deviations of all units whose means are of at least so many windows: at every rest for health, now and then to
     /// tell of them and to calibrate.
+    #[inline(never)]
     fn evaluate(&mut self, platform: &Platform<T, UNITS>, fewest: u64, time: u64, report: Report<'_, T>) {
         let under_way = self.calibrations.iter().flatten().map(CalibrationRun::secondary);
         let purpose = self
@@ -67,6 +68,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
     }
 
     /// Hands the means of this rest to the calibrations under way.
+    #[inline(never)]
     fn take_rest(
         &mut self,
         platform: &Platform<T, UNITS>,
@@ -200,6 +202,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         }
     }
 
+    #[inline(never)]
     fn evaluate_secondary(
         &mut self,
         platform: &Platform<T, UNITS>,

@@ -45,6 +45,7 @@ struct SetAtHand<T: Real> {
 
 impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONCE> {
     /// Has all units judged over a window.
+    #[inline(never)]
     pub(super) fn judge(
         &mut self,
         platform: &Platform<T, UNITS>,
@@ -141,6 +142,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
     }
 
     /// What each unit says over a window, at the primary's place; `None` for one that said nothing or cannot be compared.
+    #[inline(never)]
     fn readings(
         &self,
         platform: &Platform<T, UNITS>,

@@ -97,6 +97,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
     }
 
     /// Takes the window, in motion, to the calibrations under way.
+    #[inline(never)]
     fn follow(
         &mut self,
         platform: &Platform<T, UNITS>,
@@ -145,6 +146,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
     }
 
     /// Ends calibrations that have all they need, or no time left.
+    #[inline(never)]
     fn give_up_in_time(&mut self, platform: &Platform<T, UNITS>, time: u64, report: Report<'_, T>) {
         let settings = platform.settings();
         for slot in &mut self.calibrations {
