@@ -253,9 +253,8 @@ impl<T: Real> Health<T> {
 
     #[inline]
     fn find_late(&mut self, now: u64, settings: &HealthSettings<T>) {
-        let pause = now.saturating_sub(self.time);
-        if pause > settings.late {
-            self.is_late(pause, now);
+        if now > self.time.saturating_add(settings.late) {
+            self.is_late(now - self.time, now);
         }
     }
 

@@ -55,7 +55,8 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
     ) {
         let settings = platform.settings();
         let length = seconds(settings.window);
-        let readings = self.readings(platform, window, length);
+        let mut readings = [None; UNITS];
+        self.readings(platform, window, length, &mut readings);
         let set = SetWindow {
             units: &readings,
             number: window,
@@ -141,14 +142,15 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         });
     }
 
-    /// What each unit says over a window, at the primary's place; `None` for one that said nothing or cannot be compared.
+    /// Finds what each unit says over a window, at the primary's place; nothing of one that said nothing or cannot be compared.
     #[inline(never)]
     fn readings(
         &self,
         platform: &Platform<T, UNITS>,
         window: u64,
         length: T,
-    ) -> [Option<UnitReading<T>>; UNITS] {
+        readings: &mut [Option<UnitReading<T>>; UNITS],
+    ) {
         let known = SENSORS.map(|sensor| known(&self.judge, &self.stored, sensor));
         let live = UnitSet::of::<UNITS>(|number| self.lives(number));
         let said = core::array::from_fn(|number| self.said(platform, number, window));
@@ -160,13 +162,11 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
             live,
             length,
         };
-        let mut readings = [None; UNITS];
         for (number, (reading, said)) in readings.iter_mut().zip(&said).enumerate() {
-            *reading = said
-                .as_ref()
-                .and_then(|said| self.reading(platform, number, said, &set));
+            if let Some(said) = said {
+                *reading = self.reading(platform, number, said, &set);
+            }
         }
-        readings
     }
 
     fn reading(
@@ -375,6 +375,7 @@ pub(super) fn is_strange<T: Real, const UNITS: usize>(
     SENSORS.into_iter().any(strange)
 }
 
+#[inline]
 fn contradicts_as_stranger<T: Real, const UNITS: usize>(
     judge: &Judge<T, UNITS>,
     stored: &[[StoredCalibration<T>; 2]; UNITS],

@@ -116,8 +116,10 @@ impl UnitTimestamps {
 
     /// Whether a time is so far after that of the set that samples seem to be missing.
     fn leaps(&self, time: u64, now: u64, settings: &ClockSettings) -> bool {
-        let interval = u64::from(self.interval);
-        time.saturating_sub(now) > settings.largest_step.max(2 * interval)
+        time > now && {
+            let interval = u64::from(self.interval);
+            time - now > settings.largest_step.max(2 * interval)
+        }
     }
 
     /// A sample is used. Its interval is at most twice the one before, or a single pause would allow any leap.
