@@ -133,6 +133,7 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
 
     /// Takes in the next sample of a unit, and gives the output it makes, if the unit is the source. Samples of different
     /// units may come in any order as long as none is more than a window behind the others.
+    #[inline(never)]
     pub fn push(
         &mut self,
         platform: &Platform<T, UNITS>,
@@ -143,11 +144,9 @@ impl<T: Real, const UNITS: usize, const AT_ONCE: usize> Monitor<T, UNITS, AT_ONC
         let unit = platform.units().get(number)?;
         let settings = &platform.settings().health;
         let time = unit.common_time(sample.time);
-        let sample = Sample {
-            time,
-            ..unit.axes.only(sample)
-        };
-        let accepted = match self.clock.push(number, time, &ClockSettings::default()) {
+        let mut sample = unit.axes.only(sample);
+        sample.time = time;
+        let accepted = match self.clock.push(number, time, &ClockSettings::DEFAULT) {
             Verdict::Accept => true,
             Verdict::Drop => false,
             Verdict::Astray => {

@@ -46,14 +46,19 @@ pub struct ClockSettings {
     pub persistent: u8,
 }
 
+impl ClockSettings {
+    /// What holds where nobody says otherwise.
+    pub const DEFAULT: Self = Self {
+        largest_jump: 1_000_000,
+        largest_step: 50_000,
+        lone_proof: 250_000,
+        persistent: 5,
+    };
+}
+
 impl Default for ClockSettings {
     fn default() -> Self {
-        Self {
-            largest_jump: 1_000_000,
-            largest_step: 50_000,
-            lone_proof: 250_000,
-            persistent: 5,
-        }
+        Self::DEFAULT
     }
 }
 
