@@ -98,7 +98,7 @@ def remembered(said: str) -> tuple[Content, Content, dict[str, int]]:
     largest: dict[str, str] = {}
     for size, name, at in re.findall(STACK, said, re.M):
         stack[name] = max(stack.get(name, 0), int(size))
-        if at and stack[name] >= stack[largest.setdefault(at, name)]:
+        if at and stack[name] > stack[largest.setdefault(at, name)]:
             largest[at] = name
     return states, stack, {name: int(at, 0) for at, name in largest.items()}
 
