@@ -26,7 +26,7 @@ use crate::redundancy::components::{difference, follow, smaller, squared};
 use crate::redundancy::judgement::attribution::Proof;
 use crate::redundancy::judgement::motion::SetMotion;
 use crate::redundancy::judgement::pair::ShownByPairs;
-use crate::redundancy::judgement::sensor_judge::SensorJudge;
+use crate::redundancy::judgement::sensor_judge::{FindWitnessed, SensorJudge};
 use crate::redundancy::judgement::turn::{Turned, UsualError};
 use crate::redundancy::judgement::unit::CarriedGravity;
 use crate::redundancy::platform::MountedUnit;
@@ -209,17 +209,20 @@ pub struct Judge<T: Real, const UNITS: usize> {
     /// What witnesses from outside say, once there were any.
     testimony: Option<Testimony<T, UNITS>>,
     /// What carries that on, told by the first witness: a program without witnesses links none of it.
-    carry_testimony: Option<CarryTestimony<T, UNITS>>,
+    by_testimony: Option<ByTestimony<T, UNITS>>,
 }
 
-/// [`Judge::hear_testimony`], which only a call by this way reaches.
+/// What is done with what witnesses say, which only calls by this way reach.
 #[derive(Clone, Copy, Debug)]
-struct CarryTestimony<T: Real, const UNITS: usize>(
-    fn(&mut Judge<T, UNITS>, &SetWindow<'_, T, UNITS>, [&Vector3<T>; 2]),
-);
+struct ByTestimony<T: Real, const UNITS: usize> {
+    /// [`Judge::hear_testimony`].
+    hear: fn(&mut Judge<T, UNITS>, &SetWindow<'_, T, UNITS>, [&Vector3<T>; 2]),
+    /// [`SensorJudge::find_witnessed`].
+    find: FindWitnessed<T, UNITS>,
+}
 
 /// There is but one.
-impl<T: Real, const UNITS: usize> PartialEq for CarryTestimony<T, UNITS> {
+impl<T: Real, const UNITS: usize> PartialEq for ByTestimony<T, UNITS> {
     fn eq(&self, _: &Self) -> bool {
         true
     }
@@ -252,7 +255,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
             turned: Turned::not(),
             usual_error: UsualError::unknown(),
             testimony: None,
-            carry_testimony: None,
+            by_testimony: None,
         }
     }
 
@@ -267,7 +270,10 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         witness: &Witness<T>,
     ) -> Result<Option<Trust<T>>, WitnessRejection> {
         witness.check(UNITS)?;
-        self.carry_testimony = Some(CarryTestimony(Self::hear_testimony));
+        self.by_testimony = Some(ByTestimony {
+            hear: Self::hear_testimony,
+            find: SensorJudge::find_witnessed,
+        });
         self.testimony
             .get_or_insert_with(Testimony::new)
             .take(time, witness)
@@ -334,8 +340,9 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
         self.carry_gravity(window);
         self.turned
             .push(&difference(&w, &self.resting_rate), window.length);
-        if let Some(CarryTestimony(carry)) = self.carry_testimony {
-            carry(self, window, [&f, &w]);
+        let by_testimony = self.by_testimony;
+        if let Some(ByTestimony { hear, .. }) = by_testimony {
+            hear(self, window, [&f, &w]);
         }
         for sensor in SENSORS {
             let said = match sensor {
@@ -358,6 +365,7 @@ impl<T: Real, const UNITS: usize> Judge<T, UNITS> {
                 window,
                 evidence: &self.evidence,
                 testimony: self.testimony.as_ref(),
+                find_witnessed: by_testimony.map(|by| by.find),
                 usual_error: self.usual_error.variance(&self.turned),
                 turned: &self.turned,
                 force: f,

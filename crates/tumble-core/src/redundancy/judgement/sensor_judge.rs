@@ -126,6 +126,8 @@ pub(super) struct Case<'a, T: Real, const UNITS: usize> {
     pub window: &'a SetWindow<'a, T, UNITS>,
     pub evidence: &'a [UnitEvidence<T>; UNITS],
     pub testimony: Option<&'a Testimony<T, UNITS>>,
+    /// [`SensorJudge::find_witnessed`], once there was a witness.
+    pub find_witnessed: Option<FindWitnessed<T, UNITS>>,
     /// Variance of what accelerometers say beyond carried gravity, `(m/s^2)^2`, after such turns as the latest.
     pub usual_error: Option<T>,
     pub turned: &'a Turned<T>,
@@ -150,6 +152,10 @@ impl<T: Real, const UNITS: usize> Case<'_, T, UNITS> {
 }
 
 type Tell<'a, T> = &'a mut dyn FnMut(Judgement<T>);
+
+/// [`SensorJudge::find_witnessed`], by a way that a program without witnesses does not take.
+pub(super) type FindWitnessed<T, const UNITS: usize> =
+    fn(&mut SensorJudge<T, UNITS>, &Case<'_, T, UNITS>, &Comparisons<T, UNITS>, Tell<'_, T>);
 
 impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     pub fn new() -> Self {
@@ -301,7 +307,9 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         self.compare(case, shown, &mut comparisons);
         self.find_noisy(case, tell);
         let disagrees = self.find_odd(case, &comparisons, tell);
-        self.find_witnessed(case, &comparisons, tell);
+        if let Some(find) = case.find_witnessed {
+            find(self, case, &comparisons, tell);
+        }
         self.settle_dispute(case, &comparisons, tell);
         self.redeem(case, &comparisons, tell);
         self.learn(case, &comparisons, shown, disagrees);
@@ -449,7 +457,7 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
 
     /// The one that a witness contradicts, and no other, among units that are apart, though not yet by as much as motion and
     /// calibrations may explain: of three and more the one without which the others agree.
-    fn find_witnessed(
+    pub fn find_witnessed(
         &mut self,
         case: &Case<'_, T, UNITS>,
         comparisons: &Comparisons<T, UNITS>,
