@@ -44,12 +44,16 @@ impl<T: Real, const N: usize, const PACKED: usize> JointMoments<T, N, PACKED> {
         for (mean, before) in self.mean.iter_mut().zip(&before) {
             *mean += *before * share;
         }
-        let mut packed = self.products.iter_mut();
-        for (i, before) in before.iter().enumerate() {
-            let rows = sample.iter().zip(&self.mean).skip(i);
-            for ((x, mean), product) in rows.zip(&mut packed) {
-                *product += *before * (*x - *mean);
+        let after: [T; N] = core::array::from_fn(|i| sample[i] - self.mean[i]);
+        let (mut packed, mut later) = (self.products.as_mut_slice(), after.as_slice());
+        for before in before {
+            let Some((row, rows)) = packed.split_at_mut_checked(later.len()) else {
+                return;
+            };
+            for (product, after) in row.iter_mut().zip(later) {
+                *product += before * *after;
             }
+            (packed, later) = (rows, later.get(1..).unwrap_or(&[]));
         }
     }
 
