@@ -9,7 +9,7 @@ use crate::redundancy::judgement::attribution::{Evidence, Ground, LeftAtRest, Mo
 use crate::redundancy::judgement::isolation::{DWELL, Finding, isolate};
 use crate::redundancy::judgement::motion::{Strain, StrainMeans, Tolerance};
 use crate::redundancy::judgement::noise::{UsualScatter, is_quiet, limit};
-use crate::redundancy::judgement::pair::{Comparison, Comparisons, Gains, Knowledge, Shown, ShownByPairs};
+use crate::redundancy::judgement::pair::{Comparison, Comparisons, Gains, Knowledge, ShownByPairs};
 use crate::redundancy::judgement::scales::{SCALES, SECONDS, Shares};
 use crate::redundancy::judgement::turn::Turned;
 use crate::redundancy::judgement::unit::SensorDeviation;
@@ -322,18 +322,10 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
         shown: &ShownByPairs<T, UNITS>,
         comparisons: &mut Comparisons<T, UNITS>,
     ) {
-        let means: [&[Vector3<T>]; UNITS] = core::array::from_fn(|unit| {
-            let deviation = self.deviations.get(unit);
-            deviation.map_or(&[][..], |deviation| deviation.means(case.window.length))
-        });
         for [i, j] in pairs::<UNITS>().filter(|pair| case.voters.contain_both(*pair)) {
             let units = case.unit(i).zip(case.unit(j));
-            let means = means.get(i).zip(means.get(j));
-            let shown = shown.of(case.sensor, i, j);
-            if let Some((((a, b), (first, second)), (shown, comparison))) =
-                units.zip(means).zip(shown.zip(comparisons.of_mut([i, j])))
-            {
-                self.compare_pair(case, [a, b], [first, second], shown, comparison);
+            if let Some(((a, b), comparison)) = units.zip(comparisons.of_mut([i, j])) {
+                self.compare_pair(case, [i, j], [a, b], shown, comparison);
             }
         }
     }
@@ -341,23 +333,28 @@ impl<T: Real, const UNITS: usize> SensorJudge<T, UNITS> {
     fn compare_pair(
         &self,
         case: &Case<'_, T, UNITS>,
+        [i, j]: [usize; 2],
         units: [&UnitReading<T>; 2],
-        means: [&[Vector3<T>]; 2],
-        shown: &Shown<T>,
+        shown: &ShownByPairs<T, UNITS>,
         comparison: &mut Comparison<T>,
     ) {
         let sensor = case.sensor;
         let calibrated = units.iter().all(|unit| *sensor.of(&unit.calibrated));
         let compared = if calibrated { SCALES } else { SCALES_UNCALIBRATED };
-        let [first, second] = means.map(|means| means.get(..compared).unwrap_or(means));
-        comparison.fill(
-            sensor,
-            case.window.tolerated.of(sensor),
-            (first, second),
-            self.strains.scales(),
-            &known(sensor, units),
-            shown,
-        );
+        let means = |unit: usize| {
+            let means = self.deviations.get(unit)?.means(case.window.length);
+            Some(means.get(..compared).unwrap_or(means))
+        };
+        if let (Some(first), Some(second), Some(shown)) = (means(i), means(j), shown.of(sensor, i, j)) {
+            comparison.fill(
+                sensor,
+                case.window.tolerated.of(sensor),
+                (first, second),
+                self.strains.scales(),
+                &known(sensor, units),
+                shown,
+            );
+        }
     }
 
     /// Who scatters more than the others make one expect.
