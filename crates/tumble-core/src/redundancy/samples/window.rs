@@ -132,6 +132,11 @@ impl<T: Real, const K: usize> WindowSums<T, K> {
         // From the start of a window all is near, and 32 bits do.
         let start = self.index.wrapping_mul(length);
         let [from, to] = [before, now].map(|sample| sample.time.wrapping_sub(start) as u32);
+        if u64::from(from) >= length {
+            // Windows had another length before.
+            *self = Self::starting(now.time / length.max(1), &now.channels, false);
+            return None;
+        }
         let length = length as u32;
         let position = |time: u32| count::<T>(time) / count(length);
         self.spoil(before.usable, now.usable);

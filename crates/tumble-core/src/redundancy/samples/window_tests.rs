@@ -67,6 +67,22 @@ proptest! {
 }
 
 #[test]
+fn after_another_length_of_windows_those_of_the_new_one_follow() {
+    let mut windows = Windows::new();
+    let mut found = Vec::new();
+    for step in 0..400_u64 {
+        let (time, length) = (step * 1000, if step < 101 { LENGTH } else { LENGTH / 5 });
+        found.extend(windows.push(time, &[time as f64 * 1e-6], [true; 2], length, None));
+    }
+    let later: Vec<_> = found.iter().filter(|means| means.index > 2).collect();
+    assert_eq!((found.len() - later.len(), later.len()), (1, 28));
+    for means in later {
+        let middle = (means.index as f64 + 0.5) * (LENGTH / 5) as f64 * 1e-6;
+        assert!((means.mean[0] - middle).abs() < 1e-9, "{means:?}");
+    }
+}
+
+#[test]
 fn the_change_of_mean_rate_is_the_triangle_weighted_angular_acceleration() {
     let rate = |t: f64| 2.0 * (4.0 * t).sin();
     let acceleration = |t: f64| 8.0 * (4.0 * t).cos();
