@@ -8,7 +8,9 @@
 //! reported as not observed. So no direction is ever divided by zero, and none is made up (docs/theory/turntable.md,
 //! eq. 13).
 
-use nalgebra::{SMatrix, SVector};
+use core::cmp::Ordering;
+
+use nalgebra::{ArrayStorage, SMatrix, SVector};
 
 use crate::eigen;
 use crate::real::{Real, count, real};
@@ -22,17 +24,21 @@ pub struct Prior<T: Real, const N: usize> {
     pub covariance: SMatrix<T, N, N>,
 }
 
-/// The triangle `R` and right-hand side `d` with `R z = d`, in the units of the prior: `z = S^-1 (x - mean)` where
-/// `S S^T` is the covariance of the prior, of which the triangle is the identity before any data.
-#[derive(Clone, Copy, Debug)]
+/// The triangle `R` and right-hand side `d` with `R (x - mean) = d`: that of the prior, `R0` with `R0^T R0` the inverse of
+/// its covariance, before any data.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LeastSquares<T: Real, const N: usize> {
     mean: SVector<T, N>,
     prior_variance: SVector<T, N>,
-    root: Option<SMatrix<T, N, N>>,
-    triangle: SMatrix<T, N, N>,
+    /// Diagonal of `R0`.
+    prior_diagonal: SVector<T, N>,
+    /// Row `i` of `R` is column `i` from the diagonal down, and row `i` of `R0` is row `i` beyond the diagonal.
+    triangles: SMatrix<T, N, N>,
     right: SVector<T, N>,
     squares: T,
     rows: u32,
+    /// Whether the covariance of the prior is one.
+    sound: bool,
 }
 
 /// What the rows say.
@@ -54,6 +60,18 @@ pub struct Solution<T: Real, const N: usize> {
 const OBSERVED: f64 = 0.25;
 
 impl<T: Real, const N: usize> Solution<T, N> {
+    /// Of nothing: all is zero.
+    #[inline(always)]
+    pub fn none() -> Self {
+        Self {
+            x: zeros(),
+            covariance: zeros(),
+            ignorance: zeros(),
+            chi_square: T::zero(),
+            rows: 0,
+        }
+    }
+
     /// Whether the data showed unknown `i`.
     pub fn observed(&self, i: usize) -> bool {
         self.ignorance.get(i).is_some_and(|share| *share < real(OBSERVED))
@@ -64,45 +82,77 @@ impl<T: Real, const N: usize> Solution<T, N> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unsolvable;
 
-/// The unknowns, also in the units of the prior, with the inverse of the triangle, the root of their covariance.
-struct Scaled<T: Real, const N: usize> {
-    inverse: SMatrix<T, N, N>,
-    z: SVector<T, N>,
-    x: SVector<T, N>,
-}
-
 impl<T: Real, const N: usize> LeastSquares<T, N> {
     /// Only the prior.
     pub fn new(prior: &Prior<T, N>) -> Self {
+        let mut equations = Self::none();
+        equations.begin(prior);
+        equations
+    }
+
+    /// Not even a prior: unsolvable.
+    #[inline(always)]
+    pub fn none() -> Self {
         Self {
-            mean: prior.mean,
-            prior_variance: prior.covariance.diagonal(),
-            root: lower_root(&prior.covariance),
-            triangle: SMatrix::identity(),
-            right: SVector::zeros(),
+            mean: zeros(),
+            prior_variance: zeros(),
+            prior_diagonal: zeros(),
+            triangles: zeros(),
+            right: zeros(),
             squares: T::zero(),
             rows: 0,
+            sound: false,
         }
+    }
+
+    /// Begins anew, with only the prior.
+    #[inline(never)]
+    pub fn begin(&mut self, prior: &Prior<T, N>) {
+        self.mean = prior.mean;
+        self.triangles = prior.covariance;
+        for i in 0..N {
+            self.prior_variance[i] = prior.covariance[(i, i)];
+        }
+        let rooted = root(&mut self.triangles);
+        self.sound = rooted.and_then(|()| invert(&mut self.triangles)).is_some();
+        for i in 0..N {
+            self.prior_diagonal[i] = self.triangles[(i, i)];
+        }
+        self.restart();
+    }
+
+    /// Forgets all rows.
+    pub fn restart(&mut self) {
+        for i in 0..N {
+            self.triangles[(i, i)] = self.prior_diagonal[i];
+            for j in i + 1..N {
+                self.triangles[(j, i)] = self.triangles[(i, j)];
+            }
+        }
+        self.right = SVector::zeros();
+        self.squares = T::zero();
+        self.rows = 0;
     }
 
     /// Takes in one row `y = a . x + noise`, with the variance of the noise: Givens rotations turn it into the
     /// triangle (Golub and Van Loan, section 6.5.3), and what is left of y is a residual.
+    #[inline(never)]
     pub fn push(&mut self, a: &SVector<T, N>, y: T, variance: T) {
         self.rows += 1;
-        let Some(root) = &self.root else { return };
-        let sigma = variance.square_root();
-        let mut row = root.tr_mul(a) / sigma;
-        let mut right = (y - a.dot(&self.mean)) / sigma;
+        let weight = T::one() / variance.square_root();
+        let mut row = a * weight;
+        let mut right = (y - a.dot(&self.mean)) * weight;
         for i in 0..N {
             // Nothing to turn: roots are dear on small processors.
             if row[i] == T::zero() {
                 continue;
             }
-            let length = (self.triangle[(i, i)] * self.triangle[(i, i)] + row[i] * row[i]).square_root();
-            let (cosine, sine) = (self.triangle[(i, i)] / length, row[i] / length);
+            let diagonal = self.triangles[(i, i)];
+            let length = (diagonal * diagonal + row[i] * row[i]).square_root();
+            let (cosine, sine) = (diagonal / length, row[i] / length);
             for j in i..N {
-                let (above, below) = (self.triangle[(i, j)], row[j]);
-                self.triangle[(i, j)] = cosine * above + sine * below;
+                let (above, below) = (self.triangles[(j, i)], row[j]);
+                self.triangles[(j, i)] = cosine * above + sine * below;
                 row[j] = cosine * below - sine * above;
             }
             let above = self.right[i];
@@ -116,42 +166,55 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
     ///
     /// # Errors
     /// [`Unsolvable`] if something was not finite, or the covariance of the prior is none.
-    // What is inlined keeps its stack while its caller goes on: three matrices here.
-    #[inline(never)]
     pub fn solve(&self) -> Result<Solution<T, N>, Unsolvable> {
-        let root = self.root.as_ref().ok_or(Unsolvable)?;
-        let Scaled { inverse, z, x } = self.scaled()?;
-        let spread = root * inverse;
-        let covariance = spread * spread.transpose(); // eq. 13
-        Ok(Solution {
-            x,
-            covariance,
-            ignorance: covariance.diagonal().component_div(&self.prior_variance),
-            // The residuals of data and prior together, less those of the prior.
-            chi_square: (self.squares - z.norm_squared()).max(T::zero()),
-            rows: self.rows,
-        })
+        let mut solution = Solution::none();
+        self.solve_into(&mut solution)?;
+        Ok(solution)
+    }
+
+    /// Solves the triangle, with nothing but the solution for memory.
+    ///
+    /// # Errors
+    /// As of [`Self::solve`]; of the solution nothing is of use then.
+    #[inline(never)]
+    pub fn solve_into(&self, solution: &mut Solution<T, N>) -> Result<(), Unsolvable> {
+        solution.x = self.unknowns()?;
+        self.invert_into(&mut solution.covariance)?;
+        by_its_transpose(&mut solution.covariance); // eq. 13
+        for i in 0..N {
+            solution.ignorance[i] = solution.covariance[(i, i)] / self.prior_variance[i];
+        }
+        // The residuals of data and prior together, less those of the prior.
+        solution.chi_square = (self.squares - self.residual_of_prior(&solution.x)).max(T::zero());
+        solution.rows = self.rows;
+        Ok(())
     }
 
     /// The unknowns alone, for a round after which there is another: their covariance takes longer than they do.
     ///
     /// # Errors
     /// As of [`Self::solve`].
+    #[inline(never)]
     pub fn unknowns(&self) -> Result<SVector<T, N>, Unsolvable> {
-        self.scaled().map(|scaled| scaled.x)
+        let mut step = self.right;
+        for i in (0..N).rev() {
+            for j in i + 1..N {
+                step[i] = step[i] - self.triangles[(j, i)] * step[j];
+            }
+            step[i] /= self.triangles[(i, i)];
+        }
+        let solved = self.sound && step.iter().all(|value| value.is_finite());
+        solved.then(|| self.mean + step).ok_or(Unsolvable) // eq. 13
     }
 
-    #[inline(never)]
-    fn scaled(&self) -> Result<Scaled<T, N>, Unsolvable> {
-        let root = self.root.as_ref().ok_or(Unsolvable)?;
-        let inverse = self.inverse()?;
-        let z = inverse * self.right;
-        let step = root * z;
-        if !step.iter().all(|value| value.is_finite()) {
-            return Err(Unsolvable);
-        }
-        let x = self.mean + step; // eq. 13
-        Ok(Scaled { inverse, z, x })
+    /// By how much the squared residuals, prior included, are larger at `x` than at the solution: the square of the distance
+    /// in sigmas, along the direction in which that is largest.
+    pub fn excess(&self, x: &SVector<T, N>) -> T {
+        let step = x - self.mean;
+        (0..N).fold(T::zero(), |sum, i| {
+            let row = (i..N).fold(-self.right[i], |row, j| row + self.triangles[(j, i)] * step[j]);
+            sum + row * row
+        })
     }
 
     /// Number of directions in which the data say more than the prior.
@@ -159,39 +222,105 @@ impl<T: Real, const N: usize> LeastSquares<T, N> {
     /// # Errors
     /// As of [`Self::solve`].
     pub fn rank(&self) -> Result<usize, Unsolvable> {
-        let inverse = self.inverse()?;
-        let (left_standing, _) = eigen::symmetric(inverse * inverse.transpose());
+        let mut inverse = SMatrix::zeros();
+        self.invert_into(&mut inverse)?;
+        let left = self.prior_triangle() * inverse;
+        let (left_standing, _) = eigen::symmetric(left * left.transpose());
         let undecided = real::<T>(0.5);
         Ok(left_standing.iter().filter(|share| **share < undecided).count())
     }
 
-    fn inverse(&self) -> Result<SMatrix<T, N, N>, Unsolvable> {
-        let mut inverse = SMatrix::identity();
-        let regular = self.triangle.solve_upper_triangular_mut(&mut inverse);
-        regular.then_some(inverse).ok_or(Unsolvable)
+    /// Squared residual of the prior at `x`.
+    fn residual_of_prior(&self, x: &SVector<T, N>) -> T {
+        let step = x - self.mean;
+        (0..N).fold(T::zero(), |sum, i| {
+            let first = self.prior_diagonal[i] * step[i];
+            let row = (i + 1..N).fold(first, |row, j| row + self.triangles[(i, j)] * step[j]);
+            sum + row * row
+        })
+    }
+
+    /// `R0`.
+    fn prior_triangle(&self) -> SMatrix<T, N, N> {
+        SMatrix::from_fn(|i, j| match i.cmp(&j) {
+            Ordering::Less => self.triangles[(i, j)],
+            Ordering::Equal => self.prior_diagonal[i],
+            Ordering::Greater => T::zero(),
+        })
+    }
+
+    /// The inverse of `R`.
+    fn invert_into(&self, inverse: &mut SMatrix<T, N, N>) -> Result<(), Unsolvable> {
+        for i in 0..N {
+            for j in 0..N {
+                inverse[(i, j)] = if i <= j { self.triangles[(j, i)] } else { T::zero() };
+            }
+        }
+        let regular = self.sound && invert(inverse).is_some();
+        regular.then_some(()).ok_or(Unsolvable)
     }
 }
 
-/// The lower triangle `S` with `S S^T` a covariance, column by column (Golub and Van Loan, section 4.2.5); `None` where it is
-/// none.
-#[inline(never)]
-fn lower_root<T: Real, const N: usize>(covariance: &SMatrix<T, N, N>) -> Option<SMatrix<T, N, N>> {
-    let mut root = SMatrix::zeros();
-    for j in 0..N {
-        for i in j..N {
-            let mut left = covariance[(i, j)];
-            for k in 0..j {
-                left -= root[(j, k)] * root[(i, k)];
-            }
-            root[(i, j)] = left;
+/// Zeros, in such words that they are written where they are to be and nowhere before: that would be on the stack.
+#[inline(always)]
+pub fn zeros<T: Real, const R: usize, const C: usize>() -> SMatrix<T, R, C> {
+    SMatrix::from_array_storage(ArrayStorage([[T::zero(); R]; C]))
+}
+
+/// Puts the upper triangle `U` with `U U^T` a covariance in the place of its own, column by column from the last (Golub and
+/// Van Loan, section 4.2.5, read backwards); `None` where it is none.
+fn root<T: Real, const N: usize>(covariance: &mut SMatrix<T, N, N>) -> Option<()> {
+    for j in (0..N).rev() {
+        let length = Some(covariance[(j, j)].square_root()).filter(|length| *length > T::zero())?;
+        covariance[(j, j)] = length;
+        for i in 0..j {
+            covariance[(i, j)] /= length;
         }
-        let length = Some(root[(j, j)].square_root()).filter(|length| *length > T::zero())?;
-        root[(j, j)] = length;
-        for i in j + 1..N {
-            root[(i, j)] /= length;
+        for k in 0..j {
+            if covariance[(k, j)] == T::zero() {
+                continue;
+            }
+            for i in 0..k + 1 {
+                covariance[(i, k)] = covariance[(i, k)] - covariance[(i, j)] * covariance[(k, j)];
+            }
         }
     }
-    Some(root)
+    Some(())
+}
+
+/// Puts the inverse of an upper triangle in its place; `None` where there is none.
+fn invert<T: Real, const N: usize>(triangle: &mut SMatrix<T, N, N>) -> Option<()> {
+    for j in 0..N {
+        if triangle[(j, j)] == T::zero() {
+            return None;
+        }
+        let last = T::one() / triangle[(j, j)];
+        triangle[(j, j)] = last;
+        for i in 0..j {
+            // Rows from i on of the columns before j are inverse already, and column j from i on is not.
+            let mut sum = T::zero();
+            for k in i..j {
+                sum += triangle[(i, k)] * triangle[(k, j)];
+            }
+            triangle[(i, j)] = -sum * last;
+        }
+    }
+    Some(())
+}
+
+/// Puts `U U^T` in the place of an upper triangle `U`.
+fn by_its_transpose<T: Real, const N: usize>(triangle: &mut SMatrix<T, N, N>) {
+    for i in 0..N {
+        for j in i..N {
+            let product = (j..N).fold(T::zero(), |sum, k| sum + triangle[(i, k)] * triangle[(j, k)]);
+            triangle[(i, j)] = product;
+        }
+    }
+    for i in 0..N {
+        for j in i + 1..N {
+            triangle[(j, i)] = triangle[(i, j)];
+        }
+    }
 }
 
 /// Degrees of freedom that `rows` leave to `unknowns`.
