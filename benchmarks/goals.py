@@ -12,7 +12,21 @@ from benchmarks.compare import COVERAGE as COMPARE_COVERAGE
 from benchmarks.compare import FOUND, LARGE
 from benchmarks.digits import two_digits
 from benchmarks.disturbed import LARGEST_RATIO as LARGEST_SIGMA_RATIO
-from benchmarks.footprint import FLASH_GOAL, INSTRUCTION_GOALS, INSTRUCTION_NAMES, MEMORY_GOAL
+from benchmarks.footprint import (
+    FLASH_GOALS,
+    FLASH_NAMES,
+    INSTRUCTION_GOALS,
+    INSTRUCTION_NAMES,
+    LARGEST_GOAL,
+    MEMORY_GOAL,
+    STACK_GOALS,
+    STACK_NAMES,
+    WHOLE_GOALS,
+    WHOLE_NAMES,
+    at_one_time,
+    largest,
+    whole_instructions,
+)
 from benchmarks.live import LARGEST_GROWTH as LARGEST_LIVE_GROWTH
 from benchmarks.live import LARGEST_LATENCY, LARGEST_SHARE
 from benchmarks.live_table import LARGEST_TIME, largest_ratio, largest_time
@@ -485,23 +499,28 @@ def _readers(content: Content) -> Iterator[Goal]:
 
 
 def _footprint(content: Content) -> Iterator[Goal]:
-    flash = content["flash_bytes"]["everything"]
-    yield Goal(
-        "Cortex-M4F: flash of everything together",
-        f"{FLASH_GOAL // 1024} KiB",
-        f"{flash / 1024:.1f} KiB",
-        flash <= FLASH_GOAL,
-    )
-    states = sum(content["bytes"].values())
-    what = "Cortex-M4F: memory of all states together"
-    yield Goal(what, f"{MEMORY_GOAL} bytes", f"{states} bytes", states <= MEMORY_GOAL)
-    for phase, goal in INSTRUCTION_GOALS.items():
-        of = content["instructions"][phase]
-        reached = f"{of['mean']:,.0f}"
-        if of["solving"] and of["mean_without_solving"] is not None:
-            reached += f"; {of['mean_without_solving']:,.0f} without the {of['solving']} that solve"
-        what = f"Cortex-M4F: instructions of {INSTRUCTION_NAMES[phase]}, mean"
-        yield Goal(what, f"{goal:,}", reached, of["mean"] <= goal)
+    for part, allowed in FLASH_GOALS.items():
+        flash = content["flash_bytes"][part]
+        what = f"Cortex-M4F: flash: {FLASH_NAMES[part]}"
+        yield Goal(what, f"{allowed // 1024} KiB", f"{flash / 1024:.1f} KiB", flash <= allowed)
+    instructions = content["instructions"]
+    for what, allowed, reached, unit in (
+        ("state: all that exist at one time", MEMORY_GOAL, at_one_time(content["bytes"]), " bytes"),
+        *(
+            (f"stack: {STACK_NAMES[name]}", most, content["stack_bytes"][name], " bytes")
+            for name, most in STACK_GOALS.items()
+        ),
+        *(
+            (f"instructions of {INSTRUCTION_NAMES[name]}, mean", most, instructions[name]["mean"], "")
+            for name, most in INSTRUCTION_GOALS.items()
+        ),
+        *(
+            (f"instructions of {WHOLE_NAMES[name]}", most, whole_instructions(instructions, name), "")
+            for name, most in WHOLE_GOALS.items()
+        ),
+        ("most instructions of any one sample", LARGEST_GOAL, largest(instructions), ""),
+    ):
+        yield Goal(f"Cortex-M4F: {what}", f"{allowed:,}{unit}", f"{reached:,.0f}{unit}", reached <= allowed)
 
 
 def _at_most(what: str, goal: float, reached: float, unit: str) -> Goal:

@@ -15,7 +15,7 @@ from pathlib import Path
 from benchmarks.accuracy import LARGEST_RATIO
 from benchmarks.bound import GROUPS, TRIADS
 from benchmarks.digits import three_digits, two_digits
-from benchmarks.footprint import FLASH_GOAL, MEMORY_GOAL
+from benchmarks.footprint import FLASH_GOALS, MEMORY_GOAL, at_one_time
 from benchmarks.footprint import rows as footprint_rows
 from benchmarks.goals import SPEED_NAMES, all_goals
 from benchmarks.multipose import IMU_TK
@@ -662,7 +662,7 @@ def five_figures(results: Mapping[str, Content]) -> Iterator[str]:
     ratios, covered = _against_the_bound(results)
     named = {title: _outcomes(of) for title, of in results["redundancy_campaign"]["sets"].items()}
     flash = results["footprint"]["flash_bytes"]["everything"]
-    memory = sum(results["footprint"]["bytes"].values())
+    most, memory = FLASH_GOALS["everything"], at_one_time(results["footprint"]["bytes"])
     yield "| | Tumble | compared with |"
     yield "|---|---|---|"
     for cells in (
@@ -690,7 +690,7 @@ def five_figures(results: Mapping[str, Content]) -> Iterator[str]:
         (
             "All of it on a Cortex-M4F",
             f"**{flash / 1024:.0f} KiB flash, {memory / 1024:.1f} KiB memory**",
-            f"goals of {FLASH_GOAL // 1024} KiB ({_whether(flash <= FLASH_GOAL)}) and "
+            f"goals of {most // 1024} KiB ({_whether(flash <= most)}) and "
             f"{MEMORY_GOAL // 1024} KiB ({_whether(memory <= MEMORY_GOAL)})",
         ),
     ):
