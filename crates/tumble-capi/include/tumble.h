@@ -72,7 +72,7 @@
 /**
  * Words of 8 bytes in the storage of a spin.
  */
-#define TUMBLE_SPIN_WORDS 292
+#define TUMBLE_SPIN_WORDS 591
 
 /**
  * Words of 8 bytes in the storage of a store.
@@ -941,6 +941,10 @@ enum tumble_spin_phase
      * Waits for the robot to turn on the spot, and gathers.
      */
     TUMBLE_SPIN_PHASE_TURN,
+    /**
+     * It turned far enough, and is solved slice by slice: with each sample, or each call of tumble_spin_work().
+     */
+    TUMBLE_SPIN_PHASE_SOLVING,
     /**
      * tumble_spin_solve() gives the result.
      */
@@ -2393,6 +2397,15 @@ tumble_status tumble_spin_push(struct tumble_spin *spin,
  */
 tumble_status tumble_spin_tick(struct tumble_spin *spin,
                                uint64_t now,
+                               tumble_spin_event *event);
+
+/**
+ * Does a slice of solving a spin that turned far enough, for those who would rather call it from an idle task than wait
+ * for samples to do it; in any other phase it does nothing. `event` may be null.
+ *
+ * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
+ */
+tumble_status tumble_spin_work(struct tumble_spin *spin,
                                tumble_spin_event *event);
 
 /**

@@ -372,7 +372,7 @@ fn spin<T: Named>() {
     let block = collector.cut().expect("a block");
     collector.take(&block, stood).expect("a robot on its wheels");
     collector.end_stop();
-    let found = collector.solve(None).expect("a spin");
+    let (found, _) = collector.solve(None).expect("a spin");
     let biases = [
         ("accelerometer_bias", found.level_free.value),
         ("gyroscope_bias", found.gyroscope_bias.value),

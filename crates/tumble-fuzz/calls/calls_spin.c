@@ -118,7 +118,11 @@ void call_of_spin(void)
         left(tumble_spin_tick(required(spin), draw_time(), optional(event)), event, sizeof *event, &before);
         break;
     case 4:
+        unwritten(event, sizeof *event);
+        left(tumble_spin_work(required(spin), optional(event)), event, sizeof *event, &before);
+        break;
     case 5:
+    case 6:
         ask();
         break;
     default:

@@ -9,6 +9,7 @@ use tumble_core::spin::block::{Block, BlockBuilder};
 use tumble_core::spin::collector::Collector;
 use tumble_core::spin::estimate::{SpinEstimate, TrueAngle};
 use tumble_core::spin::failure::SpinFailure;
+use tumble_core::spin::level_free::LevelFree;
 use tumble_core::spin::machine::SpinMachine;
 use tumble_core::spin::settings::SpinSettings;
 
@@ -165,8 +166,8 @@ fn fit_once<T: Real>(
         }
     }
     recorder.cut(was_resting.unwrap_or(false))?;
-    let estimate = recorder.collector.solve(true_angle)?;
-    let blocks = draw(&recorder.blocks, &estimate);
+    let (estimate, fit) = recorder.collector.solve(true_angle)?;
+    let blocks = draw(&recorder.blocks, &fit);
     Ok(SpinFit { estimate, blocks })
 }
 
@@ -194,18 +195,16 @@ impl<T: Real> BlockRecorder<T> {
     }
 }
 
-fn draw<T: Real>(blocks: &[(Block<T>, bool)], estimate: &SpinEstimate<T>) -> Vec<FittedBlock<T>> {
-    let floor: Matrix3<T> = estimate.fit.floor;
-    let accelerometer = estimate.fit.accelerometer_bias();
-    let gyroscope = estimate.fit.gyroscope_bias;
+fn draw<T: Real>(blocks: &[(Block<T>, bool)], fit: &LevelFree<T>) -> Vec<FittedBlock<T>> {
+    let floor: Matrix3<T> = fit.floor;
+    let accelerometer = fit.accelerometer_bias();
+    let gyroscope = fit.gyroscope_bias;
     (0..blocks.len())
         .map(|i| {
             let (block, resting) = &blocks[i];
             let rate = floor.tr_mul(&(block.angular_rate() - gyroscope));
-            let heading = block.heading + estimate.fit.heading_correction(block.heading, block.time);
-            let modelled = estimate
-                .fit
-                .specific_force(heading, block.rate, acceleration(blocks, i));
+            let heading = block.heading + fit.heading_correction(block.heading, block.time);
+            let modelled = fit.specific_force(heading, block.rate, acceleration(blocks, i));
             FittedBlock {
                 time: block.start + (block.end - block.start) / 2,
                 resting: *resting,

@@ -4,7 +4,7 @@ use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tumble_core::real::Real;
-use tumble_core::spin::machine::{SpinMachine, SpinState, Wheels};
+use tumble_core::spin::machine::{SpinEvent, SpinMachine, SpinState, Wheels};
 use tumble_core::spin::settings::SpinSettings;
 use tumble_lab::spin::read_bias_instability;
 
@@ -170,12 +170,23 @@ impl SampleArrays<'_> {
         self.iter(origin)
             .enumerate()
             .filter_map(|(i, sample)| {
-                machine
+                let event = machine
                     .push(&sample, wheels(i))
-                    .map(|event| (self.time[i], event.name()))
+                    .or_else(|| solved_at_once(machine));
+                event.map(|event| (self.time[i], event.name()))
             })
             .collect()
     }
+}
+
+/// All slices of a spin that is to be solved: there is no next sample to wait for.
+fn solved_at_once<T: Real>(machine: &mut SpinMachine<T>) -> Option<SpinEvent> {
+    while matches!(machine.state(), SpinState::Solving) {
+        if let Some(event) = machine.work() {
+            return Some(event);
+        }
+    }
+    None
 }
 
 fn wheels(moving: Option<f64>) -> Wheels {

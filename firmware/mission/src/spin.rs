@@ -3,7 +3,7 @@
 use core::fmt::Write;
 
 use tumble_core::real::real;
-use tumble_core::spin::estimate::{ScalarEstimate, SpinEstimate, VectorEstimate};
+use tumble_core::spin::estimate::{ScalarEstimate, SpinEstimate, TrueAngle, VectorEstimate};
 use tumble_core::spin::machine::{SpinEvent, SpinMachine, SpinState, Wheels};
 use tumble_core::spin::settings::SpinSettings;
 
@@ -33,9 +33,10 @@ pub fn spin<W: WorkMeter>(file: &[u8], watch: &mut W, out: &mut dyn Write) -> Re
     let mut time = 0_u64;
     for counts in cases.rows("counts")? {
         let sample = sample(time, &counts?, steps);
+        let solves = matches!(machine.state(), SpinState::Solving);
         let event = watch.during(|| machine.push(&sample, Wheels::Unknown));
-        watch.was(if event == Some(SpinEvent::Done) {
-            WorkPart::SpinFinish
+        watch.was(if solves {
+            WorkPart::SpinSlice
         } else {
             WorkPart::SpinPush
         });
@@ -56,8 +57,18 @@ pub fn spin<W: WorkMeter>(file: &[u8], watch: &mut W, out: &mut dyn Write) -> Re
         }
         time = time.saturating_add(interval);
     }
-    let found = watch.during(|| machine.solve(None));
+    let found = machine.solve(None);
+    let angle = machine.progress().turned;
+    let known = TrueAngle {
+        clockwise: None,
+        counter_clockwise: Some(angle),
+        sigma: real(0.01),
+    };
+    let with_angle = watch.during(|| machine.solve(Some(&known)));
     watch.was(WorkPart::SpinSolve);
+    if let Ok(found) = &with_angle {
+        value(out, "scale, if that was the angle", &found.scale)?;
+    }
     match (machine.state(), found) {
         (SpinState::Done, Ok(estimate)) => tell(out, &estimate)?,
         (SpinState::Failed(_), _) => writeln!(out, "spin failed")?,

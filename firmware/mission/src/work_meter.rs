@@ -13,9 +13,9 @@ pub enum WorkPart {
     Save,
     /// A sample of a spin.
     SpinPush,
-    /// The sample of a spin that completes it, which solves it.
-    SpinFinish,
-    /// The result of a spin.
+    /// A sample with which a spin that is complete is solved on.
+    SpinSlice,
+    /// A spin solved at once, with a true angle.
     SpinSolve,
 }
 
@@ -26,7 +26,7 @@ pub const WORK_PARTS: [WorkPart; 7] = [
     WorkPart::Fit,
     WorkPart::Save,
     WorkPart::SpinPush,
-    WorkPart::SpinFinish,
+    WorkPart::SpinSlice,
     WorkPart::SpinSolve,
 ];
 

@@ -231,13 +231,13 @@ def test_the_stack_is_measured_in_every_phase(said):
         phase: int(size)
         for size, phase in re.findall(r"device: stack (?:at least )?(\d+) bytes: (\w+)", said)
     }
-    for phase in ("Restore", "Push", "Fit", "Save", "SpinPush", "SpinFinish", "SpinSolve"):
+    for phase in ("Restore", "Push", "Fit", "Save", "SpinPush", "SpinSlice", "SpinSolve"):
         assert 100 < stack[phase] < stack["all"] < 64 * 1024, phase
     assert stack["Push"] < stack["Fit"]
 
 
 def test_the_stack_of_each_function_is_what_the_image_bounds_it_by_but_for_branches_not_taken(image):
     _, painted, bounds = footprint.memory()
-    assert set(bounds) == {"Restore", "Fit", "Save", "SpinFinish", "SpinSolve"}
+    assert set(bounds) == {"Restore", "Fit", "Save", "SpinPush", "SpinSolve"}
     for phase, bound in bounds.items():
         assert painted[phase] <= bound <= painted[phase] + max(256, painted[phase] / 20), phase

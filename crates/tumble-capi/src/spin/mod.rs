@@ -19,7 +19,7 @@ use crate::pointer::{Place, Storage, answer, begin, change, look, read, view};
 use crate::status::{Status, status};
 
 /// Words of 8 bytes in the storage of a spin.
-pub const TUMBLE_SPIN_WORDS: usize = 292;
+pub const TUMBLE_SPIN_WORDS: usize = 591;
 
 /// Storage of a spin. The caller owns it and may put it anywhere; what is in it is the library's.
 #[repr(C)]
@@ -55,6 +55,8 @@ pub enum SpinPhase {
     Still,
     /// Waits for the robot to turn on the spot, and gathers.
     Turn,
+    /// It turned far enough, and is solved slice by slice: with each sample, or each call of tumble_spin_work().
+    Solving,
     /// tumble_spin_solve() gives the result.
     Done,
     /// There is no result; a calibration from before stays.
@@ -233,6 +235,26 @@ pub unsafe extern "C" fn tumble_spin_tick(spin: *mut Spin, now: u64, event: *mut
     status(unsafe { change(spin, work) })
 }
 
+/// Does a slice of solving a spin that turned far enough, for those who would rather call it from an idle task than wait
+/// for samples to do it; in any other phase it does nothing. `event` may be null.
+///
+/// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tumble_spin_work(spin: *mut Spin, event: *mut SpinEvent) -> Status {
+    // SAFETY: as the header asks of all pointers.
+    let place = unsafe { Place::if_wanted(event) };
+    let work = |machine: &mut SpinMachine<f32>| {
+        let place = place?;
+        let happened = SpinEvent::of(machine.work());
+        if let Some(place) = place {
+            place.write(happened);
+        }
+        Ok(())
+    };
+    // SAFETY: the same.
+    status(unsafe { change(spin, work) })
+}
+
 /// Says where a spin is, and why it failed if it did.
 ///
 /// Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY.
@@ -299,6 +321,7 @@ impl SpinState {
             CoreState::Idle => (SpinPhase::Idle, None),
             CoreState::Still => (SpinPhase::Still, None),
             CoreState::Spin => (SpinPhase::Turn, None),
+            CoreState::Solving => (SpinPhase::Solving, None),
             CoreState::Done => (SpinPhase::Done, None),
             CoreState::Failed(failure) => (SpinPhase::Failed, Some(failure)),
         };

@@ -73,6 +73,7 @@ static void null_is_refused_everywhere(void)
         tumble_spin_push(NULL, &sample, TUMBLE_WHEELS_UNKNOWN, NULL),
         tumble_spin_push(spin, NULL, TUMBLE_WHEELS_UNKNOWN, NULL),
         tumble_spin_tick(NULL, 0, NULL),
+        tumble_spin_work(NULL, NULL),
         tumble_spin_get_state(NULL, &state),
         tumble_spin_get_state(spin, NULL),
         tumble_spin_get_progress(NULL, &progress),

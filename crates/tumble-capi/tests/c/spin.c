@@ -71,6 +71,22 @@ static int push_all(tumble_spin *spin, const cJSON *cases, tumble_spin_event ord
     return events;
 }
 
+/* Pushes samples until the robot has turned far enough; gives the one after. */
+static int push_until_solving(tumble_spin *spin, const cJSON *cases)
+{
+    const uint64_t interval = (uint64_t)number(cases, "interval_us");
+    int k = 0;
+    for (const cJSON *row = member(cases, "counts")->child; row != NULL; row = row->next, ++k) {
+        if (phase_of(spin) == TUMBLE_SPIN_PHASE_SOLVING) {
+            break;
+        }
+        const uint64_t time = (uint64_t)k * interval;
+        const tumble_sample sample = sample_of(cases, row, time);
+        ANSWERS(TUMBLE_OK, tumble_spin_push(spin, &sample, wheels_at(cases, time), NULL));
+    }
+    return k;
+}
+
 /* Checks three numbers against what is expected, in its sigmas. */
 static void agrees(const cJSON *file, const char *quantity, const char *sigma, const float found[3])
 {
@@ -140,6 +156,45 @@ static void is_done_when_it_turned_far_enough(void)
     cJSON_Delete(file);
 }
 
+static void is_solved_from_an_idle_task_as_with_samples(void)
+{
+    cJSON *file = vectors_read("spin");
+    const cJSON *cases = member(file, "cases");
+    tumble_spin_settings settings = settings_of(cases);
+    settings.turn = 6.5F;
+    tumble_spin *spin = new_spin(&settings);
+    tumble_spin *other = NEW(tumble_spin);
+    ANSWERS(TUMBLE_OK, tumble_spin_start(spin));
+    ANSWERS(TUMBLE_OK, tumble_spin_work(spin, NULL));
+    CHECK(phase_of(spin) == TUMBLE_SPIN_PHASE_STILL);
+    const int next = push_until_solving(spin, cases);
+    CHECK(phase_of(spin) == TUMBLE_SPIN_PHASE_SOLVING);
+    memcpy(other, spin, sizeof *spin);
+
+    int slices = 0;
+    tumble_spin_event event = TUMBLE_SPIN_EVENT_NONE;
+    for (; event == TUMBLE_SPIN_EVENT_NONE && slices < 100; ++slices) {
+        ANSWERS(TUMBLE_OK, tumble_spin_work(spin, &event));
+    }
+    CHECK(event == TUMBLE_SPIN_EVENT_DONE && phase_of(spin) == TUMBLE_SPIN_PHASE_DONE);
+    for (int k = 0; k < slices; ++k) {
+        CHECK(phase_of(other) == TUMBLE_SPIN_PHASE_SOLVING);
+        const cJSON *row = element(member(cases, "counts"), next + k);
+        const tumble_sample sample = sample_of(cases, row, (uint64_t)(next + k) * 20000);
+        ANSWERS(TUMBLE_OK, tumble_spin_push(other, &sample, TUMBLE_WHEELS_UNKNOWN, &event));
+    }
+    CHECK(event == TUMBLE_SPIN_EVENT_DONE);
+    tumble_spin_estimate found[2];
+    ANSWERS(TUMBLE_OK, tumble_spin_solve(spin, NULL, &found[0], NULL));
+    ANSWERS(TUMBLE_OK, tumble_spin_solve(other, NULL, &found[1], NULL));
+    CHECK(memcmp(found[0].covariance, found[1].covariance, sizeof found[0].covariance) == 0);
+    CHECK(memcmp(&found[0].accelerometer_bias, &found[1].accelerometer_bias, sizeof found[0].accelerometer_bias) == 0);
+    CHECK(memcmp(&found[0].gyroscope_bias, &found[1].gyroscope_bias, sizeof found[0].gyroscope_bias) == 0);
+    free(other);
+    free(spin);
+    cJSON_Delete(file);
+}
+
 static void says_why_it_failed(void)
 {
     tumble_spin_settings settings;
@@ -190,6 +245,7 @@ const law spin_laws[] = {
     {"a spin agrees with its vectors", agrees_with_the_vectors},
     {"a spin is done when the robot turned far enough, and not before it was started",
      is_done_when_it_turned_far_enough},
+    {"a spin is solved from an idle task as it is with samples", is_solved_from_an_idle_task_as_with_samples},
     {"a spin that fails says why and leaves the result alone", says_why_it_failed},
     {"storage may be moved between calls", storage_may_be_moved},
     {NULL, NULL},

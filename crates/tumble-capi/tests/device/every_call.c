@@ -54,6 +54,7 @@ static void turn(void)
     answers += tumble_spin_start(&spin);
     answers += tumble_spin_push(&spin, &sample, TUMBLE_WHEELS_UNKNOWN, NULL);
     answers += tumble_spin_tick(&spin, sample.time, NULL);
+    answers += tumble_spin_work(&spin, NULL);
     answers += tumble_spin_get_state(&spin, &state);
     answers += tumble_spin_get_progress(&spin, &progress);
     answers += tumble_spin_solve(&spin, NULL, &estimate, &state.failure);

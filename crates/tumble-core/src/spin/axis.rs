@@ -6,7 +6,7 @@
 use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2, Vector3};
 
 use crate::products::{
-    congruent, matrix_product, outer, product, transposed_matrix_product, transposed_product, unit,
+    columns, congruent, matrix_product, outer, product, transposed_matrix_product, transposed_product, unit,
 };
 use crate::real::{Real, count, real};
 
@@ -109,10 +109,11 @@ pub struct TurningRates<T: Real> {
 }
 
 /// Fits the line, beginning with a guess of the axis that points upwards.
+#[inline(never)]
 pub fn fit<T: Real>(turning: &TurningRates<T>, rest: &RestingRate<T>, guess: &Vector3<T>) -> AxisFit<T> {
     let mut fit = one_round(turning, rest, guess);
     for _ in 1..ROUNDS {
-        fit = one_round(turning, rest, &fit.floor.column(2).into_owned());
+        fit = one_round(turning, rest, &columns(&fit.floor)[2]);
     }
     fit
 }

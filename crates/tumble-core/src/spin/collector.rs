@@ -7,14 +7,16 @@ use crate::spin::block::{Block, BlockBuilder};
 use crate::spin::estimate::{SpinEstimate, TrueAngle};
 use crate::spin::estimator::SpinEstimator;
 use crate::spin::failure::SpinFailure;
+use crate::spin::level_free::LevelFree;
 use crate::spin::settings::SpinSettings;
-use crate::spin::solve;
+use crate::spin::solve::{self, SolvedFor, Solving, SpinSolver};
 
 /// Gathers samples into blocks and blocks into the estimator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Collector<T: Real> {
     blocks: BlockBuilder<T>,
     estimator: SpinEstimator<T>,
+    solver: SpinSolver<T>,
     correct_at: T,
     saturated: u32,
 }
@@ -22,8 +24,8 @@ pub struct Collector<T: Real> {
 /// Samples at the end of the range that are not yet a failure: a single one may be a spike.
 const SPIKES: u32 = 3;
 
-/// Heading is corrected after every quarter turn, before its errors are more than a first derivative tells.
-const CORRECTED_EVERY: f64 = core::f64::consts::FRAC_PI_2;
+/// Heading is corrected after every sixth of a turn, before its errors are more than a first derivative tells.
+const CORRECTED_EVERY: f64 = core::f64::consts::FRAC_PI_3;
 
 impl<T: Real> Collector<T> {
     /// Nothing seen yet.
@@ -31,9 +33,20 @@ impl<T: Real> Collector<T> {
         Self {
             blocks: BlockBuilder::new(settings.block),
             estimator: SpinEstimator::new(settings),
+            solver: SpinSolver::new(),
             correct_at: real(CORRECTED_EVERY),
             saturated: 0,
         }
+    }
+
+    /// Forgets everything: in its place, since it is larger than the stack of many a task.
+    pub fn restart(&mut self) {
+        let settings = *self.estimator.settings();
+        self.blocks = BlockBuilder::new(settings.block);
+        self.estimator.restart();
+        self.solver.stop();
+        self.correct_at = real(CORRECTED_EVERY);
+        self.saturated = 0;
     }
 
     /// What is kept so far.
@@ -44,6 +57,7 @@ impl<T: Real> Collector<T> {
     /// As of [`SpinEstimator::know_bias_instability`].
     pub fn know_bias_instability(&mut self, specific_force: T, angular_rate: T) {
         self.estimator.know_bias_instability(specific_force, angular_rate);
+        self.solver.stop();
     }
 
     /// Takes in a sample; gives back the block it completes, to be given to [`Self::take`] when it is known whether the
@@ -56,6 +70,7 @@ impl<T: Real> Collector<T> {
         if !sample.is_finite() || before.is_some_and(|before| sample.time <= before) {
             return Ok(None);
         }
+        self.go_on_with_heading();
         self.check_range(sample)?;
         if let Some(before) = before {
             self.check_step(sample, before)?;
@@ -84,22 +99,48 @@ impl<T: Real> Collector<T> {
         self.follow();
     }
 
-    /// Solves for everything seen so far.
+    /// Solves for everything seen so far, at once; also gives the fit, for those who draw it.
     ///
     /// # Errors
-    /// As of [`solve::solve`].
-    pub fn solve(&self, true_angle: Option<&TrueAngle<T>>) -> Result<SpinEstimate<T>, SpinFailure<T>> {
+    /// As of [`SpinSolver::step`].
+    pub fn solve(
+        &self,
+        true_angle: Option<&TrueAngle<T>>,
+    ) -> Result<(SpinEstimate<T>, LevelFree<T>), SpinFailure<T>> {
         solve::solve(&self.estimator, true_angle)
+    }
+
+    /// Begins to solve for everything, slice by slice.
+    pub fn begin_to_solve(&mut self) {
+        self.solver.begin(SolvedFor::Estimate, None);
+    }
+
+    /// Does a slice of what [`Self::begin_to_solve`] began.
+    ///
+    /// # Errors
+    /// As of [`SpinSolver::step`].
+    pub fn go_on(&mut self) -> Result<Solving<T>, SpinFailure<T>> {
+        self.solver.step(&self.estimator)
+    }
+
+    /// What slices have led to; `None` before the last.
+    pub fn solved(&self) -> Option<SpinEstimate<T>> {
+        self.solver.estimate(&self.estimator)
+    }
+
+    /// A slice with each sample, of what a sixth of a turn began.
+    fn go_on_with_heading(&mut self) {
+        // Where nothing can be solved yet, heading is counted on as it was.
+        if let Ok(Solving::Heading(by_heading, by_time)) = self.solver.step(&self.estimator) {
+            self.estimator.correct_heading(by_heading, by_time);
+        }
     }
 
     fn follow(&mut self) {
         let turned = self.estimator.turned().angle();
-        if turned >= self.correct_at {
+        if turned >= self.correct_at && !self.solver.is_busy() {
             self.correct_at = turned + real(CORRECTED_EVERY);
-            // Where nothing can be solved yet, heading is counted on as it was.
-            if let Ok((by_heading, by_time)) = solve::heading_correction(&self.estimator) {
-                self.estimator.correct_heading(by_heading, by_time);
-            }
+            self.solver.begin(SolvedFor::Heading, None);
         }
         let lost = self.estimator.take_lost_heading();
         if let Some(reference) = self.estimator.heading_reference() {

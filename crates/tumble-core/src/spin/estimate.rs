@@ -4,7 +4,6 @@ use nalgebra::{SMatrix, Vector3};
 
 use crate::real::Real;
 use crate::spin::estimator::TurnTotals;
-use crate::spin::level_free::LevelFree;
 
 /// A number with its 1-sigma; infinite sigma where the data do not show it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,8 +100,6 @@ pub struct SpinEstimate<T: Real> {
     pub degrees_of_freedom: u32,
     /// How many times wider all sigmas are than noise explains, since the model does not explain the rest; else one.
     pub widening: T,
-    /// The fit, for those who draw it.
-    pub fit: LevelFree<T>,
 }
 
 impl<T: Real> SpinEstimate<T> {

@@ -149,6 +149,23 @@ impl<T: Real> SpinEstimator<T> {
         }
     }
 
+    /// Forgets everything but the settings.
+    pub fn restart(&mut self) {
+        self.reference = None;
+        self.rests = None;
+        self.stop = None;
+        self.turning.clear();
+        self.whitener = RowWhitener::new();
+        self.frame = Matrix3::identity();
+        self.rates = RateMoments::default();
+        self.noise = Moments::new();
+        self.turning_samples = 0;
+        self.turned = TurnTotals::none();
+        self.lost = T::zero();
+        self.first = None;
+        self.middle = None;
+    }
+
     /// How heading is to be counted from now on; `None` before the first rest has ended.
     pub fn heading_reference(&self) -> Option<&HeadingReference<T>> {
         self.reference.as_ref()

@@ -147,6 +147,14 @@ impl<T: Real> Default for Harmonics<T> {
 }
 
 impl<T: Real> Harmonics<T> {
+    /// Forgets all rows.
+    pub fn clear(&mut self) {
+        self.triangle.fill(T::zero());
+        self.right.fill(T::zero());
+        self.squares = Vector3::zeros();
+        self.rows = 0;
+    }
+
     /// Takes in one row.
     pub fn push(&mut self, row: &HarmonicRow<T>) {
         self.rows = self.rows.saturating_add(1);

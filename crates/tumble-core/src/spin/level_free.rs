@@ -4,11 +4,11 @@
 //! turning axis go with the squared rate and with its change. What the gyroscope showed of axis and bias comes in as
 //! prior knowledge, with its covariance (docs/theory/spin.md, eq. 7 to 13).
 
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, SVector, Vector3};
 
-use crate::products::{cross, unit};
+use crate::products::{columns, cross, product, unit};
 use crate::real::{Real, count, real};
-use crate::regression::{LeastSquares, Prior, Solution, Unsolvable, degrees_of_freedom, reduced};
+use crate::regression::{LeastSquares, Prior, Solution, Unsolvable, degrees_of_freedom, reduced, zeros};
 use crate::spin::axis::AxisFit;
 use crate::spin::harmonics::{FUNCTIONS, Harmonics};
 
@@ -81,6 +81,21 @@ pub struct LevelFree<T: Real> {
 }
 
 impl<T: Real> LevelFree<T> {
+    /// Of nothing.
+    #[inline(always)]
+    pub fn none() -> Self {
+        Self {
+            solution: Solution::none(),
+            floor: Matrix3::identity(),
+            up: Vector3::z(),
+            gyroscope_bias: Vector3::zeros(),
+            gravity: T::zero(),
+            by_time: T::zero(),
+            degrees_of_freedom: 0,
+            turning_freedom: None,
+        }
+    }
+
     /// Accelerometer bias, m/s^2, case frame.
     pub fn accelerometer_bias(&self) -> Vector3<T> {
         self.solution.x.fixed_rows::<3>(ACCELEROMETER).into_owned()
@@ -128,11 +143,8 @@ impl<T: Real> LevelFree<T> {
     }
 }
 
-/// X of eq. 12: a line for each function of eq. 9, a column for each axis of the accelerometer.
-type Coefficients<T> = SMatrix<T, FUNCTIONS, 3>;
-
-/// The vectors that X is linear in.
-#[derive(Clone, Copy)]
+/// The vectors that the specific force is linear in.
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct HarmonicVectors<T: Real> {
     /// `b_a + sqrt(g^2 - p^2) n`, less what was taken off the specific force, m/s^2.
     constant: Vector3<T>,
@@ -147,7 +159,7 @@ struct HarmonicVectors<T: Real> {
 }
 
 /// How heading as counted has to be stretched and sheared to be the true one, with `q = 1 / (1 + s)`.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct HeadingDistortion<T: Real> {
     /// `alpha = q - 1`.
     by_heading: T,
@@ -170,6 +182,48 @@ impl<T: Real> HeadingDistortion<T> {
     }
 }
 
+/// A line of the harmonics: coefficients of the functions of eq. 9.
+type Line<T> = SVector<T, FUNCTIONS>;
+
+/// What a line of the harmonics has of each of the vectors: the line times X of eq. 12.
+#[derive(Clone, Copy)]
+struct VectorWeights<T: Real> {
+    constant: T,
+    cosine: T,
+    sine: T,
+    arm: T,
+    arm_left: T,
+}
+
+impl<T: Real> VectorWeights<T> {
+    fn new(line: &Line<T>, distortion: &HeadingDistortion<T>) -> Self {
+        let distorted = Self::distorted(line, distortion);
+        Self {
+            constant: line[0],                  // eq. 12
+            cosine: line[1] + distorted.cosine, // eq. 12: p
+            sine: line[2] + distorted.sine,     // eq. 12: -n x p
+            ..distorted
+        }
+    }
+
+    /// Of the functions that the distortion of heading makes; it may be a derivative.
+    fn distorted(line: &Line<T>, distortion: &HeadingDistortion<T>) -> Self {
+        let HeadingDistortion {
+            by_heading: alpha,
+            by_time: eta,
+            q_squared,
+            q,
+        } = *distortion;
+        Self {
+            constant: T::zero(),
+            cosine: -(alpha * line[3] + eta * line[5]), // eq. 12: -alpha p, -eta p
+            sine: alpha * line[4] + eta * line[6],      // eq. 12: -alpha n x p, -eta n x p
+            arm: -q_squared * line[7],                  // eq. 12: -q^2 r
+            arm_left: q * line[8],                      // eq. 12: q n x r
+        }
+    }
+}
+
 impl<T: Real> HarmonicVectors<T> {
     fn zero() -> Self {
         let zero = Vector3::zeros();
@@ -182,201 +236,258 @@ impl<T: Real> HarmonicVectors<T> {
         }
     }
 
-    /// X.
-    fn coefficients(&self, distortion: &HeadingDistortion<T>) -> Coefficients<T> {
-        Coefficients::from_rows(&[
-            self.constant.transpose(),                          // eq. 12
-            self.cosine.transpose(),                            // eq. 12: p
-            self.sine.transpose(),                              // eq. 12: -n x p
-            (self.cosine * -distortion.by_heading).transpose(), // eq. 12: -alpha p
-            (self.sine * distortion.by_heading).transpose(),    // eq. 12: -alpha n x p
-            (self.cosine * -distortion.by_time).transpose(),    // eq. 12: -eta p
-            (self.sine * distortion.by_time).transpose(),       // eq. 12: -eta n x p
-            (self.arm * -distortion.q_squared).transpose(),     // eq. 12: -q^2 r
-            (self.arm_left * distortion.q).transpose(),         // eq. 12: q n x r
-        ])
+    /// The specific force of a line of the harmonics.
+    #[inline(never)]
+    fn weighted(&self, weights: &VectorWeights<T>) -> Vector3<T> {
+        self.constant * weights.constant
+            + self.cosine * weights.cosine
+            + self.sine * weights.sine
+            + self.arm * weights.arm
+            + self.arm_left * weights.arm_left // eq. 12
     }
+}
+
+/// Unknowns that the vectors depend on, but for the accelerometer bias: tilt of the axis, uphill pull, lever arm.
+const VECTOR_UNKNOWNS: usize = SCALE - AXIS;
+
+/// Turning axis, unit length, and distortion of the heading, where the unknowns are `x`.
+fn axis_and_distortion<T: Real>(
+    priors: &SpinPriors<T>,
+    x: &SVector<T, UNKNOWNS>,
+) -> (Vector3<T>, HeadingDistortion<T>) {
+    let [forward, left, floor_up] = columns(&priors.axis.floor);
+    let up = unit(&(floor_up + forward * x[AXIS] + left * x[AXIS + 1]));
+    let q = T::one() / (T::one() + x[SCALE]); // eq. 8
+    let drift = (priors.axis.bias - priors.counted_bias).dot(&up) + x[GYROSCOPE_UP]; // eq. 8: epsilon
+    let distortion = HeadingDistortion {
+        by_heading: q - T::one(),     // eq. 12: alpha
+        by_time: x[WALK] - drift * q, // eq. 12: eta
+        q_squared: q * q,
+        q,
+    };
+    (up, distortion)
 }
 
 /// The model about one point.
 struct Linearization<T: Real> {
-    /// `sqrt(g^2 - p^2)`, m/s^2.
-    gravity: T,
-    up: Vector3<T>,
-    /// Forward and left, projected across `up`.
-    plane: [Vector3<T>; 2],
     vectors: HarmonicVectors<T>,
     distortion: HeadingDistortion<T>,
-    /// `epsilon`, rad/s.
-    drift: T,
+    /// Derivatives of the vectors by the unknowns from the tilt of the axis on.
+    by_vectors: [HarmonicVectors<T>; VECTOR_UNKNOWNS],
+    /// Derivatives of the distortion by the bias along the axis, the scale and the random walk.
+    by_drift: HeadingDistortion<T>,
+    by_scale: HeadingDistortion<T>,
+    by_walk: HeadingDistortion<T>,
 }
 
 impl<T: Real> Linearization<T> {
+    #[inline(never)]
     fn at(priors: &SpinPriors<T>, x: &SVector<T, UNKNOWNS>) -> Self {
-        let floor = &priors.axis.floor;
-        let (forward, left) = (floor.column(0), floor.column(1));
-        let up = unit(&(floor.column(2) + forward * x[AXIS] + left * x[AXIS + 1]));
-        let project_horizontal = |v: Vector3<T>| v - up * up.dot(&v);
-        let plane = [
-            project_horizontal(forward.into_owned()),
-            project_horizontal(left.into_owned()),
-        ];
+        let (up, distortion) = axis_and_distortion(priors, x);
+        let [forward, left, _] = columns(&priors.axis.floor);
+        let plane = [forward, left].map(|v| v - up * up.dot(&v));
+        let across = plane.map(|e| cross(&up, &e));
         let uphill = plane[0] * x[UPHILL] + plane[1] * x[UPHILL + 1];
         let arm = plane[0] * x[LEVER_ARM] + plane[1] * x[LEVER_ARM + 1];
-        let vertical = (priors.gravity * priors.gravity - uphill.norm_squared())
+        let gravity = (priors.gravity * priors.gravity - uphill.norm_squared())
             .max(T::zero())
-            .square_root();
-        let q = T::one() / (T::one() + x[SCALE]); // eq. 8
-        let drift = (priors.axis.bias - priors.counted_bias).dot(&up) + x[GYROSCOPE_UP]; // eq. 8: epsilon
+            .square_root(); // eq. 7: sqrt(g^2 - p^2)
         let bias = Vector3::new(x[ACCELEROMETER], x[ACCELEROMETER + 1], x[ACCELEROMETER + 2]);
-        Self {
-            gravity: vertical,
-            up,
-            plane,
-            vectors: HarmonicVectors {
-                constant: bias + (up * vertical - priors.origin), // eq. 12
-                cosine: uphill,
-                sine: -cross(&up, &uphill), // eq. 12
-                arm,
-                arm_left: cross(&up, &arm), // eq. 12
-            },
-            distortion: HeadingDistortion {
-                by_heading: q - T::one(),     // eq. 12: alpha
-                by_time: x[WALK] - drift * q, // eq. 12: eta
-                q_squared: q * q,
-                q,
-            },
-            drift,
-        }
-    }
-
-    /// Derivative of X by unknown `i`; zero where X does not depend on it.
-    #[inline(never)]
-    fn derivative(&self, i: usize) -> Coefficients<T> {
-        match i {
-            ACCELEROMETER..GYROSCOPE => self.by_accelerometer_bias(i - ACCELEROMETER),
-            GYROSCOPE_UP => self.by_drift(),
-            AXIS..UPHILL => self.by_tilt(&self.plane[i - AXIS]),
-            UPHILL..LEVER_ARM => self.by_uphill(&self.plane[i - UPHILL]),
-            LEVER_ARM..SCALE => self.by_lever_arm(&self.plane[i - LEVER_ARM]),
-            SCALE => self.by_scale(),
-            WALK => self.by_walk(),
-            _ => Coefficients::zeros(),
-        }
-    }
-
-    fn by_accelerometer_bias(&self, axis: usize) -> Coefficients<T> {
-        HarmonicVectors {
-            constant: Vector3::from_fn(|k, _| if k == axis { T::one() } else { T::zero() }),
-            ..HarmonicVectors::zero()
-        }
-        .coefficients(&HeadingDistortion::zero())
-    }
-
-    /// When the axis tilts towards `e`, `n` goes along `e`, and what lies along `e` goes down.
-    fn by_tilt(&self, e: &Vector3<T>) -> Coefficients<T> {
-        let lowered = |v: &Vector3<T>| self.up * -e.dot(v);
-        HarmonicVectors {
-            constant: e * self.gravity,
-            cosine: lowered(&self.vectors.cosine),
-            sine: -cross(e, &self.vectors.cosine),
-            arm: lowered(&self.vectors.arm),
-            arm_left: cross(e, &self.vectors.arm),
-        }
-        .coefficients(&self.distortion)
-    }
-
-    fn by_uphill(&self, e: &Vector3<T>) -> Coefficients<T> {
-        HarmonicVectors {
-            constant: self.up * -(self.vectors.cosine.dot(e) / self.gravity),
-            cosine: *e,
-            sine: -cross(&self.up, e),
-            ..HarmonicVectors::zero()
-        }
-        .coefficients(&self.distortion)
-    }
-
-    fn by_lever_arm(&self, e: &Vector3<T>) -> Coefficients<T> {
-        HarmonicVectors {
-            arm: *e,
-            arm_left: cross(&self.up, e),
-            ..HarmonicVectors::zero()
-        }
-        .coefficients(&self.distortion)
-    }
-
-    fn by_drift(&self) -> Coefficients<T> {
-        self.by_distortion(HeadingDistortion {
-            by_time: -self.distortion.q,
-            ..HeadingDistortion::zero()
-        })
-    }
-
-    /// `dq/ds = -q^2`.
-    fn by_scale(&self) -> Coefficients<T> {
-        let q = self.distortion.q;
-        self.by_distortion(HeadingDistortion {
-            by_heading: -q * q,
-            by_time: self.drift * q * q,
-            q_squared: -q * q * q * real::<T>(2.0),
-            q: -q * q,
-        })
-    }
-
-    fn by_walk(&self) -> Coefficients<T> {
-        self.by_distortion(HeadingDistortion {
-            by_time: T::one(),
-            ..HeadingDistortion::zero()
-        })
-    }
-
-    /// The first three functions of eq. 9 do not know of the distortion.
-    fn by_distortion(&self, change: HeadingDistortion<T>) -> Coefficients<T> {
-        let turning = HarmonicVectors {
-            constant: Vector3::zeros(),
-            ..self.vectors
+        let vectors = HarmonicVectors {
+            constant: bias + (up * gravity - priors.origin), // eq. 12
+            cosine: uphill,
+            sine: -cross(&up, &uphill), // eq. 12
+            arm,
+            arm_left: cross(&up, &arm), // eq. 12
         };
-        let mut coefficients = turning.coefficients(&change);
-        coefficients.fixed_rows_mut::<3>(0).fill(T::zero());
-        coefficients
+        let q = distortion.q;
+        let by_tilt = |i: usize| vectors.by_tilt(&up, &plane[i], gravity);
+        let by_uphill = |i: usize| HarmonicVectors {
+            constant: up * -(uphill.dot(&plane[i]) / gravity),
+            cosine: plane[i],
+            sine: -across[i],
+            ..HarmonicVectors::zero()
+        };
+        let by_arm = |i: usize| HarmonicVectors {
+            arm: plane[i],
+            arm_left: across[i],
+            ..HarmonicVectors::zero()
+        };
+        Self {
+            vectors,
+            distortion,
+            by_vectors: [
+                by_tilt(0),
+                by_tilt(1),
+                by_uphill(0),
+                by_uphill(1),
+                by_arm(0),
+                by_arm(1),
+            ],
+            by_drift: HeadingDistortion {
+                by_time: -q,
+                ..HeadingDistortion::zero()
+            },
+            // dq/ds = -q^2
+            by_scale: HeadingDistortion {
+                by_heading: -q * q,
+                by_time: (x[WALK] - distortion.by_time) * q,
+                q_squared: -q * q * q * real::<T>(2.0),
+                q: -q * q,
+            },
+            by_walk: HeadingDistortion {
+                by_time: T::one(),
+                ..HeadingDistortion::zero()
+            },
+        }
+    }
+
+    /// Derivatives by all unknowns of the specific force of a line whose weights are `weights`.
+    fn derivatives(&self, line: &Line<T>, weights: &VectorWeights<T>) -> [Vector3<T>; UNKNOWNS] {
+        let by = |change| self.vectors.weighted(&VectorWeights::distorted(line, change));
+        let mut derivatives = [Vector3::zeros(); UNKNOWNS];
+        for axis in 0..3 {
+            derivatives[ACCELEROMETER + axis][axis] = weights.constant;
+        }
+        derivatives[GYROSCOPE_UP] = by(&self.by_drift);
+        for (i, vectors) in self.by_vectors.iter().enumerate() {
+            derivatives[AXIS + i] = vectors.weighted(weights);
+        }
+        derivatives[SCALE] = by(&self.by_scale);
+        derivatives[WALK] = by(&self.by_walk);
+        derivatives
     }
 }
 
-/// Rounds of linearisation: the heading's errors matter only once the floor's tilt is known, and that is the first
-/// round's doing.
-const ROUNDS: u32 = 5;
-
-/// Fits all unknowns to what the accelerometer said at rest and while turning.
-///
-/// Lines of `resting` are weighted by the number of blocks, so that their variance is that of one.
-///
-/// # Errors
-/// [`Unsolvable`] if something was not finite.
-pub fn fit<T: Real>(
-    resting: &Harmonics<T>,
-    turning: &Harmonics<T>,
-    priors: &SpinPriors<T>,
-) -> Result<LevelFree<T>, Unsolvable> {
-    let harmonics = [resting, turning];
-    let mut x = nominal(priors);
-    for _ in 1..ROUNDS {
-        x = one_round(harmonics, priors, &x, LeastSquares::unknowns)?;
+impl<T: Real> HarmonicVectors<T> {
+    /// Their derivative where the axis `up` tilts towards `e`: it goes along `e`, and what lies along `e` goes down.
+    fn by_tilt(&self, up: &Vector3<T>, e: &Vector3<T>, gravity: T) -> Self {
+        let lowered = |v: &Vector3<T>| up * -e.dot(v);
+        Self {
+            constant: e * gravity,
+            cosine: lowered(&self.cosine),
+            sine: -cross(e, &self.cosine),
+            arm: lowered(&self.arm),
+            arm_left: cross(e, &self.arm),
+        }
     }
-    let solution = one_round(harmonics, priors, &x, LeastSquares::solve)?;
-    let floor = priors.axis.floor;
-    let x = &solution.x;
-    let correction = Vector3::new(x[GYROSCOPE], x[GYROSCOPE + 1], x[GYROSCOPE_UP]);
-    let point = Linearization::at(priors, x);
-    Ok(LevelFree {
-        up: point.up,
-        gravity: priors.gravity,
-        by_time: point.distortion.by_time,
-        gyroscope_bias: priors.axis.bias + floor * correction,
-        floor,
-        degrees_of_freedom: degrees_of_freedom(solution.rows, shown(&solution)),
-        turning_freedom: turning.freedom(),
-        solution,
-    })
+}
+
+/// Most rounds of linearisation: the heading's errors matter only once the floor's tilt is known, and that is the first
+/// round's doing.
+const MOST_ROUNDS: u32 = 5;
+
+/// Square of the distance, in sigmas, that a round may move the unknowns for there to be no other: what the next would move
+/// them is far less.
+const SETTLED: f64 = 1e-4;
+
+/// All unknowns fitted to what the accelerometer said at rest and while turning, round by round.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LevelFreeFit<T: Real> {
+    equations: LeastSquares<T, UNKNOWNS>,
+    x: SVector<T, UNKNOWNS>,
+    rounds: u32,
+}
+
+impl<T: Real> LevelFreeFit<T> {
+    /// Of nothing.
+    #[inline(always)]
+    pub fn none() -> Self {
+        Self {
+            equations: LeastSquares::none(),
+            x: zeros(),
+            rounds: 0,
+        }
+    }
+
+    /// Before the first round, with nominal unknowns or with those that another fit ended with.
+    pub fn begin(&mut self, priors: &SpinPriors<T>, x: Option<&SVector<T, UNKNOWNS>>) {
+        self.equations.begin(&prior(priors));
+        self.x = x.map_or_else(|| nominal(priors), |x| *x);
+        self.rounds = 0;
+    }
+
+    /// The unknowns so far.
+    pub fn unknowns(&self) -> &SVector<T, UNKNOWNS> {
+        &self.x
+    }
+
+    /// One round, linearised about the one before; whether it was the last. Lines of `resting` are weighted by the number of
+    /// blocks, so that their variance is that of one.
+    ///
+    /// # Errors
+    /// [`Unsolvable`] if something was not finite.
+    pub fn round(
+        &mut self,
+        [resting, turning]: [&Harmonics<T>; 2],
+        priors: &SpinPriors<T>,
+    ) -> Result<bool, Unsolvable> {
+        self.equations.restart();
+        self.accumulate(
+            [
+                (resting, &priors.rest_variance),
+                (turning, &priors.turning_variance),
+            ],
+            &Linearization::at(priors, &self.x),
+        );
+        let before = self.x;
+        self.x = self.equations.unknowns()?;
+        self.rounds += 1;
+        Ok(self.rounds >= MOST_ROUNDS || self.equations.excess(&before) < real(SETTLED))
+    }
+
+    /// The harmonics as equations, with the variance of each axis, linearised about the unknowns so far.
+    #[inline(never)]
+    fn accumulate(&mut self, harmonics: [(&Harmonics<T>, &Vector3<T>); 2], point: &Linearization<T>) {
+        for (harmonics, variance) in harmonics {
+            for i in 0..FUNCTIONS {
+                let (line, right) = harmonics.line(i);
+                // Lines of functions that never were anything but zero say nothing.
+                if line.iter().all(|value| *value == T::zero()) {
+                    continue;
+                }
+                let weights = VectorWeights::new(&line, &point.distortion);
+                let left = right - point.vectors.weighted(&weights);
+                let derivatives = point.derivatives(&line, &weights);
+                for axis in 0..3 {
+                    let a = SVector::from_fn(|j, _| derivatives[j][axis]);
+                    self.equations
+                        .push(&a, left[axis] + a.dot(&self.x), variance[axis]);
+                }
+            }
+        }
+    }
+
+    /// What the last round says, given the degrees of freedom of [`Harmonics::freedom`].
+    ///
+    /// # Errors
+    /// [`Unsolvable`] if something was not finite; nothing of `found` is of use then.
+    pub fn conclude(
+        &self,
+        priors: &SpinPriors<T>,
+        turning_freedom: Option<u32>,
+        found: &mut LevelFree<T>,
+    ) -> Result<(), Unsolvable> {
+        self.equations.solve_into(&mut found.solution)?;
+        let x = &found.solution.x;
+        let correction = Vector3::new(x[GYROSCOPE], x[GYROSCOPE + 1], x[GYROSCOPE_UP]);
+        let axis = &priors.axis;
+        let (up, distortion) = axis_and_distortion(priors, x);
+        found.up = up;
+        found.gravity = priors.gravity;
+        found.by_time = distortion.by_time;
+        found.gyroscope_bias = axis.bias + product(&axis.floor, &correction);
+        found.floor = axis.floor;
+        found.degrees_of_freedom = degrees_of_freedom(found.solution.rows, shown(&found.solution));
+        found.turning_freedom = turning_freedom;
+        Ok(())
+    }
+}
+
+/// What is to be added to a heading counted from here on, rad a rad and rad a second, where the unknowns are `x`.
+pub fn heading_correction<T: Real>(priors: &SpinPriors<T>, x: &SVector<T, UNKNOWNS>) -> (T, T) {
+    let (_, distortion) = axis_and_distortion(priors, x);
+    (distortion.by_heading, distortion.by_time) // eq. 8
 }
 
 /// How many unknowns the rows tell more of than was known before.
@@ -390,24 +501,10 @@ fn nominal<T: Real>(priors: &SpinPriors<T>) -> SVector<T, UNKNOWNS> {
     SVector::from_fn(|i, _| if i == SCALE { priors.scale.0 } else { T::zero() })
 }
 
-// Here and below: what is inlined into the fit keeps its stack while the fit goes on, 12 kB of it on a device.
-#[inline(never)]
-fn one_round<T: Real, S>(
-    harmonics: [&Harmonics<T>; 2],
-    priors: &SpinPriors<T>,
-    x: &SVector<T, UNKNOWNS>,
-    solve: impl Fn(&LeastSquares<T, UNKNOWNS>) -> Result<S, Unsolvable>,
-) -> Result<S, Unsolvable> {
-    let mut equations = prior(priors);
-    accumulate(harmonics, priors, x, &mut equations);
-    solve(&equations)
-}
-
-#[inline(never)]
-fn prior<T: Real>(priors: &SpinPriors<T>) -> LeastSquares<T, UNKNOWNS> {
+fn prior<T: Real>(priors: &SpinPriors<T>) -> Prior<T, UNKNOWNS> {
     let mut prior = Prior::<T, UNKNOWNS> {
         mean: nominal(priors),
-        covariance: SMatrix::zeros(),
+        covariance: zeros(),
     };
     let variance = |i: usize| -> T {
         let largest: T = match i {
@@ -422,42 +519,11 @@ fn prior<T: Real>(priors: &SpinPriors<T>) -> LeastSquares<T, UNKNOWNS> {
     for i in (0..GYROSCOPE).chain(UPHILL..UNKNOWNS) {
         prior.covariance[(i, i)] = variance(i);
     }
-    prior
-        .covariance
-        .fixed_view_mut::<5, 5>(GYROSCOPE, GYROSCOPE)
-        .copy_from(&priors.axis.covariance);
-    prior.covariance[(GYROSCOPE_UP, GYROSCOPE_UP)] = priors.bias_variance;
-    LeastSquares::new(&prior)
-}
-
-/// The harmonics as equations, linearised about `x`.
-#[inline(never)]
-fn accumulate<T: Real>(
-    [resting, turning]: [&Harmonics<T>; 2],
-    priors: &SpinPriors<T>,
-    x: &SVector<T, UNKNOWNS>,
-    equations: &mut LeastSquares<T, UNKNOWNS>,
-) {
-    let point = Linearization::at(priors, x);
-    let model = point.vectors.coefficients(&point.distortion);
-    let derivatives: [Coefficients<T>; UNKNOWNS] = core::array::from_fn(|i| point.derivative(i));
-    for (harmonics, variance) in [
-        (resting, &priors.rest_variance),
-        (turning, &priors.turning_variance),
-    ] {
-        for i in 0..FUNCTIONS {
-            let (line, right) = harmonics.line(i);
-            // Lines of functions that never were anything but zero say nothing.
-            if line.iter().all(|value| *value == T::zero()) {
-                continue;
-            }
-            let said = model.tr_mul(&line);
-            let by_unknown = derivatives.each_ref().map(|d| d.tr_mul(&line));
-            for axis in 0..3 {
-                let a = SVector::<T, UNKNOWNS>::from_fn(|j, _| by_unknown[j][axis]);
-                let y = right[axis] - said[axis] + a.dot(x);
-                equations.push(&a, y, variance[axis]);
-            }
+    for i in 0..UPHILL - GYROSCOPE {
+        for j in 0..UPHILL - GYROSCOPE {
+            prior.covariance[(GYROSCOPE + i, GYROSCOPE + j)] = priors.axis.covariance[(i, j)];
         }
     }
+    prior.covariance[(GYROSCOPE_UP, GYROSCOPE_UP)] = priors.bias_variance;
+    prior
 }

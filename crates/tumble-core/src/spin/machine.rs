@@ -13,6 +13,7 @@ use crate::spin::collector::Collector;
 use crate::spin::estimate::{SpinEstimate, TrueAngle};
 use crate::spin::failure::SpinFailure;
 use crate::spin::settings::SpinSettings;
+use crate::spin::solve::Solving;
 use crate::stillness::{Scatter, Stillness};
 
 /// What the wheels are known to do.
@@ -36,6 +37,8 @@ crate::vocabulary! {
         Still = "still",
         /// Waits for the robot to turn on the spot, and gathers.
         Spin = "spin",
+        /// It turned far enough, and is solved slice by slice, with each sample or call of [`SpinMachine::work`].
+        Solving = "solving",
         /// The result can be had from [`SpinMachine::solve`].
         Done = "done",
         /// There is no result; a calibration from before stays.
@@ -117,10 +120,15 @@ impl<T: Real> SpinMachine<T> {
 
     /// Begins, or begins anew, with the next sample.
     pub fn start(&mut self) {
-        *self = Self {
-            state: SpinState::Still,
-            ..Self::new(self.settings())
-        };
+        self.state = SpinState::Still;
+        self.collector.restart();
+        self.stillness = Stillness::new(self.settings().stillness);
+        self.wheels = None;
+        self.since = None;
+        self.last = 0;
+        self.began = false;
+        self.rate = T::zero();
+        self.at_rest = false;
     }
 
     /// Where the procedure is.
@@ -134,7 +142,9 @@ impl<T: Real> SpinMachine<T> {
         let still = match self.state {
             SpinState::Idle => 0,
             SpinState::Still => estimator.stop().map_or(0, |stop| stop.duration()),
-            SpinState::Spin | SpinState::Done | SpinState::Failed(_) => self.settings().still,
+            SpinState::Spin | SpinState::Solving | SpinState::Done | SpinState::Failed(_) => {
+                self.settings().still
+            }
         };
         SpinProgress {
             still: seconds(still),
@@ -145,15 +155,38 @@ impl<T: Real> SpinMachine<T> {
     }
 
     /// What the spin showed so far; useful when [`SpinState::Done`], and of a spin that failed, to those who want to know.
+    /// When done, and without a true angle, it is solved already; else it takes as long as all slices together.
     ///
     /// # Errors
     /// [`SpinFailure`] where there is nothing to be had.
     pub fn solve(&self, true_angle: Option<&TrueAngle<T>>) -> Result<SpinEstimate<T>, SpinFailure<T>> {
-        self.collector.solve(true_angle)
+        match (true_angle, self.collector.solved()) {
+            (None, Some(estimate)) => Ok(estimate),
+            _ => Ok(self.collector.solve(true_angle)?.0),
+        }
+    }
+
+    /// Does a slice of solving, for those who would rather not wait for samples to do it; where there is nothing to be
+    /// solved, nothing.
+    pub fn work(&mut self) -> Option<SpinEvent> {
+        if !matches!(self.state, SpinState::Solving) {
+            return None;
+        }
+        match self.collector.go_on() {
+            Ok(Solving::Solved) => {
+                self.state = SpinState::Done;
+                Some(SpinEvent::Done)
+            }
+            Ok(_) => None,
+            Err(failure) => Some(self.fail(failure)),
+        }
     }
 
     /// Takes in the next sample, with what the wheels did.
     pub fn push(&mut self, sample: &Sample<T>, wheels: Wheels) -> Option<SpinEvent> {
+        if matches!(self.state, SpinState::Solving) {
+            return self.work();
+        }
         if !matches!(self.state, SpinState::Still | SpinState::Spin) || !sample.is_finite() {
             return None;
         }
@@ -220,7 +253,7 @@ impl<T: Real> SpinMachine<T> {
         match self.state {
             SpinState::Still => self.stand(block),
             SpinState::Spin => self.turn(block),
-            SpinState::Idle | SpinState::Done | SpinState::Failed(_) => None,
+            SpinState::Idle | SpinState::Solving | SpinState::Done | SpinState::Failed(_) => None,
         }
     }
 
@@ -270,7 +303,7 @@ impl<T: Real> SpinMachine<T> {
     /// Gathers anew, with the noise floor learnt so far.
     fn break_off(&mut self) -> Option<SpinEvent> {
         let stood = self.collector.estimator().stop().is_some();
-        self.collector = Collector::new(self.settings());
+        self.collector.restart();
         self.wheels = None;
         stood.then_some(SpinEvent::StillBroken)
     }
@@ -286,21 +319,13 @@ impl<T: Real> SpinMachine<T> {
             .is_some_and(|stop| stop.duration() >= self.settings().shortest_stop);
         let nearly = turned >= self.settings().turn * real(NEARLY) && stopped;
         if turned >= self.settings().turn || nearly {
-            return Some(self.finish());
+            self.collector.begin_to_solve();
+            self.state = SpinState::Solving;
+            return None;
         }
         let begins = !self.began && turned >= real(BEGUN);
         self.began |= begins;
         begins.then_some(SpinEvent::SpinBegan)
-    }
-
-    fn finish(&mut self) -> SpinEvent {
-        match self.solve(None) {
-            Ok(_) => {
-                self.state = SpinState::Done;
-                SpinEvent::Done
-            }
-            Err(failure) => self.fail(failure),
-        }
     }
 
     fn check_time(&mut self, since: u64) -> Option<SpinEvent> {

@@ -1,14 +1,17 @@
 //! From the unknowns of the fit to the quantities people ask for, with their sigmas.
 
-use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
-use crate::products::Length;
+use crate::products::{Length, congruent, matrix_product};
 use crate::real::{Real, real};
+use crate::regression::zeros;
 use crate::spin::axis;
 use crate::spin::estimate::{ScalarEstimate, SpinEstimate, VectorEstimate};
 use crate::spin::estimator::SpinEstimator;
 use crate::spin::level_floor::{self, LevelFloorInputs};
-use crate::spin::level_free::{AXIS, LEVER_ARM, LevelFree, SCALE, SpinPriors, UNKNOWNS, UPHILL};
+use crate::spin::level_free::{
+    ACCELEROMETER, AXIS, GYROSCOPE, LEVER_ARM, LevelFree, SCALE, SpinPriors, UNKNOWNS, UPHILL,
+};
 use crate::spin::rests::Rests;
 use crate::spin::scale::Scales;
 
@@ -26,12 +29,10 @@ pub(super) fn from_fit<T: Real>(
     scales: &Scales<T>,
     (slow_turn, turned_while_still): (ScalarEstimate<T>, bool),
 ) -> SpinEstimate<T> {
-    let widening = fit.widening();
-    let covariance = fit.solution.covariance * (widening * widening);
-    let joint = biases(&fit.floor, &covariance);
+    let spread = Spread::of_fit(fit);
+    let joint = biases(&fit.floor, &spread);
     let accelerometer = accelerometer_bias(spin, priors, fit, &joint);
-    let attitude = floor_attitude(fit, &covariance);
-    let (floor_tilt, uphill_bearing) = uphill(priors, &fit.solution.x, &covariance, attitude.forward_sigma);
+    let attitude = floor_attitude(fit, &spread);
     SpinEstimate {
         turned: *spin.turned(),
         resting_time: spin.rests().map_or(T::zero(), Rests::time),
@@ -45,18 +46,49 @@ pub(super) fn from_fit<T: Real>(
         up: fit.up,
         roll: attitude.roll,
         pitch: attitude.pitch,
-        floor_tilt,
-        uphill_bearing,
-        lever_arm: lever_arm(fit, &covariance),
-        scale: scale(fit, priors, &covariance),
+        floor_tilt: floor_tilt(priors, fit),
+        uphill_bearing: uphill_bearing(fit, attitude.forward_sigma),
+        lever_arm: lever_arm(fit, &spread),
+        scale: scale(fit, priors, &spread),
         scale_clockwise: scales.clockwise,
         scale_counter_clockwise: scales.counter_clockwise,
         slow_turn,
         turned_while_still,
         chi_square: fit.solution.chi_square,
         degrees_of_freedom: fit.degrees_of_freedom,
-        widening,
-        fit: *fit,
+        widening: fit.widening(),
+    }
+}
+
+/// Covariance of the unknowns, widened.
+struct Spread<'a, T: Real> {
+    covariance: &'a SMatrix<T, UNKNOWNS, UNKNOWNS>,
+    times: T,
+}
+
+impl<'a, T: Real> Spread<'a, T> {
+    fn of_fit(fit: &'a LevelFree<T>) -> Self {
+        let widening = fit.widening();
+        Self {
+            covariance: &fit.solution.covariance,
+            times: widening * widening,
+        }
+    }
+
+    fn of(&self, i: usize, j: usize) -> T {
+        self.covariance
+            .get((i, j))
+            .map_or(T::zero(), |value| *value * self.times)
+    }
+
+    fn sigma(&self, i: usize) -> T {
+        self.of(i, i).square_root()
+    }
+
+    /// 1-sigma of `a . (x_first, x_first+1)`.
+    fn along(&self, first: usize, a: &Vector2<T>) -> T {
+        let covariance = Matrix2::from_fn(|i, j| self.of(first + i, first + j));
+        a.dot(&(covariance * a)).max(T::zero()).square_root()
     }
 }
 
@@ -116,12 +148,9 @@ struct FloorAttitude<T: Real> {
     forward_sigma: T,
 }
 
-fn floor_attitude<T: Real>(
-    fit: &LevelFree<T>,
-    covariance: &SMatrix<T, UNKNOWNS, UNKNOWNS>,
-) -> FloorAttitude<T> {
+fn floor_attitude<T: Real>(fit: &LevelFree<T>, spread: &Spread<'_, T>) -> FloorAttitude<T> {
     let (roll, pitch) = axis::tilt(&fit.up); // eq. 18
-    let tilt_sigma = |i: usize| covariance[(AXIS + i, AXIS + i)].square_root();
+    let tilt_sigma = |i: usize| spread.sigma(AXIS + i);
     let (sine, cosine) = pitch.sine_cosine();
     FloorAttitude {
         roll: ScalarEstimate {
@@ -154,10 +183,28 @@ fn noise<T: Real>(spin: &SpinEstimator<T>) -> [Vector3<T>; 4] {
 }
 
 /// Covariance of both biases in the case frame.
-fn biases<T: Real>(floor: &Matrix3<T>, covariance: &SMatrix<T, UNKNOWNS, UNKNOWNS>) -> SMatrix<T, 6, 6> {
-    let mut turn = SMatrix::<T, 6, 6>::identity();
-    turn.fixed_view_mut::<3, 3>(3, 3).copy_from(floor);
-    turn * covariance.fixed_view::<6, 6>(0, 0) * turn.transpose()
+fn biases<T: Real>(floor: &Matrix3<T>, spread: &Spread<'_, T>) -> SMatrix<T, 6, 6> {
+    let block = |i: usize, j: usize| Matrix3::from_fn(|k, l| spread.of(i + k, j + l));
+    let apart = matrix_product(&block(ACCELEROMETER, GYROSCOPE), &floor.transpose());
+    joint(
+        &block(ACCELEROMETER, ACCELEROMETER),
+        &apart,
+        &congruent(floor, &block(GYROSCOPE, GYROSCOPE)),
+    )
+}
+
+/// Of the covariances of two triads and that between them.
+fn joint<T: Real>(first: &Matrix3<T>, between: &Matrix3<T>, second: &Matrix3<T>) -> SMatrix<T, 6, 6> {
+    let mut joint = zeros();
+    for i in 0..3 {
+        for j in 0..3 {
+            joint[(i, j)] = first[(i, j)];
+            joint[(i, j + 3)] = between[(i, j)];
+            joint[(i + 3, j)] = between[(j, i)];
+            joint[(i + 3, j + 3)] = second[(i, j)];
+        }
+    }
+    joint
 }
 
 fn bias<T: Real>(value: Vector3<T>, sigma: Vector3<T>) -> VectorEstimate<T> {
@@ -172,17 +219,15 @@ fn bias<T: Real>(value: Vector3<T>, sigma: Vector3<T>) -> VectorEstimate<T> {
 fn level_floor<T: Real>(
     spin: &SpinEstimator<T>,
     priors: &SpinPriors<T>,
-    joint: &SMatrix<T, 6, 6>,
+    of_both: &SMatrix<T, 6, 6>,
 ) -> (VectorEstimate<T>, SMatrix<T, 6, 6>) {
     let inputs = spin.rests().map(|rests| level_floor_inputs(spin, rests, priors));
     let Some(found) = inputs.and_then(|inputs| level_floor::estimate(&inputs)) else {
         let unknown = Vector3::repeat(T::max_value().unwrap_or(T::zero()));
-        return (bias(Vector3::zeros(), unknown), *joint);
+        return (bias(Vector3::zeros(), unknown), *of_both);
     };
-    let mut both = *joint;
-    both.fixed_view_mut::<3, 3>(0, 0).copy_from(&found.covariance);
-    both.fixed_view_mut::<3, 3>(0, 3).fill(T::zero());
-    both.fixed_view_mut::<3, 3>(3, 0).fill(T::zero());
+    let of_gyroscope = Matrix3::from_fn(|i, j| of_both[(i + 3, j + 3)]);
+    let both = joint(&found.covariance, &Matrix3::zeros(), &of_gyroscope);
     let sigma = found.covariance.diagonal().map(|v| v.square_root());
     (bias(found.bias, sigma), both)
 }
@@ -209,63 +254,72 @@ fn level_floor_inputs<T: Real>(
     }
 }
 
-/// Tilt of the floor and bearing of uphill.
-fn uphill<T: Real>(
-    priors: &SpinPriors<T>,
-    x: &SVector<T, UNKNOWNS>,
-    covariance: &SMatrix<T, UNKNOWNS, UNKNOWNS>,
-    forward_sigma: T,
-) -> (ScalarEstimate<T>, ScalarEstimate<T>) {
-    const SHOWN: f64 = 3.0;
-    let pull = x.fixed_rows::<2>(UPHILL).into_owned();
-    let spread = covariance.fixed_view::<2, 2>(UPHILL, UPHILL).into_owned();
-    let size = pull.length();
-    let along = |direction: Vector2<T>| direction.dot(&(spread * direction)).square_root();
-    let unit = if size > T::zero() {
-        pull / size
-    } else {
-        Vector2::x()
-    };
-    let (lengthwise, crosswise) = (along(unit), along(Vector2::new(-unit.y, unit.x)));
-    let sine = (size / priors.gravity).min(T::one());
+/// What gravity has along the floor, m/s^2, forward and left, with its size and the direction it points in.
+struct Pull<T: Real> {
+    vector: Vector2<T>,
+    size: T,
+    unit: Vector2<T>,
+}
+
+fn pull<T: Real>(x: &SVector<T, UNKNOWNS>) -> Pull<T> {
+    let vector = Vector2::new(x[UPHILL], x[UPHILL + 1]);
+    let size = vector.length();
+    Pull {
+        vector,
+        size,
+        unit: if size > T::zero() {
+            vector / size
+        } else {
+            Vector2::x()
+        },
+    }
+}
+
+/// Tilt of the floor, rad.
+pub(super) fn floor_tilt<T: Real>(priors: &SpinPriors<T>, fit: &LevelFree<T>) -> ScalarEstimate<T> {
+    let pull = pull(&fit.solution.x);
+    let sine = (pull.size / priors.gravity).min(T::one());
     let cosine = (T::one() - sine * sine).square_root().max(real(1e-6));
-    let tilt = ScalarEstimate {
+    ScalarEstimate {
         value: sine.arc_sine(), // eq. 18
-        sigma: lengthwise / (priors.gravity * cosine),
-    };
-    let bearing = if size > crosswise * real(SHOWN) && forward_sigma < T::one() {
+        sigma: Spread::of_fit(fit).along(UPHILL, &pull.unit) / (priors.gravity * cosine),
+    }
+}
+
+/// Bearing of uphill, rad; unknown where the floor is level as far as the spin shows.
+fn uphill_bearing<T: Real>(fit: &LevelFree<T>, forward_sigma: T) -> ScalarEstimate<T> {
+    const SHOWN: f64 = 3.0;
+    let Pull { vector, size, unit } = pull(&fit.solution.x);
+    let crosswise = Spread::of_fit(fit).along(UPHILL, &Vector2::new(-unit.y, unit.x));
+    if size > crosswise * real(SHOWN) && forward_sigma < T::one() {
         ScalarEstimate {
-            value: pull.y.atan2(pull.x),
+            value: vector.y.atan2(vector.x),
             sigma: (crosswise / size).hypotenuse(forward_sigma),
         }
     } else {
         ScalarEstimate::unknown()
-    };
-    (tilt, bearing)
+    }
 }
 
-fn lever_arm<T: Real>(fit: &LevelFree<T>, covariance: &SMatrix<T, UNKNOWNS, UNKNOWNS>) -> VectorEstimate<T> {
-    let plane = fit.floor.fixed_columns::<2>(0);
-    let spread = plane * covariance.fixed_view::<2, 2>(LEVER_ARM, LEVER_ARM) * plane.transpose();
+fn lever_arm<T: Real>(fit: &LevelFree<T>, spread: &Spread<'_, T>) -> VectorEstimate<T> {
+    let x = &fit.solution.x;
+    let plane = |axis: usize| Vector2::new(fit.floor[(axis, 0)], fit.floor[(axis, 1)]);
+    let arm = Vector2::new(x[LEVER_ARM], x[LEVER_ARM + 1]);
     VectorEstimate {
-        value: plane * fit.solution.x.fixed_rows::<2>(LEVER_ARM),
-        sigma: spread.diagonal().map(|v| v.max(T::zero()).square_root()),
+        value: Vector3::from_fn(|axis, _| plane(axis).dot(&arm)),
+        sigma: Vector3::from_fn(|axis, _| spread.along(LEVER_ARM, &plane(axis))),
         observed: fit.solution.observed(LEVER_ARM) && fit.solution.observed(LEVER_ARM + 1),
     }
 }
 
 /// Scale error about the axis, if harmonics or a true angle took most of the ignorance away.
-fn scale<T: Real>(
-    fit: &LevelFree<T>,
-    priors: &SpinPriors<T>,
-    covariance: &SMatrix<T, UNKNOWNS, UNKNOWNS>,
-) -> ScalarEstimate<T> {
+fn scale<T: Real>(fit: &LevelFree<T>, priors: &SpinPriors<T>, spread: &Spread<'_, T>) -> ScalarEstimate<T> {
     let given = priors.scale.0 != T::zero();
     if !given && !fit.solution.observed(SCALE) {
         return ScalarEstimate::unknown();
     }
     ScalarEstimate {
         value: fit.solution.x[SCALE],
-        sigma: covariance[(SCALE, SCALE)].square_root(),
+        sigma: spread.sigma(SCALE),
     }
 }

@@ -1,16 +1,20 @@
-//! A spin solved from what was kept of it: the fit with the bias that its rest showed, or the one without it
+//! A spin solved from what was kept of it, slice by slice: the fit with the bias that its rest showed, or the one without it
 //! (docs/theory/spin.md, eq. 13 to 19).
+//!
+//! A slice is a round of a fit: a device does one with each sample, and never has much to do at once.
 
-use nalgebra::Vector3;
+use nalgebra::{SVector, Vector3};
 
 use crate::real::{Real, real};
-use crate::regression::reduced;
+use crate::regression::{Unsolvable, reduced};
 use crate::spin::axis::{self, AxisFit, TurningRates, floored};
 use crate::spin::estimate::{ScalarEstimate, SpinEstimate, TrueAngle};
 use crate::spin::estimator::{LEAST_TURN, SpinEstimator};
 use crate::spin::failure::SpinFailure;
-use crate::spin::level_free::{self, GYROSCOPE_UP, LevelFree, SpinPriors};
-use crate::spin::outputs::from_fit;
+use crate::spin::level_free::{
+    GYROSCOPE_UP, LevelFree, LevelFreeFit, SpinPriors, UNKNOWNS, heading_correction,
+};
+use crate::spin::outputs::{floor_tilt, from_fit};
 use crate::spin::rests::Rests;
 use crate::spin::scale::{Scales, common_scale, scales, widened_scale};
 
@@ -21,47 +25,258 @@ const ROW_OF_BLOCK: f64 = 5.0 / 12.0;
 /// The random walk of the heading as a constant rate over the spin: its variance over that of the end point.
 const WALK_SHARE: f64 = 1.2;
 
-/// Solves for everything.
+/// What a spin is solved for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SolvedFor {
+    /// How heading should be counted from here on. Before a full turn was made the bias is that of the rest: harmonics of a
+    /// part of a turn can be bent to many shapes.
+    Heading,
+    /// Everything.
+    Estimate,
+}
+
+/// What a slice led to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Solving<T: Real> {
+    /// There is more to do, or nothing was begun.
+    GoesOn,
+    /// What is to be added to a heading counted from here on, rad a rad and rad a second.
+    Heading(T, T),
+    /// [`SpinSolver::estimate`] and [`SpinSolver::fit`] have the result.
+    Solved,
+}
+
+/// What the next slice does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Slice {
+    /// Nothing.
+    Nothing,
+    /// The turning axis, and what is known besides the harmonics.
+    Prepare,
+    /// A round of the fit with the bias that the rest showed.
+    Believe,
+    /// A round of the fit without it, from where the other ended.
+    Doubt,
+    /// Which of the two it is.
+    Choose,
+    /// The last round of the believing fit once more.
+    BelieveAgain,
+    /// What that says.
+    Conclude,
+    /// Whether the floor is one to turn on.
+    Check,
+}
+
+/// What the fits of one spin have in common.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Prepared<T: Real> {
+    priors: SpinPriors<T>,
+    scales: Scales<T>,
+}
+
+/// A spin being solved, or solved. All its memory is in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpinSolver<T: Real> {
+    solved_for: SolvedFor,
+    next: Slice,
+    true_angle: Option<TrueAngle<T>>,
+    prepared: Option<Prepared<T>>,
+    fitting: Option<LevelFreeFit<T>>,
+    /// Where the believing fit ended.
+    believed: SVector<T, UNKNOWNS>,
+    slow_turn: ScalarEstimate<T>,
+    turned_while_still: bool,
+    found: Option<LevelFree<T>>,
+    solved: bool,
+}
+
+impl<T: Real> SpinSolver<T> {
+    /// With nothing to do.
+    pub fn new() -> Self {
+        Self {
+            solved_for: SolvedFor::Heading,
+            next: Slice::Nothing,
+            true_angle: None,
+            prepared: None,
+            fitting: None,
+            believed: SVector::zeros(),
+            slow_turn: ScalarEstimate::unknown(),
+            turned_while_still: false,
+            found: None,
+            solved: false,
+        }
+    }
+
+    /// Begins; what was begun before is given up.
+    pub fn begin(&mut self, solved_for: SolvedFor, true_angle: Option<&TrueAngle<T>>) {
+        self.solved_for = solved_for;
+        self.next = Slice::Prepare;
+        self.true_angle = true_angle.copied();
+        self.solved = false;
+    }
+
+    /// Gives up what was begun, and forgets what was found.
+    pub fn stop(&mut self) {
+        self.next = Slice::Nothing;
+        self.solved = false;
+    }
+
+    /// Whether there is something to do.
+    pub fn is_busy(&self) -> bool {
+        self.next != Slice::Nothing
+    }
+
+    /// The fit of a spin that is solved.
+    pub fn fit(&self) -> Option<&LevelFree<T>> {
+        self.found.as_ref().filter(|_| self.solved)
+    }
+
+    /// Everything that a spin shows which is solved; `None` before.
+    pub fn estimate(&self, spin: &SpinEstimator<T>) -> Option<SpinEstimate<T>> {
+        let (Prepared { priors, scales }, fit) = self.prepared.as_ref().zip(self.fit())?;
+        let slow_turn = (self.slow_turn, self.turned_while_still);
+        Some(from_fit(spin, priors, fit, scales, slow_turn))
+    }
+
+    /// Does the next slice, with what was kept of the spin up to now.
+    ///
+    /// # Errors
+    /// [`SpinFailure::NoRest`], [`SpinFailure::NoTurn`], [`SpinFailure::FloorTooSteep`], [`SpinFailure::Unsolvable`].
+    pub fn step(&mut self, spin: &SpinEstimator<T>) -> Result<Solving<T>, SpinFailure<T>> {
+        let stepped = match self.next {
+            Slice::Nothing => return Ok(Solving::GoesOn),
+            Slice::Prepare => self.prepare(spin),
+            Slice::Check => self.check(spin),
+            Slice::Believe | Slice::Doubt | Slice::Choose | Slice::BelieveAgain | Slice::Conclude => self
+                .go_on(spin)
+                .ok_or(SpinFailure::NoRest)
+                .and_then(|gone_on| gone_on.map_err(|_| SpinFailure::Unsolvable)),
+        };
+        match stepped {
+            Ok(Solving::GoesOn) => {}
+            Ok(Solving::Heading(..) | Solving::Solved) => self.next = Slice::Nothing,
+            Err(_) => self.stop(),
+        }
+        stepped
+    }
+
+    #[inline(never)]
+    fn prepare(&mut self, spin: &SpinEstimator<T>) -> Result<Solving<T>, SpinFailure<T>> {
+        let prepared = prepare(spin, self.true_angle.as_ref())?;
+        self.make_room();
+        let fit = self.fitting.as_mut().ok_or(SpinFailure::Unsolvable)?;
+        fit.begin(&prepared.priors, None);
+        self.prepared = Some(prepared);
+        self.next = Slice::Believe;
+        Ok(Solving::GoesOn)
+    }
+
+    /// Begins what slices work on. Only now, so that a machine that waits is made with little stack.
+    #[inline(never)]
+    fn make_room(&mut self) {
+        self.fitting.get_or_insert_with(LevelFreeFit::none);
+        self.found.get_or_insert_with(LevelFree::none);
+    }
+
+    /// A slice of the fits; `None` where they were not prepared.
+    fn go_on(&mut self, spin: &SpinEstimator<T>) -> Option<Result<Solving<T>, Unsolvable>> {
+        let priors = &self.prepared.as_ref()?.priors;
+        let harmonics = [spin.rests()?.harmonics(), spin.turning()];
+        let freedom = spin.turning().freedom();
+        let scale_sigma = spin.settings().scale_sigma;
+        let (fit, found) = (self.fitting.as_mut()?, self.found.as_mut()?);
+        let settled = match self.next {
+            Slice::Believe | Slice::BelieveAgain => fit.round(harmonics, priors),
+            Slice::Doubt => fit.round(harmonics, &doubting(priors, scale_sigma)),
+            Slice::Choose | Slice::Conclude => fit.conclude(priors, freedom, found).map(|()| true),
+            Slice::Nothing | Slice::Prepare | Slice::Check => return Some(Ok(Solving::GoesOn)),
+        };
+        match (settled, self.next) {
+            (Err(unsolvable), _) => return Some(Err(unsolvable)),
+            (Ok(false), Slice::Believe | Slice::Doubt) => {}
+            (_, Slice::Believe) => {
+                self.believed = *fit.unknowns();
+                let part = spin.turned().span() < real(core::f64::consts::TAU);
+                if part && self.solved_for == SolvedFor::Heading {
+                    return Some(Ok(heading(priors, &self.believed)));
+                }
+                fit.begin(&doubting(priors, scale_sigma), Some(&self.believed));
+                self.next = Slice::Doubt;
+            }
+            (_, Slice::Doubt) => self.next = Slice::Choose,
+            (_, Slice::Choose) => {
+                (self.slow_turn, self.turned_while_still) = slow_turn(found, priors);
+                let x = if self.turned_while_still {
+                    &found.solution.x
+                } else {
+                    &self.believed
+                };
+                if self.solved_for == SolvedFor::Heading {
+                    return Some(Ok(heading(priors, x)));
+                }
+                self.next = if self.turned_while_still {
+                    self.solved = true;
+                    Slice::Check
+                } else {
+                    fit.begin(priors, Some(&self.believed));
+                    Slice::BelieveAgain
+                };
+            }
+            (_, Slice::BelieveAgain) => self.next = Slice::Conclude,
+            (_, _) => {
+                self.solved = true;
+                self.next = Slice::Check;
+            }
+        }
+        Some(Ok(Solving::GoesOn))
+    }
+
+    fn check(&mut self, spin: &SpinEstimator<T>) -> Result<Solving<T>, SpinFailure<T>> {
+        let solved = self.prepared.as_ref().zip(self.fit());
+        let (Prepared { priors, .. }, fit) = solved.ok_or(SpinFailure::Unsolvable)?;
+        let (tilt, limit) = (floor_tilt(priors, fit), spin.settings().largest_floor_tilt);
+        if tilt.value - tilt.sigma * real(3.0) > limit {
+            return Err(SpinFailure::FloorTooSteep {
+                tilt: tilt.value,
+                limit,
+            });
+        }
+        Ok(Solving::Solved)
+    }
+}
+
+impl<T: Real> Default for SpinSolver<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Solves for everything at once.
 ///
 /// # Errors
-/// [`SpinFailure::NoRest`], [`SpinFailure::NoTurn`], [`SpinFailure::FloorTooSteep`], [`SpinFailure::Unsolvable`].
+/// As of [`SpinSolver::step`].
+// The memory of a solver is on its stack.
+#[inline(never)]
 pub fn solve<T: Real>(
     spin: &SpinEstimator<T>,
     true_angle: Option<&TrueAngle<T>>,
-) -> Result<SpinEstimate<T>, SpinFailure<T>> {
-    let (priors, scales) = prepare(spin, true_angle)?;
-    let (fit, slow_turn, turned_while_still) = choose_fit(spin, &priors)?;
-    let estimate = from_fit(spin, &priors, &fit, &scales, (slow_turn, turned_while_still));
-    let (tilt, limit) = (&estimate.floor_tilt, spin.settings().largest_floor_tilt);
-    if tilt.value - tilt.sigma * real(3.0) > limit {
-        return Err(SpinFailure::FloorTooSteep {
-            tilt: tilt.value,
-            limit,
-        });
-    }
-    Ok(estimate)
+) -> Result<(SpinEstimate<T>, LevelFree<T>), SpinFailure<T>> {
+    let mut solver = SpinSolver::new();
+    solver.begin(SolvedFor::Estimate, true_angle);
+    while solver.step(spin)? == Solving::GoesOn {}
+    let found = solver.estimate(spin).zip(solver.fit().copied());
+    found.ok_or(SpinFailure::Unsolvable)
 }
 
-/// How heading should be counted from here on, rad a rad and rad a second.
-///
-/// Before a full turn was made the bias is that of the rest: harmonics of a part of a turn can be bent to many shapes.
-///
-/// # Errors
-/// As of [`solve`].
-pub fn heading_correction<T: Real>(spin: &SpinEstimator<T>) -> Result<(T, T), SpinFailure<T>> {
-    let (priors, _) = prepare(spin, None)?;
-    let fit = if spin.turned().span() < real(core::f64::consts::TAU) {
-        fit(spin, &priors)?
-    } else {
-        choose_fit(spin, &priors)?.0
-    };
-    Ok((fit.heading_correction(T::one(), T::zero()), fit.by_time))
+fn heading<T: Real>(priors: &SpinPriors<T>, x: &SVector<T, UNKNOWNS>) -> Solving<T> {
+    let (by_heading, by_time) = heading_correction(priors, x);
+    Solving::Heading(by_heading, by_time)
 }
 
 fn prepare<T: Real>(
     spin: &SpinEstimator<T>,
     true_angle: Option<&TrueAngle<T>>,
-) -> Result<(SpinPriors<T>, Scales<T>), SpinFailure<T>> {
+) -> Result<Prepared<T>, SpinFailure<T>> {
     let (rests, reference) = spin
         .rests()
         .zip(spin.heading_reference())
@@ -82,30 +297,16 @@ fn prepare<T: Real>(
     let walk = spin.heading_walk(&axis);
     let scales = scales(&axis, &reference.bias, turned, true_angle, walk);
     let priors = priors(spin, rests, &axis, &reference.bias, walk, &scales);
-    Ok((priors, scales))
+    Ok(Prepared { priors, scales })
 }
 
-fn fit<T: Real>(spin: &SpinEstimator<T>, priors: &SpinPriors<T>) -> Result<LevelFree<T>, SpinFailure<T>> {
-    let rests = spin.rests().ok_or(SpinFailure::NoRest)?;
-    level_free::fit(rests.harmonics(), spin.turning(), priors).map_err(|_| SpinFailure::Unsolvable)
-}
-
-/// The fit with the bias that the rest showed; the one without it where the harmonics contradict that bias.
-fn choose_fit<T: Real>(
-    spin: &SpinEstimator<T>,
-    priors: &SpinPriors<T>,
-) -> Result<(LevelFree<T>, ScalarEstimate<T>, bool), SpinFailure<T>> {
-    let with_rest = fit(spin, priors)?;
-    let without_rest = fit(
-        spin,
-        &SpinPriors {
-            bias_variance: real(BIAS_UNKNOWN * BIAS_UNKNOWN),
-            scale: widened_scale(priors, spin.settings().scale_sigma),
-            ..*priors
-        },
-    )?;
-    let (slow_turn, found) = slow_turn(&without_rest, priors);
-    Ok((if found { without_rest } else { with_rest }, slow_turn, found))
+/// Priors without the bias that the rest showed.
+fn doubting<T: Real>(priors: &SpinPriors<T>, scale_sigma: T) -> SpinPriors<T> {
+    SpinPriors {
+        bias_variance: real(BIAS_UNKNOWN * BIAS_UNKNOWN),
+        scale: widened_scale(priors, scale_sigma),
+        ..*priors
+    }
 }
 
 fn priors<T: Real>(

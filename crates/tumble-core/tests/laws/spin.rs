@@ -36,7 +36,7 @@ fn solve<T: Real>(
             collector.take(&block, resting)?;
         }
     }
-    collector.solve(true_angle)
+    Ok(collector.solve(true_angle)?.0)
 }
 
 fn estimate<T: Real>(truth: &Truth, noise: (f64, f64), seed: u64) -> SpinEstimate<T> {
