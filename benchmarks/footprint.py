@@ -45,7 +45,6 @@ AROUND = 40
 STACK = r"^device: stack (?:at least )?(\d+) bytes: (\w+)(?:, by the function at (0x[0-9a-f]+))?"
 """What the platform says of its stack; of all of it together, not who took it."""
 BY_REGISTER = (
-    (r"^tumble_store::", r"^tumble_store::record::version_\d::read$"),
     # Who is told of events.
     (r"\{\{closure\}\}|vtable.shim", r"^mission::flight::.*take::\{\{closure\}\}"),
     (r"^tumble_core::redundancy::|^platform::", r"PairMoments<T>>::|\{\{closure\}\}|vtable.shim"),

@@ -36,12 +36,20 @@ def said(checked):
     return SAID.format(check=checked * ONE)
 
 
-def test_pushes_that_solve_are_counted():
+def test_of_what_is_done_often_mean_middle_and_largest_are_told():
     instructions = footprint.understood(said(footprint.CHECKED + 13))
     assert instructions["Apply"]["mean"] == 10.0
     push = instructions["Push"]
-    assert (push["times"], push["median"], push["largest"]) == (3, 20.0, 1_000_000.0)
-    assert (push["solving"], push["mean_without_solving"]) == (1, 15.0)
+    assert (push["times"], push["sum"]) == (3, 1_000_030.0)
+    assert (push["median"], push["largest"]) == (20.0, 1_000_000.0)
+
+
+def test_of_a_spin_all_slices_count_and_of_fits_the_largest():
+    instructions = footprint.understood(
+        said(footprint.CHECKED) + "SpinSlice 1 160\nSpinSlice 1 320\nFit 1 160\nFit 1 480\n"
+    )
+    whole = [footprint.whole_instructions(instructions, phase) for phase in footprint.WHOLE_GOALS]
+    assert whole == [30.0, 30.0]
 
 
 def test_what_is_done_once_or_twice_is_told_one_by_one():
