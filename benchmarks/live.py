@@ -133,7 +133,7 @@ class Flood(PolledSource):
         if self._left <= 0:
             raise EOFError
         self._left -= PIECE
-        stamps = self._time + self._step * np.arange(1, PIECE + 1)
+        stamps = self._time + self._step * np.arange(1.0, PIECE + 1.0)
         self._time = float(stamps[-1])
         arrival = self._time + float(self._generator.exponential(1e-3))
         return LiveChunk(stamps, np.ones((PIECE, 3)), np.ones((PIECE, 3)), arrival=arrival)

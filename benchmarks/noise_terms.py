@@ -108,7 +108,7 @@ def speed(hours: float) -> Content:
 def _peer(
     values: np.ndarray[Any, np.dtype[np.float64]], found: list[Any], taus: object, ours: float
 ) -> Content:
-    import allantools  # type: ignore[import-untyped]
+    import allantools
 
     begin = time.perf_counter()
     curves = [

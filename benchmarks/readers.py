@@ -298,8 +298,8 @@ def measure_one(reader: Reader, samples: int, repetitions: int) -> Content:
                 if read_all(path, timeless=reader.timeless) != count:
                     raise RuntimeError(f"{path}: not all of {count} samples were read")
                 found = side_by_side(
-                    lambda path=path: read_all(path, timeless=reader.timeless),
-                    {reader.library: lambda path=path: reader.bare(path)},
+                    partial(read_all, path, timeless=reader.timeless),
+                    {reader.library: partial(reader.bare, path)},
                     repetitions,
                 )
     return found | {

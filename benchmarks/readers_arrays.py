@@ -11,7 +11,11 @@ import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.feather  # type: ignore[import-untyped]
 import scipy.io
-from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
+from google.protobuf import (  # type: ignore[import-untyped]
+    descriptor_pb2,
+    descriptor_pool,
+    message_factory,
+)
 from mcap.reader import make_reader
 from mcap.writer import Writer
 from mcap_protobuf.decoder import DecoderFactory
@@ -30,7 +34,7 @@ def numpy_archive(*, packed: bool = False) -> Write:
 
     def write(folder: Path, chunk: Chunk) -> Path:
         save = np.savez_compressed if packed else np.savez
-        save(folder / "log.npz", **_arrays(chunk))
+        save(folder / "log.npz", allow_pickle=False, **_arrays(chunk))
         return folder / "log.npz"
 
     return write
