@@ -28,12 +28,11 @@ from tumble.multipose.procedure import as_counts
 from tumble.multipose.sections import Section
 from tumble.plain import finite
 from tumble.recording import FloatArray, Recording, RecordingSource
+from tumble.results import INTERVAL
 from tumble.simulate import SimulatedMultipose, simulate_multipose
 
 BASE_SEED = 70_000
 CORES = 2
-REACH = 1.959964
-"""Half a 95 % interval in sigmas."""
 LARGEST_RATIO = 1.1
 COVERAGE = (0.93, 0.97)
 LARGEST_SCATTER = 1.5
@@ -135,12 +134,12 @@ def statistics(sessions: int, unstable: bool) -> Content:
         rows = slice(3 * k, 3 * k + 3)
         content["accelerometer"][group] = {
             "ratio": float(np.sqrt(np.mean(over_bound[:, rows] ** 2))),
-            "coverage": float(np.mean(np.abs(over_sigma[:, rows]) < REACH)),
+            "coverage": float(np.mean(np.abs(over_sigma[:, rows]) < INTERVAL)),
         }
     content["gyroscope"] = {
         name: {
             "error_over_sigma": float(np.sqrt(np.mean(rate_over_sigma[:, rows] ** 2))),
-            "coverage": float(np.mean(np.abs(rate_over_sigma[:, rows]) < REACH)),
+            "coverage": float(np.mean(np.abs(rate_over_sigma[:, rows]) < INTERVAL)),
         }
         for name, rows in (("bias", slice(0, 3)), ("matrix", slice(3, 12)))
     }

@@ -23,6 +23,7 @@ from rich.progress import track
 from benchmarks.redundancy_ladder import Pair, calibrate, draw_pair
 from benchmarks.results import Content, machine, save
 from tumble import _core
+from tumble.results import INTERVAL
 
 BASE_SEED = 60_715
 RUNS = 100
@@ -35,7 +36,6 @@ DESIGN: dict[float, tuple[float, float, float]] = {
 """m apart: m/s^2 of the design, for each of `RUNGS`."""
 HONEST_DISTANCE = 0.1
 """m at which sigmas and single precision are judged."""
-TWO_SIGMA = 1.959964
 ROOT = Path(__file__).parent.parent
 PRECISIONS = ("f32", "f64")
 MOST_SECONDARIES = 7
@@ -81,7 +81,7 @@ def honesty(runs: int, console: Console) -> Content:
     return {
         name: {
             "rmse_over_sigma": _rms(of),
-            "coverage": float(np.mean(np.abs(of) < TWO_SIGMA)),
+            "coverage": float(np.mean(np.abs(of) < INTERVAL)),
             "single_precision_sigmas": float(np.max(np.abs(apart[name]))),
         }
         for name, of in errors.items()

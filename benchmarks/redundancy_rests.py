@@ -19,14 +19,13 @@ from rich.progress import track
 from rich.table import Table
 
 from benchmarks import redundancy_board as board
-from benchmarks.redundancy import TWO_SIGMA
 from benchmarks.redundancy_judgement import Event
 from benchmarks.redundancy_set import SENSORS, Samples, SimulatedSet, Unit, simulate_set
 from benchmarks.results import Content, machine, save
 from tumble import _core
 from tumble.constants import STANDARD_GRAVITY
 from tumble.recording import FloatArray
-from tumble.results import TriadName
+from tumble.results import INTERVAL, TriadName
 
 RUNS = 400
 REST_SECONDS = 8.0
@@ -124,7 +123,7 @@ def honesty(runs: int, console: Console) -> Content:
                 "number": len(over),
                 "error": float(np.sqrt(np.mean(np.square(errors[sensor, name])))),
                 "rmse_over_sigma": float(np.sqrt(np.mean(np.square(over)))),
-                "coverage": float(np.mean(np.abs(over) < TWO_SIGMA)),
+                "coverage": float(np.mean(np.abs(over) < INTERVAL)),
             }
             for (sensor, name), over in sorted(sigmas.items())
         }

@@ -25,12 +25,11 @@ from benchmarks.spin_bound import GROUPS, bound, quantities
 from benchmarks.spin_session import Motion, fit, play
 from tumble import _core
 from tumble.recording import FloatArray
+from tumble.results import INTERVAL
 
 BASE_SEED = 30_000
 BATCH = 50
 CORES = 2
-REACH = 1.959964
-"""Half a 95 % interval in sigmas."""
 LARGEST_RATIO = 1.1
 COVERAGE = (0.93, 0.97)
 LARGEST_DIFFERENCE = 0.01
@@ -137,7 +136,7 @@ def grouped(outcomes: FloatArray) -> Content:
         if used.sum() < 2:
             continue
         shares = ((error / least) ** 2)[used].mean(axis=1)
-        inside = (np.abs(error) <= REACH * sigma)[used].mean(axis=1)
+        inside = (np.abs(error) <= INTERVAL * sigma)[used].mean(axis=1)
         ratio = float(np.sqrt(shares.mean()))
         figures[group] = {
             "sessions": int(used.sum()),

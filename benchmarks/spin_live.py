@@ -11,10 +11,9 @@ from __future__ import annotations
 import argparse
 import os
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
-from types import TracebackType
 
 # One process a core: threads of the linear algebra's own would only get in each other's way.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -23,8 +22,9 @@ import numpy as np
 from rich.console import Console
 
 from benchmarks.results import Content, machine, save
-from tumble.live import LiveChunk
+from tumble.live import LiveChunk, PolledSource
 from tumble.recording import Chunk, FloatArray
+from tumble.results import INTERVAL
 from tumble.simulate import SimulatedSpin, Step, simulate_spin
 from tumble.spin.live import LiveSpin
 from tumble.spin.procedure import spin
@@ -35,8 +35,6 @@ BASE_SEED = 1
 CORES = 2
 PIECE = 50
 """Samples that come together."""
-REACH = 1.959964
-"""Half a 95 % interval in sigmas."""
 FLOOR_TILT = 2.0
 """deg."""
 PLAN = (Step("rest", 6.0), Step("turn", turns=3.0), Step("turn", turns=-3.0), Step("rest", 2.0))
@@ -47,7 +45,7 @@ COVERAGE = (0.93, 0.97)
 WAYS = ("live", "log")
 
 
-class Fed:
+class Fed(PolledSource):
     """A live source of samples that are there already."""
 
     name = "robot"
@@ -56,19 +54,23 @@ class Fed:
 
     def __init__(self, samples: Chunk) -> None:
         self._samples = samples
+        self._read = 0
 
     def __enter__(self) -> Fed:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None: ...
+    def __exit__(self, *error: object) -> None: ...
 
-    def __iter__(self) -> Iterator[LiveChunk]:
-        samples = self._samples
-        for first in range(0, len(samples), PIECE):
-            part = slice(first, first + PIECE)
-            yield LiveChunk(samples.time[part], samples.accelerometer[part], samples.gyroscope[part])
+    def fileno(self) -> None: ...
+
+    def wait(self, longest: float) -> None: ...
+
+    def read(self) -> LiveChunk:
+        samples, part = self._samples, slice(self._read, self._read + PIECE)
+        if self._read >= len(samples):
+            raise EOFError
+        self._read += PIECE
+        return LiveChunk(samples.time[part], samples.accelerometer[part], samples.gyroscope[part])
 
 
 def simulated(seed: int) -> SimulatedSpin:
@@ -104,7 +106,7 @@ def both_ways(seed: int) -> FloatArray:
 def figures(outcomes: FloatArray) -> Content:
     """Statistics of (n, 8)."""
     reduced = outcomes[:, 0] / outcomes[:, 1]
-    inside = np.abs(outcomes[:, 2:]) <= REACH
+    inside = np.abs(outcomes[:, 2:]) <= INTERVAL
     return {
         "reduced_chi_square": float(reduced.mean()),
         "reduced_chi_square_error": float(reduced.std(ddof=1) / np.sqrt(len(reduced))),

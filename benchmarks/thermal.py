@@ -22,11 +22,10 @@ from benchmarks.results import Content, machine, save
 from benchmarks.spin import CORES
 from tumble import _core
 from tumble.recording import FloatArray
+from tumble.results import INTERVAL
 
 BASE_SEED = 80_000
 AXES = 6
-REACH = 1.959964
-"""Half a 95 % interval in sigmas."""
 LARGEST_RATIO = 1.1
 COVERAGE = (0.93, 0.97)
 RIGHT = 0.95
@@ -127,7 +126,7 @@ def statistics(order: int, sessions: int) -> Content:
         "right": len(right) / len(rows),
         "orders": [sum(row["order"] == each for row in rows) for each in range(4)],
         "ratio": float(np.sqrt(np.mean(over_bound**2))),
-        "coverage": float(np.mean(np.abs(over_sigma) < REACH)),
+        "coverage": float(np.mean(np.abs(over_sigma) < INTERVAL)),
         "curve_ratio": _ratio(rows),
     }
 

@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 import tumble
 from align_motions import Motion, Sensor, drawn, errors, record, recordings
 from repetitions import repetitions
+from tumble.results import INTERVAL
 
 SIGMAS = 6.0
 """A multiple of sigma that three thousand figures do not exceed."""
@@ -156,4 +157,4 @@ def test_errors_are_as_large_as_the_sigmas_say_and_intervals_hold_the_truth():
         spread = 4.0 / np.sqrt(2.0 * len(score))
         assert 1.0 - spread < np.sqrt(np.mean(score**2)) < 1.0 + spread, name
         assert abs(score.mean()) < 4.0 / np.sqrt(len(score)), name
-        assert np.mean(np.abs(score) < 1.96) > 0.95 - 4.0 * np.sqrt(0.95 * 0.05 / len(score)), name
+        assert np.mean(np.abs(score) < INTERVAL) > 0.95 - 4.0 * np.sqrt(0.95 * 0.05 / len(score)), name

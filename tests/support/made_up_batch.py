@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tumble.results import Parameter, Rest, Trace, TriadResult
+from tumble.results import INTERVAL, Parameter, Rest, Trace, TriadResult
 from tumble.turntable.result import (
     AxisReading,
     ClockFit,
@@ -42,8 +42,8 @@ def parameters(K, L, Q, b, unit, sigma, unobservable=()):
                 parameter_unit,
                 float(value),
                 spread,
-                value - 1.96 * spread,
-                value + 1.96 * spread,
+                value - INTERVAL * spread,
+                value + INTERVAL * spread,
                 observable=not hidden,
                 reason="no rotation was recorded" if hidden else "",
             )

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tumble.results import LimitCheck, Parameter, Rest, Trace, TriadResult
+from tumble.results import INTERVAL, LimitCheck, Parameter, Rest, Trace, TriadResult
 from tumble.turntable.result import (
     AxisReading,
     ClockFit,
@@ -112,7 +112,9 @@ def parameters(M, b, covariance, unit):
     ]
     units = [unit] * 3 + ["1"] * 3 + ["deg"] * 6
     return tuple(
-        Parameter(name, unit, float(value), float(s), float(value - 1.96 * s), float(value + 1.96 * s))
+        Parameter(
+            name, unit, float(value), float(s), float(value - INTERVAL * s), float(value + INTERVAL * s)
+        )
         for name, unit, value, s in zip(names, units, values, sigma, strict=True)
     )
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tumble.results import Parameter, Rest, Trace
+from tumble.results import INTERVAL, Parameter, Rest, Trace
 from tumble.spin.result import BiasEstimate, Spin, SpinBlocks, SpinResult
 
 GRAVITY = 9.80665
@@ -28,7 +28,7 @@ NO_TILT = "the heading changed too little to separate the tilt of the floor from
 
 
 def parameter(name, unit, value, sigma):
-    half = 1.96 * sigma
+    half = INTERVAL * sigma
     return Parameter(name, unit, value, sigma, value - half, value + half)
 
 

@@ -6,6 +6,9 @@
 
 use std::f64::consts::PI;
 
+/// Sigmas to either end of a 95 % interval of a normal distribution: 97.5 % of it lie below.
+pub const INTERVAL: f64 = 1.959_963_984_540_054;
+
 /// Terms of a series or continued fraction: at most some ten times the root of the degrees of freedom are needed.
 const MOST_TERMS: u32 = 1_000_000;
 /// Steps to a quantile: bisection alone would need as many as a float has bits.
@@ -331,7 +334,7 @@ mod tests {
     /// Abramowitz and Stegun, "Handbook of Mathematical Functions" (1964), eq. 26.7.5.
     #[test]
     fn students_t_becomes_normal_as_its_expansion_says() {
-        let z: f64 = 1.959_963_984_540_054;
+        let z = INTERVAL;
         for freedom in [1e5, 1e6, 1e9] {
             let first = (z.powi(3) + z) / 4.0;
             let second = (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / 96.0;

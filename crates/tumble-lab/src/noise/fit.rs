@@ -10,9 +10,9 @@ use nalgebra::{DMatrix, DVector};
 use super::chance::{Shared, Strengths, Stretches};
 use super::deviation::{Kind, Variance};
 use super::non_negative::{gain, non_negative};
-use super::skewed::{TWO_SIDED, quantile};
+use super::skewed::quantile;
 use super::term::{NoiseTerm, TERMS};
-use crate::distributions::chi_square_tail;
+use crate::distributions::{INTERVAL, chi_square_tail};
 
 /// Terms that every fit has: where chance could stand for one of them, the others must be as uncertain as that makes them.
 const ALWAYS: [NoiseTerm; 3] = [
@@ -379,13 +379,13 @@ impl Fitter {
         let best = solution.strengths[k];
         let least = best.max(self.chance(solution, k, best).map_or(0.0, |chance| chance.sigma));
         let mut doubled = (1..DOUBLINGS_OF_A_BOUND).map(|times| least * 2f64.powi(times));
-        let beyond = doubled.find(|strength| apart(*strength, -TWO_SIDED) <= 0.0);
+        let beyond = doubled.find(|strength| apart(*strength, -INTERVAL) <= 0.0);
         let high = beyond.map_or(f64::INFINITY, |beyond| {
-            crossing(best, beyond, |q| apart(q, -TWO_SIDED))
+            crossing(best, beyond, |q| apart(q, -INTERVAL))
         });
-        let shown = best > 0.0 && apart(0.0, TWO_SIDED) > 0.0;
+        let shown = best > 0.0 && apart(0.0, INTERVAL) > 0.0;
         let low = if shown {
-            crossing(0.0, best, |strength| apart(strength, TWO_SIDED))
+            crossing(0.0, best, |strength| apart(strength, INTERVAL))
         } else {
             0.0
         };

@@ -7,7 +7,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::distributions::student_quantile;
+use crate::distributions::{INTERVAL, student_quantile};
 
 use super::block::Block;
 use super::whitening::Whitening;
@@ -16,9 +16,8 @@ use super::whitening::Whitening;
 const RATIOS: [f64; 2] = [1e-5, 10.0];
 const RATIOS_EACH_DECADE: u32 = 4;
 
-/// Share below, and place of, the end of an interval of 95 % of a normal distribution.
-const NORMAL_TAIL: f64 = 0.975;
-const NORMAL_QUANTILE: f64 = 1.959963984540054;
+/// Share below the end of a 95 % interval.
+const BELOW: f64 = 0.975;
 
 /// Sigmas from which on a power is there, however little of it stretches that were left out show.
 const CERTAIN: f64 = 5.0;
@@ -316,7 +315,7 @@ fn widening(weighted: &[(&AxisFit, f64)], covariance: &DMatrix<f64>, freedom: f6
                 share * ((own - variance).powi(2) + own * own * 2.0 / freedom)
             })
             .sum();
-        student_quantile(NORMAL_TAIL, 2.0 * variance * variance / spread) / NORMAL_QUANTILE // eq. 7
+        student_quantile(BELOW, 2.0 * variance * variance / spread) / INTERVAL // eq. 7
     });
     DMatrix::from_diagonal(&each)
 }

@@ -8,6 +8,7 @@ use super::order::Folds;
 use super::procedure::{ThermalDrift, ThermalError, ThermalSettings, thermal};
 use super::recorder::ThermalRecorder;
 use super::whitening::Whitening;
+use crate::distributions::INTERVAL;
 use crate::simulate::noise::{flicker, white};
 use crate::simulate::stream::{Purpose, RandomStream, stream};
 
@@ -181,7 +182,7 @@ fn intervals_hold_the_truth_and_errors_are_near_the_bound() {
     println!("seed {SEED}");
     let found = figures(150);
     let inside =
-        found.normalised.iter().filter(|z| z.abs() < 1.96).count() as f64 / found.normalised.len() as f64;
+        found.normalised.iter().filter(|z| z.abs() < INTERVAL).count() as f64 / found.normalised.len() as f64;
     // Of 300 intervals of 95 %, 99.9 % of such shares lie within; those of one run hang together hardly.
     assert!((0.90..=0.985).contains(&inside), "{inside}");
     for power in 0..2 {

@@ -6,6 +6,7 @@ use tumble_lab::align::coarse::{correlations, peaks};
 use tumble_lab::align::robust::{GaussianPrior, covariance, step};
 use tumble_lab::align::samples::{Triangle, UnitSamples, rate_of};
 use tumble_lab::align::{AlignError, AlignSettings, align};
+use tumble_lab::distributions::INTERVAL;
 
 use crate::common::{Draws, assert_close, rotation, vector};
 
@@ -153,7 +154,7 @@ fn sigmas_of_a_robust_fit_are_those_of_its_errors_outliers_or_not() {
             let (x, spread) = fitted(&rows);
             let error = (x - Vector2::new(0.3, -2.0)).component_div(&spread.diagonal().map(f64::sqrt));
             squares += error.component_mul(&error);
-            within += error.iter().filter(|z| z.abs() < 1.96).count();
+            within += error.iter().filter(|z| z.abs() < INTERVAL).count();
         }
         let ratio = (squares / 300.0).map(f64::sqrt);
         let share = f64::from(u32::try_from(within).unwrap_or(0)) / 600.0;

@@ -11,15 +11,13 @@ from tumble.factors import PAIRS, factor_sigma, factors, mounting_angles, non_or
 from tumble.recording import FloatArray
 from tumble.redundancy.result import SecondaryError
 from tumble.report.parameters import ParameterGroup, printed_group
-from tumble.results import Parameter
+from tumble.results import INTERVAL, Parameter
 from tumble.units import UNITS
 
 HIDDEN = "the motion did not show it"
 HIDDEN_IN_PART = "the motion did not show all of M that it depends on"
 
 _AXES = ("x", "y", "z")
-_HALF_95 = 1.959963984540054
-"""Sigmas on either side that hold 95 of 100 of a normal distribution."""
 
 
 def error_groups(error: SecondaryError) -> tuple[ParameterGroup, ...]:
@@ -74,5 +72,5 @@ def _three(
 def _parameter(name: str, unit: str, value: float, sigma: float, reason: str) -> Parameter:
     if not (math.isfinite(value) and math.isfinite(sigma)):
         return Parameter(name, unit, 0.0, math.inf, -math.inf, math.inf, observable=False, reason=reason)
-    half = _HALF_95 * sigma
+    half = INTERVAL * sigma
     return Parameter(name, unit, value, sigma, value - half, value + half)

@@ -13,13 +13,13 @@ from tumble.report.figures import HALF_WIDTH, box, value_axis_in
 from tumble.report.numbers import readable_scale
 from tumble.report.panel import horizontal_axis
 from tumble.report.svg import AXIS_COLOURS, AXIS_MARKERS, SOFT, inline_svg
+from tumble.results import INTERVAL
 from tumble.thermal.report.text import scale_of
 from tumble.thermal.result import AxisDrift, ThermalBlocks
 
 _BEYOND = 0.06
 """Share of the range that is drawn on either side, where the edge is held."""
 _POINTS = 160
-_INTERVAL = 1.96
 
 
 def drift_figure(axes: Sequence[AxisDrift], blocks: ThermalBlocks, prefix: str) -> Markup:
@@ -50,7 +50,7 @@ def drift_sheet(axes: Sequence[AxisDrift], blocks: ThermalBlocks) -> Figure:
         colour = AXIS_COLOURS[place]
         curve, sigma = axis.bias_at(temperature), axis.bias_sigma_at(temperature)
         upper.line(temperature, scale.factor * curve, colour, 1.3)
-        for side in (-_INTERVAL, _INTERVAL):
+        for side in (-INTERVAL, INTERVAL):
             upper.line(temperature, scale.factor * (curve + side * sigma), colour, 0.6, dash="2 2")
         for panel, values, factor in (
             (upper, axis.change, scale.factor),

@@ -23,7 +23,7 @@ from tumble.report.parameters import (
 from tumble.report.rests import RestRow, rest_rows
 from tumble.report.text import temperature_sentence
 from tumble.report.whisker import Ruler, whisker
-from tumble.results import Rest, TriadName, TriadResult
+from tumble.results import INTERVAL, Rest, TriadName, TriadResult
 from tumble.turntable.report import text
 from tumble.turntable.report.improvement import improvement
 from tumble.turntable.report.off_diagonals import OffDiagonalRow, off_diagonal_rows
@@ -115,7 +115,7 @@ def target_page(result: TurntableResult, target: TargetResult) -> TargetPage:
 
 def pose_rows(poses: Sequence[PoseResult]) -> tuple[PoseRow, ...]:
     """Print the table error of each pose, on a common ruler."""
-    ends = [pose.table_error_angle + 1.96 * pose.table_error_sigma for pose in poses]
+    ends = [pose.table_error_angle + INTERVAL * pose.table_error_sigma for pose in poses]
     ruler = Ruler.from_zero(ends)
     return tuple(
         PoseRow(
@@ -126,7 +126,7 @@ def pose_rows(poses: Sequence[PoseResult]) -> tuple[PoseRow, ...]:
             picture=whisker(
                 ruler,
                 pose.table_error_angle,
-                max(0.0, pose.table_error_angle - 1.96 * pose.table_error_sigma),
+                max(0.0, pose.table_error_angle - INTERVAL * pose.table_error_sigma),
                 end,
                 None,
                 alarm=False,
