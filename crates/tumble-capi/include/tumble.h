@@ -2424,7 +2424,8 @@ tumble_status tumble_spin_get_progress(const struct tumble_spin *spin, struct tu
 
 /**
  * Solves for all that was seen so far: the result when the phase is ::TUMBLE_SPIN_PHASE_DONE. `true_angle` and `failure`
- * may be null. Of all calls it takes the most stack (docs/how-to/c.md).
+ * may be null. When done, and without a true angle, it was solved already; else all of it is solved within
+ * this call, which takes long and much of the stack (docs/how-to/c.md).
  *
  * Errors: ::TUMBLE_ERROR_NULL, ::TUMBLE_ERROR_NOT_INITIALISED, ::TUMBLE_ERROR_BUSY; ::TUMBLE_ERROR_NOT_FINITE,
  * ::TUMBLE_ERROR_SETTING of the true angle; ::TUMBLE_ERROR_SPIN where there is nothing to be had, and `failure` says why.
