@@ -93,7 +93,7 @@ def memory() -> tuple[Content, Content, Content]:
 def remembered(said: str) -> tuple[Content, Content, dict[str, int]]:
     """Bytes of states and of stack out of what the platform said, and addresses of functions.
 
-    A function is named by what it did when it took most: one takes samples, also those with which a spin is solved.
+    A function is named by what it did when it took most: one takes samples, also those that solve a spin.
     """
     states = {name: int(size) for size, name in re.findall(r"^device: state (\d+) bytes: (\w+)$", said, re.M)}
     stack: Content = {}
